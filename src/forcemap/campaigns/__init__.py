@@ -1,0 +1,1 @@
+"""Impacts -> ImpactDataset: the impacts of one campaign, their states and the conditions they were measured under."""

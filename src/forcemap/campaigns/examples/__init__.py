@@ -1,0 +1,37 @@
+"""Bundled example campaigns, all simulated (scripts/make_examples.py)."""
+
+from __future__ import annotations
+
+from importlib import resources
+from pathlib import Path
+
+from forcemap.errors import InputError, UnknownName
+from forcemap.files import write_atomically
+
+EXAMPLE_CAMPAIGNS = ("ur10e", "kuka-iiwa7-30nm", "kuka-iiwa7-10nm")
+
+_FILES = ("campaign.toml", "impacts.csv")
+
+
+def copy_example(name: str, folder: str | Path) -> Path:
+    """Copy an example campaign into a new or empty folder, and return the folder.
+
+    Raises
+    ------
+    UnknownName
+        No example has the name.
+    InputError
+        The folder holds files already, or cannot be made.
+    """
+    if name not in EXAMPLE_CAMPAIGNS:
+        raise UnknownName("example campaign", name, EXAMPLE_CAMPAIGNS)
+    target = Path(folder)
+    try:
+        target.mkdir(parents=True, exist_ok=True)
+        if any(target.iterdir()):
+            raise InputError("the folder holds files already, expected a new or empty one", file=str(folder))
+    except OSError as error:
+        raise InputError(f"the folder cannot be made ({error.strerror})", file=str(folder)) from error
+    for file in _FILES:
+        write_atomically(target / file, resources.files(__name__).joinpath(name, file).read_text(encoding="utf-8"))
+    return target

@@ -1,0 +1,61 @@
+"""What a campaign knows of Phase II, and so whether a transient limit may be used (paper, section V-D)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from forcemap.impacts.scenario import ContactScenario
+
+
+@dataclass(frozen=True)
+class PhaseTwo:
+    """Contact scenarios and Phase II forces of the impacts behind a map.
+
+    Parameters
+    ----------
+    scenarios : mapping of ContactScenario to int
+        Impacts of each scenario.
+    unrecorded : int
+        Impacts of which neither scenario nor Phase II force is known.
+    largest_force : float
+        Largest Phase II force [N]; NaN if none was recorded.
+    """
+
+    scenarios: Mapping[ContactScenario, int] = field(default_factory=dict)
+    unrecorded: int = 0
+    largest_force: float = math.nan
+
+    @property
+    def recorded(self) -> bool:
+        """True if Phase II is known of at least one impact."""
+        return any(self.scenarios.values()) or not math.isnan(self.largest_force)
+
+    def transient_refusal(self, quasi_static_limit: float, device_error: float) -> str:
+        """Why no transient limit may be used, in words; empty if nothing speaks against it.
+
+        Clamping or an undetermined scenario forbids it, and so does a Phase II force that may lie above the
+        quasi-static limit [N], the device's error [N] added.
+        """
+        clamping = self.scenarios.get(ContactScenario.WITH_CLAMPING, 0)
+        undetermined = self.scenarios.get(ContactScenario.UNDETERMINED, 0)
+        reasons = [
+            *([f"{clamping} of the impacts clamp"] if clamping else []),
+            *([f"the scenario of {undetermined} of the impacts is undetermined"] if undetermined else []),
+        ]
+        if self.largest_force + device_error > quasi_static_limit:
+            reasons.append(
+                f"a Phase II force of {self.largest_force:.1f} N (device error {device_error:g} N) "
+                f"may exceed the quasi-static limit of {quasi_static_limit:g} N"
+            )
+        return "; ".join(reasons)
+
+    def statement(self) -> str:
+        """One line for the assumptions of a speed."""
+        if not self.recorded:
+            return "Phase II not measured"
+        counts = ", ".join(f"{scenario.words}: {n}" for scenario, n in self.scenarios.items() if n)
+        force = "" if math.isnan(self.largest_force) else f"; largest Phase II force {self.largest_force:.1f} N"
+        missing = f"; Phase II not measured for {self.unrecorded} impacts" if self.unrecorded else ""
+        return f"Phase II: {counts or 'scenario not stated'}{force}{missing}"

@@ -1,0 +1,250 @@
+"""States: combinations of distance, height and speed; repeats of a state share it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from forcemap.errors import InputError, TableError
+
+FloatArray = NDArray[np.float64]
+
+_COLUMNS = ("distance_m", "height_m", "speed_mps")
+
+
+@dataclass(frozen=True)
+class StateTolerance:
+    """How far apart repeats of one state may lie: place [m] (distance and height) and speed [m/s]."""
+
+    place: float = 0.005
+    speed: float = 0.010
+
+    def __post_init__(self) -> None:
+        if not (0 < self.place < np.inf and 0 < self.speed < np.inf):
+            raise InputError(f"state tolerance: found {self.place:g} m and {self.speed:g} m/s, expected positive")
+
+    @property
+    def scale(self) -> FloatArray:
+        """The tolerance of (distance, height, speed), a hair widened so that an equal difference is within it."""
+        return np.array([self.place, self.place, self.speed]) * (1 + 1e-9)
+
+
+@dataclass(frozen=True, eq=False)
+class States:
+    """The states of a dataset, ordered by distance, height and speed; arrays of shape (m,).
+
+    Parameters
+    ----------
+    name : tuple of str
+        Names of the states.
+    distance, height, speed : array
+        Means over the repeats [m], [m], [m/s].
+    force : array
+        Mean peak force of the uncensored repeats [N]; NaN where all are censored.
+    log_force : array
+        Mean of ln F of the uncensored repeats; NaN where all are censored.
+    impacts, censored : array of int
+        Number of uncensored and of censored repeats.
+    at_least : array
+        Largest force the censored repeats reached at least [N]; NaN where none is censored.
+    """
+
+    name: tuple[str, ...]
+    distance: FloatArray
+    height: FloatArray
+    speed: FloatArray
+    force: FloatArray
+    log_force: FloatArray
+    impacts: NDArray[np.int64]
+    censored: NDArray[np.int64]
+    at_least: FloatArray
+
+    @classmethod
+    def of(
+        cls,
+        distance: FloatArray,
+        height: FloatArray,
+        speed: FloatArray,
+        peak_force: FloatArray,
+        name: NDArray[np.str_],
+        censored: NDArray[np.bool_],
+    ) -> States:
+        """Average impacts, arrays of shape (n,), over their states; the order of the impacts does not matter."""
+        order = np.lexsort((speed, height, distance, peak_force, name))
+        names, index = np.unique(name[order], return_inverse=True)
+        coordinates = [_means(values[order], index, names.size) for values in (distance, height, speed)]
+        measured = ~censored[order]
+        force = peak_force[order]
+        at_least = np.full(names.size, -np.inf)
+        np.maximum.at(at_least, index[~measured], force[~measured])
+        states = cls(
+            tuple(names.tolist()),
+            *coordinates,
+            force=_means(force[measured], index[measured], names.size),
+            log_force=_means(np.log(force[measured]), index[measured], names.size),
+            impacts=np.bincount(index[measured], minlength=names.size),
+            censored=np.bincount(index[~measured], minlength=names.size),
+            at_least=np.where(np.isinf(at_least), np.nan, at_least),
+        )
+        return states.select(np.lexsort((states.speed, states.height, states.distance)))
+
+    def __len__(self) -> int:
+        return len(self.name)
+
+    def select(self, index: NDArray[np.bool_] | NDArray[np.int64]) -> States:
+        """The states that an index or a mask of shape (m,) picks."""
+        kept = np.flatnonzero(index) if index.dtype == np.bool_ else index
+        names = tuple(self.name[i] for i in kept)
+        fields = [getattr(self, field) for field in list(self.__dataclass_fields__)[1:]]
+        return States(names, *(values[kept] for values in fields))
+
+    @property
+    def coordinates(self) -> FloatArray:
+        """(distance, height, speed) of every state, shape (m, 3)."""
+        return np.column_stack([self.distance, self.height, self.speed])
+
+    @property
+    def uncensored(self) -> States:
+        """The states with at least one uncensored repeat."""
+        return self.select(self.impacts > 0)
+
+
+class Where(Protocol):
+    """Makes the error for an offending row."""
+
+    def error(self, position: int, column: str, message: str) -> TableError:
+        """The error to raise for the row at `position`."""
+
+
+def identify_states(
+    coordinates: FloatArray,
+    role: NDArray[np.str_],
+    given: NDArray[np.str_] | None,
+    tolerance: StateTolerance,
+    where: Where,
+) -> NDArray[np.str_]:
+    """The state of every impact: as given, else found by coordinates.
+
+    Parameters
+    ----------
+    coordinates : array
+        (distance, height, speed) of the impacts, shape (n, 3) [m, m, m/s].
+    role, given : array of str
+        Role and, if the table has them, names of states, shape (n,).
+    tolerance : StateTolerance
+        How far repeats of a state may lie apart.
+    where : Where
+        Makes the errors.
+
+    Raises
+    ------
+    TableError
+        Repeats of a state further apart than the tolerance; one state under two names or with two roles.
+    """
+    if given is None:
+        index = _clusters(coordinates / tolerance.scale)
+        names = np.array([f"S{number + 1}" for number in range(index.max() + 1)])
+    else:
+        names, index = np.unique(given, return_inverse=True)
+    _refuse_wide_states(coordinates, index, names, tolerance, where, found=given is None)
+    for state in np.unique(index[role == "test"]):
+        mixed = (index == state) & (role != "test")
+        if mixed.any():
+            raise where.error(
+                int(np.flatnonzero(mixed)[0]),
+                "role",
+                f"state {names[state]!r} has train and test impacts, expected one role: "
+                "repeats of a state share its error, so they cannot test the map",
+            )
+    if given is not None:
+        _refuse_copies(coordinates, role, index, names, tolerance, where)
+    return names[index]
+
+
+def _clusters(scaled: FloatArray) -> NDArray[np.int64]:
+    """Number of the cluster of every point; points within 1 of each other in every coordinate are linked."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+    from scipy.spatial import cKDTree
+
+    points, index = np.unique(scaled, axis=0, return_inverse=True)
+    pairs = cKDTree(points).query_pairs(1.0, p=np.inf, output_type="ndarray")
+    links = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(points), len(points)))
+    _, cluster = connected_components(links, directed=False)
+    # Numbered by first appearance in the sorted points, so that the order of rows does not matter.
+    _, first, number = np.unique(cluster, return_index=True, return_inverse=True)
+    rank = np.empty(first.size, dtype=np.int64)
+    rank[np.argsort(first)] = np.arange(first.size)
+    return np.asarray(rank[number][index.ravel()], dtype=np.int64)
+
+
+def _refuse_wide_states(
+    coordinates: FloatArray,
+    index: NDArray[np.int64],
+    names: NDArray[np.str_],
+    tolerance: StateTolerance,
+    where: Where,
+    *,
+    found: bool,
+) -> None:
+    lowest = np.full((names.size, 3), np.inf)
+    highest = np.full((names.size, 3), -np.inf)
+    np.minimum.at(lowest, index, coordinates)
+    np.maximum.at(highest, index, coordinates)
+    for state, axis in np.argwhere(highest - lowest > tolerance.scale)[:1]:
+        spread = (highest - lowest)[state, axis]
+        allowed = (tolerance.place, tolerance.place, tolerance.speed)[axis]
+        position = int(np.flatnonzero((index == state) & (coordinates[:, axis] == highest[state, axis]))[0])
+        remedy = (
+            "impacts that lie closer than this form a chain: add a state_id column or lower the tolerance"
+            if found
+            else f"give the impacts of state {str(names[state])!r} their own state_id or raise the tolerance"
+        )
+        raise where.error(
+            position,
+            _COLUMNS[axis],
+            f"found repeats of one state {spread:.4g} apart, expected at most {allowed:g}; {remedy}",
+        )
+
+
+def _refuse_copies(
+    coordinates: FloatArray,
+    role: NDArray[np.str_],
+    index: NDArray[np.int64],
+    names: NDArray[np.str_],
+    tolerance: StateTolerance,
+    where: Where,
+) -> None:
+    """Two names of one role within a tenth of the tolerance are one state: its repeats are not independent."""
+    from scipy.spatial import cKDTree
+
+    first = np.unique(index, return_index=True)[1]
+    means = np.column_stack([_means(coordinates[:, axis], index, names.size) for axis in range(3)])
+    for kind in ("train", "test"):
+        member = np.flatnonzero(role[first] == kind)
+        if member.size < 2:
+            continue
+        scaled = means[member] / (tolerance.scale / 10)
+        tree = cKDTree(scaled)
+        distance, neighbour = tree.query(scaled, k=2, p=np.inf)
+        for near in np.flatnonzero(distance[:, 1] <= 1)[:1]:
+            one, other = member[neighbour[near]]
+            raise where.error(
+                int(first[max(one, other)]),
+                "state_id",
+                f"states {str(names[one])!r} and {str(names[other])!r} have the same distance, height and speed; "
+                "repeats of a state share its error and need one state_id",
+            )
+
+
+def _means(values: FloatArray, index: NDArray[np.int64], size: int) -> FloatArray:
+    """Means by group, NaN for an empty one; equal values give exactly that value."""
+    lowest = np.full(size, np.inf)
+    np.minimum.at(lowest, index, values)
+    count = np.bincount(index, minlength=size)
+    excess = np.bincount(index, weights=values - lowest[index], minlength=size)
+    lowest[count == 0] = np.nan
+    return lowest + excess / np.maximum(count, 1)

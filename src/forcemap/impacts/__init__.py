@@ -1,0 +1,1 @@
+"""Contact scenarios; later: Recording -> Impact."""

@@ -1,0 +1,154 @@
+"""How far a map's predictions are from measured forces; underestimation is the dangerous side."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from forcemap.campaigns.dataset import ImpactDataset, States
+from forcemap.errors import InputError
+from forcemap.maps.force_map import ForceMap
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Accuracy:
+    """Errors of predictions over states (paper, Table II); percent of the measured force.
+
+    The newtons beside a maximum are those of the state of the maximum percent. Means are over the states that are
+    under- or overestimated; with none, figures are 0. Wholly censored states have no error and are only counted.
+
+    Parameters
+    ----------
+    on : str
+        What the map was compared with.
+    states, underestimated, overestimated : int
+        Number of states compared, and of those predicted below and above the measurement.
+    max_underestimation_percent, max_underestimation, mean_underestimation_percent, mean_underestimation : float
+        Measured above predicted [%], [N].
+    max_overestimation_percent, max_overestimation, mean_overestimation_percent, mean_overestimation : float
+        Measured below predicted [%], [N].
+    rmse : float
+        Root mean square error [N].
+    worst_state : str
+        Name of the most underestimated state, empty if none is.
+    censored_states : int
+        States without an uncensored impact, not compared.
+    censored_underestimated : int
+        Of those, how many are predicted below the force they reached at least.
+    skipped_states : int
+        States that could not be left out because the others do not determine the map.
+    """
+
+    on: str
+    states: int
+    underestimated: int
+    max_underestimation_percent: float
+    max_underestimation: float
+    mean_underestimation_percent: float
+    mean_underestimation: float
+    overestimated: int
+    max_overestimation_percent: float
+    max_overestimation: float
+    mean_overestimation_percent: float
+    mean_overestimation: float
+    rmse: float
+    worst_state: str
+    censored_states: int = 0
+    censored_underestimated: int = 0
+    skipped_states: int = 0
+
+    @classmethod
+    def of(cls, predicted: FloatArray, states: States, *, on: str, skipped: int = 0) -> Accuracy:
+        """Compare predicted forces [N] with those of states, both of shape (m,).
+
+        Raises
+        ------
+        InputError
+            No state has an uncensored impact.
+        """
+        measured = states.impacts > 0
+        if not measured.any():
+            raise InputError(f"found no uncensored state to compare the map with ({on}), expected at least one")
+        force = states.force[measured]
+        error = predicted[measured] - force
+        percent = 100 * error / force
+        with np.errstate(over="ignore"):
+            rmse = float(np.sqrt(np.mean(error**2)))
+        names = [name for name, kept in zip(states.name, measured, strict=True) if kept]
+        under, over = error < 0, error > 0
+        worst = int(np.argmin(percent))
+        highest = int(np.argmax(percent))
+        return cls(
+            on=on,
+            states=int(measured.sum()),
+            underestimated=int(under.sum()),
+            max_underestimation_percent=max(0.0, -float(percent[worst])),
+            max_underestimation=max(0.0, -float(error[worst])),
+            mean_underestimation_percent=-float(percent[under].mean()) if under.any() else 0.0,
+            mean_underestimation=-float(error[under].mean()) if under.any() else 0.0,
+            overestimated=int(over.sum()),
+            max_overestimation_percent=max(0.0, float(percent[highest])),
+            max_overestimation=max(0.0, float(error[highest])),
+            mean_overestimation_percent=float(percent[over].mean()) if over.any() else 0.0,
+            mean_overestimation=float(error[over].mean()) if over.any() else 0.0,
+            rmse=rmse,
+            worst_state=names[worst] if under.any() else "",
+            censored_states=int(np.sum(~measured)),
+            censored_underestimated=int(np.sum(predicted[~measured] < states.at_least[~measured])),
+            skipped_states=skipped,
+        )
+
+
+def force_map_accuracy(force_map: ForceMap, dataset: ImpactDataset, *, on: str = "all states") -> Accuracy:
+    """Accuracy of a map on the states of a dataset: pass `dataset.test`, or all of it.
+
+    Parameters
+    ----------
+    force_map : ForceMap
+        The map.
+    dataset : ImpactDataset
+        The impacts.
+    on : str
+        What the states are called in the result.
+
+    Raises
+    ------
+    InputError
+        The dataset has no uncensored state.
+    """
+    if not len(dataset):
+        raise InputError(f"found no impact to compare the map with ({on}), expected at least one")
+    states = dataset.states
+    return Accuracy.of(force_map.predict(states.distance, states.height, states.speed), states, on=on)
+
+
+def leave_one_state_out(force_map: ForceMap) -> Accuracy:
+    """Accuracy of a fitted map on each of its states when fitted to the others.
+
+    Closed form: the residual of state i left out is e_i / (1 - l_i) (Allen 1974, PRESS).
+
+    Raises
+    ------
+    InputError
+        The map was not fitted here, or no state can be left out.
+    """
+    if force_map.fit is None:
+        raise InputError(f"map {force_map.name!r} was not fitted here, so no state can be left out")
+    fit = force_map.fit
+    leverage = fit.between_states.leverage
+    possible = leverage < 1 - 1e-9
+    if not possible.any():
+        raise InputError(
+            f"found {len(fit.states)} states for {fit.between_states.coefficients.size} coefficients: no state can be left out, "
+            "expected more states than coefficients"
+        )
+    states = fit.states.select(possible)
+    residuals = fit.between_states.residuals[possible] / (1 - leverage[possible])
+    with np.errstate(over="ignore"):
+        predicted = np.exp(states.log_force - residuals)
+    skipped = int(np.sum(~possible))
+    return Accuracy.of(predicted, states, on="leave-one-state-out", skipped=skipped)

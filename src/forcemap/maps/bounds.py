@@ -1,0 +1,189 @@
+"""Upper bounds on the force."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from forcemap.errors import BoundNotAvailable, InputError
+from forcemap.maps.blocks import in_blocks
+from forcemap.maps.force_map import ForceMap
+
+FloatArray = NDArray[np.float64]
+
+MIN_DEGREES_OF_FREEDOM = 3
+"""Residual degrees of freedom between states below which no tolerance bound is given."""
+
+
+class Bound(Protocol):
+    """An upper bound on the force a map predicts."""
+
+    def upper(self, force_map: ForceMap, distance: ArrayLike, height: ArrayLike, speed: ArrayLike) -> Any:
+        """Bound on the force [N] at a place [m] and speed [m/s]; arguments broadcast."""
+
+    def require(self, force_map: ForceMap) -> None:
+        """Raise BoundNotAvailable if the map cannot carry this bound."""
+
+    def describe(self) -> dict[str, Any]:
+        """Kind and parameters, as they stand in JSON."""
+
+
+@dataclass(frozen=True)
+class FixedMargin:
+    """The paper's bound: the prediction plus a fixed share of it (section V-A, +10 %).
+
+    It promises nothing by itself: adequate up to a state effect of about 3.3 %.
+
+    Parameters
+    ----------
+    margin : float
+        Share added to the predicted force, at least 0.
+
+    Raises
+    ------
+    InputError
+        A margin that is negative or not finite.
+    """
+
+    margin: float = 0.10
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.margin < math.inf:
+            raise InputError(f"margin: found {self.margin:g}, expected a finite number of at least 0")
+
+    def upper(self, force_map: ForceMap, distance: ArrayLike, height: ArrayLike, speed: ArrayLike) -> Any:
+        """F (1 + margin) [N] at a place [m] and speed [m/s]; arguments broadcast."""
+        return force_map.predict(distance, height, speed) * (1 + self.margin)
+
+    def require(self, force_map: ForceMap) -> None:
+        """Every map can carry a fixed margin."""
+
+    def describe(self) -> dict[str, Any]:
+        """Kind and parameters, as they stand in JSON."""
+        return {"kind": "margin", "margin": self.margin}
+
+    def __str__(self) -> str:
+        return f"prediction + {100 * self.margin:g} %"
+
+
+@dataclass(frozen=True)
+class ToleranceBound:
+    """One-sided tolerance bound on the force of a state: above `content` of states with `confidence`.
+
+    With l the leverage of the queried state, s the residual SD of the state means of ln F and t' the
+    `confidence` quantile of the noncentral t distribution (degrees of freedom: states less coefficients;
+    noncentrality z_content / sqrt(l)), upper = max(F exp(s sqrt(l) t'), F + device error)
+    (Krishnamoorthy and Mathew 2009, Statistical Tolerance Regions, section 3.4: tolerance limits in regression).
+
+    Parameters
+    ----------
+    confidence : float
+        Share of campaigns in which the promise holds, from 0.5 to below 1.
+    content : float
+        Share of states below the bound, from 0.5 to below 1.
+    device_error : float
+        Largest error of the device [N]; that of the map's own device counts where it is larger.
+
+    Raises
+    ------
+    InputError
+        A parameter outside its range.
+    """
+
+    confidence: float = 0.95
+    content: float = 0.95
+    device_error: float = 3.0
+
+    def __post_init__(self) -> None:
+        for name, value in (("confidence", self.confidence), ("content", self.content)):
+            if not 0.5 <= value < 1:
+                raise InputError(f"{name}: found {value:g}, expected a number from 0.5 to below 1")
+        if not 0 <= self.device_error < math.inf:
+            raise InputError(f"device error: found {self.device_error:g} N, expected a finite number of at least 0")
+
+    def upper(self, force_map: ForceMap, distance: ArrayLike, height: ArrayLike, speed: ArrayLike) -> Any:
+        """The bound [N] at a place [m] and speed [m/s]; arguments broadcast.
+
+        Raises
+        ------
+        BoundNotAvailable
+            The map has no measured states, or too few.
+        """
+        self.require(force_map)
+        assert force_map.fit is not None
+        deviation = force_map.fit.state_sd
+        table = _tolerance_table(force_map.fit.between_states.degrees_of_freedom, self.confidence, self.content)
+        error = float(np.fmax(self.device_error, force_map.conditions.device.error))
+
+        def upper(force: FloatArray, leverage: FloatArray) -> FloatArray:
+            allowance = deviation * _tolerance_factor(leverage, table)
+            with np.errstate(over="ignore", invalid="ignore"):
+                bound = np.maximum(force * np.exp(allowance), force + error)
+            return np.where(np.isnan(bound), np.inf, bound)
+
+        force = force_map.predict(distance, height, speed)
+        return in_blocks(upper, force, force_map.leverage(distance, height, speed))
+
+    def require(self, force_map: ForceMap) -> None:
+        """Raise BoundNotAvailable if the map was not fitted, or has too few states."""
+        if force_map.fit is None:
+            raise BoundNotAvailable(
+                f"map {force_map.name!r} has no measured states, so it knows no tolerance bound; "
+                "use a fixed margin (--bound margin) or fit your own impacts"
+            )
+        freedom = force_map.fit.between_states.degrees_of_freedom
+        if freedom < MIN_DEGREES_OF_FREEDOM:
+            raise BoundNotAvailable(
+                f"found {freedom} residual degrees of freedom ({len(force_map.fit.states)} measured states, "
+                f"{force_map.coefficients.size} coefficients), expected at least {MIN_DEGREES_OF_FREEDOM}; "
+                "measure more states or choose a form with fewer terms"
+            )
+
+    def describe(self) -> dict[str, Any]:
+        """Kind and parameters, as they stand in JSON."""
+        return {
+            "kind": "tolerance",
+            "confidence": self.confidence,
+            "content": self.content,
+            "device_error_N": self.device_error,
+        }
+
+    def __str__(self) -> str:
+        return (
+            f"tolerance bound, {100 * self.confidence:g} % confidence that {100 * self.content:g} % of states lie below"
+        )
+
+
+_NODES = np.linspace(0.0, 1.0, 2049)
+
+
+@lru_cache(maxsize=64)
+def _tolerance_table(degrees_of_freedom: int, confidence: float, content: float) -> FloatArray:
+    """sqrt(l) t'(l) / (1 + sqrt(l)) at u = sqrt(l) / (1 + sqrt(l)), for u evenly from 0 to 1.
+
+    sqrt(l) t' is convex in sqrt(l), hence this quotient is convex in u and straight lines between its nodes
+    lie on or above it: the table errs upwards alone.
+    """
+    from scipy.special import chdtri, nctdtrit, ndtri, stdtrit
+
+    z = ndtri(content)
+    root = _NODES[1:-1] / (1 - _NODES[1:-1])
+    inner = root * nctdtrit(degrees_of_freedom, z / root, confidence) * (1 - _NODES[1:-1])
+    at_zero = z * math.sqrt(degrees_of_freedom / chdtri(degrees_of_freedom, confidence))
+    at_infinity = stdtrit(degrees_of_freedom, confidence)
+    table = np.concatenate([[at_zero], inner, [at_infinity]])
+    known = ~np.isnan(table)  # a few quantiles of extreme noncentrality are not computed: bridged, again upwards
+    return np.interp(_NODES, _NODES[known], table[known]) * (1 + 1e-9)  # and above the rounding of the quantiles
+
+
+def _tolerance_factor(leverage: FloatArray, table: FloatArray) -> FloatArray:
+    """sqrt(l) t'(l), read off the table; infinite where the leverage is."""
+    root = np.sqrt(leverage)
+    with np.errstate(invalid="ignore"):
+        node = np.where(np.isinf(root), 1.0, root / (1 + root))
+    return np.asarray(np.interp(node, _NODES, table) * (1 + root))

@@ -1,0 +1,89 @@
+"""Where a function first exceeds a level, for many places at once, with errors on the safe side."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+CELLS = 128
+"""Cells an interval is cut into; a suspicious cell is cut again."""
+
+_FRACTIONS = np.linspace(0.0, 1.0, CELLS + 1)
+
+
+def first_exceedance(
+    function: Callable[[Indices, FloatArray], FloatArray],
+    start: FloatArray,
+    stop: FloatArray,
+    level: FloatArray,
+) -> tuple[FloatArray, FloatArray]:
+    """The end of the stretch from `start` on which a function stays at or below a level.
+
+    The interval is sampled in cells; a cell whose ends, or whose bulge between them as the second differences
+    give it (twice over), exceed the level is sampled again, and the exceedance found is bisected. A bulge too
+    small to be sampled counts as an exceedance.
+
+    Parameters
+    ----------
+    function : callable
+        Takes numbers of places, shape (m,), and arguments, shape (m, k), and gives values, shape (m, k).
+    start, stop : array
+        Interval of each place, shape (n,).
+    level : array
+        Level of each place, shape (n,).
+
+    Returns
+    -------
+    tuple of array
+        Last argument found at or below the level, and the next one found above it, both of shape (n,).
+        The first is NaN where the function exceeds the level at `start`; the second NaN where it never does.
+    """
+    places = np.arange(start.size)
+    arguments, values = _sample(function, places, start, stop)
+    refused = ~(values[:, 0] <= level)
+    certain, suspicious = _cells(values, level)
+    first_certain = np.where(certain.any(axis=1), certain.argmax(axis=1), CELLS)
+    suspicious &= (np.arange(CELLS) <= first_certain[:, None]) & ~refused[:, None]
+
+    place, cell = np.nonzero(suspicious)
+    finer, finer_values = _sample(function, place, arguments[place, cell], arguments[place, cell + 1])
+    certain, suspicious = _cells(finer_values, level[place])
+    exceeds = suspicious.any(axis=1)
+    place, at = np.unique(place[exceeds], return_index=True)  # the first exceeding cell of each place
+    pair = np.flatnonzero(exceeds)[at]
+    cell = suspicious[pair].argmax(axis=1)
+    below, above = finer[pair, cell], finer[pair, cell + 1]
+    is_certain = certain[pair, cell]
+    for _ in range(30):
+        middle = 0.5 * (below + above)
+        within = function(place, middle[:, None])[:, 0] <= level[place]
+        below = np.where(is_certain & within, middle, below)
+        above = np.where(is_certain & ~within, middle, above)
+
+    last = np.where(refused, np.nan, stop)
+    following = np.full(start.size, np.nan)
+    last[place], following[place] = below, above
+    return last, following
+
+
+def _sample(
+    function: Callable[[Indices, FloatArray], FloatArray], place: Indices, start: FloatArray, stop: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    arguments = start[:, None] + (stop - start)[:, None] * _FRACTIONS
+    arguments[:, -1] = stop
+    return arguments, function(place, arguments)
+
+
+def _cells(values: FloatArray, level: FloatArray) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Cells whose far end exceeds the level, and cells that may exceed it anywhere; shape (n, CELLS)."""
+    bend = np.abs(np.diff(values, 2, axis=1))
+    bend = np.concatenate([bend[:, :1], bend, bend[:, -1:]], axis=1)
+    bulge = np.maximum(bend[:, :-1], bend[:, 1:]) / 4  # a parabola rises bend/8 above its chord
+    certain = ~(values[:, 1:] <= level[:, None])
+    peak = np.maximum(values[:, :-1], values[:, 1:]) + bulge
+    return certain, certain | ~(peak <= level[:, None])

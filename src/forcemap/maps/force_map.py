@@ -1,0 +1,227 @@
+"""The collision-force map F(d, h, v)."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from forcemap._version import __version__
+from forcemap.campaigns.dataset import Conditions, PhaseTwo, States
+from forcemap.errors import InputError
+from forcemap.maps.blocks import in_blocks
+from forcemap.maps.forms import Form
+from forcemap.maps.measured_range import MeasuredRange
+from forcemap.maps.regression import Regression
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """What a fitted map was fitted to, and how well.
+
+    Parameters
+    ----------
+    states : States
+        The measured states, each with at least one uncensored impact.
+    left_out : States
+        States whose impacts were all censored.
+    between_states : Regression
+        Fit of the state means of ln F: the honest standard errors and p values.
+    over_samples : Regression or None
+        Fit of ln F of all uncensored impacts as if independent: the paper's reading, for its term selection.
+        None for a map read from a file.
+    states_found : str
+        How states were found.
+    table, table_sha256 : str
+        Name and SHA-256 of the impacts table.
+    """
+
+    states: States
+    left_out: States
+    between_states: Regression
+    over_samples: Regression | None = None
+    states_found: str = ""
+    table: str = ""
+    table_sha256: str = ""
+
+    @property
+    def samples(self) -> int:
+        """Number of uncensored impacts in the fit."""
+        return int(self.states.impacts.sum())
+
+    @property
+    def censored_samples(self) -> int:
+        """Number of censored impacts, in states of the fit and in those left out."""
+        return int(self.states.censored.sum() + self.left_out.censored.sum())
+
+    @property
+    def repeats(self) -> tuple[int, int]:
+        """Fewest and most impacts of a state, censored ones counted."""
+        counts = np.concatenate([self.states.impacts + self.states.censored, self.left_out.censored])
+        return int(counts.min()), int(counts.max())
+
+    @property
+    def state_sd(self) -> float:
+        """Residual standard deviation s of the state means of ln F, about a share of the force; NaN if unknown."""
+        return self.between_states.residual_sd
+
+    @cached_property
+    def rmse_force(self) -> float:
+        """Root mean square of predicted minus measured force over the states [N]."""
+        predicted = np.exp(self.states.log_force - self.between_states.residuals)
+        return float(np.sqrt(np.mean((predicted - self.states.force) ** 2)))
+
+
+@dataclass(frozen=True, eq=False)
+class ForceMap:
+    """A collision-force map, ln F = sum of coefficient x term (paper, eq. 4).
+
+    Made by `fit_force_map`, `published_map` or `read_map`.
+
+    Parameters
+    ----------
+    name : str
+        A short name: of the published map, or of the table it was fitted to.
+    form : Form
+        Its terms.
+    coefficients : array
+        One for each term, shape (terms,), for F in N, d and h in m, v in m/s.
+    measured_range : MeasuredRange
+        Convex hull of the measured states.
+    fit : Fit or None
+        Statistics of a fitted map; None for a published one.
+    phase_two : PhaseTwo
+        What is known of Phase II.
+    conditions : Conditions
+        What the impacts were measured under.
+    device_range : float
+        Range of the force measuring device [N]; NaN if nothing tells.
+    source : str
+        Where the coefficients come from.
+    software : str
+        Software that made the map.
+    """
+
+    name: str
+    form: Form
+    coefficients: FloatArray
+    measured_range: MeasuredRange
+    fit: Fit | None = None
+    phase_two: PhaseTwo = field(default_factory=PhaseTwo)
+    conditions: Conditions = field(default_factory=Conditions)
+    device_range: float = math.nan
+    source: str = ""
+    software: str = f"forcemap {__version__}"
+
+    def predict(self, distance: ArrayLike, height: ArrayLike, speed: ArrayLike) -> Any:
+        """Predicted peak force.
+
+        F = exp(sum of coefficient x term), paper eq. 4. Algebra, also outside the measured range.
+
+        Parameters
+        ----------
+        distance, height : float or array
+            Place [m].
+        speed : float or array
+            Speed at contact [m/s]; the three broadcast.
+
+        Returns
+        -------
+        float or array
+            Force [N].
+
+        Examples
+        --------
+        >>> from forcemap import published_map
+        >>> round(published_map("ur10e").predict(0.8, 0.4, 0.3), 1)
+        238.5
+        """
+        return in_blocks(self._force, distance, height, speed)
+
+    def crossing_speed(self, distance: ArrayLike, height: ArrayLike, force: ArrayLike) -> Any:
+        """Smallest speed v >= 0 at which the predicted force rises to a given force.
+
+        The inverse of the paper's eq. 4 in v, in closed form. Algebra, no permission: see `safe_speed`.
+
+        Parameters
+        ----------
+        distance, height : float or array
+            Place [m].
+        force : float or array
+            Force [N]; the three broadcast.
+
+        Returns
+        -------
+        float or array
+            Speed [m/s]; 0.0 where the force is reached at rest, NaN where it never is.
+
+        Raises
+        ------
+        InputError
+            A force that is not positive and finite.
+
+        Examples
+        --------
+        >>> from forcemap import published_map
+        >>> round(published_map("ur10e").crossing_speed(0.8, 0.4, 140.0), 4)
+        0.159
+        """
+        wanted = np.asarray(force, dtype=np.float64)
+        if not np.all((wanted > 0) & (wanted < np.inf)):
+            raise InputError("force: found a value that is not positive and finite, expected newtons above 0")
+        return in_blocks(self._crossing_speed, distance, height, wanted)
+
+    def leverage(self, distance: ArrayLike, height: ArrayLike, speed: ArrayLike) -> Any:
+        """Leverage l = x'(X'X)^-1 x of states with respect to the fitted ones; arguments as `predict`.
+
+        Raises
+        ------
+        InputError
+            The map was not fitted here.
+        """
+        if self.fit is None:
+            raise InputError(f"map {self.name!r} was not fitted here, so it has no leverage")
+        return in_blocks(self._leverage, distance, height, speed)
+
+    @property
+    def simulated(self) -> bool:
+        """True if the map rests on simulated impacts."""
+        return self.conditions.simulated
+
+    @cached_property
+    def rises_with_speed(self) -> bool:
+        """True if the prediction nowhere falls with speed inside the box around the measured range.
+
+        Checked at 25 points along each axis; exact for a form that is linear in ln v and bilinear in place.
+        """
+        axes = [np.linspace(a, b, 25) for a, b in zip(*self._box, strict=True)]
+        distance, height, speed = np.meshgrid(*axes, indexing="ij", sparse=True)
+        (profile,) = self.form.speed_profiles(self.coefficients[None], distance, height)
+        return bool(np.all(profile.slope(speed) >= 0))
+
+    @property
+    def _box(self) -> tuple[FloatArray, FloatArray]:
+        return self.measured_range.lowest, self.measured_range.highest
+
+    def _force(self, distance: FloatArray, height: FloatArray, speed: FloatArray) -> FloatArray:
+        (profile,) = self.form.speed_profiles(self.coefficients[None], distance, height)
+        with np.errstate(over="ignore"):
+            return np.asarray(np.exp(profile(speed)))
+
+    def _crossing_speed(self, distance: FloatArray, height: FloatArray, force: FloatArray) -> FloatArray:
+        (profile,) = self.form.speed_profiles(self.coefficients[None], distance, height)
+        return profile.first_rise(np.log(force))
+
+    def _leverage(self, distance: FloatArray, height: FloatArray, speed: FloatArray) -> FloatArray:
+        assert self.fit is not None
+        rows = self.fit.between_states.inverse_triangle.T  # x'(X'X)^-1 x = |R^-T x|^2
+        leverage = np.zeros(np.broadcast_shapes(distance.shape, height.shape, speed.shape))
+        for profile in self.form.speed_profiles(rows, distance, height):
+            leverage += np.square(profile(speed))
+        return leverage

@@ -1,0 +1,147 @@
+"""Forms of collision-force maps: the terms whose sum is ln F."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from forcemap.errors import InputError, UnknownName
+from forcemap.maps.speed_profile import SpeedProfile
+from forcemap.maps.terms import Term
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Form:
+    """A named set of terms, ln F = sum of coefficient x term (paper, eq. 4).
+
+    Parameters
+    ----------
+    name : str
+        Name of the form, as it stands in map files.
+    terms : tuple of Term
+        Terms in the order of the coefficients.
+
+    Raises
+    ------
+    InputError
+        No term, a term twice, or a dependence on speed that is neither a polynomial up to degree three nor
+        linear in ln v (the crossing speed has a safe closed solution for these alone).
+    """
+
+    name: str
+    terms: tuple[Term, ...]
+
+    def __post_init__(self) -> None:
+        if not self.terms or len(set(self.terms)) != len(self.terms):
+            raise InputError(f"form {self.name}: expected at least one term and none twice")
+        if self.speed_degree > 3 or any(t.log_speed > 1 for t in self.terms) or (self.speed_degree and self.logarithmic):
+            raise InputError(f"form {self.name}: expected powers of v up to 3, or ln(v) alone")
+
+    @classmethod
+    def of(cls, name: str, terms: Sequence[str]) -> Form:
+        """A form from the readable names of its terms."""
+        return cls(name, tuple(Term.parse(term) for term in terms))
+
+    @property
+    def term_names(self) -> list[str]:
+        """Readable names of the terms."""
+        return [str(term) for term in self.terms]
+
+    @cached_property
+    def speed_degree(self) -> int:
+        """Highest power of v."""
+        return max(term.speed for term in self.terms)
+
+    @cached_property
+    def logarithmic(self) -> bool:
+        """True if ln F is linear in ln v."""
+        return any(term.log_speed for term in self.terms)
+
+    def design(self, distance: FloatArray, height: FloatArray, speed: FloatArray) -> FloatArray:
+        """Design matrix, shape (n, terms), for places [m] and speeds [m/s] of shape (n,)."""
+        return np.column_stack([term.values(distance, height, speed) for term in self.terms])
+
+    def speed_profiles(
+        self, coefficients: FloatArray, distance: FloatArray, height: FloatArray
+    ) -> list[SpeedProfile]:
+        """How each row of `coefficients`, shape (m, terms), depends on speed at places of any one shape [m].
+
+        The sums over terms run in a fixed order, so one place gives the same bits as many.
+        """
+        monomials = _monomials({(term.distance, term.height) for term in self.terms}, distance, height)
+        profiles = []
+        for row in coefficients:
+            sums: dict[tuple[int, int], FloatArray] = {}
+            for coefficient, term in zip(row.tolist(), self.terms, strict=True):
+                if coefficient == 0.0:
+                    continue
+                power = (term.speed, term.log_speed)
+                place = monomials[term.distance, term.height]
+                value = coefficient if place is None else coefficient * place
+                sums[power] = sums[power] + value if power in sums else value
+            powers = tuple(np.asarray(sums.get((k, 0), 0.0)) for k in range(self.speed_degree + 1))
+            profiles.append(SpeedProfile(powers, np.asarray(sums.get((0, 1), 0.0)) if self.logarithmic else None))
+        return profiles
+
+
+def _monomials(
+    exponents: set[tuple[int, int]], distance: FloatArray, height: FloatArray
+) -> dict[tuple[int, int], FloatArray | None]:
+    """d^i h^j for each pair of exponents; None is 1."""
+
+    def power(base: FloatArray, exponent: int) -> FloatArray | None:
+        value: FloatArray | None = None
+        for _ in range(exponent):
+            value = base if value is None else value * base
+        return value
+
+    monomials: dict[tuple[int, int], FloatArray | None] = {}
+    for i, j in exponents:
+        d, h = power(distance, i), power(height, j)
+        monomials[i, j] = h if d is None else d if h is None else d * h
+    return monomials
+
+
+def form_named(name: str) -> Form:
+    """The form of that name; capitals and hyphens do not matter.
+
+    Raises
+    ------
+    UnknownName
+        No form has the name.
+    """
+    wanted = name.upper().replace("-", "_")
+    for form in FORMS:
+        if form.name == wanted:
+            return form
+    raise UnknownName("form", name, [form.name for form in FORMS])
+
+
+CFM_2D = Form.of("CFM_2D", ["1", "v", "d", "d^2"])
+"""The 2D collision-force map of Schlotzhauer et al. 2019 (paper, eq. 2)."""
+
+CFM_3D = Form.of("CFM_3D", ["1", "v", "d", "d^2", "d*h", "h^2", "d^2*v", "d*v^2", "d*h^2"])
+"""The paper's 3D collision-force map, coefficients in the paper's order (eq. 4)."""
+
+FULL_CUBIC = Form(
+    "FULL_CUBIC",
+    tuple(
+        Term(distance=d, height=h, speed=v)
+        for degree in range(4)
+        for v in range(degree, -1, -1)
+        for d in range(degree - v, -1, -1)
+        for h in [degree - v - d]
+    ),
+)
+"""All monomials up to degree three: the intercept and the 19 terms the paper's selection starts from."""
+
+LOG_SPEED = Form.of("LOG_SPEED", ["1", "d", "h", "d^2", "d*h", "h^2", "d*h^2", "ln(v)", "d*ln(v)", "h*ln(v)"])
+"""Second form: a power of v whose exponent depends on the place; monotone in v where that exponent is positive."""
+
+FORMS = (CFM_2D, CFM_3D, FULL_CUBIC, LOG_SPEED)

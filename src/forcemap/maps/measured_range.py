@@ -1,0 +1,108 @@
+"""The measured range: the convex hull of the measured states in (d, h, v), outside of which nothing is claimed."""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+TOLERANCE = 1e-9
+"""A place or speed this close to the hull belongs to it [m, m/s]."""
+
+_FLAT = 1e-7  # relative extent below which the states count as lying in a plane, on a line or at a point
+
+
+class MeasuredRange:
+    """Convex hull of states, closed; flat hulls (one height, one speed) are handled as what they are.
+
+    Parameters
+    ----------
+    points : array
+        (distance, height, speed) of the states, shape (n, 3) [m, m, m/s].
+    """
+
+    def __init__(self, points: FloatArray) -> None:
+        self.points = points
+
+    @property
+    def lowest(self) -> FloatArray:
+        """Lowest distance [m], height [m] and speed [m/s] measured anywhere."""
+        return np.asarray(self.points.min(axis=0))
+
+    @property
+    def highest(self) -> FloatArray:
+        """Highest distance [m], height [m] and speed [m/s] measured anywhere."""
+        return np.asarray(self.points.max(axis=0))
+
+    @cached_property
+    def facets(self) -> FloatArray:
+        """Half-spaces a_d d + a_h h + a_v v + b <= 0 whose intersection is the hull, rows (a_d, a_h, a_v, b).
+
+        Every (a_d, a_h, a_v) has length 1, so the left side is a distance from the hull's plane.
+        """
+        span = np.where(np.ptp(self.points, axis=0) > 0, np.ptp(self.points, axis=0), 1.0)
+        centre = self.points.mean(axis=0)
+        scaled = (self.points - centre) / span
+        _, sizes, axes = np.linalg.svd(scaled, full_matrices=len(scaled) < 3)
+        rank = int(np.sum(sizes > _FLAT * max(1.0, sizes[0])))
+        within, across = axes[:rank], axes[rank:]
+        half_spaces = [*_hull(scaled @ within.T, within)]
+        for normal in across:
+            offset = scaled @ normal
+            half_spaces += [np.append(normal, -offset.max()), np.append(-normal, offset.min())]
+        facets = np.array(half_spaces)
+        normals = facets[:, :3] / span
+        length = np.linalg.norm(normals, axis=1)
+        offset = facets[:, 3] - normals @ centre
+        return np.unique(np.round(np.column_stack([normals, offset]) / length[:, None], 13), axis=0)
+
+    def speeds(self, distance: FloatArray, height: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Lowest and highest measured speed [m/s] at places [m] of one shape; NaN outside the range."""
+        low, high = np.full(distance.shape, -np.inf), np.full(distance.shape, np.inf)
+        low_closed, high_closed = low.copy(), high.copy()
+        inside = np.ones(distance.shape, dtype=np.bool_)
+        for a_d, a_h, a_v, b in self.facets.tolist():
+            place = a_d * distance + a_h * height + b
+            if abs(a_v) <= TOLERANCE:
+                inside &= place <= TOLERANCE
+            elif a_v > 0:
+                high = np.minimum(high, -place / a_v)
+                high_closed = np.minimum(high_closed, (TOLERANCE - place) / a_v)
+            else:
+                low = np.maximum(low, -place / a_v)
+                low_closed = np.maximum(low_closed, (TOLERANCE - place) / a_v)
+        inside &= low_closed <= high_closed
+        middle = 0.5 * (low + high)
+        low, high = np.where(low > high, middle, low), np.where(low > high, middle, high)
+        return np.where(inside, self._snap(low), np.nan), np.where(inside, self._snap(high), np.nan)
+
+    def contains(self, distance: FloatArray, height: FloatArray, speed: FloatArray) -> NDArray[np.bool_]:
+        """True where the state lies in the hull; arrays of one shape."""
+        low, high = self.speeds(distance, height)
+        return np.asarray((low - TOLERANCE <= speed) & (speed <= high + TOLERANCE))
+
+    def _snap(self, speed: FloatArray) -> FloatArray:
+        """The speed of a state where one is this close, so that a measured 0.2 m/s reads 0.2 m/s."""
+        measured = np.unique(self.points[:, 2])
+        after = np.clip(np.searchsorted(measured, speed), 1, max(1, measured.size - 1))
+        before, after = measured[after - 1], measured[np.minimum(after, measured.size - 1)]
+        nearest = np.where(np.abs(speed - before) <= np.abs(after - speed), before, after)
+        return np.where(np.abs(nearest - speed) <= TOLERANCE, nearest, speed)
+
+
+def _hull(points: FloatArray, axes: FloatArray) -> FloatArray:
+    """Half-spaces of the convex hull of points given in coordinates along `axes`, shape (m, 4)."""
+    rank = len(axes)
+    if rank == 0:
+        return np.empty((0, 4))
+    if rank == 1:
+        normals, offsets = np.array([[1.0], [-1.0]]), np.array([-points.max(), points.min()])
+    else:
+        from scipy.spatial import ConvexHull
+
+        equations = ConvexHull(points).equations
+        normals, offsets = equations[:, :-1], equations[:, -1]
+    return np.column_stack([normals @ axes, offsets])

@@ -1,0 +1,1 @@
+"""What a force measuring device is; later: files of a device -> Recording."""

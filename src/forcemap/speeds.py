@@ -1,0 +1,259 @@
+"""Safe speeds: a map, an upper bound on its force and a limit give the highest speed that may be driven."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from decimal import ROUND_FLOOR, Decimal
+from enum import StrEnum
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from forcemap.errors import InputError
+from forcemap.limits.force_limits import Contact, ForceLimit
+from forcemap.maps.bounds import Bound
+from forcemap.maps.exceedance import first_exceedance
+from forcemap.maps.force_map import ForceMap
+
+FloatArray = NDArray[np.float64]
+
+_PLACES_AT_ONCE = 4096
+
+
+class SpeedOutcome(StrEnum):
+    """What is known of the safe speed at a place; the first that holds."""
+
+    OUTSIDE = "outside"
+    UNCONFIRMED = "unconfirmed"
+    CAPPED = "capped"
+    ADMISSIBLE = "admissible"
+
+    @property
+    def has_speed(self) -> bool:
+        """True if a speed is given."""
+        return self in (SpeedOutcome.CAPPED, SpeedOutcome.ADMISSIBLE)
+
+
+_REASONS = {
+    SpeedOutcome.OUTSIDE: "the place lies outside the measured range",
+    SpeedOutcome.UNCONFIRMED: "the bound exceeds the limit already at the lowest speed measured there",
+    SpeedOutcome.CAPPED: "even the highest speed measured there is admissible; no higher one was measured",
+    SpeedOutcome.ADMISSIBLE: "the bound reaches the limit at this speed",
+}
+
+
+@dataclass(frozen=True, eq=False)
+class SafeSpeed:
+    """Safe speeds at places; floats and single values for one place, arrays of one shape for many.
+
+    Parameters
+    ----------
+    speed : float or array
+        Highest speed confirmed [m/s], unrounded; NaN unless the outcome is capped or admissible.
+    outcome : SpeedOutcome or array of object
+        What is known of it.
+    extrapolated_speed : float or array
+        Where to measure next [m/s], a hint and no permission: where the bound, continued below the measured
+        speeds, rises to the limit; 0.0 if it never lies below. NaN unless the bound makes it unconfirmed.
+    lowest_measured_speed, highest_measured_speed : float or array
+        Measured speeds at the place [m/s]; NaN outside.
+    predicted_force, bound_force : float or array
+        Prediction and bound at that speed [N]; NaN where there is no speed.
+    reason : str or array of object
+        Why, in words.
+    limit : float or array
+        The force limit used [N].
+    statements : tuple of str
+        What the speeds depend on, a line each.
+    """
+
+    speed: Any
+    outcome: Any
+    extrapolated_speed: Any
+    lowest_measured_speed: Any
+    highest_measured_speed: Any
+    predicted_force: Any
+    bound_force: Any
+    reason: Any
+    limit: Any
+    statements: tuple[str, ...]
+
+
+def safe_speed(
+    force_map: ForceMap,
+    distance: ArrayLike,
+    height: ArrayLike,
+    *,
+    limit: ForceLimit | ArrayLike,
+    bound: Bound,
+    contact: Contact | None = None,
+) -> SafeSpeed:
+    """Highest speed at which the bound on the force stays within a limit, as far as measurements reach.
+
+    With B(v) the running maximum of `bound.upper` from the lowest speed measured at the place: `outside` the
+    measured range; `unconfirmed` if B exceeds the limit already there; `capped` if B admits even the highest
+    speed measured there; else `admissible`, the speed at which B crosses the limit (to 1e-6 m/s, never above).
+
+    A transient limit is used only where Phase II allows it: if impacts clamp, are undetermined, or leave a force
+    above the quasi-static limit, every place inside is `unconfirmed` with that reason.
+
+    Parameters
+    ----------
+    force_map : ForceMap
+        The map.
+    distance, height : float or array
+        Places [m]; they and a numeric limit broadcast.
+    limit : float, array or ForceLimit
+        Force limit [N], positive, finite and not above the device range less its error; or the limits of a body
+        area together with `contact`.
+    bound : Bound
+        `FixedMargin` or `ToleranceBound`.
+    contact : Contact, optional
+        Kind of contact, for a ForceLimit.
+
+    Returns
+    -------
+    SafeSpeed
+
+    Raises
+    ------
+    InputError
+        A place that is not finite, a limit outside its range, or `contact` missing or without a ForceLimit.
+    ContactNotPermitted
+        The standard permits no contact with the body area.
+    BoundNotAvailable
+        The map cannot carry the bound.
+
+    Examples
+    --------
+    >>> from forcemap import FixedMargin, published_map
+    >>> result = safe_speed(published_map("ur10e"), 0.8, 0.4, limit=280.0, bound=FixedMargin(0.10))
+    >>> result.outcome.value, round(result.speed, 4)
+    ('admissible', 0.3212)
+    """
+    newtons, refusal, phase_two = _limit(force_map, limit, contact)
+    bound.require(force_map)
+    arrays = [np.asarray(value, dtype=np.float64) for value in (distance, height, newtons)]
+    shape = np.broadcast_shapes(*(array.shape for array in arrays))
+    d, h, level = (np.ascontiguousarray(np.broadcast_to(array, shape).ravel()) for array in arrays)
+    if not (np.isfinite(d).all() and np.isfinite(h).all()):
+        raise InputError("place: found a distance or height that is not a finite number, expected metres")
+    parts = [
+        _safe_speed(force_map, d[part], h[part], level[part], bound, refusal) for part in _parts(d.size)
+    ]
+    columns = [np.concatenate(column).reshape(shape) for column in zip(*parts, strict=True)]
+    values = [column if shape else column.item() for column in columns]
+    statements = (*force_map.conditions.assumptions(), phase_two, *_warnings(force_map, bound))
+    return SafeSpeed(*values, limit=newtons, statements=statements)
+
+
+def floor_speed(speed: float) -> str:
+    """A speed [m/s] as it is shown: cut to 0.001 m/s in decimal, never rounded up; "-" where there is none.
+
+    Examples
+    --------
+    >>> floor_speed(0.29), floor_speed(0.1599999)
+    ('0.290', '0.159')
+    """
+    if math.isnan(speed):
+        return "-"
+    return str(Decimal(repr(float(speed))).quantize(Decimal("0.001"), rounding=ROUND_FLOOR))
+
+
+def _parts(size: int) -> Iterator[slice]:
+    return (slice(start, start + _PLACES_AT_ONCE) for start in range(0, max(size, 1), _PLACES_AT_ONCE))
+
+
+def _limit(
+    force_map: ForceMap, limit: ForceLimit | ArrayLike, contact: Contact | None
+) -> tuple[Any, str, str]:
+    """The limit in newtons, why Phase II forbids it (empty if it does not), and a statement on Phase II."""
+    newtons: Any
+    refusal = ""
+    error = force_map.conditions.device.error_or_default
+    if isinstance(limit, ForceLimit):
+        if contact is None:
+            raise InputError("contact: expected transient or quasi-static, which of the limits of a body area to use")
+        newtons = limit.force(Contact(contact))
+        if contact is Contact.TRANSIENT:
+            refusal = force_map.phase_two.transient_refusal(limit.quasi_static, error)
+    else:
+        if contact is not None:
+            raise InputError("contact: expected none with a limit in newtons; it chooses between those of a body area")
+        array = np.asarray(limit, dtype=np.float64)
+        newtons = array if array.shape else float(array)
+    found = np.asarray(newtons)
+    if not np.all((found > 0) & (found < np.inf)):
+        raise InputError(f"force limit: found {found.min():g} N, expected a positive finite number")
+    highest = force_map.device_range - error
+    if np.any(found > highest):
+        raise InputError(
+            f"force limit: found {found.max():g} N, expected at most {highest:g} N, the range of the measuring "
+            f"device less its error; nothing above was ever measured"
+        )
+    return newtons, refusal, force_map.phase_two.statement()
+
+
+def _safe_speed(
+    force_map: ForceMap, d: FloatArray, h: FloatArray, limit: FloatArray, bound: Bound, refusal: str
+) -> tuple[Any, ...]:
+    """Columns of SafeSpeed for places of shape (n,)."""
+    low, high = force_map.measured_range.speeds(d, h)
+    speed = np.full(d.size, np.nan)
+    hint = speed.copy()
+    outcome, reason = np.empty((2, d.size), dtype=object)
+    outcome[:], reason[:] = SpeedOutcome.OUTSIDE, _REASONS[SpeedOutcome.OUTSIDE]
+    inside = np.flatnonzero(~np.isnan(low))
+
+    def upper(place: NDArray[np.int64], v: FloatArray) -> FloatArray:
+        at = inside[place][:, None]
+        return np.asarray(bound.upper(force_map, d[at], h[at], v))
+
+    if refusal:
+        outcome[inside] = SpeedOutcome.UNCONFIRMED
+        reason[inside] = f"no transient limit may be used: {refusal}"
+    else:
+        last, following = first_exceedance(upper, low[inside], high[inside], limit[inside])
+        unconfirmed, capped = np.isnan(last), np.isnan(following)
+        speed[inside] = last
+        for kind, mask in (
+            (SpeedOutcome.ADMISSIBLE, np.ones(inside.size, dtype=np.bool_)),
+            (SpeedOutcome.CAPPED, capped),
+            (SpeedOutcome.UNCONFIRMED, unconfirmed),
+        ):
+            outcome[inside[mask]] = kind
+            reason[inside[mask]] = _REASONS[kind]
+        inside = inside[unconfirmed]
+        hint[inside] = _extrapolated(upper, low[inside], limit[inside])
+    with_speed = np.flatnonzero(~np.isnan(speed))
+    predicted, bounded = np.full((2, d.size), np.nan)
+    predicted[with_speed] = force_map.predict(d[with_speed], h[with_speed], speed[with_speed])
+    bounded[with_speed] = bound.upper(force_map, d[with_speed], h[with_speed], speed[with_speed])
+    return speed, outcome, hint, low, high, predicted, bounded, reason
+
+
+def _extrapolated(upper: Any, lowest: FloatArray, limit: FloatArray) -> FloatArray:
+    """Going down from the lowest measured speed, where the bound first falls below the limit; 0 if it never does."""
+
+    def depth(place: NDArray[np.int64], below: FloatArray) -> FloatArray:
+        bound = upper(place, lowest[place][:, None] - below)
+        return -np.log(np.clip(bound, 1e-300, 1e300))
+
+    _, following = first_exceedance(depth, np.zeros(lowest.size), lowest * (1 - 1e-6), -np.log(limit))
+    return np.where(np.isnan(following), 0.0, lowest - following)
+
+
+def _warnings(force_map: ForceMap, bound: Bound) -> list[str]:
+    """What about the map and the bound a reader of the speed must know."""
+    lines = [
+        "person at rest",
+        "pressure not assessed",
+        *([] if force_map.rises_with_speed else ["the prediction falls with speed in part of the measured range"]),
+        *(["device range not stated"] if math.isnan(force_map.device_range) else []),
+    ]
+    if force_map.fit is not None and force_map.fit.censored_samples:
+        lines.append(f"{force_map.fit.censored_samples} impacts above the device range are not in the fit")
+    return lines
