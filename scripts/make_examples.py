@@ -9,8 +9,10 @@ from __future__ import annotations
 import csv
 import json
 import tomllib
+from collections.abc import Callable
 from itertools import product
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -26,7 +28,7 @@ NOISE = {
     "kuka-iiwa7-10nm": (0.021, 0.58 / 0.886),
 }
 
-FACTORS = {  # the paper's terms, in its order
+FACTORS: dict[str, Callable[[float, float, float], float]] = {  # the paper's terms, in its order
     "1": lambda d, h, v: 1.0,
     "v": lambda d, h, v: v,
     "d": lambda d, h, v: d,
@@ -39,7 +41,7 @@ FACTORS = {  # the paper's terms, in its order
 }
 
 
-def impacts(name: str, facts: dict, scenario: str, rng: np.random.Generator) -> list[dict[str, str]]:
+def impacts(name: str, facts: dict[str, Any], scenario: str, rng: np.random.Generator) -> list[dict[str, str]]:
     """Rows of impacts.csv for one campaign."""
     grid = facts["maps"][name]
     effect_sd, repeat_sd = NOISE[name]
@@ -55,7 +57,7 @@ def impacts(name: str, facts: dict, scenario: str, rng: np.random.Generator) -> 
             force = np.exp(log_force + rng.normal(0.0, effect_sd))
             for repeat in range(1, grid["repeats"] + 1):
                 measured = round(float(force + rng.normal(0.0, repeat_sd)), 1)
-                censored = measured > grid["device_range_N"]
+                censored = measured >= grid["device_range_N"]
                 rows.append(
                     {
                         "state_id": f"d{1000 * d:.0f}-h{1000 * h:.0f}-v{1000 * v:.0f}",
@@ -73,7 +75,7 @@ def impacts(name: str, facts: dict, scenario: str, rng: np.random.Generator) -> 
     return rows
 
 
-def campaign_toml(name: str, campaign: dict) -> str:
+def campaign_toml(name: str, campaign: dict[str, Any]) -> str:
     """The text of campaign.toml: what the paper states, marked simulated."""
     lines = [
         'schema = "forcemap-campaign/1"',

@@ -1,9 +1,12 @@
 """forcemap: from measured impacts to a bounded collision-force map and safe robot speeds."""
 
 from forcemap._version import __version__
+from forcemap.assessment import Assessment, assess, map_accuracy
 from forcemap.campaigns.conditions import Conditions
 from forcemap.campaigns.dataset import ImpactDataset, PhaseTwo, States, StateTolerance
+from forcemap.campaigns.examples import EXAMPLE_CAMPAIGNS, copy_example
 from forcemap.campaigns.impacts_table import read_dataset, write_dataset
+from forcemap.comparisons import Comparison, compare_force_models
 from forcemap.errors import (
     BoundNotAvailable,
     ContactNotPermitted,
@@ -25,7 +28,7 @@ from forcemap.limits.pfl import (
     pfl_speed_limit,
 )
 from forcemap.maps.accuracy import Accuracy, force_map_accuracy, leave_one_state_out
-from forcemap.maps.bounds import Bound, FixedMargin, ToleranceBound
+from forcemap.maps.bounds import Bound, FixedMargin, ToleranceBound, margins
 from forcemap.maps.fit import fit_force_map
 from forcemap.maps.force_map import ForceMap
 from forcemap.maps.forms import CFM_2D, CFM_3D, FULL_CUBIC, LOG_SPEED, Form, form_named
@@ -33,17 +36,21 @@ from forcemap.maps.map_file import map_sha256, read_map, write_map
 from forcemap.maps.published import PUBLISHED_MAPS, published_map
 from forcemap.maps.terms import Term
 from forcemap.recordings.device import Device
+from forcemap.speed_maps import SpeedMap, measured_grid, speed_map
 from forcemap.speeds import SafeSpeed, SpeedOutcome, floor_speed, safe_speed
 
 __all__ = [
     "CFM_2D",
     "CFM_3D",
+    "EXAMPLE_CAMPAIGNS",
     "FULL_CUBIC",
     "LOG_SPEED",
     "PUBLISHED_MAPS",
     "Accuracy",
+    "Assessment",
     "Bound",
     "BoundNotAvailable",
+    "Comparison",
     "Conditions",
     "Contact",
     "ContactNotPermitted",
@@ -61,6 +68,7 @@ __all__ = [
     "PhaseTwo",
     "RankDeficient",
     "SafeSpeed",
+    "SpeedMap",
     "SpeedOutcome",
     "StateTolerance",
     "States",
@@ -68,14 +76,20 @@ __all__ = [
     "ToleranceBound",
     "TooFewStates",
     "__version__",
+    "assess",
     "body_region",
+    "compare_force_models",
+    "copy_example",
     "fit_force_map",
     "floor_speed",
     "force_limit",
     "force_map_accuracy",
     "form_named",
     "leave_one_state_out",
+    "map_accuracy",
     "map_sha256",
+    "margins",
+    "measured_grid",
     "pfl_contact_force",
     "pfl_energy",
     "pfl_governing_speed_limit",
@@ -87,6 +101,7 @@ __all__ = [
     "read_limit_table",
     "read_map",
     "safe_speed",
+    "speed_map",
     "standard_limit_table",
     "write_dataset",
     "write_map",

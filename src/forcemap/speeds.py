@@ -14,13 +14,24 @@ from numpy.typing import ArrayLike, NDArray
 
 from forcemap.errors import InputError
 from forcemap.limits.force_limits import Contact, ForceLimit
-from forcemap.maps.bounds import Bound
+from forcemap.maps.bounds import Bound, ToleranceBound, margins
 from forcemap.maps.exceedance import first_exceedance
 from forcemap.maps.force_map import ForceMap
 
 FloatArray = NDArray[np.float64]
 
 _PLACES_AT_ONCE = 4096
+
+_COLUMNS = (
+    "speed",
+    "outcome",
+    "extrapolated_speed",
+    "lowest_measured_speed",
+    "highest_measured_speed",
+    "predicted_force",
+    "bound_force",
+    "reason",
+)
 
 
 class SpeedOutcome(StrEnum):
@@ -141,13 +152,13 @@ def safe_speed(
     d, h, level = (np.ascontiguousarray(np.broadcast_to(array, shape).ravel()) for array in arrays)
     if not (np.isfinite(d).all() and np.isfinite(h).all()):
         raise InputError("place: found a distance or height that is not a finite number, expected metres")
-    parts = [
-        _safe_speed(force_map, d[part], h[part], level[part], bound, refusal) for part in _parts(d.size)
-    ]
+    parts = [_safe_speed(force_map, d[part], h[part], level[part], bound, refusal) for part in _parts(d.size)]
     columns = [np.concatenate(column).reshape(shape) for column in zip(*parts, strict=True)]
-    values = [column if shape else column.item() for column in columns]
+    values: dict[str, Any] = {
+        name: column if shape else column.item() for name, column in zip(_COLUMNS, columns, strict=True)
+    }
     statements = (*force_map.conditions.assumptions(), phase_two, *_warnings(force_map, bound))
-    return SafeSpeed(*values, limit=newtons, statements=statements)
+    return SafeSpeed(**values, limit=newtons, statements=statements)
 
 
 def floor_speed(speed: float) -> str:
@@ -167,9 +178,7 @@ def _parts(size: int) -> Iterator[slice]:
     return (slice(start, start + _PLACES_AT_ONCE) for start in range(0, max(size, 1), _PLACES_AT_ONCE))
 
 
-def _limit(
-    force_map: ForceMap, limit: ForceLimit | ArrayLike, contact: Contact | None
-) -> tuple[Any, str, str]:
+def _limit(force_map: ForceMap, limit: ForceLimit | ArrayLike, contact: Contact | None) -> tuple[Any, str, str]:
     """The limit in newtons, why Phase II forbids it (empty if it does not), and a statement on Phase II."""
     newtons: Any
     refusal = ""
@@ -200,7 +209,7 @@ def _limit(
 def _safe_speed(
     force_map: ForceMap, d: FloatArray, h: FloatArray, limit: FloatArray, bound: Bound, refusal: str
 ) -> tuple[Any, ...]:
-    """Columns of SafeSpeed for places of shape (n,)."""
+    """The first columns of SafeSpeed, in its order, for places of shape (n,)."""
     low, high = force_map.measured_range.speeds(d, h)
     speed = np.full(d.size, np.nan)
     hint = speed.copy()
@@ -240,7 +249,7 @@ def _extrapolated(upper: Any, lowest: FloatArray, limit: FloatArray) -> FloatArr
 
     def depth(place: NDArray[np.int64], below: FloatArray) -> FloatArray:
         bound = upper(place, lowest[place][:, None] - below)
-        return -np.log(np.clip(bound, 1e-300, 1e300))
+        return np.asarray(-np.log(np.clip(bound, 1e-300, 1e300)))
 
     _, following = first_exceedance(depth, np.zeros(lowest.size), lowest * (1 - 1e-6), -np.log(limit))
     return np.where(np.isnan(following), 0.0, lowest - following)
@@ -254,6 +263,11 @@ def _warnings(force_map: ForceMap, bound: Bound) -> list[str]:
         *([] if force_map.rises_with_speed else ["the prediction falls with speed in part of the measured range"]),
         *(["device range not stated"] if math.isnan(force_map.device_range) else []),
     ]
+    if isinstance(bound, ToleranceBound) and (too_small := int(np.sum(margins(bound, force_map) > 0.10))):
+        lines.append(
+            f"the tolerance bound exceeds prediction + 10 % at {too_small} of {len(force_map.measured_range.points)} "
+            "measured states: the paper's margin is too small for this campaign"
+        )
     if force_map.fit is not None and force_map.fit.censored_samples:
         lines.append(f"{force_map.fit.censored_samples} impacts above the device range are not in the fit")
     return lines

@@ -130,8 +130,9 @@ class ImpactDataset:
         ------
         TableError
             No impact; arrays of unequal length; a figure that is not finite, not positive (height may be
-            negative) or in another unit; the same (state, repeat) twice; repeats of a state further apart than
-            the tolerance; one state under two names or with two roles.
+            negative) or in another unit; a force at or above the stated device range that is not censored; the same
+            (state, repeat) twice; repeats of a state further apart than the tolerance; one state under two names or
+            with two roles.
         """
         tolerance = tolerance or StateTolerance()
         conditions = conditions or Conditions()
@@ -150,6 +151,13 @@ class ImpactDataset:
         }
         checked = {column: _numbers(column, values, n, where) for column, values in numbers.items()}
         is_censored = _flags(censored, n, where)
+        device_range = conditions.device.range
+        where.refuse(
+            (checked["peak_force_N"] >= device_range) & ~is_censored,
+            "peak_force_N",
+            checked["peak_force_N"],
+            f"less than the device range of {device_range:g} N, or censored true",
+        )
         roles = _texts("role", role, n, where, default="train")
         where.refuse(~np.isin(roles, ("train", "test")), "role", roles, "train or test")
         scenarios = _scenarios(scenario, n, where)

@@ -10,8 +10,6 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from forcemap.campaigns.conditions import CAMPAIGN_FILE, Conditions, read_conditions
 from forcemap.campaigns.dataset import ImpactDataset, StateTolerance
 from forcemap.errors import TableError, nearest_names
@@ -117,15 +115,14 @@ def from_frame(frame: pd.DataFrame, **options: Any) -> ImpactDataset:
     """Impacts from a DataFrame; columns as in the impacts table, options as in `ImpactDataset.from_arrays`."""
     names = [str(column) for column in frame.columns]
     _require_columns(names, "data frame")
-    columns = {str(name): frame[name].to_numpy() for name in frame.columns}
-    if "censored" in columns and columns["censored"].dtype == object:
-        columns["censored"] = np.array([_truth(str(value), "data frame", i + 1) for i, value in enumerate(columns["censored"])])
-    for text in ("state_id", "role", "scenario", "recording", "flags"):
-        if text in columns and columns[text].dtype == object:
-            missing = frame[text].isna().to_numpy()
-            columns[text] = np.where(missing, None, columns[text])
-    known = {argument: columns[column] for column, argument in _COLUMNS.items() if column in columns}
-    extra = {column: [str(value) for value in values] for column, values in columns.items() if column not in _COLUMNS}
+    columns: dict[str, Any] = {str(name): frame[name].to_numpy() for name in frame.columns}
+    for name in columns.keys() & {"state_id", "role", "scenario", "recording", "flags"}:
+        missing = frame[name].isna().tolist()
+        columns[name] = [None if absent else cell for cell, absent in zip(columns[name], missing, strict=True)]
+    if "censored" in columns and columns["censored"].dtype != bool:
+        columns["censored"] = [_truth(str(cell), "data frame", i + 1) for i, cell in enumerate(columns["censored"])]
+    known: dict[str, Any] = {arg: columns[column] for column, arg in _COLUMNS.items() if column in columns}
+    extra = {name: [str(cell) for cell in cells] for name, cells in columns.items() if name not in _COLUMNS}
     return ImpactDataset.from_arrays(**known, extra=extra, **options)
 
 
@@ -156,9 +153,7 @@ def _read_columns(content: bytes, file: str) -> tuple[dict[str, list[str]], list
     _require_columns(header, file, header_row)
     for row, record in body:
         if len(record) != len(header):
-            raise TableError(
-                f"found {len(record)} cells, expected {len(header)} as in the header", file=file, row=row
-            )
+            raise TableError(f"found {len(record)} cells, expected {len(header)} as in the header", file=file, row=row)
     if not body:
         raise TableError("found a header and no impact, expected at least one", file=file, row=header_row)
     columns = {name: [record[i] for _, record in body] for i, name in enumerate(header)}

@@ -55,7 +55,7 @@ class PhaseTwo:
         """One line for the assumptions of a speed."""
         if not self.recorded:
             return "Phase II not measured"
-        counts = ", ".join(f"{scenario.words}: {n}" for scenario, n in self.scenarios.items() if n)
+        counts = ", ".join(f"{n} impacts {scenario.words}" for scenario, n in self.scenarios.items() if n)
         force = "" if math.isnan(self.largest_force) else f"; largest Phase II force {self.largest_force:.1f} N"
         missing = f"; Phase II not measured for {self.unrecorded} impacts" if self.unrecorded else ""
         return f"Phase II: {counts or 'scenario not stated'}{force}{missing}"

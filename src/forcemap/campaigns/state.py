@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -75,14 +75,15 @@ class States:
         """Average impacts, arrays of shape (n,), over their states; the order of the impacts does not matter."""
         order = np.lexsort((speed, height, distance, peak_force, name))
         names, index = np.unique(name[order], return_inverse=True)
-        coordinates = [_means(values[order], index, names.size) for values in (distance, height, speed)]
         measured = ~censored[order]
         force = peak_force[order]
         at_least = np.full(names.size, -np.inf)
         np.maximum.at(at_least, index[~measured], force[~measured])
         states = cls(
             tuple(names.tolist()),
-            *coordinates,
+            distance=_means(distance[order], index, names.size),
+            height=_means(height[order], index, names.size),
+            speed=_means(speed[order], index, names.size),
             force=_means(force[measured], index[measured], names.size),
             log_force=_means(np.log(force[measured]), index[measured], names.size),
             impacts=np.bincount(index[measured], minlength=names.size),
@@ -98,8 +99,8 @@ class States:
         """The states that an index or a mask of shape (m,) picks."""
         kept = np.flatnonzero(index) if index.dtype == np.bool_ else index
         names = tuple(self.name[i] for i in kept)
-        fields = [getattr(self, field) for field in list(self.__dataclass_fields__)[1:]]
-        return States(names, *(values[kept] for values in fields))
+        fields: dict[str, Any] = {name: getattr(self, name)[kept] for name in list(self.__dataclass_fields__)[1:]}
+        return States(names, **fields)
 
     @property
     def coordinates(self) -> FloatArray:
@@ -228,10 +229,8 @@ def _refuse_copies(
         if member.size < 2:
             continue
         scaled = means[member] / (tolerance.scale / 10)
-        tree = cKDTree(scaled)
-        distance, neighbour = tree.query(scaled, k=2, p=np.inf)
-        for near in np.flatnonzero(distance[:, 1] <= 1)[:1]:
-            one, other = member[neighbour[near]]
+        pairs = cKDTree(scaled).query_pairs(1.0, p=np.inf, output_type="ndarray")
+        for one, other in member[pairs[:1]]:
             raise where.error(
                 int(first[max(one, other)]),
                 "state_id",

@@ -167,16 +167,19 @@ def _limit_table(content: bytes, file: str) -> LimitTable:
         factor = numbers[_FACTOR]
         if factor != 0 and not 1 <= factor <= _MAX_TRANSIENT_FACTOR:
             raise TableError(
-                f"found {factor:g}, expected 0 (contact not permitted) or a factor from 1 to "
-                f"{_MAX_TRANSIENT_FACTOR:g}",
+                f"found {factor:g}, expected 0 (contact not permitted) or a factor from 1 to {_MAX_TRANSIENT_FACTOR:g}",
                 file=file,
                 row=row_number,
                 column=_FACTOR,
             )
         name = row["area"]
         if name in areas or not name or not row["region"]:
-            raise TableError(f"found {name!r}, expected every area once and named, with its region",
-                             file=file, row=row_number, column="area")
+            raise TableError(
+                f"found {name!r}, expected every area once and named, with its region",
+                file=file,
+                row=row_number,
+                column="area",
+            )
         areas[name] = BodyArea(name, row["name"], row["region"], numbers[_FORCE], numbers[_PRESSURE] * _PASCALS, factor)
     return LimitTable(
         areas,

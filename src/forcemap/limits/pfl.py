@@ -42,9 +42,7 @@ def pfl_robot_mass(moving_mass: ArrayLike, payload: ArrayLike = 0.0) -> Any:
     return _result(_positive("moving mass", moving_mass, "kilograms") / 2 + load)
 
 
-def pfl_contact_force(
-    speed: ArrayLike, *, robot_mass: ArrayLike, body_mass: ArrayLike, stiffness: ArrayLike
-) -> Any:
+def pfl_contact_force(speed: ArrayLike, *, robot_mass: ArrayLike, body_mass: ArrayLike, stiffness: ArrayLike) -> Any:
     """Contact force F = v sqrt(k mu).
 
     Parameters
@@ -80,9 +78,7 @@ def pfl_contact_force(
     return _result(v * _force_per_speed(robot_mass, body_mass, stiffness))
 
 
-def pfl_speed_limit(
-    max_force: ArrayLike, *, robot_mass: ArrayLike, body_mass: ArrayLike, stiffness: ArrayLike
-) -> Any:
+def pfl_speed_limit(max_force: ArrayLike, *, robot_mass: ArrayLike, body_mass: ArrayLike, stiffness: ArrayLike) -> Any:
     """Speed limit v = F_max / sqrt(k mu), the inverse of `pfl_contact_force`.
 
     Parameters

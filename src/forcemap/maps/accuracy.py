@@ -129,26 +129,41 @@ def force_map_accuracy(force_map: ForceMap, dataset: ImpactDataset, *, on: str =
 def leave_one_state_out(force_map: ForceMap) -> Accuracy:
     """Accuracy of a fitted map on each of its states when fitted to the others.
 
-    Closed form: the residual of state i left out is e_i / (1 - l_i) (Allen 1974, PRESS).
-
     Raises
     ------
     InputError
         The map was not fitted here, or no state can be left out.
     """
-    if force_map.fit is None:
-        raise InputError(f"map {force_map.name!r} was not fitted here, so no state can be left out")
-    fit = force_map.fit
-    leverage = fit.between_states.leverage
-    possible = leverage < 1 - 1e-9
+    predicted = left_out_predictions(force_map)
+    assert force_map.fit is not None
+    possible = ~np.isnan(predicted)
     if not possible.any():
         raise InputError(
-            f"found {len(fit.states)} states for {fit.between_states.coefficients.size} coefficients: no state can be left out, "
-            "expected more states than coefficients"
+            f"found {len(force_map.fit.states)} states for {force_map.coefficients.size} coefficients: no state can "
+            "be left out, expected more states than coefficients"
         )
-    states = fit.states.select(possible)
-    residuals = fit.between_states.residuals[possible] / (1 - leverage[possible])
-    with np.errstate(over="ignore"):
-        predicted = np.exp(states.log_force - residuals)
-    skipped = int(np.sum(~possible))
-    return Accuracy.of(predicted, states, on="leave-one-state-out", skipped=skipped)
+    return Accuracy.of(
+        predicted[possible],
+        force_map.fit.states.select(possible),
+        on="leave-one-state-out",
+        skipped=int(np.sum(~possible)),
+    )
+
+
+def left_out_predictions(force_map: ForceMap) -> FloatArray:
+    """Force [N] of each fitted state as predicted by the other states, shape (m,); NaN where they cannot.
+
+    Closed form: the residual of state i left out is e_i / (1 - l_i) (Allen 1974, PRESS).
+
+    Raises
+    ------
+    InputError
+        The map was not fitted here.
+    """
+    if force_map.fit is None:
+        raise InputError(f"map {force_map.name!r} was not fitted here, so no state can be left out")
+    between_states = force_map.fit.between_states
+    left = 1 - between_states.leverage
+    with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
+        predicted = np.exp(force_map.fit.states.log_force - between_states.residuals / left)
+    return np.where(left > 1e-9, predicted, np.nan)

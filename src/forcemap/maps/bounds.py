@@ -159,6 +159,15 @@ class ToleranceBound:
         )
 
 
+def margins(bound: Bound, force_map: ForceMap) -> FloatArray:
+    """How far a bound lies above the prediction at the measured states, as a share of it, shape (m,).
+
+    Where a tolerance bound lies above 0.10, the paper's fixed margin is too small there.
+    """
+    points = force_map.measured_range.points.T
+    return np.asarray(bound.upper(force_map, *points) / force_map.predict(*points) - 1)
+
+
 _NODES = np.linspace(0.0, 1.0, 2049)
 
 
@@ -178,7 +187,9 @@ def _tolerance_table(degrees_of_freedom: int, confidence: float, content: float)
     at_infinity = stdtrit(degrees_of_freedom, confidence)
     table = np.concatenate([[at_zero], inner, [at_infinity]])
     known = ~np.isnan(table)  # a few quantiles of extreme noncentrality are not computed: bridged, again upwards
-    return np.interp(_NODES, _NODES[known], table[known]) * (1 + 1e-9)  # and above the rounding of the quantiles
+    return np.asarray(
+        np.interp(_NODES, _NODES[known], table[known]) * (1 + 1e-9)
+    )  # and above the rounding of the quantiles
 
 
 def _tolerance_factor(leverage: FloatArray, table: FloatArray) -> FloatArray:

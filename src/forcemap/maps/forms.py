@@ -40,7 +40,11 @@ class Form:
     def __post_init__(self) -> None:
         if not self.terms or len(set(self.terms)) != len(self.terms):
             raise InputError(f"form {self.name}: expected at least one term and none twice")
-        if self.speed_degree > 3 or any(t.log_speed > 1 for t in self.terms) or (self.speed_degree and self.logarithmic):
+        if (
+            self.speed_degree > 3
+            or any(t.log_speed > 1 for t in self.terms)
+            or (self.speed_degree and self.logarithmic)
+        ):
             raise InputError(f"form {self.name}: expected powers of v up to 3, or ln(v) alone")
 
     @classmethod
@@ -67,9 +71,7 @@ class Form:
         """Design matrix, shape (n, terms), for places [m] and speeds [m/s] of shape (n,)."""
         return np.column_stack([term.values(distance, height, speed) for term in self.terms])
 
-    def speed_profiles(
-        self, coefficients: FloatArray, distance: FloatArray, height: FloatArray
-    ) -> list[SpeedProfile]:
+    def speed_profiles(self, coefficients: FloatArray, distance: FloatArray, height: FloatArray) -> list[SpeedProfile]:
         """How each row of `coefficients`, shape (m, terms), depends on speed at places of any one shape [m].
 
         The sums over terms run in a fixed order, so one place gives the same bits as many.

@@ -134,9 +134,7 @@ def _from_content(content: dict[str, Any]) -> ForceMap:
     n = len(columns["distance_m"])
     if n == 0:
         raise MapFileError("found no state, expected at least one", column="measured_states")
-    points = np.column_stack(
-        [_floats(name, columns[name], n) for name in ("distance_m", "height_m", "speed_mps")]
-    )
+    points = np.column_stack([_floats(name, columns[name], n) for name in ("distance_m", "height_m", "speed_mps")])
     fit = None
     if statistics is not None:
         states = _states_from_columns(columns)

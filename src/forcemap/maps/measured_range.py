@@ -87,8 +87,8 @@ class MeasuredRange:
     def _snap(self, speed: FloatArray) -> FloatArray:
         """The speed of a state where one is this close, so that a measured 0.2 m/s reads 0.2 m/s."""
         measured = np.unique(self.points[:, 2])
-        after = np.clip(np.searchsorted(measured, speed), 1, max(1, measured.size - 1))
-        before, after = measured[after - 1], measured[np.minimum(after, measured.size - 1)]
+        index = np.clip(np.searchsorted(measured, speed), 1, max(1, measured.size - 1))
+        before, after = measured[index - 1], measured[np.minimum(index, measured.size - 1)]
         nearest = np.where(np.abs(speed - before) <= np.abs(after - speed), before, after)
         return np.where(np.abs(nearest - speed) <= TOLERANCE, nearest, speed)
 

@@ -79,13 +79,13 @@ class Regression:
     @cached_property
     def standard_errors(self) -> FloatArray:
         """Standard errors of the coefficients, shape (p,); NaN if n = p."""
-        return self.residual_sd * np.sqrt(np.square(self.inverse_triangle).sum(axis=1))
+        return np.asarray(self.residual_sd * np.sqrt(np.square(self.inverse_triangle).sum(axis=1)))
 
     @cached_property
     def t_values(self) -> FloatArray:
         """Coefficients over their standard errors, shape (p,)."""
         with np.errstate(divide="ignore", invalid="ignore"):
-            return self.coefficients / self.standard_errors
+            return np.asarray(self.coefficients / self.standard_errors)
 
     @cached_property
     def p_values(self) -> FloatArray:

@@ -43,7 +43,7 @@ class SpeedProfile:
         if self.log is not None:
             return _first_rise_logarithmic(self.powers[0], self.log, level)
         constant = self.powers[0] - level
-        higher = [*self.powers[1:], *[np.float64(0.0)] * (4 - len(self.powers))]
+        higher = [*self.powers[1:], *[np.zeros(())] * (4 - len(self.powers))]
         root = (
             _first_root_cubic(constant, higher[0], higher[1], higher[2])
             if len(self.powers) == 4

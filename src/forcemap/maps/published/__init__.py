@@ -54,5 +54,5 @@ def published_map(name: str) -> ForceMap:
         phase_two=phase_two,
         conditions=conditions,
         device_range=conditions.device.range,
-        source=facts["source"],
+        source=f"published map {name}: {facts['source']}",
     )

@@ -1,0 +1,46 @@
+# make demo, make test: need Python 3.11 or newer with venv, and make; they set up .venv themselves.
+PYTHON ?= python3
+BIN := .venv/bin
+PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt
+
+.PHONY: demo test check validity bench examples clean
+
+demo: .venv/.app
+	rm -rf build/demo
+	$(BIN)/forcemap demo build/demo
+
+test: .venv/.test
+	$(BIN)/python -m pytest
+
+check: .venv/.check
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/python -m pytest -q tests/test_import_directions.py
+
+validity: .venv/.test
+	FORCEMAP_VALIDITY=full $(BIN)/python -m pytest tests/validity -s
+
+bench: .venv/.test
+	$(BIN)/python benchmarks/run.py
+
+examples: .venv/.app
+	$(BIN)/python scripts/make_examples.py
+
+clean:
+	rm -rf .venv build dist
+
+.venv/.app: pyproject.toml constraints.txt
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "forcemap needs Python 3.11 or newer, this is " + sys.version.split()[0] + "; name another with: make PYTHON=python3.12 ...")'
+	@$(PYTHON) -c 'import ensurepip, venv' 2>/dev/null || { echo "this Python has no venv; on Debian or Ubuntu: apt install python3-venv"; exit 1; }
+	test -x $(BIN)/python || $(PYTHON) -m venv .venv
+	$(PIP) -e '.[app]'
+	@touch $@
+
+.venv/.test: .venv/.app
+	$(PIP) -e '.[app,test]'
+	@touch $@
+
+.venv/.check: .venv/.test
+	$(PIP) -e '.[app,test,check]'
+	@touch $@

@@ -1,0 +1,162 @@
+"""forcemap demo."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from forcemap import (
+    EXAMPLE_CAMPAIGNS,
+    Assessment,
+    InputError,
+    ToleranceBound,
+    assess,
+    body_region,
+    copy_example,
+    floor_speed,
+    force_limit,
+    map_sha256,
+    pfl_robot_mass,
+    pfl_speed_limit,
+    read_dataset,
+    write_map,
+)
+from forcemap.cli.options import Json
+from forcemap.cli.output import emit, json_text, listing
+from forcemap.cli.results import (
+    accuracy_lines,
+    accuracy_result,
+    comparison_lines,
+    comparison_result,
+    fit_lines,
+    fit_result,
+    limit_result,
+    limit_words,
+    speed_map_lines,
+)
+from forcemap.exports.speed_table import speed_map_csv, speed_map_places
+from forcemap.files import write_atomically
+
+_AREA = "back_of_hand"
+
+
+def demo(
+    folder: Annotated[
+        str | None, typer.Argument(help="New folder for the example campaign; default: forcemap-demo.")
+    ] = None,
+    example: Annotated[str, typer.Option("--example", help=", ".join(EXAMPLE_CAMPAIGNS) + ".")] = "ur10e",
+    as_json: Json = False,
+) -> None:
+    """Run the whole chain on a bundled, simulated campaign and write its results into a new folder.
+
+    Example: forcemap demo my-first-campaign
+    """
+    target = copy_example(example, folder or _free_name())
+    dataset = read_dataset(target)
+    conditions, region = dataset.conditions, body_region(_AREA)
+    masses = {
+        "robot_mass": pfl_robot_mass(conditions.moving_mass, conditions.payload),
+        "body_mass": math.inf,
+        "stiffness": region.stiffness,
+    }
+    bound = ToleranceBound(device_error=conditions.device.error_or_default)
+    assessment = assess(dataset, limit=force_limit(_AREA), bound=bound, **masses)
+    summary = _summary(assessment, masses)
+    files = _write(assessment, target, summary)
+    result = {
+        "folder": str(target),
+        "files": files,
+        "fit": fit_result(assessment.force_map, assessment.accuracy[0]),
+        "fastest": {contact.value: speeds.fastest for contact, speeds in assessment.speed_maps.items()},
+        "comparison": comparison_result(assessment.comparison),
+    }
+    closing = [
+        "",
+        f"Written to {target}: {', '.join(files)}",
+        f"Next: forcemap speed {target} --distance 0.8 --height 0.4 --area {_AREA} --contact transient",
+    ]
+    emit(result, [*summary, *closing], as_json=as_json)
+
+
+def _free_name() -> str:
+    names = itertools.chain(["forcemap-demo"], (f"forcemap-demo-{number}" for number in range(2, 1000)))
+    for name in names:
+        if not Path(name).exists():
+            return name
+    raise InputError("found a thousand demo folders here, expected room for one; name a folder")
+
+
+def _write(assessment: Assessment, folder: Path, summary: list[str]) -> list[str]:
+    """Write the results beside the campaign, and return the names of all files."""
+    force_map, dataset = assessment.force_map, assessment.dataset
+    (folder / "maps").mkdir()
+    write_map(force_map, folder / "maps" / "cfm_3d.json")
+    for contact, speeds in assessment.speed_maps.items():
+        words = limit_words(assessment.limit, contact)
+        basis = {"limit": words, "bound": str(assessment.bound), "map": force_map.source}
+        basis["map_sha256"] = map_sha256(force_map)
+        document: dict[str, Any] = {
+            **limit_result(assessment.limit, contact),
+            "bound": assessment.bound.describe(),
+            "map_sha256": basis["map_sha256"],
+            "places": speed_map_places(speeds),
+            "assumptions": [*speeds.speeds.statements, f"limit: {words}"],
+        }
+        write_atomically(folder / f"speeds-{contact}.csv", speed_map_csv(speeds, basis=basis))
+        write_atomically(folder / f"speeds-{contact}.json", json_text(document) + "\n")
+    accuracies = {
+        "simulated": dataset.simulated,
+        "accuracies": [accuracy_result(a) for a in assessment.accuracy],
+    }
+    write_atomically(folder / "accuracy.json", json_text(accuracies) + "\n")
+    write_atomically(folder / "comparison.json", json_text(comparison_result(assessment.comparison)) + "\n")
+    write_atomically(folder / "summary.txt", "\n".join(summary) + "\n")
+    return sorted(str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file())
+
+
+def _summary(assessment: Assessment, masses: dict[str, float]) -> list[str]:
+    """The whole result for a person who sees it for the first time."""
+    dataset, comparison = assessment.dataset, assessment.comparison
+    lines = [
+        f"forcemap demo: {dataset.conditions.robot}",
+        "SIMULATED impacts: not a measurement of any robot",
+        "",
+        f"1. The impacts: {len(dataset)} in {len(dataset.states)} states, {int(dataset.censored.sum())} of them above "
+        f"the device range of {dataset.device_range:g} N",
+        "",
+        "2. The map",
+        *fit_lines(assessment.force_map),
+        "",
+        "3. How far predictions are from measurements",
+        *accuracy_lines([(accuracy.on, accuracy) for accuracy in assessment.accuracy]),
+        "",
+        "4. Safe speeds",
+        f"bound: {assessment.bound}",
+    ]
+    for contact, speeds in assessment.speed_maps.items():
+        newtons = assessment.limit.force(contact)
+        standard = pfl_speed_limit(newtons, **masses)
+        lines += [
+            "",
+            f"{limit_words(assessment.limit, contact)}",
+            *speed_map_lines(speeds),
+            f"the standard's contact model: {floor_speed(standard)} m/s everywhere",
+        ]
+        if speeds.fastest is None:
+            lines += _why(speeds)
+    return [*lines, "", "5. Beside the 2D map and the standard", *comparison_lines(comparison)]
+
+
+def _why(speeds: Any) -> list[str]:
+    """Why no place is confirmed, and where to measure."""
+    reasons = list(dict.fromkeys(speeds.speeds.reason.ravel().tolist()))
+    hints = speeds.speeds.extrapolated_speed[speeds.speeds.extrapolated_speed > 0]
+    lines = listing("why not:", reasons)
+    if hints.size:
+        low, high = floor_speed(float(hints.min())), floor_speed(float(hints.max()))
+        lines.append(f"to confirm places, measure at about {low} to {high} m/s, depending on the place")
+    return lines

@@ -1,0 +1,138 @@
+"""Options that several commands share, and what they stand for."""
+
+from __future__ import annotations
+
+import math
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from forcemap import (
+    PUBLISHED_MAPS,
+    Bound,
+    Contact,
+    FixedMargin,
+    ForceLimit,
+    ForceMap,
+    ImpactDataset,
+    InputError,
+    ToleranceBound,
+    fit_force_map,
+    force_limit,
+    form_named,
+    published_map,
+    read_dataset,
+    read_limit_table,
+    read_map,
+)
+
+
+class BoundKind(StrEnum):
+    """Upper bounds that can be asked for."""
+
+    TOLERANCE = "tolerance"
+    MARGIN = "margin"
+
+
+class Body(StrEnum):
+    """Whether the body part can move away."""
+
+    CONSTRAINED = "constrained"
+    FREE = "free"
+
+
+Json = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
+Table = Annotated[str, typer.Argument(help="Impacts table (CSV) or campaign folder.")]
+Source = Annotated[
+    str, typer.Argument(help=f"Map file, impacts table, campaign folder, or {', '.join(PUBLISHED_MAPS)}.")
+]
+FormName = Annotated[str, typer.Option("--form", help="CFM_2D, CFM_3D, FULL_CUBIC or LOG_SPEED.")]
+Area = Annotated[str | None, typer.Option("--area", help="Body area, for example back_of_hand.")]
+Region = Annotated[str | None, typer.Option("--region", help="Body region: the lowest limit of its areas.")]
+ContactKind = Annotated[Contact | None, typer.Option("--contact", help="Kind of contact, with --area or --region.")]
+LimitN = Annotated[float | None, typer.Option("--limit-N", help="Force limit in newtons, in place of an area.")]
+LimitTable = Annotated[str | None, typer.Option("--limit-table", help="Your own table of limits (CSV).")]
+BoundOption = Annotated[
+    BoundKind | None,
+    typer.Option("--bound", help="Upper bound on the force; default: tolerance, for published maps margin."),
+]
+Margin = Annotated[float | None, typer.Option("--margin", help="Share added by --bound margin; default 0.10.")]
+Confidence = Annotated[float, typer.Option("--confidence", help="Confidence of --bound tolerance.")]
+Content = Annotated[float, typer.Option("--content", help="Share of states below --bound tolerance.")]
+MovingMass = Annotated[
+    float | None,
+    typer.Option("--moving-mass-kg", help="Mass of the robot's moving parts; default: as campaign.toml states."),
+]
+Payload = Annotated[
+    float | None,
+    typer.Option("--payload-kg", help="Effective payload; default: as campaign.toml states, else 0."),
+]
+BodyOption = Annotated[
+    Body,
+    typer.Option("--body", help="constrained: the body part cannot move away; free: the region's own mass."),
+]
+
+
+def force_map_from(source: str, form: str) -> ForceMap:
+    """The map a source stands for: a published one, a map file, or a table whose train rows are fitted."""
+    if source in PUBLISHED_MAPS and not Path(source).exists():
+        return published_map(source)
+    if not Path(source).exists():
+        raise InputError(f"no such file, folder or published map ({', '.join(PUBLISHED_MAPS)})", file=source)
+    if source.lower().endswith(".json"):
+        return read_map(source)
+    return fitted(source, form)[1]
+
+
+def fitted(table: str, form: str) -> tuple[ImpactDataset, ForceMap]:
+    """The impacts of a table or campaign folder, and the map fitted to its train rows."""
+    dataset = read_dataset(table)
+    return dataset, fit_force_map(dataset, form=form_named(form))
+
+
+def limit_from(
+    area: str | None,
+    region: str | None,
+    newtons: float | None,
+    contact: Contact | None,
+    limit_table: str | None,
+) -> tuple[ForceLimit | float, Contact | None]:
+    """The limit that the options name, and the kind of contact."""
+    name = area or region
+    if sum(option is not None for option in (area, region, newtons)) != 1 or name == "":
+        raise InputError("limit: expected one of --area, --region or --limit-N")
+    if newtons is not None:
+        if contact is not None or limit_table is not None:
+            raise InputError("limit: --contact and --limit-table go with --area or --region, not with --limit-N")
+        return newtons, None
+    if contact is None:
+        raise InputError("contact: expected --contact transient or --contact quasi-static")
+    assert name is not None
+    return force_limit(name, table=read_limit_table(limit_table) if limit_table else None), contact
+
+
+def bound_from(
+    force_map: ForceMap, kind: BoundKind | None, margin: float | None, confidence: float, content: float
+) -> Bound:
+    """The bound the options name; a tolerance bound for a fitted map, a margin for a published one."""
+    kind = kind or (BoundKind.MARGIN if force_map.fit is None else BoundKind.TOLERANCE)
+    if kind is BoundKind.MARGIN:
+        return FixedMargin(0.10 if margin is None else margin)
+    if margin is not None:
+        raise InputError("margin: --margin goes with --bound margin")
+    bound = ToleranceBound(confidence, content, force_map.conditions.device.error_or_default)
+    bound.require(force_map)
+    return bound
+
+
+def masses_from(
+    conditions: Any, moving_mass: float | None, payload: float | None, body: Body, region_mass: float
+) -> tuple[float, float, float]:
+    """Moving mass M, payload m_L and body mass m_H [kg]."""
+    mass = conditions.moving_mass if moving_mass is None else moving_mass
+    if math.isnan(mass):
+        raise InputError("moving mass: not stated by the campaign; give --moving-mass-kg")
+    load = payload if payload is not None else 0.0 if math.isnan(conditions.payload) else conditions.payload
+    return mass, load, math.inf if body is Body.CONSTRAINED else region_mass

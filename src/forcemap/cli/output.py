@@ -1,0 +1,63 @@
+"""Printing: one JSON object, or lines and tables of text."""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+from forcemap.errors import ForcemapError
+
+
+def emit(result: dict[str, Any], lines: Iterable[str], *, as_json: bool) -> None:
+    """Print a result as one JSON object, or as lines of text."""
+    print(json_text(result) if as_json else "\n".join(lines))
+
+
+def emit_error(error: ForcemapError, *, as_json: bool) -> None:
+    """Print an error as one line on stderr, and as JSON on stdout if asked for."""
+    print(f"error: {error}", file=sys.stderr)
+    if as_json:
+        found = {
+            "kind": error.kind,
+            "message": error.message,
+            "file": error.file,
+            "row": error.row,
+            "column": error.column,
+        }
+        print(json.dumps({"error": found}, ensure_ascii=False))
+
+
+def json_text(value: Any) -> str:
+    """JSON with null for NaN and infinities."""
+    return json.dumps(_plain(value), indent=1, allow_nan=False, ensure_ascii=False)
+
+
+def table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> list[str]:
+    """Lines of a text table, the first column left-aligned, the others right-aligned."""
+    cells = [list(header), *(list(row) for row in rows)]
+    widths = [max(len(row[i]) for row in cells) for i in range(len(header))]
+    return [
+        "  ".join(
+            cell.ljust(width) if i == 0 else cell.rjust(width)
+            for i, (cell, width) in enumerate(zip(row, widths, strict=True))
+        ).rstrip()
+        for row in cells
+    ]
+
+
+def listing(title: str, lines: Iterable[str]) -> list[str]:
+    """A title and a dash before each line."""
+    return [title, *(f"  - {line}" for line in lines)]
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {str(key): _plain(inner) for key, inner in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(inner) for inner in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value

@@ -1,0 +1,97 @@
+"""forcemap speed-map."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+import typer
+
+from forcemap import ContactNotPermitted, map_sha256, measured_grid
+from forcemap import speed_map as speeds_on_grid
+from forcemap.cli.options import (
+    Area,
+    BoundOption,
+    Confidence,
+    ContactKind,
+    Content,
+    FormName,
+    Json,
+    LimitN,
+    LimitTable,
+    Margin,
+    Region,
+    Source,
+    bound_from,
+    force_map_from,
+    limit_from,
+)
+from forcemap.cli.output import emit, json_text, listing
+from forcemap.cli.results import limit_result, limit_words, speed_map_lines
+from forcemap.errors import InputError
+from forcemap.exports.speed_table import speed_map_csv, speed_map_places
+from forcemap.files import write_atomically
+
+
+def speed_map(
+    source: Source,
+    area: Area = None,
+    region: Region = None,
+    contact: ContactKind = None,
+    limit_newtons: LimitN = None,
+    limit_table: LimitTable = None,
+    step: Annotated[float, typer.Option("--step-m", help="Distance between places [m].")] = 0.05,
+    bound_kind: BoundOption = None,
+    margin: Margin = None,
+    confidence: Confidence = 0.95,
+    content: Content = 0.95,
+    form: FormName = "CFM_3D",
+    output: Annotated[str | None, typer.Option("-o", "--output", help="Write a .csv or .json file.")] = None,
+    as_json: Json = False,
+) -> None:
+    """Give safe speeds on a grid of places over the measured range.
+
+    Example: forcemap speed-map impacts.csv --area back_of_hand --contact quasi-static -o speeds.csv
+    """
+    if output and not output.endswith((".csv", ".json")):
+        raise InputError("found a name that ends otherwise, expected .csv or .json", file=output)
+    force_map = force_map_from(source, form)
+    limit, contact = limit_from(area, region, limit_newtons, contact, limit_table)
+    bound = bound_from(force_map, bound_kind, margin, confidence, content)
+    distance, height = measured_grid(force_map, step)
+    result: dict[str, Any] = {**limit_result(limit, contact), "bound": bound.describe()}
+    result["map_sha256"] = map_sha256(force_map)
+    try:
+        speeds = speeds_on_grid(force_map, distance, height, limit=limit, bound=bound, contact=contact)
+    except ContactNotPermitted as error:
+        result |= {"outcome": "not_permitted", "reason": error.message, "fastest": None, "places": []}
+        emit(result, [f"no speed: {error.message}"], as_json=as_json)
+        raise typer.Exit(1) from None
+    fastest = speeds.fastest
+    words = limit_words(limit, contact)
+    result |= {
+        "counts": speeds.counts,
+        "fastest": None
+        if fastest is None
+        else dict(zip(("distance_m", "height_m", "speed_mps"), fastest, strict=True)),
+        "places": speed_map_places(speeds),
+        "assumptions": [*speeds.speeds.statements, f"limit: {words}"],
+    }
+    if output:
+        basis = {
+            "limit": words,
+            "bound": str(bound),
+            "map": force_map.source,
+            "map_sha256": result["map_sha256"],
+        }
+        text = speed_map_csv(speeds, basis=basis) if output.endswith(".csv") else json_text(result) + "\n"
+        write_atomically(output, text)
+    lines = [
+        f"Safe speeds, {words}",
+        f"bound: {bound}",
+        "",
+        *speed_map_lines(speeds),
+        *([f"written to {output}"] if output else []),
+        *listing("Assumes", [f"map: {force_map.source}", *speeds.speeds.statements]),
+    ]
+    emit(result, lines, as_json=as_json)
+    raise typer.Exit(0 if fastest else 1)

@@ -1,0 +1,1 @@
+"""Results -> tables that other programs read; speeds are shown floored, nothing is computed."""

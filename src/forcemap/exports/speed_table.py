@@ -1,0 +1,64 @@
+"""A speed map as CSV, for people and spreadsheets, and as JSON, for programs."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+from typing import Any
+
+from forcemap.speed_maps import SpeedMap
+from forcemap.speeds import floor_speed
+
+_SPEEDS = {
+    "speed_mps": "speed",
+    "extrapolated_speed_mps": "extrapolated_speed",
+    "lowest_measured_speed_mps": "lowest_measured_speed",
+    "highest_measured_speed_mps": "highest_measured_speed",
+}
+_FORCES = {"predicted_force_N": "predicted_force", "bound_force_N": "bound_force"}
+
+
+def speed_map_csv(speed_map: SpeedMap, *, basis: dict[str, str]) -> str:
+    """A row for each place, speeds [m/s] floored to 0.001 and empty where there is none.
+
+    Parameters
+    ----------
+    speed_map : SpeedMap
+        The speeds.
+    basis : dict
+        What every speed rests on (limit, bound, map): a column each, repeated in every row.
+    """
+    stream = io.StringIO()
+    writer = csv.writer(stream, lineterminator="\n")
+    writer.writerow(["distance_m", "height_m", "outcome", *_SPEEDS, *_FORCES, "reason", *basis, "assumptions"])
+    assumptions = "; ".join(speed_map.speeds.statements)
+    for place in _places(speed_map):
+        speeds = [floor_speed(place[column]).replace("-", "") for column in _SPEEDS]
+        forces = ["" if math.isnan(place[column]) else f"{place[column]:.1f}" for column in _FORCES]
+        at = [f"{place['distance_m']:.4f}", f"{place['height_m']:.4f}", place["outcome"]]
+        writer.writerow([*at, *speeds, *forces, place["reason"], *basis.values(), assumptions])
+    return stream.getvalue()
+
+
+def speed_map_places(speed_map: SpeedMap) -> list[dict[str, Any]]:
+    """A dictionary for each place, speeds [m/s] unrounded and None where there is none."""
+    return [
+        {key: None if isinstance(value, float) and math.isnan(value) else value for key, value in place.items()}
+        for place in _places(speed_map)
+    ]
+
+
+def _places(speed_map: SpeedMap) -> list[dict[str, Any]]:
+    speeds = speed_map.speeds
+    return [
+        {
+            "distance_m": distance,
+            "height_m": height,
+            "outcome": speeds.outcome[i, j].value,
+            "reason": speeds.reason[i, j],
+            **{column: float(getattr(speeds, name)[i, j]) for column, name in (_SPEEDS | _FORCES).items()},
+        }
+        for i, distance in enumerate(speed_map.distance.tolist())
+        for j, height in enumerate(speed_map.height.tolist())
+    ]

@@ -1,0 +1,84 @@
+"""Safe speeds on a grid of places."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from forcemap.errors import InputError
+from forcemap.limits.force_limits import Contact, ForceLimit
+from forcemap.maps.bounds import Bound
+from forcemap.maps.force_map import ForceMap
+from forcemap.speeds import SafeSpeed, SpeedOutcome, safe_speed
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class SpeedMap:
+    """Safe speeds on a grid.
+
+    Parameters
+    ----------
+    distance, height : array
+        Axes of the grid [m], shapes (n,) and (m,).
+    speeds : SafeSpeed
+        Safe speeds, arrays of shape (n, m).
+    """
+
+    distance: FloatArray
+    height: FloatArray
+    speeds: SafeSpeed
+
+    @property
+    def fastest(self) -> tuple[float, float, float] | None:
+        """(distance, height, speed) of the fastest confirmed place [m, m, m/s]; None if no place is confirmed."""
+        if np.isnan(self.speeds.speed).all():
+            return None
+        i, j = np.unravel_index(np.nanargmax(self.speeds.speed), self.speeds.speed.shape)
+        return float(self.distance[i]), float(self.height[j]), float(self.speeds.speed[i, j])
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """Number of places of each outcome."""
+        outcomes = self.speeds.outcome.ravel().tolist()
+        return {outcome.value: outcomes.count(outcome) for outcome in SpeedOutcome}
+
+
+def speed_map(
+    force_map: ForceMap,
+    distance: ArrayLike,
+    height: ArrayLike,
+    *,
+    limit: ForceLimit | float,
+    bound: Bound,
+    contact: Contact | None = None,
+) -> SpeedMap:
+    """Safe speeds at every combination of distances [m], shape (n,), and heights [m], shape (m,).
+
+    The other arguments, and the errors, are those of `safe_speed`.
+    """
+    d, h = (np.atleast_1d(np.asarray(axis, dtype=np.float64)) for axis in (distance, height))
+    speeds = safe_speed(force_map, d[:, None], h[None, :], limit=limit, bound=bound, contact=contact)
+    return SpeedMap(d, h, speeds)
+
+
+def measured_grid(force_map: ForceMap, step: float) -> tuple[FloatArray, FloatArray]:
+    """Distances and heights [m] over the box around the measured range, `step` [m] apart, both ends included.
+
+    Raises
+    ------
+    InputError
+        A step that is not positive and finite, or one that makes more than a million places.
+    """
+    low, high = force_map.measured_range.lowest, force_map.measured_range.highest
+    if not 0 < step < np.inf:
+        raise InputError(f"step: found {step:g} m, expected a positive finite number")
+    counts = [np.floor((high[axis] - low[axis]) / step + 1e-9) for axis in (0, 1)]
+    if (counts[0] + 2) * (counts[1] + 2) > 1e6:
+        raise InputError(f"step: found {step:g} m, expected one that makes at most a million places")
+    axes = [np.round(low[i] + step * np.arange(counts[i] + 1), 12) for i in (0, 1)]
+    d, h = (np.append(axis, high[i]) if high[i] - axis[-1] > 1e-9 else axis for i, axis in enumerate(axes))
+    return d, h
