@@ -175,8 +175,8 @@ _NODES = np.linspace(0.0, 1.0, 2049)
 def _tolerance_table(degrees_of_freedom: int, confidence: float, content: float) -> FloatArray:
     """sqrt(l) t'(l) / (1 + sqrt(l)) at u = sqrt(l) / (1 + sqrt(l)), for u evenly from 0 to 1.
 
-    sqrt(l) t' is convex in sqrt(l), hence this quotient is convex in u and straight lines between its nodes
-    lie on or above it: the table errs upwards alone.
+    Straight lines between the nodes lie on or above the function where it is convex (at the usual confidences
+    everywhere); where it is not, the table is raised by twice what they can lie below, so it errs upwards alone.
     """
     from scipy.special import chdtri, nctdtrit, ndtri, stdtrit
 
@@ -187,9 +187,9 @@ def _tolerance_table(degrees_of_freedom: int, confidence: float, content: float)
     at_infinity = stdtrit(degrees_of_freedom, confidence)
     table = np.concatenate([[at_zero], inner, [at_infinity]])
     known = ~np.isnan(table)  # a few quantiles of extreme noncentrality are not computed: bridged, again upwards
-    return np.asarray(
-        np.interp(_NODES, _NODES[known], table[known]) * (1 + 1e-9)
-    )  # and above the rounding of the quantiles
+    table = np.interp(_NODES, _NODES[known], table[known])
+    sag = max(0.0, -float(np.diff(table, 2).min())) / 8
+    return np.asarray((table + 2 * sag) * (1 + 1e-9))  # and above the rounding of the quantiles
 
 
 def _tolerance_factor(leverage: FloatArray, table: FloatArray) -> FloatArray:

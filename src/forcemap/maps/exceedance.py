@@ -24,9 +24,9 @@ def first_exceedance(
 ) -> tuple[FloatArray, FloatArray]:
     """The end of the stretch from `start` on which a function stays at or below a level.
 
-    The interval is sampled in cells; a cell whose ends, or whose bulge between them as the second differences
-    give it (twice over), exceed the level is sampled again, and the exceedance found is bisected. A bulge too
-    small to be sampled counts as an exceedance.
+    The interval is sampled in cells. A cell is sampled again if an end exceeds the level, or if the function may
+    turn inside it, as twice the second differences tell, and its bulge exceeds the level; the exceedance found is
+    bisected. A bulge too small for the second sampling to settle counts as an exceedance.
 
     Parameters
     ----------
@@ -83,7 +83,9 @@ def _cells(values: FloatArray, level: FloatArray) -> tuple[NDArray[np.bool_], ND
     """Cells whose far end exceeds the level, and cells that may exceed it anywhere; shape (n, CELLS)."""
     bend = np.abs(np.diff(values, 2, axis=1))
     bend = np.concatenate([bend[:, :1], bend, bend[:, -1:]], axis=1)
-    bulge = np.maximum(bend[:, :-1], bend[:, 1:]) / 4  # a parabola rises bend/8 above its chord
+    bend = np.maximum(bend[:, :-1], bend[:, 1:])
+    turns = ~(np.abs(np.diff(values, axis=1)) > bend)  # a parabola turns inside a cell if it rises by less than bend/2
+    bulge = np.where(turns, bend / 4, 0.0)  # and then rises at most bend/8 above the higher end
     certain = ~(values[:, 1:] <= level[:, None])
     peak = np.maximum(values[:, :-1], values[:, 1:]) + bulge
     return certain, certain | ~(peak <= level[:, None])

@@ -1,0 +1,115 @@
+"""Upper bounds against the formula with scipy's noncentral t, and what cannot carry them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from oracle import simulate, training_grid
+from scipy import stats
+
+import forcemap as fm
+from forcemap.errors import BoundNotAvailable
+
+
+def direct(force_map, d, h, v, confidence=0.95, content=0.95, device_error=3.0):
+    """Science: upper = F exp(s sqrt(l) t'), at least F + device error; l and s by plain linear algebra."""
+    states = force_map.fit.states
+    design = force_map.form.design(states.distance, states.height, states.speed)
+    inverse = np.linalg.inv(design.T @ design)
+    residuals = states.log_force - design @ force_map.coefficients
+    freedom = len(states) - design.shape[1]
+    s = np.sqrt(residuals @ residuals / freedom)
+    x = force_map.form.design(d, h, v)
+    leverage = np.einsum("ij,jk,ik->i", x, inverse, x)
+    t = stats.nct.ppf(confidence, freedom, stats.norm.ppf(content) / np.sqrt(leverage))
+    force = np.exp(x @ force_map.coefficients)
+    return np.maximum(force * np.exp(s * np.sqrt(leverage) * t), force + device_error)
+
+
+@pytest.mark.parametrize("form", [fm.CFM_2D, fm.CFM_3D, fm.LOG_SPEED])
+@pytest.mark.parametrize("effect", [0.005, 0.033, 0.10])
+@pytest.mark.parametrize(("confidence", "content"), [(0.95, 0.95), (0.9, 0.99), (0.5, 0.5), (0.99, 0.8)])
+def test_tolerance_bound_is_the_formula_and_never_below_it(form, effect, confidence, content):
+    rng = np.random.default_rng([7, int(1000 * effect), int(100 * confidence)])
+    force_map = fm.fit_force_map(simulate("kuka-iiwa7-30nm", rng, effect=effect).dataset, form=form)
+    d, h, v = rng.uniform([0.4, 0.0, 0.05], [1.0, 0.6, 0.6], (400, 3)).T
+    bound = fm.ToleranceBound(confidence, content)
+    found, expected = bound.upper(force_map, d, h, v), direct(force_map, d, h, v, confidence, content)
+    np.testing.assert_allclose(found, expected, rtol=1e-6)
+    assert (found >= expected * (1 - 1e-10)).all()  # 1e-10: the rounding of the plain algebra above
+
+
+@given(
+    st.integers(3, 5000),
+    st.floats(0.5, 0.999),
+    st.floats(0.5, 0.999),
+    st.lists(st.floats(1e-6, 1e3), min_size=1, max_size=5),
+)
+def test_property_the_table_errs_upwards_by_little(freedom, confidence, content, leverages):
+    from forcemap.maps.bounds import _tolerance_factor, _tolerance_table
+
+    leverage = np.array(leverages)
+    table = _tolerance_table(freedom, confidence, content)
+    found = _tolerance_factor(leverage, table)
+    z = stats.norm.ppf(content)
+    expected = np.sqrt(leverage) * stats.nct.ppf(confidence, freedom, z / np.sqrt(leverage))
+    known = ~np.isnan(expected)
+    assert (found[known] >= expected[known] * (1 - 1e-12)).all()
+    assert (found[known] - expected[known] <= 2e-5 * (1 + np.sqrt(leverage[known]))).all()
+
+
+def test_device_error_is_the_least_distance():
+    points = np.repeat(training_grid("kuka-iiwa7-10nm"), 2, axis=0)
+    campaign = simulate("kuka-iiwa7-10nm", np.random.default_rng(0), effect=1e-6, repeat_sd=0.0)
+    force_map = fm.fit_force_map(campaign.dataset)
+    d, h, v = points.T
+    above = fm.ToleranceBound(device_error=5.0).upper(force_map, d, h, v) - force_map.predict(d, h, v)
+    np.testing.assert_allclose(above, 5.0, atol=1e-9)
+    # The device of the campaign errs by 3 N: less is not believed.
+    above = fm.ToleranceBound(device_error=0.0).upper(force_map, d, h, v) - force_map.predict(d, h, v)
+    np.testing.assert_allclose(above, 3.0, atol=1e-9)
+
+
+def test_published_maps_know_no_tolerance_bound():
+    with pytest.raises(BoundNotAvailable, match="no measured states"):
+        fm.ToleranceBound().upper(fm.published_map("ur10e"), 0.8, 0.4, 0.3)
+    assert fm.FixedMargin(0.10).upper(fm.published_map("ur10e"), 0.8, 0.4, 0.3) == pytest.approx(
+        1.1 * fm.published_map("ur10e").predict(0.8, 0.4, 0.3), rel=1e-15
+    )
+
+
+@pytest.mark.parametrize(("states", "accepted"), [(9, False), (11, False), (12, True)])
+def test_three_degrees_of_freedom_are_needed(states, accepted):
+    rng = np.random.default_rng(3)
+    points = rng.permutation(training_grid("kuka-iiwa7-10nm"))[:states]
+    force_map = fm.fit_force_map(
+        simulate("kuka-iiwa7-10nm", rng, effect=0.02, points=points, train=np.ones(states, bool)).dataset
+    )
+    if accepted:
+        assert fm.ToleranceBound().upper(force_map, 0.7, 0.3, 0.3) > force_map.predict(0.7, 0.3, 0.3)
+        return
+    with pytest.raises(BoundNotAvailable, match=f"found {states - 9} residual degrees"):
+        fm.safe_speed(force_map, 5.0, 5.0, limit=100.0, bound=fm.ToleranceBound())
+
+
+@pytest.mark.parametrize("margin", [-0.01, np.nan, np.inf])
+def test_margins_that_are_none(margin):
+    with pytest.raises(fm.InputError):
+        fm.FixedMargin(margin)
+
+
+@pytest.mark.parametrize("options", [{"confidence": 1.0}, {"confidence": 0.4}, {"content": 1.0}, {"content": np.nan},
+                                     {"device_error": -1.0}, {"device_error": np.inf}])  # fmt: skip
+def test_promises_that_are_none(options):
+    with pytest.raises(fm.InputError):
+        fm.ToleranceBound(**options)
+
+
+def test_the_bound_reaches_beyond_ten_percent_where_it_must():
+    rng = np.random.default_rng(8)
+    force_map = fm.fit_force_map(simulate("ur10e", rng, effect=0.08).dataset)
+    assert fm.margins(fm.ToleranceBound(), force_map).max() > 0.10
+    found = fm.safe_speed(force_map, 0.8, 0.4, limit=250.0, bound=fm.ToleranceBound())
+    assert any("margin is too small" in line for line in found.statements)

@@ -1,0 +1,206 @@
+"""Fitting: the paper's coefficients back, and statsmodels as an independent oracle."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import statsmodels.api as sm
+from hypothesis import given
+from hypothesis import strategies as st
+from oracle import PRINTED, full_grid, printed_force, simulate, training_grid
+
+import forcemap as fm
+
+
+def noise_free(name, points, **options):
+    force = printed_force(name, *points.T)
+    kept = force < 500
+    d, h, v = points[kept].T
+    return fm.ImpactDataset.from_arrays(distance=d, height=h, speed=v, peak_force=force[kept], **options)
+
+
+@pytest.mark.parametrize("name", fm.PUBLISHED_MAPS)
+def test_noise_free_samples_give_back_the_printed_coefficients(name):
+    found = fm.fit_force_map(noise_free(name, training_grid(name)))
+    np.testing.assert_allclose(found.coefficients, PRINTED[name], rtol=1e-9)
+
+
+@pytest.mark.parametrize("form", [fm.CFM_2D, fm.CFM_3D, fm.LOG_SPEED, fm.FULL_CUBIC])
+def test_terms_of_every_form_are_what_their_names_say(form):
+    d, h, v = full_grid("ur10e").T
+    names = {"d": d, "h": h, "v": v, "ln": np.log}
+    expected = np.column_stack([np.ones_like(d) * eval(t.replace("^", "**"), names) for t in form.term_names])
+    np.testing.assert_allclose(form.design(d, h, v), expected, rtol=1e-14)
+    assert [str(fm.Term.parse(name)) for name in form.term_names] == form.term_names
+
+
+def test_forms():
+    assert fm.CFM_3D.term_names == ["1", "v", "d", "d^2", "d*h", "h^2", "d^2*v", "d*v^2", "d*h^2"]
+    assert fm.CFM_2D.term_names == ["1", "v", "d", "d^2"]
+    assert len(fm.FULL_CUBIC.terms) == 20
+    assert {t.distance + t.height + t.speed for t in fm.FULL_CUBIC.terms} == {0, 1, 2, 3}
+    assert len(fm.LOG_SPEED.terms) == 10
+    assert fm.form_named("cfm-3d") is fm.CFM_3D
+    with pytest.raises(fm.InputError, match="CFM_3D"):
+        fm.form_named("CFM_3E")
+    for terms in (["v^4"], ["v", "ln(v)"], ["ln(v)^2"], ["d", "d"], [], ["x"], ["d*d"]):
+        with pytest.raises(fm.InputError):
+            fm.Form.of("own", terms)
+
+
+@pytest.mark.parametrize("form", [fm.CFM_2D, fm.CFM_3D, fm.LOG_SPEED])
+@pytest.mark.parametrize("name", fm.EXAMPLE_CAMPAIGNS)
+def test_inference_agrees_with_statsmodels(examples, name, form):
+    fit = fm.fit_force_map(examples[name], form=form).fit
+    states = fit.states
+    ours = form.design(states.distance, states.height, states.speed), states.log_force
+    train = examples[name].train
+    train = train.select(~train.censored)
+    samples = form.design(train.distance, train.height, train.speed), np.log(train.peak_force)
+    for regression, (design, response) in ((fit.between_states, ours), (fit.over_samples, samples)):
+        theirs = sm.OLS(response, design).fit()
+        for found, expected in (
+            (regression.coefficients, theirs.params),
+            (regression.standard_errors, theirs.bse),
+            (regression.t_values, theirs.tvalues),
+            (regression.p_values, theirs.pvalues),
+        ):
+            np.testing.assert_allclose(found, expected, rtol=1e-9)
+        assert regression.r_squared == pytest.approx(theirs.rsquared, rel=1e-12)
+        assert regression.residual_sd == pytest.approx(np.sqrt(theirs.mse_resid), rel=1e-9)
+        np.testing.assert_allclose(regression.leverage, theirs.get_influence().hat_matrix_diag, rtol=1e-9)
+        scaled = design / np.linalg.norm(design, axis=0)
+        assert regression.condition_number == pytest.approx(np.linalg.cond(scaled), rel=1e-9)
+
+
+def test_balanced_repeats_give_the_coefficients_of_all_samples():
+    dataset = simulate("kuka-iiwa7-30nm", np.random.default_rng(2), effect=0.033, device_range=2000.0).dataset
+    fit = fm.fit_force_map(dataset).fit
+    np.testing.assert_allclose(fit.between_states.coefficients, fit.over_samples.coefficients, rtol=1e-9)
+    # Repeats share the state effect: between states the errors are larger, by about sqrt(3).
+    ratio = fit.between_states.standard_errors / fit.over_samples.standard_errors
+    assert (ratio > 1.5).all()
+
+
+def test_the_fit_says_what_it_rests_on():
+    dataset = simulate("ur10e", np.random.default_rng(3), effect=0.022).dataset
+    force_map = fm.fit_force_map(dataset)
+    train = dataset.train
+    assert len(force_map.fit.states) + len(force_map.fit.left_out) == 27
+    assert force_map.fit.samples == int((~train.censored).sum())
+    assert force_map.fit.censored_samples == int(train.censored.sum()) > 0
+    assert force_map.fit.repeats == (3, 3)
+    assert force_map.fit.states_found == "by state_id"
+    predicted = force_map.predict(
+        force_map.fit.states.distance, force_map.fit.states.height, force_map.fit.states.speed
+    )
+    rmse = np.sqrt(np.mean((predicted - force_map.fit.states.force) ** 2))
+    assert force_map.fit.rmse_force == pytest.approx(rmse, rel=1e-9)
+
+
+def test_censored_forces_are_never_used():
+    dataset = simulate("ur10e", np.random.default_rng(4), effect=0.022).dataset
+    from dataclasses import replace
+
+    changed = replace(dataset, peak_force=np.where(dataset.censored, 5000.0, dataset.peak_force))
+    np.testing.assert_array_equal(fm.fit_force_map(changed).coefficients, fm.fit_force_map(dataset).coefficients)
+
+
+def test_only_train_rows_are_fitted(examples):
+    dataset = examples["ur10e"]
+    np.testing.assert_array_equal(fm.fit_force_map(dataset).coefficients, fm.fit_force_map(dataset.train).coefficients)
+    with pytest.raises(fm.FitError, match="train"):
+        fm.fit_force_map(dataset.test)
+
+
+def test_full_cubic_is_rank_deficient_on_the_training_states():
+    points = training_grid("kuka-iiwa7-10nm")
+    dataset = fm.ImpactDataset.from_arrays(
+        distance=points[:, 0], height=points[:, 1], speed=points[:, 2], peak_force=np.full(27, 200.0)
+    )
+    with pytest.raises(fm.RankDeficient, match="rank 17"):
+        fm.fit_force_map(dataset, form=fm.FULL_CUBIC)
+    assert fm.fit_force_map(noise_free("kuka-iiwa7-10nm", full_grid("ur10e")), form=fm.FULL_CUBIC).fit
+
+
+def test_too_few_states():
+    points = training_grid("kuka-iiwa7-10nm")[-8:]
+    with pytest.raises(fm.TooFewStates, match="8 measured states"):
+        fm.fit_force_map(noise_free("kuka-iiwa7-10nm", points))
+
+
+def test_one_height_does_not_determine_a_3d_map():
+    points = training_grid("kuka-iiwa7-30nm")
+    with pytest.raises(fm.RankDeficient):
+        fm.fit_force_map(noise_free("kuka-iiwa7-30nm", points[points[:, 1] == 0.30]))
+    flat = fm.fit_force_map(noise_free("kuka-iiwa7-30nm", points[points[:, 1] == 0.30]), form=fm.CFM_2D)
+    assert flat.fit.between_states.degrees_of_freedom == 5
+
+
+@given(st.integers(0, 2**32 - 1))
+def test_property_row_order_changes_nothing(seed):
+    rng = np.random.default_rng(seed)
+    dataset = simulate("kuka-iiwa7-30nm", rng, effect=0.033).dataset
+    order = rng.permutation(len(dataset))
+    names = ("distance", "height", "speed", "peak_force", "role", "censored")
+    columns = {name: getattr(dataset, name) for name in names}
+    shuffled = fm.ImpactDataset.from_arrays(**{name: values[order] for name, values in columns.items()})
+    np.testing.assert_allclose(
+        fm.fit_force_map(shuffled).coefficients, fm.fit_force_map(dataset).coefficients, rtol=1e-9
+    )
+
+
+@pytest.mark.parametrize("with_state_id", [True, False])
+def test_repeats_that_differ_by_a_few_millimetres_per_second(with_state_id):
+    """Same states, coefficients to 1e-3 of their size and bounds as the ideal table."""
+    rng = np.random.default_rng(11)
+    points = np.repeat(training_grid("kuka-iiwa7-10nm"), 3, axis=0)
+    effect = np.repeat(rng.normal(0, 0.02, 27), 3)
+    ids = np.repeat([f"s{i}" for i in range(27)], 3)
+    jitter = np.tile([-0.003, 0.0, 0.003], 27)  # the mean of the repeats is the planned speed
+    force = printed_force("kuka-iiwa7-10nm", *points.T) * np.exp(effect)
+    moved = printed_force("kuka-iiwa7-10nm", points[:, 0], points[:, 1], points[:, 2] + jitter) * np.exp(effect)
+    maps = []
+    for extra, measured in ((0.0, force), (jitter, moved)):
+        d, h, v = points.T
+        dataset = fm.ImpactDataset.from_arrays(
+            distance=d, height=h, speed=v + extra, peak_force=measured, state=ids if with_state_id else None
+        )
+        maps.append(fm.fit_force_map(dataset))
+        assert len(maps[-1].fit.states) == 27
+    ideal, jittered = maps
+    np.testing.assert_allclose(jittered.coefficients, ideal.coefficients, rtol=1e-3)
+    d, h, v = training_grid("kuka-iiwa7-10nm").T
+    bound = fm.ToleranceBound()
+    np.testing.assert_allclose(bound.upper(jittered, d, h, v), bound.upper(ideal, d, h, v), rtol=1e-3)
+
+
+finite_tables = st.lists(
+    st.tuples(
+        st.sampled_from([0.3, 0.5, 0.7, 0.9]) | st.floats(0.05, 9.0),
+        st.sampled_from([-0.2, 0.1, 0.3, 0.5]) | st.floats(-9.0, 9.0),
+        st.sampled_from([0.1, 0.2, 0.3, 0.4]) | st.floats(0.01, 9.0),
+        st.floats(1.0, 1e5),
+        st.booleans(),
+        st.sampled_from(["train", "test"]),
+    ),
+    min_size=1,
+    max_size=60,
+)
+
+
+@given(finite_tables, st.sampled_from([fm.CFM_2D, fm.CFM_3D, fm.FULL_CUBIC, fm.LOG_SPEED]))
+def test_property_every_accepted_table_fits_or_is_refused(table, form):
+    columns = dict(
+        zip(("distance", "height", "speed", "peak_force", "censored", "role"), zip(*table, strict=True), strict=True)
+    )
+    try:
+        dataset = fm.ImpactDataset.from_arrays(**columns)
+        force_map = fm.fit_force_map(dataset, form=form)
+        fm.map_accuracy(force_map, dataset)
+        d, h, v = force_map.measured_range.points.T
+        found = fm.safe_speed(force_map, d, h, limit=50.0, bound=fm.ToleranceBound())
+    except fm.ForcemapError:
+        return
+    assert np.isfinite(force_map.coefficients).all()
+    assert (found.bound_force[~np.isnan(found.speed)] <= 50.0 * (1 + 1e-9)).all()

@@ -1,0 +1,91 @@
+"""The measured range against linear programming: the hull's lowest and highest speed at a place."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from oracle import full_grid, training_grid
+from scipy.optimize import linprog
+
+from forcemap.maps.measured_range import MeasuredRange
+
+
+def by_linear_programming(points, d, h):
+    """Lowest and highest v of convex combinations of the points at (d, h); NaN if there is none."""
+    n = len(points)
+    equations = np.vstack([points[:, 0], points[:, 1], np.ones(n)])
+    ends = [linprog(sign * points[:, 2], A_eq=equations, b_eq=[d, h, 1], bounds=(0, None)) for sign in (1, -1)]
+    return (np.nan, np.nan) if ends[0].status == 2 else (ends[0].fun, -ends[1].fun)
+
+
+@given(st.integers(0, 2**32 - 1), st.integers(4, 30), st.sampled_from(["random", "grid", "jittered"]))
+def test_property_speeds_agree_with_linear_programming(seed, n, kind):
+    rng = np.random.default_rng(seed)
+    points = {
+        "random": rng.uniform([0.4, 0.1, 0.1], [0.9, 0.5, 0.5], (n, 3)),
+        "grid": rng.permutation(full_grid("ur10e"))[:n],
+        "jittered": training_grid("ur10e") + rng.normal(0, 0.002, (27, 3)),
+    }[kind]
+    measured = MeasuredRange(points)
+    places = np.vstack([rng.uniform([0.4, 0.1], [0.95, 0.5], (10, 2)), rng.permutation(points)[:3, :2]])
+    low, high = measured.speeds(*places.T)
+    for i, (d, h) in enumerate(places):
+        expected = by_linear_programming(points, d, h)
+        if i < 10 and (np.isnan(expected[0]) or np.isnan(low[i])):
+            # at the rim the two may disagree within their tolerances
+            near = by_linear_programming(points + (points.mean(axis=0) - points) * 1e-6, d, h)
+            assert np.isnan(near[0])
+        else:
+            np.testing.assert_allclose((low[i], high[i]), expected, atol=2e-7)
+
+
+@pytest.mark.parametrize("place", [(0.52, 0.14), (0.7, 0.3), (0.89, 0.46), (0.6, 0.2)])
+def test_a_full_factorial_plan_gives_the_product_of_ranges_exactly(place):
+    low, high = MeasuredRange(training_grid("ur10e")).speeds(*np.array([place]).T)
+    assert (low[0], high[0]) == (0.2, 0.4)
+
+
+def test_closed_with_a_small_tolerance():
+    measured = MeasuredRange(training_grid("ur10e"))
+    d = np.array([0.52 - 5e-10, 0.52 - 1e-6, 0.89 + 5e-10, 0.89 + 1e-6])
+    low, _ = measured.speeds(d, np.full(4, 0.3))
+    assert np.isnan(low).tolist() == [False, True, False, True]
+    inside = measured.contains(np.full(3, 0.7), np.full(3, 0.3), np.array([0.2, 0.4, 0.4001]))
+    assert inside.tolist() == [True, True, False]
+
+
+def test_one_slow_and_one_fast_impact_do_not_open_their_speed_elsewhere():
+    grid = training_grid("ur10e")
+    points = np.vstack([grid, [[0.52, 0.14, 0.05], [0.89, 0.46, 0.9]]])
+    low, high = MeasuredRange(points).speeds(np.array([0.89, 0.52, 0.7]), np.array([0.14, 0.46, 0.3]))
+    assert (low[0], high[0]) == (0.2, 0.4)
+    assert (low[1], high[1]) == (0.2, 0.4)
+    assert 0.05 < low[2] < 0.2
+    assert 0.4 < high[2] < 0.9
+
+
+FLAT = {
+    "one height": lambda p: p[p[:, 1] == 0.30],
+    "one speed": lambda p: p[p[:, 2] == 0.30],
+    "one distance": lambda p: p[p[:, 0] == 0.70],
+    "one place": lambda p: p[(p[:, 0] == 0.70) & (p[:, 1] == 0.30)],
+    "one state": lambda p: p[:1],
+    "two states": lambda p: p[[0, -1]],
+}
+
+
+@pytest.mark.parametrize("kind", FLAT)
+def test_flat_ranges(kind):
+    points = FLAT[kind](training_grid("ur10e"))
+    measured = MeasuredRange(points)
+    low, high = measured.speeds(points[:, 0], points[:, 1])
+    assert (low <= points[:, 2]).all()
+    assert (points[:, 2] <= high).all()
+    assert low.min() == points[:, 2].min()
+    assert high.max() == points[:, 2].max()
+    off, _ = measured.speeds(points[:, 0] + 0.4, points[:, 1] + 0.01)
+    assert np.isnan(off).all()
+    if kind == "one height":
+        assert np.isnan(measured.speeds(np.array([0.7]), np.array([0.3001]))[0]).all()
