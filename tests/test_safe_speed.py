@@ -58,9 +58,9 @@ def falling_map():
     return replace(ur10e, measured_range=MeasuredRange(points))
 
 
-def test_against_brute_force(full_size):
+def test_against_brute_force():
     rng = np.random.default_rng(20)
-    places = 10_000 if full_size else 1_500
+    places = 10_000
     maps = [(name, fm.published_map(name)) for name in fm.PUBLISHED_MAPS] + [("turns over", falling_map())]
     maps += list(fitted_maps(rng))
     outcomes = []

@@ -1,0 +1,144 @@
+"""Force models side by side, checked by independent arithmetic."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from oracle import simulate
+from scipy.stats import kendalltau
+
+import forcemap as fm
+
+HAND = {"robot_mass": 15.0, "body_mass": math.inf, "stiffness": 75e3}
+
+
+@pytest.fixture(scope="module")
+def campaign():
+    return simulate("ur10e", np.random.default_rng(30), effect=0.022)
+
+
+@pytest.fixture(scope="module")
+def comparison(campaign):
+    return fm.compare_force_models(campaign.dataset, **HAND, limit=fm.force_limit("back_of_hand"))
+
+
+def model(comparison, name):
+    return next(each for each in comparison.models if each.model == name)
+
+
+def test_all_models_on_the_same_states(campaign, comparison):
+    test_states = int((campaign.dataset.test.states.impacts > 0).sum())
+    assert [each.model for each in comparison.models] == ["CFM_3D", "CFM_2D", "CFM_2D per height", "contact model"]
+    assert {each.accuracy.states for each in comparison.models} == {test_states}
+
+
+def test_the_contact_model_by_hand(campaign, comparison):
+    states = campaign.dataset.test.states.uncensored
+    predicted = states.speed * math.sqrt(75e3 * 15.0)
+    percent = 100 * (predicted / states.force - 1)
+    found = model(comparison, "contact model")
+    assert found.underestimated_share == pytest.approx(np.mean(percent < 0))
+    assert found.overestimated_share == pytest.approx(np.mean(percent > 0))
+    worst = int(np.argmin(percent))
+    assert found.most_underestimated.percent == pytest.approx(percent[worst])
+    assert found.most_underestimated.state == states.name[worst]
+    assert found.most_underestimated.distance == states.distance[worst]
+    assert found.most_overestimated.percent == pytest.approx(percent.max())
+    # the paper: wrong by -50 % to +50 % across the workspace
+    assert percent.min() < -35
+    assert percent.max() > 40
+
+
+def test_the_2d_map_underestimates_more(comparison):
+    """Paper, section V-C."""
+    own, flat, per_height = (model(comparison, n).accuracy for n in ("CFM_3D", "CFM_2D", "CFM_2D per height"))
+    assert flat.max_underestimation_percent > 3 * own.max_underestimation_percent
+    assert per_height.max_underestimation_percent < flat.max_underestimation_percent
+
+
+def test_the_2d_map_per_height_by_plain_least_squares(campaign, comparison):
+    dataset = campaign.dataset
+    states = dataset.states.uncensored
+    test = dataset.test.states.uncensored
+    predicted = np.empty(len(test))
+    for height in np.unique(states.height):
+        used = (states.height == height) & np.isin(states.speed, (0.2, 0.3, 0.4))
+        d, v = states.distance[used], states.speed[used]
+        b = np.linalg.lstsq(np.column_stack([np.ones_like(d), v, d, d**2]), states.log_force[used], rcond=None)[0]
+        here = test.height == height
+        d, v = test.distance[here], test.speed[here]
+        predicted[here] = np.exp(np.column_stack([np.ones_like(d), v, d, d**2]) @ b)
+    percent = 100 * (predicted / test.force - 1)
+    found = model(comparison, "CFM_2D per height").accuracy
+    assert found.max_underestimation_percent == pytest.approx(-percent.min(), rel=1e-6)
+    assert found.max_overestimation_percent == pytest.approx(percent.max(), rel=1e-6)
+
+
+def test_without_test_states_each_is_left_out_in_turn(campaign):
+    comparison = fm.compare_force_models(campaign.dataset.train, **HAND)
+    assert comparison.on == "each state left out in turn"
+    loso = fm.leave_one_state_out(fm.fit_force_map(campaign.dataset.train))
+    found = model(comparison, "CFM_3D").accuracy
+    assert found.max_underestimation_percent == pytest.approx(loso.max_underestimation_percent, rel=1e-12)
+    assert comparison.allowed == ()
+
+
+def test_what_each_allows(comparison):
+    rows = {(row.model, row.limit): row for row in comparison.allowed}
+    assert rows["contact model", 140.0].lowest == pytest.approx(0.1320, abs=5e-5)
+    assert rows["contact model", 280.0].highest == pytest.approx(0.2640, abs=5e-5)
+    assert rows["contact model", 280.0].confirmed == 0
+    assert rows["CFM_3D", 140.0].confirmed == 0
+    assert "lowest speed" in rows["CFM_3D", 140.0].note
+    assert rows["CFM_3D", 280.0].confirmed > 0
+    assert rows["CFM_3D", 280.0].highest > 0.30
+
+
+def test_variation_over_the_workspace(campaign, comparison):
+    variation = comparison.variation
+    assert variation.speed in (0.2, 0.25, 0.3)
+    states = campaign.dataset.states.uncensored
+    here = states.speed == variation.speed
+    assert variation.states == here.sum()
+    assert variation.ratio == pytest.approx(states.force[here].max() / states.force[here].min())
+    assert variation.ratio > 2
+    for found, axis in (
+        (variation.rank_correlation_distance, states.distance),
+        (variation.rank_correlation_height, states.height),
+    ):
+        assert -1 <= found < -0.3
+        assert np.sign(found) == np.sign(kendalltau(axis[here], states.force[here]).statistic)
+
+
+def test_clamping_forbids_transient_speeds_here_too(examples):
+    comparison = fm.compare_force_models(
+        examples["kuka-iiwa7-30nm"], **(HAND | {"robot_mass": 10.0}), limit=fm.force_limit("hand_fingers")
+    )
+    row = next(row for row in comparison.allowed if row.model == "CFM_3D" and row.limit == 280.0)
+    assert row.confirmed == 0
+    assert "clamp" in row.note
+
+
+def test_the_head_is_refused(campaign):
+    with pytest.raises(fm.ContactNotPermitted):
+        fm.compare_force_models(campaign.dataset, **HAND, limit=fm.force_limit("temple"))
+
+
+def test_limits_above_the_device_range_are_noted_not_given(campaign):
+    comparison = fm.compare_force_models(campaign.dataset, **HAND, limit=498.0)
+    row = next(row for row in comparison.allowed if row.model == "CFM_3D")
+    assert math.isnan(row.highest)
+    assert "device" in row.note
+
+
+def test_assessment(examples):
+    assessment = fm.assess(
+        examples["ur10e"], limit=fm.force_limit("back_of_hand"), bound=fm.ToleranceBound(), **HAND, step=0.1
+    )
+    assert set(assessment.speed_maps) == set(fm.Contact)
+    assert assessment.accuracy[0].on == "test states"
+    fastest = assessment.speed_maps[fm.Contact.TRANSIENT].fastest
+    assert fastest is not None
+    assert fastest[2] > 0.3

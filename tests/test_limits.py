@@ -1,0 +1,156 @@
+"""The standard's limits and contact model."""
+
+from __future__ import annotations
+
+import csv
+import math
+from importlib import resources
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import forcemap as fm
+from forcemap.errors import TableError, UnknownName
+
+HEADER = "area,name,region,quasi_static_pressure_N_per_cm2,quasi_static_force_N,transient_factor"
+
+
+def test_the_table_is_whole():
+    table = fm.standard_limit_table()
+    assert len(table.areas) == 29
+    assert len(table.regions) == 12
+    assert table.edition == "ISO/TS 15066:2016, Annex A"
+    assert "secondary sources" in table.source
+    text = resources.files("forcemap.limits").joinpath("tables/body_areas.csv").read_text()
+    rows = csv.DictReader(line for line in text.splitlines() if not line.startswith("#"))
+    for row in rows:
+        limit = fm.force_limit(row["area"])
+        assert limit.tabulated_quasi_static == float(row["quasi_static_force_N"])
+        assert limit.permitted == (float(row["transient_factor"]) > 0)
+
+
+def test_figures_of_the_paper():
+    """Sections II-A and V-D: 140 N quasi-static, 280 N transient for the back of the hand."""
+    limit = fm.force_limit("back of hand")
+    assert (limit.quasi_static, limit.transient) == (140.0, 280.0)
+    assert (limit.quasi_static_pressure, limit.transient_pressure) == (1.9e6, 3.8e6)  # the weaker hand
+    assert fm.body_region("back_of_hand").stiffness == 75e3
+    assert fm.body_region("back_of_hand").mass == 0.6
+
+
+def test_regions_and_areas_without_a_side_mean_the_lowest():
+    chest, sternum = fm.force_limit("chest"), fm.force_limit("sternum")
+    assert chest.areas == ("sternum", "pectoral_muscle")
+    assert (chest.quasi_static, chest.quasi_static_pressure) == (140.0, sternum.quasi_static_pressure)
+    assert fm.force_limit("forefinger_end_joint").quasi_static_pressure == 2.2e6
+    assert len(fm.force_limit("hand_fingers").areas) == 9
+    assert fm.force_limit("lower_leg").transient == 260.0
+
+
+@pytest.mark.parametrize("name", ["temple", "middle_of_forehead", "masticatory_muscle", "skull_forehead", "face"])
+def test_the_head_has_no_limit(name):
+    limit = fm.force_limit(name)
+    assert not limit.permitted
+    assert limit.tabulated_quasi_static in (65.0, 130.0)
+    for figure in ("transient", "quasi_static", "transient_pressure", "quasi_static_pressure"):
+        with pytest.raises(fm.ContactNotPermitted, match=name):
+            getattr(limit, figure)
+
+
+def test_unknown_names_list_the_nearest():
+    with pytest.raises(UnknownName) as caught:
+        fm.force_limit("hand")
+    assert "back_of_hand_dominant" in caught.value.nearest or "hand_fingers" in caught.value.nearest
+    with pytest.raises(UnknownName) as caught:
+        fm.force_limit("forehed")
+    assert "middle_of_forehead" in caught.value.nearest
+    with pytest.raises(UnknownName):
+        fm.force_limit("")
+
+
+def test_a_users_own_table(tmp_path):
+    path = tmp_path / "ours.csv"
+    path.write_text(f"# edition: ISO 10218-2:2025\n# source: our copy\n{HEADER}\nsternum,Sternum,chest,120,100,1.5\n")
+    limit = fm.force_limit("chest", table=fm.read_limit_table(path))
+    assert (limit.quasi_static, limit.transient, limit.edition) == (100.0, 150.0, "ISO 10218-2:2025")
+    path.write_text(f"{HEADER}\nsternum,Sternum,chest,120,100,1.5\n")
+    assert "ours.csv" in fm.force_limit("sternum", table=fm.read_limit_table(path)).edition
+
+
+@pytest.mark.parametrize(
+    ("rows", "row", "part"),
+    [
+        (["sternum,Sternum,chest,120,-100,2"], 2, "positive"),
+        (["sternum,Sternum,chest,120,inf,2"], 2, "positive"),
+        (["sternum,Sternum,chest,120,nan,2"], 2, "positive"),
+        (["sternum,Sternum,chest,120,much,2"], 2, "number"),
+        (["sternum,Sternum,chest,120,100,20"], 2, "factor from 1 to 2"),
+        (["sternum,Sternum,chest,120,100,0.5"], 2, "factor from 1 to 2"),
+        (["sternum,Sternum,chest,120,100"], 2, "5 cells"),
+        (["a,A,chest,120,100,2", "a,A,chest,120,100,2"], 3, "once"),
+        ([], None, "no body area"),
+    ],
+)
+def test_tables_that_are_refused(tmp_path, rows, row, part):
+    path = tmp_path / "ours.csv"
+    path.write_text("\n".join([HEADER, *rows]) + "\n")
+    with pytest.raises(TableError, match=part) as caught:
+        fm.read_limit_table(path)
+    assert caught.value.row == row
+    with pytest.raises(TableError):
+        path.write_text("area;region\n1;2\n")
+        fm.read_limit_table(path)
+
+
+masses = st.floats(0.1, 500)
+stiffnesses = st.floats(1e3, 5e5)
+
+
+@given(st.floats(1, 1000), masses, masses | st.just(math.inf), stiffnesses)
+def test_property_the_two_directions_are_inverse(force, robot, body, stiffness):
+    model = {"robot_mass": robot, "body_mass": body, "stiffness": stiffness}
+    speed = fm.pfl_speed_limit(force, **model)
+    assert fm.pfl_contact_force(speed, **model) == pytest.approx(force, rel=1e-12)
+    # ISO/TS 15066 eq. A.6 as the paper prints it (eq. 1)
+    assert speed == pytest.approx(force / math.sqrt(stiffness) * math.sqrt(1 / robot + 1 / body), rel=1e-12)
+    # energy: kinetic energy of the reduced mass is that of the spring
+    reduced = 1 / (1 / robot + 1 / body)
+    assert fm.pfl_energy(force, stiffness=stiffness) == pytest.approx(reduced * speed**2 / 2, rel=1e-12)
+
+
+def test_pressure_form_and_what_governs():
+    model = {"robot_mass": 15.0, "body_mass": math.inf, "stiffness": 75e3}
+    by_force = fm.pfl_speed_limit(140.0, **model)
+    by_pressure = fm.pfl_pressure_speed_limit(1.9e6, contact_area=0.5e-4, **model)  # 190 N/cm^2 on 0.5 cm^2: 95 N
+    assert by_pressure == pytest.approx(by_force * 95 / 140, rel=1e-12)
+    assert fm.pfl_governing_speed_limit(140.0, 1.9e6, contact_area=0.5e-4, **model) == by_pressure
+    assert fm.pfl_governing_speed_limit(140.0, 1.9e6, contact_area=1e-4, **model) == by_force
+
+
+def test_payload_and_arrays():
+    assert fm.pfl_robot_mass(30.0, 2.5) == 17.5
+    found = fm.pfl_speed_limit(
+        np.array([140, 280]), robot_mass=fm.pfl_robot_mass(30), body_mass=math.inf, stiffness=75e3
+    )
+    assert isinstance(found, np.ndarray)
+    assert isinstance(fm.pfl_robot_mass(30), float)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [{"robot_mass": 0.0}, {"robot_mass": math.inf}, {"body_mass": 0.0}, {"body_mass": math.nan}, {"stiffness": -1.0},
+     {"stiffness": math.inf}, {"max_force": math.nan}, {"max_force": 0.0}],
+)  # fmt: skip
+def test_contact_model_refuses_what_it_cannot_use(change):
+    arguments = {"max_force": 140.0, "robot_mass": 15.0, "body_mass": 0.6, "stiffness": 75e3} | change
+    with pytest.raises(fm.InputError):
+        fm.pfl_speed_limit(arguments.pop("max_force"), **arguments)
+
+
+def test_contact_model_refuses_negative_payload_and_speed():
+    with pytest.raises(fm.InputError):
+        fm.pfl_robot_mass(30.0, -1.0)
+    with pytest.raises(fm.InputError):
+        fm.pfl_contact_force(-0.1, robot_mass=15.0, body_mass=math.inf, stiffness=75e3)

@@ -1,0 +1,128 @@
+"""Map files: bit for bit, and nothing that was changed by hand passes."""
+
+from __future__ import annotations
+
+import json
+import re
+
+import numpy as np
+import pytest
+from oracle import simulate
+
+import forcemap as fm
+from forcemap.errors import MapFileError
+
+FORMS = [fm.CFM_2D, fm.CFM_3D, fm.LOG_SPEED, fm.FULL_CUBIC]
+
+
+@pytest.fixture
+def fitted():
+    return fm.fit_force_map(simulate("ur10e", np.random.default_rng(40), effect=0.022).dataset)
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_fitted_maps_round_trip_bit_for_bit(tmp_path, form):
+    dataset = simulate("kuka-iiwa7-30nm", np.random.default_rng(41), effect=0.033).dataset
+    everything = fm.ImpactDataset.from_frame(dataset.to_frame().assign(role="train"), conditions=dataset.conditions)
+    force_map = fm.fit_force_map(everything, form=form)
+    fm.write_map(force_map, tmp_path / "map.json")
+    again = fm.read_map(tmp_path / "map.json")
+    fm.write_map(again, tmp_path / "again.json")
+    assert (tmp_path / "map.json").read_bytes() == (tmp_path / "again.json").read_bytes()
+    assert fm.map_sha256(again) == fm.map_sha256(force_map)
+    np.testing.assert_array_equal(again.coefficients, force_map.coefficients)
+    assert again.conditions == force_map.conditions
+    assert again.device_range == force_map.device_range
+    assert again.phase_two == force_map.phase_two
+    d, h = np.linspace(0.56, 0.86, 7), 0.3
+    bound = fm.ToleranceBound()
+    np.testing.assert_array_equal(bound.upper(again, d, h, 0.3), bound.upper(force_map, d, h, 0.3))
+    one, other = (fm.safe_speed(m, d, h, limit=250.0, bound=bound) for m in (again, force_map))
+    np.testing.assert_array_equal(one.speed, other.speed)
+    assert fm.leave_one_state_out(again) == fm.leave_one_state_out(force_map)
+
+
+@pytest.mark.parametrize("name", fm.PUBLISHED_MAPS)
+def test_published_maps_round_trip(tmp_path, name):
+    force_map = fm.published_map(name)
+    fm.write_map(force_map, tmp_path / "map.json")
+    again = fm.read_map(tmp_path / "map.json")
+    assert fm.map_sha256(again) == fm.map_sha256(force_map)
+    assert again.fit is None
+    options = {"limit": fm.force_limit("back_of_hand"), "contact": fm.Contact.TRANSIENT, "bound": fm.FixedMargin()}
+    one, other = (fm.safe_speed(m, 0.8, 0.4, **options) for m in (again, force_map))
+    assert (one.outcome, one.reason) == (other.outcome, other.reason)
+
+
+def test_a_form_of_ones_own(tmp_path):
+    dataset = simulate("ur10e", np.random.default_rng(42), effect=0.02).dataset
+    form = fm.Form.of("own", ["1", "d", "h", "ln(v)"])
+    fm.write_map(fm.fit_force_map(dataset, form=form), tmp_path / "map.json")
+    assert fm.read_map(tmp_path / "map.json").form == form
+
+
+SPOILED = {
+    "coefficient changed": (("coefficients", 1), 2.0),
+    "coefficient text": (("coefficients", 1), "3.4"),
+    "coefficient null": (("coefficients", 1), None),
+    "coefficient too many": (("coefficients",), [1.0] * 10),
+    "state force changed": (("measured_states", "mean_ln_force", 0), 3.0),
+    "state coordinate changed": (("measured_states", "distance_m", 0), 0.1),
+    "no states": (("measured_states", "distance_m"), []),
+    "state missing": (("measured_states", "speed_mps"), [0.2]),
+    "spread changed": (("fit", "state_sd_ln"), 1e-4),
+    "other terms": (("terms", 1), "v^2"),
+    "unknown term": (("terms", 1), "x"),
+    "other schema": (("schema",), "forcemap-map/9"),
+    "simulated hidden": (("simulated",), True),
+    "bad scenario": (("phase_two", "scenarios"), {"fine": 3}),
+    "negative device range": (("campaign", "device", "range_N"), -500.0),
+    "unknown campaign entry": (("campaign", "device", "rnage_N"), 500.0),
+    "negative count": (("measured_states", "impacts", 0), -1),
+}
+
+
+@pytest.mark.parametrize("kind", SPOILED)
+def test_changed_files_are_refused(tmp_path, fitted, kind):
+    path = tmp_path / "map.json"
+    fm.write_map(fitted, path)
+    content = json.loads(path.read_text())
+    keys, value = SPOILED[kind]
+    at = content
+    for key in keys[:-1]:
+        at = at[key]
+    at[keys[-1]] = value
+    path.write_text(json.dumps(content))
+    with pytest.raises(MapFileError, match=re.escape("map.json")):
+        fm.read_map(path)
+
+
+@pytest.mark.parametrize("key", ["form", "coefficients", "measured_states", "fit", "phase_two", "campaign", "source"])
+def test_missing_entries_are_named(tmp_path, fitted, key):
+    path = tmp_path / "map.json"
+    fm.write_map(fitted, path)
+    content = json.loads(path.read_text())
+    del content[key]
+    path.write_text(json.dumps(content))
+    with pytest.raises(MapFileError, match=key):
+        fm.read_map(path)
+
+
+@pytest.mark.parametrize(
+    "text", ["", "{", "[]", "null", "3", "\x00", "{}", '{"schema": "forcemap-map/1"}', "[" * 100000]
+)
+def test_files_that_are_no_map(tmp_path, text):
+    path = tmp_path / "map.json"
+    path.write_text(text)
+    with pytest.raises(MapFileError):
+        fm.read_map(path)
+
+
+def test_a_write_that_fails_leaves_the_old_file(tmp_path, fitted):
+    with pytest.raises(fm.InputError, match="cannot be written"):
+        fm.write_map(fitted, tmp_path / "no such folder" / "map.json")
+    path = tmp_path / "map.json"
+    path.write_text("old")
+    fm.write_map(fitted, path)
+    assert json.loads(path.read_text())["schema"] == "forcemap-map/1"
+    assert [p.name for p in tmp_path.iterdir()] == ["map.json"]
