@@ -25,7 +25,6 @@ app = typer.Typer(
     help="3D collision-force maps: from measured impacts to bounded forces and safe robot speeds.",
     epilog="Exit codes: 0 done, or yes; 1 the answer is no; 2 cannot answer.",
     add_completion=False,
-    no_args_is_help=True,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
 )
@@ -41,6 +40,9 @@ def main() -> None:
 def run(arguments: list[str]) -> int:
     """Run one command and return its exit code; every error becomes one line on stderr (and JSON if asked for)."""
     as_json = "--json" in arguments
+    if not arguments:
+        app(["--help"], standalone_mode=False)
+        return 2
     try:
         return int(app(arguments, standalone_mode=False) or 0)
     except ForcemapError as error:

@@ -1,0 +1,311 @@
+"""The commands as a program sees them: JSON, exit codes, one line for every error."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import subprocess
+import sys
+from decimal import Decimal
+
+import numpy as np
+import pytest
+
+import forcemap as fm
+
+SPEED_KEYS = {
+    "outcome", "reason", "speed_mps", "extrapolated_speed_mps", "limit_N", "limit_source", "contact", "bound",
+    "bound_force_N", "predicted_force_N", "margin_10_speed_mps", "lowest_measured_speed_mps",
+    "highest_measured_speed_mps", "measure_next", "assumptions", "map_sha256",
+}  # fmt: skip
+FIT_KEYS = {
+    "form", "terms", "coefficients", "standard_errors", "states", "states_left_out", "samples", "censored_samples",
+    "repeats", "rmse_N", "rmse_ln", "r_squared", "state_sd_percent", "accuracy",
+}  # fmt: skip
+COMMANDS = ("demo", "fit", "evaluate", "compare", "limits", "speed", "speed-map")
+
+
+@pytest.fixture
+def forcemap(capsys):
+    """Run a command in this process: (exit code, stdout, stderr)."""
+    from forcemap.cli.app import run
+
+    def call(*arguments):
+        code = run([str(argument) for argument in arguments])
+        out, err = capsys.readouterr()
+        return code, out, err
+
+    return call
+
+
+@pytest.fixture
+def ask(forcemap):
+    """Run a command with --json: (exit code, object)."""
+
+    def call(*arguments):
+        code, out, err = forcemap(*arguments, "--json")
+        if code == 2:
+            assert err.startswith("error: ")
+            assert err.count("\n") == 1
+        return code, json.loads(out)
+
+    return call
+
+
+AT = ("--distance", 0.8, "--height", 0.4)
+HAND = ("--area", "back_of_hand", "--contact")
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_help_has_one_example(forcemap, name):
+    code, out, _ = forcemap(name, "--help")
+    assert code == 0
+    assert out.count("Example: forcemap " + name) == 1
+    assert "--json" in out
+
+
+def test_speed_of_a_published_map(ask):
+    code, found = ask("speed", "ur10e", *AT, *HAND, "transient")
+    assert code == 0
+    assert set(found) >= SPEED_KEYS
+    assert found["outcome"] == "admissible"
+    assert found["speed_mps"] == pytest.approx(0.3212, abs=2e-4)
+    assert found["limit_N"] == 280
+    assert found["contact"] == "transient"
+    assert found["bound"] == {"kind": "margin", "margin": 0.10}
+    assert found["bound_force_N"] == pytest.approx(280, abs=1e-6)
+    assert found["margin_10_speed_mps"] == found["speed_mps"]
+    assert found["extrapolated_speed_mps"] is None
+    assert found["map_sha256"] == fm.map_sha256(fm.published_map("ur10e"))
+    text = " ".join(found["assumptions"])
+    for word in ("person at rest", "direction", "contact site", "tool", "payload", "safety settings", "pressure not",
+                 "ISO/TS 15066:2016", "Phase II"):  # fmt: skip
+        assert word in text
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "outcome"),
+    [
+        (("ur10e", *AT, *HAND, "quasi-static"), 1, "unconfirmed"),
+        (("ur10e", "--distance", 0.3, "--height", 0.4, *HAND, "transient"), 1, "outside"),
+        (("kuka-iiwa7-30nm", *AT, *HAND, "transient"), 1, "unconfirmed"),
+        (("ur10e", *AT, "--area", "temple", "--contact", "transient"), 1, "not_permitted"),
+        (("ur10e", *AT, "--region", "face", "--contact", "quasi-static"), 1, "not_permitted"),
+        (("ur10e", *AT, "--limit-N", 450), 0, "capped"),
+        (("ur10e", *AT, "--limit-N", 280, "--bound", "margin", "--margin", 0.0), 0, "admissible"),
+    ],
+)
+def test_outcomes_and_exit_codes(ask, arguments, code, outcome):
+    found_code, found = ask("speed", *arguments)
+    assert (found_code, found["outcome"]) == (code, outcome)
+    assert set(found) >= SPEED_KEYS
+    assert (found["speed_mps"] is None) == (code == 1)
+    assert found["reason"]
+
+
+def test_where_to_measure_next(ask):
+    _, found = ask("speed", "ur10e", *AT, *HAND, "quasi-static")
+    assert found["measure_next"]["speed_mps"] == found["extrapolated_speed_mps"] == pytest.approx(0.1381, abs=2e-4)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "part"),
+    [
+        (("speed", "nothing.csv", *AT, "--limit-N", 100), "no such file"),
+        (("speed", "ur10e", *AT), "expected one of --area"),
+        (("speed", "ur10e", *AT, "--limit-N", 100, "--area", "temple"), "expected one of --area"),
+        (("speed", "ur10e", *AT, "--limit-N", 100, "--contact", "transient"), "--contact"),
+        (("speed", "ur10e", *AT, "--area", "back_of_hand"), "--contact transient"),
+        (("speed", "ur10e", *AT, "--area", "hnad", "--contact", "transient"), "nearest"),
+        (("speed", "ur10e", *AT, "--limit-N", "nan"), "limit"),
+        (("speed", "ur10e", *AT, "--limit-N", 498), "device"),
+        (("speed", "ur10e", "--distance", "nan", "--height", 0.4, "--limit-N", 100), "place"),
+        (("speed", "ur10e", "--distance", "far", "--height", 0.4, "--limit-N", 100), "--distance"),
+        (("speed", "ur10e", *AT, "--limit-N", 100, "--bound", "tolerance"), "tolerance bound"),
+        (("speed", "ur10e", *AT, "--limit-N", 100, "--margin", -0.5), "margin"),
+        (("fit", "ur10e-nothing"), "no such file"),
+        (("limits", "forhead"), "nearest"),
+        (("frobnicate",), "No such command"),
+        (("speed-map", "ur10e", "--limit-N", 100, "-o", "speeds.txt"), ".csv or .json"),
+        (("demo", "--example", "ur20"), "ur10e"),
+    ],
+)
+def test_errors_are_one_line_and_json(ask, forcemap, arguments, part):
+    code, found = ask(*arguments)
+    assert code == 2
+    assert set(found["error"]) == {"kind", "message", "file", "row", "column"}
+    _, out, err = forcemap(*arguments)
+    assert out == ""
+    assert part in err
+    assert "Traceback" not in err
+
+
+def test_table_errors_name_file_row_and_column(ask, tmp_path):
+    path = tmp_path / "impacts.csv"
+    path.write_text("distance_m,height_m,speed_mps,peak_force_N\n0.5,0.2,fast,200\n")
+    code, found = ask("fit", path)
+    assert code == 2
+    assert (found["error"]["file"], found["error"]["row"], found["error"]["column"]) == ("impacts.csv", 2, "speed_mps")
+
+
+def test_fit_writes_only_when_asked(ask, forcemap, example_folders, tmp_path):
+    folder = example_folders["ur10e"]
+    before = sorted(folder.rglob("*"))
+    code, found = ask("fit", folder)
+    assert code == 0
+    assert set(found) >= FIT_KEYS
+    assert sorted(folder.rglob("*")) == before
+    assert found["form"] == "CFM_3D"
+    assert found["states"] + found["states_left_out"] == 27
+    assert found["samples"] + found["censored_samples"] == 81
+    assert found["repeats"] == 3
+    assert found["accuracy"]["on"] == "test states"
+    assert found["simulated"] is True
+    path = tmp_path / "map.json"
+    code, out, _ = forcemap("fit", folder, "-o", path)
+    assert code == 0
+    assert "SIMULATED" in out
+    again = fm.read_map(path)
+    assert again.coefficients.tolist() == found["coefficients"]
+    # a table, a folder and the map fitted to it say the same
+    speeds = [ask("speed", s, *AT, *HAND, "transient") for s in (folder, folder / "impacts.csv", path)]
+    assert speeds[0] == speeds[1] == speeds[2]
+    assert speeds[0][1]["bound"]["kind"] == "tolerance"
+    assert speeds[0][1]["assumptions"][0].startswith("SIMULATED")
+
+
+def test_fit_without_test_rows_reports_leave_one_state_out(ask, examples, tmp_path):
+    fm.write_dataset(examples["kuka-iiwa7-10nm"].train, tmp_path / "impacts.csv")
+    _, found = ask("fit", tmp_path / "impacts.csv", "--form", "log-speed")
+    assert found["form"] == "LOG_SPEED"
+    assert found["accuracy"]["on"] == "leave-one-state-out"
+    code, found = ask("fit", tmp_path / "impacts.csv", "--form", "full_cubic")
+    assert (code, found["error"]["kind"]) == (2, "rank_deficient")
+
+
+def test_too_few_degrees_of_freedom_is_a_refusal(ask, examples, tmp_path):
+    train = examples["kuka-iiwa7-10nm"].train
+    names = np.random.default_rng(1).permutation(train.states.uncensored.name)[:11]
+    fm.write_dataset(train.select(np.isin(train.state, names)), tmp_path / "impacts.csv")
+    code, found = ask("speed", tmp_path / "impacts.csv", *AT, "--limit-N", 200)
+    assert (code, found["error"]["kind"]) == (2, "bound_not_available")
+
+
+def test_evaluate(ask, example_folders):
+    _, found = ask("evaluate", example_folders["ur10e"])
+    assert [a["on"] for a in found["accuracies"]] == ["test states", "leave-one-state-out", "all states"]
+    _, found = ask("evaluate", example_folders["ur10e"], "--map", "ur10e")
+    assert found["accuracies"][0]["max_underestimation_percent"] < 10
+
+
+def test_compare(ask, example_folders, tmp_path, examples):
+    _, found = ask("compare", example_folders["ur10e"])
+    assert [m["model"] for m in found["models"]] == ["CFM_3D", "CFM_2D", "CFM_2D per height", "contact model"]
+    assert {"underestimated_share", "most_underestimated"} <= set(found["models"][-1])
+    _, free = ask("compare", example_folders["ur10e"], "--body", "free")
+    standard = [r["highest_speed_mps"] for r in free["allowed"] if r["model"] == "contact model"]
+    assert standard == pytest.approx([1.35, 0.67], abs=0.01)
+    fm.write_dataset(examples["ur10e"], tmp_path / "impacts.csv")
+    code, found = ask("compare", tmp_path / "impacts.csv")
+    assert code == 2
+    assert "--moving-mass-kg" in found["error"]["message"]
+
+
+def test_limits(ask):
+    _, found = ask("limits")
+    assert len(found["limits"]) == 29
+    _, found = ask("limits", "back_of_hand", "--moving-mass-kg", 30)
+    (limit,) = found["limits"]
+    assert (limit["quasi_static_N"], limit["transient_N"], limit["permitted"]) == (140, 280, True)
+    assert limit["contact_model"]["quasi_static_speed_mps"] == pytest.approx(0.1320, abs=5e-5)
+    _, found = ask("limits", "back_of_hand", "--moving-mass-kg", 30, "--contact-area-cm2", 0.5)
+    assert found["limits"][0]["contact_model"]["quasi_static_governed_by"] == "pressure"
+    _, found = ask("limits", "temple", "--moving-mass-kg", 30)
+    assert found["limits"][0]["permitted"] is False
+    assert found["limits"][0]["quasi_static_N"] is None
+    assert found["limits"][0]["contact_model"] is None
+
+
+def test_a_users_own_limit_table_is_named(ask, tmp_path):
+    path = tmp_path / "ours.csv"
+    path.write_text(
+        "# edition: our edition\narea,name,region,quasi_static_pressure_N_per_cm2,quasi_static_force_N,transient_factor\n"
+        "glove,Glove,hand_fingers,200,200,1\n"
+    )
+    _, found = ask("speed", "ur10e", *AT, "--area", "glove", "--contact", "transient", "--limit-table", path)
+    assert found["limit_N"] == 200
+    assert "our edition" in found["limit_source"]
+    assert "our edition" in " ".join(found["assumptions"])
+
+
+def test_speed_map_as_csv_and_json(ask, forcemap, tmp_path):
+    code, found = ask("speed-map", "ur10e", *HAND, "transient", "--step-m", 0.1, "-o", tmp_path / "speeds.csv")
+    assert code == 0
+    rows = list(csv.DictReader(io.StringIO((tmp_path / "speeds.csv").read_text())))
+    assert len(rows) == len(found["places"]) == sum(found["counts"].values())
+    for row, place in zip(rows, found["places"], strict=True):
+        assert row["outcome"] == place["outcome"]
+        assert row["map_sha256"] == found["map_sha256"]
+        if place["speed_mps"] is None:
+            assert row["speed_mps"] == ""
+        else:
+            shown = Decimal(row["speed_mps"])
+            assert shown <= Decimal(repr(place["speed_mps"])) < shown + Decimal("0.001")
+        assert "person at rest" in row["assumptions"]
+    assert found["fastest"]["speed_mps"] == max(p["speed_mps"] for p in found["places"] if p["speed_mps"])
+    forcemap("speed-map", "ur10e", *HAND, "transient", "-o", tmp_path / "speeds.json")
+    assert (
+        json.loads((tmp_path / "speeds.json").read_text())["counts"]
+        == ask("speed-map", "ur10e", *HAND, "transient")[1]["counts"]
+    )
+    assert ask("speed-map", "ur10e", *HAND, "quasi-static")[0] == 1
+    code, found = ask("speed-map", "ur10e", "--area", "temple", "--contact", "transient")
+    assert (code, found["outcome"]) == (1, "not_permitted")
+
+
+def test_text_floors_what_json_carries(ask, forcemap):
+    _, found = ask("speed", "ur10e", *AT, *HAND, "transient")
+    _, out, _ = forcemap("speed", "ur10e", *AT, *HAND, "transient")
+    assert out.startswith(fm.floor_speed(found["speed_mps"]) + " m/s")
+    assert "Assumes" in out
+
+
+@pytest.mark.parametrize("example", fm.EXAMPLE_CAMPAIGNS)
+def test_demo(ask, forcemap, tmp_path, example):
+    folder = tmp_path / "campaign"
+    code, found = ask("demo", folder, "--example", example)
+    assert code == 0
+    assert set(found["files"]) == {
+        "accuracy.json", "campaign.toml", "comparison.json", "impacts.csv", "maps/cfm_3d.json",
+        "speeds-quasi-static.csv", "speeds-quasi-static.json", "speeds-transient.csv", "speeds-transient.json",
+        "summary.txt",
+    }  # fmt: skip
+    summary = (folder / "summary.txt").read_text()
+    assert "SIMULATED" in summary
+    assert "contact model" in summary
+    assert fm.read_map(folder / "maps" / "cfm_3d.json").fit
+    code, out, err = forcemap("demo", folder)
+    assert (code, out) == (2, "")
+    assert "holds files already" in err
+
+
+def test_demo_picks_a_free_folder(forcemap, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert forcemap("demo")[0] == 0
+    assert forcemap("demo")[0] == 0
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["forcemap-demo", "forcemap-demo-2"]
+
+
+def test_as_a_program():
+    """Through the installed script: stdout and stderr apart, the exit code, a closed pipe."""
+    script = [sys.executable, "-c", "from forcemap.cli import main; main()"]
+    found = subprocess.run([*script, "speed", "ur10e", "--distance", "0.8", "--height", "0.4", "--limit-N", "140"],
+                           capture_output=True, text=True)  # fmt: skip
+    assert found.returncode == 1
+    assert found.stdout.startswith("no speed")
+    assert found.stderr == ""
+    assert subprocess.run([*script], capture_output=True, text=True).returncode == 2
+    piped = subprocess.run(f"{sys.executable} -c 'from forcemap.cli import main; main()' limits | head -1",
+                           shell=True, capture_output=True, text=True)  # fmt: skip
+    assert piped.stderr == ""

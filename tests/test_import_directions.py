@@ -1,0 +1,101 @@
+"""Rooms import as docs/design allows (CONTRIBUTING, "Rooms"): read from the source, nothing is run."""
+
+from __future__ import annotations
+
+import ast
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import forcemap
+
+ROOT = Path(forcemap.__file__).parent
+EVERYWHERE = {"errors", "files", "_version"}
+LIBRARY = {
+    "recordings": set(),
+    "limits": set(),
+    "dynamics": set(),
+    "impacts": {"recordings"},
+    "campaigns": {"recordings", "impacts"},
+    "maps": {"campaigns.dataset"},
+    "verdicts": {"recordings", "impacts", "limits"},
+    "speeds": {"maps", "limits"},
+    "speed_maps": {"maps", "limits", "speeds"},
+    "planning": {"campaigns", "maps", "limits", "dynamics", "speeds", "speed_maps"},
+    "paths": {"campaigns", "maps", "limits", "dynamics", "speeds", "speed_maps"},
+    "places": {"campaigns", "maps", "limits", "dynamics", "speeds", "speed_maps"},
+    "comparisons": {"campaigns", "maps", "limits", "dynamics", "speeds", "speed_maps"},
+    "lab": {"recordings", "campaigns", "dynamics"},
+    "exports": {"speeds", "speed_maps"},
+}
+LIBRARY["assessment"] = set(LIBRARY) - {"lab", "exports"}
+FACES = {"cli": {"", "exports", "report", "figures"}, "web": {"", "exports", "report", "figures"}}
+ALLOWED = LIBRARY | FACES
+FACE_PACKAGES = {"matplotlib", "jinja2", "fastapi", "uvicorn", "typer", "rich", "plotly", "starlette"}
+LIBRARY_PACKAGES = {"numpy", "scipy", "pandas", "defusedxml", "nptdms"} | set(sys.stdlib_module_names)
+
+
+def imports(path):
+    """(module, line) of every import in a file."""
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.Import):
+            yield from ((alias.name, node.lineno) for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f"{path}:{node.lineno}: relative import"
+            assert node.module is not None
+            yield node.module, node.lineno
+            for alias in node.names:  # from forcemap.maps import bounds
+                if (ROOT / Path(*node.module.split(".")[1:]) / f"{alias.name}.py").exists():
+                    yield f"{node.module}.{alias.name}", node.lineno
+
+
+def room_of(path):
+    return path.relative_to(ROOT).with_suffix("").parts[0]
+
+
+SOURCES = sorted(path for path in ROOT.rglob("*.py") if path != ROOT / "__init__.py")
+
+
+@pytest.mark.parametrize("path", SOURCES, ids=lambda path: str(path.relative_to(ROOT)))
+def test_rooms_import_as_allowed(path):
+    room = room_of(path)
+    if room in EVERYWHERE:
+        assert all(not name.startswith("forcemap.") or name == "forcemap.errors" for name, _ in imports(path))
+        return
+    assert room in ALLOWED, f"{room} is a room without a row in the table"
+    for name, line in imports(path):
+        package, _, inner = name.partition(".")
+        if package != "forcemap":
+            assert room in FACES or package in LIBRARY_PACKAGES, f"{path}:{line}: {name} in a library room"
+            continue
+        target = inner.split(".")[0]
+        if target == room or target in EVERYWHERE:
+            continue
+        allowed = ALLOWED[room]
+        assert target in allowed or inner in allowed, f"{path}:{line}: {room} imports {name}"
+
+
+def test_the_package_itself_does_not_import_the_lab():
+    assert not any(name.startswith("forcemap.lab") for name, _ in imports(ROOT / "__init__.py"))
+
+
+def test_importing_forcemap_is_light():
+    """Neither matplotlib, pandas nor scipy.stats, and nothing of the faces."""
+    heavy = ["matplotlib", "pandas", "scipy.stats", *sorted(FACE_PACKAGES)]
+    code = f"import sys, forcemap; print([name for name in {heavy!r} if name in sys.modules])"
+    found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert found.stdout.strip() == "[]"
+
+
+def test_help_loads_nothing_heavy():
+    """What lets `forcemap --help` answer within half a second."""
+    heavy = ["matplotlib", "pandas", "scipy"]
+    code = (
+        "import sys\nfrom forcemap.cli.app import run\nrun(['--help'])\n"
+        f"print([name for name in {heavy!r} if name in sys.modules])"
+    )
+    found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert found.stdout.strip().endswith("[]")
+    assert "speed-map" in found.stdout
