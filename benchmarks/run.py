@@ -37,45 +37,36 @@ def best(function, repetitions=5):
 
 
 def prediction():
-    """Prediction on 10^7 scattered points: scikit-learn's pipeline on a tenth of them, and numpy's exp."""
+    """Prediction on 10^7 scattered points, first call and repeated: scikit-learn's pipeline, and numpy's exp."""
     n = 10_000_000
     rng = np.random.default_rng(0)
     d, h, v = rng.uniform(0.52, 0.89, n), rng.uniform(0.14, 0.46, n), rng.uniform(0.2, 0.4, n)
     ur10e = fm.published_map("ur10e")
-    points = np.column_stack([d, h, v])[: n // 10]
+    points = np.column_stack([d, h, v])
     pipeline = make_pipeline(PolynomialFeatures(3), LinearRegression())
     pipeline.fit(points[:1000], np.log(ur10e.predict(*points[:1000].T)))
-    ours = best(lambda: ur10e.predict(d, h, v))
-    theirs = 10 * best(lambda: np.exp(pipeline.predict(points)), 2)
-    plain = best(lambda: np.exp(d))
-    yield (
-        "prediction, 10^7 scattered points",
-        "scikit-learn PolynomialFeatures(3) pipeline",
-        theirs / ours,
-        "at least 50 x as fast",
-    )
-    yield (
-        "prediction, 10^7 scattered points",
-        "numpy exp on one array of that size",
-        ours / plain,
-        "at most 8 x as long",
-    )
+
+    def ours():
+        return ur10e.predict(d, h, v)
+
+    def theirs():
+        return np.exp(pipeline.predict(points))
+
+    ours_first, theirs_first = best(ours, 1), best(theirs, 1)
+    what, peer = "prediction, 10^7 scattered points", "scikit-learn PolynomialFeatures(3) pipeline"
+    yield f"{what}, first call", peer, theirs_first / ours_first, "at least 50 x as fast"
+    ours_again = best(ours)
+    yield f"{what}, repeated", peer, best(theirs, 3) / ours_again, "at least 50 x as fast"
+    yield what, "numpy exp on one array of that size", ours_again / best(lambda: np.exp(d)), "at most 8 x as long"
 
 
 def grid():
     """Prediction on a regular grid of about 10^7 points."""
     d, h, v = np.linspace(0.52, 0.89, 216), np.linspace(0.14, 0.46, 215), np.linspace(0.2, 0.4, 215)
     ur10e = fm.published_map("ur10e")
-    ours = best(lambda: ur10e.predict(d[:, None, None], h[:, None], v))
-    plain = best(lambda: np.exp(np.broadcast_to(v, (216, 215, 215)).copy()))
-    array = np.broadcast_to(v, (216, 215, 215)).copy()
-    plain = best(lambda: np.exp(array))
-    yield (
-        "prediction, grid of 10^7 points",
-        "numpy exp on one array of that size",
-        ours / plain,
-        "at most 2.5 x as long",
-    )
+    array = np.broadcast_to(v, (d.size, h.size, v.size)).copy()
+    ratio = best(lambda: ur10e.predict(d[:, None, None], h[:, None], v)) / best(lambda: np.exp(array))
+    yield "prediction, grid of 10^7 points", "numpy exp on one array of that size", ratio, "at most 2.5 x as long"
 
 
 def crossing():

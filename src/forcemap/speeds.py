@@ -186,8 +186,8 @@ def _limit(force_map: ForceMap, limit: ForceLimit | ArrayLike, contact: Contact 
     if isinstance(limit, ForceLimit):
         if contact is None:
             raise InputError("contact: expected transient or quasi-static, which of the limits of a body area to use")
-        newtons = limit.force(Contact(contact))
-        if contact is Contact.TRANSIENT:
+        newtons = limit.force(contact)
+        if Contact.parse(contact) is Contact.TRANSIENT:
             refusal = force_map.phase_two.transient_refusal(limit.quasi_static, error)
     else:
         if contact is not None:
@@ -217,15 +217,15 @@ def _safe_speed(
     outcome[:], reason[:] = SpeedOutcome.OUTSIDE, _REASONS[SpeedOutcome.OUTSIDE]
     inside = np.flatnonzero(~np.isnan(low))
 
-    def upper(place: NDArray[np.int64], v: FloatArray) -> FloatArray:
+    def log_bound(place: NDArray[np.int64], v: FloatArray) -> FloatArray:
         at = inside[place][:, None]
-        return np.asarray(bound.upper(force_map, d[at], h[at], v))
+        return np.asarray(np.log(np.clip(bound.upper(force_map, d[at], h[at], v), 1e-300, 1e300)))
 
     if refusal:
         outcome[inside] = SpeedOutcome.UNCONFIRMED
         reason[inside] = f"no transient limit may be used: {refusal}"
     else:
-        last, following = first_exceedance(upper, low[inside], high[inside], limit[inside])
+        last, following = first_exceedance(log_bound, low[inside], high[inside], np.log(limit[inside]))
         unconfirmed, capped = np.isnan(last), np.isnan(following)
         speed[inside] = last
         for kind, mask in (
@@ -236,7 +236,7 @@ def _safe_speed(
             outcome[inside[mask]] = kind
             reason[inside[mask]] = _REASONS[kind]
         inside = inside[unconfirmed]
-        hint[inside] = _extrapolated(upper, low[inside], limit[inside])
+        hint[inside] = _extrapolated(log_bound, low[inside], limit[inside])
     with_speed = np.flatnonzero(~np.isnan(speed))
     predicted, bounded = np.full((2, d.size), np.nan)
     predicted[with_speed] = force_map.predict(d[with_speed], h[with_speed], speed[with_speed])
@@ -244,12 +244,11 @@ def _safe_speed(
     return speed, outcome, hint, low, high, predicted, bounded, reason
 
 
-def _extrapolated(upper: Any, lowest: FloatArray, limit: FloatArray) -> FloatArray:
+def _extrapolated(log_bound: Any, lowest: FloatArray, limit: FloatArray) -> FloatArray:
     """Going down from the lowest measured speed, where the bound first falls below the limit; 0 if it never does."""
 
     def depth(place: NDArray[np.int64], below: FloatArray) -> FloatArray:
-        bound = upper(place, lowest[place][:, None] - below)
-        return np.asarray(-np.log(np.clip(bound, 1e-300, 1e300)))
+        return np.asarray(-log_bound(place, lowest[place][:, None] - below))
 
     _, following = first_exceedance(depth, np.zeros(lowest.size), lowest * (1 - 1e-6), -np.log(limit))
     return np.where(np.isnan(following), 0.0, lowest - following)

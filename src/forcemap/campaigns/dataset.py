@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -75,6 +75,10 @@ class ImpactDataset:
         How far repeats of a state may lie apart.
     source, sha256 : str
         Name and SHA-256 of the table.
+    phase_two : PhaseTwo
+        What all impacts of the table, censored and test ones too, say of Phase II; `train` and `test` keep it.
+    device_range : float
+        Device range [N]: as stated, and never above a force at which it saturated; NaN if nothing tells.
     """
 
     distance: FloatArray
@@ -96,6 +100,8 @@ class ImpactDataset:
     tolerance: StateTolerance = field(default_factory=StateTolerance)
     source: str = ""
     sha256: str = ""
+    phase_two: PhaseTwo = field(default_factory=PhaseTwo)
+    device_range: float = math.nan
 
     @classmethod
     def from_arrays(
@@ -131,8 +137,8 @@ class ImpactDataset:
         TableError
             No impact; arrays of unequal length; a figure that is not finite, not positive (height may be
             negative) or in another unit; a force at or above the stated device range that is not censored; the same
-            (state, repeat) twice; repeats of a state further apart than the tolerance; one state under two names or
-            with two roles.
+            (state, repeat) twice; repeats of a state further apart than the tolerance, or a factor of 3 apart in
+            force; one state under two names or with two roles.
         """
         tolerance = tolerance or StateTolerance()
         conditions = conditions or Conditions()
@@ -152,6 +158,7 @@ class ImpactDataset:
         checked = {column: _numbers(column, values, n, where) for column, values in numbers.items()}
         is_censored = _flags(censored, n, where)
         device_range = conditions.device.range
+        saturated = checked["peak_force_N"][is_censored]
         where.refuse(
             (checked["peak_force_N"] >= device_range) & ~is_censored,
             "peak_force_N",
@@ -167,6 +174,7 @@ class ImpactDataset:
 
         coordinates = np.column_stack([checked["distance_m"], checked["height_m"], checked["speed_mps"]])
         names = identify_states(coordinates, roles, given, tolerance, where)
+        _refuse_other_units(checked["peak_force_N"], is_censored, names, where)
         return cls(
             distance=checked["distance_m"],
             height=checked["height_m"],
@@ -187,6 +195,8 @@ class ImpactDataset:
             tolerance=tolerance,
             source=source,
             sha256=sha256,
+            phase_two=_phase_two(scenarios, checked["phase2_force_N"]),
+            device_range=float(np.fmin(device_range, saturated.min() if saturated.size else math.nan)),
         )
 
     def __len__(self) -> int:
@@ -198,17 +208,18 @@ class ImpactDataset:
         values = {name: getattr(self, name) for name in self.__dataclass_fields__}
         arrays = {name: value[kept] for name, value in values.items() if isinstance(value, np.ndarray)}
         extra = {name: tuple(column[i] for i in kept) for name, column in self.extra.items()}
-        return ImpactDataset(**(values | arrays | {"extra": extra}))
+        phase_two = _phase_two(arrays["scenario"], arrays["phase2_force"])
+        return ImpactDataset(**(values | arrays | {"extra": extra, "phase_two": phase_two}))
 
     @property
     def train(self) -> ImpactDataset:
-        """The impacts with role train."""
-        return self.select(self.role == "train")
+        """The impacts with role train; what all impacts say of Phase II goes with them."""
+        return replace(self.select(self.role == "train"), phase_two=self.phase_two)
 
     @property
     def test(self) -> ImpactDataset:
-        """The impacts with role test."""
-        return self.select(self.role == "test")
+        """The impacts with role test; what all impacts say of Phase II goes with them."""
+        return replace(self.select(self.role == "test"), phase_two=self.phase_two)
 
     @cached_property
     def states(self) -> States:
@@ -220,24 +231,6 @@ class ImpactDataset:
         """True if the campaign or any impact says that it is simulated."""
         flagged = any("simulated" in flags.lower() for flags in np.unique(self.flags))
         return self.conditions.simulated or flagged
-
-    @property
-    def phase_two(self) -> PhaseTwo:
-        """What the impacts, censored and test ones too, say of Phase II."""
-        recorded = [scenario for scenario in self.scenario if scenario is not None]
-        unknown = sum(scenario is None for scenario in self.scenario[np.isnan(self.phase2_force)])
-        forces = self.phase2_force[~np.isnan(self.phase2_force)]
-        return PhaseTwo(
-            scenarios={scenario: recorded.count(scenario) for scenario in ContactScenario if scenario in recorded},
-            unrecorded=unknown,
-            largest_force=float(forces.max()) if forces.size else math.nan,
-        )
-
-    @property
-    def device_range(self) -> float:
-        """Device range [N]: as stated, and never above a force at which it saturated; NaN if nothing tells."""
-        saturated = self.peak_force[self.censored]
-        return float(np.fmin(self.conditions.device.range, saturated.min() if saturated.size else math.nan))
 
     def to_frame(self) -> pd.DataFrame:
         """The impacts as a pandas DataFrame with the columns of the impacts table."""
@@ -277,6 +270,8 @@ class _Where:
 
 
 def _sized(column: str, values: ArrayLike, n: int, where: _Where) -> NDArray[Any]:
+    if np.ma.is_masked(values):
+        raise TableError("found masked entries, expected none", file=where.source or None, column=column)
     array = np.atleast_1d(np.asarray(values))
     if array.shape != (n,):
         found = f"found an array of shape {array.shape}, expected ({n},) like distance"
@@ -334,6 +329,26 @@ def _scenarios(values: Any, n: int, where: _Where) -> NDArray[np.object_]:
         except InputError as error:
             raise where.error(position, "scenario", error.message) from None
     return result
+
+
+def _phase_two(scenario: NDArray[np.object_], phase2_force: FloatArray) -> PhaseTwo:
+    recorded = [each for each in scenario if each is not None]
+    forces = phase2_force[~np.isnan(phase2_force)]
+    return PhaseTwo(
+        scenarios={each: recorded.count(each) for each in ContactScenario if each in recorded},
+        unrecorded=sum(each is None for each in scenario[np.isnan(phase2_force)]),
+        largest_force=float(forces.max()) if forces.size else math.nan,
+    )
+
+
+def _refuse_other_units(force: FloatArray, censored: NDArray[np.bool_], names: NDArray[np.str_], where: _Where) -> None:
+    """Repeats of a state agree within percents; a factor of 3 is another unit (kgf, lbf) or another impact."""
+    _, index = np.unique(names, return_inverse=True)
+    highest = np.zeros(index.max() + 1)
+    np.maximum.at(highest, index[~censored], force[~censored])
+    offending = (3 * force < highest[index]) & ~censored
+    for position in np.flatnonzero(offending)[:1]:
+        where.refuse(offending, "peak_force_N", force, f"about {highest[index[position]]:g}, as its repeats")
 
 
 def _repeats(values: ArrayLike | None, names: NDArray[np.str_], where: _Where) -> NDArray[np.int64]:

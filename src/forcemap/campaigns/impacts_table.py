@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import difflib
 import io
 import math
 import re
@@ -37,6 +38,7 @@ _COLUMNS = {
     "flags": "flags",
 }
 _REQUIRED = tuple(_COLUMNS)[:4]
+_DECISIVE = {"censored": "censored", "scenario": "scenario", "phase2_force_N": "phase2"}
 _NUMBERS = (*_REQUIRED, "base_angle_deg", "phase2_force_N")
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 _TRUTH = {"true": True, "1": True, "false": False, "0": False, "": False}
@@ -167,6 +169,14 @@ def _require_columns(header: Sequence[str], file: str, row: int | None = None) -
     for name in header:
         if header.count(name) > 1:
             raise TableError(f"found column {name!r} twice, expected it once", file=file, row=row, column=name)
+        meant = _meant(name)
+        if meant:
+            raise TableError(
+                f"found an unknown column {name!r}, expected {meant!r} if that is meant, or another name",
+                file=file,
+                row=row,
+                column=name,
+            )
     for name in _REQUIRED:
         if name not in header:
             unknown = [column for column in header if column and column not in _COLUMNS]
@@ -178,6 +188,22 @@ def _require_columns(header: Sequence[str], file: str, row: int | None = None) -
                 row=row,
                 column=name,
             )
+
+
+def _meant(name: str) -> str:
+    """The optional column that an unknown column's name is a slip of; empty if none is.
+
+    A saturated or clamping impact in a column that nobody reads would be taken for a good one.
+    """
+    if name in _COLUMNS:
+        return ""
+    plain = re.sub(r"[^a-z0-9]", "", name.lower())
+    for column in _COLUMNS:
+        known = re.sub(r"[^a-z0-9]", "", column.lower())
+        slip = difflib.SequenceMatcher(None, plain, known).ratio() > 0.85 and column not in _REQUIRED
+        if plain == known or slip or (column in _DECISIVE and _DECISIVE[column] in plain):
+            return column
+    return ""
 
 
 def _decimal_points(columns: dict[str, list[str]], rows: list[int], file: str) -> None:

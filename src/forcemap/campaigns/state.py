@@ -219,7 +219,11 @@ def _refuse_copies(
     tolerance: StateTolerance,
     where: Where,
 ) -> None:
-    """Two names of one role within a tenth of the tolerance are one state: its repeats are not independent."""
+    """Refuse names that do not group repeats: as independent states they would make the bound too low.
+
+    Two states of one role within a tenth of the tolerance are one state under two names; and if a quarter of the
+    states have another within the tolerance, repeats were named one by one.
+    """
     from scipy.spatial import cKDTree
 
     first = np.unique(index, return_index=True)[1]
@@ -228,14 +232,17 @@ def _refuse_copies(
         member = np.flatnonzero(role[first] == kind)
         if member.size < 2:
             continue
-        scaled = means[member] / (tolerance.scale / 10)
+        scaled = means[member] / tolerance.scale
         pairs = cKDTree(scaled).query_pairs(1.0, p=np.inf, output_type="ndarray")
-        for one, other in member[pairs[:1]]:
+        apart = np.abs(scaled[pairs[:, 0]] - scaled[pairs[:, 1]]).max(axis=1)
+        crowded = 4 * np.unique(pairs).size > member.size and len(pairs) > 1
+        for one, other in member[pairs[apart <= (1.0 if crowded else 0.1)][:1]]:
             raise where.error(
                 int(first[max(one, other)]),
                 "state_id",
-                f"states {str(names[one])!r} and {str(names[other])!r} have the same distance, height and speed; "
-                "repeats of a state share its error and need one state_id",
+                f"found states {str(names[one])!r} and {str(names[other])!r} at the same distance, height and speed, "
+                "expected one state_id for all repeats of a state (they share its error); "
+                "if they are meant to differ, lower the tolerance",
             )
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import csv
-import math
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
@@ -16,6 +16,7 @@ from forcemap.files import read_bytes, sha256
 _PRESSURE, _FORCE, _FACTOR = "quasi_static_pressure_N_per_cm2", "quasi_static_force_N", "transient_factor"
 _AREA_COLUMNS = ("area", "name", "region", _PRESSURE, _FORCE, _FACTOR)
 _PASCALS = 1e4  # Pa in 1 N/cm^2
+_MAX_FIGURE = 2000.0  # [N], [N/cm^2]: several times the largest of the standard
 _MAX_TRANSIENT_FACTOR = 2.0  # the standard's; a larger one is a slip
 
 
@@ -95,7 +96,7 @@ class LimitTable:
         UnknownName
             Neither an area nor a region has the name.
         """
-        wanted = name.strip().lower().replace(" ", "_").replace("-", "_")
+        wanted = _identifier(name)
         found = [
             area
             for area in self.areas.values()
@@ -172,15 +173,15 @@ def _limit_table(content: bytes, file: str) -> LimitTable:
                 row=row_number,
                 column=_FACTOR,
             )
-        name = row["area"]
-        if name in areas or not name or not row["region"]:
+        name, region = _identifier(row["area"]), _identifier(row["region"])
+        if name in areas or not name or not region:
             raise TableError(
                 f"found {name!r}, expected every area once and named, with its region",
                 file=file,
                 row=row_number,
                 column="area",
             )
-        areas[name] = BodyArea(name, row["name"], row["region"], numbers[_FORCE], numbers[_PRESSURE] * _PASCALS, factor)
+        areas[name] = BodyArea(name, row["name"], region, numbers[_FORCE], numbers[_PRESSURE] * _PASCALS, factor)
     return LimitTable(
         areas,
         edition=facts.get("edition", f"not stated in {file}"),
@@ -190,13 +191,19 @@ def _limit_table(content: bytes, file: str) -> LimitTable:
     )
 
 
+def _identifier(name: str) -> str:
+    """A name as identifiers are written: small letters and underscores."""
+    return "_".join(name.lower().replace("-", " ").replace("_", " ").split())
+
+
 def _number(cell: str, file: str, row: int, column: str) -> float:
-    try:
-        number = float(cell)
-    except ValueError:
-        raise TableError(f"found {cell!r}, expected a number", file=file, row=row, column=column) from None
-    if not (0 < number < math.inf or (number == 0 and column == _FACTOR)):
-        raise TableError(f"found {cell!r}, expected a positive finite number", file=file, row=row, column=column)
+    if not re.fullmatch(r"\d+\.?\d*|\.\d+", cell, re.ASCII):
+        raise TableError(f"found {cell!r}, expected a positive number", file=file, row=row, column=column)
+    number = float(cell)
+    if not (number <= _MAX_FIGURE and (number > 0 or column == _FACTOR)):
+        raise TableError(
+            f"found {cell!r}, expected a positive number up to {_MAX_FIGURE:g}", file=file, row=row, column=column
+        )
     return number
 
 
@@ -219,6 +226,9 @@ def _read(content: bytes, file: str) -> tuple[dict[str, str], list[tuple[int, di
     except csv.Error as error:
         raise TableError(f"not a CSV table ({error})", file=file) from None
     header, body = (cells[0], cells[1:]) if cells else ([], [])
+    for name in header:
+        if header.count(name) > 1:
+            raise TableError(f"found column {name!r} twice, expected it once", file=file, row=table[0][0], column=name)
     rows = []
     for (number, _), record in zip(table[1:], body, strict=False):
         if len(record) != len(header):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import StrEnum
 
-from forcemap.errors import ContactNotPermitted
+from forcemap.errors import ContactNotPermitted, InputError
 from forcemap.limits.body_areas import LimitTable, standard_limit_table
 
 
@@ -14,6 +14,20 @@ class Contact(StrEnum):
 
     TRANSIENT = "transient"
     QUASI_STATIC = "quasi-static"
+
+    @classmethod
+    def parse(cls, contact: str) -> Contact:
+        """The kind of contact of that name.
+
+        Raises
+        ------
+        InputError
+            Neither of the two.
+        """
+        try:
+            return cls(contact)
+        except ValueError:
+            raise InputError(f"contact: found {contact!r}, expected transient or quasi-static") from None
 
 
 @dataclass(frozen=True)
@@ -74,7 +88,7 @@ class ForceLimit:
 
     def force(self, contact: Contact) -> float:
         """Force limit [N] for a kind of contact; raises ContactNotPermitted for the head."""
-        return self.transient if contact is Contact.TRANSIENT else self.quasi_static
+        return self.transient if Contact.parse(contact) is Contact.TRANSIENT else self.quasi_static
 
     def __str__(self) -> str:
         return f"{self.name} in {self.edition} (table version {self.version})"

@@ -15,6 +15,10 @@ from forcemap.errors import InputError
 
 FloatArray = NDArray[np.float64]
 
+# Below these a figure is in another unit, and the speed would come out too high.
+_LEAST_MASS = 0.01  # [kg]
+_LEAST_STIFFNESS = 1000.0  # [N/m]; the softest body region has 10 N/mm
+
 
 def pfl_robot_mass(moving_mass: ArrayLike, payload: ArrayLike = 0.0) -> Any:
     """Effective robot mass m_R = M / 2 + m_L.
@@ -166,22 +170,26 @@ def pfl_energy(force: ArrayLike, *, stiffness: ArrayLike) -> Any:
     InputError
         A figure that is not positive and finite.
     """
-    return _result(_positive("force", force, "newtons") ** 2 / (2 * _positive("stiffness", stiffness, "N/m")))
+    return _result(
+        _positive("force", force, "newtons") ** 2 / (2 * _positive("stiffness", stiffness, "N/m", _LEAST_STIFFNESS))
+    )
 
 
 def _force_per_speed(robot_mass: ArrayLike, body_mass: ArrayLike, stiffness: ArrayLike) -> FloatArray:
     """sqrt(k mu) [N s/m]."""
     body = np.asarray(body_mass, dtype=np.float64)
-    if not np.all(body > 0):
-        raise InputError("body mass: expected kilograms above 0, or math.inf for a constrained body part")
-    reduced_mass = 1 / (1 / _positive("robot mass", robot_mass, "kilograms") + 1 / body)
-    return np.asarray(np.sqrt(_positive("stiffness", stiffness, "N/m") * reduced_mass))
+    if not np.all(body >= _LEAST_MASS):
+        raise InputError(f"body mass: expected kilograms from {_LEAST_MASS:g}, math.inf for a constrained body part")
+    robot = _positive("robot mass", robot_mass, "kilograms", _LEAST_MASS)
+    k = _positive("stiffness", stiffness, "N/m (75 N/mm is 75000 N/m)", _LEAST_STIFFNESS)
+    return np.asarray(np.sqrt(k / (1 / robot + 1 / body)))
 
 
-def _positive(name: str, value: ArrayLike, unit: str) -> FloatArray:
+def _positive(name: str, value: ArrayLike, unit: str, least: float = 0.0) -> FloatArray:
     array = np.asarray(value, dtype=np.float64)
-    if not np.all((array > 0) & (array < np.inf)):
-        raise InputError(f"{name}: expected {unit}, above 0 and finite")
+    if not np.all((array > 0) & (array >= least) & (array < np.inf)):
+        floor = f"at least {least:g}" if least else "above 0"
+        raise InputError(f"{name}: expected {unit}, {floor} and finite")
     return array
 
 

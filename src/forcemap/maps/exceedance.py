@@ -26,7 +26,8 @@ def first_exceedance(
 
     The interval is sampled in cells. A cell is sampled again if an end exceeds the level, or if the function may
     turn inside it, as twice the second differences tell, and its bulge exceeds the level; the exceedance found is
-    bisected. A bulge too small for the second sampling to settle counts as an exceedance.
+    bisected. What the second sampling cannot settle counts as an exceedance. For a parabola the second differences
+    are exact, so pass the logarithm of a force: ln F is a polynomial of low degree in v or ln v.
 
     Parameters
     ----------

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forcemap.errors import InputError, UnknownName
-from forcemap.maps.speed_profile import SpeedProfile
+from forcemap.maps.speed_profile import SpeedProfile, horner
 from forcemap.maps.terms import Term
 
 FloatArray = NDArray[np.float64]
@@ -74,40 +74,23 @@ class Form:
     def speed_profiles(self, coefficients: FloatArray, distance: FloatArray, height: FloatArray) -> list[SpeedProfile]:
         """How each row of `coefficients`, shape (m, terms), depends on speed at places of any one shape [m].
 
-        The sums over terms run in a fixed order, so one place gives the same bits as many.
+        Sums run in a fixed order, so one place gives the same bits as many.
         """
-        monomials = _monomials({(term.distance, term.height) for term in self.terms}, distance, height)
-        profiles = []
-        for row in coefficients:
-            sums: dict[tuple[int, int], FloatArray] = {}
-            for coefficient, term in zip(row.tolist(), self.terms, strict=True):
-                if coefficient == 0.0:
-                    continue
-                power = (term.speed, term.log_speed)
-                place = monomials[term.distance, term.height]
-                value = coefficient if place is None else coefficient * place
-                sums[power] = sums[power] + value if power in sums else value
-            powers = tuple(np.asarray(sums.get((k, 0), 0.0)) for k in range(self.speed_degree + 1))
-            profiles.append(SpeedProfile(powers, np.asarray(sums.get((0, 1), 0.0)) if self.logarithmic else None))
-        return profiles
+        return [self._speed_profile(row, distance, height) for row in coefficients.tolist()]
 
+    def _speed_profile(self, row: list[float], distance: FloatArray, height: FloatArray) -> SpeedProfile:
+        tables: dict[tuple[int, int], dict[int, dict[int, float]]] = {}  # (speed, log_speed): {distance: {height: b}}
+        for coefficient, term in zip(row, self.terms, strict=True):
+            if coefficient != 0.0:
+                table = tables.setdefault((term.speed, term.log_speed), {})
+                table.setdefault(term.distance, {})[term.height] = coefficient
 
-def _monomials(
-    exponents: set[tuple[int, int]], distance: FloatArray, height: FloatArray
-) -> dict[tuple[int, int], FloatArray | None]:
-    """d^i h^j for each pair of exponents; None is 1."""
+        def at_places(speed: int, log_speed: int) -> FloatArray:
+            table = tables.get((speed, log_speed), {})
+            return np.asarray(horner({i: horner(column, height) for i, column in table.items()}, distance))
 
-    def power(base: FloatArray, exponent: int) -> FloatArray | None:
-        value: FloatArray | None = None
-        for _ in range(exponent):
-            value = base if value is None else value * base
-        return value
-
-    monomials: dict[tuple[int, int], FloatArray | None] = {}
-    for i, j in exponents:
-        d, h = power(distance, i), power(height, j)
-        monomials[i, j] = h if d is None else d if h is None else d * h
-    return monomials
+        powers = tuple(at_places(k, 0) for k in range(self.speed_degree + 1))
+        return SpeedProfile(powers, at_places(0, 1) if self.logarithmic else None)
 
 
 def form_named(name: str) -> Form:

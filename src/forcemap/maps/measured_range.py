@@ -12,7 +12,7 @@ FloatArray = NDArray[np.float64]
 TOLERANCE = 1e-9
 """A place or speed this close to the hull belongs to it [m, m/s]."""
 
-_FLAT = 1e-7  # relative extent below which the states count as lying in a plane, on a line or at a point
+_FLAT = 1e-5  # extent [m, m/s] below which the states count as lying in a plane, on a line or at a point
 
 
 class MeasuredRange:
@@ -43,21 +43,17 @@ class MeasuredRange:
 
         Every (a_d, a_h, a_v) has length 1, so the left side is a distance from the hull's plane.
         """
-        span = np.where(np.ptp(self.points, axis=0) > 0, np.ptp(self.points, axis=0), 1.0)
         centre = self.points.mean(axis=0)
-        scaled = (self.points - centre) / span
-        _, sizes, axes = np.linalg.svd(scaled, full_matrices=len(scaled) < 3)
-        rank = int(np.sum(sizes > _FLAT * max(1.0, sizes[0])))
-        within, across = axes[:rank], axes[rank:]
-        half_spaces = [*_hull(scaled @ within.T, within)]
-        for normal in across:
-            offset = scaled @ normal
-            half_spaces += [np.append(normal, -offset.max()), np.append(-normal, offset.min())]
-        facets = np.array(half_spaces)
-        normals = facets[:, :3] / span
-        length = np.linalg.norm(normals, axis=1)
-        offset = facets[:, 3] - normals @ centre
-        return np.unique(np.round(np.column_stack([normals, offset]) / length[:, None], 13), axis=0)
+        offsets = self.points - centre
+        _, _, axes = np.linalg.svd(offsets, full_matrices=len(offsets) < 3)
+        thick = np.ptp(offsets @ axes.T, axis=0) > _FLAT
+        half_spaces = _hull(offsets @ axes[thick].T, axes[thick])
+        # Across a flat hull, and around every hull, the box of its own extent: no facet can reach beyond it.
+        for normal in [*axes[~thick], *np.eye(3)]:
+            extent = offsets @ normal
+            half_spaces = np.vstack([half_spaces, [*normal, -extent.max()], [*-normal, extent.min()]])
+        half_spaces[:, 3] -= half_spaces[:, :3] @ centre
+        return half_spaces
 
     def speeds(self, distance: FloatArray, height: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Lowest and highest measured speed [m/s] at places [m] of one shape; NaN outside the range."""

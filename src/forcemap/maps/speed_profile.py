@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,9 +24,7 @@ class SpeedProfile:
 
     def __call__(self, speed: FloatArray) -> FloatArray:
         """The value at a speed [m/s]; -inf or inf at 0 if the profile is logarithmic."""
-        value = self.powers[-1]
-        for coefficient in self.powers[-2::-1]:
-            value = value * speed + coefficient
+        value = np.asarray(horner(dict(enumerate(self.powers)), speed))
         if self.log is None:
             return value
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -50,6 +50,19 @@ class SpeedProfile:
             else _first_root_quadratic(constant, higher[0], higher[1])
         )
         return np.where(constant >= 0, 0.0, root)
+
+
+def horner(coefficients: Mapping[int, FloatArray | float], x: FloatArray) -> FloatArray | float:
+    """The sum of coefficients[k] x^k, worked out in place as far as shapes allow: memory, not arithmetic, costs time."""
+    top = max(coefficients, default=0)
+    value: Any = coefficients.get(top, 0.0)
+    own = False
+    for k in range(top - 1, -1, -1):
+        for operation, operand in ((np.multiply, x), (np.add, coefficients.get(k))):
+            if operand is not None:
+                in_place = own and np.broadcast(value, operand).shape == value.shape
+                value, own = operation(value, operand, out=value if in_place else None), True
+    return value  # type: ignore[no-any-return]
 
 
 def _first_rise_logarithmic(constant: FloatArray, log: FloatArray, level: FloatArray) -> FloatArray:

@@ -28,6 +28,12 @@ class Term:
     speed: int = 0
     log_speed: int = 0
 
+    def __post_init__(self) -> None:
+        for field in _FIELDS.values():
+            exponent = getattr(self, field)
+            if isinstance(exponent, bool) or not isinstance(exponent, int) or not 0 <= exponent < 100:
+                raise InputError(f"term: found the exponent {exponent!r} of {field}, expected 0, 1, 2, ...")
+
     def __str__(self) -> str:
         exponents = {letter: getattr(self, field) for letter, field in _FIELDS.items()}
         factors = [letter if n == 1 else f"{letter}^{n}" for letter, n in exponents.items() if n]
