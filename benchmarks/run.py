@@ -80,7 +80,7 @@ def crossing():
     def loop():
         for x, y in zip(d[:few].tolist(), h[:few].tolist(), strict=True):
             place = b[0] + b[2] * x + b[3] * x * x + b[4] * x * y + b[5] * y * y + b[8] * x * y * y - np.log(200.0)
-            brentq(lambda v, p=place, x=x: p + b[1] * v + b[6] * x * x * v + b[7] * x * v * v, 0.0, 0.5)  # noqa: B023
+            brentq(lambda v, p=place, x=x: p + b[1] * v + b[6] * x * x * v + b[7] * x * v * v, 0.0, 0.5)
 
     ours = best(lambda: kuka.crossing_speed(d, h, 200.0)) / n
     theirs = best(loop) / few

@@ -230,7 +230,8 @@ def test_limits(ask):
 def test_a_users_own_limit_table_is_named(ask, tmp_path):
     path = tmp_path / "ours.csv"
     path.write_text(
-        "# edition: our edition\narea,name,region,quasi_static_pressure_N_per_cm2,quasi_static_force_N,transient_factor\n"
+        "# edition: our edition\n"
+        "area,name,region,quasi_static_pressure_N_per_cm2,quasi_static_force_N,transient_factor\n"
         "glove,Glove,hand_fingers,200,200,1\n"
     )
     _, found = ask("speed", "ur10e", *AT, "--area", "glove", "--contact", "transient", "--limit-table", path)

@@ -198,7 +198,7 @@ def test_property_every_accepted_table_fits_or_is_refused(table, form):
         dataset = fm.ImpactDataset.from_arrays(**columns)
         force_map = fm.fit_force_map(dataset, form=form)
         fm.map_accuracy(force_map, dataset)
-        d, h, v = force_map.measured_range.points.T
+        d, h, _ = force_map.measured_range.points.T
         found = fm.safe_speed(force_map, d, h, limit=50.0, bound=fm.ToleranceBound())
     except fm.ForcemapError:
         return

@@ -35,10 +35,10 @@ def test_scalars_and_arrays_agree_exactly():
 
 def test_grids_and_blocks_do_not_change_a_bit():
     ur10e = fm.published_map("ur10e")
-    d, h, v = np.linspace(0.5, 0.9, 40), np.linspace(0.1, 0.5, 41), np.linspace(0.2, 0.4, 43)
+    d, h, v = np.linspace(0.5, 0.9, 40), np.linspace(0.1, 0.5, 81), np.linspace(0.2, 0.4, 83)
     grid = ur10e.predict(d[:, None, None], h[:, None], v)
-    assert grid.shape == (40, 41, 43)
-    assert grid.size > 2 * BLOCK
+    assert grid.shape == (40, 81, 83)
+    assert grid.size > 4 * BLOCK
     scattered = ur10e.predict(*(axis.ravel() for axis in np.meshgrid(d, h, v, indexing="ij")))
     np.testing.assert_array_equal(grid.ravel(), scattered)
     long_rows = ur10e.predict(d[:2, None], 0.3, np.linspace(0.2, 0.4, 3 * BLOCK))

@@ -99,8 +99,12 @@ def test_tables_that_are_refused(tmp_path, rows, row, part):
     with pytest.raises(TableError, match=part) as caught:
         fm.read_limit_table(path)
     assert caught.value.row == row
+
+
+def test_another_separator_is_refused(tmp_path):
+    path = tmp_path / "ours.csv"
+    path.write_text("area;region\n1;2\n")
     with pytest.raises(TableError):
-        path.write_text("area;region\n1;2\n")
         fm.read_limit_table(path)
 
 

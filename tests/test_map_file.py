@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import re
 
@@ -97,14 +98,29 @@ def test_changed_files_are_refused(tmp_path, fitted, kind):
         fm.read_map(path)
 
 
-@pytest.mark.parametrize("key", ["form", "coefficients", "measured_states", "fit", "phase_two", "campaign", "source"])
-def test_missing_entries_are_named(tmp_path, fitted, key):
+def test_entries_of_another_version_are_named(tmp_path, fitted):
+    """A file that is whole but does not hold what this version needs."""
     path = tmp_path / "map.json"
     fm.write_map(fitted, path)
     content = json.loads(path.read_text())
-    del content[key]
-    path.write_text(json.dumps(content))
-    with pytest.raises(MapFileError, match=key):
+    for key in ("coefficients", "content_sha256"):
+        del content[key]
+    text = json.dumps(content, indent=1) + "\n"
+    content["content_sha256"] = hashlib.sha256(text.encode()).hexdigest()
+    path.write_text(json.dumps(content, indent=1) + "\n")
+    with pytest.raises(MapFileError, match="coefficients"):
+        fm.read_map(path)
+
+
+def test_a_published_map_cannot_be_sharpened_by_hand(tmp_path):
+    path = tmp_path / "map.json"
+    fm.write_map(fm.published_map("ur10e"), path)
+    path.write_text(path.read_text().replace("6.299", "5.299"))
+    with pytest.raises(MapFileError, match="changed"):
+        fm.read_map(path)
+    fm.write_map(fm.published_map("kuka-iiwa7-30nm"), path)
+    path.write_text(path.read_text().replace('"constrained_with_clamping": 369', '"unconstrained": 369'))
+    with pytest.raises(MapFileError, match="changed"):
         fm.read_map(path)
 
 

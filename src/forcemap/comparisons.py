@@ -342,6 +342,10 @@ def _allowed(
             allowed.append(_allowed_by(force_map, places, newtons, source, case))
         standard = pfl_speed_limit(newtons, **body)
         note = "a formula, not confirmed by any measurement"
+        if isinstance(limit, ForceLimit) and contact is Contact.TRANSIENT:
+            error = maps[0].conditions.device.error_or_default
+            refusal = maps[0].phase_two.transient_refusal(limit.quasi_static, error)
+            note += f"; no transient limit may be used: {refusal}" if refusal else ""
         allowed.append(
             AllowedSpeed("contact model", newtons, source, len(places), 0, standard, standard, standard, note)
         )

@@ -21,6 +21,7 @@ from forcemap.maps.force_map import ForceMap
 FloatArray = NDArray[np.float64]
 
 _PLACES_AT_ONCE = 4096
+_SAME_PLACE = 0.005  # [m], the tolerance of repeats
 
 _COLUMNS = (
     "speed",
@@ -145,8 +146,10 @@ def safe_speed(
     >>> result.outcome.value, round(result.speed, 4)
     ('admissible', 0.3212)
     """
-    newtons, refusal, phase_two = _limit(force_map, limit, contact)
+    newtons, refusal, limit_words = _limit(force_map, limit, contact)
     bound.require(force_map)
+    if np.ma.is_masked(distance) or np.ma.is_masked(height):
+        raise InputError("place: found masked entries, expected numbers")
     arrays = [np.asarray(value, dtype=np.float64) for value in (distance, height, newtons)]
     shape = np.broadcast_shapes(*(array.shape for array in arrays))
     d, h, level = (np.ascontiguousarray(np.broadcast_to(array, shape).ravel()) for array in arrays)
@@ -157,7 +160,13 @@ def safe_speed(
     values: dict[str, Any] = {
         name: column if shape else column.item() for name, column in zip(_COLUMNS, columns, strict=True)
     }
-    statements = (*force_map.conditions.assumptions(), phase_two, *_warnings(force_map, bound))
+    statements = (
+        *force_map.conditions.assumptions(),
+        force_map.phase_two.statement(),
+        limit_words,
+        f"bound: {bound}",
+        *_warnings(force_map, bound),
+    )
     return SafeSpeed(**values, limit=newtons, statements=statements)
 
 
@@ -179,7 +188,7 @@ def _parts(size: int) -> Iterator[slice]:
 
 
 def _limit(force_map: ForceMap, limit: ForceLimit | ArrayLike, contact: Contact | None) -> tuple[Any, str, str]:
-    """The limit in newtons, why Phase II forbids it (empty if it does not), and a statement on Phase II."""
+    """The limit in newtons, why Phase II forbids it (empty if it does not), and the limit in words."""
     newtons: Any
     refusal = ""
     error = force_map.conditions.device.error_or_default
@@ -187,6 +196,7 @@ def _limit(force_map: ForceMap, limit: ForceLimit | ArrayLike, contact: Contact 
         if contact is None:
             raise InputError("contact: expected transient or quasi-static, which of the limits of a body area to use")
         newtons = limit.force(contact)
+        words = f"limit: {newtons:g} N, {contact} contact, {limit}"
         if Contact.parse(contact) is Contact.TRANSIENT:
             refusal = force_map.phase_two.transient_refusal(limit.quasi_static, error)
     else:
@@ -194,16 +204,17 @@ def _limit(force_map: ForceMap, limit: ForceLimit | ArrayLike, contact: Contact 
             raise InputError("contact: expected none with a limit in newtons; it chooses between those of a body area")
         array = np.asarray(limit, dtype=np.float64)
         newtons = array if array.shape else float(array)
+        words = "limit: given in newtons by the user; whether Phase II allows it was not judged"
     found = np.asarray(newtons)
-    if not np.all((found > 0) & (found < np.inf)):
-        raise InputError(f"force limit: found {found.min():g} N, expected a positive finite number")
+    if np.ma.is_masked(limit) or not np.all((found > 0) & (found < np.inf)):
+        raise InputError("force limit: found a value that is not positive and finite, expected newtons")
     highest = force_map.device_range - error
     if np.any(found > highest):
         raise InputError(
             f"force limit: found {found.max():g} N, expected at most {highest:g} N, the range of the measuring "
             f"device less its error; nothing above was ever measured"
         )
-    return newtons, refusal, force_map.phase_two.statement()
+    return newtons, refusal, words
 
 
 def _safe_speed(
@@ -235,6 +246,8 @@ def _safe_speed(
         ):
             outcome[inside[mask]] = kind
             reason[inside[mask]] = _REASONS[kind]
+        for where, why in _contradictions(force_map, d, h, limit, speed):
+            outcome[where], reason[where], speed[where] = SpeedOutcome.UNCONFIRMED, why, np.nan
         inside = inside[unconfirmed]
         hint[inside] = _extrapolated(log_bound, low[inside], limit[inside])
     with_speed = np.flatnonzero(~np.isnan(speed))
@@ -242,6 +255,23 @@ def _safe_speed(
     predicted[with_speed] = force_map.predict(d[with_speed], h[with_speed], speed[with_speed])
     bounded[with_speed] = bound.upper(force_map, d[with_speed], h[with_speed], speed[with_speed])
     return speed, outcome, hint, low, high, predicted, bounded, reason
+
+
+def _contradictions(
+    force_map: ForceMap, d: FloatArray, h: FloatArray, limit: FloatArray, speed: FloatArray
+) -> Iterator[tuple[NDArray[np.bool_], str]]:
+    """Speeds at or above that of a censored impact at the same place: the fit left it out, but it was measured."""
+    if force_map.fit is None:
+        return
+    states = force_map.fit.left_out
+    figures = (states.name, states.distance, states.height, states.speed, states.at_least)
+    for name, d_state, h_state, v_state, at_least in zip(*figures, strict=True):
+        same_place = (np.abs(d - d_state) <= _SAME_PLACE) & (np.abs(h - h_state) <= _SAME_PLACE)
+        where = same_place & (speed >= v_state) & (limit < at_least)
+        yield (
+            where,
+            f"state {name} reached at least {at_least:g} N at this place at {v_state:g} m/s: the map is wrong here",
+        )
 
 
 def _extrapolated(log_bound: Any, lowest: FloatArray, limit: FloatArray) -> FloatArray:
@@ -268,5 +298,9 @@ def _warnings(force_map: ForceMap, bound: Bound) -> list[str]:
             "measured states: the paper's margin is too small for this campaign"
         )
     if force_map.fit is not None and force_map.fit.censored_samples:
-        lines.append(f"{force_map.fit.censored_samples} impacts above the device range are not in the fit")
+        names = ", ".join(force_map.fit.left_out.name)
+        lines.append(
+            f"{force_map.fit.censored_samples} impacts above the device range are not in the fit"
+            + (f"; states left out: {names}" if names else "")
+        )
     return lines

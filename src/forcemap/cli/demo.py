@@ -19,7 +19,6 @@ from forcemap import (
     copy_example,
     floor_speed,
     force_limit,
-    map_sha256,
     pfl_robot_mass,
     pfl_speed_limit,
     read_dataset,
@@ -34,11 +33,11 @@ from forcemap.cli.results import (
     comparison_result,
     fit_lines,
     fit_result,
-    limit_result,
     limit_words,
     speed_map_lines,
+    speed_map_result,
+    speed_map_table,
 )
-from forcemap.exports.speed_table import speed_map_csv, speed_map_places
 from forcemap.files import write_atomically
 
 _AREA = "back_of_hand"
@@ -71,7 +70,10 @@ def demo(
         "folder": str(target),
         "files": files,
         "fit": fit_result(assessment.force_map, assessment.accuracy[0]),
-        "fastest": {contact.value: speeds.fastest for contact, speeds in assessment.speed_maps.items()},
+        "speed_maps": {
+            contact.value: speed_map_result(speeds, assessment.force_map, assessment.limit, contact, bound)
+            for contact, speeds in assessment.speed_maps.items()
+        },
         "comparison": comparison_result(assessment.comparison),
     }
     closing = [
@@ -96,18 +98,9 @@ def _write(assessment: Assessment, folder: Path, summary: list[str]) -> list[str
     (folder / "maps").mkdir()
     write_map(force_map, folder / "maps" / "cfm_3d.json")
     for contact, speeds in assessment.speed_maps.items():
-        words = limit_words(assessment.limit, contact)
-        basis = {"limit": words, "bound": str(assessment.bound), "map": force_map.source}
-        basis["map_sha256"] = map_sha256(force_map)
-        document: dict[str, Any] = {
-            **limit_result(assessment.limit, contact),
-            "bound": assessment.bound.describe(),
-            "map_sha256": basis["map_sha256"],
-            "places": speed_map_places(speeds),
-            "assumptions": [*speeds.speeds.statements, f"limit: {words}"],
-        }
-        write_atomically(folder / f"speeds-{contact}.csv", speed_map_csv(speeds, basis=basis))
-        write_atomically(folder / f"speeds-{contact}.json", json_text(document) + "\n")
+        basis = (force_map, assessment.limit, contact, assessment.bound)
+        write_atomically(folder / f"speeds-{contact}.csv", speed_map_table(speeds, *basis))
+        write_atomically(folder / f"speeds-{contact}.json", json_text(speed_map_result(speeds, *basis)) + "\n")
     accuracies = {
         "simulated": dataset.simulated,
         "accuracies": [accuracy_result(a) for a in assessment.accuracy],
@@ -144,7 +137,7 @@ def _summary(assessment: Assessment, masses: dict[str, float]) -> list[str]:
             "",
             f"{limit_words(assessment.limit, contact)}",
             *speed_map_lines(speeds),
-            f"the standard's contact model: {floor_speed(standard)} m/s everywhere",
+            f"the standard's contact model: {floor_speed(standard)} m/s everywhere, not confirmed by any measurement",
         ]
         if speeds.fastest is None:
             lines += _why(speeds)

@@ -22,9 +22,15 @@ from forcemap import (
     standard_limit_table,
 )
 from forcemap.cli.options import Body, BodyOption, Json, LimitTable, masses_from
-from forcemap.cli.output import emit, table
+from forcemap.cli.output import emit, listing, table
 
 _PASCALS = 1e4  # Pa in 1 N/cm^2
+_ASSUMPTIONS = (
+    "a formula, not confirmed by any measurement",
+    "person at rest",
+    "pressure assessed only with a contact area",
+    "the transient limit holds only where the contact does not clamp",
+)
 
 
 def limits(
@@ -63,6 +69,7 @@ def limits(
             else:
                 result["contact_model"] = None
                 lines.append(f"{limit.name}: no speed, contact is not permitted")
+        lines += listing("Assumes", _ASSUMPTIONS)
     provenance = f"{areas.edition}, table version {areas.version}; {areas.source}"
     lines += [
         "",
@@ -105,6 +112,7 @@ def _contact_model(
     mass, load, body_mass = masses_from(Conditions(), moving_mass, payload, body, region.mass)
     masses = {"robot_mass": pfl_robot_mass(mass, load), "body_mass": body_mass, "stiffness": region.stiffness}
     result: dict[str, Any] = {
+        "assumptions": list(_ASSUMPTIONS),
         "robot_mass_kg": masses["robot_mass"],
         "body": body,
         "body_mass_kg": body_mass,
@@ -128,5 +136,5 @@ def _contact_model_lines(name: str, model: dict[str, Any]) -> list[str]:
         f"{name}: contact model allows {floor_speed(model['quasi_static_speed_mps'])} m/s quasi-static "
         f"({model['quasi_static_governed_by']}), {floor_speed(model['transient_speed_mps'])} m/s transient "
         f"({model['transient_governed_by']}); robot mass {model['robot_mass_kg']:g} kg, body part {mass}, "
-        f"{model['stiffness_N_per_m'] / 1000:g} N/mm; a formula, not confirmed by any measurement"
+        f"{model['stiffness_N_per_m'] / 1000:g} N/mm"
     ]

@@ -59,8 +59,12 @@ BoundOption = Annotated[
     typer.Option("--bound", help="Upper bound on the force; default: tolerance, for published maps margin."),
 ]
 Margin = Annotated[float | None, typer.Option("--margin", help="Share added by --bound margin; default 0.10.")]
-Confidence = Annotated[float, typer.Option("--confidence", help="Confidence of --bound tolerance.")]
-Content = Annotated[float, typer.Option("--content", help="Share of states below --bound tolerance.")]
+Confidence = Annotated[
+    float | None, typer.Option("--confidence", help="Confidence of --bound tolerance; default 0.95.")
+]
+Content = Annotated[
+    float | None, typer.Option("--content", help="Share of states below --bound tolerance; default 0.95.")
+]
 MovingMass = Annotated[
     float | None,
     typer.Option("--moving-mass-kg", help="Mass of the robot's moving parts; default: as campaign.toml states."),
@@ -114,15 +118,21 @@ def limit_from(
 
 
 def bound_from(
-    force_map: ForceMap, kind: BoundKind | None, margin: float | None, confidence: float, content: float
+    force_map: ForceMap, kind: BoundKind | None, margin: float | None, confidence: float | None, content: float | None
 ) -> Bound:
     """The bound the options name; a tolerance bound for a fitted map, a margin for a published one."""
     kind = kind or (BoundKind.MARGIN if force_map.fit is None else BoundKind.TOLERANCE)
     if kind is BoundKind.MARGIN:
+        if confidence is not None or content is not None:
+            raise InputError("bound: --confidence and --content go with --bound tolerance")
         return FixedMargin(0.10 if margin is None else margin)
     if margin is not None:
         raise InputError("margin: --margin goes with --bound margin")
-    bound = ToleranceBound(confidence, content, force_map.conditions.device.error_or_default)
+    bound = ToleranceBound(
+        0.95 if confidence is None else confidence,
+        0.95 if content is None else content,
+        force_map.conditions.device.error_or_default,
+    )
     bound.require(force_map)
     return bound
 

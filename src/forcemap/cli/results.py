@@ -8,6 +8,7 @@ from typing import Any
 
 from forcemap import (
     Accuracy,
+    Bound,
     BoundNotAvailable,
     Comparison,
     Contact,
@@ -16,9 +17,11 @@ from forcemap import (
     SpeedMap,
     ToleranceBound,
     floor_speed,
+    map_sha256,
     margins,
 )
 from forcemap.cli.output import listing, table
+from forcemap.exports.speed_table import speed_map_csv, speed_map_places
 
 
 def accuracy_result(accuracy: Accuracy) -> dict[str, Any]:
@@ -113,7 +116,7 @@ def fit_lines(force_map: ForceMap) -> list[str]:
         f"  {len(fit.states)} states, {fit.samples} impacts, {repeats} impacts a state; "
         f"states found {fit.states_found}",
         f"  measured: d {low[0]:.3f} to {high[0]:.3f} m, h {low[1]:.3f} to {high[1]:.3f} m, "
-        f"v {low[2]:.3f} to {high[2]:.3f} m/s (their convex hull)",
+        f"v {floor_speed(low[2])} to {floor_speed(high[2])} m/s (their convex hull)",
     ]
     if fit.censored_samples:
         names = f": {', '.join(fit.left_out.name)}" if len(fit.left_out) else ""
@@ -172,6 +175,30 @@ def limit_words(limit: ForceLimit | float, contact: Contact | None) -> str:
         force = f"{limit.force(contact):g} N" if limit.permitted and contact else "contact not permitted"
         return f"{force}, {contact} contact, {limit}"
     return f"{limit:g} N, given by the user"
+
+
+def speed_map_result(
+    speeds: SpeedMap, force_map: ForceMap, limit: ForceLimit | float, contact: Contact | None, bound: Bound
+) -> dict[str, Any]:
+    """A speed map for JSON, with all that its speeds rest on."""
+    keys = ("distance_m", "height_m", "speed_mps")
+    return {
+        **limit_result(limit, contact),
+        "bound": bound.describe(),
+        "map_sha256": map_sha256(force_map),
+        "counts": speeds.counts,
+        "fastest": None if speeds.fastest is None else dict(zip(keys, speeds.fastest, strict=True)),
+        "places": speed_map_places(speeds),
+        "assumptions": list(speeds.speeds.statements),
+    }
+
+
+def speed_map_table(
+    speeds: SpeedMap, force_map: ForceMap, limit: ForceLimit | float, contact: Contact | None, bound: Bound
+) -> str:
+    """A speed map as CSV, with all that its speeds rest on in every row."""
+    basis = {"limit": limit_words(limit, contact), "bound": str(bound), "map": force_map.source}
+    return speed_map_csv(speeds, basis=basis | {"map_sha256": map_sha256(force_map)})
 
 
 def speed_map_lines(speeds: SpeedMap) -> list[str]:

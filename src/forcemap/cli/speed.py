@@ -49,8 +49,8 @@ def speed(
     limit_table: LimitTable = None,
     bound_kind: BoundOption = None,
     margin: Margin = None,
-    confidence: Confidence = 0.95,
-    content: Content = 0.95,
+    confidence: Confidence = None,
+    content: Content = None,
     form: FormName = "CFM_3D",
     as_json: Json = False,
 ) -> None:
@@ -97,7 +97,7 @@ def speed(
         "lowest_measured_speed_mps": found.lowest_measured_speed,
         "highest_measured_speed_mps": found.highest_measured_speed,
         "measure_next": _measure_next(found, distance, height),
-        "assumptions": [*found.statements, f"limit: {limit_words(limit, contact)}"],
+        "assumptions": list(found.statements),
     }
     emit(
         result,
@@ -132,7 +132,7 @@ def _lines(
         lines.append(f"  bound    {bound}")
     if not math.isnan(found.lowest_measured_speed):
         low, high = found.lowest_measured_speed, found.highest_measured_speed
-        lines.append(f"  measured {low:.3f} to {high:.3f} m/s at this place")
+        lines.append(f"  measured {floor_speed(low)} to {floor_speed(high)} m/s at this place")
     if result["bound"] != FixedMargin(0.10).describe():
         lines.append(
             "  beside   prediction + 10 %: "

@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 import typer
 
-from forcemap import ContactNotPermitted, map_sha256, measured_grid
+from forcemap import ContactNotPermitted, measured_grid
 from forcemap import speed_map as speeds_on_grid
 from forcemap.cli.options import (
     Area,
@@ -26,9 +26,8 @@ from forcemap.cli.options import (
     limit_from,
 )
 from forcemap.cli.output import emit, json_text, listing
-from forcemap.cli.results import limit_result, limit_words, speed_map_lines
+from forcemap.cli.results import limit_result, limit_words, speed_map_lines, speed_map_result, speed_map_table
 from forcemap.errors import InputError
-from forcemap.exports.speed_table import speed_map_csv, speed_map_places
 from forcemap.files import write_atomically
 
 
@@ -42,8 +41,8 @@ def speed_map(
     step: Annotated[float, typer.Option("--step-m", help="Distance between places [m].")] = 0.05,
     bound_kind: BoundOption = None,
     margin: Margin = None,
-    confidence: Confidence = 0.95,
-    content: Content = 0.95,
+    confidence: Confidence = None,
+    content: Content = None,
     form: FormName = "CFM_3D",
     output: Annotated[str | None, typer.Option("-o", "--output", help="Write a .csv or .json file.")] = None,
     as_json: Json = False,
@@ -58,35 +57,19 @@ def speed_map(
     limit, contact = limit_from(area, region, limit_newtons, contact, limit_table)
     bound = bound_from(force_map, bound_kind, margin, confidence, content)
     distance, height = measured_grid(force_map, step)
-    result: dict[str, Any] = {**limit_result(limit, contact), "bound": bound.describe()}
-    result["map_sha256"] = map_sha256(force_map)
     try:
         speeds = speeds_on_grid(force_map, distance, height, limit=limit, bound=bound, contact=contact)
     except ContactNotPermitted as error:
-        result |= {"outcome": "not_permitted", "reason": error.message, "fastest": None, "places": []}
-        emit(result, [f"no speed: {error.message}"], as_json=as_json)
+        refused: dict[str, Any] = {"outcome": "not_permitted", "reason": error.message, "fastest": None, "places": []}
+        emit(limit_result(limit, contact) | refused, [f"no speed: {error.message}"], as_json=as_json)
         raise typer.Exit(1) from None
-    fastest = speeds.fastest
-    words = limit_words(limit, contact)
-    result |= {
-        "counts": speeds.counts,
-        "fastest": None
-        if fastest is None
-        else dict(zip(("distance_m", "height_m", "speed_mps"), fastest, strict=True)),
-        "places": speed_map_places(speeds),
-        "assumptions": [*speeds.speeds.statements, f"limit: {words}"],
-    }
+    basis = (force_map, limit, contact, bound)
+    result = speed_map_result(speeds, *basis)
     if output:
-        basis = {
-            "limit": words,
-            "bound": str(bound),
-            "map": force_map.source,
-            "map_sha256": result["map_sha256"],
-        }
-        text = speed_map_csv(speeds, basis=basis) if output.endswith(".csv") else json_text(result) + "\n"
-        write_atomically(output, text)
+        as_csv = output.endswith(".csv")
+        write_atomically(output, speed_map_table(speeds, *basis) if as_csv else json_text(result) + "\n")
     lines = [
-        f"Safe speeds, {words}",
+        f"Safe speeds, {limit_words(limit, contact)}",
         f"bound: {bound}",
         "",
         *speed_map_lines(speeds),
@@ -94,4 +77,4 @@ def speed_map(
         *listing("Assumes", [f"map: {force_map.source}", *speeds.speeds.statements]),
     ]
     emit(result, lines, as_json=as_json)
-    raise typer.Exit(0 if fastest else 1)
+    raise typer.Exit(0 if speeds.fastest else 1)

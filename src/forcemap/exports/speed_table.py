@@ -36,7 +36,7 @@ def speed_map_csv(speed_map: SpeedMap, *, basis: dict[str, str]) -> str:
     for place in _places(speed_map):
         speeds = [floor_speed(place[column]).replace("-", "") for column in _SPEEDS]
         forces = ["" if math.isnan(place[column]) else f"{place[column]:.1f}" for column in _FORCES]
-        at = [f"{place['distance_m']:.4f}", f"{place['height_m']:.4f}", place["outcome"]]
+        at = [repr(place["distance_m"]), repr(place["height_m"]), place["outcome"]]
         writer.writerow([*at, *speeds, *forces, place["reason"], *basis.values(), assumptions])
     return stream.getvalue()
 

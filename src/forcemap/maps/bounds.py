@@ -68,7 +68,7 @@ class FixedMargin:
         return {"kind": "margin", "margin": self.margin}
 
     def __str__(self) -> str:
-        return f"prediction + {100 * self.margin:g} %"
+        return f"prediction + {100 * self.margin:.10g} %"
 
 
 @dataclass(frozen=True)
@@ -155,7 +155,8 @@ class ToleranceBound:
 
     def __str__(self) -> str:
         return (
-            f"tolerance bound, {100 * self.confidence:g} % confidence that {100 * self.content:g} % of states lie below"
+            f"tolerance bound, {100 * self.confidence:.10g} % confidence that "
+            f"{100 * self.content:.10g} % of states lie below"
         )
 
 

@@ -53,7 +53,7 @@ class SpeedProfile:
 
 
 def horner(coefficients: Mapping[int, FloatArray | float], x: FloatArray) -> FloatArray | float:
-    """The sum of coefficients[k] x^k, worked out in place as far as shapes allow: memory, not arithmetic, costs time."""
+    """The sum of coefficients[k] x^k, in place as far as shapes allow: memory, not arithmetic, costs time."""
     top = max(coefficients, default=0)
     value: Any = coefficients.get(top, 0.0)
     own = False
