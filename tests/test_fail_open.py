@@ -1,0 +1,217 @@
+"""Inputs that once raised, or could raise, a speed unnoticed: each must be refused, or change nothing."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from oracle import printed_force, simulate, training_grid
+
+import forcemap as fm
+from forcemap.errors import TableError
+from forcemap.maps.exceedance import first_exceedance
+
+HAND = fm.force_limit("back_of_hand")
+
+
+@pytest.mark.parametrize("name", ["kuka-iiwa7-30nm", "kuka-iiwa7-10nm"])
+def test_contact_by_name_meets_the_same_gate(name):
+    options = {"limit": HAND, "bound": fm.FixedMargin()}
+    found = fm.safe_speed(fm.published_map(name), 0.8, 0.4, contact="transient", **options)
+    assert found.outcome is fm.SpeedOutcome.UNCONFIRMED
+    assert (HAND.force("transient"), HAND.force("quasi-static")) == (280, 140)
+    with pytest.raises(fm.InputError, match="contact"):
+        fm.safe_speed(fm.published_map(name), 0.8, 0.4, contact="gentle", **options)
+    with pytest.raises(fm.InputError, match="contact"):
+        HAND.force("gentle")
+
+
+@given(
+    st.sampled_from(["height", "speed", "distance"]),
+    st.sampled_from([0.0, 5e-17, 1e-12, 1e-9, 1e-8, 1e-6, 3e-5, 1e-3]),
+    st.integers(0, 2**32 - 1),
+)
+def test_property_nearly_flat_plans_open_nothing_outside_their_box(flat, noise, seed):
+    rng = np.random.default_rng(seed)
+    points = training_grid("ur10e")
+    axis = ("distance", "height", "speed").index(flat)
+    points = points[points[:, axis] == np.median(points[:, axis])].copy()
+    points[:, axis] += rng.uniform(-noise, noise, len(points))
+    measured = fm.fit_force_map(
+        fm.ImpactDataset.from_arrays(
+            distance=points[:, 0], height=points[:, 1], speed=points[:, 2], peak_force=np.full(len(points), 200.0)
+        ),
+        form=fm.Form.of("constant", ["1"]),
+    ).measured_range
+    places = rng.uniform([0.0, 0.0], [3.0, 1.0], (200, 2))
+    places[:50, 1] = np.median(points[:, 1])
+    places[50:100, 0] = np.median(points[:, 0])
+    low, high = measured.speeds(*places.T)
+    inside = ~np.isnan(low)
+    box_low, box_high = points.min(axis=0) - 1e-9, points.max(axis=0) + 1e-9
+    assert ((places[inside] >= box_low[:2]) & (places[inside] <= box_high[:2])).all()
+    assert (low[inside] >= box_low[2]).all()
+    assert (high[inside] <= box_high[2]).all()
+    at_low, at_high = measured.speeds(points[:, 0], points[:, 1])
+    assert (at_low - 1e-6 <= points[:, 2]).all()
+    assert (points[:, 2] <= at_high + 1e-6).all()
+
+
+def test_one_height_whose_digits_differ_in_the_last_place():
+    v, d = (axis.ravel() for axis in np.meshgrid([0.1, 0.2, 0.3, 0.4], [0.5, 0.6, 0.7, 0.8, 0.9], indexing="ij"))
+    h = np.full(20, 0.3)
+    h[[1, 3, 4, 14, 17, 18, 19]] = 0.1 + 0.2
+    force = np.round(np.exp(4 + 3 * v - 0.6 * d), 1)
+    dataset = fm.ImpactDataset.from_arrays(distance=d, height=h, speed=v, peak_force=force)
+    force_map = fm.fit_force_map(dataset, form=fm.CFM_2D)
+    found = fm.safe_speed(force_map, [0.05, 0.49, 0.7, 0.91], [0.3] * 4, limit=250.0, bound=fm.ToleranceBound())
+    assert [outcome.has_speed for outcome in found.outcome] == [False, False, True, False]
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_a_name_for_every_row_does_not_make_states(seed):
+    rng = np.random.default_rng(seed)
+    points = np.repeat(training_grid("ur10e"), 3, axis=0)
+    points = points + rng.uniform(-1, 1, points.shape) * [0.002, 0.002, 0.004]
+    force = printed_force("ur10e", *points.T) * np.exp(np.repeat(rng.normal(0, 0.05, 27), 3))
+    d, h, v = points.T
+    with pytest.raises(TableError, match="one state_id"):
+        fm.ImpactDataset.from_arrays(distance=d, height=h, speed=v, peak_force=force, state=range(81))
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_scattered_plans_with_names_are_accepted(seed):
+    points = np.random.default_rng(seed).uniform([0.5, 0.1, 0.1], [0.9, 0.5, 0.5], (60, 3))
+    d, h, v = points.T
+    dataset = fm.ImpactDataset.from_arrays(
+        distance=d, height=h, speed=v, peak_force=np.full(60, 200.0), state=[f"s{i}" for i in range(60)]
+    )
+    assert len(dataset.states) == 60
+
+
+@pytest.mark.parametrize("exponents", [{"speed": -1}, {"distance": 0.5}, {"log_speed": -1}, {"height": True}])
+def test_terms_have_whole_exponents(exponents):
+    with pytest.raises(fm.InputError, match="exponent"):
+        fm.Term(**exponents)
+
+
+@pytest.mark.parametrize(
+    ("column", "meant"),
+    [("Scenario", "scenario"), ("contact_scenario", "scenario"), ("Censored", "censored"), ("is_censored", "censored"),
+     ("phase2_force_n", "phase2_force_N"), ("Phase2 force [N]", "phase2_force_N"), ("roles", "role"),
+     ("State_ID", "state_id"), ("Peak_Force_N", "peak_force_N")],
+)  # fmt: skip
+def test_columns_that_are_slips_are_not_passed_over(tmp_path, column, meant):
+    path = tmp_path / "impacts.csv"
+    path.write_text(f"distance_m,height_m,speed_mps,peak_force_N,{column}\n0.5,0.2,0.25,200,\n")
+    with pytest.raises(TableError, match=meant) as caught:
+        fm.read_dataset(path)
+    assert caught.value.column == column
+
+
+@pytest.mark.parametrize("column", ["note", "Bemerkung", "temperature_C", "robot_serial", "peak_force_raw_N", "x"])
+def test_other_unknown_columns_are_kept(tmp_path, column):
+    path = tmp_path / "impacts.csv"
+    path.write_text(f"distance_m,height_m,speed_mps,peak_force_N,{column}\n0.5,0.2,0.25,200,hello\n")
+    assert fm.read_dataset(path).extra == {column: ("hello",)}
+
+
+def test_no_speed_at_or_above_a_censored_impact_at_the_same_place():
+    points = training_grid("kuka-iiwa7-10nm")
+    force = printed_force("kuka-iiwa7-10nm", *points.T)
+    odd = int(np.flatnonzero((points == [0.71, 0.30, 0.30]).all(axis=1))[0])
+    censored = np.arange(27) == odd
+    d, h, v = points.T
+    dataset = fm.ImpactDataset.from_arrays(
+        distance=d, height=h, speed=v, peak_force=np.where(censored | (force > 499), 500.0, force),
+        censored=censored | (force > 499), state=[f"s{i}" for i in range(27)],
+    )  # fmt: skip
+    force_map = fm.fit_force_map(dataset)
+    found = fm.safe_speed(force_map, [0.71, 0.68], [0.30, 0.30], limit=400.0, bound=fm.ToleranceBound())
+    assert found.outcome[0] is fm.SpeedOutcome.UNCONFIRMED
+    assert math.isnan(found.speed[0])
+    assert f"s{odd}" in found.reason[0]
+    assert found.outcome[1].has_speed
+    assert any(f"s{odd}" in line for line in found.statements)
+    slower = fm.safe_speed(force_map, 0.71, 0.30, limit=200.0, bound=fm.ToleranceBound())
+    assert slower.outcome.has_speed
+    assert slower.speed < 0.30
+
+
+LIMITS = "area,name,region,quasi_static_pressure_N_per_cm2,quasi_static_force_N,transient_factor"
+
+
+def test_names_in_a_users_table_are_found_however_they_are_written(tmp_path):
+    path = tmp_path / "ours.csv"
+    path.write_text(f"{LIMITS}\npalm_dominant,P,hand_fingers,260,140,2\nForehead X,F,Hand-Fingers,190,65,0\n")
+    limit = fm.force_limit("hand fingers", table=fm.read_limit_table(path))
+    assert not limit.permitted
+    assert limit.tabulated_quasi_static == 65
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        f"{LIMITS},quasi_static_force_N\npalm,P,hand,260,140,2,1400\n",
+        f"{LIMITS}\npalm,P,hand,260,1e9,2\n",
+        f"{LIMITS}\npalm,P,hand,260,1_40,2\n",
+        f"{LIMITS}\npalm,P,hand,260,140,2\nPalm,P,hand,260,900,2\n",
+    ],
+)
+def test_users_tables_that_would_raise_a_limit(tmp_path, text):
+    path = tmp_path / "ours.csv"
+    path.write_text(text)
+    with pytest.raises(TableError):
+        fm.read_limit_table(path)
+
+
+@pytest.mark.parametrize("width", [1e-5, 1e-4, 3e-4, 5e-4, 7e-4, 3e-3])
+def test_narrow_bumps_of_a_log_force_are_found(width):
+    """ln F a parabola in v, however narrow: no sampling step hides it."""
+    middle = 0.2 + 0.2 * 10.5 / 128
+
+    def log_force(place, v):
+        return np.log(450.0) - 0.5 * ((v - middle) / width) ** 2
+
+    last, following = first_exceedance(log_force, np.array([0.2]), np.array([0.4]), np.log([280.0]))
+    crossing = middle - width * math.sqrt(2 * math.log(450 / 280))
+    assert last[0] <= crossing <= following[0] + 1e-6
+    assert crossing - last[0] < 1e-6
+
+
+@pytest.mark.parametrize("change", [{"stiffness": 75.0}, {"stiffness": 150.0}, {"robot_mass": 1e-310}])
+def test_a_stiffness_in_newtons_per_millimetre_is_refused(change):
+    with pytest.raises(fm.InputError):
+        fm.pfl_speed_limit(140.0, **({"robot_mass": 15.0, "body_mass": math.inf, "stiffness": 75e3} | change))
+
+
+def test_clamping_seen_in_test_impacts_stays_known():
+    dataset = simulate("kuka-iiwa7-10nm", np.random.default_rng(1), effect=0.02).dataset
+    scenario = np.where(dataset.role == "test", "constrained_with_clamping", "unconstrained")
+    columns = {
+        n: getattr(dataset, n) for n in ("distance", "height", "speed", "peak_force", "role", "state", "censored")
+    }
+    clamping = fm.ImpactDataset.from_arrays(**columns, scenario=scenario)
+    for part in (clamping, clamping.train):
+        force_map = fm.fit_force_map(part)
+        found = fm.safe_speed(force_map, 0.8, 0.4, limit=HAND, contact=fm.Contact.TRANSIENT, bound=fm.ToleranceBound())
+        assert found.outcome is fm.SpeedOutcome.UNCONFIRMED
+
+
+def test_a_repeat_in_another_unit_is_refused():
+    arrays = {"distance": [0.5] * 3, "height": [0.2] * 3, "speed": [0.25] * 3}
+    with pytest.raises(TableError, match="repeats"):
+        fm.ImpactDataset.from_arrays(**arrays, peak_force=[200.0, 201.0, 20.4])
+    assert len(fm.ImpactDataset.from_arrays(**arrays, peak_force=[200.0, 201.0, 190.0]).states) == 1
+
+
+def test_masked_entries_are_refused():
+    force = np.ma.masked_array([200.0, 20.0, 210.0], mask=[False, True, False])
+    with pytest.raises(TableError, match="masked"):
+        fm.ImpactDataset.from_arrays(distance=[0.5, 0.6, 0.7], height=[0.2] * 3, speed=[0.25] * 3, peak_force=force)
+    place = np.ma.masked_array([0.8, 0.7], mask=[False, True])
+    with pytest.raises(fm.InputError, match="masked"):
+        fm.safe_speed(fm.published_map("ur10e"), place, 0.4, limit=280.0, bound=fm.FixedMargin())
