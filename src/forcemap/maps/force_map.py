@@ -140,7 +140,7 @@ class ForceMap:
         --------
         >>> from forcemap import published_map
         >>> round(published_map("ur10e").predict(0.8, 0.4, 0.3), 1)
-        238.5
+        238.8
         """
         return in_blocks(self._force, distance, height, speed)
 
