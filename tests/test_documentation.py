@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import doctest
 import importlib
 import inspect
@@ -135,5 +136,7 @@ def test_the_documented_campaign_file_is_read(tmp_path):
     (text,) = re.findall(r"```toml\n(.*?)```", (ROOT / "docs" / "impacts_table.md").read_text(), re.S)
     (tmp_path / "campaign.toml").write_text(text)
     assert read_conditions(tmp_path / "campaign.toml").device.range == 500
+    fields = {field.name for field in dataclasses.fields(forcemap.Conditions)}
+    assert {name.partition(".")[0] for name in _ENTRIES.values()} == fields
     for _, key in _ENTRIES:
         assert re.search(rf"^{key} = ", text, re.M), key

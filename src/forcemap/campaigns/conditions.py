@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 import tomllib
 from collections.abc import Mapping
@@ -201,6 +200,3 @@ def _typed(entry: str, value: Any, default: Any) -> Any:
     if isinstance(value, Mapping | list | bool):
         raise InputError(f"found {value!r}, expected a text", column=entry)
     return str(value)
-
-
-assert {name.partition(".")[0] for name in _ENTRIES.values()} == {f.name for f in dataclasses.fields(Conditions)}

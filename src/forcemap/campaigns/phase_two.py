@@ -6,6 +6,9 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+import numpy as np
+from numpy.typing import NDArray
+
 from forcemap.impacts.scenario import ContactScenario
 
 
@@ -26,6 +29,17 @@ class PhaseTwo:
     scenarios: Mapping[ContactScenario, int] = field(default_factory=dict)
     unrecorded: int = 0
     largest_force: float = math.nan
+
+    @classmethod
+    def of(cls, scenario: NDArray[np.object_], phase2_force: NDArray[np.float64]) -> PhaseTwo:
+        """Count contact scenarios (None is not recorded) and forces [N] (NaN is not recorded), shape (n,)."""
+        recorded = [each for each in scenario if each is not None]
+        forces = phase2_force[~np.isnan(phase2_force)]
+        return cls(
+            scenarios={each: recorded.count(each) for each in ContactScenario if each in recorded},
+            unrecorded=sum(each is None for each in scenario[np.isnan(phase2_force)]),
+            largest_force=float(forces.max()) if forces.size else math.nan,
+        )
 
     @property
     def recorded(self) -> bool:

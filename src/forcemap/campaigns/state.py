@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from forcemap.errors import InputError, TableError
+from forcemap.campaigns.columns import Where
+from forcemap.errors import InputError
 
 FloatArray = NDArray[np.float64]
 
@@ -111,13 +112,6 @@ class States:
     def uncensored(self) -> States:
         """The states with at least one uncensored repeat."""
         return self.select(self.impacts > 0)
-
-
-class Where(Protocol):
-    """Makes the error for an offending row."""
-
-    def error(self, position: int, column: str, message: str) -> TableError:
-        """The error to raise for the row at `position`."""
 
 
 def identify_states(

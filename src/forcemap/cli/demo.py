@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import itertools
 import math
+import shutil
+import sys
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -76,10 +78,11 @@ def demo(
         },
         "comparison": comparison_result(assessment.comparison),
     }
+    program = "forcemap" if shutil.which("forcemap") else sys.argv[0]
     closing = [
         "",
         f"Written to {target}: {', '.join(files)}",
-        f"Next: forcemap speed {target} --distance 0.8 --height 0.4 --area {_AREA} --contact transient",
+        f"Next: {program} speed {target} --distance 0.8 --height 0.4 --area {_AREA} --contact transient",
     ]
     emit(result, [*summary, *closing], as_json=as_json)
 

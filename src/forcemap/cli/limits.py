@@ -64,7 +64,9 @@ def limits(
         lines.append("")
         for limit, result in zip(found, results, strict=True):
             if limit.permitted:
-                result["contact_model"] = _contact_model(limit, moving_mass, payload, body, contact_area)
+                result["contact_model"] = _contact_model(
+                    limit, areas.areas[limit.areas[0]].region, moving_mass, payload, body, contact_area
+                )
                 lines += _contact_model_lines(limit.name, result["contact_model"])
             else:
                 result["contact_model"] = None
@@ -106,9 +108,9 @@ def _cells(limit: ForceLimit) -> list[str]:
 
 
 def _contact_model(
-    limit: ForceLimit, moving_mass: float, payload: float, body: Body, contact_area: float | None
+    limit: ForceLimit, region_name: str, moving_mass: float, payload: float, body: Body, contact_area: float | None
 ) -> dict[str, Any]:
-    region = body_region(limit.name)
+    region = body_region(region_name)
     mass, load, body_mass = masses_from(Conditions(), moving_mass, payload, body, region.mass)
     masses = {"robot_mass": pfl_robot_mass(mass, load), "body_mass": body_mass, "stiffness": region.stiffness}
     result: dict[str, Any] = {

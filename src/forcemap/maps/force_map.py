@@ -200,14 +200,11 @@ class ForceMap:
 
         Checked at 25 points along each axis; exact for a form that is linear in ln v and bilinear in place.
         """
-        axes = [np.linspace(a, b, 25) for a, b in zip(*self._box, strict=True)]
+        box = zip(self.measured_range.lowest, self.measured_range.highest, strict=True)
+        axes = [np.linspace(low, high, 25) for low, high in box]
         distance, height, speed = np.meshgrid(*axes, indexing="ij", sparse=True)
         (profile,) = self.form.speed_profiles(self.coefficients[None], distance, height)
         return bool(np.all(profile.slope(speed) >= 0))
-
-    @property
-    def _box(self) -> tuple[FloatArray, FloatArray]:
-        return self.measured_range.lowest, self.measured_range.highest
 
     def _force(self, distance: FloatArray, height: FloatArray, speed: FloatArray) -> FloatArray:
         (profile,) = self.form.speed_profiles(self.coefficients[None], distance, height)

@@ -1,0 +1,145 @@
+"""What the columns of an impacts table may hold; everything else is refused with row and column."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from forcemap.errors import InputError, TableError
+from forcemap.impacts.scenario import ContactScenario
+
+FloatArray = NDArray[np.float64]
+
+# What a robot beside a person can do at all; beyond it the figure is in another unit.
+_PLAUSIBLE = {
+    "distance_m": (0.0, 10.0, "metres above 0 and up to 10"),
+    "height_m": (-10.0, 10.0, "metres from -10 to 10"),
+    "speed_mps": (0.0, 10.0, "metres per second above 0 and up to 10"),
+    "peak_force_N": (1.0, 1e5, "newtons from 1 to 100000"),
+    "phase2_force_N": (0.0, 1e5, "newtons from 0 to 100000"),
+    "base_angle_deg": (-3600.0, 3600.0, "degrees from -3600 to 3600"),
+}
+
+
+@dataclass(frozen=True)
+class Where:
+    """Turns an offending position into an error that names file, row and column."""
+
+    source: str
+    rows: list[int]
+
+    def error(self, position: int, column: str, message: str) -> TableError:
+        """The error to raise for the row at `position`."""
+        return TableError(message, file=self.source or None, row=self.rows[position], column=column)
+
+    def refuse(self, offending: Any, column: str, values: Any, expected: str) -> None:
+        """Raise for the first row, if any, where `offending` is true."""
+        for position in np.flatnonzero(offending)[:1]:
+            value = values[position]
+            found = f"{value:g}" if isinstance(value, int | float | np.number) else repr(str(value))
+            raise self.error(int(position), column, f"found {found}, expected {expected}")
+
+
+def _sized(column: str, values: ArrayLike, n: int, where: Where) -> NDArray[Any]:
+    if np.ma.is_masked(values):
+        raise TableError("found masked entries, expected none", file=where.source or None, column=column)
+    array = np.atleast_1d(np.asarray(values))
+    if array.shape != (n,):
+        found = f"found an array of shape {array.shape}, expected ({n},) like distance"
+        raise TableError(found, file=where.source or None, column=column)
+    return array
+
+
+def numbers(column: str, values: ArrayLike | None, n: int, where: Where) -> FloatArray:
+    """Plausible numbers, shape (n,); NaN where an optional column says nothing."""
+    if values is None:
+        return np.full(n, np.nan)
+    try:
+        array = _sized(column, values, n, where).astype(np.float64)
+    except (TypeError, ValueError) as error:
+        if isinstance(error, InputError):
+            raise
+        raise TableError(f"expected numbers: {error}", file=where.source or None, column=column) from None
+    low, high, expected = _PLAUSIBLE[column]
+    optional = column in ("base_angle_deg", "phase2_force_N")
+    above_zero = column in ("distance_m", "speed_mps")
+    accepted = (array >= low) & (array <= high) & ~((array == 0) & above_zero)
+    where.refuse(~(accepted | (np.isnan(array) & optional)), column, array, expected)
+    return array
+
+
+def texts(column: str, values: ArrayLike | None, n: int, where: Where, default: str = "") -> NDArray[np.str_]:
+    """Texts without surrounding blanks, shape (n,); the default where a cell is empty."""
+    if values is None:
+        return np.full(n, default)
+    array = _sized(column, values, n, where)
+    if np.issubdtype(array.dtype, np.integer):
+        return array.astype(np.str_)
+    texts = np.array([default if value is None else str(value).strip() for value in array], dtype=np.str_)
+    return np.where(texts == "", default, texts)
+
+
+def truths(values: ArrayLike | None, n: int, where: Where) -> NDArray[np.bool_]:
+    """True and false, shape (n,); false without the column."""
+    if values is None:
+        return np.zeros(n, dtype=np.bool_)
+    array = _sized("censored", values, n, where)
+    where.refuse([value not in (True, False) for value in array], "censored", array, "true or false")
+    return array.astype(np.bool_)
+
+
+def scenarios(values: Any, n: int, where: Where) -> NDArray[np.object_]:
+    """Contact scenarios, shape (n,); None where a cell is empty."""
+    result = np.full(n, None, dtype=object)
+    if values is None:
+        return result
+    if len(values) != n:
+        found = f"found {len(values)} entries, expected {n} like distance"
+        raise TableError(found, file=where.source or None, column="scenario")
+    for position, value in enumerate(values):
+        if value is None or (isinstance(value, float) and math.isnan(value)) or str(value).strip() == "":
+            continue
+        try:
+            result[position] = ContactScenario.parse(str(value))
+        except InputError as error:
+            raise where.error(position, "scenario", error.message) from None
+    return result
+
+
+def refuse_other_units(force: FloatArray, censored: NDArray[np.bool_], names: NDArray[np.str_], where: Where) -> None:
+    """Repeats of a state agree within percents; a factor of 3 is another unit (kgf, lbf) or another impact."""
+    _, index = np.unique(names, return_inverse=True)
+    highest = np.zeros(index.max() + 1)
+    np.maximum.at(highest, index[~censored], force[~censored])
+    offending = (3 * force < highest[index]) & ~censored
+    for position in np.flatnonzero(offending)[:1]:
+        where.refuse(offending, "peak_force_N", force, f"about {highest[index[position]]:g}, as its repeats")
+
+
+def repeats(values: ArrayLike | None, names: NDArray[np.str_], where: Where) -> NDArray[np.int64]:
+    """Repeat numbers, counted in order of rows where they are not given; (state, repeat) must be unique."""
+    if values is None:
+        counts: dict[str, int] = {}
+        repeats = np.empty(names.size, dtype=np.int64)
+        for position, name in enumerate(names.tolist()):
+            counts[name] = repeats[position] = counts.get(name, 0) + 1
+        return repeats
+    array = _sized("repeat", values, names.size, where)
+    whole = [isinstance(v, int | float | np.integer | np.floating) and float(v).is_integer() for v in array]
+    where.refuse(~np.array(whole), "repeat", array, "a whole number")
+    repeats = array.astype(np.int64)
+    first: dict[tuple[str, int], int] = {}
+    for position, key in enumerate(zip(names.tolist(), repeats.tolist(), strict=True)):
+        if key in first:
+            raise where.error(
+                position,
+                "repeat",
+                f"found repeat {key[1]} of state {key[0]!r} again (first in row {where.rows[first[key]]}), "
+                "expected every repeat of a state once; number the repeats or take the copy out",
+            )
+        first[key] = position
+    return repeats
