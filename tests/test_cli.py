@@ -170,6 +170,9 @@ def test_fit_writes_only_when_asked(ask, forcemap, example_folders, tmp_path):
     assert again.coefficients.tolist() == found["coefficients"]
     # a table, a folder and the map fitted to it say the same
     speeds = [ask("speed", s, *AT, *HAND, "transient") for s in (folder, folder / "impacts.csv", path)]
+    assert [found["accuracy"].pop("on") for _, found in speeds] == ["test states", "test states", "leave-one-state-out"]
+    for _, found in speeds:
+        del found["accuracy"]
     assert speeds[0] == speeds[1] == speeds[2]
     assert speeds[0][1]["bound"]["kind"] == "tolerance"
     assert speeds[0][1]["assumptions"][0].startswith("SIMULATED")

@@ -14,6 +14,7 @@ import typer
 from forcemap import (
     EXAMPLE_CAMPAIGNS,
     Assessment,
+    Contact,
     InputError,
     ToleranceBound,
     assess,
@@ -72,10 +73,7 @@ def demo(
         "folder": str(target),
         "files": files,
         "fit": fit_result(assessment.force_map, assessment.accuracy[0]),
-        "speed_maps": {
-            contact.value: speed_map_result(speeds, assessment.force_map, assessment.limit, contact, bound)
-            for contact, speeds in assessment.speed_maps.items()
-        },
+        "speed_maps": {contact.value: _speed_map(assessment, contact) for contact in assessment.speed_maps},
         "comparison": comparison_result(assessment.comparison),
     }
     program = "forcemap" if shutil.which("forcemap") else sys.argv[0]
@@ -103,7 +101,7 @@ def _write(assessment: Assessment, folder: Path, summary: list[str]) -> list[str
     for contact, speeds in assessment.speed_maps.items():
         basis = (force_map, assessment.limit, contact, assessment.bound)
         write_atomically(folder / f"speeds-{contact}.csv", speed_map_table(speeds, *basis))
-        write_atomically(folder / f"speeds-{contact}.json", json_text(speed_map_result(speeds, *basis)) + "\n")
+        write_atomically(folder / f"speeds-{contact}.json", json_text(_speed_map(assessment, contact)) + "\n")
     accuracies = {
         "simulated": dataset.simulated,
         "accuracies": [accuracy_result(a) for a in assessment.accuracy],
@@ -112,6 +110,11 @@ def _write(assessment: Assessment, folder: Path, summary: list[str]) -> list[str
     write_atomically(folder / "comparison.json", json_text(comparison_result(assessment.comparison)) + "\n")
     write_atomically(folder / "summary.txt", "\n".join(summary) + "\n")
     return sorted(str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file())
+
+
+def _speed_map(assessment: Assessment, contact: Contact) -> dict[str, Any]:
+    speeds, accuracy = assessment.speed_maps[contact], assessment.accuracy[0]
+    return speed_map_result(speeds, assessment.force_map, accuracy, assessment.limit, contact, assessment.bound)
 
 
 def _summary(assessment: Assessment, masses: dict[str, float]) -> list[str]:

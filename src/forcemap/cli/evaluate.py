@@ -29,7 +29,7 @@ def evaluate(
     """
     if map_source:
         dataset = read_dataset(table)
-        force_map = force_map_from(map_source, form)
+        force_map, _ = force_map_from(map_source, form)
         accuracies: tuple[Accuracy, ...] = (force_map_accuracy(force_map, dataset),)
     else:
         dataset, force_map = fitted(table, form)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 from enum import StrEnum
 from pathlib import Path
@@ -11,6 +12,7 @@ import typer
 
 from forcemap import (
     PUBLISHED_MAPS,
+    Accuracy,
     Bound,
     Contact,
     FixedMargin,
@@ -22,6 +24,8 @@ from forcemap import (
     fit_force_map,
     force_limit,
     form_named,
+    leave_one_state_out,
+    map_accuracy,
     published_map,
     read_dataset,
     read_limit_table,
@@ -79,15 +83,22 @@ BodyOption = Annotated[
 ]
 
 
-def force_map_from(source: str, form: str) -> ForceMap:
-    """The map a source stands for: a published one, a map file, or a table whose train rows are fitted."""
+def force_map_from(source: str, form: str) -> tuple[ForceMap, Accuracy | None]:
+    """The map a source stands for: a published one, a map file, or a table whose train rows are fitted.
+
+    With its accuracy: on the table's test states, else with each state left out; None where neither can be.
+    """
     if source in PUBLISHED_MAPS and not Path(source).exists():
-        return published_map(source)
+        return published_map(source), None
     if not Path(source).exists():
         raise InputError(f"no such file, folder or published map ({', '.join(PUBLISHED_MAPS)})", file=source)
     if source.lower().endswith(".json"):
-        return read_map(source)
-    return fitted(source, form)[1]
+        force_map = read_map(source)
+        with contextlib.suppress(InputError):  # a published map, or as many states as coefficients
+            return force_map, leave_one_state_out(force_map)
+        return force_map, None
+    dataset, force_map = fitted(source, form)
+    return force_map, map_accuracy(force_map, dataset)[0]
 
 
 def fitted(table: str, form: str) -> tuple[ImpactDataset, ForceMap]:

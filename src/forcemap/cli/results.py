@@ -14,6 +14,7 @@ from forcemap import (
     Contact,
     ForceLimit,
     ForceMap,
+    SafeSpeed,
     SpeedMap,
     ToleranceBound,
     floor_speed,
@@ -34,6 +35,15 @@ def accuracy_result(accuracy: Accuracy) -> dict[str, Any]:
         "rmse",
     }
     return {f"{key}_N" if key in newtons else key: value for key, value in asdict(accuracy).items()}
+
+
+def accuracy_words(accuracy: Accuracy) -> str:
+    """An Accuracy in a line."""
+    return (
+        f"accuracy on {accuracy.states} states ({accuracy.on}): underestimated by at most "
+        f"{accuracy.max_underestimation_percent:.1f} %, overestimated by at most "
+        f"{accuracy.max_overestimation_percent:.1f} %"
+    )
 
 
 def accuracy_lines(accuracies: Sequence[tuple[str, Accuracy]]) -> list[str]:
@@ -178,7 +188,12 @@ def limit_words(limit: ForceLimit | float, contact: Contact | None) -> str:
 
 
 def speed_map_result(
-    speeds: SpeedMap, force_map: ForceMap, limit: ForceLimit | float, contact: Contact | None, bound: Bound
+    speeds: SpeedMap,
+    force_map: ForceMap,
+    accuracy: Accuracy | None,
+    limit: ForceLimit | float,
+    contact: Contact | None,
+    bound: Bound,
 ) -> dict[str, Any]:
     """A speed map for JSON, with all that its speeds rest on."""
     keys = ("distance_m", "height_m", "speed_mps")
@@ -189,6 +204,7 @@ def speed_map_result(
         "counts": speeds.counts,
         "fastest": None if speeds.fastest is None else dict(zip(keys, speeds.fastest, strict=True)),
         "places": speed_map_places(speeds),
+        "accuracy": None if accuracy is None else accuracy_result(accuracy),
         "assumptions": list(speeds.speeds.statements),
     }
 
@@ -199,6 +215,11 @@ def speed_map_table(
     """A speed map as CSV, with all that its speeds rest on in every row."""
     basis = {"limit": limit_words(limit, contact), "bound": str(bound), "map": force_map.source}
     return speed_map_csv(speeds, basis=basis | {"map_sha256": map_sha256(force_map)})
+
+
+def other_statements(speeds: SafeSpeed) -> list[str]:
+    """What speeds depend on besides limit and bound, which stand above them."""
+    return [line for line in speeds.statements if not line.startswith(("limit:", "bound:"))]
 
 
 def speed_map_lines(speeds: SpeedMap) -> list[str]:

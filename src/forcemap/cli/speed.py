@@ -8,6 +8,7 @@ from typing import Annotated, Any
 import typer
 
 from forcemap import (
+    Accuracy,
     ContactNotPermitted,
     FixedMargin,
     ForceMap,
@@ -35,7 +36,7 @@ from forcemap.cli.options import (
     limit_from,
 )
 from forcemap.cli.output import emit, listing
-from forcemap.cli.results import limit_result, limit_words
+from forcemap.cli.results import accuracy_result, accuracy_words, limit_result, limit_words, other_statements
 
 
 def speed(
@@ -58,7 +59,7 @@ def speed(
 
     Example: forcemap speed ur10e --distance 0.8 --height 0.4 --area back_of_hand --contact transient
     """
-    force_map = force_map_from(source, form)
+    force_map, accuracy = force_map_from(source, form)
     limit, contact = limit_from(area, region, limit_newtons, contact, limit_table)
     bound = bound_from(force_map, bound_kind, margin, confidence, content)
     result: dict[str, Any] = {
@@ -76,6 +77,7 @@ def speed(
         "measure_next": None,
         "distance_m": distance,
         "height_m": height,
+        "accuracy": None if accuracy is None else accuracy_result(accuracy),
         "assumptions": [],
         "map_sha256": map_sha256(force_map),
     }
@@ -101,7 +103,7 @@ def speed(
     }
     emit(
         result,
-        _lines(force_map, found, with_margin, result, str(bound), limit_words(limit, contact)),
+        _lines(force_map, accuracy, found, with_margin, result, limit_words(limit, contact), str(bound)),
         as_json=as_json,
     )
     raise typer.Exit(0 if found.outcome.has_speed else 1)
@@ -116,31 +118,31 @@ def _measure_next(found: SafeSpeed, distance: float, height: float) -> dict[str,
 
 def _lines(
     force_map: ForceMap,
+    accuracy: Accuracy | None,
     found: SafeSpeed,
     with_margin: SafeSpeed,
     result: dict[str, Any],
-    bound: str,
     limit: str,
+    bound: str,
 ) -> list[str]:
-    place = f"at d = {result['distance_m']:.3f} m, h = {result['height_m']:.3f} m"
-    head = f"{floor_speed(found.speed)} m/s" if found.outcome.has_speed else "no speed"
-    lines = [f"{head} {place}: {found.outcome}", f"  {found.reason}", f"  limit    {limit}"]
-    if found.outcome.has_speed:
-        forces = f"{found.bound_force:.1f} N at this speed, predicted {found.predicted_force:.1f} N"
-        lines.append(f"  bound    {bound}: {forces}")
-    else:
-        lines.append(f"  bound    {bound}")
+    has_speed = found.outcome.has_speed
+    head = f"{floor_speed(found.speed)} m/s" if has_speed else "no speed"
+    forces = f": {found.bound_force:.1f} N at this speed, predicted {found.predicted_force:.1f} N" if has_speed else ""
+    lines = [
+        f"{head} at d = {result['distance_m']:.3f} m, h = {result['height_m']:.3f} m: {found.outcome}",
+        f"  {found.reason}",
+        f"  limit    {limit}",
+        f"  bound    {bound}{forces}",
+    ]
     if not math.isnan(found.lowest_measured_speed):
-        low, high = found.lowest_measured_speed, found.highest_measured_speed
-        lines.append(f"  measured {floor_speed(low)} to {floor_speed(high)} m/s at this place")
+        low, high = floor_speed(found.lowest_measured_speed), floor_speed(found.highest_measured_speed)
+        lines.append(f"  measured {low} to {high} m/s at this place")
+    if accuracy:
+        lines.append(f"  map      {accuracy_words(accuracy)}")
     if result["bound"] != FixedMargin(0.10).describe():
-        lines.append(
-            "  beside   prediction + 10 %: "
-            + (f"{floor_speed(with_margin.speed)} m/s" if with_margin.outcome.has_speed else with_margin.outcome)
-            + ", the paper's margin, which promises nothing"
-        )
+        beside = f"{floor_speed(with_margin.speed)} m/s" if with_margin.outcome.has_speed else with_margin.outcome
+        lines.append(f"  beside   prediction + 10 %: {beside} (the paper's margin, which promises nothing)")
     if result["measure_next"]:
-        lines.append(
-            f"  next     measure here at about {floor_speed(found.extrapolated_speed)} m/s (a hint, no permission)"
-        )
-    return [*lines, *listing("Assumes", [f"map: {force_map.source}", *found.statements])]
+        hint = floor_speed(found.extrapolated_speed)
+        lines.append(f"  next     measure here at about {hint} m/s (a hint, no permission)")
+    return [*lines, *listing("Assumes", [f"map: {force_map.source}", *other_statements(found)])]

@@ -26,7 +26,15 @@ from forcemap.cli.options import (
     limit_from,
 )
 from forcemap.cli.output import emit, json_text, listing
-from forcemap.cli.results import limit_result, limit_words, speed_map_lines, speed_map_result, speed_map_table
+from forcemap.cli.results import (
+    accuracy_words,
+    limit_result,
+    limit_words,
+    other_statements,
+    speed_map_lines,
+    speed_map_result,
+    speed_map_table,
+)
 from forcemap.errors import InputError
 from forcemap.files import write_atomically
 
@@ -53,7 +61,7 @@ def speed_map(
     """
     if output and not output.endswith((".csv", ".json")):
         raise InputError("found a name that ends otherwise, expected .csv or .json", file=output)
-    force_map = force_map_from(source, form)
+    force_map, accuracy = force_map_from(source, form)
     limit, contact = limit_from(area, region, limit_newtons, contact, limit_table)
     bound = bound_from(force_map, bound_kind, margin, confidence, content)
     distance, height = measured_grid(force_map, step)
@@ -64,7 +72,7 @@ def speed_map(
         emit(limit_result(limit, contact) | refused, [f"no speed: {error.message}"], as_json=as_json)
         raise typer.Exit(1) from None
     basis = (force_map, limit, contact, bound)
-    result = speed_map_result(speeds, *basis)
+    result = speed_map_result(speeds, force_map, accuracy, limit, contact, bound)
     if output:
         as_csv = output.endswith(".csv")
         write_atomically(output, speed_map_table(speeds, *basis) if as_csv else json_text(result) + "\n")
@@ -74,7 +82,8 @@ def speed_map(
         "",
         *speed_map_lines(speeds),
         *([f"written to {output}"] if output else []),
-        *listing("Assumes", [f"map: {force_map.source}", *speeds.speeds.statements]),
+        *([accuracy_words(accuracy)] if accuracy else []),
+        *listing("Assumes", [f"map: {force_map.source}", *other_statements(speeds.speeds)]),
     ]
     emit(result, lines, as_json=as_json)
     raise typer.Exit(0 if speeds.fastest else 1)

@@ -71,7 +71,7 @@ class MeasuredRange:
                 low = np.maximum(low, -place / a_v)
                 low_closed = np.maximum(low_closed, (TOLERANCE - place) / a_v)
         inside &= low_closed <= high_closed
-        middle = 0.5 * (low + high)
+        middle = np.clip(0.5 * (low + high), low_closed, high_closed)  # where only the tolerance lets a place in
         low, high = np.where(low > high, middle, low), np.where(low > high, middle, high)
         return np.where(inside, self._snap(low), np.nan), np.where(inside, self._snap(high), np.nan)
 
