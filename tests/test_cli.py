@@ -146,7 +146,7 @@ def test_table_errors_name_file_row_and_column(ask, tmp_path):
     path.write_text("distance_m,height_m,speed_mps,peak_force_N\n0.5,0.2,fast,200\n")
     code, found = ask("fit", path)
     assert code == 2
-    assert (found["error"]["file"], found["error"]["row"], found["error"]["column"]) == ("impacts.csv", 2, "speed_mps")
+    assert (found["error"]["file"], found["error"]["row"], found["error"]["column"]) == (str(path), 2, "speed_mps")
 
 
 def test_fit_writes_only_when_asked(ask, forcemap, example_folders, tmp_path):

@@ -299,7 +299,9 @@ def test_floor_speed():
 def test_speed_map_and_its_fastest_place():
     ur10e = fm.published_map("ur10e")
     d, h = fm.measured_grid(ur10e, 0.05)
-    assert (d[0], d[-1], h[0], h[-1]) == (0.52, 0.89, 0.14, 0.46)
+    np.testing.assert_array_equal(d, [0.55, 0.60, 0.65, 0.70, 0.75, 0.80, 0.85])
+    np.testing.assert_array_equal(h, [0.15, 0.20, 0.25, 0.30, 0.35, 0.40, 0.45])
+    assert [axis.tolist() for axis in fm.measured_grid(ur10e, 2.0)] == [[pytest.approx(0.705)], [pytest.approx(0.3)]]
     speeds = fm.speed_map(ur10e, d, h, limit=280.0, bound=fm.FixedMargin())
     assert speeds.speeds.speed.shape == (d.size, h.size)
     distance, height, speed = speeds.fastest

@@ -32,7 +32,7 @@ from forcemap.maps.bounds import Bound, FixedMargin, ToleranceBound, margins
 from forcemap.maps.fit import fit_force_map
 from forcemap.maps.force_map import ForceMap
 from forcemap.maps.forms import CFM_2D, CFM_3D, FULL_CUBIC, LOG_SPEED, Form, form_named
-from forcemap.maps.map_file import map_sha256, read_map, write_map
+from forcemap.maps.map_file import map_sha256, map_text, read_map, write_map
 from forcemap.maps.published import PUBLISHED_MAPS, published_map
 from forcemap.maps.terms import Term
 from forcemap.recordings.device import Device
@@ -88,6 +88,7 @@ __all__ = [
     "leave_one_state_out",
     "map_accuracy",
     "map_sha256",
+    "map_text",
     "margins",
     "measured_grid",
     "pfl_contact_force",

@@ -66,19 +66,24 @@ def speed_map(
 
 
 def measured_grid(force_map: ForceMap, step: float) -> tuple[FloatArray, FloatArray]:
-    """Distances and heights [m] over the box around the measured range, `step` [m] apart, both ends included.
+    """Distances and heights [m] at multiples of `step` [m] within the box around the measured range.
+
+    An axis on which no multiple lies gets its middle.
 
     Raises
     ------
     InputError
         A step that is not positive and finite, or one that makes more than a million places.
     """
-    low, high = force_map.measured_range.lowest, force_map.measured_range.highest
     if not 0 < step < np.inf:
         raise InputError(f"step: found {step:g} m, expected a positive finite number")
-    counts = [np.floor((high[axis] - low[axis]) / step + 1e-9) for axis in (0, 1)]
-    if (counts[0] + 2) * (counts[1] + 2) > 1e6:
+    box = list(zip(force_map.measured_range.lowest[:2], force_map.measured_range.highest[:2], strict=True))
+    if np.prod([1 + (high - low) / step for low, high in box]) > 1e6:
         raise InputError(f"step: found {step:g} m, expected one that makes at most a million places")
-    axes = [np.round(low[i] + step * np.arange(counts[i] + 1), 12) for i in (0, 1)]
-    d, h = (np.append(axis, high[i]) if high[i] - axis[-1] > 1e-9 else axis for i, axis in enumerate(axes))
-    return d, h
+    axes = []
+    for low, high in box:
+        multiples = np.arange(np.ceil(low / step - 1e-9), np.floor(high / step + 1e-9) + 1)
+        axes.append(
+            np.clip(np.round(step * multiples, 12), low, high) if multiples.size else np.array([(low + high) / 2])
+        )
+    return axes[0], axes[1]

@@ -146,22 +146,31 @@ def safe_speed(
     >>> result.outcome.value, round(result.speed, 4)
     ('admissible', 0.3212)
     """
-    newtons, refusal, limit_words = _limit(force_map, limit, contact)
+    newtons, refusal, unseen, limit_words = _limit(force_map, limit, contact)
+    if not isinstance(bound, Bound):
+        raise InputError(f"bound: found {bound!r}, expected FixedMargin or ToleranceBound")
     bound.require(force_map)
     if np.ma.is_masked(distance) or np.ma.is_masked(height):
         raise InputError("place: found masked entries, expected numbers")
-    arrays = [np.asarray(value, dtype=np.float64) for value in (distance, height, newtons)]
-    shape = np.broadcast_shapes(*(array.shape for array in arrays))
+    try:
+        arrays = [np.asarray(value, dtype=np.float64) for value in (distance, height, newtons)]
+        shape = np.broadcast_shapes(*(array.shape for array in arrays))
+    except (TypeError, ValueError) as error:
+        raise InputError(f"place: expected numbers, and arrays that broadcast: {error}") from None
     d, h, level = (np.ascontiguousarray(np.broadcast_to(array, shape).ravel()) for array in arrays)
     if not (np.isfinite(d).all() and np.isfinite(h).all()):
         raise InputError("place: found a distance or height that is not a finite number, expected metres")
     parts = [_safe_speed(force_map, d[part], h[part], level[part], bound, refusal) for part in _parts(d.size)]
+    if unseen:
+        for part in parts:
+            part[-1][:] = [f"{reason}; {unseen}" for reason in part[-1]]
     columns = [np.concatenate(column).reshape(shape) for column in zip(*parts, strict=True)]
     values: dict[str, Any] = {
         name: column if shape else column.item() for name, column in zip(_COLUMNS, columns, strict=True)
     }
     statements = (
         *force_map.conditions.assumptions(),
+        f"map: {force_map.source}",
         force_map.phase_two.statement(),
         limit_words,
         f"bound: {bound}",
@@ -187,10 +196,10 @@ def _parts(size: int) -> Iterator[slice]:
     return (slice(start, start + _PLACES_AT_ONCE) for start in range(0, max(size, 1), _PLACES_AT_ONCE))
 
 
-def _limit(force_map: ForceMap, limit: ForceLimit | ArrayLike, contact: Contact | None) -> tuple[Any, str, str]:
-    """The limit in newtons, why Phase II forbids it (empty if it does not), and the limit in words."""
+def _limit(force_map: ForceMap, limit: ForceLimit | ArrayLike, contact: Contact | None) -> tuple[Any, str, str, str]:
+    """The limit in newtons, why Phase II forbids it, what of Phase II was not seen, and the limit in words."""
     newtons: Any
-    refusal = ""
+    refusal, unseen = "", ""
     error = force_map.conditions.device.error_or_default
     if isinstance(limit, ForceLimit):
         if contact is None:
@@ -199,6 +208,7 @@ def _limit(force_map: ForceMap, limit: ForceLimit | ArrayLike, contact: Contact 
         words = f"limit: {newtons:g} N, {contact} contact, {limit}"
         if Contact.parse(contact) is Contact.TRANSIENT:
             refusal = force_map.phase_two.transient_refusal(limit.quasi_static, error)
+            unseen = "" if force_map.phase_two.complete else force_map.phase_two.statement()
     else:
         if contact is not None:
             raise InputError("contact: expected none with a limit in newtons; it chooses between those of a body area")
@@ -214,7 +224,7 @@ def _limit(force_map: ForceMap, limit: ForceLimit | ArrayLike, contact: Contact 
             f"force limit: found {found.max():g} N, expected at most {highest:g} N, the range of the measuring "
             f"device less its error; nothing above was ever measured"
         )
-    return newtons, refusal, words
+    return newtons, refusal, unseen, words
 
 
 def _safe_speed(
@@ -291,12 +301,15 @@ def _warnings(force_map: ForceMap, bound: Bound) -> list[str]:
         "pressure not assessed",
         *([] if force_map.rises_with_speed else ["the prediction falls with speed in part of the measured range"]),
         *(["device range not stated"] if math.isnan(force_map.device_range) else []),
+        *(["device error not stated: 3 N assumed"] if math.isnan(force_map.conditions.device.error) else []),
     ]
     if isinstance(bound, ToleranceBound) and (too_small := int(np.sum(margins(bound, force_map) > 0.10))):
         lines.append(
             f"the tolerance bound exceeds prediction + 10 % at {too_small} of {len(force_map.measured_range.points)} "
             "measured states: the paper's margin is too small for this campaign"
         )
+    if force_map.fit is not None and force_map.fit.between_states.degrees_of_freedom == 0:
+        lines.append("as many coefficients as measured states: the fit says nothing about its own error")
     if force_map.fit is not None and force_map.fit.censored_samples:
         names = ", ".join(force_map.fit.left_out.name)
         lines.append(

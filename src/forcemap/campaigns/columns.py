@@ -112,12 +112,21 @@ def scenarios(values: Any, n: int, where: Where) -> NDArray[np.object_]:
 
 def refuse_other_units(force: FloatArray, censored: NDArray[np.bool_], names: NDArray[np.str_], where: Where) -> None:
     """Repeats of a state agree within percents; a factor of 3 is another unit (kgf, lbf) or another impact."""
-    _, index = np.unique(names, return_inverse=True)
-    highest = np.zeros(index.max() + 1)
-    np.maximum.at(highest, index[~censored], force[~censored])
-    offending = (3 * force < highest[index]) & ~censored
-    for position in np.flatnonzero(offending)[:1]:
-        where.refuse(offending, "peak_force_N", force, f"about {highest[index[position]]:g}, as its repeats")
+    measured = np.flatnonzero(~censored)
+    if measured.size == 0:
+        return
+    order = measured[np.lexsort((force[measured], names[measured]))]
+    _, first, count = np.unique(names[order], return_index=True, return_counts=True)
+    lowest, highest = force[order[first]], force[order[first + count - 1]]
+    for group in np.flatnonzero(highest > 3 * lowest)[:1]:
+        member = order[first[group] : first[group] + count[group]]
+        usual = float(np.median(force[member]))
+        position = int(member[np.abs(np.log(force[member] / usual)).argmax()])
+        raise where.error(
+            position,
+            "peak_force_N",
+            f"found {force[position]:g}, expected about {usual:g} as the repeats of its state; is it in another unit?",
+        )
 
 
 def repeats(values: ArrayLike | None, names: NDArray[np.str_], where: Where) -> NDArray[np.int64]:

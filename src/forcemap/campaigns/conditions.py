@@ -68,7 +68,7 @@ class Conditions:
 
     def __post_init__(self) -> None:
         if self.speed_kind not in ("", "measured", "commanded"):
-            raise InputError(f"speed kind: found {self.speed_kind!r}, expected 'measured' or 'commanded'")
+            raise InputError(f"contact.speed: found {self.speed_kind!r}, expected 'measured' or 'commanded'")
         if not (math.isnan(self.moving_mass) or 0 < self.moving_mass < math.inf):
             raise InputError(f"moving mass: found {self.moving_mass:g} kg, expected a positive finite number")
         if not (math.isnan(self.payload) or 0 <= self.payload < math.inf):
@@ -136,7 +136,8 @@ def read_conditions(path: str | Path) -> Conditions:
         raise CampaignFileError(f"not a TOML file in UTF-8: {error}", file=str(path)) from None
     schema = tables.pop("schema", None)
     if schema != SCHEMA:
-        raise CampaignFileError(f"found {schema!r}, expected {SCHEMA!r}", file=str(path), column="schema")
+        found = "the entry is missing" if schema is None else f"found {schema!r}"
+        raise CampaignFileError(f"{found}, expected schema = {SCHEMA!r}", file=str(path), column="schema")
     try:
         return Conditions.from_tables(tables)
     except InputError as error:

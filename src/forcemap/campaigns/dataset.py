@@ -26,7 +26,7 @@ __all__ = ["Conditions", "ContactScenario", "ImpactDataset", "PhaseTwo", "StateT
 FloatArray = NDArray[np.float64]
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class ImpactDataset:
     """Impacts of one campaign; every array has shape (n,), one entry an impact.
 
@@ -190,6 +190,10 @@ class ImpactDataset:
             device_range=float(np.fmin(device_range, saturated.min() if saturated.size else math.nan)),
         )
 
+    def __repr__(self) -> str:
+        name = self.source or "arrays"
+        return f"<ImpactDataset {name}: {len(self)} impacts, {len(self.states)} states {self.states_found}>"
+
     def __len__(self) -> int:
         return int(self.distance.size)
 
@@ -222,6 +226,14 @@ class ImpactDataset:
         """True if the campaign or any impact says that it is simulated."""
         flagged = any("simulated" in flags.lower() for flags in np.unique(self.flags))
         return self.conditions.simulated or flagged
+
+    @property
+    def disagreeing_repeats(self) -> list[str]:
+        """Names of the states whose repeats, censored ones too, lie more than 10 % apart: look at their recordings."""
+        order = np.lexsort((self.peak_force, self.state))
+        names, first, count = np.unique(self.state[order], return_index=True, return_counts=True)
+        lowest, highest = self.peak_force[order[first]], self.peak_force[order[first + count - 1]]
+        return [str(name) for name in names[highest > 1.1 * lowest]]
 
     def to_frame(self) -> pd.DataFrame:
         """The impacts as a pandas DataFrame with the columns of the impacts table."""

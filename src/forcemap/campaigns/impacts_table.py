@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from forcemap.campaigns.conditions import CAMPAIGN_FILE, Conditions, read_conditions
 from forcemap.campaigns.dataset import ImpactDataset, StateTolerance
-from forcemap.errors import TableError, nearest_names
+from forcemap.errors import TableError
 from forcemap.files import read_bytes, sha256, write_atomically
 
 if TYPE_CHECKING:
@@ -77,15 +77,18 @@ def read_dataset(
     if conditions is None:
         beside = table.parent / CAMPAIGN_FILE
         conditions = read_conditions(beside) if beside.exists() else Conditions()
-    columns, rows = _read_columns(content, table.name)
-    return ImpactDataset.from_arrays(
-        **_arguments(columns, rows, table.name),
-        conditions=conditions,
-        tolerance=tolerance,
-        source=table.name,
-        sha256=sha256(content),
-        rows=rows,
-    )
+    try:
+        columns, rows = _read_columns(content, table.name)
+        return ImpactDataset.from_arrays(
+            **_arguments(columns, rows, table.name),
+            conditions=conditions,
+            tolerance=tolerance,
+            source=table.name,
+            sha256=sha256(content),
+            rows=rows,
+        )
+    except TableError as error:  # name the file as it was given; the dataset keeps its bare name
+        raise TableError(error.message, file=str(table), row=error.row, column=error.column) from None
 
 
 def write_dataset(dataset: ImpactDataset, path: str | Path) -> None:
@@ -172,18 +175,21 @@ def _require_columns(header: Sequence[str], file: str, row: int | None = None) -
         meant = _meant(name)
         if meant:
             raise TableError(
-                f"found an unknown column {name!r}, expected {meant!r} if that is meant, or another name",
+                f"found a column {name!r} that would not be read; name it {meant!r} if that is what it holds, "
+                "else give it a name that differs more",
                 file=file,
                 row=row,
                 column=name,
             )
     for name in _REQUIRED:
         if name not in header:
-            unknown = [column for column in header if column and column not in _COLUMNS]
-            similar = f"; is it {nearest_names(name, unknown, 1)[0]!r}?" if unknown else ""
-            found = ", ".join(header)
+            unknown = [column for column in header if column not in _COLUMNS]
+            near = difflib.get_close_matches(name, unknown, n=1, cutoff=0.6)
+            similar = f"; {near[0]!r} may be it: convert to the unit in the name and rename it" if near else ""
+            if len(header) == 1:
+                similar = "; expected commas, semicolons or tabs between columns"
             raise TableError(
-                f"the column is missing, found {found}{similar} Expected at least {', '.join(_REQUIRED)}",
+                f"the column is missing, expected at least {', '.join(_REQUIRED)}{similar}",
                 file=file,
                 row=row,
                 column=name,
@@ -237,7 +243,7 @@ def _arguments(columns: Mapping[str, list[str]], rows: list[int], file: str) -> 
         elif column == "censored":
             arguments[argument] = [_truth(c, file, row) for c, row in zip(cells, rows, strict=True)]
         else:
-            arguments[argument] = cells
+            arguments[argument] = [cell.lower() for cell in cells] if column == "role" else cells
     return arguments
 
 

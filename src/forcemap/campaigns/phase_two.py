@@ -46,6 +46,11 @@ class PhaseTwo:
         """True if Phase II is known of at least one impact."""
         return any(self.scenarios.values()) or not math.isnan(self.largest_force)
 
+    @property
+    def complete(self) -> bool:
+        """True if Phase II is known of every impact."""
+        return self.recorded and not self.unrecorded
+
     def transient_refusal(self, quasi_static_limit: float, device_error: float) -> str:
         """Why no transient limit may be used, in words; empty if nothing speaks against it.
 
@@ -55,8 +60,8 @@ class PhaseTwo:
         clamping = self.scenarios.get(ContactScenario.WITH_CLAMPING, 0)
         undetermined = self.scenarios.get(ContactScenario.UNDETERMINED, 0)
         reasons = [
-            *([f"{clamping} of the impacts clamp"] if clamping else []),
-            *([f"the scenario of {undetermined} of the impacts is undetermined"] if undetermined else []),
+            *([f"impacts that clamp: {clamping}"] if clamping else []),
+            *([f"impacts of undetermined scenario: {undetermined}"] if undetermined else []),
         ]
         if self.largest_force + device_error > quasi_static_limit:
             reasons.append(

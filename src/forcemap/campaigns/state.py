@@ -151,7 +151,7 @@ def identify_states(
             raise where.error(
                 int(np.flatnonzero(mixed)[0]),
                 "role",
-                f"state {names[state]!r} has train and test impacts, expected one role: "
+                f"state {str(names[state])!r} has train and test impacts, expected one role: "
                 "repeats of a state share its error, so they cannot test the map",
             )
     if given is not None:
@@ -192,16 +192,19 @@ def _refuse_wide_states(
     for state, axis in np.argwhere(highest - lowest > tolerance.scale)[:1]:
         spread = (highest - lowest)[state, axis]
         allowed = (tolerance.place, tolerance.place, tolerance.speed)[axis]
-        position = int(np.flatnonzero((index == state) & (coordinates[:, axis] == highest[state, axis]))[0])
+        member = np.flatnonzero(index == state)
+        away = np.abs(coordinates[member, axis] - np.median(coordinates[member, axis]))
+        position = int(member[::-1][away[::-1].argmax()])
+        unit = ("m", "m", "m/s")[axis]
         remedy = (
             "impacts that lie closer than this form a chain: add a state_id column or lower the tolerance"
             if found
-            else f"give the impacts of state {str(names[state])!r} their own state_id or raise the tolerance"
+            else f"is this row of state {str(names[state])!r}?"
         )
         raise where.error(
             position,
             _COLUMNS[axis],
-            f"found repeats of one state {spread:.4g} apart, expected at most {allowed:g}; {remedy}",
+            f"found repeats of one state {spread:.4g} {unit} apart, expected at most {allowed:g} {unit}; {remedy}",
         )
 
 

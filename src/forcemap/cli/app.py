@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from typing import Annotated
 
 try:
     import typer
@@ -10,6 +11,7 @@ try:
 except ImportError:
     sys.exit("error: the command line needs an extra; install it with: pip install 'forcemap[app]'")
 
+from forcemap._version import __version__
 from forcemap.cli.compare import compare
 from forcemap.cli.demo import demo
 from forcemap.cli.evaluate import evaluate
@@ -28,6 +30,23 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
 )
+
+
+def _version(asked: bool) -> None:
+    if asked:
+        print(f"forcemap {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def options(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version.")
+    ] = False,
+) -> None:
+    """3D collision-force maps: from measured impacts to bounded forces and safe robot speeds."""
+
+
 for command in (demo, fit, evaluate, compare, limits, speed, speed_map):
     app.command(name=command.__name__.replace("_", "-"))(command)
 

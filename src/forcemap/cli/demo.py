@@ -9,6 +9,7 @@ import sys
 from pathlib import Path
 from typing import Annotated, Any
 
+import numpy as np
 import typer
 
 from forcemap import (
@@ -28,7 +29,7 @@ from forcemap import (
     write_map,
 )
 from forcemap.cli.options import Json
-from forcemap.cli.output import emit, json_text, listing
+from forcemap.cli.output import emit, json_text
 from forcemap.cli.results import (
     accuracy_lines,
     accuracy_result,
@@ -37,6 +38,7 @@ from forcemap.cli.results import (
     fit_lines,
     fit_result,
     limit_words,
+    next_lines,
     speed_map_lines,
     speed_map_result,
     speed_map_table,
@@ -80,6 +82,7 @@ def demo(
     closing = [
         "",
         f"Written to {target}: {', '.join(files)}",
+        "(the map, accuracy, comparison and safe speeds as JSON and CSV; this text as summary.txt)",
         f"Next: {program} speed {target} --distance 0.8 --height 0.4 --area {_AREA} --contact transient",
     ]
     emit(result, [*summary, *closing], as_json=as_json)
@@ -145,17 +148,31 @@ def _summary(assessment: Assessment, masses: dict[str, float]) -> list[str]:
             *speed_map_lines(speeds),
             f"the standard's contact model: {floor_speed(standard)} m/s everywhere, not confirmed by any measurement",
         ]
-        if speeds.fastest is None:
-            lines += _why(speeds)
-    return [*lines, "", "5. Beside the 2D map and the standard", *comparison_lines(comparison)]
+        lines += next_lines(speeds)
+    return [
+        *lines,
+        "",
+        "5. Beside the 2D map and the standard",
+        *comparison_lines(comparison),
+        "",
+        *_in_short(assessment, masses),
+    ]
 
 
-def _why(speeds: Any) -> list[str]:
-    """Why no place is confirmed, and where to measure."""
-    reasons = list(dict.fromkeys(speeds.speeds.reason.ravel().tolist()))
-    hints = speeds.speeds.extrapolated_speed[speeds.speeds.extrapolated_speed > 0]
-    lines = listing("why not:", reasons)
-    if hints.size:
-        low, high = floor_speed(float(hints.min())), floor_speed(float(hints.max()))
-        lines.append(f"to confirm places, measure at about {low} to {high} m/s, depending on the place")
+def _in_short(assessment: Assessment, masses: dict[str, float]) -> list[str]:
+    """What to take away."""
+    lines = ["In short"]
+    for contact, speeds in assessment.speed_maps.items():
+        newtons = assessment.limit.force(contact)
+        standard = floor_speed(pfl_speed_limit(newtons, **masses))
+        confirmed = speeds.counts["admissible"] + speeds.counts["capped"]
+        if confirmed and speeds.fastest:
+            slowest = floor_speed(float(np.nanmin(speeds.speeds.speed)))
+            found = f"{confirmed} of {speeds.speeds.speed.size} places confirmed, at {slowest} to "
+            found += f"{floor_speed(speeds.fastest[2])} m/s"
+        else:
+            found = "no place confirmed by what was measured"
+        lines.append(
+            f"  {newtons:g} N, {contact}: {found}; the standard's contact model says {standard} m/s everywhere"
+        )
     return lines

@@ -18,7 +18,7 @@ def evaluate(
         str | None,
         typer.Option("--map", help="Compare this map with all rows, in place of fitting the train rows."),
     ] = None,
-    form: FormName = "CFM_3D",
+    form: FormName = None,
     as_json: Json = False,
 ) -> None:
     """Say how far predicted forces are from the measured ones.

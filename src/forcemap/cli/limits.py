@@ -25,12 +25,15 @@ from forcemap.cli.options import Body, BodyOption, Json, LimitTable, masses_from
 from forcemap.cli.output import emit, listing, table
 
 _PASCALS = 1e4  # Pa in 1 N/cm^2
-_ASSUMPTIONS = (
-    "a formula, not confirmed by any measurement",
-    "person at rest",
-    "pressure assessed only with a contact area",
-    "the transient limit holds only where the contact does not clamp",
-)
+
+
+def _assumptions(contact_area: float | None) -> list[str]:
+    return [
+        "a formula, not confirmed by any measurement",
+        "person at rest",
+        "pressure not assessed" if contact_area is None else f"pressure assessed over {contact_area:g} cm^2",
+        "the transient limit holds only where the contact does not clamp",
+    ]
 
 
 def limits(
@@ -40,7 +43,7 @@ def limits(
         float | None,
         typer.Option("--moving-mass-kg", help="With it, the speed the contact model allows is given."),
     ] = None,
-    payload: Annotated[float, typer.Option("--payload-kg", help="Effective payload.")] = 0.0,
+    payload: Annotated[float | None, typer.Option("--payload-kg", help="Effective payload; default 0.")] = None,
     body: BodyOption = Body.CONSTRAINED,
     contact_area: Annotated[
         float | None, typer.Option("--contact-area-cm2", help="With it, the pressure form is evaluated too.")
@@ -52,8 +55,8 @@ def limits(
     Example: forcemap limits back_of_hand --moving-mass-kg 30
     """
     areas = read_limit_table(limit_table) if limit_table else standard_limit_table()
-    if contact_area is not None and (name is None or moving_mass is None):
-        raise InputError("contact area: --contact-area-cm2 goes with a body area and --moving-mass-kg")
+    if moving_mass is None and (contact_area is not None or payload is not None):
+        raise InputError("moving mass: --contact-area-cm2 and --payload-kg go with --moving-mass-kg")
     found = [force_limit(each, table=areas) for each in ([name] if name else areas.areas)]
     results = [_limit(limit) for limit in found]
     lines = table(
@@ -71,7 +74,7 @@ def limits(
             else:
                 result["contact_model"] = None
                 lines.append(f"{limit.name}: no speed, contact is not permitted")
-        lines += listing("Assumes", _ASSUMPTIONS)
+        lines += listing("Assumes", _assumptions(contact_area))
     provenance = f"{areas.edition}, table version {areas.version}; {areas.source}"
     lines += [
         "",
@@ -108,13 +111,18 @@ def _cells(limit: ForceLimit) -> list[str]:
 
 
 def _contact_model(
-    limit: ForceLimit, region_name: str, moving_mass: float, payload: float, body: Body, contact_area: float | None
+    limit: ForceLimit,
+    region_name: str,
+    moving_mass: float,
+    payload: float | None,
+    body: Body,
+    contact_area: float | None,
 ) -> dict[str, Any]:
     region = body_region(region_name)
     mass, load, body_mass = masses_from(Conditions(), moving_mass, payload, body, region.mass)
     masses = {"robot_mass": pfl_robot_mass(mass, load), "body_mass": body_mass, "stiffness": region.stiffness}
     result: dict[str, Any] = {
-        "assumptions": list(_ASSUMPTIONS),
+        "assumptions": _assumptions(contact_area),
         "robot_mass_kg": masses["robot_mass"],
         "body": body,
         "body_mass_kg": body_mass,
@@ -133,7 +141,7 @@ def _contact_model(
 
 
 def _contact_model_lines(name: str, model: dict[str, Any]) -> list[str]:
-    mass = "held in place" if math.isinf(model["body_mass_kg"]) else f"free, {model['body_mass_kg']:g} kg"
+    mass = "constrained" if math.isinf(model["body_mass_kg"]) else f"free, {model['body_mass_kg']:g} kg"
     return [
         f"{name}: contact model allows {floor_speed(model['quasi_static_speed_mps'])} m/s quasi-static "
         f"({model['quasi_static_governed_by']}), {floor_speed(model['transient_speed_mps'])} m/s transient "

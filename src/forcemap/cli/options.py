@@ -11,6 +11,7 @@ from typing import Annotated, Any
 import typer
 
 from forcemap import (
+    CFM_3D,
     PUBLISHED_MAPS,
     Accuracy,
     Bound,
@@ -52,7 +53,10 @@ Table = Annotated[str, typer.Argument(help="Impacts table (CSV) or campaign fold
 Source = Annotated[
     str, typer.Argument(help=f"Map file, impacts table, campaign folder, or {', '.join(PUBLISHED_MAPS)}.")
 ]
-FormName = Annotated[str, typer.Option("--form", help="CFM_2D, CFM_3D, FULL_CUBIC or LOG_SPEED.")]
+FormName = Annotated[
+    str | None,
+    typer.Option("--form", help="Form to fit: CFM_2D, CFM_3D (default), FULL_CUBIC or LOG_SPEED; see docs/forms.md."),
+]
 Area = Annotated[str | None, typer.Option("--area", help="Body area, for example back_of_hand.")]
 Region = Annotated[str | None, typer.Option("--region", help="Body region: the lowest limit of its areas.")]
 ContactKind = Annotated[Contact | None, typer.Option("--contact", help="Kind of contact, with --area or --region.")]
@@ -83,11 +87,13 @@ BodyOption = Annotated[
 ]
 
 
-def force_map_from(source: str, form: str) -> tuple[ForceMap, Accuracy | None]:
+def force_map_from(source: str, form: str | None) -> tuple[ForceMap, Accuracy | None]:
     """The map a source stands for: a published one, a map file, or a table whose train rows are fitted.
 
     With its accuracy: on the table's test states, else with each state left out; None where neither can be.
     """
+    if form and (source in PUBLISHED_MAPS or source.lower().endswith(".json")):
+        raise InputError("form: --form goes with an impacts table; a map has its own form")
     if source in PUBLISHED_MAPS and not Path(source).exists():
         return published_map(source), None
     if not Path(source).exists():
@@ -101,10 +107,10 @@ def force_map_from(source: str, form: str) -> tuple[ForceMap, Accuracy | None]:
     return force_map, map_accuracy(force_map, dataset)[0]
 
 
-def fitted(table: str, form: str) -> tuple[ImpactDataset, ForceMap]:
+def fitted(table: str, form: str | None) -> tuple[ImpactDataset, ForceMap]:
     """The impacts of a table or campaign folder, and the map fitted to its train rows."""
     dataset = read_dataset(table)
-    return dataset, fit_force_map(dataset, form=form_named(form))
+    return dataset, fit_force_map(dataset, form=form_named(form or CFM_3D.name))
 
 
 def limit_from(

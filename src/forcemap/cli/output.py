@@ -6,9 +6,11 @@ import json
 import math
 import sys
 from collections.abc import Iterable, Sequence
+from pathlib import Path
 from typing import Any
 
-from forcemap.errors import ForcemapError
+from forcemap.errors import ForcemapError, InputError
+from forcemap.files import read_bytes, write_atomically
 
 
 def emit(result: dict[str, Any], lines: Iterable[str], *, as_json: bool) -> None:
@@ -28,6 +30,21 @@ def emit_error(error: ForcemapError, *, as_json: bool) -> None:
             "column": error.column,
         }
         print(json.dumps({"error": found}, ensure_ascii=False))
+
+
+def write_result(path: str, text: str, *, mark: str) -> None:
+    """Write a result file; an existing file is replaced only if it holds `mark`, so is such a result itself.
+
+    Raises
+    ------
+    InputError
+        The file is another one, or cannot be written.
+    """
+    if Path(path).exists() and mark not in read_bytes(path)[:4000].decode(errors="replace"):
+        raise InputError(
+            "this is another file, not an earlier result; it is not overwritten, choose another name", file=path
+        )
+    write_atomically(path, text)
 
 
 def json_text(value: Any) -> str:

@@ -6,6 +6,8 @@ from collections.abc import Sequence
 from dataclasses import asdict
 from typing import Any
 
+import numpy as np
+
 from forcemap import (
     Accuracy,
     Bound,
@@ -14,6 +16,7 @@ from forcemap import (
     Contact,
     ForceLimit,
     ForceMap,
+    ImpactDataset,
     SafeSpeed,
     SpeedMap,
     ToleranceBound,
@@ -23,6 +26,9 @@ from forcemap import (
 )
 from forcemap.cli.output import listing, table
 from forcemap.exports.speed_table import speed_map_csv, speed_map_places
+
+_WIDEST = 16  # columns of a speed map that a page takes
+_SLOWEST_HINT = 0.02  # [m/s]; no robot is measured slower
 
 
 def accuracy_result(accuracy: Accuracy) -> dict[str, Any]:
@@ -48,7 +54,7 @@ def accuracy_words(accuracy: Accuracy) -> str:
 
 def accuracy_lines(accuracies: Sequence[tuple[str, Accuracy]]) -> list[str]:
     """A table of accuracies, the dangerous side first."""
-    header = ["", "states", "max under", "mean under", "max over", "mean over", "RMSE"]
+    header = ["", "states", "underest. max", "underest. mean", "overest. max", "overest. mean", "RMSE"]
     rows = []
     for name, a in accuracies:
         pairs = [
@@ -136,6 +142,7 @@ def fit_lines(force_map: ForceMap) -> list[str]:
         )
     lines += [
         "",
+        "ln F = sum of coefficient x term; F in N, d and h in m, v in m/s",
         *table(
             ["term", "coefficient", "standard error", "p value"],
             [[n, f"{b:.4f}", f"{se:.4f}", f"{p:.2g}"] for n, b, se, p in coefficients],
@@ -148,12 +155,12 @@ def fit_lines(force_map: ForceMap) -> list[str]:
     ]
     allowances = _allowances(force_map)
     if allowances is None:
-        lines.append("too few states for a tolerance bound: no safe speed can be given")
+        lines.append("too few states for a tolerance bound: no safe speed can be given with one")
     else:
         judged = "suffices" if allowances[1] <= 10 else "is too small"
         lines.append(
             f"tolerance bound at the measured states: prediction + {allowances[0]:.1f} to {allowances[1]:.1f} %; "
-            f"the paper's + 10 % {judged} here"
+            f"a fixed + 10 % {judged} here"
         )
     if not force_map.rises_with_speed:
         lines.append("the prediction falls with speed in part of the measured range")
@@ -217,6 +224,12 @@ def speed_map_table(
     return speed_map_csv(speeds, basis=basis | {"map_sha256": map_sha256(force_map)})
 
 
+def repeats_lines(dataset: ImpactDataset) -> list[str]:
+    """States whose repeats disagree."""
+    names = dataset.disagreeing_repeats
+    return [f"repeats lie more than 10 % apart, look at their recordings: {', '.join(names)}"] if names else []
+
+
 def other_statements(speeds: SafeSpeed) -> list[str]:
     """What speeds depend on besides limit and bound, which stand above them."""
     return [line for line in speeds.statements if not line.startswith(("limit:", "bound:"))]
@@ -232,15 +245,35 @@ def speed_map_lines(speeds: SpeedMap) -> list[str]:
         ]
         for outcomes, values in zip(speeds.speeds.outcome.T, speeds.speeds.speed.T, strict=True)
     ]
-    header = ["h \\ d [m]", *(f"{d:.3f}" for d in speeds.distance)]
-    rows = [[f"{h:.3f}", *row] for h, row in zip(speeds.height, cells, strict=True)][::-1]
-    lines = table(header, rows)
-    lines.append("safe speed in m/s; + capped at the highest speed measured there; ? unconfirmed; . outside")
+    if len(speeds.distance) > _WIDEST:
+        lines = [f"{speeds.speeds.speed.size} places, too many to show: see -o or --json, or a larger step"]
+    else:
+        header = ["h \\ d [m]", *(f"{d:.3f}" for d in speeds.distance)]
+        rows = [[f"{h:.3f}", *row] for h, row in zip(speeds.height, cells, strict=True)][::-1]
+        lines = table(header, rows)
+        lines.append("safe speed in m/s; + capped at the highest speed measured there; ? unconfirmed; . outside")
     if speeds.fastest is None:
         lines.append("no place is confirmed")
     else:
         d, h, v = speeds.fastest
-        lines.append(f"fastest confirmed place: {floor_speed(v)} m/s at d = {d:.3f} m, h = {h:.3f} m")
+        lines.append(f"fastest confirmed place shown: {floor_speed(v)} m/s at d = {d:.3f} m, h = {h:.3f} m")
+    return lines
+
+
+def next_lines(speeds: SpeedMap) -> list[str]:
+    """Why places are unconfirmed, and where a measurement would confirm the nearest of them."""
+    unconfirmed = speeds.speeds.outcome == "unconfirmed"
+    if not unconfirmed.any():
+        return []
+    reasons = speeds.speeds.reason[unconfirmed].tolist()
+    lines = [f"unconfirmed: {reason} ({reasons.count(reason)} places)" for reason in dict.fromkeys(reasons)]
+    hints = np.where(speeds.speeds.extrapolated_speed > _SLOWEST_HINT, speeds.speeds.extrapolated_speed, np.nan)
+    for place in np.argsort(-hints, axis=None, stable=True)[: min(3, int(np.sum(~np.isnan(hints))))]:
+        i, j = np.unravel_index(place, hints.shape)
+        lines.append(
+            f"measure next: d = {speeds.distance[i]:.3f} m, h = {speeds.height[j]:.3f} m at about "
+            f"{floor_speed(float(hints[i, j]))} m/s (a hint, no permission)"
+        )
     return lines
 
 
@@ -331,7 +364,7 @@ def comparison_lines(comparison: Comparison) -> list[str]:
         f"{variation.rank_correlation_distance:.2f} with distance, {variation.rank_correlation_height:.2f} with height",
     ]
     if comparison.allowed:
-        header = ["what each allows", "limit", "places", "confirmed", "lowest", "median", "highest"]
+        header = ["speeds allowed [m/s]", "limit", "measured places", "confirmed", "lowest", "median", "highest"]
         rows = [
             [
                 allowed.model,
@@ -342,6 +375,9 @@ def comparison_lines(comparison: Comparison) -> list[str]:
             ]
             for allowed in comparison.allowed
         ]
-        lines += ["", *table(header, rows), f"speeds in m/s; maps with {comparison.bound}"]
+        lines += ["", *table(header, rows), f"maps with {comparison.bound}"]
+        lines += [
+            f"{source}" for source in dict.fromkeys(f"{a.limit:g} N: {a.limit_source}" for a in comparison.allowed)
+        ]
         lines += [f"{a.model} at {a.limit:g} N: {a.note}" for a in comparison.allowed if a.note]
     return [*lines, "", *listing("Assumes", comparison.statements)]

@@ -11,7 +11,6 @@ from forcemap import (
     Accuracy,
     ContactNotPermitted,
     FixedMargin,
-    ForceMap,
     SafeSpeed,
     SpeedOutcome,
     floor_speed,
@@ -52,7 +51,7 @@ def speed(
     margin: Margin = None,
     confidence: Confidence = None,
     content: Content = None,
-    form: FormName = "CFM_3D",
+    form: FormName = None,
     as_json: Json = False,
 ) -> None:
     """Give the highest speed at a place that the measurements confirm for a force limit.
@@ -103,7 +102,7 @@ def speed(
     }
     emit(
         result,
-        _lines(force_map, accuracy, found, with_margin, result, limit_words(limit, contact), str(bound)),
+        _lines(accuracy, found, with_margin, result, limit_words(limit, contact), str(bound)),
         as_json=as_json,
     )
     raise typer.Exit(0 if found.outcome.has_speed else 1)
@@ -117,7 +116,6 @@ def _measure_next(found: SafeSpeed, distance: float, height: float) -> dict[str,
 
 
 def _lines(
-    force_map: ForceMap,
     accuracy: Accuracy | None,
     found: SafeSpeed,
     with_margin: SafeSpeed,
@@ -129,20 +127,20 @@ def _lines(
     head = f"{floor_speed(found.speed)} m/s" if has_speed else "no speed"
     forces = f": {found.bound_force:.1f} N at this speed, predicted {found.predicted_force:.1f} N" if has_speed else ""
     lines = [
-        f"{head} at d = {result['distance_m']:.3f} m, h = {result['height_m']:.3f} m: {found.outcome}",
+        f"{head} at d = {result['distance_m']:.6g} m, h = {result['height_m']:.6g} m: {found.outcome}",
         f"  {found.reason}",
         f"  limit    {limit}",
         f"  bound    {bound}{forces}",
     ]
     if not math.isnan(found.lowest_measured_speed):
         low, high = floor_speed(found.lowest_measured_speed), floor_speed(found.highest_measured_speed)
-        lines.append(f"  measured {low} to {high} m/s at this place")
+        lines.append(f"  measured {low} to {high} m/s around this place")
     if accuracy:
         lines.append(f"  map      {accuracy_words(accuracy)}")
     if result["bound"] != FixedMargin(0.10).describe():
         beside = f"{floor_speed(with_margin.speed)} m/s" if with_margin.outcome.has_speed else with_margin.outcome
-        lines.append(f"  beside   prediction + 10 %: {beside} (the paper's margin, which promises nothing)")
+        lines.append(f"  beside   prediction + 10 %: {beside} (a fixed margin, which promises nothing)")
     if result["measure_next"]:
         hint = floor_speed(found.extrapolated_speed)
         lines.append(f"  next     measure here at about {hint} m/s (a hint, no permission)")
-    return [*lines, *listing("Assumes", [f"map: {force_map.source}", *other_statements(found)])]
+    return [*lines, *listing("Assumes", other_statements(found))]

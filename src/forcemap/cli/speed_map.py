@@ -25,18 +25,18 @@ from forcemap.cli.options import (
     force_map_from,
     limit_from,
 )
-from forcemap.cli.output import emit, json_text, listing
+from forcemap.cli.output import emit, json_text, listing, write_result
 from forcemap.cli.results import (
     accuracy_words,
     limit_result,
     limit_words,
+    next_lines,
     other_statements,
     speed_map_lines,
     speed_map_result,
     speed_map_table,
 )
 from forcemap.errors import InputError
-from forcemap.files import write_atomically
 
 
 def speed_map(
@@ -51,7 +51,7 @@ def speed_map(
     margin: Margin = None,
     confidence: Confidence = None,
     content: Content = None,
-    form: FormName = "CFM_3D",
+    form: FormName = None,
     output: Annotated[str | None, typer.Option("-o", "--output", help="Write a .csv or .json file.")] = None,
     as_json: Json = False,
 ) -> None:
@@ -75,15 +75,17 @@ def speed_map(
     result = speed_map_result(speeds, force_map, accuracy, limit, contact, bound)
     if output:
         as_csv = output.endswith(".csv")
-        write_atomically(output, speed_map_table(speeds, *basis) if as_csv else json_text(result) + "\n")
+        text = speed_map_table(speeds, *basis) if as_csv else json_text(result) + "\n"
+        write_result(output, text, mark="distance_m,height_m,outcome" if as_csv else '"limit_N"')
     lines = [
         f"Safe speeds, {limit_words(limit, contact)}",
         f"bound: {bound}",
         "",
         *speed_map_lines(speeds),
+        *next_lines(speeds),
         *([f"written to {output}"] if output else []),
         *([accuracy_words(accuracy)] if accuracy else []),
-        *listing("Assumes", [f"map: {force_map.source}", *other_statements(speeds.speeds)]),
+        *listing("Assumes", [*other_statements(speeds.speeds)]),
     ]
     emit(result, lines, as_json=as_json)
     raise typer.Exit(0 if speeds.fastest else 1)

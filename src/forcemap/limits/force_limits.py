@@ -96,7 +96,7 @@ class ForceLimit:
     def _require_permitted(self) -> None:
         if not self.permitted:
             raise ContactNotPermitted(
-                f"contact with {self.name} is not permitted ({self.edition} gives no transient limit for it), "
+                f"contact with {self.name} is not permitted (transient factor 0 in {self.edition}), "
                 "so no limit and no speed follow; keep the robot from reaching it"
             )
 

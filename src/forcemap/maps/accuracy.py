@@ -121,7 +121,10 @@ def force_map_accuracy(force_map: ForceMap, dataset: ImpactDataset, *, on: str =
         The dataset has no uncensored state.
     """
     if not len(dataset):
-        raise InputError(f"found no impact to compare the map with ({on}), expected at least one")
+        raise InputError(
+            "found no impact to compare the map with, expected at least one; without impacts of role test see "
+            "map_accuracy and leave_one_state_out"
+        )
     states = dataset.states
     return Accuracy.of(force_map.predict(states.distance, states.height, states.speed), states, on=on)
 

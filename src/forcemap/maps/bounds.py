@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any, Protocol
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -20,6 +20,7 @@ MIN_DEGREES_OF_FREEDOM = 3
 """Residual degrees of freedom between states below which no tolerance bound is given."""
 
 
+@runtime_checkable
 class Bound(Protocol):
     """An upper bound on the force a map predicts."""
 
@@ -42,19 +43,21 @@ class FixedMargin:
     Parameters
     ----------
     margin : float
-        Share added to the predicted force, at least 0.
+        Share added to the predicted force, from 0 to 1.
 
     Raises
     ------
     InputError
-        A margin that is negative or not finite.
+        A margin outside its range.
     """
 
     margin: float = 0.10
 
     def __post_init__(self) -> None:
-        if not 0 <= self.margin < math.inf:
-            raise InputError(f"margin: found {self.margin:g}, expected a finite number of at least 0")
+        if not 0 <= self.margin <= 1:
+            raise InputError(
+                f"margin: found {self.margin:g}, expected a share of the force from 0 to 1 (0.10 is +10 %)"
+            )
 
     def upper(self, force_map: ForceMap, distance: ArrayLike, height: ArrayLike, speed: ArrayLike) -> Any:
         """F (1 + margin) [N] at a place [m] and speed [m/s]; arguments broadcast."""

@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from forcemap.campaigns.dataset import ImpactDataset
-from forcemap.errors import FitError
+from forcemap.campaigns.dataset import ImpactDataset, States, StateTolerance
+from forcemap.errors import FitError, RankDeficient
 from forcemap.maps.force_map import Fit, ForceMap
 from forcemap.maps.forms import CFM_3D, Form
 from forcemap.maps.measured_range import MeasuredRange
@@ -39,7 +39,7 @@ def fit_force_map(dataset: ImpactDataset, *, form: Form = CFM_3D) -> ForceMap:
     TooFewStates
         Fewer uncensored states than coefficients.
     RankDeficient
-        The states do not tell the terms apart.
+        The states do not tell the terms apart, or only by differences within the tolerance of repeats.
     """
     train = dataset.train
     if not len(train):
@@ -53,6 +53,7 @@ def fit_force_map(dataset: ImpactDataset, *, form: Form = CFM_3D) -> ForceMap:
     design = form.design(states.distance, states.height, states.speed)
     samples = form.design(measured.distance, measured.height, measured.speed)
     between_states = least_squares(design, states.log_force)
+    _refuse_noise(form, states, dataset.tolerance)
     fit = Fit(
         states=states,
         left_out=train.states.select(train.states.impacts == 0),
@@ -73,3 +74,19 @@ def fit_force_map(dataset: ImpactDataset, *, form: Form = CFM_3D) -> ForceMap:
         device_range=dataset.device_range,
         source=f"fitted to {dataset.source or 'arrays'}",
     )
+
+
+def _refuse_noise(form: Form, states: States, tolerance: StateTolerance) -> None:
+    """A coordinate that varies no more than repeats of one state may is not varied: it must not carry a term."""
+    coordinates = states.coordinates
+    spread = np.ptp(coordinates, axis=0)
+    flat = spread <= (tolerance.place, tolerance.place, tolerance.speed)
+    if not flat.any():
+        return
+    flattened = np.where(flat, coordinates.mean(axis=0), coordinates)
+    try:
+        least_squares(form.design(*flattened.T), states.log_force)
+    except RankDeficient as error:
+        names = ("distances", "heights", "speeds")
+        same = " and ".join(f"all {names[i]} lie within {spread[i]:.3g}" for i in np.flatnonzero(flat))
+        raise RankDeficient(f"{same}, no more than repeats of one state may: {error.message}") from None
