@@ -313,3 +313,58 @@ def test_as_a_program():
     piped = subprocess.run(f"{sys.executable} -c 'from forcemap.cli import main; main()' limits | head -1",
                            shell=True, capture_output=True, text=True)  # fmt: skip
     assert piped.stderr == ""
+
+
+def test_results_do_not_overwrite_measurements(forcemap, example_folders, tmp_path):
+    table = tmp_path / "impacts.csv"
+    table.write_bytes((example_folders["ur10e"] / "impacts.csv").read_bytes())
+    path = tmp_path / "map.json"
+    before = table.read_bytes()
+    for arguments in (("fit", table), ("speed-map", table, "--limit-N", 200)):
+        code, _, err = forcemap(*arguments, "-o", table)
+        assert code == 2
+        assert "not overwritten" in err
+    assert forcemap("fit", table, "-o", path)[0] == 0
+    assert forcemap("fit", table, "-o", path)[0] == 0  # an earlier result of the same kind
+    assert forcemap("speed-map", table, "--limit-N", 300, "-o", path)[0] == 2
+    assert table.read_bytes() == before
+    assert fm.read_map(path).fit
+
+
+def test_phase_two_that_was_not_recorded_stands_beside_the_speed(forcemap, ask, examples, tmp_path):
+    columns = examples["ur10e"].to_frame().drop(columns="scenario")
+    columns.to_csv(tmp_path / "impacts.csv", index=False)
+    code, found = ask("speed", tmp_path / "impacts.csv", *AT, *HAND, "transient")
+    assert code == 0
+    assert "Phase II not measured" in found["reason"]
+    _, out, _ = forcemap("speed", tmp_path / "impacts.csv", *AT, *HAND, "transient")
+    assert "Phase II not measured" in out.splitlines()[1]
+    assert "Phase II" not in ask("speed", tmp_path / "impacts.csv", *AT, *HAND, "quasi-static")[1]["reason"]
+
+
+def test_repeats_that_disagree_are_named(ask, examples, tmp_path):
+    frame = examples["ur10e"].to_frame()
+    frame.loc[0, "peak_force_N"] *= 1.2
+    frame.to_csv(tmp_path / "impacts.csv", index=False)
+    assert ask("fit", tmp_path / "impacts.csv")[1]["disagreeing_repeats"] == [frame.loc[0, "state_id"]]
+
+
+def test_the_head_in_compare_and_the_version(ask, forcemap, example_folders):
+    code, found = ask("compare", example_folders["ur10e"], "--region", "face")
+    assert (code, found["permitted"], found["allowed"]) == (0, False, [])
+    assert forcemap("--version")[1] == f"forcemap {fm.__version__}\n"
+
+
+@pytest.mark.parametrize("arguments", [("--form", "CFM_2D"), ("--confidence", 0.9)])
+def test_options_that_would_be_ignored_are_refused(forcemap, arguments):
+    code, _, err = forcemap("speed", "ur10e", *AT, "--limit-N", 200, *arguments)
+    assert code == 2
+    assert "goes with" in err or "go with" in err
+
+
+def test_unconfirmed_places_say_why_and_where_to_measure(forcemap):
+    _, out, _ = forcemap("speed-map", "ur10e", *HAND, "quasi-static")
+    assert "unconfirmed: the bound exceeds" in out
+    assert out.count("measure next: ") == 3
+    _, out, _ = forcemap("speed-map", "kuka-iiwa7-30nm", *HAND, "transient")
+    assert "impacts that clamp: 369" in out

@@ -215,3 +215,15 @@ def test_masked_entries_are_refused():
     place = np.ma.masked_array([0.8, 0.7], mask=[False, True])
     with pytest.raises(fm.InputError, match="masked"):
         fm.safe_speed(fm.published_map("ur10e"), place, 0.4, limit=280.0, bound=fm.FixedMargin())
+
+
+@pytest.mark.parametrize("bound", ["tolerance", None, 0.1, fm.FixedMargin])
+def test_a_bound_that_is_none(bound):
+    with pytest.raises(fm.InputError, match="bound"):
+        fm.safe_speed(fm.published_map("ur10e"), 0.8, 0.4, limit=280.0, bound=bound)
+
+
+@pytest.mark.parametrize("place", [("far", 0.4), ([0.8, 0.7], [0.4, 0.4, 0.4])])
+def test_places_that_are_none(place):
+    with pytest.raises(fm.InputError, match="place"):
+        fm.safe_speed(fm.published_map("ur10e"), *place, limit=280.0, bound=fm.FixedMargin())

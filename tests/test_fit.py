@@ -137,6 +137,19 @@ def test_one_height_does_not_determine_a_3d_map():
     assert flat.fit.between_states.degrees_of_freedom == 5
 
 
+@pytest.mark.parametrize("axis", [0, 1, 2])
+def test_a_coordinate_that_varies_within_the_tolerance_carries_no_term(axis):
+    """Two millimetres of jitter at one height must not pass for a height dependence."""
+    rng = np.random.default_rng(axis)
+    points = full_grid("kuka-iiwa7-10nm")
+    points = points[points[:, axis] == np.unique(points[:, axis])[2]].copy()
+    points[:, axis] += rng.uniform(-1, 1, len(points)) * (0.002, 0.002, 0.004)[axis]
+    with pytest.raises(fm.RankDeficient, match=("distances", "heights", "speeds")[axis]):
+        fm.fit_force_map(noise_free("kuka-iiwa7-10nm", points))
+    if axis == 1:
+        assert fm.fit_force_map(noise_free("kuka-iiwa7-10nm", points), form=fm.CFM_2D).fit
+
+
 @given(st.integers(0, 2**32 - 1))
 def test_property_row_order_changes_nothing(seed):
     rng = np.random.default_rng(seed)

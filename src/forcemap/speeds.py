@@ -147,7 +147,7 @@ def safe_speed(
     ('admissible', 0.3212)
     """
     newtons, refusal, unseen, limit_words = _limit(force_map, limit, contact)
-    if not isinstance(bound, Bound):
+    if isinstance(bound, type) or not isinstance(bound, Bound):
         raise InputError(f"bound: found {bound!r}, expected FixedMargin or ToleranceBound")
     bound.require(force_map)
     if np.ma.is_masked(distance) or np.ma.is_masked(height):
