@@ -122,12 +122,12 @@ def test_links_lead_somewhere(path):
 
 
 def test_the_documented_columns_are_those_that_are_read():
-    from forcemap.campaigns.impacts_table import _COLUMNS
+    from forcemap.campaigns.columns import COLUMNS
 
     documented = re.findall(r"`(\w+)`", "\n".join(
         line for line in (ROOT / "docs" / "impacts_table.md").read_text().splitlines() if line.startswith("| `")
     ))  # fmt: skip
-    assert set(_COLUMNS) <= set(documented)
+    assert set(COLUMNS) <= set(documented)
 
 
 def test_the_documented_campaign_file_is_read(tmp_path):

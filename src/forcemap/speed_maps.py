@@ -60,7 +60,7 @@ def speed_map(
 
     The other arguments, and the errors, are those of `safe_speed`.
     """
-    d, h = (np.atleast_1d(np.asarray(axis, dtype=np.float64)) for axis in (distance, height))
+    d, h = (np.ma.atleast_1d(axis) for axis in (distance, height))  # masked entries reach the check
     speeds = safe_speed(force_map, d[:, None], h[None, :], limit=limit, bound=bound, contact=contact)
     return SpeedMap(d, h, speeds)
 

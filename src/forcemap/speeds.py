@@ -21,7 +21,7 @@ from forcemap.maps.force_map import ForceMap
 FloatArray = NDArray[np.float64]
 
 _PLACES_AT_ONCE = 4096
-_SAME_PLACE = 0.005  # [m], the tolerance of repeats
+_SAME_PLACE = 0.001  # [m]
 
 _COLUMNS = (
     "speed",
@@ -187,7 +187,7 @@ def floor_speed(speed: float) -> str:
     >>> floor_speed(0.29), floor_speed(0.1599999)
     ('0.290', '0.159')
     """
-    if math.isnan(speed):
+    if not math.isfinite(speed):
         return "-"
     return str(Decimal(repr(float(speed))).quantize(Decimal("0.001"), rounding=ROUND_FLOOR))
 
@@ -207,8 +207,11 @@ def _limit(force_map: ForceMap, limit: ForceLimit | ArrayLike, contact: Contact 
         newtons = limit.force(contact)
         words = f"limit: {newtons:g} N, {contact} contact, {limit}"
         if Contact.parse(contact) is Contact.TRANSIENT:
-            refusal = force_map.phase_two.transient_refusal(limit.quasi_static, error)
+            why = force_map.phase_two.transient_refusal(limit.quasi_static, error)
+            refusal = f"no transient limit may be used: {why}" if why else ""
             unseen = "" if force_map.phase_two.complete else force_map.phase_two.statement()
+        else:
+            refusal = force_map.phase_two.quasi_static_refusal(newtons, error)
     else:
         if contact is not None:
             raise InputError("contact: expected none with a limit in newtons; it chooses between those of a body area")
@@ -244,7 +247,7 @@ def _safe_speed(
 
     if refusal:
         outcome[inside] = SpeedOutcome.UNCONFIRMED
-        reason[inside] = f"no transient limit may be used: {refusal}"
+        reason[inside] = refusal
     else:
         last, following = first_exceedance(log_bound, low[inside], high[inside], np.log(limit[inside]))
         unconfirmed, capped = np.isnan(last), np.isnan(following)
@@ -258,6 +261,8 @@ def _safe_speed(
             reason[inside[mask]] = _REASONS[kind]
         for where, why in _contradictions(force_map, d, h, limit, speed):
             outcome[where], reason[where], speed[where] = SpeedOutcome.UNCONFIRMED, why, np.nan
+        for where, why in _exceedances(force_map, d, h, limit, speed):
+            reason[where] = [f"{each}; {why}" for each in reason[where]]
         inside = inside[unconfirmed]
         hint[inside] = _extrapolated(log_bound, low[inside], limit[inside])
     with_speed = np.flatnonzero(~np.isnan(speed))
@@ -271,17 +276,32 @@ def _contradictions(
     force_map: ForceMap, d: FloatArray, h: FloatArray, limit: FloatArray, speed: FloatArray
 ) -> Iterator[tuple[NDArray[np.bool_], str]]:
     """Speeds at or above that of a censored impact at the same place: the fit left it out, but it was measured."""
+    for name, v_state, at_least, here in _states_here(force_map, d, h, "at_least"):
+        why = f"state {name} reached at least {at_least:g} N at this place at {v_state:g} m/s: the map is wrong here"
+        yield here & (speed >= v_state) & (limit < at_least), why
+
+
+def _exceedances(
+    force_map: ForceMap, d: FloatArray, h: FloatArray, limit: FloatArray, speed: FloatArray
+) -> Iterator[tuple[NDArray[np.bool_], str]]:
+    """Speeds at or above that of a measured impact beyond the limit at the same place: the bound allows for some."""
+    for name, v_state, highest, here in _states_here(force_map, d, h, "highest"):
+        why = f"but state {name} measured {highest:g} N at this place at {v_state:g} m/s"
+        yield here & (speed >= v_state) & (limit < highest), why
+
+
+def _states_here(
+    force_map: ForceMap, d: FloatArray, h: FloatArray, force: str
+) -> Iterator[tuple[str, float, float, NDArray[np.bool_]]]:
+    """Name, speed and force of every state of the campaign, test ones too, and which places are its own."""
     if force_map.fit is None:
         return
-    states = force_map.fit.left_out
-    figures = (states.name, states.distance, states.height, states.speed, states.at_least)
-    for name, d_state, h_state, v_state, at_least in zip(*figures, strict=True):
-        same_place = (np.abs(d - d_state) <= _SAME_PLACE) & (np.abs(h - h_state) <= _SAME_PLACE)
-        where = same_place & (speed >= v_state) & (limit < at_least)
-        yield (
-            where,
-            f"state {name} reached at least {at_least:g} N at this place at {v_state:g} m/s: the map is wrong here",
-        )
+    for states in (force_map.fit.states, force_map.fit.left_out, force_map.fit.test):
+        figures = (states.name, states.distance, states.height, states.speed, getattr(states, force))
+        for name, d_state, h_state, v_state, newtons in zip(*figures, strict=True):
+            here = (np.abs(d - d_state) <= _SAME_PLACE) & (np.abs(h - h_state) <= _SAME_PLACE)
+            if here.any() and not np.isnan(newtons):
+                yield name, v_state, newtons, here
 
 
 def _extrapolated(log_bound: Any, lowest: FloatArray, limit: FloatArray) -> FloatArray:
@@ -308,12 +328,22 @@ def _warnings(force_map: ForceMap, bound: Bound) -> list[str]:
             f"the tolerance bound exceeds prediction + 10 % at {too_small} of {len(force_map.measured_range.points)} "
             "measured states: the paper's margin is too small for this campaign"
         )
+    if force_map.fit is not None:
+        states = force_map.fit.states
+        scattered = int(np.sum(np.fmax(states.highest, states.at_least) > 1.05 * states.force))
+        if scattered:
+            lines.append(f"at {scattered} states an impact lies more than 5 % above their mean, which the bound is for")
+        top = states.highest == states.highest.max()
+        if math.isnan(force_map.device_range) and 2 < top.sum() < len(states):
+            lines.append(
+                f"{top.sum()} states share the highest force, {states.highest.max():g} N: was the device saturated?"
+            )
     if force_map.fit is not None and force_map.fit.between_states.degrees_of_freedom == 0:
         lines.append("as many coefficients as measured states: the fit says nothing about its own error")
     if force_map.fit is not None and force_map.fit.censored_samples:
         names = ", ".join(force_map.fit.left_out.name)
         lines.append(
-            f"{force_map.fit.censored_samples} impacts above the device range are not in the fit"
-            + (f"; states left out: {names}" if names else "")
+            f"{force_map.fit.censored_samples} impacts above the device range are not in the fit, "
+            "so near that range the bound may be too low" + (f"; states left out: {names}" if names else "")
         )
     return lines

@@ -14,6 +14,22 @@ from forcemap.impacts.scenario import ContactScenario
 
 FloatArray = NDArray[np.float64]
 
+# column of the table -> argument of ImpactDataset.from_arrays, which is also the field of ImpactDataset
+COLUMNS = {
+    "distance_m": "distance",
+    "height_m": "height",
+    "speed_mps": "speed",
+    "peak_force_N": "peak_force",
+    "state_id": "state",
+    "repeat": "repeat",
+    "role": "role",
+    "censored": "censored",
+    "base_angle_deg": "base_angle",
+    "phase2_force_N": "phase2_force",
+    "scenario": "scenario",
+    "recording": "recording",
+    "flags": "flags",
+}
 # What a robot beside a person can do at all; beyond it the figure is in another unit.
 _PLAUSIBLE = {
     "distance_m": (0.0, 10.0, "metres above 0 and up to 10"),
@@ -56,7 +72,10 @@ def _sized(column: str, values: ArrayLike, n: int, where: Where) -> NDArray[Any]
 
 def numbers(column: str, values: ArrayLike | None, n: int, where: Where) -> FloatArray:
     """Plausible numbers, shape (n,); NaN where an optional column says nothing."""
+    optional = column in ("base_angle_deg", "phase2_force_N")
     if values is None:
+        if not optional:
+            raise TableError("found nothing, expected numbers", file=where.source or None, column=column)
         return np.full(n, np.nan)
     try:
         array = _sized(column, values, n, where).astype(np.float64)
@@ -65,7 +84,6 @@ def numbers(column: str, values: ArrayLike | None, n: int, where: Where) -> Floa
             raise
         raise TableError(f"expected numbers: {error}", file=where.source or None, column=column) from None
     low, high, expected = _PLAUSIBLE[column]
-    optional = column in ("base_angle_deg", "phase2_force_N")
     above_zero = column in ("distance_m", "speed_mps")
     accepted = (array >= low) & (array <= high) & ~((array == 0) & above_zero)
     where.refuse(~(accepted | (np.isnan(array) & optional)), column, array, expected)

@@ -41,6 +41,8 @@ class Conditions:
         "measured" or "commanded": what the speed at contact is.
     standard_edition, limit_table, operator, note : str
         As the campaign states them.
+    place_tolerance, speed_tolerance : float
+        How far repeats of a state may lie apart [m], [m/s].
     simulated : bool
         True if the impacts are simulated.
     device : Device
@@ -63,6 +65,8 @@ class Conditions:
     limit_table: str = ""
     operator: str = ""
     note: str = ""
+    place_tolerance: float = math.nan
+    speed_tolerance: float = math.nan
     simulated: bool = False
     device: Device = field(default_factory=Device)
 
@@ -160,6 +164,8 @@ _ENTRIES = {
     ("contact", "direction"): "direction",
     ("contact", "base_angle_deg"): "base_angle",
     ("contact", "speed"): "speed_kind",
+    ("states", "tolerance_m"): "place_tolerance",
+    ("states", "tolerance_mps"): "speed_tolerance",
     ("device", "model"): "device.model",
     ("device", "range_N"): "device.range",
     ("device", "error_N"): "device.error",

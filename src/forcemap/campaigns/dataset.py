@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -15,7 +15,7 @@ from forcemap.campaigns import columns
 from forcemap.campaigns.conditions import Conditions
 from forcemap.campaigns.phase_two import PhaseTwo
 from forcemap.campaigns.state import States, StateTolerance, identify_states
-from forcemap.errors import TableError
+from forcemap.errors import InputError, TableError
 from forcemap.impacts.scenario import ContactScenario
 
 if TYPE_CHECKING:
@@ -67,7 +67,7 @@ class ImpactDataset:
     source, sha256 : str
         Name and SHA-256 of the table.
     phase_two : PhaseTwo
-        What all impacts of the table, censored and test ones too, say of Phase II; `train` and `test` keep it.
+        What all impacts of the table, censored and test ones too, say of Phase II; a selection keeps it.
     device_range : float
         Device range [N]: as stated, and never above a force at which it saturated; NaN if nothing tells.
     """
@@ -131,9 +131,9 @@ class ImpactDataset:
             (state, repeat) twice; repeats of a state further apart than the tolerance, or a factor of 3 apart in
             force; one state under two names or with two roles.
         """
-        tolerance = tolerance or StateTolerance()
         conditions = conditions or Conditions()
-        n = np.atleast_1d(np.asarray(distance)).size
+        tolerance = tolerance or StateTolerance.stated(conditions.place_tolerance, conditions.speed_tolerance)
+        n = np.atleast_1d(np.asarray(distance, dtype=object)).size
         where = columns.Where(source, list(rows) if rows is not None else list(range(1, n + 1)))
         if n == 0:
             raise TableError("found no impact, expected at least one", file=source or None)
@@ -156,6 +156,11 @@ class ImpactDataset:
             checked["peak_force_N"],
             f"less than the device range of {device_range:g} N, or censored true",
         )
+        words = columns.texts("flags", flags, n, where)
+        unmarked = np.array(["saturat" in word.lower() for word in words]) & ~is_censored
+        where.refuse(unmarked, "flags", words, "censored true where a flag says saturated")
+        for name in set(extra or {}) & columns.COLUMNS.keys():
+            raise TableError("found a known column among the extra ones, expected its own argument", column=name)
         roles = columns.texts("role", role, n, where, default="train")
         where.refuse(~np.isin(roles, ("train", "test")), "role", roles, "train or test")
         scenarios = columns.scenarios(scenario, n, where)
@@ -179,14 +184,14 @@ class ImpactDataset:
             phase2_force=checked["phase2_force_N"],
             scenario=scenarios,
             recording=columns.texts("recording", recording, n, where),
-            flags=columns.texts("flags", flags, n, where),
+            flags=words,
             extra={name: tuple(str(value) for value in values) for name, values in (extra or {}).items()},
             conditions=conditions,
             states_found="by coordinates" if given is None else "by state_id",
             tolerance=tolerance,
             source=source,
             sha256=sha256,
-            phase_two=PhaseTwo.of(scenarios, checked["phase2_force_N"]),
+            phase_two=PhaseTwo.of(scenarios, checked["phase2_force_N"], checked["peak_force_N"]),
             device_range=float(np.fmin(device_range, saturated.min() if saturated.size else math.nan)),
         )
 
@@ -198,23 +203,34 @@ class ImpactDataset:
         return int(self.distance.size)
 
     def select(self, mask: NDArray[np.bool_]) -> ImpactDataset:
-        """The impacts where `mask`, shape (n,), is true; states keep their names."""
+        """The impacts where `mask`, shape (n,), is true; states keep their names.
+
+        What all impacts of the table say of Phase II stays known.
+
+        Raises
+        ------
+        InputError
+            Not a mask of that shape.
+        """
+        if mask.dtype != np.bool_ or mask.shape != self.distance.shape:
+            raise InputError(
+                f"select: found {mask.dtype} of shape {mask.shape}, expected a mask of shape ({len(self)},)"
+            )
         kept = np.flatnonzero(mask)
         values = {name: getattr(self, name) for name in self.__dataclass_fields__}
         arrays = {name: value[kept] for name, value in values.items() if isinstance(value, np.ndarray)}
         extra = {name: tuple(column[i] for i in kept) for name, column in self.extra.items()}
-        phase_two = PhaseTwo.of(arrays["scenario"], arrays["phase2_force"])
-        return ImpactDataset(**(values | arrays | {"extra": extra, "phase_two": phase_two}))
+        return ImpactDataset(**(values | arrays | {"extra": extra}))
 
     @property
     def train(self) -> ImpactDataset:
-        """The impacts with role train; what all impacts say of Phase II goes with them."""
-        return replace(self.select(self.role == "train"), phase_two=self.phase_two)
+        """The impacts with role train."""
+        return self.select(self.role == "train")
 
     @property
     def test(self) -> ImpactDataset:
-        """The impacts with role test; what all impacts say of Phase II goes with them."""
-        return replace(self.select(self.role == "test"), phase_two=self.phase_two)
+        """The impacts with role test."""
+        return self.select(self.role == "test")
 
     @cached_property
     def states(self) -> States:

@@ -11,6 +11,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from forcemap.campaigns.columns import COLUMNS
 from forcemap.campaigns.conditions import CAMPAIGN_FILE, Conditions, read_conditions
 from forcemap.campaigns.dataset import ImpactDataset, StateTolerance
 from forcemap.errors import TableError
@@ -21,24 +22,12 @@ if TYPE_CHECKING:
 
 TABLE_FILE = "impacts.csv"
 
-# column of the table -> argument of ImpactDataset.from_arrays, which is also the field of ImpactDataset
-_COLUMNS = {
-    "distance_m": "distance",
-    "height_m": "height",
-    "speed_mps": "speed",
-    "peak_force_N": "peak_force",
-    "state_id": "state",
-    "repeat": "repeat",
-    "role": "role",
-    "censored": "censored",
-    "base_angle_deg": "base_angle",
-    "phase2_force_N": "phase2_force",
-    "scenario": "scenario",
-    "recording": "recording",
-    "flags": "flags",
+_REQUIRED = tuple(COLUMNS)[:4]
+_DECISIVE = {  # words in a column's name that tell what it decides
+    "censored": ("censored", "zensiert", "saturat", "clipped", "overload", "overrange"),
+    "scenario": ("scenario", "clamp"),
+    "phase2_force_N": ("phase2", "phaseii"),
 }
-_REQUIRED = tuple(_COLUMNS)[:4]
-_DECISIVE = {"censored": "censored", "scenario": "scenario", "phase2_force_N": "phase2"}
 _NUMBERS = (*_REQUIRED, "base_angle_deg", "phase2_force_N")
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 _TRUTH = {"true": True, "1": True, "false": False, "0": False, "": False}
@@ -111,7 +100,7 @@ def to_frame(dataset: ImpactDataset) -> pd.DataFrame:
     """The impacts as a DataFrame with the columns of the impacts table."""
     import pandas as pd
 
-    frame = {column: getattr(dataset, name) for column, name in _COLUMNS.items()}
+    frame = {column: getattr(dataset, name) for column, name in COLUMNS.items()}
     frame["scenario"] = [None if scenario is None else scenario.value for scenario in dataset.scenario]
     return pd.DataFrame(frame | {name: list(values) for name, values in dataset.extra.items()})
 
@@ -126,8 +115,8 @@ def from_frame(frame: pd.DataFrame, **options: Any) -> ImpactDataset:
         columns[name] = [None if absent else cell for cell, absent in zip(columns[name], missing, strict=True)]
     if "censored" in columns and columns["censored"].dtype != bool:
         columns["censored"] = [_truth(str(cell), "data frame", i + 1) for i, cell in enumerate(columns["censored"])]
-    known: dict[str, Any] = {arg: columns[column] for column, arg in _COLUMNS.items() if column in columns}
-    extra = {name: [str(cell) for cell in cells] for name, cells in columns.items() if name not in _COLUMNS}
+    known: dict[str, Any] = {arg: columns[column] for column, arg in COLUMNS.items() if column in columns}
+    extra = {name: [str(cell) for cell in cells] for name, cells in columns.items() if name not in COLUMNS}
     return ImpactDataset.from_arrays(**known, extra=extra, **options)
 
 
@@ -155,6 +144,10 @@ def _read_columns(content: bytes, file: str) -> tuple[dict[str, list[str]], list
     if not records:
         raise TableError("found no header, expected the columns " + ", ".join(_REQUIRED), file=file)
     (header_row, header), *body = records
+    while header and not header[-1] and all(len(record) == len(header) and not record[-1] for _, record in body):
+        header.pop()  # empty columns at the end, as spreadsheets write them
+        for _, record in body:
+            record.pop()
     _require_columns(header, file, header_row)
     for row, record in body:
         if len(record) != len(header):
@@ -183,7 +176,7 @@ def _require_columns(header: Sequence[str], file: str, row: int | None = None) -
             )
     for name in _REQUIRED:
         if name not in header:
-            unknown = [column for column in header if column not in _COLUMNS]
+            unknown = [column for column in header if column not in COLUMNS]
             near = difflib.get_close_matches(name, unknown, n=1, cutoff=0.6)
             similar = f"; {near[0]!r} may be it: convert to the unit in the name and rename it" if near else ""
             if len(header) == 1:
@@ -201,13 +194,13 @@ def _meant(name: str) -> str:
 
     A saturated or clamping impact in a column that nobody reads would be taken for a good one.
     """
-    if name in _COLUMNS:
+    if name in COLUMNS:
         return ""
     plain = re.sub(r"[^a-z0-9]", "", name.lower())
-    for column in _COLUMNS:
+    for column in COLUMNS:
         known = re.sub(r"[^a-z0-9]", "", column.lower())
         slip = difflib.SequenceMatcher(None, plain, known).ratio() > 0.85 and column not in _REQUIRED
-        if plain == known or slip or (column in _DECISIVE and _DECISIVE[column] in plain):
+        if plain == known or slip or any(word in plain for word in _DECISIVE.get(column, ())):
             return column
     return ""
 
@@ -230,8 +223,8 @@ def _decimal_points(columns: dict[str, list[str]], rows: list[int], file: str) -
 
 def _arguments(columns: Mapping[str, list[str]], rows: list[int], file: str) -> dict[str, Any]:
     """Arguments of ImpactDataset.from_arrays from the text of the columns."""
-    arguments: dict[str, Any] = {"extra": {n: c for n, c in columns.items() if n not in _COLUMNS}}
-    for column, argument in _COLUMNS.items():
+    arguments: dict[str, Any] = {"extra": {n: c for n, c in columns.items() if n not in COLUMNS}}
+    for column, argument in COLUMNS.items():
         if column not in columns:
             continue
         cells = columns[column]
@@ -270,7 +263,7 @@ def _truth(cell: str, file: str, row: int) -> bool:
 def _cells(dataset: ImpactDataset) -> dict[str, list[str]]:
     """Text of every column to write; optional columns only where they say something."""
     columns: dict[str, list[str]] = {}
-    for column, name in _COLUMNS.items():
+    for column, name in COLUMNS.items():
         values = getattr(dataset, name)
         if column in _NUMBERS:
             cells = ["" if math.isnan(value) else repr(value) for value in values.tolist()]

@@ -24,14 +24,19 @@ class PhaseTwo:
         Impacts of which neither scenario nor Phase II force is known.
     largest_force : float
         Largest Phase II force [N]; NaN if none was recorded.
+    above_peak : int
+        Impacts whose Phase II force exceeds their Phase I peak.
     """
 
     scenarios: Mapping[ContactScenario, int] = field(default_factory=dict)
     unrecorded: int = 0
     largest_force: float = math.nan
+    above_peak: int = 0
 
     @classmethod
-    def of(cls, scenario: NDArray[np.object_], phase2_force: NDArray[np.float64]) -> PhaseTwo:
+    def of(
+        cls, scenario: NDArray[np.object_], phase2_force: NDArray[np.float64], peak_force: NDArray[np.float64]
+    ) -> PhaseTwo:
         """Count contact scenarios (None is not recorded) and forces [N] (NaN is not recorded), shape (n,)."""
         recorded = [each for each in scenario if each is not None]
         forces = phase2_force[~np.isnan(phase2_force)]
@@ -39,6 +44,7 @@ class PhaseTwo:
             scenarios={each: recorded.count(each) for each in ContactScenario if each in recorded},
             unrecorded=sum(each is None for each in scenario[np.isnan(phase2_force)]),
             largest_force=float(forces.max()) if forces.size else math.nan,
+            above_peak=int(np.sum(phase2_force > peak_force)),
         )
 
     @property
@@ -69,6 +75,15 @@ class PhaseTwo:
                 f"may exceed the quasi-static limit of {quasi_static_limit:g} N"
             )
         return "; ".join(reasons)
+
+    def quasi_static_refusal(self, quasi_static_limit: float, device_error: float) -> str:
+        """Why a map of Phase I peaks cannot confirm the quasi-static limit [N]; empty if nothing speaks against it."""
+        if self.above_peak and self.largest_force + device_error > quasi_static_limit:
+            return (
+                f"Phase II forces, up to {self.largest_force:.1f} N, exceed the Phase I peaks the map is fitted to "
+                f"(impacts: {self.above_peak})"
+            )
+        return ""
 
     def statement(self) -> str:
         """One line for the assumptions of a speed."""

@@ -27,6 +27,12 @@ class StateTolerance:
         if not (0 < self.place < np.inf and 0 < self.speed < np.inf):
             raise InputError(f"state tolerance: found {self.place:g} m and {self.speed:g} m/s, expected positive")
 
+    @classmethod
+    def stated(cls, place: float, speed: float) -> StateTolerance:
+        """The tolerance [m], [m/s]; the default where a figure is NaN."""
+        usual = cls()
+        return cls(usual.place if np.isnan(place) else place, usual.speed if np.isnan(speed) else speed)
+
     @property
     def scale(self) -> FloatArray:
         """The tolerance of (distance, height, speed), a hair widened so that an equal difference is within it."""
@@ -51,6 +57,8 @@ class States:
         Number of uncensored and of censored repeats.
     at_least : array
         Largest force the censored repeats reached at least [N]; NaN where none is censored.
+    highest : array
+        Largest force of the uncensored repeats [N]; NaN where all are censored.
     """
 
     name: tuple[str, ...]
@@ -62,6 +70,7 @@ class States:
     impacts: NDArray[np.int64]
     censored: NDArray[np.int64]
     at_least: FloatArray
+    highest: FloatArray
 
     @classmethod
     def of(
@@ -78,8 +87,6 @@ class States:
         names, index = np.unique(name[order], return_inverse=True)
         measured = ~censored[order]
         force = peak_force[order]
-        at_least = np.full(names.size, -np.inf)
-        np.maximum.at(at_least, index[~measured], force[~measured])
         states = cls(
             tuple(names.tolist()),
             distance=_means(distance[order], index, names.size),
@@ -89,7 +96,8 @@ class States:
             log_force=_means(np.log(force[measured]), index[measured], names.size),
             impacts=np.bincount(index[measured], minlength=names.size),
             censored=np.bincount(index[~measured], minlength=names.size),
-            at_least=np.where(np.isinf(at_least), np.nan, at_least),
+            at_least=_largest(force[~measured], index[~measured], names.size),
+            highest=_largest(force[measured], index[measured], names.size),
         )
         return states.select(np.lexsort((states.speed, states.height, states.distance)))
 
@@ -197,7 +205,8 @@ def _refuse_wide_states(
         position = int(member[::-1][away[::-1].argmax()])
         unit = ("m", "m", "m/s")[axis]
         remedy = (
-            "impacts that lie closer than this form a chain: add a state_id column or lower the tolerance"
+            "impacts that lie closer than this form a chain: add a state_id column or lower the tolerance "
+            "([states] in campaign.toml)"
             if found
             else f"is this row of state {str(names[state])!r}?"
         )
@@ -218,29 +227,34 @@ def _refuse_copies(
 ) -> None:
     """Refuse names that do not group repeats: as independent states they would make the bound too low.
 
-    Two states of one role within a tenth of the tolerance are one state under two names; and if a quarter of the
-    states have another within the tolerance, repeats were named one by one.
+    Two states within a tenth of the tolerance are one state under two names, and it cannot both train and test the
+    map; and if a quarter of the states have another of their role within the tolerance, repeats were named one by one.
     """
     from scipy.spatial import cKDTree
 
     first = np.unique(index, return_index=True)[1]
     means = np.column_stack([_means(coordinates[:, axis], index, names.size) for axis in range(3)])
-    for kind in ("train", "test"):
-        member = np.flatnonzero(role[first] == kind)
-        if member.size < 2:
-            continue
-        scaled = means[member] / tolerance.scale
-        pairs = cKDTree(scaled).query_pairs(1.0, p=np.inf, output_type="ndarray")
-        apart = np.abs(scaled[pairs[:, 0]] - scaled[pairs[:, 1]]).max(axis=1)
-        crowded = 4 * np.unique(pairs).size > member.size and len(pairs) > 1
-        for one, other in member[pairs[apart <= (1.0 if crowded else 0.1)][:1]]:
-            raise where.error(
-                int(first[max(one, other)]),
-                "state_id",
-                f"found states {str(names[one])!r} and {str(names[other])!r} at the same distance, height and speed, "
-                "expected one state_id for all repeats of a state (they share its error); "
-                "if they are meant to differ, lower the tolerance",
-            )
+    scaled = means / tolerance.scale
+    pairs = cKDTree(scaled).query_pairs(1.0, p=np.inf, output_type="ndarray")
+    apart = np.abs(scaled[pairs[:, 0]] - scaled[pairs[:, 1]]).max(axis=1)
+    kind = role[first]
+    alike = kind[pairs[:, 0]] == kind[pairs[:, 1]]
+    crowded = 4 * np.unique(pairs[alike]).size > names.size and alike.sum() > 1
+    for one, other in pairs[(apart <= 0.1) | (alike & crowded)][:1]:
+        raise where.error(
+            int(first[max(one, other)]),
+            "state_id",
+            f"found states {str(names[one])!r} and {str(names[other])!r} at the same distance, height and speed, "
+            "expected one state_id for all repeats of a state (they share its error); "
+            "if they are meant to differ, lower the tolerance ([states] in campaign.toml)",
+        )
+
+
+def _largest(values: FloatArray, index: NDArray[np.int64], size: int) -> FloatArray:
+    """Largest value by group, NaN for an empty one."""
+    largest = np.full(size, -np.inf)
+    np.maximum.at(largest, index, values)
+    return np.where(np.isinf(largest), np.nan, largest)
 
 
 def _means(values: FloatArray, index: NDArray[np.int64], size: int) -> FloatArray:

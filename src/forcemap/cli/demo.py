@@ -140,13 +140,11 @@ def _summary(assessment: Assessment, masses: dict[str, float]) -> list[str]:
         f"bound: {assessment.bound}",
     ]
     for contact, speeds in assessment.speed_maps.items():
-        newtons = assessment.limit.force(contact)
-        standard = pfl_speed_limit(newtons, **masses)
         lines += [
             "",
             f"{limit_words(assessment.limit, contact)}",
             *speed_map_lines(speeds),
-            f"the standard's contact model: {floor_speed(standard)} m/s everywhere, not confirmed by any measurement",
+            f"the standard's contact model: {_standard(assessment, contact, masses)}",
         ]
         lines += next_lines(speeds)
     return [
@@ -164,7 +162,6 @@ def _in_short(assessment: Assessment, masses: dict[str, float]) -> list[str]:
     lines = ["In short"]
     for contact, speeds in assessment.speed_maps.items():
         newtons = assessment.limit.force(contact)
-        standard = floor_speed(pfl_speed_limit(newtons, **masses))
         confirmed = speeds.counts["admissible"] + speeds.counts["capped"]
         if confirmed and speeds.fastest:
             slowest = floor_speed(float(np.nanmin(speeds.speeds.speed)))
@@ -172,7 +169,17 @@ def _in_short(assessment: Assessment, masses: dict[str, float]) -> list[str]:
             found += f"{floor_speed(speeds.fastest[2])} m/s"
         else:
             found = "no place confirmed by what was measured"
-        lines.append(
-            f"  {newtons:g} N, {contact}: {found}; the standard's contact model says {standard} m/s everywhere"
-        )
+        lines += [
+            f"  {newtons:g} N, {contact}: {found}",
+            f"    the standard's contact model: {_standard(assessment, contact, masses)}",
+        ]
     return lines
+
+
+def _standard(assessment: Assessment, contact: Contact, masses: dict[str, float]) -> str:
+    """What the standard's contact model says, and what speaks against it."""
+    speed = floor_speed(pfl_speed_limit(assessment.limit.force(contact), **masses))
+    found = f"{speed} m/s everywhere, not confirmed by any measurement"
+    error = assessment.dataset.conditions.device.error_or_default
+    why = assessment.dataset.phase_two.transient_refusal(assessment.limit.quasi_static, error)
+    return f"{found}; no transient limit may be used: {why}" if why and contact is Contact.TRANSIENT else found

@@ -15,8 +15,10 @@ from forcemap.errors import InputError
 
 FloatArray = NDArray[np.float64]
 
-# Below these a figure is in another unit, and the speed would come out too high.
+# Beyond these a figure is in another unit, and the speed would come out too high.
 _LEAST_MASS = 0.01  # [kg]
+_LARGEST_AREA = 0.05  # [m^2]
+_LARGEST_FORCE = 1e5  # [N]
 _LEAST_STIFFNESS = 1000.0  # [N/m]; the softest body region has 10 N/mm
 
 
@@ -108,7 +110,7 @@ def pfl_speed_limit(max_force: ArrayLike, *, robot_mass: ArrayLike, body_mass: A
     >>> round(pfl_speed_limit(140.0, robot_mass=15.0, body_mass=math.inf, stiffness=75e3), 4)
     0.132
     """
-    force = _positive("force limit", max_force, "newtons")
+    force = _positive("force limit", max_force, "newtons", most=_LARGEST_FORCE)
     return _result(force / _force_per_speed(robot_mass, body_mass, stiffness))
 
 
@@ -142,7 +144,7 @@ def pfl_pressure_speed_limit(
         A figure outside its range.
     """
     pressure = _positive("pressure limit", max_pressure, "pascals")
-    area = _positive("contact area", contact_area, "square metres")
+    area = _positive("contact area", contact_area, "square metres (1 cm^2 is 0.0001 m^2)", most=_LARGEST_AREA)
     return _result(pressure * area / _force_per_speed(robot_mass, body_mass, stiffness))
 
 
@@ -185,11 +187,11 @@ def _force_per_speed(robot_mass: ArrayLike, body_mass: ArrayLike, stiffness: Arr
     return np.asarray(np.sqrt(k / (1 / robot + 1 / body)))
 
 
-def _positive(name: str, value: ArrayLike, unit: str, least: float = 0.0) -> FloatArray:
+def _positive(name: str, value: ArrayLike, unit: str, least: float = 0.0, most: float = np.inf) -> FloatArray:
     array = np.asarray(value, dtype=np.float64)
-    if not np.all((array > 0) & (array >= least) & (array < np.inf)):
+    if np.ma.is_masked(value) or not np.all((array > 0) & (array >= least) & (array <= most) & (array < np.inf)):
         floor = f"at least {least:g}" if least else "above 0"
-        raise InputError(f"{name}: expected {unit}, {floor} and finite")
+        raise InputError(f"{name}: expected {unit}, {floor} and {f'at most {most:g}' if most < np.inf else 'finite'}")
     return array
 
 

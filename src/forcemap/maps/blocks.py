@@ -8,6 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from forcemap.errors import InputError
+
 FloatArray = NDArray[np.float64]
 
 BLOCK = 65536
@@ -22,6 +24,8 @@ def in_blocks(function: Callable[..., FloatArray], *arguments: ArrayLike) -> Any
 
     Scalars in, a float out; the result does not depend on how the arrays are cut.
     """
+    if any(np.ma.is_masked(argument) for argument in arguments):
+        raise InputError("found masked entries, expected numbers")
     arrays = [np.asarray(argument, dtype=np.float64) for argument in arguments]
     shape = np.broadcast_shapes(*(array.shape for array in arrays))
     if not shape:

@@ -56,6 +56,7 @@ def fit_force_map(dataset: ImpactDataset, *, form: Form = CFM_3D) -> ForceMap:
     _refuse_noise(form, states, dataset.tolerance)
     fit = Fit(
         states=states,
+        test=dataset.test.states,
         left_out=train.states.select(train.states.impacts == 0),
         between_states=between_states,
         over_samples=least_squares(samples, np.log(measured.peak_force)),

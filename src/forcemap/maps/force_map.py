@@ -31,6 +31,8 @@ class Fit:
         The measured states, each with at least one uncensored impact.
     left_out : States
         States whose impacts were all censored.
+    test : States
+        States with role test: not fitted, but what they measured may contradict a speed.
     between_states : Regression
         Fit of the state means of ln F: the honest standard errors and p values.
     over_samples : Regression or None
@@ -44,6 +46,7 @@ class Fit:
 
     states: States
     left_out: States
+    test: States
     between_states: Regression
     over_samples: Regression | None = None
     states_found: str = ""
@@ -208,7 +211,7 @@ class ForceMap:
 
     def _force(self, distance: FloatArray, height: FloatArray, speed: FloatArray) -> FloatArray:
         (profile,) = self.form.speed_profiles(self.coefficients[None], distance, height)
-        with np.errstate(over="ignore"):
+        with np.errstate(over="ignore", invalid="ignore"):
             return np.asarray(np.exp(profile(speed)))
 
     def _crossing_speed(self, distance: FloatArray, height: FloatArray, force: FloatArray) -> FloatArray:
@@ -219,6 +222,7 @@ class ForceMap:
         assert self.fit is not None
         rows = self.fit.between_states.inverse_triangle.T  # x'(X'X)^-1 x = |R^-T x|^2
         leverage = np.zeros(np.broadcast_shapes(distance.shape, height.shape, speed.shape))
-        for profile in self.form.speed_profiles(rows, distance, height):
-            leverage += np.square(profile(speed))
+        with np.errstate(over="ignore", invalid="ignore"):
+            for profile in self.form.speed_profiles(rows, distance, height):
+                leverage += np.square(profile(speed))
         return leverage

@@ -31,6 +31,7 @@ _STATE_COLUMNS = {
     "impacts": "impacts",
     "censored": "censored",
     "at_least_N": "at_least",
+    "highest_N": "highest",
 }
 
 
@@ -70,7 +71,7 @@ def read_map(path: str | Path) -> ForceMap:
         raise MapFileError(error.message, file=file, column=error.column) from None
     except KeyError as error:
         raise MapFileError("the entry is missing", file=file, column=str(error.args[0])) from None
-    except (ForcemapError, TypeError, ValueError, AttributeError, IndexError) as error:
+    except (ForcemapError, TypeError, ValueError, AttributeError, IndexError, OverflowError) as error:
         raise MapFileError(f"an entry cannot be used: {error}", file=file) from None
 
 
@@ -103,6 +104,7 @@ def _to_content(force_map: ForceMap) -> dict[str, Any]:
             "scenarios": {scenario.value: n for scenario, n in force_map.phase_two.scenarios.items()},
             "unrecorded": force_map.phase_two.unrecorded,
             "largest_force_N": _null(force_map.phase_two.largest_force),
+            "above_peak": force_map.phase_two.above_peak,
         },
         "device_range_N": _null(force_map.device_range),
         "campaign": force_map.conditions.to_tables(),
@@ -115,6 +117,7 @@ def _to_content(force_map: ForceMap) -> dict[str, Any]:
     return content | {
         "measured_states": _states_to_columns(fit.states),
         "states_left_out": _states_to_columns(fit.left_out),
+        "test_states": _states_to_columns(fit.test),
         "fit": {
             "states": len(fit.states),
             "samples": fit.samples,
@@ -144,6 +147,7 @@ def _from_content(content: dict[str, Any]) -> ForceMap:
         fit = Fit(
             states=states,
             left_out=_states_from_columns(content["states_left_out"]),
+            test=_states_from_columns(content["test_states"]),
             # R^-1 again from the states; the coefficients to the last bit as they were written
             between_states=replace(least_squares(design, states.log_force), coefficients=coefficients),
             states_found=str(statistics["states_found"]),
@@ -160,6 +164,7 @@ def _from_content(content: dict[str, Any]) -> ForceMap:
             {ContactScenario(name): int(n) for name, n in phase_two["scenarios"].items()},
             int(phase_two["unrecorded"]),
             _nan(phase_two["largest_force_N"]),
+            int(phase_two["above_peak"]),
         ),
         conditions=Conditions.from_tables(content["campaign"]),
         device_range=_nan(content["device_range_N"]),
