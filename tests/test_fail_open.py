@@ -227,3 +227,141 @@ def test_a_bound_that_is_none(bound):
 def test_places_that_are_none(place):
     with pytest.raises(fm.InputError, match="place"):
         fm.safe_speed(fm.published_map("ur10e"), *place, limit=280.0, bound=fm.FixedMargin())
+
+
+def campaign_with(extra_force, *, censored, role):
+    """The 27 training states of the KUKA map, three repeats, and extra impacts at (0.71, 0.30, 0.22 m/s)."""
+    rng = np.random.default_rng(7)
+    points = training_grid("kuka-iiwa7-10nm")
+    force = printed_force("kuka-iiwa7-10nm", *points.T) * np.exp(rng.normal(0, 0.02, 27))
+    rows = [(*p, f, f > 499, "train", f"s{i}") for i, (p, f) in enumerate(zip(points, force, strict=True))] * 3
+    rows += [(0.71, 0.30, 0.22, f, c, role, "extra") for f, c in zip(extra_force, censored, strict=True)]
+    names = ("distance", "height", "speed", "peak_force", "censored", "role", "state")
+    columns = dict(zip(names, zip(*rows, strict=True), strict=True))
+    columns["peak_force"] = np.minimum(columns["peak_force"], 500.0)
+    return fm.fit_force_map(fm.ImpactDataset.from_arrays(**columns))
+
+
+@pytest.mark.parametrize(
+    ("force", "censored", "role"),
+    [
+        ([210.0, 500.0, 500.0], [False, True, True], "train"),
+        ([210.0, 500.0, 500.0], [False, True, True], "test"),
+        ([500.0], [True], "test"),
+    ],
+)
+def test_any_censored_impact_at_the_place_contradicts(force, censored, role):
+    found = fm.safe_speed(
+        campaign_with(force, censored=censored, role=role), 0.71, 0.30, limit=300.0, bound=fm.ToleranceBound()
+    )
+    assert found.outcome is fm.SpeedOutcome.UNCONFIRMED
+    assert "extra" in found.reason
+
+
+def test_a_measured_impact_beyond_the_limit_stands_in_the_reason(tmp_path):
+    force_map = campaign_with([450.0], censored=[False], role="test")
+    found = fm.safe_speed(force_map, 0.71, 0.30, limit=300.0, bound=fm.ToleranceBound())
+    assert "state extra measured 450 N" in found.reason
+    fm.write_map(force_map, tmp_path / "map.json")
+    again = fm.safe_speed(fm.read_map(tmp_path / "map.json"), 0.71, 0.30, limit=300.0, bound=fm.ToleranceBound())
+    assert (again.reason, again.speed) == (found.reason, found.speed)
+
+
+def test_scattered_repeats_and_a_shared_highest_force_are_said():
+    points = training_grid("kuka-iiwa7-10nm")
+    force = printed_force("kuka-iiwa7-10nm", *points.T)
+    d, h, v = np.repeat(points, 3, axis=0).T
+    scattered = np.repeat(force, 3) * np.tile([0.8, 1.0, 1.2], 27)
+    force_map = fm.fit_force_map(fm.ImpactDataset.from_arrays(distance=d, height=h, speed=v, peak_force=scattered))
+    found = fm.safe_speed(force_map, 0.75, 0.35, limit=300.0, bound=fm.ToleranceBound())
+    assert any("27 states" in line and "5 %" in line for line in found.statements)
+    d, h, v = points.T
+    clipped = fm.ImpactDataset.from_arrays(distance=d, height=h, speed=v, peak_force=np.minimum(force, 300.0))
+    found = fm.safe_speed(fm.fit_force_map(clipped), 0.75, 0.35, limit=200.0, bound=fm.ToleranceBound())
+    assert any("saturated?" in line for line in found.statements)
+    assert "device range not stated" in found.statements
+
+
+def test_quasi_static_speeds_need_peaks_that_hold_phase_two():
+    d, h, v = training_grid("kuka-iiwa7-10nm").T
+    arrays = {"distance": d, "height": h, "speed": v, "scenario": ["clamping"] * 27}
+    peaks = printed_force("kuka-iiwa7-10nm", d, h, v) / 4
+    for phase2, allowed in ((300.0, False), (0.6 * peaks, True)):
+        dataset = fm.ImpactDataset.from_arrays(**arrays, peak_force=peaks, phase2_force=np.broadcast_to(phase2, 27))
+        found = fm.safe_speed(
+            fm.fit_force_map(dataset), 0.71, 0.30, limit=HAND, contact="quasi-static", bound=fm.ToleranceBound()
+        )
+        assert found.outcome.has_speed == allowed
+
+
+def test_selections_keep_what_is_known_of_phase_two():
+    dataset = fm.ImpactDataset.from_arrays(
+        distance=[0.5, 0.6], height=[0.2, 0.2], speed=[0.2, 0.2], peak_force=[100, 100], role=["train", "test"],
+        scenario=["unconstrained", "clamping"],
+    )  # fmt: skip
+    kept = dataset.select(dataset.role == "train")
+    assert fm.ContactScenario.WITH_CLAMPING in kept.phase_two.scenarios
+    for index in (np.array([0]), np.array([True])):
+        with pytest.raises(fm.InputError, match="mask"):
+            dataset.select(index)
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda: fm.pfl_pressure_speed_limit(1.9e6, contact_area=1.0, robot_mass=15, body_mass=math.inf, stiffness=75e3),
+        lambda: fm.pfl_speed_limit(1e9, robot_mass=15, body_mass=math.inf, stiffness=75e3),
+        lambda: fm.pfl_speed_limit(
+            np.ma.masked_array([140.0, 1e4], [False, True]), robot_mass=15, body_mass=math.inf, stiffness=75e3
+        ),
+        lambda: fm.published_map("ur10e").predict(np.ma.masked_array([0.8, 0.7], [False, True]), 0.4, 0.3),
+        lambda: fm.speed_map(
+            fm.published_map("ur10e"), np.ma.masked_array([0.8, 0.7], [False, True]), 0.4, limit=280.0,
+            bound=fm.FixedMargin(),
+        ),
+    ],
+)  # fmt: skip
+def test_figures_in_another_unit_and_masked_entries(call):
+    with pytest.raises(fm.InputError):
+        call()
+
+
+@pytest.mark.parametrize(
+    "column", ["saturated", "over_range", "clipped", "overload", "clamping", "phaseII_N", "zensiert"]
+)
+def test_columns_that_would_decide_are_not_passed_over(tmp_path, column):
+    path = tmp_path / "impacts.csv"
+    path.write_text(f"distance_m,height_m,speed_mps,peak_force_N,{column}\n0.5,0.2,0.25,200,yes\n")
+    with pytest.raises(TableError):
+        fm.read_dataset(path)
+
+
+def test_a_flag_that_says_saturated_needs_a_censored_mark():
+    arrays = {"distance": [0.5], "height": [0.2], "speed": [0.2], "peak_force": [300.0], "flags": ["saturated"]}
+    with pytest.raises(TableError, match="censored"):
+        fm.ImpactDataset.from_arrays(**arrays)
+    assert fm.ImpactDataset.from_arrays(**arrays, censored=[True]).censored.all()
+
+
+def test_a_test_state_may_not_be_a_training_state_under_another_name():
+    with pytest.raises(TableError, match="one state_id"):
+        fm.ImpactDataset.from_arrays(
+            distance=[0.5, 0.5], height=[0.2] * 2, speed=[0.2] * 2, peak_force=[100, 101], state=["a", "b"],
+            role=["train", "test"],
+        )  # fmt: skip
+
+
+def test_the_tolerance_of_states_stands_in_campaign_toml(tmp_path):
+    (tmp_path / "impacts.csv").write_text(
+        "distance_m,height_m,speed_mps,peak_force_N\n0.5,0.2,0.200,100\n0.5,0.2,0.208,104\n0.5,0.2,0.216,108\n"
+    )
+    with pytest.raises(TableError, match=r"campaign\.toml"):
+        fm.read_dataset(tmp_path)
+    (tmp_path / "campaign.toml").write_text('schema = "forcemap-campaign/1"\n[states]\ntolerance_mps = 0.004\n')
+    assert len(fm.read_dataset(tmp_path).states) == 3
+
+
+def test_empty_columns_at_the_end_are_dropped(tmp_path):
+    path = tmp_path / "impacts.csv"
+    path.write_text("distance_m,height_m,speed_mps,peak_force_N,,\n0.5,0.2,0.25,200,,\n0.6,0.2,0.25,200,,\n")
+    assert len(fm.read_dataset(path)) == 2
