@@ -13,7 +13,9 @@ Indices = NDArray[np.int64]
 CELLS = 128
 """Cells an interval is cut into; a suspicious cell is cut again."""
 
-_FRACTIONS = np.linspace(0.0, 1.0, CELLS + 1)
+_FINE = np.linspace(0.0, 1.0, CELLS + 1)
+_COARSE = np.linspace(0.0, 1.0, 17)
+_ROUNDS = 5  # 16 to the power 5: a millionth of a second-level cell
 
 
 def first_exceedance(
@@ -26,7 +28,7 @@ def first_exceedance(
 
     The interval is sampled in cells. A cell is sampled again if an end exceeds the level, or if the function may
     turn inside it, as twice the second differences tell, and its bulge exceeds the level; the exceedance found is
-    bisected. What the second sampling cannot settle counts as an exceedance. For a parabola the second differences
+    narrowed down. What the second sampling cannot settle counts as an exceedance. For a parabola the second differences
     are exact, so pass the logarithm of a force: ln F is a polynomial of low degree in v or ln v.
 
     Parameters
@@ -45,26 +47,26 @@ def first_exceedance(
         The first is NaN where the function exceeds the level at `start`; the second NaN where it never does.
     """
     places = np.arange(start.size)
-    arguments, values = _sample(function, places, start, stop)
+    arguments, values = _sample(function, places, start, stop, _FINE)
     refused = ~(values[:, 0] <= level)
     certain, suspicious = _cells(values, level)
     first_certain = np.where(certain.any(axis=1), certain.argmax(axis=1), CELLS)
     suspicious &= (np.arange(CELLS) <= first_certain[:, None]) & ~refused[:, None]
 
     place, cell = np.nonzero(suspicious)
-    finer, finer_values = _sample(function, place, arguments[place, cell], arguments[place, cell + 1])
+    finer, finer_values = _sample(function, place, arguments[place, cell], arguments[place, cell + 1], _FINE)
     certain, suspicious = _cells(finer_values, level[place])
     exceeds = suspicious.any(axis=1)
     place, at = np.unique(place[exceeds], return_index=True)  # the first exceeding cell of each place
     pair = np.flatnonzero(exceeds)[at]
     cell = suspicious[pair].argmax(axis=1)
     below, above = finer[pair, cell], finer[pair, cell + 1]
-    is_certain = certain[pair, cell]
-    for _ in range(30):
-        middle = 0.5 * (below + above)
-        within = function(place, middle[:, None])[:, 0] <= level[place]
-        below = np.where(is_certain & within, middle, below)
-        above = np.where(is_certain & ~within, middle, above)
+    crossed = np.flatnonzero(certain[pair, cell])
+    row = np.arange(crossed.size)
+    for _ in range(_ROUNDS):  # a cell at whose far end the level is exceeded: cut again and again
+        arguments, values = _sample(function, place[crossed], below[crossed], above[crossed], _COARSE)
+        cell = (~(values[:, 1:] <= level[place[crossed], None])).argmax(axis=1)
+        below[crossed], above[crossed] = arguments[row, cell], arguments[row, cell + 1]
 
     last = np.where(refused, np.nan, stop)
     following = np.full(start.size, np.nan)
@@ -73,9 +75,13 @@ def first_exceedance(
 
 
 def _sample(
-    function: Callable[[Indices, FloatArray], FloatArray], place: Indices, start: FloatArray, stop: FloatArray
+    function: Callable[[Indices, FloatArray], FloatArray],
+    place: Indices,
+    start: FloatArray,
+    stop: FloatArray,
+    fractions: FloatArray,
 ) -> tuple[FloatArray, FloatArray]:
-    arguments = start[:, None] + (stop - start)[:, None] * _FRACTIONS
+    arguments = start[:, None] + (stop - start)[:, None] * fractions
     arguments[:, -1] = stop
     return arguments, function(place, arguments)
 
