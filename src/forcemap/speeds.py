@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from decimal import ROUND_FLOOR, Decimal
 from enum import StrEnum
@@ -241,15 +241,18 @@ def _safe_speed(
     outcome[:], reason[:] = SpeedOutcome.OUTSIDE, _REASONS[SpeedOutcome.OUTSIDE]
     inside = np.flatnonzero(~np.isnan(low))
 
-    def log_bound(place: NDArray[np.int64], v: FloatArray) -> FloatArray:
-        at = inside[place][:, None]
-        return np.asarray(np.log(np.clip(bound.upper(force_map, d[at], h[at], v), 1e-300, 1e300)))
+    def log_bound(places: NDArray[np.int64]) -> Callable[[NDArray[np.int64], FloatArray], FloatArray]:
+        def values(place: NDArray[np.int64], v: FloatArray) -> FloatArray:
+            at = places[place][:, None]
+            return np.asarray(np.log(np.clip(bound.upper(force_map, d[at], h[at], v), 1e-300, 1e300)))
+
+        return values
 
     if refusal:
         outcome[inside] = SpeedOutcome.UNCONFIRMED
         reason[inside] = refusal
     else:
-        last, following = first_exceedance(log_bound, low[inside], high[inside], np.log(limit[inside]))
+        last, following = first_exceedance(log_bound(inside), low[inside], high[inside], np.log(limit[inside]))
         unconfirmed, capped = np.isnan(last), np.isnan(following)
         speed[inside] = last
         for kind, mask in (
@@ -259,12 +262,13 @@ def _safe_speed(
         ):
             outcome[inside[mask]] = kind
             reason[inside[mask]] = _REASONS[kind]
-        for where, why in _contradictions(force_map, d, h, limit, speed):
-            outcome[where], reason[where], speed[where] = SpeedOutcome.UNCONFIRMED, why, np.nan
-        for where, why in _exceedances(force_map, d, h, limit, speed):
-            reason[where] = [f"{each}; {why}" for each in reason[where]]
-        inside = inside[unconfirmed]
-        hint[inside] = _extrapolated(log_bound, low[inside], limit[inside])
+        for state, where in _measured_beyond(force_map, d, h, limit, speed, "at_least"):
+            outcome[where], speed[where] = SpeedOutcome.UNCONFIRMED, np.nan
+            reason[where] = f"state {state}: the map is wrong here"
+        for state, where in _measured_beyond(force_map, d, h, limit, speed, "highest"):
+            reason[where] = [f"{why}; but state {state}" for why in reason[where]]
+        slower = inside[unconfirmed]
+        hint[slower] = _extrapolated(log_bound(slower), low[slower], limit[slower])
     with_speed = np.flatnonzero(~np.isnan(speed))
     predicted, bounded = np.full((2, d.size), np.nan)
     predicted[with_speed] = force_map.predict(d[with_speed], h[with_speed], speed[with_speed])
@@ -272,39 +276,29 @@ def _safe_speed(
     return speed, outcome, hint, low, high, predicted, bounded, reason
 
 
-def _contradictions(
-    force_map: ForceMap, d: FloatArray, h: FloatArray, limit: FloatArray, speed: FloatArray
-) -> Iterator[tuple[NDArray[np.bool_], str]]:
-    """Speeds at or above that of a censored impact at the same place: the fit left it out, but it was measured."""
-    for name, v_state, at_least, here in _states_here(force_map, d, h, "at_least"):
-        why = f"state {name} reached at least {at_least:g} N at this place at {v_state:g} m/s: the map is wrong here"
-        yield here & (speed >= v_state) & (limit < at_least), why
+def _measured_beyond(
+    force_map: ForceMap, d: FloatArray, h: FloatArray, limit: FloatArray, speed: FloatArray, force: str
+) -> Iterator[tuple[str, NDArray[np.bool_]]]:
+    """States of the campaign, test ones too, whose `at_least` or `highest` force contradicts speeds at their place.
 
-
-def _exceedances(
-    force_map: ForceMap, d: FloatArray, h: FloatArray, limit: FloatArray, speed: FloatArray
-) -> Iterator[tuple[NDArray[np.bool_], str]]:
-    """Speeds at or above that of a measured impact beyond the limit at the same place: the bound allows for some."""
-    for name, v_state, highest, here in _states_here(force_map, d, h, "highest"):
-        why = f"but state {name} measured {highest:g} N at this place at {v_state:g} m/s"
-        yield here & (speed >= v_state) & (limit < highest), why
-
-
-def _states_here(
-    force_map: ForceMap, d: FloatArray, h: FloatArray, force: str
-) -> Iterator[tuple[str, float, float, NDArray[np.bool_]]]:
-    """Name, speed and force of every state of the campaign, test ones too, and which places are its own."""
+    At a speed not above the one given they exceeded the limit. The fit does not know of censored impacts, so those
+    refuse the speed; of measured ones the bound allows for some.
+    """
     if force_map.fit is None:
         return
+    words = {"at_least": "reached at least", "highest": "measured"}[force]
     for states in (force_map.fit.states, force_map.fit.left_out, force_map.fit.test):
         figures = (states.name, states.distance, states.height, states.speed, getattr(states, force))
         for name, d_state, h_state, v_state, newtons in zip(*figures, strict=True):
             here = (np.abs(d - d_state) <= _SAME_PLACE) & (np.abs(h - h_state) <= _SAME_PLACE)
-            if here.any() and not np.isnan(newtons):
-                yield name, v_state, newtons, here
+            where = here & (speed >= v_state) & (limit < newtons)
+            if where.any():
+                yield f"{name} {words} {newtons:g} N at this place at {v_state:g} m/s", where
 
 
-def _extrapolated(log_bound: Any, lowest: FloatArray, limit: FloatArray) -> FloatArray:
+def _extrapolated(
+    log_bound: Callable[[NDArray[np.int64], FloatArray], FloatArray], lowest: FloatArray, limit: FloatArray
+) -> FloatArray:
     """Going down from the lowest measured speed, where the bound first falls below the limit; 0 if it never does."""
 
     def depth(place: NDArray[np.int64], below: FloatArray) -> FloatArray:
@@ -328,22 +322,22 @@ def _warnings(force_map: ForceMap, bound: Bound) -> list[str]:
             f"the tolerance bound exceeds prediction + 10 % at {too_small} of {len(force_map.measured_range.points)} "
             "measured states: the paper's margin is too small for this campaign"
         )
-    if force_map.fit is not None:
-        states = force_map.fit.states
-        scattered = int(np.sum(np.fmax(states.highest, states.at_least) > 1.05 * states.force))
-        if scattered:
-            lines.append(f"at {scattered} states an impact lies more than 5 % above their mean, which the bound is for")
-        top = states.highest == states.highest.max()
-        if math.isnan(force_map.device_range) and 2 < top.sum() < len(states):
-            lines.append(
-                f"{top.sum()} states share the highest force, {states.highest.max():g} N: was the device saturated?"
-            )
-    if force_map.fit is not None and force_map.fit.between_states.degrees_of_freedom == 0:
+    fit = force_map.fit
+    if fit is None:
+        return lines
+    scattered = int(np.sum(np.fmax(fit.states.highest, fit.states.at_least) > 1.05 * fit.states.force))
+    if scattered:
+        lines.append(f"at {scattered} states an impact lies more than 5 % above their mean, which the bound is for")
+    top = fit.states.highest.max()
+    sharing = int(np.sum(fit.states.highest == top))
+    if math.isnan(force_map.device_range) and 2 < sharing < len(fit.states):
+        lines.append(f"{sharing} states share the highest force, {top:g} N: was the device saturated?")
+    if fit.between_states.degrees_of_freedom == 0:
         lines.append("as many coefficients as measured states: the fit says nothing about its own error")
-    if force_map.fit is not None and force_map.fit.censored_samples:
-        names = ", ".join(force_map.fit.left_out.name)
+    if fit.censored_samples:
+        names = ", ".join(fit.left_out.name)
         lines.append(
-            f"{force_map.fit.censored_samples} impacts above the device range are not in the fit, "
-            "so near that range the bound may be too low" + (f"; states left out: {names}" if names else "")
+            f"{fit.censored_samples} impacts above the device range are not in the fit, so near that range the bound "
+            "may be too low" + (f"; states left out: {names}" if names else "")
         )
     return lines
