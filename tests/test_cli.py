@@ -250,6 +250,7 @@ def test_speed_map_as_csv_and_json(ask, forcemap, tmp_path):
     assert len(rows) == len(found["places"]) == sum(found["counts"].values())
     for row, place in zip(rows, found["places"], strict=True):
         assert row["outcome"] == place["outcome"]
+        assert float(row["limit_N"]) == 280
         assert row["map_sha256"] == found["map_sha256"]
         if place["speed_mps"] is None:
             assert row["speed_mps"] == ""

@@ -16,6 +16,7 @@ from forcemap.errors import (
     RankDeficient,
     TooFewStates,
 )
+from forcemap.exports.speed_table import speed_map_csv, speed_map_places
 from forcemap.impacts.scenario import ContactScenario
 from forcemap.limits.body_areas import LimitTable, body_region, read_limit_table, standard_limit_table
 from forcemap.limits.force_limits import Contact, ForceLimit, force_limit
@@ -103,6 +104,8 @@ __all__ = [
     "read_map",
     "safe_speed",
     "speed_map",
+    "speed_map_csv",
+    "speed_map_places",
     "standard_limit_table",
     "write_dataset",
     "write_map",

@@ -31,13 +31,16 @@ def speed_map_csv(speed_map: SpeedMap, *, basis: dict[str, str]) -> str:
     """
     stream = io.StringIO()
     writer = csv.writer(stream, lineterminator="\n")
-    writer.writerow(["distance_m", "height_m", "outcome", *_SPEEDS, *_FORCES, "reason", *basis, "assumptions"])
+    writer.writerow(
+        ["distance_m", "height_m", "outcome", *_SPEEDS, *_FORCES, "limit_N", "reason", *basis, "assumptions"]
+    )
     assumptions = "; ".join(speed_map.speeds.statements)
     for place in _places(speed_map):
         speeds = [floor_speed(place[column]).replace("-", "") for column in _SPEEDS]
         forces = ["" if math.isnan(place[column]) else f"{place[column]:.1f}" for column in _FORCES]
         at = [repr(place["distance_m"]), repr(place["height_m"]), place["outcome"]]
-        writer.writerow([*at, *speeds, *forces, place["reason"], *basis.values(), assumptions])
+        limit = f"{speed_map.speeds.limit:g}"
+        writer.writerow([*at, *speeds, *forces, limit, place["reason"], *basis.values(), assumptions])
     return stream.getvalue()
 
 
