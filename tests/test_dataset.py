@@ -73,7 +73,6 @@ REFUSED = [
     (HEADER + ",state_id,repeat", ["0.5,0.2,0.25,200,a,1", "0.5,0.2,0.25,201,a,1"], 3, "repeat", "again"),
     (HEADER + ",state_id", ["0.5,0.2,0.25,200,a", "0.5052,0.2,0.25,200,a"], 3, "distance_m", "0.0052"),
     (HEADER + ",state_id", ["0.5,0.2,0.25,200,a", "0.5,0.2,0.2602,200,a"], 3, "speed_mps", "0.0102"),
-    (HEADER + ",state_id,role", ["0.5,0.2,0.25,200,a,train", "0.5,0.2,0.25,200,a,test"], 2, "role", "one role"),
     (HEADER + ",state_id", ["0.5,0.2,0.25,200,a", "0.5,0.2,0.25,200,b"], 3, "state_id", "same distance"),
     (HEADER, ["0.5,0.2,0.250,200", "0.5,0.2,0.258,200", "0.5,0.2,0.266,200"], 4, "speed_mps", "chain"),
     (HEADER + ",speed_mps", ["0.5,0.2,0.25,200,0.3"], 1, "speed_mps", "twice"),

@@ -343,12 +343,36 @@ def test_a_flag_that_says_saturated_needs_a_censored_mark():
     assert fm.ImpactDataset.from_arrays(**arrays, censored=[True]).censored.all()
 
 
-def test_a_test_state_may_not_be_a_training_state_under_another_name():
-    with pytest.raises(TableError, match="one state_id"):
-        fm.ImpactDataset.from_arrays(
-            distance=[0.5, 0.5], height=[0.2] * 2, speed=[0.2] * 2, peak_force=[100, 101], state=["a", "b"],
-            role=["train", "test"],
-        )  # fmt: skip
+@pytest.mark.parametrize("named", ["same", "other", "none"])
+def test_test_impacts_of_training_states_do_not_flatter_the_map(named):
+    campaign = simulate("kuka-iiwa7-10nm", np.random.default_rng(3), effect=0.03).dataset
+    train = campaign.train
+    names = ("distance", "height", "speed", "peak_force", "censored", "state")
+    columns = {name: np.concatenate([getattr(train, name)] * 2) for name in names}
+    columns["role"] = np.repeat(["train", "test"], len(train))
+    if named == "other":
+        columns["state"] = np.char.add(columns["role"], columns["state"])
+    if named == "none":
+        del columns["state"]
+    copied = fm.ImpactDataset.from_arrays(**columns)
+    force_map = fm.fit_force_map(copied)
+    np.testing.assert_allclose(force_map.coefficients, fm.fit_force_map(train).coefficients, rtol=1e-12)
+    assert len(copied.test) == len(train)
+    assert len(copied.independent_test) == 0
+    assert fm.map_accuracy(force_map, copied)[0].on == "leave-one-state-out"
+    hand = {"robot_mass": 10.0, "body_mass": math.inf, "stiffness": 75e3}
+    assert fm.compare_force_models(copied, **hand).on == "each state left out in turn"
+
+
+def test_test_forces_are_not_held_against_training_ones():
+    """What a test impact measured changes no coefficient, however different."""
+    train = simulate("kuka-iiwa7-10nm", np.random.default_rng(3), effect=0.03).dataset.train
+    names = ("distance", "height", "speed", "censored")
+    columns = {name: np.concatenate([getattr(train, name)] * 2) for name in names}
+    force = np.concatenate([train.peak_force, 7 * train.peak_force])
+    roles = np.repeat(["train", "test"], len(train))
+    found = fm.fit_force_map(fm.ImpactDataset.from_arrays(**columns, peak_force=force, role=roles))
+    np.testing.assert_allclose(found.coefficients, fm.fit_force_map(train).coefficients, rtol=1e-12)
 
 
 def test_the_tolerance_of_states_stands_in_campaign_toml(tmp_path):

@@ -220,11 +220,12 @@ def compare_force_models(
     bound = bound or ToleranceBound()
     body = {"robot_mass": robot_mass, "body_mass": body_mass, "stiffness": stiffness}
     maps = [fit_force_map(dataset, form=each) for each in dict.fromkeys((form, CFM_2D))]
-    has_test = bool((dataset.test.states.impacts > 0).any())
+    test = dataset.independent_test
+    has_test = bool((test.states.impacts > 0).any())
     on = "test states" if has_test else "each state left out in turn"
     fit = maps[0].fit
     assert fit is not None
-    states = dataset.test.states if has_test else fit.states
+    states = test.states if has_test else fit.states
     predictions = [
         (
             m.form.name,

@@ -129,7 +129,7 @@ class ImpactDataset:
             No impact; arrays of unequal length; a figure that is not finite, not positive (height may be
             negative) or in another unit; a force at or above the stated device range that is not censored; the same
             (state, repeat) twice; repeats of a state further apart than the tolerance, or a factor of 3 apart in
-            force; one state under two names or with two roles.
+            force; one state under two names.
         """
         conditions = conditions or Conditions()
         tolerance = tolerance or StateTolerance.stated(conditions.place_tolerance, conditions.speed_tolerance)
@@ -170,7 +170,8 @@ class ImpactDataset:
 
         coordinates = np.column_stack([checked["distance_m"], checked["height_m"], checked["speed_mps"]])
         names = identify_states(coordinates, roles, given, tolerance, where)
-        columns.refuse_other_units(checked["peak_force_N"], is_censored, names, where)
+        groups = np.char.add(roles, names)
+        columns.refuse_other_units(checked["peak_force_N"], is_censored, groups, where)
         return cls(
             distance=checked["distance_m"],
             height=checked["height_m"],
@@ -231,6 +232,20 @@ class ImpactDataset:
     def test(self) -> ImpactDataset:
         """The impacts with role test."""
         return self.select(self.role == "test")
+
+    @property
+    def independent_test(self) -> ImpactDataset:
+        """The impacts with role test of states that no training impact shares, by name or by coordinates.
+
+        Repeats of a training state share its error: they would flatter the map.
+        """
+        train, test = self.train.states, self.test.states
+        if not len(train) or not len(test):
+            return self.test
+        apart = np.abs(test.coordinates[:, None] - train.coordinates) / self.tolerance.scale
+        copies = (apart.max(axis=2) <= 0.1).any(axis=1) | np.isin(test.name, train.name)
+        names = np.array(test.name)[~copies]
+        return self.select((self.role == "test") & np.isin(self.state, names))
 
     @cached_property
     def states(self) -> States:

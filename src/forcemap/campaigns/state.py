@@ -145,7 +145,7 @@ def identify_states(
     Raises
     ------
     TableError
-        Repeats of a state further apart than the tolerance; one state under two names or with two roles.
+        Repeats of a state further apart than the tolerance; one state under two names.
     """
     if given is None:
         index = _clusters(coordinates / tolerance.scale)
@@ -153,15 +153,6 @@ def identify_states(
     else:
         names, index = np.unique(given, return_inverse=True)
     _refuse_wide_states(coordinates, index, names, tolerance, where, found=given is None)
-    for state in np.unique(index[role == "test"]):
-        mixed = (index == state) & (role != "test")
-        if mixed.any():
-            raise where.error(
-                int(np.flatnonzero(mixed)[0]),
-                "role",
-                f"state {str(names[state])!r} has train and test impacts, expected one role: "
-                "repeats of a state share its error, so they cannot test the map",
-            )
     if given is not None:
         _refuse_copies(coordinates, role, index, names, tolerance, where)
     return names[index]
@@ -227,27 +218,27 @@ def _refuse_copies(
 ) -> None:
     """Refuse names that do not group repeats: as independent states they would make the bound too low.
 
-    Two states within a tenth of the tolerance are one state under two names, and it cannot both train and test the
-    map; and if a quarter of the states have another of their role within the tolerance, repeats were named one by one.
+    Two states of one role within a tenth of the tolerance are one state under two names; and if a quarter of the
+    states have another within the tolerance, repeats were named one by one.
     """
     from scipy.spatial import cKDTree
 
     first = np.unique(index, return_index=True)[1]
     means = np.column_stack([_means(coordinates[:, axis], index, names.size) for axis in range(3)])
-    scaled = means / tolerance.scale
-    pairs = cKDTree(scaled).query_pairs(1.0, p=np.inf, output_type="ndarray")
-    apart = np.abs(scaled[pairs[:, 0]] - scaled[pairs[:, 1]]).max(axis=1)
-    kind = role[first]
-    alike = kind[pairs[:, 0]] == kind[pairs[:, 1]]
-    crowded = 4 * np.unique(pairs[alike]).size > names.size and alike.sum() > 1
-    for one, other in pairs[(apart <= 0.1) | (alike & crowded)][:1]:
-        raise where.error(
-            int(first[max(one, other)]),
-            "state_id",
-            f"found states {str(names[one])!r} and {str(names[other])!r} at the same distance, height and speed, "
-            "expected one state_id for all repeats of a state (they share its error); "
-            "if they are meant to differ, lower the tolerance ([states] in campaign.toml)",
-        )
+    for kind in ("train", "test"):
+        member = np.flatnonzero(role[first] == kind)
+        scaled = means[member] / tolerance.scale
+        pairs = cKDTree(scaled).query_pairs(1.0, p=np.inf, output_type="ndarray")
+        apart = np.abs(scaled[pairs[:, 0]] - scaled[pairs[:, 1]]).max(axis=1)
+        crowded = 4 * np.unique(pairs).size > member.size and len(pairs) > 1
+        for one, other in member[pairs[apart <= (1.0 if crowded else 0.1)][:1]]:
+            raise where.error(
+                int(first[max(one, other)]),
+                "state_id",
+                f"found states {str(names[one])!r} and {str(names[other])!r} at the same distance, height and speed, "
+                "expected one state_id for all repeats of a state (they share its error); "
+                "if they are meant to differ, lower the tolerance ([states] in campaign.toml)",
+            )
 
 
 def _largest(values: FloatArray, index: NDArray[np.int64], size: int) -> FloatArray:
