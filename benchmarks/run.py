@@ -1,4 +1,4 @@
-"""Ratios of design's section "Speed to reach", each against its named peer in this one run.
+"""Speed as ratios, each against its named peer in this one run.
 
 Prints the table of docs/benchmarks.md; --write puts it there. Every figure is the best of several repetitions.
 """

@@ -14,7 +14,7 @@ from forcemap.errors import BoundNotAvailable
 
 
 def direct(force_map, d, h, v, confidence=0.95, content=0.95, device_error=3.0):
-    """Science: upper = F exp(s sqrt(l) t'), at least F + device error; l and s by plain linear algebra."""
+    """The formula: upper = F exp(s sqrt(l) t'), at least F + device error; l and s by plain linear algebra."""
     states = force_map.fit.states
     design = force_map.form.design(states.distance, states.height, states.speed)
     inverse = np.linalg.inv(design.T @ design)

@@ -1,4 +1,4 @@
-"""Rooms import as docs/design allows (CONTRIBUTING, "Rooms"): read from the source, nothing is run."""
+"""Rooms import as CONTRIBUTING, "Rooms", allows: read from the source, nothing is run."""
 
 from __future__ import annotations
 
