@@ -29,7 +29,7 @@ def test_minimal_table(tmp_path):
     assert dataset.role.tolist() == ["train", "train"]
     assert dataset.height.tolist() == [0.2, -0.1]
     assert len(dataset.states) == 2
-    assert dataset.states_found == "by coordinates"
+    assert dataset.states_found == "by coordinates, repeats within 5 mm and 10 mm/s"
 
 
 @pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig"])

@@ -389,3 +389,23 @@ def test_empty_columns_at_the_end_are_dropped(tmp_path):
     path = tmp_path / "impacts.csv"
     path.write_text("distance_m,height_m,speed_mps,peak_force_N,,\n0.5,0.2,0.25,200,,\n0.6,0.2,0.25,200,,\n")
     assert len(fm.read_dataset(path)) == 2
+
+
+def test_a_test_impact_first_does_not_hide_a_name_for_every_row():
+    """Two repeats of each state under two names, one of which has its test impact above its training impact."""
+    points = np.repeat(training_grid("kuka-iiwa7-10nm"), 2, axis=0)
+    names = np.array([f"r{i}" for i in range(54)])
+    hidden = np.arange(54) % 2 == 1
+    d, h, v = np.vstack([points[hidden], points]).T
+    with pytest.raises(TableError, match="one state_id"):
+        fm.ImpactDataset.from_arrays(
+            distance=d, height=h, speed=v, peak_force=printed_force("kuka-iiwa7-10nm", d, h, v),
+            state=np.concatenate([names[hidden], names]), role=["test"] * 27 + ["train"] * 54,
+        )  # fmt: skip
+
+
+def test_a_tolerance_of_ones_own_is_stated_with_the_fit(tmp_path):
+    train = simulate("kuka-iiwa7-10nm", np.random.default_rng(5), effect=0.02).dataset.train
+    columns = {n: getattr(train, n) for n in ("distance", "height", "speed", "peak_force", "censored")}
+    fine = fm.ImpactDataset.from_arrays(**columns, tolerance=fm.StateTolerance(0.001, 0.002))
+    assert fm.fit_force_map(fine).fit.states_found == "by coordinates, repeats within 1 mm and 2 mm/s"

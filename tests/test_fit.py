@@ -90,7 +90,7 @@ def test_the_fit_says_what_it_rests_on():
     assert force_map.fit.samples == int((~train.censored).sum())
     assert force_map.fit.censored_samples == int(train.censored.sum()) > 0
     assert force_map.fit.repeats == (3, 3)
-    assert force_map.fit.states_found == "by state_id"
+    assert force_map.fit.states_found == "by state_id, repeats within 5 mm and 10 mm/s"
     predicted = force_map.predict(
         force_map.fit.states.distance, force_map.fit.states.height, force_map.fit.states.speed
     )

@@ -61,7 +61,7 @@ class ImpactDataset:
     conditions : Conditions
         What the campaign was measured under.
     states_found : str
-        How states were found: "by state_id" or "by coordinates".
+        How states were found: by state_id or by coordinates, and the tolerance of repeats.
     tolerance : StateTolerance
         How far repeats of a state may lie apart.
     source, sha256 : str
@@ -188,7 +188,7 @@ class ImpactDataset:
             flags=words,
             extra={name: tuple(str(value) for value in values) for name, values in (extra or {}).items()},
             conditions=conditions,
-            states_found="by coordinates" if given is None else "by state_id",
+            states_found=f"{'by coordinates' if given is None else 'by state_id'}, repeats within {tolerance}",
             tolerance=tolerance,
             source=source,
             sha256=sha256,
@@ -242,8 +242,11 @@ class ImpactDataset:
         train, test = self.train.states, self.test.states
         if not len(train) or not len(test):
             return self.test
-        apart = np.abs(test.coordinates[:, None] - train.coordinates) / self.tolerance.scale
-        copies = (apart.max(axis=2) <= 0.1).any(axis=1) | np.isin(test.name, train.name)
+        from scipy.spatial import cKDTree
+
+        scale = self.tolerance.scale
+        apart, _ = cKDTree(train.coordinates / scale).query(test.coordinates / scale, p=np.inf)
+        copies = (apart <= 0.1) | np.isin(test.name, train.name)
         names = np.array(test.name)[~copies]
         return self.select((self.role == "test") & np.isin(self.state, names))
 

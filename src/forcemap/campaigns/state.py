@@ -33,6 +33,9 @@ class StateTolerance:
         usual = cls()
         return cls(usual.place if np.isnan(place) else place, usual.speed if np.isnan(speed) else speed)
 
+    def __str__(self) -> str:
+        return f"{1000 * self.place:g} mm and {1000 * self.speed:g} mm/s"
+
     @property
     def scale(self) -> FloatArray:
         """The tolerance of (distance, height, speed), a hair widened so that an equal difference is within it."""
@@ -224,10 +227,13 @@ def _refuse_copies(
     from scipy.spatial import cKDTree
 
     first = np.unique(index, return_index=True)[1]
-    means = np.column_stack([_means(coordinates[:, axis], index, names.size) for axis in range(3)])
     for kind in ("train", "test"):
-        member = np.flatnonzero(role[first] == kind)
-        scaled = means[member] / tolerance.scale
+        rows = role == kind
+        member, number = np.unique(index[rows], return_inverse=True)
+        if member.size < 2:
+            continue
+        means = [_means(coordinates[rows, axis], number, member.size) for axis in range(3)]
+        scaled = np.column_stack(means) / tolerance.scale
         pairs = cKDTree(scaled).query_pairs(1.0, p=np.inf, output_type="ndarray")
         apart = np.abs(scaled[pairs[:, 0]] - scaled[pairs[:, 1]]).max(axis=1)
         crowded = 4 * np.unique(pairs).size > member.size and len(pairs) > 1

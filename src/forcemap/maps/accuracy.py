@@ -137,17 +137,17 @@ def leave_one_state_out(force_map: ForceMap) -> Accuracy:
     InputError
         The map was not fitted here, or no state can be left out.
     """
+    fit = force_map.require_fit()
     predicted = left_out_predictions(force_map)
-    assert force_map.fit is not None
     possible = ~np.isnan(predicted)
     if not possible.any():
         raise InputError(
-            f"found {len(force_map.fit.states)} states for {force_map.coefficients.size} coefficients: no state can "
+            f"found {len(fit.states)} states for {force_map.coefficients.size} coefficients: no state can "
             "be left out, expected more states than coefficients"
         )
     return Accuracy.of(
         predicted[possible],
-        force_map.fit.states.select(possible),
+        fit.states.select(possible),
         on="leave-one-state-out",
         skipped=int(np.sum(~possible)),
     )
@@ -163,10 +163,9 @@ def left_out_predictions(force_map: ForceMap) -> FloatArray:
     InputError
         The map was not fitted here.
     """
-    if force_map.fit is None:
-        raise InputError(f"map {force_map.name!r} was not fitted here, so no state can be left out")
-    between_states = force_map.fit.between_states
+    fit = force_map.require_fit()
+    between_states = fit.between_states
     left = 1 - between_states.leverage
     with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
-        predicted = np.exp(force_map.fit.states.log_force - between_states.residuals / left)
+        predicted = np.exp(fit.states.log_force - between_states.residuals / left)
     return np.where(left > 1e-9, predicted, np.nan)

@@ -188,9 +188,20 @@ class ForceMap:
         InputError
             The map was not fitted here.
         """
-        if self.fit is None:
-            raise InputError(f"map {self.name!r} was not fitted here, so it has no leverage")
+        self.require_fit()
         return in_blocks(self._leverage, distance, height, speed)
+
+    def require_fit(self) -> Fit:
+        """The statistics of a fitted map.
+
+        Raises
+        ------
+        InputError
+            The map was not fitted here: it has no measured states.
+        """
+        if self.fit is None:
+            raise InputError(f"map {self.name!r} was not fitted here, so its measured states are not known")
+        return self.fit
 
     @property
     def simulated(self) -> bool:
@@ -219,8 +230,7 @@ class ForceMap:
         return profile.first_rise(np.log(force))
 
     def _leverage(self, distance: FloatArray, height: FloatArray, speed: FloatArray) -> FloatArray:
-        assert self.fit is not None
-        rows = self.fit.between_states.inverse_triangle.T  # x'(X'X)^-1 x = |R^-T x|^2
+        rows = self.require_fit().between_states.inverse_triangle.T  # x'(X'X)^-1 x = |R^-T x|^2
         leverage = np.zeros(np.broadcast_shapes(distance.shape, height.shape, speed.shape))
         with np.errstate(over="ignore", invalid="ignore"):
             for profile in self.form.speed_profiles(rows, distance, height):

@@ -54,7 +54,7 @@ def read_map(path: str | Path) -> ForceMap:
     MapFileError
         Not a map file of this schema, a file that was changed, or an entry that cannot be used.
     """
-    file = Path(path).name
+    file = str(path)
     try:
         content = json.loads(read_bytes(path).decode())
     except (ValueError, RecursionError) as error:
