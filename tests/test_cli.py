@@ -202,7 +202,8 @@ def test_evaluate(ask, example_folders):
     assert found["accuracies"][0]["max_underestimation_percent"] < 10
 
 
-def test_compare(ask, example_folders, tmp_path, examples):
+def test_compare(ask, forcemap, example_folders, tmp_path, examples):
+    assert forcemap("compare", example_folders["ur10e"])[1].startswith("SIMULATED")
     _, found = ask("compare", example_folders["ur10e"])
     assert [m["model"] for m in found["models"]] == ["CFM_3D", "CFM_2D", "CFM_2D per height", "contact model"]
     assert {"underestimated_share", "most_underestimated"} <= set(found["models"][-1])

@@ -338,7 +338,8 @@ def comparison_result(comparison: Comparison) -> dict[str, Any]:
 
 def comparison_lines(comparison: Comparison) -> list[str]:
     """A Comparison in tables and words."""
-    lines = [f"Force models on {comparison.on} (underestimation is the dangerous side)"]
+    lines = [line for line in comparison.statements if line.startswith("SIMULATED")]
+    lines += [f"Force models on {comparison.on} (underestimation is the dangerous side)"]
     lines += accuracy_lines([(model.model, model.accuracy) for model in comparison.models])
     lines += [f"{model.model}: {model.note}" for model in comparison.models if model.note]
     for model in comparison.models:
