@@ -1,0 +1,1 @@
+"""Effective mass: the paper's planar arm, and real robots from their descriptions."""

@@ -1,0 +1,192 @@
+"""The paper's planar arm: three links in a vertical plane (section II-C, figure 3)."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from enum import StrEnum
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from forcemap.dynamics.effective_mass import standard_effective_mass
+from forcemap.errors import InputError
+
+FloatArray = NDArray[np.float64]
+
+# The paper's arm, "inspired by the UR10e": upper arm, forearm, last link.
+PAPER_LENGTHS = (0.5, 0.45, 0.05)
+PAPER_MASSES = (13.0, 4.0, 4.0)
+
+
+class LinkMass(StrEnum):
+    """Where the mass of a link is: a point at its far end, a point at its middle, or spread along it as in a rod."""
+
+    POINT_AT_END = "point_at_end"
+    POINT_AT_MIDDLE = "point_at_middle"
+    UNIFORM_ROD = "uniform_rod"
+
+
+class Wrist(StrEnum):
+    """Whether the last joint gives way in an impact, or is held as if it were fixed."""
+
+    FREE = "free"
+    LOCKED = "locked"
+
+
+class Elbow(StrEnum):
+    """On which side of the line from shoulder to wrist the elbow is."""
+
+    UP = "up"
+    DOWN = "down"
+
+
+@dataclass(frozen=True)
+class LastLink:
+    """Orientation of the last link: an angle above the horizontal, or in line with the link before it.
+
+    Parameters
+    ----------
+    angle : float
+        Angle above the horizontal [rad]; NaN means aligned with the link before.
+    """
+
+    angle: float
+
+    def __str__(self) -> str:
+        names = {0.0: "horizontal", -math.pi / 2: "down"}
+        return "aligned" if math.isnan(self.angle) else names.get(self.angle, f"{math.degrees(self.angle):g} deg")
+
+
+LINK_DOWN = LastLink(-math.pi / 2)
+LINK_HORIZONTAL = LastLink(0.0)
+LINK_ALIGNED = LastLink(math.nan)
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlanarArm:
+    """A planar arm of three links; what the paper does not state has no default.
+
+    Parameters
+    ----------
+    link_mass : LinkMass
+        Where the mass of a link is.
+    last_link : LastLink
+        Orientation of the last link.
+    wrist : Wrist
+        Whether the last joint gives way.
+    base_height : float
+        Height of the shoulder above the base [m].
+    elbow : Elbow
+        Side of the elbow; the paper's is up.
+    lengths, masses : tuple of float
+        Lengths [m] and masses [kg] from the shoulder outwards; the paper's if not given.
+
+    Raises
+    ------
+    InputError
+        Not three lengths and masses, positive and finite, or a base height or angle that is not finite.
+    """
+
+    link_mass: LinkMass
+    last_link: LastLink
+    wrist: Wrist
+    base_height: float
+    elbow: Elbow = Elbow.UP
+    lengths: tuple[float, ...] = field(default=PAPER_LENGTHS)
+    masses: tuple[float, ...] = field(default=PAPER_MASSES)
+
+    def __post_init__(self) -> None:
+        for what, values, unit in (("lengths", self.lengths, "m"), ("masses", self.masses, "kg")):
+            if len(values) != 3 or not all(0 < value < math.inf for value in values):
+                raise InputError(f"planar arm: found the {what} {values}, expected three positive numbers in {unit}")
+        if not math.isfinite(self.base_height) or math.isinf(self.last_link.angle):
+            raise InputError("planar arm: found a base height or an angle that is not finite, expected m and rad")
+
+    @property
+    def standard_effective_mass(self) -> float:
+        """The standard's effective mass m_R = M / 2 [kg]."""
+        return standard_effective_mass(sum(self.masses))
+
+
+def planar_contact_point(arm: PlanarArm, positions: ArrayLike) -> FloatArray:
+    """The end of the last link, shape (..., 2): distance and height [m].
+
+    Parameters
+    ----------
+    arm : PlanarArm
+        The arm.
+    positions : array, shape (..., 3)
+        Angle of the first link above the horizontal, and of each further link to the one before [rad].
+
+    Raises
+    ------
+    InputError
+        Not three finite numbers.
+    """
+    angles = np.cumsum(_positions(positions), axis=-1)
+    along = np.stack([np.cos(angles), np.sin(angles)], axis=-2) @ np.array(arm.lengths)
+    return np.asarray(along + np.array([0.0, arm.base_height]))
+
+
+def planar_jacobian(arm: PlanarArm, positions: ArrayLike) -> FloatArray:
+    """Jacobian of the end of the last link, shape (..., 2, n) [m/rad]; n is 3, or 2 with the wrist locked.
+
+    Parameters
+    ----------
+    arm : PlanarArm
+        The arm.
+    positions : array, shape (..., 3)
+        As for `planar_contact_point`.
+
+    Raises
+    ------
+    InputError
+        Not three finite numbers.
+    """
+    angles = np.cumsum(_positions(positions), axis=-1)
+    return _point_rates(angles, arm.lengths)[..., : _free_joints(arm)]
+
+
+def planar_mass_matrix(arm: PlanarArm, positions: ArrayLike) -> FloatArray:
+    """Joint-space mass matrix, shape (..., n, n) [kg m^2]; n is 3, or 2 with the wrist locked.
+
+    Parameters
+    ----------
+    arm : PlanarArm
+        The arm.
+    positions : array, shape (..., 3)
+        As for `planar_contact_point`.
+
+    Raises
+    ------
+    InputError
+        Not three finite numbers.
+    """
+    angles = np.cumsum(_positions(positions), axis=-1)
+    place = 1.0 if arm.link_mass is LinkMass.POINT_AT_END else 0.5
+    matrix = np.zeros((*angles.shape[:-1], 3, 3))
+    for i, (length, mass) in enumerate(zip(arm.lengths, arm.masses, strict=True)):
+        rates = _point_rates(angles, [*arm.lengths[:i], place * length, *[0.0] * (2 - i)])
+        turning = np.arange(3) <= i  # the joints that turn link i
+        inertia = mass * length**2 / 12 if arm.link_mass is LinkMass.UNIFORM_ROD else 0.0
+        matrix += mass * np.swapaxes(rates, -1, -2) @ rates + inertia * np.outer(turning, turning)
+    n = _free_joints(arm)
+    return matrix[..., :n, :n]
+
+
+def _point_rates(angles: FloatArray, lengths: ArrayLike) -> FloatArray:
+    """Jacobian of a point that is reached along the links by these lengths, shape (..., 2, 3)."""
+    steps = np.stack([-np.sin(angles), np.cos(angles)], axis=-2) * np.asarray(lengths)
+    return np.asarray(np.cumsum(steps[..., ::-1], axis=-1)[..., ::-1])
+
+
+def _free_joints(arm: PlanarArm) -> int:
+    return 2 if arm.wrist is Wrist.LOCKED else 3
+
+
+def _positions(positions: ArrayLike) -> FloatArray:
+    q = np.asarray(positions, dtype=np.float64)
+    if q.ndim < 1 or q.shape[-1] != 3 or not np.isfinite(q).all():
+        raise InputError(f"joint positions: found the shape {q.shape} or no finite numbers, expected (..., 3) in rad")
+    return q

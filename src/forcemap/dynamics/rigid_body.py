@@ -1,0 +1,131 @@
+"""Frames, and the mass, centre of mass and inertia of rigid bodies."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from forcemap.errors import InputError
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Frame:
+    """Where a frame stands in another one.
+
+    Parameters
+    ----------
+    position : array, shape (3,)
+        Its origin [m].
+    rotation : array, shape (3, 3)
+        Its axes as columns.
+    """
+
+    position: FloatArray
+    rotation: FloatArray
+
+    @classmethod
+    def of(cls, xyz: ArrayLike = (0.0, 0.0, 0.0), rpy: ArrayLike = (0.0, 0.0, 0.0)) -> Self:
+        """Frame from a position [m] and roll, pitch, yaw about fixed axes [rad], as in a URDF."""
+        return cls(np.array(xyz, dtype=np.float64), _rotation(*np.asarray(rpy, dtype=np.float64)))
+
+    def then(self, inner: Frame) -> Frame:
+        """A frame that stands in this one, seen from where this one stands."""
+        return Frame(self.position + self.rotation @ inner.position, self.rotation @ inner.rotation)
+
+
+@dataclass(frozen=True, eq=False)
+class Body:
+    """A rigid body in the frame of the joint that carries it.
+
+    Parameters
+    ----------
+    mass : float
+        Mass [kg].
+    centre_of_mass : array, shape (3,)
+        Centre of mass [m].
+    inertia : array, shape (3, 3)
+        Inertia about the centre of mass, in axes of the frame [kg m^2].
+    """
+
+    mass: float
+    centre_of_mass: FloatArray
+    inertia: FloatArray
+
+    @classmethod
+    def of(cls, mass: float, centre_of_mass: ArrayLike, inertia: ArrayLike) -> Self:
+        """Body from its figures, checked.
+
+        Raises
+        ------
+        InputError
+            A mass below zero, an inertia that is not symmetric or has a principal value below zero, numbers that are
+            not finite, or an inertia without a mass.
+        """
+        centre = np.array(centre_of_mass, dtype=np.float64)
+        i = np.array(inertia, dtype=np.float64)
+        if not 0 <= mass < math.inf:
+            raise InputError(f"mass: found {mass:g} kg, expected a finite number of at least 0")
+        if centre.shape != (3,) or not np.isfinite(centre).all():
+            raise InputError(f"centre of mass: found {centre}, expected three finite numbers in m")
+        if i.shape != (3, 3) or not np.isfinite(i).all() or not np.allclose(i, i.T, rtol=1e-9, atol=1e-12):
+            raise InputError("inertia: expected a symmetric matrix of 3 x 3 finite numbers in kg m^2")
+        least, *_, largest = np.linalg.eigvalsh(i)
+        if least < -1e-9 * abs(largest):
+            raise InputError(f"inertia: found the principal value {least:.3g} kg m^2, expected none below 0")
+        if mass == 0 and largest > 0:
+            raise InputError("inertia: found one without a mass, expected a mass above 0 kg")
+        return cls(float(mass), centre, i)
+
+
+NOTHING = Body(0.0, np.zeros(3), np.zeros((3, 3)))
+
+
+def moved_body(body: Body, frame: Frame) -> Body:
+    """The same body, described in the frame that `frame` stands in."""
+    return Body(
+        body.mass,
+        frame.position + frame.rotation @ body.centre_of_mass,
+        frame.rotation @ body.inertia @ frame.rotation.T,
+    )
+
+
+def united(bodies: Iterable[Body]) -> Body:
+    """One body made of several in the same frame (parallel-axis theorem)."""
+    parts = [body for body in bodies if body.mass > 0]
+    if not parts:
+        return NOTHING
+    mass = sum(body.mass for body in parts)
+    centre = sum((body.mass * body.centre_of_mass for body in parts), np.zeros(3)) / mass
+    inertia = sum(
+        (body.inertia + point_inertia(body.mass, body.centre_of_mass - centre) for body in parts), np.zeros((3, 3))
+    )
+    return Body(mass, centre, inertia)
+
+
+def point_inertia(mass: float, position: FloatArray) -> FloatArray:
+    """Inertia of a point mass about the origin, shape (3, 3) [kg m^2]."""
+    return mass * (position @ position * np.eye(3) - np.outer(position, position))
+
+
+def cross_matrix(vector: FloatArray) -> FloatArray:
+    """The matrix that multiplies as the cross product with `vector` does, shape (3, 3)."""
+    x, y, z = vector
+    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+
+
+def _rotation(roll: float, pitch: float, yaw: float) -> FloatArray:
+    cr, sr, cp, sp, cy, sy = (f(a) for a in (roll, pitch, yaw) for f in (math.cos, math.sin))
+    return np.array(
+        [
+            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
+            [-sp, cp * sr, cp * cr],
+        ]
+    )

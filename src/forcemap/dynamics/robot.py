@@ -1,0 +1,182 @@
+"""A robot: a chain of joints and bodies from its base to the contact point."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from enum import StrEnum
+from typing import Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from forcemap.dynamics.drive_inertia import DriveInertia, as_drive_inertia
+from forcemap.dynamics.effective_mass import standard_effective_mass
+from forcemap.dynamics.rigid_body import Body, Frame, moved_body, united
+from forcemap.errors import InputError
+
+FloatArray = NDArray[np.float64]
+
+
+class JointKind(StrEnum):
+    """How a joint moves: it turns within limits, turns without limits, or slides."""
+
+    REVOLUTE = "revolute"
+    CONTINUOUS = "continuous"
+    PRISMATIC = "prismatic"
+
+
+@dataclass(frozen=True, eq=False)
+class Joint:
+    """A joint that moves, and the body it moves.
+
+    Parameters
+    ----------
+    name : str
+        Name in the robot's description.
+    kind : JointKind
+        How it moves.
+    origin : Frame
+        The joint's frame at position zero, in the frame of the joint before it.
+    axis : array, shape (3,)
+        Axis of the motion, a unit vector in the joint's frame.
+    lower, upper : float
+        Limits of the position [rad], [m] for a prismatic joint; infinite for a continuous one.
+    body : Body
+        What the joint carries, up to the next joint: links that are fixed to each other are one body.
+    """
+
+    name: str
+    kind: JointKind
+    origin: Frame
+    axis: FloatArray
+    lower: float
+    upper: float
+    body: Body
+
+
+@dataclass(frozen=True, eq=False)
+class Robot:
+    """A robot arm with what it carries.
+
+    Parameters
+    ----------
+    name, source : str
+        Name; where its figures come from.
+    joints : tuple of Joint
+        The moving joints from the base to the contact point; fixed joints are part of origins and bodies.
+    flange : Frame
+        Where tools are mounted, in the frame of the last joint; its z axis is the direction of the tool.
+    reference_posture : array, shape (n,)
+        Posture whose neighbours inverse kinematics prefers [rad], [m].
+    contact_offset : array, shape (3,)
+        Contact point in the frame of the flange [m].
+    load : float
+        Mass of tool and payload, the standard's m_L [kg].
+    drive_inertia : DriveInertia or None
+        Inertia of the drives; None if only the links count.
+    held_joints : tuple of str
+        Joints beside the chain (fingers of a gripper), held where they are nearest to zero; their bodies are carried.
+    """
+
+    name: str
+    source: str
+    joints: tuple[Joint, ...]
+    flange: Frame
+    reference_posture: FloatArray
+    contact_offset: FloatArray
+    load: float = 0.0
+    drive_inertia: DriveInertia | None = None
+    held_joints: tuple[str, ...] = ()
+
+    @property
+    def lower(self) -> FloatArray:
+        """Lower limits of the joints [rad], [m]."""
+        return np.array([joint.lower for joint in self.joints])
+
+    @property
+    def upper(self) -> FloatArray:
+        """Upper limits of the joints [rad], [m]."""
+        return np.array([joint.upper for joint in self.joints])
+
+    @property
+    def moving_mass(self) -> float:
+        """Mass M of the moving parts of the robot, without tool and payload [kg]."""
+        return float(sum(joint.body.mass for joint in self.joints)) - self.load
+
+    @property
+    def standard_effective_mass(self) -> float:
+        """The standard's effective mass m_R = M / 2 + m_L [kg]."""
+        return standard_effective_mass(self.moving_mass, self.load)
+
+    def with_tool(
+        self,
+        *,
+        mass: float,
+        centre_of_mass: ArrayLike,
+        contact_offset: ArrayLike,
+        inertia: ArrayLike | None = None,
+    ) -> Self:
+        """The robot with a tool on its flange, touching at a point of the tool.
+
+        Parameters
+        ----------
+        mass : float
+            Mass of the tool [kg]; 0 moves the contact point alone.
+        centre_of_mass, contact_offset : array, shape (3,)
+            Centre of mass and contact point in the frame of the flange [m].
+        inertia : array, shape (3, 3), optional
+            Inertia about the centre of mass, in axes of the flange [kg m^2]; without it the tool is a point mass.
+
+        Raises
+        ------
+        InputError
+            A mass below zero, an impossible inertia, or numbers that are not finite.
+        """
+        loaded = self.with_payload(mass=mass, centre_of_mass=centre_of_mass, inertia=inertia)
+        return replace(loaded, contact_offset=_point("contact offset", contact_offset))
+
+    def with_payload(self, *, mass: float, centre_of_mass: ArrayLike, inertia: ArrayLike | None = None) -> Self:
+        """The robot with a workpiece in its tool; the contact point stays.
+
+        Parameters
+        ----------
+        mass : float
+            Mass of the payload [kg].
+        centre_of_mass : array, shape (3,)
+            Centre of mass in the frame of the flange [m].
+        inertia : array, shape (3, 3), optional
+            Inertia about the centre of mass, in axes of the flange [kg m^2]; without it a point mass.
+
+        Raises
+        ------
+        InputError
+            A mass below zero, an impossible inertia, or numbers that are not finite.
+        """
+        added = Body.of(
+            mass, _point("centre of mass", centre_of_mass), np.zeros((3, 3)) if inertia is None else inertia
+        )
+        last = self.joints[-1]
+        carried = replace(last, body=united([last.body, moved_body(added, self.flange)]))
+        return replace(self, joints=(*self.joints[:-1], carried), load=self.load + added.mass)
+
+    def with_drive_inertia(self, drive_inertia: ArrayLike | DriveInertia) -> Self:
+        """The robot with the inertia of its drives.
+
+        Parameters
+        ----------
+        drive_inertia : array, shape (n,), or DriveInertia
+            One figure per joint as seen at the joint [kg m^2], for a prismatic joint [kg].
+
+        Raises
+        ------
+        InputError
+            Not one finite figure of at least 0 for every joint.
+        """
+        return replace(self, drive_inertia=as_drive_inertia(drive_inertia, len(self.joints)))
+
+
+def _point(what: str, values: ArrayLike) -> FloatArray:
+    point = np.array(values, dtype=np.float64)
+    if point.shape != (3,) or not np.isfinite(point).all():
+        raise InputError(f"{what}: found {values!r}, expected three finite numbers in m")
+    return point
