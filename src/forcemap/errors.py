@@ -4,6 +4,7 @@
     ├── InputError (also a ValueError)   a value, name or file that cannot be used
     │   ├── TableError                   a table of impacts or of limits: file, row, column
     │   ├── CampaignFileError            a campaign.toml
+    │   ├── RecordingError               a file of recordings
     │   ├── MapFileError                 a map file
     │   └── UnknownName                  no body area, map, form or term of that name
     ├── FitError                         the impacts do not determine the map
@@ -63,6 +64,12 @@ class CampaignFileError(InputError):
     """A campaign.toml that cannot be used."""
 
     kind = "campaign_file"
+
+
+class RecordingError(InputError):
+    """A file of recordings, or a recording, that cannot be used; row is the line in the file."""
+
+    kind = "recording"
 
 
 class MapFileError(InputError):

@@ -11,6 +11,7 @@ from typing import Any
 
 from forcemap.errors import CampaignFileError, InputError, nearest_names
 from forcemap.files import read_bytes
+from forcemap.recordings.column_map import ColumnMap
 from forcemap.recordings.device import Device
 
 SCHEMA = "forcemap-campaign/1"
@@ -39,8 +40,10 @@ class Conditions:
         The robot's safety settings.
     speed_kind : str
         "measured" or "commanded": what the speed at contact is.
-    standard_edition, limit_table, operator, note : str
-        As the campaign states them.
+    standard_edition, limit_table, operator, date, note : str
+        As the campaign states them; the date of the measurements as YYYY-MM-DD.
+    channel_frequency_class : float
+        Class of the low-pass whose peak is reported beside the raw one; NaN for none.
     place_tolerance, speed_tolerance : float
         How far repeats of a state may lie apart [m], [m/s].
     simulated : bool
@@ -64,7 +67,9 @@ class Conditions:
     standard_edition: str = ""
     limit_table: str = ""
     operator: str = ""
+    date: str = ""
     note: str = ""
+    channel_frequency_class: float = math.nan
     place_tolerance: float = math.nan
     speed_tolerance: float = math.nan
     simulated: bool = False
@@ -77,6 +82,10 @@ class Conditions:
             raise InputError(f"moving mass: found {self.moving_mass:g} kg, expected a positive finite number")
         if not (math.isnan(self.payload) or 0 <= self.payload < math.inf):
             raise InputError(f"payload: found {self.payload:g} kg, expected a finite number of at least 0")
+        if not (math.isnan(self.channel_frequency_class) or 0 < self.channel_frequency_class < math.inf):
+            raise InputError("channel frequency class: expected a positive finite number, such as 180 or 600")
+        if self.date:
+            Device().expired(self.date)  # refuses what is no date
         if math.isinf(self.base_angle):
             raise InputError("base angle: found an infinite number, expected degrees")
 
@@ -127,7 +136,18 @@ class Conditions:
 
 
 def read_conditions(path: str | Path) -> Conditions:
-    """Read a campaign.toml.
+    """Read the conditions of a campaign.toml.
+
+    Raises
+    ------
+    CampaignFileError
+        Not TOML, not of this schema, or an entry that cannot be used.
+    """
+    return read_campaign_file(path)[0]
+
+
+def read_campaign_file(path: str | Path) -> tuple[Conditions, ColumnMap | None]:
+    """Read a campaign.toml: the conditions, and how the device writes its files if that is stated.
 
     Raises
     ------
@@ -142,15 +162,24 @@ def read_conditions(path: str | Path) -> Conditions:
     if schema != SCHEMA:
         found = "the entry is missing" if schema is None else f"found {schema!r}"
         raise CampaignFileError(f"{found}, expected schema = {SCHEMA!r}", file=str(path), column="schema")
+    recordings = tables.pop("recordings", None)
     try:
-        return Conditions.from_tables(tables)
+        conditions = Conditions.from_tables(tables)
     except InputError as error:
         raise CampaignFileError(error.message, file=str(path), column=error.column) from None
+    try:
+        if recordings is not None and not isinstance(recordings, Mapping):
+            raise InputError("found no table, expected [recordings]")
+        return conditions, ColumnMap.from_table(recordings) if recordings else None
+    except InputError as error:
+        column = f"recordings.{error.column}" if error.column else "recordings"
+        raise CampaignFileError(error.message, file=str(path), column=column) from None
 
 
 _ENTRIES = {
     ("", "simulated"): "simulated",
     ("", "operator"): "operator",
+    ("", "date"): "date",
     ("", "note"): "note",
     ("robot", "model"): "robot",
     ("robot", "controller"): "controller",
@@ -171,6 +200,8 @@ _ENTRIES = {
     ("device", "error_N"): "device.error",
     ("device", "stiffness_N_per_m"): "device.stiffness",
     ("device", "calibrated"): "device.calibrated",
+    ("device", "calibration_expires"): "device.calibration_expires",
+    ("device", "channel_frequency_class"): "channel_frequency_class",
     ("standard", "edition"): "standard_edition",
     ("standard", "limit_table"): "limit_table",
 }

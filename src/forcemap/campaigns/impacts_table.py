@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-import csv
 import difflib
-import io
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from forcemap.campaigns.columns import COLUMNS
 from forcemap.campaigns.conditions import CAMPAIGN_FILE, Conditions, read_conditions
 from forcemap.campaigns.dataset import ImpactDataset, StateTolerance
+from forcemap.campaigns.register import REGISTER_FILE, Use, read_register
+from forcemap.campaigns.table import Table, csv_text, read_table
 from forcemap.errors import TableError
 from forcemap.files import read_bytes, sha256, write_atomically
 
@@ -29,7 +30,6 @@ _DECISIVE = {  # words in a column's name that tell what it decides
     "phase2_force_N": ("phase2", "phaseii"),
 }
 _NUMBERS = (*_REQUIRED, "base_angle_deg", "phase2_force_N")
-_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 _TRUTH = {"true": True, "1": True, "false": False, "0": False, "": False}
 
 
@@ -39,7 +39,8 @@ def read_dataset(
     """Read an impacts table: a CSV file, or a campaign folder that holds `impacts.csv`.
 
     Commas with decimal points, or semicolons (tabs) with decimal points or commas; a byte-order mark is accepted.
-    A `campaign.toml` beside the table says what the impacts were measured under.
+    A `campaign.toml` beside the table says what the impacts were measured under; a `recordings.csv` beside it which
+    impacts were discarded: that one of them clamped counts against a transient limit too.
 
     Parameters
     ----------
@@ -67,17 +68,29 @@ def read_dataset(
         beside = table.parent / CAMPAIGN_FILE
         conditions = read_conditions(beside) if beside.exists() else Conditions()
     try:
-        columns, rows = _read_columns(content, table.name)
-        return ImpactDataset.from_arrays(
-            **_arguments(columns, rows, table.name),
+        cells = read_table(content, table.name, what="impact")
+        _require_columns(list(cells.columns), table.name, cells.header_row)
+        if not cells.rows:
+            message = "found a header and no impact, expected at least one"
+            raise TableError(message, file=table.name, row=cells.header_row)
+        dataset = ImpactDataset.from_arrays(
+            **_arguments(cells.with_decimal_points(_NUMBERS)),
             conditions=conditions,
             tolerance=tolerance,
             source=table.name,
             sha256=sha256(content),
-            rows=rows,
+            rows=cells.rows,
         )
     except TableError as error:  # name the file as it was given; the dataset keeps its bare name
         raise TableError(error.message, file=str(table), row=error.row, column=error.column) from None
+    register = table.parent / REGISTER_FILE
+    if table.name != TABLE_FILE or not register.exists():
+        return dataset
+    discarded = [entry for entry in read_register(register) if entry.use in (Use.DISCARDED, Use.UNASSIGNED)]
+    scenarios = [entry.scenario for entry in discarded if entry.scenario is not None]
+    return replace(
+        dataset, phase_two=dataset.phase_two.including(scenarios, [entry.phase2_force for entry in discarded])
+    )
 
 
 def write_dataset(dataset: ImpactDataset, path: str | Path) -> None:
@@ -88,12 +101,7 @@ def write_dataset(dataset: ImpactDataset, path: str | Path) -> None:
     InputError
         The file cannot be written.
     """
-    columns = _cells(dataset)
-    stream = io.StringIO()
-    writer = csv.writer(stream, lineterminator="\n")
-    writer.writerow(columns)
-    writer.writerows(zip(*columns.values(), strict=True))
-    write_atomically(path, stream.getvalue())
+    write_atomically(path, csv_text(_cells(dataset)))
 
 
 def to_frame(dataset: ImpactDataset) -> pd.DataFrame:
@@ -118,47 +126,6 @@ def from_frame(frame: pd.DataFrame, **options: Any) -> ImpactDataset:
     known: dict[str, Any] = {arg: columns[column] for column, arg in COLUMNS.items() if column in columns}
     extra = {name: [str(cell) for cell in cells] for name, cells in columns.items() if name not in COLUMNS}
     return ImpactDataset.from_arrays(**known, extra=extra, **options)
-
-
-def _read_columns(content: bytes, file: str) -> tuple[dict[str, list[str]], list[int]]:
-    """Text of every column, and the line number of every row."""
-    try:
-        text = content.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        row = content[: error.start].count(b"\n") + 1
-        raise TableError("not text in UTF-8; save the table as CSV in UTF-8", file=file, row=row) from None
-    if "\0" in text:
-        raise TableError("a binary file, expected a CSV table", file=file, row=text[: text.index("\0")].count("\n") + 1)
-    first = next((line for line in text.splitlines() if line.strip()), "")
-    if not first:
-        raise TableError("the file is empty, expected a header and at least one impact", file=file)
-    delimiter = max(",;\t", key=first.count)
-    reader = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter, strict=True)
-    records: list[tuple[int, list[str]]] = []
-    try:
-        for record in reader:
-            if any(cell.strip() for cell in record):
-                records.append((reader.line_num, [cell.strip() for cell in record]))
-    except csv.Error as error:
-        raise TableError(f"not a CSV table ({error})", file=file, row=reader.line_num) from None
-    if not records:
-        raise TableError("found no header, expected the columns " + ", ".join(_REQUIRED), file=file)
-    (header_row, header), *body = records
-    while header and not header[-1] and all(len(record) == len(header) and not record[-1] for _, record in body):
-        header.pop()  # empty columns at the end, as spreadsheets write them
-        for _, record in body:
-            record.pop()
-    _require_columns(header, file, header_row)
-    for row, record in body:
-        if len(record) != len(header):
-            raise TableError(f"found {len(record)} cells, expected {len(header)} as in the header", file=file, row=row)
-    if not body:
-        raise TableError("found a header and no impact, expected at least one", file=file, row=header_row)
-    columns = {name: [record[i] for _, record in body] for i, name in enumerate(header)}
-    rows = [row for row, _ in body]
-    if delimiter != ",":
-        _decimal_points(columns, rows, file)
-    return columns, rows
 
 
 def _require_columns(header: Sequence[str], file: str, row: int | None = None) -> None:
@@ -205,53 +172,23 @@ def _meant(name: str) -> str:
     return ""
 
 
-def _decimal_points(columns: dict[str, list[str]], rows: list[int], file: str) -> None:
-    """Turn decimal commas into points, in place; a file that mixes both is refused as ambiguous."""
-    numeric = [name for name in _NUMBERS if name in columns]
-    commas = any("," in cell for name in numeric for cell in columns[name])
-    for name in numeric if commas else ():
-        for position, cell in enumerate(columns[name]):
-            if "." in cell:
-                raise TableError(
-                    f"found {cell!r} in a table with decimal commas, expected one decimal sign throughout",
-                    file=file,
-                    row=rows[position],
-                    column=name,
-                )
-        columns[name] = [cell.replace(",", ".") for cell in columns[name]]
-
-
-def _arguments(columns: Mapping[str, list[str]], rows: list[int], file: str) -> dict[str, Any]:
+def _arguments(table: Table) -> dict[str, Any]:
     """Arguments of ImpactDataset.from_arrays from the text of the columns."""
+    columns = table.columns
     arguments: dict[str, Any] = {"extra": {n: c for n, c in columns.items() if n not in COLUMNS}}
     for column, argument in COLUMNS.items():
         if column not in columns:
             continue
         cells = columns[column]
         if column in _NUMBERS:
-            required = column in _REQUIRED
-            arguments[argument] = [_number(c, required, file, row, column) for c, row in zip(cells, rows, strict=True)]
+            arguments[argument] = table.numbers(column, required=column in _REQUIRED)
         elif column == "repeat":
-            arguments[argument] = [_whole(c, file, row) for c, row in zip(cells, rows, strict=True)]
+            arguments[argument] = table.whole_numbers(column)
         elif column == "censored":
-            arguments[argument] = [_truth(c, file, row) for c, row in zip(cells, rows, strict=True)]
+            arguments[argument] = [_truth(c, table.file, row) for c, row in zip(cells, table.rows, strict=True)]
         else:
             arguments[argument] = [cell.lower() for cell in cells] if column == "role" else cells
     return arguments
-
-
-def _number(cell: str, required: bool, file: str, row: int, column: str) -> float:
-    if cell == "" and not required:
-        return math.nan
-    if not _NUMBER.fullmatch(cell):
-        raise TableError(f"found {cell!r}, expected a number", file=file, row=row, column=column)
-    return float(cell)
-
-
-def _whole(cell: str, file: str, row: int) -> int:
-    if not re.fullmatch(r"\d{1,9}", cell, re.ASCII):
-        raise TableError(f"found {cell!r}, expected a whole number", file=file, row=row, column="repeat")
-    return int(cell)
 
 
 def _truth(cell: str, file: str, row: int) -> bool:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -45,6 +45,16 @@ class PhaseTwo:
             unrecorded=sum(each is None for each in scenario[np.isnan(phase2_force)]),
             largest_force=float(forces.max()) if forces.size else math.nan,
             above_peak=int(np.sum(phase2_force > peak_force)),
+        )
+
+    def including(self, scenarios: Sequence[ContactScenario], forces: Sequence[float]) -> PhaseTwo:
+        """Count further impacts, which are not in the table: their scenarios, and Phase II forces [N] (NaN is none)."""
+        counts = {each: self.scenarios.get(each, 0) + scenarios.count(each) for each in ContactScenario}
+        return PhaseTwo(
+            scenarios={each: count for each, count in counts.items() if count},
+            unrecorded=self.unrecorded,
+            largest_force=float(np.fmax.reduce([self.largest_force, *forces])),
+            above_peak=self.above_peak,
         )
 
     @property

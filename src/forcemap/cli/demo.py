@@ -15,19 +15,25 @@ import typer
 from forcemap import (
     EXAMPLE_CAMPAIGNS,
     Assessment,
+    CampaignSummary,
     Contact,
     InputError,
+    Repeatability,
     ToleranceBound,
     assess,
     body_region,
-    copy_example,
+    build_dataset,
+    campaign_summary,
     floor_speed,
     force_limit,
     pfl_robot_mass,
     pfl_speed_limit,
-    read_dataset,
+    read_campaign,
+    repeatability,
+    write_example,
     write_map,
 )
+from forcemap.cli.collect import contact_lines, scatter_lines
 from forcemap.cli.options import Json
 from forcemap.cli.output import emit, json_text
 from forcemap.cli.results import (
@@ -55,12 +61,13 @@ def demo(
     example: Annotated[str, typer.Option("--example", help=", ".join(EXAMPLE_CAMPAIGNS) + ".")] = "ur10e",
     as_json: Json = False,
 ) -> None:
-    """Run the whole chain on a bundled, simulated campaign and write its results into a new folder.
+    """Run the whole chain on a simulated campaign, from raw recordings on, and write its results into a new folder.
 
     Example: forcemap demo my-first-campaign
     """
-    target = copy_example(example, folder or _free_name())
-    dataset = read_dataset(target)
+    target = write_example(example, folder or _free_name())
+    dataset = build_dataset(read_campaign(target))
+    campaign = read_campaign(target)
     conditions, region = dataset.conditions, body_region(_AREA)
     masses = {
         "robot_mass": pfl_robot_mass(conditions.moving_mass, conditions.payload),
@@ -69,7 +76,8 @@ def demo(
     }
     bound = ToleranceBound(device_error=conditions.device.error_or_default)
     assessment = assess(dataset, limit=force_limit(_AREA), bound=bound, **masses)
-    summary = _summary(assessment, masses)
+    collected = campaign_summary(campaign, dataset)
+    summary = _summary(assessment, collected, repeatability(dataset), masses)
     files = _write(assessment, target, summary)
     result = {
         "folder": str(target),
@@ -112,7 +120,9 @@ def _write(assessment: Assessment, folder: Path, summary: list[str]) -> list[str
     write_atomically(folder / "accuracy.json", json_text(accuracies) + "\n")
     write_atomically(folder / "comparison.json", json_text(comparison_result(assessment.comparison)) + "\n")
     write_atomically(folder / "summary.txt", "\n".join(summary) + "\n")
-    return sorted(str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file())
+    files = sorted(str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file())
+    raw = [file for file in files if file.startswith("recordings/")]
+    return [*(file for file in files if file not in raw), f"recordings/ ({len(raw)} files)"]
 
 
 def _speed_map(assessment: Assessment, contact: Contact) -> dict[str, Any]:
@@ -120,15 +130,20 @@ def _speed_map(assessment: Assessment, contact: Contact) -> dict[str, Any]:
     return speed_map_result(speeds, assessment.force_map, accuracy, assessment.limit, contact, assessment.bound)
 
 
-def _summary(assessment: Assessment, masses: dict[str, float]) -> list[str]:
+def _summary(
+    assessment: Assessment, collected: CampaignSummary, scatter: Repeatability, masses: dict[str, float]
+) -> list[str]:
     """The whole result for a person who sees it for the first time."""
     dataset, comparison = assessment.dataset, assessment.comparison
     lines = [
         f"forcemap demo: {dataset.conditions.robot}",
         "SIMULATED impacts: not a measurement of any robot",
         "",
-        f"1. The impacts: {len(dataset)} in {len(dataset.states)} states, {int(dataset.censored.sum())} of them above "
-        f"the device range of {dataset.device_range:g} N",
+        f"1. The recordings: {collected.recordings}, of which {collected.used} gave an impact, in "
+        f"{len(dataset.states)} states; {int(dataset.censored.sum())} reached the device range of "
+        f"{dataset.conditions.device.range:g} N",
+        *contact_lines(collected),
+        *scatter_lines(scatter),
         "",
         "2. The map",
         *fit_lines(assessment.force_map),

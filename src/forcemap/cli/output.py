@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import sys
+import time
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
@@ -45,6 +46,30 @@ def write_result(path: str, text: str, *, mark: str) -> None:
             "this is another file, not an earlier result; it is not overwritten, choose another name", file=path
         )
     write_atomically(path, text)
+
+
+class Progress:
+    """Counts on stderr, for work that takes over a second; shown on a terminal only."""
+
+    def __init__(self, what: str, total: int) -> None:
+        self._what, self._total = what, total
+        self._start = self._last = time.monotonic()
+
+    def __enter__(self) -> Progress:
+        return self
+
+    def show(self, done: int) -> None:
+        """Show how many are done."""
+        now = time.monotonic()
+        if now - self._start > 1.0 and now - self._last > 0.1 and sys.stderr.isatty():
+            self._last = now
+            filled = 30 * done // max(self._total, 1)
+            bar = "#" * filled + "." * (30 - filled)
+            print(f"\r[{bar}] {done} of {self._total} {self._what}", end="", file=sys.stderr, flush=True)
+
+    def __exit__(self, *_: object) -> None:
+        if self._last > self._start:
+            print("\r" + " " * 78 + "\r", end="", file=sys.stderr, flush=True)
 
 
 def json_text(value: Any) -> str:

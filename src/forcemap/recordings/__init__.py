@@ -1,1 +1,1 @@
-"""What a force measuring device is; later: files of a device -> Recording."""
+"""The force measuring device and its files: file -> Recording."""

@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import dataclass
+from datetime import date
 
 from forcemap.errors import InputError
+
+_DATE = re.compile(r"\d{4}-\d{2}-\d{2}", re.ASCII)
 
 
 @dataclass(frozen=True)
@@ -20,13 +24,14 @@ class Device:
         Largest error of a reading [N].
     stiffness : float
         Spring constant [N/m].
-    model, calibrated : str
-        Name of the model; date of the last calibration as YYYY-MM-DD.
+    model, calibrated, calibration_expires : str
+        Name of the model; date of the last calibration, and the last date it holds, as YYYY-MM-DD.
 
     Raises
     ------
     InputError
-        A figure that is not positive and finite (an error of 0 N is accepted), or an error not below the range.
+        A figure that is not positive and finite (an error of 0 N is accepted), an error not below the range, or a date
+        that is not one, or a calibration that expires before it was made.
     """
 
     range: float = math.nan
@@ -34,6 +39,7 @@ class Device:
     stiffness: float = math.nan
     model: str = ""
     calibrated: str = ""
+    calibration_expires: str = ""
 
     def __post_init__(self) -> None:
         for name, value, unit in (("range", self.range, "N"), ("stiffness", self.stiffness, "N/m")):
@@ -43,6 +49,12 @@ class Device:
             raise InputError(f"device error: found {self.error:g} N, expected a finite number of at least 0")
         if self.error >= self.range:
             raise InputError(f"device error {self.error:g} N is not below its range {self.range:g} N")
+        made = _date("device calibrated", self.calibrated) if self.calibrated else date.min
+        if self.calibration_expires and _date("device calibration_expires", self.calibration_expires) < made:
+            raise InputError(
+                f"device calibration_expires: found {self.calibration_expires}, "
+                f"expected no date before its calibration on {self.calibrated}"
+            )
 
     @property
     def highest_limit(self) -> float:
@@ -53,3 +65,45 @@ class Device:
     def error_or_default(self) -> float:
         """The stated error [N], else 3 N, that of the paper's device (section IV-B)."""
         return 3.0 if math.isnan(self.error) else self.error
+
+    @property
+    def calibration_stated(self) -> bool:
+        """True if the date of the calibration or the date it expires is stated."""
+        return bool(self.calibrated or self.calibration_expires)
+
+    def expired(self, on: str) -> bool:
+        """True if the calibration had run out on a date; False if no date of it is stated.
+
+        It holds up to and on `calibration_expires`, or the day one year after `calibrated` where that is not stated.
+
+        Parameters
+        ----------
+        on : str
+            The date of the measurement, YYYY-MM-DD.
+
+        Raises
+        ------
+        InputError
+            Not a date.
+        """
+        day = _date("date of the measurement", on)
+        if self.calibration_expires:
+            return day > _date("device calibration_expires", self.calibration_expires)
+        return bool(self.calibrated) and day > _a_year_after(_date("device calibrated", self.calibrated))
+
+
+def _date(what: str, text: str) -> date:
+    try:
+        if _DATE.fullmatch(text):
+            return date.fromisoformat(text)
+    except (TypeError, ValueError):
+        pass
+    raise InputError(f"{what}: found {text!r}, expected a date as YYYY-MM-DD")
+
+
+def _a_year_after(day: date) -> date:
+    if day.year == date.max.year:
+        return date.max
+    # 29 February has no anniversary in a common year: the day before holds, not the day after
+    leap_day = (day.month, day.day) == (2, 29)
+    return day.replace(year=day.year + 1, day=28 if leap_day else day.day)

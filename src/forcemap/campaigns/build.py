@@ -1,0 +1,280 @@
+"""Recordings of a campaign to its impacts table: every recording judged, every discard with its reason."""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path, PurePosixPath
+
+import numpy as np
+
+from forcemap.campaigns.campaign import Campaign
+from forcemap.campaigns.dataset import ImpactDataset
+from forcemap.campaigns.impacts_table import TABLE_FILE, read_dataset
+from forcemap.campaigns.register import Entry, Use, write_register
+from forcemap.campaigns.table import csv_text
+from forcemap.errors import CampaignFileError, InputError, RecordingError
+from forcemap.files import write_atomically
+from forcemap.impacts.detect import find_impacts, no_impact
+from forcemap.impacts.impact import Impact, Quality
+from forcemap.impacts.quality import UNKNOWN_PEAK
+from forcemap.impacts.scenario import ContactScenario
+from forcemap.recordings.read import read_recordings
+from forcemap.recordings.recording import Recording
+
+Progress = Callable[[int, int], None]
+
+_COLUMNS = (
+    "state_id",
+    "repeat",
+    "role",
+    "distance_m",
+    "height_m",
+    "speed_mps",
+    "peak_force_N",
+    "censored",
+    "base_angle_deg",
+    "phase2_force_N",
+    "scenario",
+    "recording",
+    "flags",
+    "raw_peak_N",
+)
+
+
+def build_dataset(campaign: Campaign, *, progress: Progress | None = None) -> ImpactDataset:
+    """Read, judge and register every recording of a campaign, and write its impacts table.
+
+    Writes `recordings.csv` and `impacts.csv`, each in one step; raw files are never touched. The same folder gives
+    the same bytes, and a recording keeps its row when others are added.
+
+    Parameters
+    ----------
+    campaign : Campaign
+    progress : callable, optional
+        Called with the number of files done and of all files.
+
+    Returns
+    -------
+    ImpactDataset
+        The table as `read_dataset` reads it.
+
+    Raises
+    ------
+    CampaignFileError
+        The device range is not stated; a registered file has changed or is gone; there are no recordings.
+    TableError
+        No recording gave an impact that can be used, or the impacts contradict each other.
+    """
+    if math.isnan(campaign.conditions.device.range):
+        raise CampaignFileError(
+            "the device range is not stated, so that a saturated recording would pass for a good one; state it in N",
+            file=str(campaign.folder / "campaign.toml"),
+            column="device.range_N",
+        )
+    files = campaign.files()
+    if not files and not campaign.entries:
+        raise CampaignFileError(
+            "found no recording; put the device's files there, named as plan.csv says", file=str(campaign.recordings)
+        )
+    known: dict[str, list[Entry]] = {}
+    for entry in campaign.entries:
+        known.setdefault(entry.file, []).append(entry)
+    for gone in sorted(known.keys() - set(files)):
+        raise CampaignFileError(
+            f"registered in {campaign.register_file.name}, but the file is gone; put it back, or delete its row",
+            file=str(campaign.recordings / gone),
+        )
+    runs = _Runs.of(campaign)
+    order = [*known, *(file for file in files if file not in known)]
+    entries: list[Entry] = []
+    rows: list[dict[str, str]] = []
+    for done, file in enumerate(order, start=1):
+        for entry, row in _judge_file(campaign, file, known.get(file, []), runs):
+            entries.append(entry)
+            rows += [row] if row else []
+        if progress:
+            progress(done, len(order))
+    write_register(entries, campaign.register_file)
+    used = _COLUMNS if any(row["base_angle_deg"] for row in rows) else tuple(c for c in _COLUMNS if "angle" not in c)
+    write_atomically(campaign.table_file, csv_text({column: [row[column] for row in rows] for column in used}))
+    if not rows:
+        raise CampaignFileError(
+            f"none of {len(entries)} recordings gave an impact that can be used; "
+            f"{campaign.register_file.name} says why of each, the first: {entries[0].reason}",
+            file=str(campaign.folder / TABLE_FILE),
+        )
+    return read_dataset(campaign.folder)
+
+
+@dataclass
+class _Runs:
+    """Which run a recording is, by its name; and which runs have a recording already."""
+
+    by_name: dict[str, tuple[str, int]]
+    states: dict[str, int]  # state -> its first row of the plan
+    rows: dict[tuple[str, int], int]  # run -> its row of the plan
+    taken: dict[tuple[str, int], str]
+
+    @classmethod
+    def of(cls, campaign: Campaign) -> _Runs:
+        plan = campaign.plan
+        runs = list(zip(plan.state_id.tolist(), plan.repeat.tolist(), strict=True))
+        by_name = {name.lower(): run for name, run in zip(plan.recording.tolist(), runs, strict=True)}
+        first = {state: i for i, (state, _) in reversed(list(enumerate(runs)))}
+        return cls(by_name, first, {run: i for i, run in enumerate(runs)}, {})
+
+    def find(self, entry: Entry) -> tuple[str, int] | None:
+        """State and repeat: as registered, else by the name of the curve or file; repeats beyond the plan too."""
+        if entry.state_id:
+            return entry.state_id, entry.repeat
+        for name in (entry.curve, PurePosixPath(entry.file).stem):
+            lowered = name.lower()
+            if lowered in self.by_name:
+                return self.by_name[lowered]
+            state, _, repeat = lowered.rpartition("-r")
+            for planned in self.states:
+                if planned.lower() == state and repeat.isascii() and repeat.isdigit() and 0 < int(repeat) < 1000:
+                    return planned, int(repeat)
+        return None
+
+
+def _judge_file(
+    campaign: Campaign, file: str, known: list[Entry], runs: _Runs
+) -> Iterator[tuple[Entry, dict[str, str] | None]]:
+    """The entry of every recording in a file, and its row of the impacts table if it is used."""
+    path = campaign.recordings / file
+    by_curve = {entry.curve: entry for entry in known}
+    try:
+        recordings = read_recordings(path, columns=campaign.columns, device=campaign.conditions.device)
+        digest = recordings[0].sha256
+        unreadable = ""
+    except RecordingError as error:
+        recordings, digest = [], _sha256(path)
+        where = f"row {error.row}, " if error.row is not None else ""
+        unreadable = f"{where}{error.message}"
+    for entry in known:
+        if entry.sha256 and entry.sha256 != digest:
+            raise CampaignFileError(
+                f"the file has changed since it was registered ({entry.sha256[:12]}... then, {digest[:12]}... now); "
+                f"restore it, or delete its row in {campaign.register_file.name} to register it anew",
+                file=str(path),
+            )
+    if unreadable:
+        yield from ((_fresh(entry, digest, Use.UNREADABLE, unreadable), None) for entry in known or [Entry(file=file)])
+        return
+    names = [recording.curve for recording in recordings]
+    for curve in by_curve:
+        if curve not in names and not (curve == "" and len(by_curve) == 1):
+            message = f"registered with a curve {curve!r}, which the file does not hold; delete the row"
+            raise CampaignFileError(message, file=str(path))
+    for recording in recordings:
+        whole = by_curve.get("", Entry(file=file))  # registered while the file could not be read
+        entry = by_curve.get(recording.curve, whole)
+        yield _judge(campaign, recording, dataclasses.replace(entry, curve=recording.curve, sha256=digest), runs)
+
+
+def _judge(campaign: Campaign, recording: Recording, entry: Entry, runs: _Runs) -> tuple[Entry, dict[str, str] | None]:
+    """One recording: what it is, whether it is used, and its row."""
+    conditions = campaign.conditions
+    if conditions.date:
+        recording = dataclasses.replace(recording, metadata={**recording.metadata, "date": conditions.date})
+    if entry.exclude:
+        return _fresh(entry, entry.sha256, Use.EXCLUDED, entry.exclude), None
+    not_filtered = []
+    try:
+        impacts = find_impacts(recording, channel_frequency_class=conditions.channel_frequency_class)
+    except InputError as error:  # whether it clamps counts all the same
+        impacts, not_filtered = find_impacts(recording), [error.message]
+    if not impacts:
+        return _fresh(entry, entry.sha256, Use.DISCARDED, no_impact(recording)), None
+    impact = impacts[0]
+    entry = dataclasses.replace(
+        _fresh(entry, entry.sha256, Use.USED, ""),
+        scenario=_gravest([each.scenario for each in impacts]),
+        peak_force=impact.peak_force,
+        raw_peak_force=impact.raw_peak_force,
+        phase2_force=float(np.fmax.reduce([each.phase2_force for each in impacts])),
+        flags="; ".join([*map(str, impact.flags), *recording.notes]),
+    )
+    if len(impacts) > 1:
+        times = ", ".join(f"{each.onset:.3f}" for each in impacts)
+        reason = f"{len(impacts)} impacts, at {times} s, expected one; cut the file, or exclude it"
+        return dataclasses.replace(entry, use=Use.DISCARDED, reason=reason), None
+    run = runs.find(entry)
+    if run is None or run[0] not in runs.states or run[1] < 1:
+        reason = "no run of the plan has this name; name the file as plan.csv says, or give state_id and repeat here"
+        if run is not None:
+            reason = f"plan.csv has no state {run[0]!r}" if run[0] not in runs.states else "the repeat is missing"
+        return dataclasses.replace(entry, use=Use.UNASSIGNED, reason=reason), None
+    entry = dataclasses.replace(entry, state_id=run[0], repeat=run[1])
+    doubts = [*not_filtered, *(str(flag) for flag in impact.flags if flag.name in UNKNOWN_PEAK)]
+    if doubts:
+        return dataclasses.replace(entry, use=Use.DISCARDED, reason="; ".join(doubts)), None
+    if run in runs.taken:
+        reason = f"{runs.taken[run]} is that run already; give this one another repeat, or exclude one of the two"
+        return dataclasses.replace(entry, use=Use.DISCARDED, reason=reason), None
+    runs.taken[run] = entry.name
+    return entry, _row(campaign, runs, entry, impact)
+
+
+def _gravest(scenarios: list[ContactScenario]) -> ContactScenario:
+    """The scenario that bars the transient limit, if an impact has one; else that of the first."""
+    barring = (ContactScenario.WITH_CLAMPING, ContactScenario.UNDETERMINED)
+    return next((each for each in barring if each in scenarios), scenarios[0])
+
+
+def _fresh(entry: Entry, digest: str, use: Use, reason: str) -> Entry:
+    """The entry with what a person may state, and nothing of an earlier judgement."""
+    return Entry(
+        file=entry.file,
+        curve=entry.curve,
+        sha256=digest,
+        state_id=entry.state_id,
+        repeat=entry.repeat,
+        speed=entry.speed,
+        exclude=entry.exclude,
+        use=use,
+        reason=reason,
+    )
+
+
+def _row(campaign: Campaign, runs: _Runs, entry: Entry, impact: Impact) -> dict[str, str]:
+    """The row of the impacts table.
+
+    A force after Phase I that exceeds its peak within the 0.5 s of the transient limit takes the peak's place: a map
+    of the lower one would permit too much.
+    """
+    plan, i = campaign.plan, runs.states[entry.state_id]
+    angle = float(plan.base_angle[runs.rows.get((entry.state_id, entry.repeat), i)])
+    peak = impact.raw_peak_force if impact.saturated else impact.peak_force  # saturated: a lower bound
+    if impact.has(Quality.LATER_PEAK) or impact.has(Quality.DOUBLE_HIT):
+        peak = max(peak, impact.later_force)
+    names = [*(flag.name.value for flag in impact.flags), *(["simulated"] if campaign.conditions.simulated else [])]
+    return {
+        "state_id": entry.state_id,
+        "repeat": str(entry.repeat),
+        "role": str(plan.role[i]),
+        "distance_m": repr(float(plan.distance[i])),
+        "height_m": repr(float(plan.height[i])),
+        "speed_mps": repr(float(plan.speed[i]) if math.isnan(entry.speed) else entry.speed),
+        "peak_force_N": f"{peak:.2f}",
+        "censored": "true" if impact.saturated else "false",
+        "base_angle_deg": "" if math.isnan(angle) else repr(angle),
+        "phase2_force_N": "" if math.isnan(impact.phase2_force) else f"{max(impact.phase2_force, 0.0):.2f}",
+        "scenario": impact.scenario.value,
+        "recording": entry.name,
+        "flags": "; ".join(names),
+        "raw_peak_N": f"{impact.raw_peak_force:.2f}",
+    }
+
+
+def _sha256(path: Path) -> str:
+    try:
+        with path.open("rb") as stream:
+            return hashlib.file_digest(stream, "sha256").hexdigest()
+    except OSError as error:
+        raise RecordingError(f"cannot be read ({error.strerror})", file=str(path)) from error

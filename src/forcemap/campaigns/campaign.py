@@ -1,0 +1,109 @@
+"""A campaign's folder: campaign.toml, plan.csv, recordings/, recordings.csv, impacts.csv."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from forcemap.campaigns.conditions import CAMPAIGN_FILE, Conditions, read_campaign_file
+from forcemap.campaigns.impacts_table import TABLE_FILE
+from forcemap.campaigns.plan import PLAN_FILE, MeasurementPlan, read_plan
+from forcemap.campaigns.register import REGISTER_FILE, Entry, Use, read_register
+from forcemap.campaigns.state import StateTolerance
+from forcemap.errors import InputError
+from forcemap.recordings.column_map import ColumnMap
+
+RECORDINGS_FOLDER = "recordings"
+
+
+@dataclass(frozen=True, eq=False)
+class Campaign:
+    """A campaign as its folder states it.
+
+    Parameters
+    ----------
+    folder : Path
+    conditions : Conditions
+        What it is measured under.
+    columns : ColumnMap or None
+        How the device writes its files; None if campaign.toml does not say.
+    plan : MeasurementPlan
+        What is to be measured.
+    entries : tuple of Entry
+        The register of recordings as it was last written.
+    """
+
+    folder: Path
+    conditions: Conditions
+    columns: ColumnMap | None
+    plan: MeasurementPlan
+    entries: tuple[Entry, ...] = ()
+
+    @property
+    def recordings(self) -> Path:
+        """The folder of raw files."""
+        return self.folder / RECORDINGS_FOLDER
+
+    @property
+    def register_file(self) -> Path:
+        """The register of recordings."""
+        return self.folder / REGISTER_FILE
+
+    @property
+    def table_file(self) -> Path:
+        """The impacts table."""
+        return self.folder / TABLE_FILE
+
+    def files(self) -> list[str]:
+        """Paths of the raw files below the folder of recordings, sorted; hidden ones are left alone."""
+        if not self.recordings.is_dir():
+            return []
+        found = (path.relative_to(self.recordings) for path in self.recordings.rglob("*") if path.is_file())
+        return sorted(path.as_posix() for path in found if not any(part.startswith(".") for part in path.parts))
+
+    @property
+    def missing(self) -> list[str]:
+        """Planned runs without a recording that is used, in the order of the plan."""
+        used = {(entry.state_id, entry.repeat) for entry in self.entries if entry.use is Use.USED}
+        runs = zip(self.plan.recording, self.plan.state_id, self.plan.repeat, strict=True)
+        return [str(name) for name, state, repeat in runs if (str(state), int(repeat)) not in used]
+
+
+def read_campaign(folder: str | Path) -> Campaign:
+    """Read a campaign's folder.
+
+    Parameters
+    ----------
+    folder : str or Path
+        Must hold `campaign.toml` and `plan.csv`.
+
+    Returns
+    -------
+    Campaign
+
+    Raises
+    ------
+    InputError
+        The folder or one of the two files is missing.
+    CampaignFileError
+        campaign.toml cannot be used.
+    TableError
+        plan.csv or recordings.csv cannot be used.
+    """
+    home = Path(folder)
+    if not home.is_dir():
+        raise InputError("there is no such folder", file=str(folder))
+    for name in (CAMPAIGN_FILE, PLAN_FILE):
+        if not (home / name).exists():
+            message = f"a campaign's folder holds {CAMPAIGN_FILE} and {PLAN_FILE}, this one has no {name}"
+            raise InputError(f"{message}; forcemap plan writes both", file=str(folder))
+    conditions, columns = read_campaign_file(home / CAMPAIGN_FILE)
+    tolerance = StateTolerance.stated(conditions.place_tolerance, conditions.speed_tolerance)
+    register = home / REGISTER_FILE
+    return Campaign(
+        folder=home,
+        conditions=conditions,
+        columns=columns,
+        plan=read_plan(home / PLAN_FILE, tolerance=tolerance),
+        entries=read_register(register) if register.exists() else (),
+    )

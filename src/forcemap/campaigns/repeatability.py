@@ -1,0 +1,334 @@
+"""Repeatability: how far repeats of a state agree, which do not, and whether the base angle matters (paper, V-A)."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from forcemap.campaigns.dataset import ImpactDataset
+
+FloatArray = NDArray[np.float64]
+Members = NDArray[np.int64]
+
+_SAME_ANGLE = 1.0  # [deg]
+_FALSE_ALARMS = 0.02  # share of campaigns with nothing but noise in which any repeat is named
+
+
+@dataclass(frozen=True)
+class Outlier:
+    """A repeat far from the others of its state (at its base angle): look at its recording.
+
+    Of just two repeats that disagree nothing tells which is wrong: both are named.
+
+    Parameters
+    ----------
+    state : str
+        Name of the state.
+    repeat : int
+        Number of the repeat.
+    recording : str
+        Name of its raw file.
+    force : float
+        Its peak force [N].
+    others_median : float
+        Median force of the other repeats [N].
+    deviation : float
+        Force less that median [N].
+    """
+
+    state: str
+    repeat: int
+    recording: str
+    force: float
+    others_median: float
+    deviation: float
+
+
+@dataclass(frozen=True, eq=False)
+class Circle:
+    """A state measured at several angles of the base joint.
+
+    Parameters
+    ----------
+    state : str
+        Name of the state.
+    angle : array
+        The angles, from 0 up to 360, shape (k,) [deg].
+    force : array
+        Mean force at every angle [N]; NaN where all impacts are censored.
+    impacts : array of int
+        Uncensored impacts at every angle.
+    censored : int
+        Censored impacts, which no figure here counts: the difference may then be larger.
+    difference : float
+        Largest difference between the angles [N]; NaN if fewer than two have an uncensored impact.
+    difference_percent : float
+        The same in percent of the mean over the angles.
+    """
+
+    state: str
+    angle: FloatArray
+    force: FloatArray
+    impacts: NDArray[np.int64]
+    censored: int
+    difference: float
+    difference_percent: float
+
+
+@dataclass(frozen=True)
+class Symmetry:
+    """How much the force depends on the angle of the base joint; repeat noise makes part of it.
+
+    Parameters
+    ----------
+    circles : tuple of Circle
+        The states measured at several angles.
+    max_difference, mean_difference : float
+        Largest and mean difference over the circles [N]; NaN if none can be told.
+    max_difference_percent, mean_difference_percent : float
+        Largest and mean difference in percent of the circle's mean force.
+    """
+
+    circles: tuple[Circle, ...]
+    max_difference: float
+    mean_difference: float
+    max_difference_percent: float
+    mean_difference_percent: float
+
+
+@dataclass(frozen=True, eq=False)
+class Repeatability:
+    """How far repeats agree; arrays of shape (m,), one entry a state. Censored impacts are left out of all figures.
+
+    Figures in percent of the whole campaign are 100 times the standard deviation of ln F.
+
+    Parameters
+    ----------
+    state : tuple of str
+        Names of the states, in order of distance, height and speed.
+    impacts, censored : array of int
+        Number of uncensored and of censored repeats.
+    mean : array
+        Mean peak force [N]; NaN where all are censored.
+    sd : array
+        Standard deviation of the repeats [N] (about the mean of their base angle); NaN where none is repeated.
+    max_sd, mean_sd : float
+        Largest and mean standard deviation over the states [N]; NaN if nothing is repeated.
+    max_sd_percent, mean_sd_percent : float
+        Largest and mean of the standard deviations in percent of their state's mean.
+    within_state_sd, within_state_sd_percent : float
+        Pooled standard deviation of repeats [N], [%]; NaN if nothing is repeated.
+    between_state_sd, between_state_sd_percent : float
+        Standard deviation of the states' true forces over the campaign [N], [%], repeat noise taken off. How far
+        the force differs between states, not how far a map misses them; NaN with one state or nothing repeated.
+    outliers : tuple of Outlier
+        Repeats that do not fit the others.
+    symmetry : Symmetry or None
+        Of the states measured at several base angles; None if there is none.
+    """
+
+    state: tuple[str, ...]
+    impacts: NDArray[np.int64]
+    censored: NDArray[np.int64]
+    mean: FloatArray
+    sd: FloatArray
+    max_sd: float
+    mean_sd: float
+    max_sd_percent: float
+    mean_sd_percent: float
+    within_state_sd: float
+    within_state_sd_percent: float
+    between_state_sd: float
+    between_state_sd_percent: float
+    outliers: tuple[Outlier, ...]
+    symmetry: Symmetry | None
+
+
+def repeatability(dataset: ImpactDataset) -> Repeatability:
+    """How far the repeats of every state agree.
+
+    Parameters
+    ----------
+    dataset : ImpactDataset
+        Impacts; all roles count. An impact without a base angle has that of the campaign's conditions.
+
+    Returns
+    -------
+    Repeatability
+    """
+    states = dataset.states
+    members = _by_state(dataset, states.name)
+    angles = [_by_angle(dataset, member) for member in members]
+    # Repeats proper: uncensored impacts of one state at one base angle.
+    cells = [[each[~dataset.censored[each]] for each in groups] for groups in angles]
+    sd = np.array([_sd([dataset.peak_force[cell] for cell in groups]) for groups in cells])
+    percent = 100 * sd / states.force
+    within, between = _components(dataset.peak_force, cells)
+    within_log, between_log = _components(np.log(dataset.peak_force), cells)
+    return Repeatability(
+        state=states.name,
+        impacts=states.impacts,
+        censored=states.censored,
+        mean=states.force,
+        sd=sd,
+        max_sd=_largest(sd),
+        mean_sd=_mean(sd),
+        max_sd_percent=_largest(percent),
+        mean_sd_percent=_mean(percent),
+        within_state_sd=within,
+        within_state_sd_percent=100 * within_log,
+        between_state_sd=between,
+        between_state_sd_percent=100 * between_log,
+        outliers=tuple(_outliers(dataset, [cell for groups in cells for cell in groups if cell.size > 1])),
+        symmetry=_symmetry(dataset, states.name, angles),
+    )
+
+
+def _by_state(dataset: ImpactDataset, names: tuple[str, ...]) -> list[Members]:
+    """Impacts of every state, in the order of the names."""
+    order = np.argsort(dataset.state, kind="stable")
+    found, first = np.unique(dataset.state[order], return_index=True)
+    groups = dict(zip(found.tolist(), np.split(order, first[1:]), strict=True))
+    return [groups[name] for name in names]
+
+
+def _angle(dataset: ImpactDataset, member: Members) -> FloatArray:
+    """Base angles from 0 up to 360 [deg]; NaN where neither the impact nor the campaign states one."""
+    angle = dataset.base_angle[member]
+    return np.asarray(np.where(np.isnan(angle), dataset.conditions.base_angle, angle) % 360)
+
+
+def _by_angle(dataset: ImpactDataset, member: Members) -> list[Members]:
+    """Impacts of a state by base angle, ascending; those without one last."""
+    angle = _angle(dataset, member)
+    order = np.argsort(angle, kind="stable")  # NaN last
+    member, angle = member[order], angle[order]
+    stated = int(np.sum(~np.isnan(angle)))
+    steps = np.flatnonzero(np.diff(angle[:stated]) > _SAME_ANGLE * (1 + 1e-9)) + 1
+    groups = np.split(member[:stated], steps) if stated else []
+    if len(groups) > 1 and angle[0] + 360 - angle[stated - 1] <= _SAME_ANGLE * (1 + 1e-9):
+        groups = [np.concatenate([groups[-1], groups[0]]), *groups[1:-1]]  # 359.8 and 0.1 deg are one angle
+    return groups + ([member[stated:]] if stated < member.size else [])
+
+
+def _sd(cells: list[FloatArray]) -> float:
+    """Standard deviation of values about the mean of their cell; NaN where no cell has two."""
+    freedom = sum(max(cell.size - 1, 0) for cell in cells)
+    squares = sum(float(np.sum((cell - cell.mean()) ** 2)) for cell in cells if cell.size)
+    return math.sqrt(squares / freedom) if freedom else math.nan
+
+
+def _components(values: FloatArray, cells: list[list[Members]]) -> tuple[float, float]:
+    """Standard deviations within and between states: one-way random effects by the method of moments.
+
+    With n_i impacts in state i, N in k states: E[MSB] = s_w^2 + n_0 s_b^2, n_0 = (N - sum n_i^2 / N) / (k - 1)
+    (Searle, Casella, McCulloch: Variance Components, 1992, section 3.6).
+    """
+    states = [np.concatenate([values[cell] for cell in groups]) for groups in cells]
+    states = [state for state in states if state.size]
+    within = _sd([values[cell] for groups in cells for cell in groups])
+    if math.isnan(within) or len(states) < 2:
+        return within, math.nan
+    n = np.array([state.size for state in states], dtype=np.float64)
+    mean = np.array([state.mean() for state in states])
+    total = n.sum()
+    between_squares = float(np.sum(n * (mean - np.sum(n * mean) / total) ** 2)) / (n.size - 1)
+    effective = (total - np.sum(n**2) / total) / (n.size - 1)
+    return within, math.sqrt(max(0.0, (between_squares - within**2) / float(effective)))
+
+
+def _outliers(dataset: ImpactDataset, cells: list[Members]) -> list[Outlier]:
+    """Repeats further from the median of the others of their cell than device error and noise explain.
+
+    The noise is that of the campaign: the median difference of two repeats, which outliers hardly move, both in
+    newtons and as a share of the force; a repeat must stand out by either reckoning. The t quantile allows for the
+    number of repeats looked at and for what the median is worth (half the degrees of freedom).
+    """
+    from scipy import stats
+
+    if not cells:
+        return []
+    looked_at = sum(cell.size for cell in cells)
+    freedom = sum(cell.size - 1 for cell in cells) / 2
+    quantile = float(stats.t.isf(_FALSE_ALARMS / (2 * looked_at), freedom))
+    force, log_force = dataset.peak_force, np.log(dataset.peak_force)
+    least = dataset.conditions.device.error_or_default
+    noise, log_noise = quantile * _robust_sd(force, cells), quantile * _robust_sd(log_force, cells)
+
+    def beyond(apart: FloatArray, log_apart: FloatArray, others: int) -> NDArray[np.bool_]:
+        # SD of a value less the median of others, in units of the noise; of up to two the median is the mean.
+        spread = math.sqrt(1 + (1 if others < 3 else math.pi / 2) / others)
+        return np.asarray((np.abs(apart) > max(least, noise * spread)) & (np.abs(log_apart) > log_noise * spread))
+
+    found: list[Outlier] = []
+    for cell in cells:
+        left = cell
+        while left.size > 1:
+            median = np.array([np.median(force[np.delete(left, i)]) for i in range(left.size)])
+            apart = force[left] - median
+            suspect = beyond(apart, log_force[left] - np.log(median), left.size - 1)
+            if not suspect.any():
+                break
+            # One at a time: an outlier also moves the median that the others are held against.
+            worst = np.arange(2) if left.size == 2 else np.array([np.where(suspect, np.abs(apart), -1.0).argmax()])
+            found += [_outlier(dataset, int(left[i]), float(median[i])) for i in worst]
+            left = np.delete(left, worst)
+    return found
+
+
+def _outlier(dataset: ImpactDataset, impact: int, others: float) -> Outlier:
+    force = float(dataset.peak_force[impact])
+    return Outlier(
+        state=str(dataset.state[impact]),
+        repeat=int(dataset.repeat[impact]),
+        recording=str(dataset.recording[impact]),
+        force=force,
+        others_median=others,
+        deviation=force - others,
+    )
+
+
+def _robust_sd(values: FloatArray, cells: list[Members]) -> float:
+    """Standard deviation of repeats from the median absolute difference of two in a cell (Shamos 1976)."""
+    pairs = [np.abs(np.subtract.outer(values[cell], values[cell])[np.triu_indices(cell.size, 1)]) for cell in cells]
+    return float(np.median(np.concatenate(pairs))) / (0.6744897501960817 * math.sqrt(2))
+
+
+def _symmetry(dataset: ImpactDataset, names: tuple[str, ...], angles: list[list[Members]]) -> Symmetry | None:
+    stated = [[each for each in groups if not np.isnan(_angle(dataset, each)[0])] for groups in angles]
+    circles = [_circle(dataset, name, groups) for name, groups in zip(names, stated, strict=True) if len(groups) > 1]
+    if not circles:
+        return None
+    difference = np.array([circle.difference for circle in circles])
+    percent = np.array([circle.difference_percent for circle in circles])
+    return Symmetry(tuple(circles), _largest(difference), _mean(difference), _largest(percent), _mean(percent))
+
+
+def _circle(dataset: ImpactDataset, name: str, groups: list[Members]) -> Circle:
+    measured = [each[~dataset.censored[each]] for each in groups]
+    force = np.array([dataset.peak_force[each].mean() if each.size else math.nan for each in measured])
+    told = force[~np.isnan(force)]
+    difference = float(np.ptp(told)) if told.size > 1 else math.nan
+    return Circle(
+        state=name,
+        angle=np.array([_angle(dataset, each)[0] for each in groups]),
+        force=force,
+        impacts=np.array([each.size for each in measured]),
+        censored=int(sum(dataset.censored[each].sum() for each in groups)),
+        difference=difference,
+        difference_percent=100 * difference / float(told.mean()) if told.size else math.nan,
+    )
+
+
+def _largest(values: FloatArray) -> float:
+    told = values[~np.isnan(values)]
+    return float(told.max()) if told.size else math.nan
+
+
+def _mean(values: FloatArray) -> float:
+    told: Any = values[~np.isnan(values)]
+    return float(told.mean()) if told.size else math.nan

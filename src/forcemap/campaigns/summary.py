@@ -1,0 +1,111 @@
+"""What a campaign has and has not: recordings used and discarded, runs missing, which limit may be used where."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from forcemap.campaigns.campaign import Campaign
+from forcemap.campaigns.dataset import ImpactDataset, PhaseTwo
+from forcemap.campaigns.register import Entry, Use
+from forcemap.impacts.scenario import ContactScenario
+
+
+@dataclass(frozen=True)
+class StateContact:
+    """Which limit the impacts of a state allow.
+
+    Parameters
+    ----------
+    state : str
+    transient_allowed : bool
+        False if an impact clamps, may clamp, or was not seen after Phase I.
+    reason : str
+        Why, in words.
+    """
+
+    state: str
+    transient_allowed: bool
+    reason: str
+
+
+@dataclass(frozen=True)
+class CampaignSummary:
+    """A campaign at a glance.
+
+    Parameters
+    ----------
+    recordings : int
+        Recordings registered.
+    used : int
+        Recordings whose impact is in the table.
+    discards : tuple of Entry
+        The others, each with its reason.
+    missing : tuple of str
+        Planned runs without a recording that is used.
+    phase_two : PhaseTwo
+        Contact scenarios and the largest Phase II force, of discarded recordings too.
+    contacts : tuple of StateContact
+        Which limit may be used for which state, and why.
+    flags : mapping of str to int
+        How many used recordings carry each quality flag.
+    not_stated : tuple of str
+        Conditions that campaign.toml does not state.
+    """
+
+    recordings: int
+    used: int
+    discards: tuple[Entry, ...]
+    missing: tuple[str, ...]
+    phase_two: PhaseTwo
+    contacts: tuple[StateContact, ...]
+    flags: dict[str, int]
+    not_stated: tuple[str, ...]
+
+
+def campaign_summary(campaign: Campaign, dataset: ImpactDataset) -> CampaignSummary:
+    """Summarise a campaign whose table was built.
+
+    Parameters
+    ----------
+    campaign : Campaign
+        Read after `build_dataset`, so that its register is the new one.
+    dataset : ImpactDataset
+        What `build_dataset` returned.
+    """
+    names = [name for cell in dataset.flags.tolist() for name in cell.split("; ") if name and name != "simulated"]
+    seen: dict[str, list[ContactScenario]] = {}
+    for entry in campaign.entries:
+        if entry.scenario is not None and entry.state_id and entry.use in (Use.USED, Use.DISCARDED):
+            seen.setdefault(entry.state_id, []).append(entry.scenario)
+    return CampaignSummary(
+        recordings=len(campaign.entries),
+        used=len(dataset),
+        discards=tuple(entry for entry in campaign.entries if entry.use is not Use.USED),
+        missing=tuple(campaign.missing),
+        phase_two=dataset.phase_two,
+        contacts=tuple(_contact(state, scenarios) for state, scenarios in seen.items()),
+        flags={name: names.count(name) for name in sorted(set(names))},
+        not_stated=tuple(name for name, value in _asked(campaign) if not value),
+    )
+
+
+def _contact(state: str, scenarios: list[ContactScenario]) -> StateContact:
+    for barrier in (ContactScenario.WITH_CLAMPING, ContactScenario.UNDETERMINED):
+        if barrier in scenarios:
+            count = f"{scenarios.count(barrier)} of {len(scenarios)} impacts"
+            return StateContact(state, False, f"{count} {barrier.words}: quasi-static limit only")
+    return StateContact(state, True, "the force diminishes in every impact: the transient limit may be used")
+
+
+def _asked(campaign: Campaign) -> list[tuple[str, str]]:
+    conditions = campaign.conditions
+    return [
+        ("robot.model", conditions.robot),
+        ("robot.safety_settings", conditions.safety_settings),
+        ("tool.name", conditions.tool),
+        ("contact.site", conditions.contact_site),
+        ("contact.direction", conditions.direction),
+        ("contact.speed", conditions.speed_kind),
+        ("device.calibrated", conditions.device.calibrated or conditions.device.calibration_expires),
+        ("date", conditions.date),
+    ]

@@ -1,0 +1,181 @@
+"""forcemap check."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from forcemap import (
+    Campaign,
+    ForceLimit,
+    ForcemapError,
+    InputError,
+    Interpretation,
+    Verdict,
+    VerdictOutcome,
+    check_impact,
+    find_impacts,
+    force_limit,
+    no_impact,
+    read_campaign,
+    read_limit_table,
+)
+from forcemap.cli.column_options import (
+    CampaignOption,
+    Columns,
+    DeviceError,
+    DeviceRange,
+    FrequencyClass,
+    recordings_from,
+)
+from forcemap.cli.impact_results import VERDICT_HEADER, limit_line_words, verdict_result, verdict_row
+from forcemap.cli.options import Area, Json, LimitN, LimitTable, Region
+from forcemap.cli.output import Progress, emit, listing, table
+
+_SHOWN = 12  # lines of a list
+
+
+def check(
+    source: Annotated[str, typer.Argument(help="A file of recordings, or a campaign folder.")],
+    area: Area = None,
+    region: Region = None,
+    newtons: LimitN = None,
+    limit_table: LimitTable = None,
+    interpretation: Annotated[
+        Interpretation | None,
+        typer.Option("--interpretation", help="The interpretation that governs; default: the strictest."),
+    ] = None,
+    campaign: CampaignOption = None,
+    column: Columns = None,
+    device_range: DeviceRange = None,
+    device_error: DeviceError = None,
+    frequency_class: FrequencyClass = None,
+    as_json: Json = False,
+) -> int:
+    """Check impacts against the limits of a body area, under every interpretation of the standard.
+
+    Exit code: 0 within, 1 exceeded or not permitted, 2 cannot tell.
+
+    Example: forcemap check run7.csv --area back_of_hand --device-range-N 500
+    """
+    limit = _limit(area, region, newtons, limit_table)
+    if isinstance(limit, ForceLimit) and not limit.permitted:
+        reason = f"contact with {limit.name} is not permitted in {limit.edition}: no force is within a limit"
+        emit({"outcome": "not_permitted", "reason": reason, "limit_source": str(limit)}, [reason], as_json=as_json)
+        return 1
+    verdicts: list[Verdict] = []
+    unjudged: list[tuple[str, str]] = []
+    simulated = False
+    home = read_campaign(source) if Path(source).is_dir() else None
+    files = [source] if home is None else _files(home)
+    excluded = set() if home is None else {f"{home.recordings / e.file}#{e.curve}" for e in home.entries if e.exclude}
+    with Progress("checked", len(files)) as progress:
+        for done, file in enumerate(files, start=1):
+            try:
+                recordings, conditions = recordings_from(
+                    file, campaign or (source if home else None), column, device_range, device_error
+                )
+            except ForcemapError as error:
+                if len(files) == 1:
+                    raise
+                unjudged.append((file, str(error)))
+                continue
+            simulated |= conditions.simulated
+            wanted = conditions.channel_frequency_class if frequency_class is None else frequency_class
+            for recording in recordings:
+                if f"{file}#{recording.curve}" in excluded:
+                    continue
+                impacts = find_impacts(recording, channel_frequency_class=wanted)
+                verdicts += [check_impact(impact, limit, interpretation=interpretation) for impact in impacts]
+                unjudged += [] if impacts else [(recording.name, no_impact(recording))]
+            progress.show(done)
+    outcomes = [verdict.outcome for verdict in verdicts]
+    worst = (
+        VerdictOutcome.EXCEEDED
+        if VerdictOutcome.EXCEEDED in outcomes
+        else VerdictOutcome.CANNOT_TELL
+        if unjudged or not verdicts or VerdictOutcome.CANNOT_TELL in outcomes
+        else VerdictOutcome.WITHIN
+    )
+    result: dict[str, Any] = {
+        "outcome": worst.value,
+        "limit": limit_line_words(limit),
+        "simulated": simulated,
+        "counts": {outcome.value: outcomes.count(outcome) for outcome in VerdictOutcome} | {"unjudged": len(unjudged)},
+        "impacts": [verdict_result(verdict) for verdict in verdicts],
+        "unjudged": [{"recording": name, "reason": reason} for name, reason in unjudged],
+    }
+    emit(result, _lines(worst, verdicts, unjudged, limit, simulated), as_json=as_json)
+    return {VerdictOutcome.WITHIN: 0, VerdictOutcome.EXCEEDED: 1, VerdictOutcome.CANNOT_TELL: 2}[worst]
+
+
+def _limit(area: str | None, region: str | None, newtons: float | None, limit_table: str | None) -> ForceLimit | float:
+    name = area or region
+    if sum(option is not None for option in (area, region, newtons)) != 1 or name == "":
+        raise InputError("limit: expected one of --area, --region or --limit-N")
+    if newtons is not None:
+        if limit_table is not None:
+            raise InputError("limit: --limit-table goes with --area or --region, not with --limit-N")
+        return newtons
+    assert name is not None
+    return force_limit(name, table=read_limit_table(limit_table) if limit_table else None)
+
+
+def _files(campaign: Campaign) -> list[str]:
+    """The files of a campaign, but for those that a person took out whole."""
+    excluded = {entry.file for entry in campaign.entries if entry.exclude and not entry.curve}
+    files = [str(campaign.recordings / file) for file in campaign.files() if file not in excluded]
+    if not files:
+        raise InputError("found no recording to check", file=str(campaign.recordings))
+    return files
+
+
+def _lines(
+    worst: VerdictOutcome,
+    verdicts: list[Verdict],
+    unjudged: list[tuple[str, str]],
+    limit: ForceLimit | float,
+    simulated: bool,
+) -> list[str]:
+    lines = ["SIMULATED recordings: not a measurement of any robot"] if simulated else []
+    lines += [f"{worst.value.replace('_', ' ').upper()}: {limit_line_words(limit)}", ""]
+    lines += table(VERDICT_HEADER, [verdict_row(verdict) for verdict in verdicts]) if verdicts else []
+    if len(verdicts) == 1:
+        (verdict,) = verdicts
+        rows = [
+            [
+                each.interpretation.value,
+                each.outcome.value.replace("_", " "),
+                f"{each.force:.1f} N",
+                f"{each.limit:g} N",
+                f"{each.margin:+.1f} N",
+                f"{1000 * each.instant:.0f} ms",
+            ]
+            for each in verdict.judgements
+        ]
+        lines += [
+            "",
+            verdict.governing.reason,
+            "",
+            *table(["interpretation", "outcome", "force", "limit", "margin", "at"], rows),
+        ]
+        lines += ["", *(f"  {each.value}: {each.words}" for each in Interpretation)]
+        low_passed = verdict.filtered_force
+        filtered = "" if math.isnan(low_passed) else f", low-passed {low_passed:.1f} N"
+        lines += [
+            f"  Phase I peak: {verdict.corrected_force:.1f} N corrected for noise, largest sample "
+            f"{verdict.raw_force:.1f} N{filtered}; the largest counts. Contact: {verdict.impact.scenario.words}",
+        ]
+        lines += [f"  FLAG {flag}" for flag in verdict.impact.flags]
+    else:
+        doubts = [v for v in verdicts if v.outcome is not VerdictOutcome.WITHIN]
+        reasons = [f"{v.impact.recording.name}: {v.governing.reason}" for v in doubts]
+        more = [f"... and {len(doubts) - _SHOWN} more; --json lists all"] if len(doubts) > _SHOWN else []
+        lines += ["", *listing("Why", [*reasons[:_SHOWN], *more])] if doubts else []
+    lines += listing("Not judged", [f"{name}: {reason}" for name, reason in unjudged]) if unjudged else []
+    error = verdicts[0].device_error if verdicts else 3.0
+    closing = f"within: force + device error ({error:g} N) <= limit at every instant; pressure is not assessed"
+    return [*lines, "", closing]

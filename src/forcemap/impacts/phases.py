@@ -1,0 +1,218 @@
+"""Phases of an impact (paper, section II-A): onset, Phase I and its peak, what follows it, the contact scenario."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from forcemap.impacts.impact import TRANSIENT_TIME, Impact
+from forcemap.impacts.scenario import ContactScenario
+from forcemap.impacts.smooth import mean_interval, moving_mean
+
+FloatArray = NDArray[np.float64]
+
+END_WINDOW = 0.0125  # the end rule looks at the last 10 to 15 ms of a recording [s]
+HOLD_WINDOW = (0.5, 0.7)  # where a clamping force is read, after onset [s]
+_SOFTER = 5.0  # by how many times the noise variance a soft foot must fit better than a kink
+_LEAST_HOLD = 0.6  # a recording that ends earlier does not show whether the force is held [s]
+
+
+@dataclass(frozen=True)
+class PhaseOne:
+    """Phase I by index into the curve, and its peak."""
+
+    peak: int
+    end: int
+    force: float
+    raw_force: float
+    width: float
+
+
+def first_peak(time: FloatArray, force: FloatArray, floor: float, noise: float) -> PhaseOne:
+    """Phase I of a curve that starts at the onset of contact, shape (n,).
+
+    Its peak is the first one: a running maximum that ends once the force has fallen clearly below it, by 12 % or five
+    times the noise. Phase I ends where the force falls below the floor, or at the minimum before it rises again as
+    clearly, or where it has settled.
+
+    Parameters
+    ----------
+    time, force : array (n,)
+        From the onset on [s], [N].
+    floor : float
+        Force below which there is no contact [N].
+    noise : float
+        Standard deviation of the noise [N].
+    """
+    coarse = moving_mean(force, 3)
+    guess = _running_peak(coarse, max(8.0 * noise, 1.0), 0.25, floor)
+    span = max(time[guess] - time[0], 0.0)
+    smooth = moving_mean(force, _odd(0.12 * span / mean_interval(time)))
+    fall = max(5.0 * noise, 1.0)
+    peak = _running_peak(smooth, fall, 0.12, floor)
+    end = _end_of_phase(smooth, peak, max(fall, 0.12 * smooth[peak]), floor)
+    raw = float(force[: end + 1].max())
+    top = _read_peak(time[: end + 1], force[: end + 1], smooth[: end + 1], peak, noise)
+    return PhaseOne(peak, end, top, raw, _half_width(time[: end + 1], smooth[: end + 1], peak))
+
+
+def onset_time(time: FloatArray, force: FloatArray, first: int, rise: int, peak_force: float, noise: float) -> float:
+    """Start of contact [s]: the foot of the rise up to 30 % of the peak.
+
+    Of all F = a (t - t0)^p with p = 1 or 2 (a rise that starts with a kink, or softly) the one nearest to the samples.
+
+    Parameters
+    ----------
+    time, force : array (n,)
+        The curve [s], [N].
+    first, rise : int
+        Range of samples within which contact starts.
+    peak_force, noise : float
+        Phase I peak, and the standard deviation of the noise [N].
+    """
+    above = np.flatnonzero(force[rise:] >= 0.3 * peak_force)
+    stop = rise + (int(above[0]) if above.size else 0) + 1
+    stop = max(stop, min(first + 3, time.size))
+    thin = max((stop - first) // 200, 1)  # more samples than that tell no more
+    t, f = time[first:stop:thin], force[first:stop:thin]
+    low, high = float(t[0]), float(t[-1])
+    starts = {}
+    for power in (1, 2):
+        left, right = low, high
+        for _ in range(2):  # once over the whole range, once around the best
+            tried = left + (right - left) / 24 * np.arange(24)
+            basis = np.maximum(t - tried[:, None], 0.0) ** power
+            product = basis @ f
+            gain = np.where(product > 0, product**2 / np.maximum(np.sum(basis * basis, axis=1), 1e-300), 0.0)
+            k = int(gain.argmax())
+            starts[power] = (float(gain[k]), float(tried[k]))
+            step = (right - left) / 24
+            left, right = max(tried[k] - step, float(t[0])), min(tried[k] + step, float(t[-1]))
+    softer = starts[2][0] - starts[1][0] > _SOFTER * noise**2  # than noise makes a kink look
+    return starts[2 if softer else 1][1]
+
+
+def end_level(time: FloatArray, force: FloatArray) -> float:
+    """Force at the end of a curve [N]: the larger of the means over its last 12.5 ms and its last 4 ms."""
+    levels = []
+    for window in (END_WINDOW, 0.004):
+        first = min(int(np.searchsorted(time, time[-1] - window)), max(time.size - 3, 0))
+        levels.append(float(force[first:].mean()))
+    return max(levels)
+
+
+def classify_contact(impact: Impact) -> ContactScenario:
+    """What the force does after Phase I.
+
+    - unconstrained: it stays below the floor f0;
+    - without clamping: it is above f0 after Phase I, and below it for good before 0.5 s;
+    - with clamping: its mean from 0.5 to 0.7 s is above f0, and it is not below half of that at the end;
+    - undetermined: the recording does not tell. If it ends before 0.5 s, the contact counts as over if no more than
+      max(10 N, 10 % of the peak) acts at its end.
+
+    Parameters
+    ----------
+    impact : Impact
+
+    Returns
+    -------
+    ContactScenario
+    """
+    return scenario_of(
+        recorded_time=impact.recorded_time,
+        peak_force=impact.peak_force,
+        contact_over=impact.contact_over,
+        contact_duration=impact.contact_duration,
+        acts_after_phase1=impact.acts_after_phase1,
+        hold_force=impact.hold_force,
+        end_force=impact.end_force,
+        floor=impact.floor,
+    )
+
+
+def scenario_of(
+    *,
+    recorded_time: float,
+    peak_force: float,
+    contact_over: bool,
+    contact_duration: float,
+    acts_after_phase1: bool,
+    hold_force: float,
+    end_force: float,
+    floor: float,
+) -> ContactScenario:
+    """The scenario by the figures of an impact; names and units as in Impact."""
+    over = contact_over and contact_duration < TRANSIENT_TIME
+    if recorded_time < TRANSIENT_TIME:
+        over = end_force <= max(10.0, 0.1 * peak_force)
+    if over:
+        return ContactScenario.WITHOUT_CLAMPING if acts_after_phase1 else ContactScenario.UNCONSTRAINED
+    if hold_force > floor and end_force >= 0.5 * hold_force:
+        return ContactScenario.WITH_CLAMPING
+    return ContactScenario.UNDETERMINED
+
+
+def hold_force(after: FloatArray, force: FloatArray) -> float:
+    """Mean force [N] from 0.5 to 0.7 s after onset; NaN if the curve ends before 0.6 s."""
+    if after[-1] < _LEAST_HOLD:
+        return float("nan")
+    first, last = np.searchsorted(after, HOLD_WINDOW)
+    return float(force[first:last].mean()) if last > first else float("nan")
+
+
+def _odd(samples: float) -> int:
+    return 2 * int(samples / 2) + 1
+
+
+def _running_peak(force: FloatArray, least_fall: float, share: float, floor: float) -> int:
+    """Index of the running maximum once the force has fallen below it by the share or `least_fall`, the larger."""
+    running = np.maximum.accumulate(force)
+    fallen = (running - force > np.maximum(least_fall, share * running)) & (running > floor)
+    stop = int(fallen.argmax()) if fallen.any() else force.size
+    return int(force[: max(stop, 1)].argmax())
+
+
+def _end_of_phase(force: FloatArray, peak: int, rise: float, floor: float) -> int:
+    """Index where Phase I ends."""
+    after = force[peak:]
+    below = after < floor
+    stop = int(below.argmax()) if below.any() else after.size - 1
+    lowest = np.minimum.accumulate(after[: stop + 1])
+    risen = after[: stop + 1] - lowest > rise
+    if risen.any():  # the minimum before it rises again
+        return peak + int(after[: int(risen.argmax())].argmin())
+    if below.any():
+        return peak + stop
+    return peak + int((after <= after.min() + rise).argmax())  # settled
+
+
+def _read_peak(time: FloatArray, force: FloatArray, smooth: FloatArray, peak: int, noise: float) -> float:
+    """The peak read from the raw samples: the largest value of a polynomial through the top of Phase I.
+
+    A top that a polynomial does not follow (a spike, a flat top) is read as the largest sample.
+    """
+    for share in (0.75, 0.9):
+        low = smooth < share * smooth[peak]
+        left = peak - int(low[peak::-1].argmax()) + 1 if low[: peak + 1].any() else 0
+        right = peak + int(low[peak:].argmax()) if low[peak:].any() else force.size
+        size = right - left
+        if size < 5:
+            break
+        t = (time[left:right] - time[peak]) / (time[right - 1] - time[left])
+        f = force[left:right]
+        basis = np.vander(t, min(2 + size // 8, 4) + 1)
+        coefficients = np.linalg.solve(basis.T @ basis, basis.T @ f)
+        fitted = basis @ coefficients
+        misfit = float(np.abs(f - fitted).max())
+        if misfit <= max(4.5 * noise, 0.005 * smooth[peak]):
+            return float(np.polyval(coefficients, np.linspace(t[0], t[-1], 101)).max()) if size < 30 else fitted.max()
+    return float(force.max())
+
+
+def _half_width(time: FloatArray, force: FloatArray, peak: int) -> float:
+    low = force < 0.5 * force[peak]
+    left = peak - int(low[peak::-1].argmax()) if low[: peak + 1].any() else 0
+    right = peak + int(low[peak:].argmax()) if low[peak:].any() else force.size - 1
+    return float(time[right] - time[left])

@@ -1,0 +1,141 @@
+"""Quality flags of an impact, each with the figure behind it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from forcemap.impacts.baseline import ContactForce
+from forcemap.impacts.impact import TRANSIENT_TIME, Flag, Impact, Quality
+from forcemap.recordings.recording import Recording
+
+FloatArray = NDArray[np.float64]
+
+LEAST_SAMPLES = 16  # across Phase I, for its peak to be known
+LEAST_EARLY_SAMPLES = 10  # in the first 50 ms of contact, whatever the apparent width of Phase I
+EARLY = 0.05  # [s]
+
+UNKNOWN_PEAK = (Quality.UNRESOLVED, Quality.NO_BASELINE, Quality.REVERSED, Quality.GAP)  # the peak is not known
+
+
+def flags_of(impact: Impact, before: FloatArray) -> tuple[Flag, ...]:
+    """The flags of an impact; `before` is the contact force before onset, shape (n,)."""
+    return (
+        *_saturated(impact),
+        *_unresolved(impact),
+        *_baseline(impact.contact, impact),
+        *_reversed(impact, before),
+        *_course(impact),
+        *_ringing(impact),
+        *_braking(impact, before),
+        *_gap(impact),
+        *_calibration(impact.recording),
+    )
+
+
+def _saturated(impact: Impact) -> Iterator[Flag]:
+    first, peak_end, last = np.searchsorted(impact.recording.time, [impact.onset, impact.phase1_end, impact.end])
+    recorded = impact.recording.force[first : last + 1]
+    readings = np.abs(recorded) if recorded.ndim == 1 else np.linalg.norm(recorded, axis=1)
+    forces = (readings.max(), impact.verdict_peak_force, impact.contact.force[first : last + 1].max())
+    reading, device_range = float(max(forces)), impact.recording.device.range
+    if reading >= 0.999 * device_range:
+        yield Flag(Quality.SATURATED, f"read {reading:.1f} N of a device range of {device_range:g} N")
+    elif recorded.ndim == 1:
+        phase1 = slice(int(first), int(peak_end) + 1)
+        held, top = _flat_top(impact.recording.time[phase1], impact.recording.force[phase1])
+        if held >= 4:
+            yield Flag(Quality.SATURATED, f"{held} equal samples at the top, {top:.1f} N: cut off below the range")
+
+
+def _flat_top(time: FloatArray, force: FloatArray) -> tuple[int, float]:
+    """Number of equal samples that make up half of the top tenth of the curve, and their force; 0 if none do."""
+    top = float(force.max())
+    at_top = np.flatnonzero(force == top)
+    near = np.flatnonzero(force >= top - 0.1 * (top - force.min()))
+    flat = time[at_top[-1]] - time[at_top[0]]
+    whole = at_top[-1] - at_top[0] + 1 == at_top.size
+    return (int(at_top.size) if whole and flat >= 0.5 * (time[near[-1]] - time[near[0]]) else 0), top
+
+
+def _unresolved(impact: Impact) -> Iterator[Flag]:
+    duration = impact.phase1_end - impact.onset
+    few = impact.phase1_samples < LEAST_SAMPLES
+    early_few = impact.early_samples < LEAST_EARLY_SAMPLES and impact.recorded_time >= EARLY
+    if few or early_few:
+        interval = 1 / impact.recording.sampling_rate
+        shortest = max(duration - interval, duration / 4, 1e-4)  # what Phase I may last between the samples
+        needed = max(LEAST_SAMPLES / shortest if few else 0.0, 1000.0 if early_few else 0.0)
+        yield Flag(
+            Quality.UNRESOLVED,
+            f"{impact.phase1_samples} samples across Phase I (at least {LEAST_SAMPLES}), {impact.early_samples} in "
+            f"the first 50 ms (at least {LEAST_EARLY_SAMPLES}); it takes {math.ceil(needed / 100) * 100:d} Hz or more, "
+            f"this is {impact.recording.sampling_rate:.0f} Hz",
+        )
+
+
+def _baseline(contact: ContactForce, impact: Impact) -> Iterator[Flag]:
+    if contact.baseline_samples == 0:
+        yield Flag(
+            Quality.NO_BASELINE,
+            f"{impact.onset - contact.time[0]:.4f} s before contact do not show it, 0.02 s and 10 samples would; "
+            "the device's zero is taken as it stands",
+        )
+        return
+    moved = contact.drift * min(impact.recorded_time, 2 * TRANSIENT_TIME)
+    if abs(moved) > 3.0:
+        yield Flag(Quality.DRIFT, f"the baseline drifts by {contact.drift:.1f} N/s; taken off")
+    elif contact.unquiet > 0.1:
+        yield Flag(Quality.DRIFT, f"{contact.unquiet:.0%} of the samples before contact are not quiet; left out")
+
+
+def _reversed(impact: Impact, before: FloatArray) -> Iterator[Flag]:
+    # where the sign is wrong, the rise is that back to zero, and the contact lies before it
+    force = np.concatenate([before, impact.curve()[1]])
+    opposite = -float(force.min()) if force.size else 0.0
+    if opposite > max(0.5 * impact.raw_peak_force, impact.floor):
+        yield Flag(Quality.REVERSED, f"{opposite:.1f} N against the stated direction; is the sign right?")
+
+
+def _course(impact: Impact) -> Iterator[Flag]:
+    later = impact.later_force
+    if later > impact.verdict_peak_force:
+        name = Quality.DOUBLE_HIT if impact.bounces else Quality.LATER_PEAK
+        yield Flag(name, f"{later:.1f} N after a Phase I peak of {impact.peak_force:.1f} N")
+    elif impact.bounces and later > 0.8 * impact.peak_force:
+        yield Flag(Quality.DOUBLE_HIT, f"{later:.1f} N after a Phase I peak of {impact.peak_force:.1f} N")
+    if impact.recorded_time < TRANSIENT_TIME:
+        yield Flag(Quality.TOO_SHORT, f"recorded for {impact.recorded_time:.3f} s after onset, expected 0.7 s")
+
+
+def _ringing(impact: Impact) -> Iterator[Flag]:
+    excess = impact.raw_peak_force - impact.peak_force
+    least = max(0.05 * impact.peak_force, 5.0 * impact.contact.baseline_sd)
+    if excess > least:
+        yield Flag(Quality.RINGING, f"the largest sample of Phase I is {excess:.1f} N above the peak without noise")
+
+
+def _braking(impact: Impact, before: FloatArray) -> Iterator[Flag]:
+    if before.size and impact.contact.baseline_samples:
+        largest = float(before.max())
+        if largest > max(2.0 * impact.contact.floor, 0.05 * impact.peak_force):
+            yield Flag(Quality.BRAKING_TRANSIENT, f"{largest:.1f} N before contact")
+
+
+def _gap(impact: Impact) -> Iterator[Flag]:
+    time = impact.recording.time
+    first, last = np.searchsorted(time, [impact.onset, impact.phase1_end])
+    steps = np.diff(time[max(first - 1, 0) : last + 1])
+    longest = float(steps.max()) if steps.size else 0.0
+    phase = impact.phase1_end - impact.onset
+    if longest > phase / 8 and longest > 5.0 / impact.recording.sampling_rate:
+        yield Flag(Quality.GAP, f"no sample for {longest:.4f} s of Phase I")
+
+
+def _calibration(recording: Recording) -> Iterator[Flag]:
+    on = recording.metadata.get("date", "")
+    if on and recording.device.expired(on):
+        yield Flag(Quality.CALIBRATION_EXPIRED, f"the device's calibration had expired on {on}")

@@ -1,0 +1,104 @@
+"""A file of a force measuring device -> its recordings."""
+
+from __future__ import annotations
+
+import os
+import stat
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from forcemap.errors import RecordingError
+from forcemap.files import read_bytes
+from forcemap.recordings.column_map import ColumnMap
+from forcemap.recordings.delimited import read_delimited
+from forcemap.recordings.device import Device
+from forcemap.recordings.recording import Recording
+from forcemap.recordings.selection import listed
+from forcemap.recordings.tdms import read_tdms
+
+_LARGEST_FILE = 500_000_000  # bytes
+
+
+def read_recordings(
+    path: str | Path, *, columns: ColumnMap | Mapping[str, Any] | None = None, device: Device | None = None
+) -> list[Recording]:
+    """Read the recordings in a file, in order of appearance.
+
+    Files ending with .tdms are read as TDMS, all others as delimited text. Without a column map a text needs a header
+    that names one time and one force with their units, such as `time_ms;force_N`, and nothing else.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+    columns : ColumnMap or mapping, optional
+        How the device writes its files, or the table of campaign.toml that says it.
+    device : Device, optional
+        What it was measured with.
+
+    Returns
+    -------
+    list of Recording
+
+    Raises
+    ------
+    RecordingError
+        Anything in the file that could be read wrongly; nothing is repaired.
+    InputError
+        No such file, or a column map that cannot be used.
+    MissingExtra
+        A TDMS file without the package that reads it.
+    """
+    if columns is not None and not isinstance(columns, ColumnMap):
+        columns = ColumnMap.from_table(columns)
+    file = str(path)
+    content = _content(path)
+    read = read_tdms if Path(path).suffix.lower() == ".tdms" else read_delimited
+    try:
+        return read(content, columns, file=file, device=device or Device())
+    except RecordingError as error:
+        # names and remarks come from the file: on one line they cannot imitate another message
+        message, column = (" ".join(text.split())[:1000] for text in (error.message, error.column or ""))
+        raise RecordingError(message, file=file, row=error.row, column=column[:100] or None) from None
+
+
+def read_recording(
+    path: str | Path, *, columns: ColumnMap | Mapping[str, Any] | None = None, device: Device | None = None
+) -> Recording:
+    """Read the only recording in a file; arguments as in read_recordings.
+
+    Raises
+    ------
+    RecordingError
+        More than one recording, or anything in the file that could be read wrongly.
+    InputError
+        No such file, or a column map that cannot be used.
+    MissingExtra
+        A TDMS file without the package that reads it.
+    """
+    recordings = read_recordings(path, columns=columns, device=device)
+    if len(recordings) > 1:
+        names = listed([recording.curve for recording in recordings])
+        raise RecordingError(
+            f"found {len(recordings)} curves ({names}), expected one; read them all with read_recordings",
+            file=str(path),
+        )
+    return recordings[0]
+
+
+def _content(path: str | Path) -> bytes:
+    try:
+        status = os.stat(path)
+    except (OSError, ValueError):  # ValueError: a NUL in the name
+        status = None
+    if status is None and "\0" in str(path):
+        raise RecordingError(f"found {str(path)!r}, expected the name of a file")
+    if status is not None and not stat.S_ISREG(status.st_mode):
+        raise RecordingError("this is no file, expected a file of recordings", file=str(path))
+    if status is not None and status.st_size > _LARGEST_FILE:
+        raise RecordingError(
+            f"found {status.st_size / 1e6:.0f} MB, expected at most {_LARGEST_FILE / 1e6:.0f} MB; export a part of it",
+            file=str(path),
+        )
+    return read_bytes(path)

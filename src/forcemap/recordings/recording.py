@@ -1,0 +1,137 @@
+"""A recording: one force-time curve as measured."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from forcemap.errors import RecordingError
+from forcemap.recordings.device import Device
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Recording:
+    """One force-time curve as measured: its offset is not taken out.
+
+    Parameters
+    ----------
+    time : array, shape (n,)
+        Times of the samples, strictly increasing [s].
+    force : array, shape (n,) or (n, 3)
+        Force, or its three components, positive into the device [N].
+    direction : tuple of 3 floats, optional
+        The direction onto which three components are projected, kept as a unit vector. None: one component, or the
+        norm of the three, once each is free of its offset.
+    device : Device
+        What it was measured with.
+    file, curve : str
+        The file it was read from, and the name of the curve within it ("" if it is the only one).
+    sha256 : str
+        SHA-256 of the file.
+    notes : tuple of str
+        What a reader should know of the sampling, and what was left out.
+    metadata : mapping of str to str
+        The lines of the file before the names of the columns.
+
+    Raises
+    ------
+    RecordingError
+        Shapes that do not fit, fewer than 2 samples, values that are not finite numbers, times that do not increase,
+        or a direction that is none.
+    """
+
+    time: FloatArray
+    force: FloatArray
+    direction: tuple[float, float, float] | None = None
+    device: Device = field(default_factory=Device)
+    file: str = ""
+    curve: str = ""
+    sha256: str = ""
+    notes: tuple[str, ...] = ()
+    metadata: Mapping[str, str] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        # copies, so that nobody changes a recording from outside
+        time, force = self._numbers("time", self.time), self._numbers("force", self.force)
+        if time.ndim != 1 or force.shape not in ((time.size,), (time.size, 3)):
+            raise self._error(
+                f"found time of shape {time.shape} and force of shape {force.shape}, expected (n,) and (n,) or (n, 3)"
+            )
+        if time.size < 2:
+            raise self._error(f"found a curve of {time.size} samples, expected at least 2")
+        for name, values in (("time", time), ("force", force)):
+            if not np.isfinite(values).all():
+                raise self._error(f"found a {name} that is not finite, expected finite numbers")
+        backward = np.flatnonzero(time[1:] <= time[:-1])
+        if backward.size:
+            first = int(backward[0])
+            raise self._error(
+                f"found time {time[first + 1]:g} s after {time[first]:g} s (samples {first + 2} and {first + 1}), "
+                "expected strictly increasing times"
+            )
+        object.__setattr__(self, "time", time)
+        object.__setattr__(self, "force", force)
+        if self.direction is not None:
+            object.__setattr__(self, "direction", self._unit_vector(force))
+        object.__setattr__(self, "notes", tuple(self.notes))
+
+    @property
+    def name(self) -> str:
+        """The file, and the curve within it after a "#"."""
+        return f"{self.file}#{self.curve}" if self.curve else self.file
+
+    @property
+    def samples(self) -> int:
+        """Number of samples."""
+        return self.time.size
+
+    @property
+    def duration(self) -> float:
+        """Time from the first to the last sample [s]."""
+        return float(self.time[-1] - self.time[0])
+
+    @property
+    def sampling_rate(self) -> float:
+        """One over the median interval between samples [Hz]."""
+        return 1.0 / float(np.median(np.diff(self.time)))
+
+    @property
+    def largest_gap(self) -> float:
+        """The largest interval between two samples [s]."""
+        return float(np.diff(self.time).max())
+
+    @property
+    def regular(self) -> bool:
+        """True if every interval lies within 1 % of the median interval."""
+        intervals = np.diff(self.time)
+        usual = np.median(intervals)
+        return bool(np.abs(intervals - usual).max() <= 0.01 * usual)
+
+    def _numbers(self, name: str, values: FloatArray) -> FloatArray:
+        array = np.asarray(values)
+        if array.dtype.kind not in "iuf" or np.ma.is_masked(values):
+            raise self._error(f"found a {name} of {array.dtype.name} (or masked), expected an array of numbers")
+        numbers = np.array(array, dtype=np.float64)
+        numbers.setflags(write=False)
+        return numbers
+
+    def _unit_vector(self, force: FloatArray) -> tuple[float, float, float]:
+        if force.ndim != 2:
+            raise self._error("found a direction for a force of one component, expected it for three; leave it out")
+        try:
+            x, y, z = (float(component) for component in self.direction or ())
+        except (TypeError, ValueError):
+            raise self._error(f"found direction {self.direction!r}, expected three numbers") from None
+        length = math.hypot(x, y, z)
+        if not 0 < length < math.inf:
+            raise self._error(f"found direction {self.direction!r}, expected a vector of finite length above 0")
+        return (x / length, y / length, z / length)
+
+    def _error(self, message: str) -> RecordingError:
+        return RecordingError(message, file=self.name or None)

@@ -1,0 +1,318 @@
+"""plan, collect, inspect and check as a program sees them."""
+
+from __future__ import annotations
+
+import json
+import re
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+
+import forcemap as fm
+from pulses import TOML, collect, pulse, register, rows, save, write_campaign
+
+PLAN = ("--distances-m", "0.5,0.9", "--heights-m", "0.2,0.4", "--speeds-mps", "0.1,0.3")
+RUN, OTHER = "d500-h200-v100-r1", "d500-h200-v200-r1"
+COMMANDS = ("plan", "collect", "inspect", "check")
+HAND = ("--area", "back_of_hand")
+
+
+@pytest.fixture
+def forcemap(capsys):
+    """Run a command in this process: (exit code, stdout, stderr)."""
+    from forcemap.cli.app import run
+
+    def call(*arguments):
+        code = run([str(argument) for argument in arguments])
+        out, err = capsys.readouterr()
+        return code, out, err
+
+    return call
+
+
+@pytest.fixture
+def ask(forcemap):
+    """Run a command with --json: (exit code, object)."""
+
+    def call(*arguments):
+        code, out, err = forcemap(*arguments, "--json")
+        assert err == "" or (err.startswith("error: ") and err.count("\n") == 1)
+        return code, json.loads(out)
+
+    return call
+
+
+@pytest.fixture
+def curve_file(tmp_path):
+    """Write a curve as a file of its own."""
+
+    def write(name="run.csv", **options):
+        save(tmp_path / name, *pulse(**options))
+        return tmp_path / name
+
+    return write
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_help_has_one_example(forcemap, name):
+    code, out, _ = forcemap(name, "--help")
+    assert code == 0
+    assert out.count("Example: forcemap " + name) == 1
+
+
+class TestPlan:
+    def test_writes_a_campaign_that_is_read_and_is_not_overwritten(self, ask, forcemap, tmp_path):
+        folder = tmp_path / "campaign"
+        code, found = ask("plan", folder, *PLAN, "--device-range-N", 500, "--moving-mass-kg", 30, *HAND,
+                          "--contact", "transient")  # fmt: skip
+        assert code == 0
+        assert found["files"] == ["campaign.toml", "plan.csv", "run_sheet.txt"]
+        assert {path.name for path in folder.iterdir()} == {*found["files"], "recordings"}
+        assert (found["states"], len(found["runs"])) == (27, 81)
+        campaign = fm.read_campaign(folder)
+        assert campaign.conditions.device.range == 500
+        assert campaign.conditions.moving_mass == 30
+        assert [run["recording"] for run in found["runs"]] == campaign.plan.recording.tolist() == campaign.missing
+        sheet = (folder / "run_sheet.txt").read_text()
+        assert all(name in sheet for name in campaign.plan.recording[:3])
+        before = {path.name: path.read_bytes() for path in folder.iterdir() if path.is_file()}
+        code, _, err = forcemap("plan", folder, *PLAN)
+        assert (code, err.count("\n")) == (2, 1)
+        assert "has a plan already" in err
+        assert {path.name: path.read_bytes() for path in folder.iterdir() if path.is_file()} == before
+
+    def test_a_campaign_file_that_is_there_stays(self, ask, tmp_path):
+        (tmp_path / "campaign.toml").write_text(TOML)
+        code, found = ask("plan", tmp_path, *PLAN)
+        assert (code, found["files"]) == (0, ["plan.csv", "run_sheet.txt"])
+        assert (tmp_path / "campaign.toml").read_text() == TOML
+
+    def test_every_entry_that_the_template_names_is_read(self, ask, tmp_path):
+        """Each commented entry by itself, with the value its comment proposes or a plausible one."""
+        ask("plan", tmp_path, *PLAN)
+        path = tmp_path / "campaign.toml"
+        template = path.read_text().splitlines()
+        plausible = {
+            "date": '"2026-05-30"',
+            "calibrated": '"2026-01-31"',
+            "calibration_expires": '"2027-01-31"',
+            "speed": '"measured"',
+            "channel_frequency_class": "180",
+        }
+        tried = 0
+        for number, line in enumerate(template):
+            entry = re.match(r"# (\w+) =(.*)", line)
+            if not entry:
+                continue
+            name, proposed = entry[1], entry[2].partition("#")[0].strip()
+            value = proposed or plausible.get(name) or ("2.5" if re.search("_(kg|deg|N|N_per_m)$", name) else '"x"')
+            lines = [*template[:number], f"{name} = {value}", *template[number + 1 :]]
+            if name in ("time_unit", "sign"):
+                lines += ["time = 1", "force = 2"]
+            if name == "direction":
+                lines += ["time = 1", "force = [2, 3, 4]"]
+            if name in ("time", "force", "force_unit"):
+                lines += [{"time": "force = 2", "force": "time = 1", "force_unit": "time = 1\nforce = 2"}[name]]
+            path.write_text("\n".join(lines) + "\n")
+            campaign = fm.read_campaign(tmp_path)
+            if campaign.columns is None:
+                assert campaign.conditions != fm.Conditions(), line
+            tried += 1
+        assert tried >= 28
+
+
+class TestCollect:
+    def test_json(self, ask, tmp_path):
+        folder = write_campaign(tmp_path / "campaign", repeats=2)
+        save(folder / "recordings" / "loose.csv", *pulse(150.0))
+        (folder / "recordings" / f"{RUN}.csv").unlink()
+        code, found = ask("collect", folder)
+        assert code == 0
+        assert set(found) >= {
+            "folder", "recordings", "used", "states", "censored", "discards", "missing", "flags", "scenarios",
+            "largest_phase2_force_N", "contacts", "repeatability", "not_stated", "files", "simulated",
+        }  # fmt: skip
+        assert (found["recordings"], found["used"], found["states"]) == (54, 53, 27)
+        assert found["missing"] == [RUN]
+        (discard,) = found["discards"]
+        assert (discard["recording"], discard["use"]) == ("loose.csv", "unassigned")
+        assert found["scenarios"] == {"unconstrained": 54}  # the discarded one counts
+        assert len(found["contacts"]) == 27
+        assert found["repeatability"]["max_sd_N"] < 2.0
+        assert found["files"] == ["recordings.csv", "impacts.csv"]
+
+    def test_text(self, forcemap, tmp_path):
+        code, out, err = forcemap("collect", write_campaign(tmp_path / "campaign"))
+        assert (code, err) == (0, "")
+        assert "27 recordings: 27 used, in 27 states" in out
+        assert "Every planned run is there" in out
+        assert "Transient limit: may be used" in out
+
+    @pytest.mark.parametrize("missing", ["recordings", "campaign.toml", "plan.csv", "folder"])
+    def test_what_is_missing_is_one_clear_line(self, forcemap, tmp_path, missing):
+        folder = write_campaign(tmp_path / "campaign", recorded=False)
+        if missing == "folder":
+            folder = tmp_path / "elsewhere"
+        elif missing != "recordings":
+            (folder / missing).unlink()
+        code, out, err = forcemap("collect", folder)
+        assert (code, out) == (2, "")
+        assert err.startswith(f"error: {folder}")
+        assert err.count("\n") == 1
+        assert {"recordings": "found no recording", "folder": "no such folder"}.get(missing, f"no {missing}") in err
+
+    def test_watch_picks_up_a_file_and_ends_whole(self, tmp_path):
+        folder = write_campaign(tmp_path / "campaign", recorded=False)
+        save(folder / "recordings" / f"{RUN}.csv", *pulse(100.0))
+        script = [sys.executable, "-c", "from forcemap.cli import main; main()"]
+        watching = subprocess.Popen([*script, "collect", folder, "--watch"], text=True,
+                                    stdout=subprocess.PIPE, stderr=subprocess.PIPE)  # fmt: skip
+        try:
+            wait_for(folder, 1)
+            save(folder / "recordings" / f"{OTHER}.csv", *pulse(110.0))
+            wait_for(folder, 2)
+        finally:
+            watching.send_signal(signal.SIGINT)
+            out, err = watching.communicate(timeout=20)
+        assert watching.returncode in (0, 130)
+        assert "Traceback" not in err
+        assert f"{OTHER}.csv: used" in out
+        assert "missing runs: 25" in out
+        found = (folder / "impacts.csv").read_bytes(), (folder / "recordings.csv").read_bytes()
+        collect(folder)
+        assert ((folder / "impacts.csv").read_bytes(), (folder / "recordings.csv").read_bytes()) == found
+        assert not list(folder.glob(".*"))
+
+    def test_watch_prints_no_json(self, forcemap, tmp_path):
+        code, _, err = forcemap("collect", tmp_path, "--watch", "--json")
+        assert code == 2
+        assert "leave --json out" in err
+
+
+def wait_for(folder, impacts):
+    """Until the impacts table holds that many rows."""
+    end = time.monotonic() + 30
+    while time.monotonic() < end:
+        if (folder / "impacts.csv").exists() and len(rows(folder / "impacts.csv")) == impacts:
+            return
+        time.sleep(0.05)
+    raise AssertionError(f"no table of {impacts} impacts after 30 s")
+
+
+class TestInspect:
+    def test_json(self, ask, curve_file):
+        code, found = ask("inspect", curve_file(peak=180.0, held=40.0), "--device-range-N", 500)
+        assert code == 0
+        (recording,) = found["recordings"]
+        (impact,) = recording["impacts"]
+        assert recording["sampling_rate_Hz"] == pytest.approx(2000)
+        assert impact["peak_force_N"] == pytest.approx(180, abs=0.5)
+        assert impact["phase2_mean_force_N"] == pytest.approx(40, abs=0.5)
+        assert impact["peak_time_s"] == pytest.approx(0.015, abs=0.001)
+        assert (impact["scenario"], impact["flags"]) == ("constrained_with_clamping", [])
+
+    def test_text_shows_figures_flags_and_the_curve(self, forcemap, curve_file):
+        code, out, err = forcemap("inspect", curve_file(peak=180.0, rate=250.0), "--device-range-N", 500)
+        assert (code, err) == (0, "")
+        for words in ("unconstrained", "Phase I peak", "FLAG unresolved", "Hz or more", "*", "0 ms"):
+            assert words in out
+        assert "--device-range-N" not in out
+        assert "--device-range-N" in forcemap("inspect", curve_file())[1]
+
+    def test_columns_by_option_and_a_file_without_an_impact(self, ask, tmp_path):
+        t, force = pulse(180.0)
+        np.savetxt(tmp_path / "odd.txt", np.column_stack([1000 * t, 0 * t, -force]), delimiter=";", fmt="%.4f")
+        columns = [f"--column={entry}" for entry in ("time=1", "time_unit=ms", "force=3", "sign=-1")]
+        code, found = ask("inspect", tmp_path / "odd.txt", *columns)
+        assert code == 0
+        assert found["recordings"][0]["impacts"][0]["peak_force_N"] == pytest.approx(180, abs=0.5)
+        columns[2:] = ["--column=force=2"]
+        code, found = ask("inspect", tmp_path / "odd.txt", *columns)
+        assert (code, found["recordings"][0]["impacts"]) == (0, [])
+        code, found = ask("inspect", tmp_path / "odd.txt", "--column=force=3")
+        assert (code, found["error"]["kind"]) == (2, "recording")
+
+
+class TestCheck:
+    @pytest.mark.parametrize(
+        ("peak", "code", "outcome"), [(120.0, 0, "within"), (139.0, 2, "cannot_tell"), (150.0, 1, "exceeded")]
+    )
+    def test_exit_codes(self, ask, curve_file, peak, code, outcome):
+        found_code, found = ask("check", curve_file(peak=peak), "--limit-N", 140, "--device-range-N", 500)
+        assert (found_code, found["outcome"]) == (code, outcome)
+        (impact,) = found["impacts"]
+        assert impact["outcome"] == outcome
+        assert impact["margin_N"] == pytest.approx(140 - peak, abs=0.1)
+        assert [each["interpretation"] for each in impact["interpretations"]] == ["by-time", "by-scenario", "by-shape"]
+
+    def test_the_head_is_not_permitted(self, ask, curve_file):
+        code, found = ask("check", curve_file(peak=20.0), "--area", "temple", "--device-range-N", 500)
+        assert (code, found["outcome"]) == (1, "not_permitted")
+
+    def test_a_named_interpretation_governs(self, ask, forcemap, curve_file):
+        path = curve_file(peak=200.0, held=100.0)
+        code, found = ask("check", path, *HAND, "--device-range-N", 500)
+        assert (code, found["impacts"][0]["interpretation"]) == (1, "by-scenario")
+        code, found = ask("check", path, *HAND, "--device-range-N", 500, "--interpretation", "by-time")
+        assert (code, found["outcome"]) == (0, "within")
+        _, out, _ = forcemap("check", path, *HAND, "--device-range-N", 500)
+        assert out.startswith("EXCEEDED: 280 N transient, 140 N quasi-static")
+        assert "pressure is not assessed" in out
+
+    def test_a_file_without_an_impact_is_not_within(self, ask, curve_file):
+        code, found = ask("check", curve_file(peak=0.0), *HAND)
+        assert (code, found["outcome"], found["counts"]["unjudged"]) == (2, "cannot_tell", 1)
+
+    def test_a_campaign_is_as_good_as_its_worst_recording(self, ask, tmp_path):
+        folder = write_campaign(tmp_path / "campaign")
+        assert ask("check", folder, *HAND)[0] == 0
+        broken = folder / "recordings" / "another.csv"
+        broken.write_text("time_s,force_N\n0,1\n0.1,\n")
+        code, found = ask("check", folder, *HAND)
+        assert (code, found["counts"]["within"], found["counts"]["unjudged"]) == (2, 27, 1)
+        broken.unlink()
+        save(broken, *pulse(300.0))
+        code, found = ask("check", folder, *HAND)
+        assert (code, found["counts"]["exceeded"]) == (1, 1)
+
+    def test_one_excluded_curve_does_not_hide_the_others_of_its_file(self, ask, tmp_path):
+        folder = write_campaign(
+            tmp_path / "campaign", recorded=False, toml=f'{TOML}[recordings]\ntime = "t_s"\nruns = "all"\n'
+        )
+        t, force = pulse(100.0)
+        table = np.column_stack([t, force, 3 * force])
+        names = f"t_s,{RUN},{OTHER}"
+        np.savetxt(folder / "recordings" / "all.csv", table, delimiter=",", fmt="%.5f", header=names, comments="")
+        collect(folder)
+        text = (folder / "recordings.csv").read_text()
+        exclude(folder, f"all.csv#{RUN}")
+        collect(folder)
+        assert register(folder)[f"all.csv#{RUN}"]["use"] == "excluded"
+        code, found = ask("check", folder, *HAND)
+        assert (code, len(found["impacts"])) == (1, 1)
+        (folder / "recordings.csv").write_text(text)
+        exclude(folder, f"all.csv#{OTHER}")
+        collect(folder)
+        assert ask("check", folder, *HAND)[0] == 0
+
+    @pytest.mark.parametrize("options", [(), ("--limit-N", 140, *HAND), ("--limit-N", "nan"), ("--area", "elbw")])
+    def test_a_limit_that_is_none_is_refused(self, ask, curve_file, options):
+        code, found = ask("check", curve_file(), *options)
+        assert code == 2
+        assert found["error"]["message"]
+
+
+def exclude(folder, name):
+    """Exclude a recording, as a person does in recordings.csv."""
+    lines = (folder / "recordings.csv").read_text().splitlines()
+    at = lines[0].split(",").index("exclude")
+    for number, line in enumerate(lines):
+        cells = line.split(",")
+        if "#".join(cells[:2]) == name:
+            cells[at] = "by hand"
+            lines[number] = ",".join(cells)
+    (folder / "recordings.csv").write_text("\n".join(lines) + "\n")

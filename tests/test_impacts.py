@@ -1,0 +1,275 @@
+"""What must not change an impact's figures, what they are for built curves, and a curve for every quality flag."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+from scipy.signal import butter, filtfilt
+
+import forcemap as fm
+from curves import SHAPES, curve
+from pulses import DEVICE, half_sine, pulse, recording
+
+SEED = 202617
+NUMBERS = range(6 * len(SHAPES))
+FORCES = ("peak_force", "raw_peak_force", "largest_force", "phase2_force", "end_force", "impulse")
+TIMES = ("onset", "peak_time", "phase1_end")
+WIDE = fm.Device(range=1000.0, error=3.0)
+
+
+def drawn(number):
+    """The curve of that number; the next one of its kind if there are too few samples in it for its peak."""
+    while (found := curve(SEED, number)).phase1_samples < 16:
+        number += len(SHAPES)
+    return found
+
+
+def figures(impact, names):
+    return np.array([getattr(impact, name) for name in names])
+
+
+def same(one, two, *, delay=0.0, force=1e-6, time=1e-9):
+    assert_allclose(figures(two, FORCES), figures(one, FORCES), atol=force, rtol=force)
+    assert_allclose(figures(two, TIMES) - delay, figures(one, TIMES), atol=time)
+    assert two.contact_duration == pytest.approx(one.contact_duration, abs=time)
+    assert (two.scenario, two.bounces) == (one.scenario, one.bounces)
+    assert [flag.name for flag in two.flags] == [flag.name for flag in one.flags]
+
+
+@pytest.mark.parametrize("number", NUMBERS)
+def test_offset_and_start_time_change_nothing(number):
+    each = drawn(number)
+    impact = fm.find_impact(recording(each.time, each.force, device=WIDE))
+    same(impact, fm.find_impact(recording(each.time, each.force + 20.0, device=WIDE)))
+    moved = fm.find_impact(recording(each.time + 1234.5, each.force, device=WIDE))
+    same(impact, moved, delay=1234.5, time=1e-4, force=1e-5)
+    assert fm.classify_contact(impact) is impact.scenario
+
+
+@pytest.mark.parametrize("number", range(len(SHAPES)))
+def test_sign_and_units_of_a_file_change_nothing(tmp_path, number):
+    each = drawn(number)
+    found = []
+    for name, per_second, per_newton, options in (
+        ("plain.csv", 1.0, 1.0, {}),
+        ("milliseconds.csv", 1e3, 1.0, {"time_unit": "ms"}),
+        ("kilonewtons.csv", 1e6, 1e-3, {"time_unit": "us", "force_unit": "kN"}),
+        ("negative.csv", 1.0, -1.0, {"sign": -1}),
+        ("counts.csv", 1.0, 8.0, {"force_unit": "counts", "newtons_per_count": 0.125}),
+    ):
+        table = np.column_stack([per_second * each.time, per_newton * each.force])
+        np.savetxt(tmp_path / name, table, fmt="%.12g", delimiter=",")
+        columns = fm.ColumnMap.from_table({"time": 1, "force": 2} | options)
+        found.append(fm.find_impact(fm.read_recording(tmp_path / name, columns=columns, device=WIDE)))
+    for other in found[1:]:
+        same(found[0], other, force=1e-5, time=1e-6)
+
+
+@pytest.mark.parametrize("number", NUMBERS)
+def test_finer_sampling_changes_no_more_than_the_samples_tell(number):
+    shape = drawn(number).shape
+    impacts = []
+    for rate in (4000, 16_000):
+        time = np.arange(-round(0.3 * rate), rate) / rate
+        impacts.append(fm.find_impact(recording(time, shape.force(time), device=WIDE)))
+    coarse, fine = impacts
+    assert_allclose(figures(fine, FORCES), figures(coarse, FORCES), rtol=0.01, atol=0.5)
+    assert_allclose(figures(fine, TIMES), figures(coarse, TIMES), atol=0.0015)
+    assert fine.scenario == coarse.scenario == shape.scenario
+    assert fine.bounces == coarse.bounces
+
+
+def components(force, rotation, offsets=(12.0, -7.0, 30.0)):
+    """Three components of a force along x, turned, each with its own offset."""
+    return np.outer(force, rotation[:, 0]) + offsets
+
+
+def test_turning_three_components_leaves_the_norm_and_a_direction_projects():
+    rng = np.random.default_rng(SEED)
+    time, force = pulse(150.0, held=50.0)
+    plain = fm.find_impact(recording(time, force))
+    for _ in range(10):
+        rotation, _ = np.linalg.qr(rng.normal(size=(3, 3)))
+        along = rotation[:, 0]
+        vector = components(force, rotation)
+        norm = fm.find_impact(recording(time, vector))
+        assert_allclose(figures(norm, FORCES), figures(plain, FORCES), atol=0.1)
+        assert norm.scenario is plain.scenario
+        projected = fm.find_impact(recording(time, vector, direction=tuple(3 * along)))
+        assert_allclose(figures(projected, FORCES), figures(plain, FORCES), atol=0.1)
+        across = rotation[:, 1]
+        oblique = tuple(along + np.sqrt(3) * across)  # 60 degrees off: half of the force
+        assert fm.find_impact(recording(time, vector, direction=oblique)).peak_force == pytest.approx(75.0, abs=0.1)
+        beside = fm.find_impacts(recording(time, vector, direction=tuple(across)))
+        assert all(impact.largest_force < 0.1 for impact in beside)
+
+
+def test_several_impacts_in_one_recording_are_found_each():
+    time = np.arange(0, 6, 0.0005)
+    peaks, starts = (150.0, 90.0, 210.0), (0.5, 2.0, 3.5)
+    force = 7.0 + sum(half_sine(time, peak, 0.03, start) for peak, start in zip(peaks, starts, strict=True))
+    impacts = fm.find_impacts(recording(time, force))
+    assert [impact.number for impact in impacts] == [1, 2, 3]
+    assert [impact.peak_force for impact in impacts] == pytest.approx(peaks, abs=0.5)
+    assert [impact.onset for impact in impacts] == pytest.approx(starts, abs=0.001)
+    assert {impact.scenario for impact in impacts} == {fm.ContactScenario.UNCONSTRAINED}
+    assert impacts[0].end < impacts[1].onset
+    assert not any(impact.flags for impact in impacts)
+
+
+def test_a_recording_without_an_impact_says_how_far_the_force_goes():
+    time, force = pulse(0.0, seed=1)
+    assert fm.find_impacts(recording(time, force)) == []
+    with pytest.raises(fm.InputError, match="no impact found: the force goes from"):
+        fm.find_impact(recording(time, force))
+    with pytest.raises(fm.InputError, match="sign = -1"):
+        fm.find_impact(recording(time, -60.0 * np.clip(time / 0.02, 0, 1)))  # never rises
+
+
+def test_a_contact_with_the_wrong_sign_is_not_taken_for_a_small_one():
+    time, force = pulse(150.0, seed=1)
+    impact = fm.find_impact(recording(time, -force))
+    assert impact.has(fm.Quality.REVERSED)
+    assert fm.check_impact(impact, 500.0).outcome is fm.VerdictOutcome.CANNOT_TELL
+
+
+@pytest.mark.parametrize("count", [0, 1, 2, 3])
+def test_bounces_are_counted(count):
+    time, force = pulse(150.0)
+    for bounce in range(count):
+        force = force + half_sine(time, 70.0 - 10.0 * bounce, 0.02, 0.06 + 0.05 * bounce)
+    impact = fm.find_impact(recording(time, force))
+    assert impact.bounces == count
+    assert impact.scenario.value == ("constrained_without_clamping" if count else "unconstrained")
+
+
+@pytest.mark.parametrize("duration", [0.01, 0.03, 0.06])
+def test_figures_of_a_half_sine(duration):
+    peak = 180.0
+    impact = fm.find_impact(recording(*pulse(peak, rate=10_000.0, duration=duration, before=0.3)))
+    assert impact.impulse == pytest.approx(2 * peak * duration / np.pi, rel=0.005)
+    assert impact.contact_duration == pytest.approx(duration, abs=0.001)
+    assert impact.peak_force == pytest.approx(peak, rel=0.001)
+    assert impact.peak_time == pytest.approx(duration / 2, rel=0.05)
+    assert impact.phase1_width == pytest.approx(2 * duration / 3, rel=0.02)
+    assert impact.onset == pytest.approx(0.0, abs=0.0005)
+    assert impact.phase2_force == pytest.approx(0.0, abs=0.01)
+    assert (impact.contact_over, impact.flags) == (True, ())
+
+
+@pytest.mark.parametrize("channel_frequency_class", [60, 180])
+@pytest.mark.parametrize("duration", [0.008, 0.03])
+def test_the_low_passed_peak_stands_beside_the_raw_one(channel_frequency_class, duration):
+    """Against SAE J211 built here: second-order Butterworth, corner 2.0775 CFC, forwards and backwards."""
+    rate = 10_000.0
+    time, force = pulse(150.0, rate=rate, duration=duration)
+    made = recording(time, force + 12.0)
+    plain = fm.find_impact(made)
+    filtered = fm.find_impact(made, channel_frequency_class=channel_frequency_class)
+    expected = filtfilt(*butter(2, 2.0775 * channel_frequency_class, fs=rate), force)[time < duration].max()
+    assert filtered.filtered_peak_force == pytest.approx(expected, abs=0.05)
+    assert np.isnan(plain.filtered_peak_force)
+    same(plain, filtered)
+
+
+def test_a_class_that_the_sampling_does_not_carry_is_refused():
+    with pytest.raises(fm.InputError, match="needs more than 2493 Hz, the recording has 2000 Hz"):
+        fm.find_impact(recording(*pulse()), channel_frequency_class=600)
+
+
+CLEAN = pulse(150.0, seed=3)
+TIME, FORCE = CLEAN
+SHORT = fm.Device(range=120.0, error=3.0)
+
+
+def with_spike(at, force):
+    return TIME, FORCE + force * (np.abs(TIME - at) < 1e-9)
+
+
+def without(first, last):
+    kept = (first > TIME) | (last < TIME)
+    return TIME[kept], FORCE[kept]
+
+
+FLAGGED = {
+    "saturated": [
+        (TIME, np.minimum(FORCE, 120.0), {"device": SHORT}, r"120\.0 N of a device range of 120 N"),
+        (TIME, np.minimum(FORCE, 120.0), {}, r"\d+ equal samples at the top, 120\.0 N"),
+        (TIME, np.minimum(FORCE + 4, 120.0), {}, r"\d+ equal samples at the top, 120\.0 N"),
+    ],
+    "unresolved": [(*pulse(150.0, rate=250.0), {}, r"\d+ samples across Phase I.* it takes \d+ Hz or more")],
+    "no_baseline": [
+        (TIME[TIME >= 0], FORCE[TIME >= 0], {}, r"0\.0\d* s before contact"),
+        (TIME[TIME >= -0.003], FORCE[TIME >= -0.003], {}, r"0\.0\d* s before contact"),
+    ],
+    "drift": [(TIME, FORCE + 12.0 * TIME, {}, r"drifts by 1[12]\.\d N/s")],
+    "double_hit": [(TIME, FORCE + half_sine(TIME, 140.0, 0.03, 0.15), {}, r"1[34]\d\.\d N after a Phase I peak of 1")],
+    "later_peak": [
+        (TIME, np.maximum(FORCE, half_sine(TIME, 190.0, 0.05, 0.02)), {}, r"1(89|90)\.\d N after a Phase I peak of 1")
+    ],
+    "ringing": [(*with_spike(0.008, 60.0), {}, r"2\d\.\d N above the peak without noise")],
+    "too_short": [(TIME[TIME < 0.3], FORCE[TIME < 0.3], {}, r"recorded for 0\.\d+ s after onset")],
+    "braking_transient": [(TIME, FORCE + half_sine(TIME, 13.0, 0.01, -0.1), {}, r"1[234]\.\d N before contact")],
+    "gap": [(*without(0.010, 0.016), {}, r"no sample for 0\.00[67]\d s of Phase I")],
+    "reversed": [(TIME, FORCE - half_sine(TIME, 120.0, 0.03, 0.05), {}, r"1[12]\d\.\d N against the stated direction")],
+    "calibration_expired": [
+        (
+            *CLEAN,
+            {
+                "device": fm.Device(range=500.0, calibrated="2024-01-31"),
+                "metadata": {"date": "2025-02-01"},
+            },
+            "2025-02-01",
+        ),
+    ],
+}
+CASES = [(name, case) for name, cases in FLAGGED.items() for case in cases]
+
+
+def test_every_flag_has_a_curve_and_a_clean_curve_has_none():
+    assert {fm.Quality(name) for name in FLAGGED} == set(fm.Quality)
+    assert fm.find_impact(recording(*CLEAN)).flags == ()
+    calibrated = fm.Device(range=500.0, calibrated="2024-01-31")
+    assert fm.find_impact(recording(*CLEAN, device=calibrated, metadata={"date": "2025-01-31"})).flags == ()
+
+
+@pytest.mark.parametrize(("name", "case"), CASES, ids=[name for name, _ in CASES])
+def test_flags_with_their_figures(name, case):
+    time, force, options, figure = case
+    impact = fm.find_impact(recording(time, force, **options))
+    found = {flag.name.value: flag.figure for flag in impact.flags}
+    assert name in found, found
+    assert re.search(figure, found[name]), found[name]
+
+
+@pytest.mark.parametrize("rate", [120.0, 200.0, 300.0, 400.0])
+@pytest.mark.parametrize("duration", [0.01, 0.03])
+def test_the_sampling_rate_that_is_said_to_suffice_does(rate, duration):
+    impact = fm.find_impact(recording(*pulse(150.0, rate=rate, duration=duration)))
+    (flag,) = [flag for flag in impact.flags if flag.name is fm.Quality.UNRESOLVED]
+    assert not impact.resolved
+    enough = float(re.search(r"it takes (\d+) Hz", flag.figure)[1])
+    again = fm.find_impact(recording(*pulse(150.0, rate=enough, duration=duration)))
+    assert again.resolved, (enough, again.flags)
+    assert again.peak_force == pytest.approx(150.0, rel=0.01)
+
+
+@pytest.mark.parametrize("duration", [0.03, 0.06, 0.15])
+@pytest.mark.parametrize("rate", [1000.0, 5000.0])
+def test_a_baseline_too_short_is_flagged_and_never_eats_into_the_peak(rate, duration):
+    for before in (0.0, 0.002, 0.005, 0.008, 0.011, 0.015, 0.02, 0.03, 0.05):
+        time, force = pulse(300.0, rate=rate, duration=duration, before=before, seed=1)
+        impact = fm.find_impact(recording(time, force))
+        assert impact.peak_force == pytest.approx(300.0, abs=3.0), before
+        assert impact.has(fm.Quality.NO_BASELINE) or before > 0.005
+        assert not impact.has(fm.Quality.NO_BASELINE) or before < 0.02
+
+
+def test_the_range_of_a_device_counts_with_its_offset_and_for_three_components():
+    rotation, _ = np.linalg.qr(np.random.default_rng(SEED).normal(size=(3, 3)))
+    assert fm.find_impact(recording(TIME, np.minimum(FORCE, 118.0) + 2.0, device=SHORT)).saturated
+    assert fm.find_impact(recording(TIME, components(np.minimum(FORCE, 120.0), rotation, 0.0), device=SHORT)).saturated
+    assert not fm.find_impact(recording(TIME, FORCE, device=DEVICE)).saturated

@@ -1,0 +1,122 @@
+"""`forcemap collect` killed at any moment: what was recorded is there whole, and the next run completes it."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+
+import forcemap as fm
+from pulses import collect, write_campaign
+
+SEED = 202615
+FILES = ("recordings.csv", "impacts.csv")
+COLLECT = (sys.executable, "-c", "from forcemap.cli import main; main()", "collect")
+
+
+@pytest.fixture(scope="module")
+def campaign(tmp_path_factory):
+    """A folder of 345 recordings; its two files before and after a whole run, and how long that takes [s].
+
+    Once from nothing, once from the files of 295 recordings: these rows stay first.
+    """
+    folder = fm.write_example("ur10e", tmp_path_factory.mktemp("killed") / "campaign")
+    late = sorted((folder / "recordings").iterdir())[::7]
+    aside = folder.parent / "aside"
+    aside.mkdir()
+    for path in late:
+        shutil.move(path, aside / path.name)
+    collect(folder)
+    old = contents(folder)
+    for path in late:
+        shutil.move(aside / path.name, path)
+    begin = time.monotonic()
+    subprocess.run([*COLLECT, folder, "--json"], check=True, capture_output=True)
+    duration = time.monotonic() - begin
+    added = (old, contents(folder))
+    nothing = dict.fromkeys(FILES)
+    reset(folder, nothing)
+    collect(folder)
+    return folder, added, (nothing, contents(folder)), duration
+
+
+def contents(folder):
+    return {name: (folder / name).read_bytes() if (folder / name).exists() else None for name in FILES}
+
+
+def reset(folder, files):
+    for name, content in files.items():
+        if content is None:
+            (folder / name).unlink(missing_ok=True)
+        else:
+            (folder / name).write_bytes(content)
+
+
+def started(folder):
+    quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+    return subprocess.Popen([*COLLECT, folder, "--json"], **quiet)
+
+
+def check_files(folder, before, new):
+    """Each file is absent, the old one or the new one; no earlier row is lost; the folder can be read and collected."""
+    found = contents(folder)
+    for name in FILES:
+        assert found[name] in (before[name], new[name]), f"{name} is neither the old nor the new one"
+        if before[name]:
+            assert set(before[name].splitlines()) <= set(found[name].splitlines())
+    campaign = fm.read_campaign(folder)
+    assert len(campaign.files()) == 345
+    if found["impacts.csv"]:
+        assert len(fm.read_dataset(folder)) in (295, 345)
+    collect(folder)
+    assert contents(folder) == new
+    return found
+
+
+def test_killed_at_random_moments(campaign, full_size):
+    folder, added, from_nothing, duration = campaign
+    kills = 50 if full_size else 12
+    delays = np.random.default_rng(SEED).uniform(0, duration, kills)
+    for number, delay in enumerate(delays):
+        before, new = from_nothing if number % 3 == 0 else added
+        reset(folder, before)
+        process = started(folder)
+        time.sleep(delay)
+        process.kill()
+        process.wait()
+        check_files(folder, before, new)
+
+
+def test_killed_while_the_files_are_written(campaign, full_size):
+    """Killed as soon as something new stands in the folder: a temporary file, or the first of the two."""
+    folder, (old, new), _, _ = campaign
+    between = 0
+    for number in range(30 if full_size else 3):
+        reset(folder, old)
+        for path in folder.glob(".*"):
+            path.unlink()
+        wait_for_second = number % 2
+        process = started(folder)
+        while process.poll() is None:
+            temporary = [path.name for path in folder.glob(".*")]
+            if any(name.startswith(f".{FILES[wait_for_second]}") for name in temporary):
+                break
+        process.kill()
+        process.wait()
+        found = check_files(folder, old, new)
+        between += found["recordings.csv"] == new["recordings.csv"] and found["impacts.csv"] == old["impacts.csv"]
+    print(f"\nkilled between the two files: {between}")
+
+
+def test_what_a_killed_run_leaves_is_read_as_nothing(tmp_path):
+    folder = write_campaign(tmp_path / "campaign")
+    collect(folder)
+    whole = contents(folder)
+    for name in (".impacts.csv.x1", ".recordings.csv.x2", ".plan.csv.x3", "recordings/.d500-h200-v100-r2.csv.x4"):
+        (folder / name).write_bytes(whole["impacts.csv"][:100])
+    collect(folder)
+    assert contents(folder) == whole

@@ -1,0 +1,182 @@
+"""Verdicts against limit lines worked out by hand, and what no curve may do: pass unseen, improve by hitting harder."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+import forcemap as fm
+from curves import curve
+from pulses import DEVICE, pulse, recording
+
+HAND = fm.force_limit("back_of_hand")  # 280 N transient, 140 N quasi-static
+WITHIN, CANNOT_TELL, EXCEEDED = fm.VerdictOutcome.WITHIN, fm.VerdictOutcome.CANNOT_TELL, fm.VerdictOutcome.EXCEEDED
+SEVERITY = {WITHIN: 0, CANNOT_TELL: 1, EXCEEDED: 2}
+SEED = 202616
+
+
+def impact_of(time, force, **options):
+    return fm.find_impact(recording(time, force, **options))
+
+
+def held(peak, level, *, dip=None, after=0.9):
+    """A peak after 20 ms, a dip after 40 ms (the end of Phase I), a level from 80 ms on; cosines between."""
+    time = np.arange(-400, round(after * 2000) + 1) / 2000
+    dip = level - 30.0 if dip is None else dip
+    force = np.where(time < 0.02, peak * np.sin(np.pi / 2 * np.clip(time / 0.02, 0, 1)), 0.0)
+    for start, end, high, low in ((0.02, 0.04, peak, dip), (0.04, 0.08, dip, level)):
+        inside = (time >= start) & (time < end)
+        force[inside] = high + (low - high) * (1 - np.cos(np.pi * (time[inside] - start) / (end - start))) / 2
+    force[time >= 0.08] = level
+    return time, force
+
+
+def judged(verdict):
+    return {judgement.interpretation: judgement for judgement in verdict.judgements}
+
+
+@pytest.mark.parametrize(
+    ("peak", "outcome"),
+    [(136.9, WITHIN), (137.1, CANNOT_TELL), (139.0, CANNOT_TELL), (142.9, CANNOT_TELL), (143.5, EXCEEDED)],
+)
+def test_the_devices_error_is_added_before_a_force_counts_as_within(peak, outcome):
+    verdict = fm.check_impact(impact_of(*pulse(peak)), 140.0)
+    assert {judgement.outcome for judgement in verdict.judgements} == {outcome}
+    assert verdict.outcome is outcome
+    assert verdict.device_error == 3.0
+    assert verdict.governing.force == pytest.approx(peak, abs=0.05)
+    assert verdict.governing.margin == pytest.approx(140.0 - peak, abs=0.05)
+    assert verdict.governing.margin_percent == pytest.approx((140.0 - peak) / 1.4, abs=0.05)
+    assert verdict.governing.instant == pytest.approx(0.015, abs=0.001)
+
+
+def test_a_device_that_states_no_error_has_three_newtons():
+    verdict = fm.check_impact(impact_of(*pulse(139.0), device=fm.Device(range=500.0)), 140.0)
+    assert (verdict.outcome, verdict.device_error) == (CANNOT_TELL, 3.0)
+    exact = fm.Device(range=500.0, error=0.0)
+    assert fm.check_impact(impact_of(*pulse(139.0), device=exact), 140.0).outcome is WITHIN
+
+
+def test_clamping_at_160_newtons_after_a_peak_of_200():
+    verdict = fm.check_impact(impact_of(*held(200.0, 160.0)), HAND)
+    found = judged(verdict)
+    assert verdict.impact.scenario is fm.ContactScenario.WITH_CLAMPING
+    assert {judgement.outcome for judgement in found.values()} == {EXCEEDED}
+    by_time = found[fm.Interpretation.BY_TIME]
+    assert by_time.instant > 0.5
+    assert (by_time.force, by_time.limit, by_time.margin) == pytest.approx((160.0, 140.0, -20.0), abs=0.2)
+    by_shape = found[fm.Interpretation.BY_SHAPE]
+    assert by_shape.instant > 0.04
+    assert (by_shape.force, by_shape.limit, by_shape.margin) == pytest.approx((160.0, 140.0, -20.0), abs=0.2)
+    by_scenario = found[fm.Interpretation.BY_SCENARIO]
+    assert by_scenario.instant == pytest.approx(0.02, abs=0.002)
+    assert (by_scenario.force, by_scenario.limit, by_scenario.margin) == pytest.approx((200.0, 140.0, -60.0), abs=0.2)
+    assert verdict.governing is by_scenario
+
+
+def test_clamping_at_120_newtons_is_disputed_and_the_strictest_governs_unless_one_is_named():
+    impact = impact_of(*held(200.0, 120.0, dip=100.0))
+    outcomes = {each: judgement.outcome for each, judgement in judged(fm.check_impact(impact, HAND)).items()}
+    assert outcomes == {
+        fm.Interpretation.BY_TIME: WITHIN,
+        fm.Interpretation.BY_SCENARIO: EXCEEDED,
+        fm.Interpretation.BY_SHAPE: WITHIN,
+    }
+    assert fm.check_impact(impact, HAND).outcome is EXCEEDED
+    for named, outcome in outcomes.items():
+        verdict = fm.check_impact(impact, HAND, interpretation=named)
+        assert (verdict.outcome, verdict.governing.interpretation) == (outcome, named)
+
+
+def test_a_force_that_is_gone_is_held_to_the_transient_limit_alone():
+    for peak, outcome in ((270.0, WITHIN), (279.0, CANNOT_TELL), (290.0, EXCEEDED)):
+        verdict = fm.check_impact(impact_of(*pulse(peak)), HAND)
+        assert {judgement.outcome for judgement in verdict.judgements} == {outcome}
+        assert verdict.governing.limit == 280.0
+
+
+def test_undetermined_counts_as_clamping():
+    impact = impact_of(*held(200.0, 120.0, dip=100.0, after=0.3))
+    assert impact.scenario is fm.ContactScenario.UNDETERMINED
+    found = judged(fm.check_impact(impact, HAND))
+    assert found[fm.Interpretation.BY_SCENARIO].outcome is EXCEEDED
+    assert found[fm.Interpretation.BY_SCENARIO].limit == 140.0
+    assert found[fm.Interpretation.BY_SHAPE].outcome is CANNOT_TELL
+    assert found[fm.Interpretation.BY_TIME].outcome is CANNOT_TELL
+    assert "ends 0.300 s after onset while 120.0 N act" in found[fm.Interpretation.BY_TIME].reason
+
+
+def test_the_head_is_not_permitted():
+    with pytest.raises(fm.ContactNotPermitted):
+        fm.check_impact(impact_of(*pulse(20.0)), fm.force_limit("temple"))
+
+
+@pytest.mark.parametrize("limit", [0.0, -140.0, math.nan, math.inf])
+def test_a_limit_that_is_none_is_refused(limit):
+    with pytest.raises(fm.InputError, match="expected a positive finite number"):
+        fm.check_impact(impact_of(*pulse(20.0)), limit)
+
+
+def test_the_largest_of_raw_corrected_and_filtered_peak_counts():
+    time, force = pulse(130.0, seed=1)
+    force[time == 0.008] = 150.0  # on the rise
+    impact = impact_of(time, force)
+    verdict = fm.check_impact(impact, 140.0)
+    assert verdict.corrected_force < 135.0
+    assert verdict.raw_force == pytest.approx(150.0, abs=0.5)
+    assert verdict.outcome is EXCEEDED
+
+
+def spoilt(number):
+    """A drawn curve of which the peak cannot be known: too few samples, cut off by the device, or no baseline."""
+    whole = curve(SEED, number)
+    rng = np.random.default_rng([SEED, number])
+    time, force, device = whole.time, whole.force - whole.force[0], fm.Device(range=1000.0, error=3.0)
+    if number % 3 == 0:
+        kept = np.arange(rng.integers(10), time.size, max(2, whole.phase1_samples // 8))
+        return recording(time[kept], force[kept], device=device)
+    if number % 3 == 1:
+        device = fm.Device(range=rng.uniform(0.3, 0.9) * whole.shape.peak, error=3.0)
+        return recording(time, np.minimum(force, device.range), device=device)
+    kept = time >= whole.onset - rng.uniform(0, 0.002)
+    return recording(time[kept], force[kept], device=device)
+
+
+def test_what_the_recording_does_not_show_is_never_within(full_size):
+    hidden = dict.fromkeys(fm.Quality, 0)
+    for number in range(1500 if full_size else 300):
+        for impact in fm.find_impacts(spoilt(number)):
+            flags = {flag.name for flag in impact.flags}
+            if number % 3 == 1:
+                assert impact.saturated, number
+            for flag in flags:
+                hidden[flag] += 1
+            if flags & {fm.Quality.SATURATED, fm.Quality.UNRESOLVED, fm.Quality.NO_BASELINE}:
+                for limit in (5000.0, HAND):
+                    verdict = fm.check_impact(impact, limit)
+                    assert all(judgement.outcome is not WITHIN for judgement in verdict.judgements), number
+    assert all(hidden[name] > 50 for name in (fm.Quality.SATURATED, fm.Quality.UNRESOLVED, fm.Quality.NO_BASELINE))
+
+
+def test_a_higher_force_never_improves_an_outcome(full_size):
+    """Every interpretation by itself, over curves scaled up step by step."""
+    device = dataclasses.replace(DEVICE, range=5000.0)
+    worse = 0
+    for number in range(300 if full_size else 60):
+        drawn = curve(SEED, number)
+        if drawn.phase1_samples < 16:
+            continue
+        force = drawn.force - drawn.force[0]
+        before = None
+        for scale in (0.3, 0.5, 0.7, 0.9, 1.0, 1.2, 1.5, 2.0, 3.0):
+            verdict = fm.check_impact(impact_of(drawn.time, scale * force, device=device), HAND)
+            outcomes = [SEVERITY[judgement.outcome] for judgement in verdict.judgements]
+            if before is not None:
+                better = [now < then for now, then in zip(outcomes, before, strict=True)]
+                assert not any(better), (number, drawn.shape.name, scale, before, outcomes)
+                worse += outcomes != before
+            before = outcomes
+    assert worse > 50
