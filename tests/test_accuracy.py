@@ -61,7 +61,7 @@ def test_censored_states_are_counted_not_compared():
 
 @pytest.mark.parametrize("form", [fm.CFM_2D, fm.CFM_3D, fm.LOG_SPEED])
 def test_leave_one_state_out_is_refitting(form):
-    dataset = simulate("kuka-iiwa7-30nm", np.random.default_rng(12), effect=0.033).dataset.train
+    dataset = simulate("kuka-iiwa7-30nm", np.random.default_rng(12), effect=0.033, device_range=2000.0).dataset.train
     force_map = fm.fit_force_map(dataset, form=form)
     states = force_map.fit.states
     predicted = []

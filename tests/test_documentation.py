@@ -1,4 +1,4 @@
-"""Docs against code: docstrings, doctests, numbered examples, the README's commands and its picture of the demo."""
+"""Docs against code: docstrings, doctests, numbered examples, commands, sample files, tables, the demo's picture."""
 
 from __future__ import annotations
 
@@ -10,14 +10,17 @@ import pkgutil
 import re
 import runpy
 import shlex
+import tomllib
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import forcemap
 from forcemap.cli.app import app, run
 
 ROOT = Path(__file__).parents[1]
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")), ROOT / "CONTRIBUTING.md"]
 MODULES = sorted(module.name for module in pkgutil.walk_packages(forcemap.__path__, "forcemap."))
 
 
@@ -35,7 +38,9 @@ def test_public_names_exist_and_are_sorted_into_all():
     assert len(set(forcemap.__all__)) == len(forcemap.__all__)
     contract = """read_dataset ImpactDataset fit_force_map CFM_2D CFM_3D FULL_CUBIC LOG_SPEED published_map ForceMap
     read_map write_map force_map_accuracy FixedMargin ToleranceBound safe_speed SafeSpeed SpeedOutcome Contact
-    pfl_speed_limit pfl_contact_force pfl_robot_mass force_limit ForceLimit compare_force_models Comparison"""
+    pfl_speed_limit pfl_contact_force pfl_robot_mass force_limit ForceLimit compare_force_models Comparison
+    read_recordings read_recording find_impacts find_impact classify_contact check_impact Verdict plan_measurements
+    MeasurementPlan read_campaign build_dataset repeatability"""
     assert set(contract.split()) <= set(forcemap.__all__)
 
 
@@ -67,27 +72,51 @@ def test_numbered_examples_run(path, capsys):
     assert capsys.readouterr().out
 
 
-def readme():
-    return (ROOT / "README.md").read_text()
+def page(name):
+    return (ROOT / name).read_text()
 
 
-def test_the_readmes_commands_run(tmp_path, monkeypatch, capsys, example_folders):
-    monkeypatch.chdir(example_folders["ur10e"])
-    before = set(Path().iterdir())
-    commands = re.findall(r"^    \.venv/bin/forcemap (.*)$", readme(), re.M)
+@pytest.fixture
+def workplace(tmp_path, monkeypatch):
+    """A folder with what a person at the robot has: an impacts table, its campaign.toml and a recording."""
+    monkeypatch.chdir(forcemap.copy_example("ur10e", tmp_path / "campaigns" / "work"))
+    write_recording(Path("run7.csv"), 300.0, np.random.default_rng(7))
+
+
+def perform(command):
+    """Run a command; whoever plans a campaign measures it, too."""
+    code = run(shlex.split(command))
+    if command.startswith("plan"):
+        plan = forcemap.read_plan(command.split()[1])
+        peaks = forcemap.published_map("ur10e").predict(plan.distance, plan.height, plan.speed)
+        rng = np.random.default_rng(1)
+        for name, peak in zip(plan.recording, peaks, strict=True):
+            write_recording(Path(command.split()[1], "recordings", f"{name}.csv"), peak * rng.normal(1, 0.01), rng)
+    return code
+
+
+def write_recording(path, peak, rng):
+    """A half-sine of 30 ms, as a device with a range of 500 N writes it."""
+    time = np.arange(900) / 1000
+    force = peak * np.sin(np.pi * np.clip((time - 0.1005) / 0.03, 0, 1)) + rng.normal(0, 0.4, time.size)
+    rows = zip(1000 * time, np.minimum(force, 500), strict=True)
+    path.write_text("time_ms,force_N\n" + "".join(f"{t:.1f},{f:.1f}\n" for t, f in rows))
+
+
+@pytest.mark.parametrize("name", ["README.md", "docs/your_device_files.md"])
+def test_the_documented_commands_run(name, workplace, capsys):
+    commands = re.findall(r"^    \.venv/bin/forcemap (.*)$", page(name), re.M)
     assert len(commands) >= 6
-    try:
-        for command in commands:
-            assert run(shlex.split(command)) in (0, 1), command
-    finally:
-        for path in set(Path().iterdir()) - before:
-            path.unlink()
-    capsys.readouterr()
+    for command in commands:
+        assert perform(command) in (0, 1), (command, capsys.readouterr().err)
+    printed = capsys.readouterr().out
+    for shown in re.findall(r"```text\n(.*?)```", page(name), re.S):
+        assert shown in printed
 
 
 def test_the_readmes_python_runs(monkeypatch, capsys, example_folders):
     monkeypatch.chdir(example_folders["ur10e"])
-    (code,) = re.findall(r"```python\n(.*?)```", readme(), re.S)
+    (code,) = re.findall(r"```python\n(.*?)```", page("README.md"), re.S)
     exec(code, {})
     assert "admissible" in capsys.readouterr().out
 
@@ -95,48 +124,99 @@ def test_the_readmes_python_runs(monkeypatch, capsys, example_folders):
 def test_the_readmes_demo_is_what_the_demo_prints(tmp_path, capsys):
     assert run(["demo", str(tmp_path / "demo")]) == 0
     printed = capsys.readouterr().out
-    (shown,) = re.findall(r"<!-- demo:start -->\n\n(.*?)\n\n<!-- demo:end -->", readme(), re.S)
+    (shown,) = re.findall(r"<!-- demo:start -->\n\n(.*?)\n\n<!-- demo:end -->", page("README.md"), re.S)
     shown = re.sub(r"^    ", "", shown, flags=re.M)
     assert shown in printed
     assert "the standard's contact model: 0.263 m/s everywhere" in printed
 
 
-def test_every_command_is_in_the_readme_and_every_example_in_a_help_text_runs(monkeypatch, capsys, example_folders):
-    monkeypatch.chdir(example_folders["ur10e"])
-    before = set(Path().iterdir())
+def test_every_command_is_in_the_readme_and_every_example_in_a_help_text_runs(workplace, capsys):
     for command in app.registered_commands:
-        assert f"forcemap {command.name}" in readme() or command.name == "demo"
-        (example,) = re.findall(r"Example: forcemap (.*)", inspect.getdoc(command.callback))
-        code = run(shlex.split(example))
-        assert code in (0, 1), (example, capsys.readouterr().err)
-    for path in set(Path().iterdir()) - before:
-        import shutil
-
-        shutil.rmtree(path) if path.is_dir() else path.unlink()
+        assert f"forcemap {command.name}" in page("README.md") or command.name == "demo"
+        (example,) = re.findall(r"Example: forcemap (.*?)(?:\n\n|\Z)", inspect.getdoc(command.callback), re.S)
+        assert perform(example) in (0, 1), (example, capsys.readouterr().err)
+    capsys.readouterr()
 
 
-@pytest.mark.parametrize("path", [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")), ROOT / "CONTRIBUTING.md"])
+@pytest.mark.parametrize("path", PAGES, ids=lambda p: p.name)
 def test_links_lead_somewhere(path):
     for target in re.findall(r"\]\(([^)#]+)\)", path.read_text()):
         assert (path.parent / target).exists(), target
 
 
-def test_the_documented_columns_are_those_that_are_read():
+def first_cells(name, heading):
+    """The names in the first column of the tables below a heading."""
+    (section,) = re.findall(rf"^#+ {re.escape(heading)}\n(.*?)(?=^#+ |\Z)", page(name), re.M | re.S)
+    cells = re.findall(r"^\| (`[^|]*?) \|", section, re.M)
+    return [found for cell in cells for found in re.findall(r"`([\w.]+)`", cell)]
+
+
+def test_the_documented_columns_are_those_that_are_read_and_written(workplace, capsys):
     from forcemap.campaigns.columns import COLUMNS
 
-    documented = re.findall(r"`(\w+)`", "\n".join(
-        line for line in (ROOT / "docs" / "impacts_table.md").read_text().splitlines() if line.startswith("| `")
-    ))  # fmt: skip
-    assert set(COLUMNS) <= set(documented)
+    perform("plan my-campaign --distances-m 0.5,0.9 --heights-m 0.1,0.5 --speeds-mps 0.1,0.3 --device-range-N 500")
+    perform("collect my-campaign")
+    capsys.readouterr()
+    files = ("plan.csv", "recordings.csv", "impacts.csv")
+    headers = {name: Path("my-campaign", name).read_text().splitlines()[0].split(",") for name in files}
+    for name in ("plan.csv", "recordings.csv"):
+        assert sorted(first_cells("docs/campaign_file.md", name)) == sorted(headers[name])
+    documented = first_cells("docs/impacts_table.md", "impacts.csv")
+    assert set(documented) == {*COLUMNS, *headers["impacts.csv"]}
 
 
-def test_the_documented_campaign_file_is_read(tmp_path):
-    from forcemap.campaigns.conditions import _ENTRIES, read_conditions
+def test_the_documented_flags_uses_and_interpretations_are_those_of_the_code():
+    flags = [flag.value for flag in forcemap.Quality]
+    assert sorted(first_cells("docs/your_device_files.md", "Quality flags")) == sorted(flags)
+    for use in forcemap.Use:
+        assert f"`{use}`" in page("docs/campaign_file.md")
+    for each in [*forcemap.Interpretation, *forcemap.ContactScenario, *forcemap.VerdictOutcome]:
+        name = each.value if isinstance(each, forcemap.Interpretation) else each.value.replace("_", " ")
+        assert re.search(rf"^\| `?{name}`? \|", page("docs/your_device_files.md"), re.M), name
 
-    (text,) = re.findall(r"```toml\n(.*?)```", (ROOT / "docs" / "impacts_table.md").read_text(), re.S)
-    (tmp_path / "campaign.toml").write_text(text)
-    assert read_conditions(tmp_path / "campaign.toml").device.range == 500
+
+def toml_blocks(path):
+    return re.findall(r"```toml\n(.*?)```", path.read_text(), re.S)
+
+
+BLOCKS = [pytest.param(text, id=f"{path.name}-{i}") for path in PAGES for i, text in enumerate(toml_blocks(path), 1)]
+
+
+@pytest.mark.parametrize("text", BLOCKS)
+def test_every_documented_campaign_file_is_read(text, tmp_path):
+    schema = "" if "schema" in text else 'schema = "forcemap-campaign/1"\n'
+    (tmp_path / "campaign.toml").write_text(schema + text)
+    _, columns = forcemap.read_campaign_file(tmp_path / "campaign.toml")
+    assert columns is not None
+
+
+def test_every_entry_of_campaign_toml_is_documented():
+    from forcemap.campaigns.conditions import _ENTRIES
+    from forcemap.recordings.column_map import _KEYS
+
     fields = {field.name for field in dataclasses.fields(forcemap.Conditions)}
     assert {name.partition(".")[0] for name in _ENTRIES.values()} == fields
-    for _, key in _ENTRIES:
-        assert re.search(rf"^{key} = ", text, re.M), key
+    known = {"schema", *(f"{section}.{key}".strip(".") for section, key in _ENTRIES)}
+    assert set(first_cells("docs/campaign_file.md", "campaign.toml")) == known | {f"recordings.{key}" for key in _KEYS}
+    (text,) = toml_blocks(ROOT / "docs" / "campaign_file.md")
+    shown = tomllib.loads(text)
+    for section, key in _ENTRIES:
+        assert key in (shown[section] if section else shown), key
+
+
+SAMPLES = re.findall(r"```csv\n(.*?)```.*?```toml\n(.*?)```", page("docs/your_device_files.md"), re.S)
+
+
+@pytest.mark.parametrize(("sample", "description"), SAMPLES, ids=range(len(SAMPLES)))
+def test_every_documented_sample_is_read_as_described(sample, description, tmp_path):
+    """Every sample ends with a force of about 35 N, after 1 or 2 ms, whatever its units."""
+    (tmp_path / "run.csv").write_text(sample)
+    for recording in forcemap.read_recordings(tmp_path / "run.csv", columns=tomllib.loads(description)["recordings"]):
+        force = recording.force if recording.direction is None else recording.force @ np.array(recording.direction)
+        assert 34 < force[-1] < 36
+        assert recording.time[-1] == pytest.approx(0.001 * (recording.samples - 1))
+
+
+def test_a_documented_sample_needs_no_description(tmp_path):
+    (tmp_path / "run.csv").write_text(SAMPLES[0][0])
+    assert forcemap.read_recording(tmp_path / "run.csv").force[-1] == 35.1

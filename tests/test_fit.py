@@ -51,7 +51,7 @@ def test_forms():
 @pytest.mark.parametrize("form", [fm.CFM_2D, fm.CFM_3D, fm.LOG_SPEED])
 @pytest.mark.parametrize("name", fm.EXAMPLE_CAMPAIGNS)
 def test_inference_agrees_with_statsmodels(examples, name, form):
-    fit = fm.fit_force_map(examples[name], form=form).fit
+    fit = fm.fit_force_map(examples[name], form=form, impacts=fm.CensoredImpacts.DISCARD).fit
     states = fit.states
     ours = form.design(states.distance, states.height, states.speed), states.log_force
     train = examples[name].train
@@ -84,9 +84,11 @@ def test_balanced_repeats_give_the_coefficients_of_all_samples():
 
 def test_the_fit_says_what_it_rests_on():
     dataset = simulate("ur10e", np.random.default_rng(3), effect=0.022).dataset
-    force_map = fm.fit_force_map(dataset)
+    force_map = fm.fit_force_map(dataset, impacts=fm.CensoredImpacts.DISCARD)
     train = dataset.train
     assert len(force_map.fit.states) + len(force_map.fit.left_out) == 27
+    assert len(fm.fit_force_map(dataset).fit.states) == 27
+    assert not len(fm.fit_force_map(dataset).fit.left_out)
     assert force_map.fit.samples == int((~train.censored).sum())
     assert force_map.fit.censored_samples == int(train.censored.sum()) > 0
     assert force_map.fit.repeats == (3, 3)
@@ -98,12 +100,13 @@ def test_the_fit_says_what_it_rests_on():
     assert force_map.fit.rmse_force == pytest.approx(rmse, rel=1e-9)
 
 
-def test_censored_forces_are_never_used():
+def test_discarded_censored_forces_are_never_used():
     dataset = simulate("ur10e", np.random.default_rng(4), effect=0.022).dataset
     from dataclasses import replace
 
     changed = replace(dataset, peak_force=np.where(dataset.censored, 5000.0, dataset.peak_force))
-    np.testing.assert_array_equal(fm.fit_force_map(changed).coefficients, fm.fit_force_map(dataset).coefficients)
+    fits = [fm.fit_force_map(each, impacts=fm.CensoredImpacts.DISCARD) for each in (changed, dataset)]
+    np.testing.assert_array_equal(fits[0].coefficients, fits[1].coefficients)
 
 
 def test_only_train_rows_are_fitted(examples):

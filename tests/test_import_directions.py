@@ -27,6 +27,7 @@ LIBRARY = {
     "paths": {"campaigns", "maps", "limits", "dynamics", "speeds", "speed_maps"},
     "places": {"campaigns", "maps", "limits", "dynamics", "speeds", "speed_maps"},
     "comparisons": {"campaigns", "maps", "limits", "dynamics", "speeds", "speed_maps"},
+    "changes": {"campaigns", "maps"},
     "lab": {"recordings", "campaigns", "dynamics"},
     "exports": {"speeds", "speed_maps"},
 }

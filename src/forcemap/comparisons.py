@@ -225,7 +225,7 @@ def compare_force_models(
     on = "test states" if has_test else "each state left out in turn"
     fit = maps[0].fit
     assert fit is not None
-    states = test.states if has_test else fit.states
+    states = test.states if has_test else fit.states.uncensored
     predictions = [
         (
             m.form.name,
@@ -261,7 +261,7 @@ def compare_force_models(
 def _predictions(force_map: ForceMap, states: States, has_test: bool) -> FloatArray:
     if has_test:
         return np.asarray(force_map.predict(states.distance, states.height, states.speed))
-    return left_out_predictions(force_map)
+    return left_out_predictions(force_map)[force_map.require_fit().states.impacts > 0]
 
 
 def _per_height(dataset: ImpactDataset, states: States, has_test: bool) -> tuple[FloatArray, int]:

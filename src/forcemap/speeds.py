@@ -281,8 +281,8 @@ def _measured_beyond(
 ) -> Iterator[tuple[str, NDArray[np.bool_]]]:
     """States of the campaign, test ones too, whose `at_least` or `highest` force contradicts speeds at their place.
 
-    At a speed not above the one given they exceeded the limit. The fit does not know of censored impacts, so those
-    refuse the speed; of measured ones the bound allows for some.
+    At a speed not above the one given they exceeded the limit. How far a censored impact exceeded it nobody knows, so
+    those refuse the speed; of measured ones the bound allows for some.
     """
     if force_map.fit is None:
         return
@@ -328,16 +328,21 @@ def _warnings(force_map: ForceMap, bound: Bound) -> list[str]:
     scattered = int(np.sum(np.fmax(fit.states.highest, fit.states.at_least) > 1.05 * fit.states.force))
     if scattered:
         lines.append(f"at {scattered} states an impact lies more than 5 % above their mean, which the bound is for")
-    top = fit.states.highest.max()
+    top = np.nanmax(fit.states.highest)
     sharing = int(np.sum(fit.states.highest == top))
     if math.isnan(force_map.device_range) and 2 < sharing < len(fit.states):
         lines.append(f"{sharing} states share the highest force, {top:g} N: was the device saturated?")
     if fit.between_states.degrees_of_freedom == 0:
         lines.append("as many coefficients as measured states: the fit says nothing about its own error")
-    if fit.censored_samples:
+    if fit.censored_samples and not fit.censored_fit:
         names = ", ".join(fit.left_out.name)
         lines.append(
             f"{fit.censored_samples} impacts above the device range are not in the fit, so near that range the bound "
             "may be too low" + (f"; states left out: {names}" if names else "")
+        )
+    elif fit.censored_samples:
+        lines.append(
+            f"{fit.censored_samples} impacts above the device range are in the fit as at least that force; nothing "
+            "above the range was measured"
         )
     return lines

@@ -12,12 +12,16 @@ except ImportError:
     sys.exit("error: the command line needs an extra; install it with: pip install 'forcemap[app]'")
 
 from forcemap._version import __version__
+from forcemap.cli.check import check
+from forcemap.cli.collect import collect
 from forcemap.cli.compare import compare
 from forcemap.cli.demo import demo
 from forcemap.cli.evaluate import evaluate
 from forcemap.cli.fit import fit
+from forcemap.cli.inspect import inspect
 from forcemap.cli.limits import limits
 from forcemap.cli.output import emit_error
+from forcemap.cli.plan import plan
 from forcemap.cli.speed import speed
 from forcemap.cli.speed_map import speed_map
 from forcemap.errors import ForcemapError, InputError
@@ -47,7 +51,7 @@ def options(
     """3D collision-force maps: from measured impacts to bounded forces and safe robot speeds."""
 
 
-for command in (demo, fit, evaluate, compare, limits, speed, speed_map):
+for command in (demo, plan, collect, inspect, check, fit, evaluate, compare, limits, speed, speed_map):
     app.command(name=command.__name__.replace("_", "-"))(command)
 
 

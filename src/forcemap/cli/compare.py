@@ -6,28 +6,59 @@ from typing import Annotated
 
 import typer
 
-from forcemap import CFM_3D, body_region, compare_force_models, force_limit, form_named, pfl_robot_mass, read_dataset
-from forcemap.cli.options import Body, BodyOption, FormName, Json, MovingMass, Payload, Table, masses_from
+from forcemap import (
+    CFM_3D,
+    InputError,
+    body_region,
+    compare_force_models,
+    compare_maps,
+    force_limit,
+    form_named,
+    pfl_robot_mass,
+    read_dataset,
+)
+from forcemap.cli.change_results import maps_lines, maps_result
+from forcemap.cli.options import Body, FormName, Json, MovingMass, Payload, force_map_from, masses_from
 from forcemap.cli.output import emit
 from forcemap.cli.results import comparison_lines, comparison_result
 
 
 def compare(
-    table: Table,
-    region: Annotated[str, typer.Option("--region", help="Body region or area hit.")] = "hand_fingers",
+    table: Annotated[str, typer.Argument(help="Impacts table (CSV) or campaign folder; with OTHER also a map.")],
+    other: Annotated[
+        str | None, typer.Argument(help="Another map: then the two maps are compared, the other over the first.")
+    ] = None,
+    region: Annotated[
+        str | None, typer.Option("--region", help="Body region or area hit; default: hand_fingers.")
+    ] = None,
     moving_mass: MovingMass = None,
     payload: Payload = None,
-    body: BodyOption = Body.CONSTRAINED,
+    body: Annotated[
+        Body | None,
+        typer.Option(
+            "--body", help="constrained (default): the body part cannot move away; free: the region's own mass."
+        ),
+    ] = None,
     form: FormName = None,
     as_json: Json = False,
 ) -> None:
     """Compare the measured map with the 2D map and the standard's contact model on the same states.
 
+    Or two maps with each other, over the range that both have measured: compare MAP MAP.
+
     Example: forcemap compare impacts.csv --moving-mass-kg 30 --body constrained
     """
+    if other is not None:
+        if any(option is not None for option in (region, moving_mass, payload, body)):
+            raise InputError("compare: --region, --moving-mass-kg, --payload-kg and --body go with one impacts table")
+        comparison_of_maps = compare_maps(force_map_from(table, form)[0], force_map_from(other, form)[0])
+        emit(maps_result(comparison_of_maps), maps_lines(comparison_of_maps), as_json=as_json)
+        return
     dataset = read_dataset(table)
+    region = "hand_fingers" if region is None else region
     constants = body_region(region)
-    mass, load, body_mass = masses_from(dataset.conditions, moving_mass, payload, body, constants.mass)
+    held = Body.CONSTRAINED if body is None else body
+    mass, load, body_mass = masses_from(dataset.conditions, moving_mass, payload, held, constants.mass)
     limit = force_limit(region)
     comparison = compare_force_models(
         dataset,

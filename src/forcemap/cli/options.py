@@ -15,6 +15,7 @@ from forcemap import (
     PUBLISHED_MAPS,
     Accuracy,
     Bound,
+    CensoredImpacts,
     Contact,
     FixedMargin,
     ForceLimit,
@@ -107,10 +108,12 @@ def force_map_from(source: str, form: str | None) -> tuple[ForceMap, Accuracy | 
     return force_map, map_accuracy(force_map, dataset)[0]
 
 
-def fitted(table: str, form: str | None) -> tuple[ImpactDataset, ForceMap]:
+def fitted(
+    table: str, form: str | None, impacts: CensoredImpacts = CensoredImpacts.AT_LEAST
+) -> tuple[ImpactDataset, ForceMap]:
     """The impacts of a table or campaign folder, and the map fitted to its train rows."""
     dataset = read_dataset(table)
-    return dataset, fit_force_map(dataset, form=form_named(form or CFM_3D.name))
+    return dataset, fit_force_map(dataset, form=form_named(form or CFM_3D.name), impacts=impacts)
 
 
 def limit_from(

@@ -102,6 +102,7 @@ def fit_result(force_map: ForceMap, accuracy: Accuracy) -> dict[str, Any]:
         "states_found": fit.states_found,
         "samples": fit.samples,
         "censored_samples": fit.censored_samples,
+        "censored_fit": fit.censored_fit,
         "repeats": fit.repeats[1],
         "fewest_repeats": fit.repeats[0],
         "rmse_N": fit.rmse_force,
@@ -134,7 +135,14 @@ def fit_lines(force_map: ForceMap) -> list[str]:
         f"  measured: d {low[0]:.3f} to {high[0]:.3f} m, h {low[1]:.3f} to {high[1]:.3f} m, "
         f"v {floor_speed(low[2])} to {floor_speed(high[2])} m/s (their convex hull)",
     ]
-    if fit.censored_samples:
+    if fit.censored_fit:
+        wholly = [name for name, n in zip(fit.states.name, fit.states.impacts, strict=True) if n == 0]
+        names = f" ({', '.join(wholly)})" if wholly else ""
+        lines.append(
+            f"  {fit.censored_samples} impacts above the device range count as at least that force; "
+            f"in {len(wholly)} states all of them{names}"
+        )
+    elif fit.censored_samples:
         names = f": {', '.join(fit.left_out.name)}" if len(fit.left_out) else ""
         lines.append(
             f"  {fit.censored_samples} impacts above the device range; "
@@ -150,7 +158,7 @@ def fit_lines(force_map: ForceMap) -> list[str]:
     ]
     lines += [
         "",
-        f"state-to-state SD {100 * fit.state_sd:.2f} % ({between.degrees_of_freedom} degrees of freedom), "
+        f"state-to-state SD {100 * fit.state_sd:.2f} % ({between.degrees_of_freedom:.4g} degrees of freedom), "
         f"RMSE {fit.rmse_force:.2f} N, R^2 {between.r_squared:.4f}, condition number {between.condition_number:.0f}",
     ]
     allowances = _allowances(force_map)

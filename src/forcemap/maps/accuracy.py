@@ -9,6 +9,8 @@ from numpy.typing import NDArray
 
 from forcemap.campaigns.dataset import ImpactDataset, States
 from forcemap.errors import InputError
+from forcemap.maps.censored import CensoredRegression, left_out_levels
+from forcemap.maps.fit import state_data
 from forcemap.maps.force_map import ForceMap
 
 FloatArray = NDArray[np.float64]
@@ -156,7 +158,8 @@ def leave_one_state_out(force_map: ForceMap) -> Accuracy:
 def left_out_predictions(force_map: ForceMap) -> FloatArray:
     """Force [N] of each fitted state as predicted by the other states, shape (m,); NaN where they cannot.
 
-    Closed form: the residual of state i left out is e_i / (1 - l_i) (Allen 1974, PRESS).
+    Closed form where the fit is least squares: the residual of state i left out is e_i / (1 - l_i) (Allen 1974,
+    PRESS). A censored fit is fitted again without each state, its variance kept.
 
     Raises
     ------
@@ -165,6 +168,9 @@ def left_out_predictions(force_map: ForceMap) -> FloatArray:
     """
     fit = force_map.require_fit()
     between_states = fit.between_states
+    if isinstance(between_states, CensoredRegression):
+        data = state_data(force_map.form, fit.states, between_states.repeat_variance)
+        return np.asarray(np.exp(left_out_levels(data, between_states)))
     left = 1 - between_states.leverage
     with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
         predicted = np.exp(fit.states.log_force - between_states.residuals / left)

@@ -142,7 +142,7 @@ class ToleranceBound:
         freedom = force_map.fit.between_states.degrees_of_freedom
         if freedom < MIN_DEGREES_OF_FREEDOM:
             raise BoundNotAvailable(
-                f"found {freedom} residual degrees of freedom ({len(force_map.fit.states)} measured states, "
+                f"found {freedom:.4g} residual degrees of freedom ({len(force_map.fit.states)} measured states, "
                 f"{force_map.coefficients.size} coefficients), expected at least {MIN_DEGREES_OF_FREEDOM}; "
                 "measure more states or choose a form with fewer terms"
             )

@@ -3,23 +3,39 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from enum import StrEnum
 
 import numpy as np
 
 from forcemap.campaigns.dataset import ImpactDataset, States, StateTolerance
 from forcemap.errors import FitError, RankDeficient
+from forcemap.maps.censored import StateData, censored_regression
 from forcemap.maps.force_map import Fit, ForceMap
 from forcemap.maps.forms import CFM_3D, Form
 from forcemap.maps.measured_range import MeasuredRange
 from forcemap.maps.regression import least_squares
 
 
-def fit_force_map(dataset: ImpactDataset, *, form: Form = CFM_3D) -> ForceMap:
+class CensoredImpacts(StrEnum):
+    """What becomes of impacts that reached the device range."""
+
+    AT_LEAST = "at-least"
+    DISCARD = "discard"
+
+
+def fit_force_map(
+    dataset: ImpactDataset, *, form: Form = CFM_3D, impacts: CensoredImpacts = CensoredImpacts.AT_LEAST
+) -> ForceMap:
     """Fit a collision-force map to the impacts with role train.
 
-    Least squares on the state means of ln F, every state with equal weight (paper, section V-A): the same
-    coefficients as on all impacts when repeats are balanced. A partly censored state enters with the mean of its
-    uncensored impacts; a wholly censored one is left out, counted and listed in `fit.left_out`.
+    Without censored impacts: least squares on the state means of ln F, every state with equal weight (paper, section
+    V-A), the same coefficients as on all impacts when repeats are balanced. With some: maximum likelihood with state
+    effects and repeat noise, in which a censored impact says "at least this much" (`censored_regression`); censored
+    states then belong to the map's states and measured range.
+
+    The paper discards impacts above the device range: least squares on the means of the uncensored impacts, wholly
+    censored states left out, counted and listed in `fit.left_out`. So does this fit where the uncensored states are
+    no more than the coefficients, because nothing then tells how far states scatter.
 
     Parameters
     ----------
@@ -27,6 +43,8 @@ def fit_force_map(dataset: ImpactDataset, *, form: Form = CFM_3D) -> ForceMap:
         The impacts. All of them, test and censored ones too, tell what is known of Phase II.
     form : Form
         The terms of ln F.
+    impacts : CensoredImpacts
+        What becomes of censored impacts.
 
     Returns
     -------
@@ -48,16 +66,22 @@ def fit_force_map(dataset: ImpactDataset, *, form: Form = CFM_3D) -> ForceMap:
             file=dataset.source or None,
             column="role" if dataset.source else None,
         )
-    states = train.states.uncensored
     measured = train.select(~train.censored)
-    design = form.design(states.distance, states.height, states.speed)
+    uncensored = train.states.uncensored
+    between_states = least_squares(
+        form.design(uncensored.distance, uncensored.height, uncensored.speed), uncensored.log_force
+    )
+    _refuse_noise(form, uncensored, dataset.tolerance)
+    states, left_out = uncensored, train.states.select(train.states.impacts == 0)
+    likelihood = impacts is CensoredImpacts.AT_LEAST and bool(train.censored.any())
+    if likelihood and between_states.degrees_of_freedom > 0:
+        states, left_out = train.states, left_out.select(np.zeros(len(left_out), dtype=np.bool_))
+        between_states = censored_regression(state_data(form, states, repeat_variance(train)))
     samples = form.design(measured.distance, measured.height, measured.speed)
-    between_states = least_squares(design, states.log_force)
-    _refuse_noise(form, states, dataset.tolerance)
     fit = Fit(
         states=states,
         test=dataset.test.states,
-        left_out=train.states.select(train.states.impacts == 0),
+        left_out=left_out,
         between_states=between_states,
         over_samples=least_squares(samples, np.log(measured.peak_force)),
         states_found=dataset.states_found,
@@ -75,6 +99,34 @@ def fit_force_map(dataset: ImpactDataset, *, form: Form = CFM_3D) -> ForceMap:
         device_range=dataset.device_range,
         source=f"fitted to {dataset.source or 'arrays'}",
     )
+
+
+def state_data(form: Form, states: States, variance: float) -> StateData:
+    """What the repeats of states tell, for a censored fit; `variance` is that of ln F between repeats of a state."""
+    return StateData(
+        design=form.design(states.distance, states.height, states.speed),
+        mean=states.log_force,
+        impacts=states.impacts,
+        censored=states.censored,
+        threshold=np.log(states.at_least),
+        repeat_variance=variance,
+    )
+
+
+def repeat_variance(train: ImpactDataset) -> float:
+    """Pooled variance of ln F between repeats of the states with an uncensored one; 0 if none is repeated.
+
+    Censored repeats count with the force they reached at least: a state that was far exceeded by one of its repeats
+    is a sign of scatter, not of none.
+    """
+    known = train.select(np.isin(train.state, np.unique(train.state[~train.censored])))
+    _, index, count = np.unique(known.state, return_inverse=True, return_counts=True)
+    freedom = known.peak_force.size - count.size
+    if freedom == 0:
+        return 0.0
+    log_force = np.log(known.peak_force)
+    mean = np.bincount(index, weights=log_force) / count
+    return float(np.sum((log_force - mean[index]) ** 2) / freedom)
 
 
 def _refuse_noise(form: Form, states: States, tolerance: StateTolerance) -> None:

@@ -14,6 +14,7 @@ from forcemap._version import __version__
 from forcemap.campaigns.dataset import Conditions, PhaseTwo, States
 from forcemap.errors import InputError
 from forcemap.maps.blocks import in_blocks
+from forcemap.maps.censored import CensoredRegression
 from forcemap.maps.forms import Form
 from forcemap.maps.measured_range import MeasuredRange
 from forcemap.maps.regression import Regression
@@ -28,9 +29,9 @@ class Fit:
     Parameters
     ----------
     states : States
-        The measured states, each with at least one uncensored impact.
+        The states the map was fitted to; wholly censored ones too, unless censored impacts were discarded.
     left_out : States
-        States whose impacts were all censored.
+        States that were left out because all of their impacts are censored and those were discarded.
     test : States
         States with role test: not fitted, but what they measured may contradict a speed.
     between_states : Regression
@@ -78,7 +79,12 @@ class Fit:
     def rmse_force(self) -> float:
         """Root mean square of predicted minus measured force over the states [N]."""
         predicted = np.exp(self.states.log_force - self.between_states.residuals)
-        return float(np.sqrt(np.mean((predicted - self.states.force) ** 2)))
+        return float(np.sqrt(np.nanmean((predicted - self.states.force) ** 2)))
+
+    @property
+    def censored_fit(self) -> bool:
+        """True if censored impacts entered the likelihood as "at least this much"."""
+        return isinstance(self.between_states, CensoredRegression)
 
 
 @dataclass(frozen=True, eq=False)

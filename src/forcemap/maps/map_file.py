@@ -13,10 +13,12 @@ import numpy as np
 from forcemap.campaigns.dataset import Conditions, ContactScenario, PhaseTwo, States
 from forcemap.errors import ForcemapError, MapFileError
 from forcemap.files import read_bytes, sha256, write_atomically
+from forcemap.maps.censored import CensoredRegression, weighted_regression
+from forcemap.maps.fit import state_data
 from forcemap.maps.force_map import Fit, ForceMap
 from forcemap.maps.forms import Form
 from forcemap.maps.measured_range import MeasuredRange
-from forcemap.maps.regression import least_squares
+from forcemap.maps.regression import Regression, least_squares
 
 SCHEMA = "forcemap-map/1"
 
@@ -132,6 +134,7 @@ def _to_content(force_map: ForceMap) -> dict[str, Any]:
             "condition_number": fit.between_states.condition_number,
             "impacts_table": fit.table,
             "impacts_table_sha256": fit.table_sha256,
+            **_censored_statistics(fit.between_states),
         },
     }
 
@@ -143,13 +146,11 @@ def _from_content(content: dict[str, Any]) -> ForceMap:
     fit = None
     if statistics is not None:
         states = _states_from_columns(columns)
-        design = form.design(states.distance, states.height, states.speed)
         fit = Fit(
             states=states,
             left_out=_states_from_columns(content["states_left_out"]),
             test=_states_from_columns(content["test_states"]),
-            # R^-1 again from the states; the coefficients to the last bit as they were written
-            between_states=replace(least_squares(design, states.log_force), coefficients=coefficients),
+            between_states=_regression(form, states, coefficients, statistics),
             states_found=str(statistics["states_found"]),
             table=str(statistics["impacts_table"]),
             table_sha256=str(statistics["impacts_table_sha256"]),
@@ -170,6 +171,30 @@ def _from_content(content: dict[str, Any]) -> ForceMap:
         device_range=_nan(content["device_range_N"]),
         source=str(content["source"]),
         software=str(content["software"]),
+    )
+
+
+def _censored_statistics(between_states: Regression) -> dict[str, Any]:
+    """What a censored fit adds to the statistics of a fit."""
+    if not isinstance(between_states, CensoredRegression):
+        return {}
+    return {
+        "state_weights": between_states.weights.tolist(),
+        "repeat_variance_ln": between_states.repeat_variance,
+    }
+
+
+def _regression(form: Form, states: States, coefficients: Any, statistics: dict[str, Any]) -> Regression:
+    """The fit again: R^-1 from the states, the coefficients to the last bit as they were written."""
+    if "state_weights" not in statistics:
+        design = form.design(states.distance, states.height, states.speed)
+        return replace(least_squares(design, states.log_force), coefficients=coefficients)
+    return weighted_regression(
+        state_data(form, states, float(statistics["repeat_variance_ln"])),
+        coefficients=coefficients,
+        weights=np.array(statistics["state_weights"], dtype=np.float64),
+        deviation=float(statistics["state_sd_ln"]),
+        freedom=float(statistics["degrees_of_freedom"]),
     )
 
 

@@ -39,7 +39,7 @@ class Regression:
     inverse_triangle: FloatArray
 
     @property
-    def degrees_of_freedom(self) -> int:
+    def degrees_of_freedom(self) -> float:
         """n - p."""
         return self.response.size - self.coefficients.size
 

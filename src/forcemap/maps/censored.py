@@ -1,0 +1,329 @@
+"""Regression with censored observations, state effects and repeat noise, on arrays."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from forcemap.errors import FitError
+from forcemap.maps.regression import FloatArray, Regression, least_squares
+
+_NODES = 128  # of the quadrature over the force of a censored state
+_WIDE = 8.5  # standard deviations beyond which a normal distribution counts as empty
+_LEAST_SHARE = 0.05  # of the variance of a state's mean that is taken for the state effect, at least
+
+
+@dataclass(frozen=True, eq=False)
+class StateData:
+    """What repeats tell of m states; ln F is normal about its state's level, the levels about the map.
+
+    Parameters
+    ----------
+    design : array
+        Design matrix X, shape (m, p).
+    mean : array
+        Mean of the uncensored repeats' ln F, shape (m,); NaN where all are censored.
+    impacts, censored : array of int
+        Number of uncensored and of censored repeats, shape (m,).
+    threshold : array
+        ln of the force that the censored repeats reached at least, shape (m,); NaN where none is censored.
+    repeat_variance : float
+        Variance of ln F between repeats of a state; 0 if states are not repeated.
+    """
+
+    design: FloatArray
+    mean: FloatArray
+    impacts: NDArray[np.int64]
+    censored: NDArray[np.int64]
+    threshold: FloatArray
+    repeat_variance: float
+
+
+@dataclass(frozen=True, eq=False)
+class CensoredRegression(Regression):
+    """A maximum-likelihood fit with censored states, in the form of weighted least squares.
+
+    At the maximum the likelihood bends as that of a regression with weights w: 1 for an uncensored state, less for a
+    censored one. (X'WX)^-1 s^2 is the inverse of the observed information, and R that of sqrt(W) X = QR. The response
+    is NaN for a wholly censored state, which counts in no residual.
+
+    Parameters
+    ----------
+    weights : array
+        w of every state, shape (m,).
+    deviation : float
+        s, the standard deviation of a state's mean of ln F about the map (restricted likelihood).
+    freedom : float
+        Effective degrees of freedom of s, from the curvature of its likelihood.
+    repeat_variance : float
+        Variance of ln F between repeats of a state.
+    """
+
+    weights: FloatArray
+    deviation: float
+    freedom: float
+    repeat_variance: float
+
+    @property
+    def degrees_of_freedom(self) -> float:
+        """Effective: n - p with every state uncensored."""
+        return self.freedom
+
+    @cached_property
+    def residual_sd(self) -> float:
+        """s."""
+        return self.deviation
+
+    @cached_property
+    def residual_squares(self) -> float:
+        """Sum of squared residuals of the states with an uncensored repeat."""
+        return float(np.nansum(self.residuals**2))
+
+    @property
+    def rmse(self) -> float:
+        """Root mean square of the residuals of the states with an uncensored repeat."""
+        return float(np.sqrt(np.nanmean(self.residuals**2)))
+
+    @property
+    def r_squared(self) -> float:
+        """Coefficient of determination over the states with an uncensored repeat."""
+        known = self.response[~np.isnan(self.response)]
+        total = float(np.sum((known - known.mean()) ** 2))
+        return 1 - self.residual_squares / total if total > 0 else math.nan
+
+
+def censored_regression(data: StateData) -> CensoredRegression:
+    """Fit ln F with "at least this much" for the censored repeats.
+
+    For a state of level eta ~ N(x'b, tau^2) with n uncensored repeats of mean y and k censored ones at c, each with
+    noise sigma, the likelihood is
+
+        N(y; x'b, tau^2 + sigma^2/n) E[ Phi((eta - c) / sigma)^k | y ].
+
+    b maximises it for a given s^2 = tau^2 + sigma^2 / repeats; s^2 maximises the profile less half the logarithm of
+    the information of b (Cox and Reid 1987), which without censoring is restricted maximum likelihood: s^2 =
+    residual squares / (n - p), and b is least squares.
+
+    Raises
+    ------
+    TooFewStates, RankDeficient
+        The states with an uncensored repeat do not determine the coefficients by themselves.
+    FitError
+        The likelihood has no maximum.
+    """
+    known = data.impacts > 0
+    start = least_squares(data.design[known], data.mean[known])
+    if start.degrees_of_freedom == 0:
+        raise FitError(
+            f"found {int(known.sum())} states with an uncensored impact for {start.coefficients.size} coefficients, "
+            "expected more, so that their scatter can be told; measure more states or discard censored impacts"
+        )
+    short = np.nan_to_num(np.maximum(data.threshold - data.design @ start.coefficients, 0.0))
+    guess = math.log(max(start.residual_sd**2 + float(np.mean(short**2)), 1e-12))
+    profile = _Profile(data, start.coefficients, guess)
+    log_variance, curvature = _maximum(profile, guess)
+    coefficients, _, bend = profile.solve(log_variance)
+    variance = math.exp(log_variance)
+    return weighted_regression(
+        data,
+        coefficients=coefficients,
+        weights=np.maximum(-bend * variance, 0.0),
+        deviation=math.sqrt(variance),
+        freedom=min(-2.0 * curvature, float(data.mean.size - coefficients.size)),
+    )
+
+
+def weighted_regression(
+    data: StateData, *, coefficients: FloatArray, weights: FloatArray, deviation: float, freedom: float
+) -> CensoredRegression:
+    """A censored fit from its results, as it was made or as a file states them."""
+    root = np.sqrt(weights)
+    known = np.where(data.impacts > 0, data.mean, 0.0)  # only R is used of this
+    return CensoredRegression(
+        design=data.design,
+        response=data.mean,
+        coefficients=coefficients,
+        inverse_triangle=least_squares(data.design * root[:, None], known * root).inverse_triangle,
+        weights=weights,
+        deviation=deviation,
+        freedom=freedom,
+        repeat_variance=data.repeat_variance,
+    )
+
+
+def left_out_levels(data: StateData, fitted: CensoredRegression) -> FloatArray:
+    """ln F of every state predicted by the others, shape (m,), s^2 as fitted to all; NaN where they cannot."""
+    levels = np.full(data.mean.size, math.nan)
+    for i in range(data.mean.size):
+        others = np.arange(data.mean.size) != i
+        rest = StateData(
+            data.design[others],
+            data.mean[others],
+            data.impacts[others],
+            data.censored[others],
+            data.threshold[others],
+            data.repeat_variance,
+        )
+        known = rest.impacts > 0
+        try:
+            least_squares(rest.design[known], rest.mean[known])
+        except FitError:  # too few or rank deficient without it
+            continue
+        profile = _Profile(rest, fitted.coefficients, 2 * math.log(fitted.deviation))
+        levels[i] = data.design[i] @ profile.solve(2 * math.log(fitted.deviation))[0]
+    return levels
+
+
+class _Profile:
+    """Profile of the likelihood over ln s^2, adjusted for the estimated coefficients; solutions start at the last."""
+
+    def __init__(self, data: StateData, coefficients: FloatArray, log_variance: float) -> None:
+        self._data, self._last = data, coefficients
+        repeats = data.impacts + data.censored
+        self._typical = data.repeat_variance * float(np.mean(1.0 / repeats))
+        self.solve(log_variance)
+
+    def __call__(self, log_variance: float) -> float:
+        coefficients, _, bend = self.solve(log_variance)
+        value = float(_log_likelihood(self._data, coefficients, *self._split(log_variance))[0].sum())
+        information = (self._data.design * -bend[:, None]).T @ self._data.design
+        return value - 0.5 * float(np.linalg.slogdet(information)[1])
+
+    def solve(self, log_variance: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Coefficients by Newton's method, and the derivatives of every state's log-likelihood in x'b."""
+        data, coefficients = self._data, self._last
+        split = self._split(log_variance)
+        value, slope, bend = _log_likelihood(data, coefficients, *split)
+        for _ in range(50):
+            information = (data.design * -bend[:, None]).T @ data.design
+            step = np.linalg.solve(information, data.design.T @ slope)
+            length = 1.0
+            trial = _log_likelihood(data, coefficients + step, *split)
+            while not trial[0].sum() >= value.sum() - 1e-9 and length > 1e-3:  # concave: a shorter step rises
+                length /= 2
+                trial = _log_likelihood(data, coefficients + length * step, *split)
+            coefficients = coefficients + length * step
+            value, slope, bend = trial
+            if float(np.abs(data.design @ step).max()) < 1e-11:
+                break
+        self._last = coefficients
+        return coefficients, slope, bend
+
+    def _split(self, log_variance: float) -> tuple[FloatArray, float]:
+        """Variance of every state's mean, shape (m,), and of the state effect."""
+        data, variance = self._data, math.exp(log_variance)
+        effect = max(variance - self._typical, _LEAST_SHARE * variance)
+        own = variance + data.repeat_variance / np.maximum(data.impacts, 1) - self._typical
+        return np.maximum(own, _LEAST_SHARE * variance), effect
+
+
+def _log_likelihood(
+    data: StateData, coefficients: FloatArray, mean_variance: FloatArray, effect: float
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Log-likelihood of every state, shape (m,), with its first and second derivative in mu = x'b."""
+    mu = data.design @ coefficients
+    known, cut = data.impacts > 0, data.censored > 0
+    with np.errstate(invalid="ignore"):
+        residual = np.where(known, data.mean - mu, 0.0)
+    value = np.where(known, -0.5 * (np.log(2 * np.pi * mean_variance) + residual**2 / mean_variance), 0.0)
+    slope = residual / mean_variance
+    bend = np.where(known, -1.0 / mean_variance, 0.0)
+    if not cut.any():
+        return value, slope, bend
+    # the level of the state given its uncensored repeats: normal, mean m and variance r
+    noise = max(data.repeat_variance, 1e-12 * effect)
+    precision = 1.0 / effect + data.impacts[cut] / noise
+    r = 1.0 / precision
+    pull = np.where(known[cut], data.mean[cut], 0.0) * data.impacts[cut] / noise
+    share = r / effect  # dm / dmu
+    m = r * (mu[cut] / effect + pull)
+    log_g, g1, g2 = _reached(m, np.sqrt(r), data.threshold[cut], math.sqrt(noise), data.censored[cut])
+    value[cut] += log_g
+    slope[cut] += share * g1
+    bend[cut] += share**2 * g2
+    return value, slope, bend
+
+
+def _reached(
+    m: FloatArray, sd: FloatArray, threshold: FloatArray, noise: float, count: NDArray[np.int64]
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """ln G and its two derivatives in m, G(m) = E[ Phi((eta - c) / noise)^count ], eta ~ N(m, sd^2), shape (k,).
+
+    Quadrature where Phi rises, the normal distribution function beyond, where it is 1. If eta hardly varies there,
+    quadrature around the mode of the integrand, which is log-concave.
+    """
+    from scipy.special import log_ndtr
+
+    low = np.maximum(threshold - _WIDE * noise, m - _WIDE * sd)
+    high = np.maximum(threshold + _WIDE * noise, low)
+    narrow = sd < 0.25 * noise
+    mode = _mode(m, sd, threshold, noise, count)
+    low = np.where(narrow, mode - _WIDE * sd, low)
+    high = np.where(narrow, mode + _WIDE * sd, high)
+    nodes, weights = _legendre()
+    half = (high - low)[:, None] / 2
+    eta = low[:, None] + half * (1 + nodes)
+    t = (eta - m[:, None]) / sd[:, None]
+    log_g = -0.5 * t**2 - 0.5 * math.log(2 * np.pi) + count[:, None] * log_ndtr((eta - threshold[:, None]) / noise)
+    log_g += np.log(np.maximum(half, 1e-300)) + np.log(weights) - np.log(sd)[:, None]
+    u = (high - m) / sd  # beyond it Phi is 1
+    log_tail = np.where(narrow, -np.inf, log_ndtr(-u))
+    largest = np.maximum(log_g.max(axis=1), log_tail)
+    mass = np.exp(log_g - largest[:, None])
+    tail = np.exp(log_tail - largest)
+    density = np.exp(np.where(narrow, -np.inf, -0.5 * u**2 - 0.5 * math.log(2 * np.pi) - largest))
+    total = mass.sum(axis=1) + tail
+    first = ((mass * t).sum(axis=1) + density) / total  # E[t]
+    second = ((mass * t**2).sum(axis=1) + u * density + tail) / total  # E[t^2]
+    return np.log(total) + largest, first / sd, (second - 1.0 - first**2) / sd**2
+
+
+def _mode(
+    m: FloatArray, sd: FloatArray, threshold: FloatArray, noise: float, count: NDArray[np.int64]
+) -> FloatArray:
+    """Where exp(-(eta - m)^2 / 2 sd^2) Phi((eta - c) / noise)^count is largest, by Newton's method, shape (k,)."""
+    from scipy.special import log_ndtr
+
+    eta = m.copy()
+    for _ in range(30):
+        z = (eta - threshold) / noise
+        hazard = np.exp(-0.5 * z**2 - 0.5 * math.log(2 * np.pi) - log_ndtr(z))
+        slope = -(eta - m) / sd**2 + count * hazard / noise
+        bend = -1.0 / sd**2 - count * hazard * (z + hazard) / noise**2
+        eta = eta - slope / bend
+    return eta
+
+
+@lru_cache
+def _legendre() -> tuple[FloatArray, FloatArray]:
+    nodes, weights = np.polynomial.legendre.leggauss(_NODES)
+    return nodes, weights
+
+
+def _maximum(profile: _Profile, start: float) -> tuple[float, float]:
+    """Where a smooth function of one variable is largest, and its second derivative there."""
+
+    def derivatives(x: float, h: float) -> tuple[float, float]:
+        """First and second derivative from five points, errors of order h^4."""
+        a, b, c, d, e = (profile(x + k * h) for k in (-2, -1, 0, 1, 2))
+        return (a - 8 * b + 8 * d - e) / (12 * h), (-a + 16 * b - 30 * c + 16 * d - e) / (12 * h * h)
+
+    x = start
+    for _ in range(30):
+        slope, bend = derivatives(x, 0.02)
+        step = -slope / bend if bend < 0 else math.copysign(0.5, slope)
+        x += min(max(step, -1.0), 1.0)
+        if abs(step) < 1e-9:
+            return x, bend
+    # Repeats that contradict each other leave a kink where the state effect is at its least share.
+    from scipy.optimize import minimize_scalar
+
+    found = minimize_scalar(lambda x: -profile(x), bounds=(start - 6.0, start + 10.0), method="bounded")
+    bend = derivatives(float(found.x), 0.25)[1]
+    if not (start - 5.9 < found.x < start + 9.9 and bend < 0):
+        raise FitError("the likelihood of the censored fit has no maximum; discard the censored impacts")
+    return float(found.x), bend

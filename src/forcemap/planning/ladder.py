@@ -1,0 +1,130 @@
+"""How fast may be measured where: slow to fast, and never beyond a force."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from forcemap.campaigns.state import States
+from forcemap.maps.bounds import Bound
+from forcemap.maps.force_map import ForceMap
+from forcemap.planning.expectation import Expectation, expected_at, factor_of, source_of, upper_of
+from forcemap.planning.places import FloatArray, PlaceRange
+
+_RUNG = 1.5  # how many times faster than what was measured there
+_SCATTER = 1.1  # what the force of a state may exceed a measured one by, before a bound tells
+
+
+class Ladder(Protocol):
+    """What tells how fast may be measured where; states have shape (n, 3)."""
+
+    def expected(self, states: FloatArray) -> FloatArray:
+        """Expected force [N], shape (n,)."""
+
+    def upper(self, states: FloatArray) -> FloatArray:
+        """What the force is not expected to exceed [N], shape (n,)."""
+
+    def allows(self, states: FloatArray) -> NDArray[np.bool_]:
+        """Which states may be measured, shape (n,)."""
+
+    def source(self, states: FloatArray) -> str:
+        """What the expected forces come from."""
+
+
+@dataclass(frozen=True, eq=False)
+class OpeningLadder:
+    """Before there is a bound: by the expected force and what was measured nearest.
+
+    Parameters
+    ----------
+    expectation : ForceMap, StandardExpectation or callable
+        The force to expect [N].
+    highest : float
+        Force that no impact is to exceed [N].
+    limit : float
+        Force limit [N]: above the slowest speed no state is measured that is expected to exceed it.
+    slowest : float
+        Slowest speed [m/s].
+    measured : States or None
+    place_range : PlaceRange
+    """
+
+    expectation: Expectation
+    highest: float
+    limit: float
+    slowest: float
+    measured: States | None
+    place_range: PlaceRange
+
+    def source(self, states: FloatArray) -> str:
+        """What the expected forces come from."""
+        return source_of(self.expectation, [(d, h, v) for d, h, v in states.tolist()])
+
+    def expected(self, states: FloatArray) -> FloatArray:
+        """Expected force [N], shape (n,)."""
+        return np.array([expected_at(self.expectation, *state) for state in states.tolist()])
+
+    def upper(self, states: FloatArray) -> FloatArray:
+        """What the force is not expected to exceed [N], shape (n,).
+
+        By the expected force and its margin, and not less than the states measured at the nearest place tell: their
+        force and a tenth, and above their speed the expected increase times the factor.
+        """
+        factor = factor_of(self.expectation)
+        expected = self.expected(states)
+        upper = np.array([upper_of(self.expectation, force) for force in expected.tolist()])
+        if self.measured is None:
+            return upper
+        known = self.measured.coordinates
+        force = _SCATTER * np.fmax(self.measured.highest, self.measured.at_least)
+        increase = factor * np.maximum(expected[:, None] - self.expected(known)[None, :], 0.0)
+        apart = self.place_range.apart(states, known)
+        nearest = apart <= apart.min(axis=1, keepdims=True) + 1e-3
+        return np.asarray(np.maximum(upper, np.where(nearest, force + increase, np.inf).min(axis=1)))
+
+    def allows(self, states: FloatArray) -> NDArray[np.bool_]:
+        """Which states may be measured, shape (n,)."""
+        slow = (self.expected(states) <= self.limit) | (states[:, 2] <= self.slowest)
+        return np.asarray(slow & (self.upper(states) <= self.highest))
+
+
+@dataclass(frozen=True, eq=False)
+class BoundLadder:
+    """With a bound: by the bound, and not much faster than what was measured there.
+
+    Parameters
+    ----------
+    force_map : ForceMap
+    bound : Bound
+    highest : float
+        Force that no impact is to exceed [N].
+    place_range : PlaceRange
+    """
+
+    force_map: ForceMap
+    bound: Bound
+    highest: float
+    place_range: PlaceRange
+
+    def source(self, states: FloatArray) -> str:
+        """What the expected forces come from."""
+        return f"the map of the {len(self.force_map.measured_range.points)} states measured so far"
+
+    def expected(self, states: FloatArray) -> FloatArray:
+        """Expected force [N], shape (n,)."""
+        return np.asarray(self.force_map.predict(*states.T))
+
+    def upper(self, states: FloatArray) -> FloatArray:
+        """The bound [N], shape (n,)."""
+        return np.asarray(self.bound.upper(self.force_map, *states.T))
+
+    def allows(self, states: FloatArray) -> NDArray[np.bool_]:
+        """Which states may be measured, shape (n,)."""
+        known = self.force_map.measured_range.points
+        highest = self.force_map.measured_range.speeds(states[:, 0], states[:, 1])[1]
+        nearest = known[self.place_range.apart(states, known).argmin(axis=1), 2]
+        rung = _RUNG * np.where(np.isnan(highest), nearest, highest)
+        return np.asarray((self.upper(states) <= self.highest) & (states[:, 2] <= rung + 1e-9))

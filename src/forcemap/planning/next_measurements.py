@@ -1,0 +1,228 @@
+"""Which states to measure next: from nothing to confirmed speeds, slow to fast, never beyond a stated force."""
+
+from __future__ import annotations
+
+import contextlib
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+
+from forcemap.campaigns.conditions import Conditions
+from forcemap.campaigns.dataset import ImpactDataset, States
+from forcemap.campaigns.plan import MeasurementPlan
+from forcemap.campaigns.state import StateTolerance
+from forcemap.errors import BoundNotAvailable, FitError, InputError
+from forcemap.limits.force_limits import Contact, ForceLimit
+from forcemap.maps.bounds import ToleranceBound
+from forcemap.maps.fit import fit_force_map
+from forcemap.maps.force_map import ForceMap
+from forcemap.maps.forms import CFM_3D, Form
+from forcemap.planning.expectation import Expectation, StandardExpectation
+from forcemap.planning.ladder import BoundLadder, Ladder, OpeningLadder
+from forcemap.planning.outlook import Outlook
+from forcemap.planning.places import FloatArray, PlaceRange
+from forcemap.planning.runs import runs_of
+from forcemap.planning.search import Search
+from forcemap.speeds import safe_speed
+
+_PLACES = 9  # along each axis, at which confirmed speeds are counted
+_CANDIDATE_PLACES = 5  # along each axis
+_SPEED_STEP = 0.02  # [m/s]
+_AIM = 0.93  # of the limit: where the bound reaches it, the prediction lies about this far below
+_AHEAD = 3  # batches for which the gain is foreseen at most
+
+
+class Stop(StrEnum):
+    """Why nothing more is to be measured."""
+
+    BUDGET = "budget"
+    NOTHING_TO_GAIN = "nothing-to-gain"
+    OUT_OF_REACH = "out-of-reach"
+    LIMIT_NOT_USABLE = "limit-not-usable"
+
+
+@dataclass(frozen=True, eq=False)
+class NextMeasurements:
+    """What to measure next, or why to stop; places are a grid over the range of places.
+
+    Parameters
+    ----------
+    plan : MeasurementPlan or None
+        Runs to add to the campaign's plan, slow to fast; None if it is time to stop.
+    stop : Stop or None
+        Why to stop.
+    reason : str
+        Why these states, or why to stop, in words.
+    upper_force : array
+        What the force of every run is not expected to exceed [N], shape (runs,): by the bound once there is one.
+    places : int
+        Number of places at which speeds are counted.
+    confirmed, expected_confirmed : int
+        Places with an admissible or capped speed: now, and expected after these runs.
+    speed, expected_speed : float
+        Mean over all places of the confirmed speed, 0 where there is none [m/s]: now, and expected after these runs;
+        NaN where no bound can be had.
+    """
+
+    plan: MeasurementPlan | None
+    stop: Stop | None
+    reason: str
+    upper_force: FloatArray
+    places: int
+    confirmed: int
+    speed: float
+    expected_confirmed: int
+    expected_speed: float
+
+
+def next_measurements(
+    measured: ImpactDataset | Conditions,
+    limit: ForceLimit | float,
+    *,
+    contact: Contact | None = None,
+    distances: Sequence[float] = (),
+    heights: Sequence[float] = (),
+    speeds: Sequence[float] = (0.05, 0.40),
+    form: Form = CFM_3D,
+    bound: ToleranceBound = ToleranceBound(),  # noqa: B008 - frozen
+    expected_force: Expectation | None = None,
+    largest_force: float = math.inf,
+    batch: int = 4,
+    states: int = 27,
+    repeats: int = 3,
+    least_gain: float = 0.0003,
+    seed: int = 0,
+) -> NextMeasurements:
+    """Tell which states to measure next, so that a limit is confirmed at more places and up to higher speeds.
+
+    While the states are too few for a bound, an opening: the corners of the place range at the slowest speed, then
+    states that determine the form best, none but the slowest expected above the limit. Afterwards the states that
+    make the prediction most precise where it reaches the limit: I-optimal for all states left in the budget, of
+    these the most useful batch; and the corners at a slow speed where places lie below every measured speed.
+
+    No state is planned whose force may exceed the device range less its error, or `largest_force`: before there is a
+    bound, by the expected force with its margin and by what was measured nearest; afterwards by the bound, and never
+    at more than 1.5 times the speed measured there.
+
+    Parameters
+    ----------
+    measured : ImpactDataset or Conditions
+        The impacts so far, of which those to train count; the conditions alone if there are none.
+    limit : float or ForceLimit
+        Force limit to confirm [N]; or the limits of a body area together with `contact`.
+    contact : Contact, optional
+        Kind of contact, for a ForceLimit.
+    distances, heights : sequence of float
+        Nearest and farthest, lowest and highest place [m]; those measured if not given.
+    speeds : sequence of float
+        Slowest and fastest speed that may be planned [m/s].
+    form : Form
+        The map that is fitted.
+    bound : ToleranceBound
+        The bound that confirms.
+    expected_force : ForceMap, StandardExpectation or callable, optional
+        Force to expect [N] before there is a bound; the standard's if the conditions state a moving mass.
+    largest_force : float
+        No impact is to exceed this force [N]; the device range less its error holds anyway.
+    batch : int
+        How many states to plan at most.
+    states : int
+        Budget: states of the whole campaign.
+    repeats : int
+        Impacts of every state.
+    least_gain : float
+        Stop where a further state is expected to raise the mean confirmed speed by less [m/s].
+    seed : int
+        Of the search for states.
+
+    Returns
+    -------
+    NextMeasurements
+
+    Raises
+    ------
+    InputError
+        A figure outside its range, neither device range nor largest force, or nothing that tells the force to expect.
+    ContactNotPermitted
+        The standard permits no contact with the body area.
+
+    Examples
+    --------
+    >>> from forcemap import Conditions, Device
+    >>> cell = Conditions(device=Device(range=500.0, error=3.0), moving_mass=30.0)
+    >>> found = next_measurements(cell, 140.0, distances=(0.52, 0.89), heights=(0.14, 0.46))
+    >>> found.plan.states
+    ('d890-h140-v50', 'd890-h460-v50', 'd520-h140-v50', 'd520-h460-v50')
+    """
+    dataset = measured if isinstance(measured, ImpactDataset) and len(measured.train) else None
+    known = dataset.train.states if dataset is not None else None
+    conditions = measured.conditions if isinstance(measured, ImpactDataset) else measured
+    newtons = _newtons(limit, contact)
+    slowest, fastest = _checked(speeds, batch, states, repeats, least_gain)
+    highest = _highest(conditions, dataset, largest_force, newtons)
+    place_range = PlaceRange.of(distances, heights, known)
+    tolerance = StateTolerance.stated(conditions.place_tolerance, conditions.speed_tolerance)
+    search = Search(place_range, form, dataset.tolerance if dataset is not None else tolerance, seed)
+    candidates = place_range.states(_CANDIDATE_PLACES, _speeds(slowest, fastest))
+    left = states - (len(known) if known is not None else 0)
+    force_map = _map_with_bound(dataset, form, bound)
+    targets = place_range.grid(_PLACES)
+    now = _Now.of(force_map, targets, newtons, bound)
+
+    if refusal := _refusal(dataset, limit, contact):
+        return now.stop(Stop.LIMIT_NOT_USABLE, f"Phase II forbids this limit: {refusal}")
+    if left <= 0:
+        return now.stop(Stop.BUDGET, f"the campaign has the {states} states of its budget")
+    ladder: Ladder
+    if force_map is None or known is None:
+        ladder = OpeningLadder(
+            _expectation(expected_force, conditions), highest, newtons, slowest, known, place_range
+        )
+        candidates = candidates[ladder.allows(candidates)]
+        chosen = search.opening(candidates, known, min(batch, left), left)
+        if not len(chosen):
+            return now.stop(Stop.OUT_OF_REACH, f"no state is left that is expected to stay within {highest:g} N")
+        after = now.unknown()
+        reason = "opening: the states measured so far are too few for a bound"
+    else:
+        ladder = BoundLadder(force_map, bound, highest, place_range)
+        reach = np.fmin(force_map.crossing_speed(*targets.T, _AIM * newtons), fastest)
+        reach = np.where(np.isnan(reach), fastest, reach)
+        wanted = np.column_stack([targets, reach])[reach >= slowest]
+        if not len(wanted):
+            return now.stop(
+                Stop.NOTHING_TO_GAIN, f"{newtons:g} N is expected nowhere to be confirmed at {slowest:g} m/s or more"
+            )
+        unconfirmed = wanted[~now.has_speed[reach >= slowest]]
+        candidates = candidates[ladder.allows(candidates)]
+        planned = search.refining(candidates, known, wanted, unconfirmed, min(left, _AHEAD * batch))
+        if not len(planned):
+            return now.stop(Stop.OUT_OF_REACH, f"no state is left whose bound stays within {highest:g} N")
+        outlook = Outlook(force_map, bound, targets, newtons, fastest)
+        before, all_after = outlook.speeds(planned[:0]), outlook.speeds(planned)
+        gain = float(np.mean(all_after - before)) / len(planned)
+        if gain < least_gain:
+            return now.stop(
+                Stop.NOTHING_TO_GAIN,
+                f"{len(planned)} further states are expected to raise the mean confirmed speed by "
+                f"{1000 * max(gain, 0.0) * len(planned):.1f} mm/s",
+            )
+        chosen = search.first(planned, known, wanted, min(batch, left))
+        after = outlook.speeds(chosen)
+        reason = f"expected to raise the mean confirmed speed by {1000 * float(np.mean(after - before)):.1f} mm/s"
+    order = np.lexsort((chosen[:, 1], -chosen[:, 0], chosen[:, 2]))
+    chosen = chosen[order]
+    return NextMeasurements(
+        plan=runs_of(chosen, repeats, ladder.expected(chosen), expected_from=ladder.source(chosen)),
+        stop=None,
+        reason=reason,
+        upper_force=np.repeat(ladder.upper(chosen), repeats),
+        places=len(targets),
+        confirmed=int(now.has_speed.sum()),
+        speed=now.mean,
+        expected_confirmed=int(np.sum(after > 0)),
+        expected_speed=float(np.mean(after)),
+    )

@@ -1,0 +1,56 @@
+"""A plan as lines to print, for the person at the robot."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import textwrap
+
+from forcemap.campaigns.conditions import Conditions
+from forcemap.campaigns.plan import MeasurementPlan
+
+_SHEET_WIDTH = 100
+
+
+def run_sheet(plan: MeasurementPlan, conditions: Conditions) -> list[str]:
+    """The plan as lines of at most 100 characters, to print for the person at the robot."""
+    device = conditions.device
+    stated = {
+        "controller": conditions.controller,
+        "firmware": conditions.firmware,
+        "base angle": "" if math.isnan(conditions.base_angle) else f"{conditions.base_angle:g} deg",
+        "device": device.model,
+        "device calibrated": device.calibrated,
+        "device range": "" if math.isnan(device.range) else f"{device.range:g} N",
+        "device error": "" if math.isnan(device.error) else f"{device.error:g} N",
+        "device stiffness": "" if math.isnan(device.stiffness) else f"{device.stiffness:g} N/m",
+        "standard": conditions.standard_edition,
+        "operator": conditions.operator,
+    }
+    head = [
+        f"Runs: {len(plan)}, states: {len(plan.states)}",
+        *conditions.assumptions(),
+        *(f"{name}: {value or 'not stated'}" for name, value in stated.items()),
+        f"expected forces: {plan.expected_from or 'not stated'}",
+        *(f"WARNING: {warning}" for warning in plan.warnings),
+        *(f"left out: {line}" for line in plan.left_out),
+    ]
+    lines = [part for line in head for part in textwrap.wrap(line, _SHEET_WIDTH, subsequent_indent="    ")]
+    width = max(len("save as"), *(len(name) for name in plan.recording.tolist()))
+    title = (
+        f"{'no.':>4}  {'save as':{width}} {'d [m]':>7} {'h [m]':>7} {'base [deg]':>10} {'rep.':>4} {'exp. [N]':>8}  "
+    )
+    runs = enumerate(zip(plan.speed.tolist(), plan.recording.tolist(), strict=True))
+    for speed, block in itertools.groupby(runs, key=lambda run: run[1][0]):
+        # v stands above its table: everybody at the robot must see the change to a faster block.
+        lines += ["", f"v = {speed:g} m/s", title + "done, note", "-" * (len(title) + 10)]
+        for i, (_, name) in block:
+            place = f"{plan.distance[i]:7.4g} {plan.height[i]:7.4g} {_figure(plan.base_angle[i], 'g'):>10}"
+            force = _figure(plan.expected_force[i], ".0f")
+            blank = "_" * max(10, min(24, _SHEET_WIDTH - len(title)))
+            lines.append(f"{i + 1:4}  {name:{width}} {place} {plan.repeat[i]:4} {force:>8}  {blank}")
+    return lines
+
+
+def _figure(value: float, form: str) -> str:
+    return "-" if math.isnan(value) else format(value, form)

@@ -1,0 +1,60 @@
+"""States -> runs of a plan, and a plan -> a longer one."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from forcemap.campaigns.plan import MeasurementPlan
+from forcemap.errors import InputError
+from forcemap.planning.places import FloatArray
+
+_ARRAYS = ("state_id", "repeat", "role", "distance", "height", "speed", "base_angle", "expected_force")
+
+
+def runs_of(
+    states: FloatArray,
+    repeats: int,
+    expected_force: FloatArray,
+    *,
+    role: str = "train",
+    prefix: str = "",
+    expected_from: str = "",
+    warnings: tuple[str, ...] = (),
+) -> MeasurementPlan:
+    """A plan of states, shape (n, 3), in their order; each is named for its place and speed in thousandths."""
+    names = [prefix + "-".join(f"{x}{_thousandths(v)}" for x, v in zip("dhv", s, strict=True)) for s in states.tolist()]
+    row = np.repeat(np.arange(len(states)), repeats)
+    return MeasurementPlan(
+        state_id=np.array(names)[row],
+        repeat=np.tile(np.arange(1, repeats + 1), len(states)),
+        role=np.full(row.size, role),
+        distance=states[row, 0],
+        height=states[row, 1],
+        speed=states[row, 2],
+        base_angle=np.full(row.size, np.nan),
+        expected_force=expected_force[row],
+        expected_from=expected_from,
+        warnings=warnings,
+    )
+
+
+def extend_plan(plan: MeasurementPlan, more: MeasurementPlan) -> MeasurementPlan:
+    """A plan with the runs of another behind its own, which stay as they are.
+
+    Raises
+    ------
+    InputError
+        A state of the other is planned already.
+    """
+    taken = {name.lower() for name in plan.states}
+    for name in more.states:
+        if name.lower() in taken:
+            raise InputError(f"state {name} is planned already; measure it, or take its rows out of the plan")
+    joined = {name: np.concatenate([getattr(plan, name), getattr(more, name)]) for name in _ARRAYS}
+    return replace(more, **joined, left_out=(*plan.left_out, *more.left_out))
+
+
+def _thousandths(value: float) -> str:
+    return f"{1000 * value:.10g}".replace(".", "_")

@@ -1,0 +1,193 @@
+"""Forms compared on the same left-out states: against refits, on truths that are known."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from oracle import PRINTED, full_grid, simulate, training_grid
+
+from forcemap import (
+    CFM_2D,
+    CFM_3D,
+    FULL_CUBIC,
+    LOG_SPEED,
+    FitError,
+    FixedMargin,
+    ForceMap,
+    Form,
+    ImpactDataset,
+    InputError,
+    ToleranceBound,
+    fit_force_map,
+    leave_one_state_out,
+)
+from forcemap.maps.form_comparison import COMPARED_FORMS, EUCLIDEAN_2D, compare_forms
+
+EFFECTS = dict(zip(PRINTED, (0.022, 0.033, 0.021), strict=True))
+
+
+def campaign(name="kuka-iiwa7-10nm", seed=0, *, points=None, **options):
+    rng = np.random.default_rng(seed)
+    points = training_grid(name) if points is None else points
+    everything = np.ones(len(points), dtype=bool)
+    return simulate(name, rng, effect=EFFECTS[name], points=points, train=everything, **options).dataset
+
+
+def by_name(comparison):
+    return {each.form.name: each for each in comparison.results}
+
+
+def test_a_full_grid_carries_all_five_forms_on_the_same_states():
+    comparison = compare_forms(campaign(points=full_grid("kuka-iiwa7-10nm")))
+    assert [each.form for each in comparison.results] == list(COMPARED_FORMS)
+    assert not comparison.refused
+    assert {each.accuracy.states for each in comparison.results} == {comparison.states}
+    found = by_name(comparison)
+    assert found["CFM_2D"].error_percent > 3 * found["CFM_3D"].error_percent
+    assert found["EUCLIDEAN_2D"].error_percent > 1.5 * found["CFM_3D"].error_percent
+    assert found["EUCLIDEAN_2D"].mean_bound_percent > found["CFM_3D"].mean_bound_percent
+    assert "rejected by the paper" in found["EUCLIDEAN_2D"].note
+    assert comparison.recommended is CFM_3D
+
+
+def test_the_training_states_refuse_the_full_cubic_and_say_why():
+    comparison = compare_forms(campaign())
+    (refused,) = comparison.refused
+    assert refused.form is FULL_CUBIC
+    assert "rank 17" in refused.reason or "states" in refused.reason
+
+
+@pytest.mark.parametrize("form", [CFM_3D, LOG_SPEED, CFM_2D])
+def test_figures_are_those_of_the_map_alone(form):
+    dataset = campaign("kuka-iiwa7-30nm", 3, device_range=1000.0)
+    result = by_name(compare_forms(dataset))[form.name]
+    force_map = fit_force_map(dataset, form=form)
+    assert result.accuracy == leave_one_state_out(force_map)
+    states = dataset.states
+    bound = ToleranceBound().upper(force_map, *states.coordinates.T) / force_map.predict(*states.coordinates.T) - 1
+    assert result.mean_bound_percent == pytest.approx(100 * bound.mean())
+    assert result.max_bound_percent == pytest.approx(100 * bound.max())
+    assert result.rises_inside == force_map.rises_with_speed
+
+
+def test_the_euclidean_map_is_the_one_the_paper_names():
+    """Every state predicted by a fit of ln F on 1, v, r, r^2 to the others, by numpy."""
+    dataset = campaign("kuka-iiwa7-30nm", 1, device_range=1000.0)
+    states = dataset.states
+    r = np.sqrt(states.distance**2 + states.height**2)
+    design = np.column_stack([np.ones_like(r), states.speed, r, r**2])
+    error = []
+    for i in range(len(states)):
+        others = np.arange(len(states)) != i
+        coefficients = np.linalg.lstsq(design[others], states.log_force[others])[0]
+        error.append(design[i] @ coefficients - states.log_force[i])
+    result = by_name(compare_forms(dataset, forms=[EUCLIDEAN_2D, CFM_3D]))["EUCLIDEAN_2D"]
+    assert result.error_percent == pytest.approx(100 * np.sqrt(np.mean(np.square(error))), rel=1e-6)
+    under = np.minimum(error, 0)
+    assert result.underestimation_percent == pytest.approx(100 * np.sqrt(np.mean(np.square(under))), rel=1e-6)
+
+
+def test_rise_with_speed_inside_and_above():
+    """A truth that turns over at 0.5 m/s, measured from 0.2 to 0.4 m/s."""
+    points = full_grid("ur10e")
+    d, h, v = points.T
+    force = np.exp(5.0 - d - h**2 - 6.0 * d * (v - 0.5) ** 2)
+    dataset = ImpactDataset.from_arrays(distance=d, height=h, speed=v, peak_force=force)
+    found = by_name(compare_forms(dataset, forms=[CFM_2D, FULL_CUBIC, LOG_SPEED], bound=FixedMargin(0.1)))
+    assert (found["FULL_CUBIC"].rises_inside, found["FULL_CUBIC"].rises_above) == (True, False)
+    assert (found["LOG_SPEED"].rises_inside, found["LOG_SPEED"].rises_above) == (True, True)
+    assert found["CFM_2D"].mean_bound_percent == pytest.approx(10.0)
+    falling = replace(dataset, peak_force=1e4 / force)
+    found = by_name(compare_forms(falling, forms=[CFM_2D], bound=FixedMargin(0.1)))
+    assert (found["CFM_2D"].rises_inside, found["CFM_2D"].rises_above) == (False, False)
+
+
+def test_the_default_stays_where_it_is_true(full_size):
+    seeds = 40 if full_size else 3
+    found = [compare_forms(campaign(name, seed)) for name in PRINTED for seed in range(seeds)]
+    stays = [each.recommended is CFM_3D for each in found]
+    assert sum(stays) >= 0.98 * len(found)
+    assert all(("no form is clearly better" in each.reason) == stay for each, stay in zip(found, stays, strict=True))
+
+
+def log_speed_truth(seed, effect=0.02):
+    """Impacts of a robot whose force is a power of the speed, from 0.05 to 0.8 m/s."""
+    speeds = (0.05, 0.1, 0.2, 0.4, 0.8)
+    places = np.unique(training_grid("ur10e")[:, :2], axis=0)
+    d, h, v = np.array([(*place, speed) for place in places for speed in speeds]).T
+    force = 400 * np.exp(-0.8 * d - 2 * h**2) * v ** (0.5 + 0.2 * d)
+    effects = np.random.default_rng(seed).normal(0, effect, d.size)
+    return ImpactDataset.from_arrays(distance=d, height=h, speed=v, peak_force=force * np.exp(effects))
+
+
+def test_a_clearly_better_form_is_recommended_with_its_figures():
+    for seed in range(3):
+        comparison = compare_forms(log_speed_truth(seed))
+        assert comparison.recommended is LOG_SPEED
+        assert "LOG_SPEED is clearly better than CFM_3D" in comparison.reason
+        found = by_name(comparison)
+        assert found["LOG_SPEED"].p_better < 0.01 / 3
+        assert found["LOG_SPEED"].error_percent < 0.9 * found["CFM_3D"].error_percent
+        assert math.isnan(found["CFM_3D"].p_better)
+
+
+def test_a_form_that_falls_inside_the_measured_range_is_not_recommended():
+    """A truth that falls above 0.57 m/s: the nearer form follows it, the linear one rises all the way."""
+    d, h, v = log_speed_truth(0).states.coordinates.T
+    force = np.exp(4.5 - d - h**2 + 4 * v - 3.5 * v**2) * np.exp(np.random.default_rng(0).normal(0, 0.02, v.size))
+    dataset = ImpactDataset.from_arrays(distance=d, height=h, speed=v, peak_force=force)
+    comparison = compare_forms(dataset, forms=[CFM_2D, Form.of("BENT", ["1", "v", "v^2", "d", "h^2"])])
+    found = by_name(comparison)
+    assert found["BENT"].error_percent < 0.5 * found["CFM_2D"].error_percent
+    assert found["BENT"].p_better < 0.01
+    assert (found["CFM_2D"].rises_inside, found["BENT"].rises_inside) == (True, False)
+    assert comparison.recommended is CFM_2D
+    assert "falls with speed inside the measured range" in comparison.reason
+
+
+def test_one_height_has_no_default_and_says_so():
+    points = full_grid("kuka-iiwa7-10nm")
+    comparison = compare_forms(campaign(points=points[points[:, 1] == 0.30]))
+    assert comparison.recommended is CFM_2D
+    assert {each.form for each in comparison.refused} == {CFM_3D, LOG_SPEED, FULL_CUBIC}
+    assert comparison.reason.startswith("CFM_3D cannot be fitted")
+
+
+def test_a_form_with_too_few_states_for_a_bound_keeps_its_errors():
+    six = campaign(points=training_grid("kuka-iiwa7-10nm")[[0, 4, 11, 13, 18, 26]])
+    result = by_name(compare_forms(six, forms=[CFM_2D]))["CFM_2D"]
+    assert math.isnan(result.mean_bound_percent)
+    assert "degrees of freedom" in result.note
+    assert result.error_percent > 0
+
+
+def test_wholly_censored_states_count_where_they_are_underestimated():
+    dataset = campaign("ur10e", device_range=400.0)
+    wholly = int(np.sum(dataset.states.impacts == 0))
+    comparison = compare_forms(dataset)
+    assert wholly > 0
+    assert comparison.states == len(dataset.states) - wholly
+    assert any(line.startswith(f"wholly censored states: {wholly}, of which ") for line in comparison.statements)
+    for each in comparison.results:
+        assert each.accuracy.states == comparison.states
+        assert each.accuracy.censored_states in (0, wholly)
+    alone = leave_one_state_out(fit_force_map(dataset))
+    assert by_name(compare_forms(dataset, forms=[CFM_3D]))["CFM_3D"].accuracy == alone
+
+
+def test_what_cannot_be_compared_is_refused():
+    dataset = campaign()
+    for wrong in ([], [CFM_3D, CFM_3D], [EUCLIDEAN_2D]):
+        with pytest.raises(InputError, match="forms: found"):
+            compare_forms(dataset, forms=wrong)
+    for wrong in (ToleranceBound, 0.1, ForceMap):
+        with pytest.raises(InputError, match="bound: found"):
+            compare_forms(dataset, bound=wrong)
+    with pytest.raises(FitError, match="no form can be compared: CFM_3D: "):
+        compare_forms(dataset.select(dataset.state == "s0"), forms=[CFM_3D])
+    few = campaign(points=training_grid("kuka-iiwa7-10nm")[[0, 5, 7, 10, 12, 17, 20, 22, 24]])
+    with pytest.raises(FitError, match="no form can be compared"):
+        compare_forms(few, forms=[CFM_3D])
