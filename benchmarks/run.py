@@ -5,17 +5,21 @@ Prints the table of docs/benchmarks.md; --write puts it there. Every figure is t
 
 from __future__ import annotations
 
+import hashlib
 import platform
 import sys
+import tempfile
 import time
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import scipy
 import sklearn
 import statsmodels
 import statsmodels.api as sm
 from scipy.optimize import brentq
+from scipy.signal import find_peaks, savgol_filter
 from sklearn.linear_model import LinearRegression
 from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import PolynomialFeatures
@@ -108,10 +112,58 @@ def fitting():
     yield "fit with p values and R^2", "statsmodels OLS", ratio, "at least 5 x as fast"
 
 
+def recordings():
+    """Recordings of 2,000 samples to an impacts table, files read, hashed and judged: a pandas + scipy script."""
+    rng = np.random.default_rng(2)
+    time_s = np.arange(2000) / 2000
+    count = 600
+    with tempfile.TemporaryDirectory() as folder:
+        home = Path(folder)
+        (home / "recordings").mkdir()
+        plan = ["state_id,repeat,distance_m,height_m,speed_mps"]
+        for i in range(count):
+            state, repeat = divmod(i, 3)
+            plan.append(f"s{state},{repeat + 1},{0.5 + 0.01 * (state % 20)},{0.1 + 0.02 * (state // 20)},0.25")
+            arch = np.sin(np.pi * np.clip((time_s - 0.1) / 0.03, 0, 1))
+            force = 150 * (1 + state / count) * arch + rng.normal(3, 0.5, time_s.size)
+            rows = "".join(f"{t:.4f},{f:.3f}\n" for t, f in zip(time_s.tolist(), force.tolist(), strict=True))
+            (home / "recordings" / f"s{state}-r{repeat + 1}.csv").write_text(f"time_s,force_N\n{rows}")
+        (home / "plan.csv").write_text("\n".join(plan) + "\n")
+        (home / "campaign.toml").write_text('schema = "forcemap-campaign/1"\n[device]\nrange_N = 500\n')
+
+        def ours():
+            fm.build_dataset(fm.read_campaign(home))
+
+        def theirs():
+            pd.DataFrame([_by_hand(path) for path in sorted((home / "recordings").iterdir())]).to_csv(home / "out.csv")
+
+        seconds = best(ours, 3)
+        ratio = best(theirs, 3) / seconds
+    yield f"recordings to impacts, {count / seconds:.0f} a second", "pandas + scipy.signal script", ratio, "at least 1 x"
+
+
+def _by_hand(path):
+    """The figures of one recording as a script would take them."""
+    digest = hashlib.sha256(path.read_bytes()).hexdigest()
+    frame = pd.read_csv(path)
+    t, f = frame["time_s"].to_numpy(), frame["force_N"].to_numpy()
+    quiet = slice(0, 180)
+    f = f - np.polyval(np.polyfit(t[quiet], f[quiet], 1), t)
+    sd = f[quiet].std()
+    floor = max(5.0, 4 * sd)
+    smooth = savgol_filter(f, 11, 3)
+    peak = find_peaks(smooth, prominence=max(0.12 * smooth.max(), 5 * sd))[0][0]
+    onset = t[np.argmax(f > floor)]
+    end = peak + np.argmax(smooth[peak:] < floor)
+    after, contact = f[t > onset + 0.5], (t >= onset) & (t <= t[end])
+    impulse = np.trapezoid(f[contact], t[contact])
+    return path.name, digest, smooth[peak], f.max(), t[peak], onset, t[end], after.max(), after.mean(), impulse
+
+
 def main() -> None:
     """Run all benchmarks and print or write the table."""
     lines = ["| what | peer | ratio | asked |", "|---|---|---|---|"]
-    for benchmark in (prediction, grid, crossing, fitting):
+    for benchmark in (prediction, grid, crossing, fitting, recordings):
         for what, peer, ratio, asked in benchmark():
             lines.append(f"| {what} | {peer} | {ratio:.1f} | {asked} |")
     processor = next(
