@@ -19,7 +19,7 @@ check: .venv/.check
 	$(BIN)/python -m pytest -q tests/test_import_directions.py
 
 validity: .venv/.test
-	FORCEMAP_VALIDITY=full $(BIN)/python -m pytest tests/validity -s
+	FORCEMAP_VALIDITY=full $(BIN)/python -m pytest tests -s
 
 bench: .venv/.test
 	$(BIN)/python benchmarks/run.py

@@ -167,6 +167,20 @@ def test_states_known_only_as_lower_bounds_do_not_confirm_a_map(force_map):
     assert check.detectable_change == math.inf
 
 
+def test_censored_states_do_not_hide_that_the_others_differ(force_map):
+    """Their lower bounds lie close to the prediction and would pull the mean towards "no change"."""
+    points = full_grid("ur10e")
+    predicted = force_map.predict(*points.T)
+    chosen = [*points[predicted < 270][::14][:4], *points[(predicted > 300) & (predicted < 305)]]
+    check = fm.check_map(
+        force_map,
+        new_impacts(np.random.default_rng(1), chosen, factor=1.03, effect=0, repeat_sd=0.3, device_range=305.0),
+    )
+    assert sorted(each.censored for each in check.states) == [0, 0, 0, 0, 3, 3, 3, 3]
+    assert check.outcome is fm.MapOutcome.CANNOT_TELL
+    assert "the uncensored states differ" in check.reason
+
+
 def test_fewer_repeats_than_the_map_has_widen_the_expected_range(force_map):
     noisy = {"repeat_sd": 12.0}
     points = READABLE[::12]
@@ -207,13 +221,19 @@ def test_what_cannot_be_checked_is_refused(force_map):
         fm.check_map(force_map, same)
 
 
-def test_conditions_that_differ_are_named(force_map):
+def test_conditions_that_differ_are_named():
     rng = np.random.default_rng(16)
     dataset = new_impacts(rng, six(rng))
-    changed = replace(dataset, conditions=replace(dataset.conditions, firmware="5.12", operator="somebody"))
-    statements = " ".join(fm.check_map(force_map, changed).statements)
-    assert "differs: robot.firmware: map not stated, new 5.12" in statements
-    assert "somebody" not in statements
+    before, after = (
+        replace(dataset.conditions, firmware=firmware, operator=operator, tool=tool)
+        for firmware, operator, tool in (("5.11", "one", ""), ("5.12", "somebody", "gripper"))
+    )
+    changed = replace(dataset, conditions=after)
+    force_map = replace(old_map(rng), conditions=before)
+    statements = fm.check_map(force_map, changed).statements
+    assert "differs: robot.firmware: map 5.11, new 5.12" in statements
+    assert "stated by only one of the two campaigns: tool.name" in statements
+    assert "somebody" not in " ".join(statements)
 
 
 def test_ten_newton_metres_against_thirty():

@@ -383,3 +383,101 @@ def test_unconfirmed_places_say_why_and_where_to_measure(forcemap):
     assert out.count("measure next: ") == 3
     _, out, _ = forcemap("speed-map", "kuka-iiwa7-30nm", *HAND, "transient")
     assert "impacts that clamp: 369" in out
+
+
+def test_fit_says_what_censored_impacts_change(ask, forcemap, example_folders, tmp_path):
+    folder, path = example_folders["ur10e"], tmp_path / "map.json"
+    _, found = ask("fit", folder)
+    assert found["censored_fit"] is True
+    assert {"coefficients", "predicted_at_censored_N", "predicted_with_censored_N"} <= set(found["discard_fit"])
+    assert sum(found["discard_fit"]["at_censored"]["censored"]) == found["censored_samples"]
+    assert "if discarded [N]" in forcemap("fit", folder)[1]
+    code, discarded = ask("fit", folder, "--discard-censored", "-o", path)
+    assert code == 0
+    assert discarded["censored_fit"] is False
+    assert "discard_fit" not in discarded
+    assert discarded["coefficients"] == found["discard_fit"]["coefficients"] == fm.read_map(path).coefficients.tolist()
+
+
+def test_fit_select_reports_and_changes_nothing(ask, forcemap, example_folders, examples, tmp_path):
+    _, plain = ask("fit", example_folders["ur10e"])
+    _, found = ask("fit", example_folders["ur10e"], "--select")
+    selection = found.pop("selection")
+    assert found == plain
+    assert selection["paper_counts"] == [19, 13, 8]
+    assert selection["counts"][0] == 19
+    assert len(selection["survival"]) == 19
+    assert selection["stable"] is False
+    _, out, _ = forcemap("fit", example_folders["ur10e"], "--select")
+    assert "19, 13, 8" in out
+    assert "not stable" in out
+    assert "the fit above does not use it" in out
+    fm.write_dataset(examples["ur10e"].train, tmp_path / "impacts.csv")
+    code, found = ask("fit", tmp_path / "impacts.csv", "--select")
+    assert code == 0
+    assert "training states alone" in found["selection"]["refused"]
+
+
+def test_evaluate_forms(ask, forcemap, example_folders):
+    _, found = ask("evaluate", example_folders["kuka-iiwa7-10nm"], "--forms")
+    assert found["recommended"] == "CFM_3D"
+    names = [each["form"] for each in found["forms"]] + [each["form"] for each in found["refused"]]
+    assert set(names) == {"CFM_2D", "EUCLIDEAN_2D", "CFM_3D", "LOG_SPEED", "FULL_CUBIC"}
+    out = forcemap("evaluate", example_folders["kuka-iiwa7-10nm"], "--forms")[1]
+    assert "Recommended: CFM_3D" in out
+    assert "no form is clearly better" in out
+
+
+def test_evaluate_against_an_older_map(ask, forcemap, examples, tmp_path):
+    """Fitted to the train states; the test states are new, and hold unless their forces rise."""
+    dataset, path, table = examples["ur10e"], tmp_path / "map.json", tmp_path / "impacts.csv"
+    fm.write_map(fm.fit_force_map(dataset), path)
+    new = dataset.independent_test
+    new = new.select(np.isin(new.state, new.states.uncensored.name[::7]))
+    frame = new.to_frame()
+    frame.to_csv(table, index=False)
+    code, found = ask("evaluate", table, "--against", path)
+    assert (code, found["outcome"]) == (0, "holds")
+    assert {"mean_ratio", "detectable_change_percent", "states", "left_out", "assumptions"} <= set(found)
+    assert all(each["lowest_expected_N"] < each["predicted_N"] for each in found["states"])
+    out = forcemap("evaluate", table, "--against", path)[1]
+    assert out.startswith("SIMULATED")
+    assert "HOLDS: no change found" in out
+    raised = frame.assign(peak_force_N=(1.1 * frame["peak_force_N"]).clip(upper=499))
+    raised.to_csv(table, index=False)
+    code, found = ask("evaluate", table, "--against", path)
+    assert (code, found["outcome"]) == (1, "does_not_hold")
+    assert "dangerous" in found["reason"]
+    frame[frame["state_id"].isin(frame["state_id"].unique()[:2])].to_csv(table, index=False)
+    code, out, err = forcemap("evaluate", table, "--against", path)
+    assert (code, err) == (2, "")
+    assert "CANNOT TELL" in out
+    code, found = ask("evaluate", table, "--against", "ur10e")
+    assert (code, found["error"]["kind"]) == (2, "bound_not_available")
+
+
+def test_compare_two_maps(ask, forcemap, example_folders):
+    code, found = ask("compare", "kuka-iiwa7-30nm", "kuka-iiwa7-10nm")
+    assert code == 0
+    assert found["mean_ratio"] == pytest.approx(0.95, abs=0.005)
+    assert {"ratio", "distance_m", "height_m", "speed_mps", "one_N", "other_N"} == set(found["smallest"])
+    out = forcemap("compare", "kuka-iiwa7-30nm", "kuka-iiwa7-10nm")[1]
+    assert "on average: -5.1 %" in out
+    assert "30 Nm" in out
+    assert ask("compare", "ur10e", example_folders["ur10e"])[1]["mean_ratio"] == pytest.approx(1, abs=0.03)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "part"),
+    [
+        (("evaluate", "{ur10e}", "--forms", "--map", "ur10e"), "at most one"),
+        (("evaluate", "{ur10e}", "--forms", "--form", "CFM_2D"), "leave --form out"),
+        (("evaluate", "{ur10e}", "--against", "{ur10e}"), "expected new ones"),
+        (("compare", "ur10e", "kuka-iiwa7-10nm", "--region", "face"), "go with one impacts table"),
+        (("compare", "ur10e", "nothing"), "no such file"),
+    ],
+)
+def test_options_of_map_checks_that_do_not_go_together(forcemap, example_folders, arguments, part):
+    code, _, err = forcemap(*(argument.format(**example_folders) for argument in arguments))
+    assert code == 2
+    assert part in err

@@ -151,7 +151,7 @@ class MapCheck:
 
 
 def check_map(force_map: ForceMap, dataset: ImpactDataset, *, error_probability: float = 0.05) -> MapCheck:
-    """Does a map still hold for new impacts, after a change of firmware, tool or safety settings, or with time?
+    """Check whether a map still holds for new impacts, after a change of firmware, tool or safety settings or in time.
 
     With r the mean ln F of the new states less the prediction, r ~ N(0, s^2 (I + X_n (X'X)^-1 X_n')) if nothing has
     changed, s being the state SD of the map: new states have a state effect of their own. Three tests share the error
@@ -326,7 +326,8 @@ def _outcome(
         if tests.p_mean > MEAN_SHARE * error_probability:
             return MapOutcome.DOES_NOT_HOLD, f"forces are {_signed(percent)} on average, but not everywhere alike"
         side = "higher than predicted, the dangerous side" if percent > 0 else "lower than predicted"
-        return MapOutcome.DOES_NOT_HOLD, f"forces are on average {abs(percent):.1f} % {side}"
+        bound = "at least " if tests.p_states.size > whole else ""
+        return MapOutcome.DOES_NOT_HOLD, f"forces are on average {bound}{abs(percent):.1f} % {side}"
     if whole < MIN_STATES:
         return MapOutcome.CANNOT_TELL, (
             f"no change found, but only {whole} uncensored states count, expected at least {MIN_STATES}; measure more"

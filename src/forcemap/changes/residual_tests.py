@@ -45,7 +45,9 @@ class ResidualTests:
         """True if any of the three tests finds a change."""
         shares = (MEAN_SHARE, WHOLE_SHARE, STATES_SHARE)
         p_values = (self.p_mean, self.p_whole, float(np.min(self.p_states, initial=1.0)))
-        return any(p <= share * error_probability for p, share in zip(p_values, shares, strict=True))
+        # not "p <= share": a figure that could not be computed must not pass for no change
+        found = any(not p > share * error_probability for p, share in zip(p_values, shares, strict=True))
+        return found and self.p_states.size > 0
 
 
 def residual_tests(
