@@ -109,7 +109,13 @@ class TestPlan:
             if not entry:
                 continue
             name, proposed = entry[1], entry[2].partition("#")[0].strip()
-            value = proposed or plausible.get(name) or ("2.5" if re.search("_(kg|deg|N|N_per_m)$", name) else '"x"')
+            assert proposed
+            blank = proposed in ('""', "0.0")
+            value = (
+                plausible.get(name)
+                or (not blank and proposed)
+                or ("2.5" if re.search("_(kg|deg|N|N_per_m)$", name) else '"x"')
+            )
             lines = [*template[:number], f"{name} = {value}", *template[number + 1 :]]
             if name in ("time_unit", "sign"):
                 lines += ["time = 1", "force = 2"]

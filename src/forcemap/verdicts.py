@@ -52,7 +52,7 @@ class VerdictOutcome(StrEnum):
 
 @dataclass(frozen=True)
 class Judgement:
-    """An impact under one interpretation, at the instant where the limit is nearest or exceeded most.
+    """An impact under one interpretation, at the instant where the force takes the largest share of the limit.
 
     Parameters
     ----------
@@ -142,7 +142,7 @@ def check_impact(impact: Impact, limit: ForceLimit | float, *, interpretation: I
         _judge(impact, each, after, force, allowance, limit_line(impact, each, after, transient, quasi_static), error)
         for each in Interpretation
     )
-    strictest = min(judgements, key=lambda j: (-_SEVERITY[j.outcome], j.margin))
+    strictest = max(judgements, key=lambda j: (_SEVERITY[j.outcome], j.force / j.limit))
     named = [j for j in judgements if j.interpretation is interpretation]
     return Verdict(
         impact=impact,
@@ -210,15 +210,18 @@ def _judge(
     line: FloatArray,
     error: float,
 ) -> Judgement:
-    nearest = int((force + allowance - line).argmax())
+    doubts = error + allowance
+    severity = np.where(force - doubts > line, 2, np.where(force + doubts > line, 1, 0))
+    gravest = severity == severity.max()
+    nearest = int(np.where(gravest, force / line, -np.inf).argmax())  # by the share of the limit it takes
     worst, limit = float(force[nearest]), float(line[nearest])
-    doubt = error + float(allowance[nearest])
     hidden = _hidden(impact)
-    if worst - doubt > limit:
-        outcome, reason = VerdictOutcome.EXCEEDED, f"{worst:.1f} N exceed the limit of {limit:g} N"
+    at_least = "at least " if hidden and worst >= impact.raw_peak_force else ""
+    if severity[nearest] == 2:
+        outcome, reason = VerdictOutcome.EXCEEDED, f"{at_least}{worst:.1f} N exceed the limit of {limit:g} N"
     elif hidden:
         outcome, reason = VerdictOutcome.CANNOT_TELL, f"cannot tell: {hidden}"
-    elif worst + doubt > limit:
+    elif severity[nearest] == 1:
         what = f"the device's error of {error:g} N"
         what += f" and {allowance[nearest]:.1f} N that drift may hide" if allowance[nearest] >= 0.05 else ""
         outcome, reason = VerdictOutcome.CANNOT_TELL, f"cannot tell: {worst:.1f} N lie within {what} of {limit:g} N"

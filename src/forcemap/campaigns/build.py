@@ -80,14 +80,7 @@ def build_dataset(campaign: Campaign, *, progress: Progress | None = None) -> Im
         raise CampaignFileError(
             "found no recording; put the device's files there, named as plan.csv says", file=str(campaign.recordings)
         )
-    known: dict[str, list[Entry]] = {}
-    for entry in campaign.entries:
-        known.setdefault(entry.file, []).append(entry)
-    for gone in sorted(known.keys() - set(files)):
-        raise CampaignFileError(
-            f"registered in {campaign.register_file.name}, but the file is gone; put it back, or delete its row",
-            file=str(campaign.recordings / gone),
-        )
+    known = _known(campaign, files)
     runs = _Runs.of(campaign)
     order = [*known, *(file for file in files if file not in known)]
     entries: list[Entry] = []
@@ -108,6 +101,28 @@ def build_dataset(campaign: Campaign, *, progress: Progress | None = None) -> Im
             file=str(campaign.folder / TABLE_FILE),
         )
     return read_dataset(campaign.folder)
+
+
+def _known(campaign: Campaign, files: list[str]) -> dict[str, list[Entry]]:
+    """The registered entries by file; a file of the same content under a new name is the same recording."""
+    known: dict[str, list[Entry]] = {}
+    for entry in campaign.entries:
+        known.setdefault(entry.file, []).append(entry)
+    gone = [file for file in known if file not in files]
+    if not gone:
+        return known
+    new = {_sha256(campaign.recordings / file): file for file in files if file not in known}
+    renamed: dict[str, list[Entry]] = {}
+    for file, entries in known.items():
+        name = new.get(entries[0].sha256) if file in gone else file
+        if name is not None:
+            renamed[name] = [dataclasses.replace(entry, file=name) for entry in entries]
+        elif any(entry.use is Use.USED or entry.exclude for entry in entries):
+            raise CampaignFileError(
+                f"registered in {campaign.register_file.name}, but the file is gone; put it back, or delete its row",
+                file=str(campaign.recordings / file),
+            )
+    return renamed
 
 
 @dataclass
@@ -160,7 +175,8 @@ def _judge_file(
         if entry.sha256 and entry.sha256 != digest:
             raise CampaignFileError(
                 f"the file has changed since it was registered ({entry.sha256[:12]}... then, {digest[:12]}... now); "
-                f"restore it, or delete its row in {campaign.register_file.name} to register it anew",
+                f"restore it; a new measurement of the same run takes another repeat as its name (-r4), or delete its "
+                f"row in {campaign.register_file.name} first",
                 file=str(path),
             )
     if unreadable:
@@ -182,15 +198,14 @@ def _judge(campaign: Campaign, recording: Recording, entry: Entry, runs: _Runs) 
     conditions = campaign.conditions
     if conditions.date:
         recording = dataclasses.replace(recording, metadata={**recording.metadata, "date": conditions.date})
-    if entry.exclude:
-        return _fresh(entry, entry.sha256, Use.EXCLUDED, entry.exclude), None
     not_filtered = []
     try:
         impacts = find_impacts(recording, channel_frequency_class=conditions.channel_frequency_class)
     except InputError as error:  # whether it clamps counts all the same
         impacts, not_filtered = find_impacts(recording), [error.message]
     if not impacts:
-        return _fresh(entry, entry.sha256, Use.DISCARDED, no_impact(recording)), None
+        use, reason = (Use.EXCLUDED, entry.exclude) if entry.exclude else (Use.DISCARDED, no_impact(recording))
+        return _fresh(entry, entry.sha256, use, reason), None
     impact = impacts[0]
     entry = dataclasses.replace(
         _fresh(entry, entry.sha256, Use.USED, ""),
@@ -200,13 +215,16 @@ def _judge(campaign: Campaign, recording: Recording, entry: Entry, runs: _Runs) 
         phase2_force=float(np.fmax.reduce([each.phase2_force for each in impacts])),
         flags="; ".join([*map(str, impact.flags), *recording.notes]),
     )
+    if entry.exclude:
+        return dataclasses.replace(entry, use=Use.EXCLUDED, reason=entry.exclude), None
     if len(impacts) > 1:
         times = ", ".join(f"{each.onset:.3f}" for each in impacts)
         reason = f"{len(impacts)} impacts, at {times} s, expected one; cut the file, or exclude it"
         return dataclasses.replace(entry, use=Use.DISCARDED, reason=reason), None
     run = runs.find(entry)
     if run is None or run[0] not in runs.states or run[1] < 1:
-        reason = "no run of the plan has this name; name the file as plan.csv says, or give state_id and repeat here"
+        reason = "no run of the plan has this name; rename it as plan.csv says, or give state_id and repeat in "
+        reason += campaign.register_file.name
         if run is not None:
             reason = f"plan.csv has no state {run[0]!r}" if run[0] not in runs.states else "the repeat is missing"
         return dataclasses.replace(entry, use=Use.UNASSIGNED, reason=reason), None

@@ -86,11 +86,14 @@ def read_dataset(
     register = table.parent / REGISTER_FILE
     if table.name != TABLE_FILE or not register.exists():
         return dataset
-    discarded = [entry for entry in read_register(register) if entry.use in (Use.DISCARDED, Use.UNASSIGNED)]
-    scenarios = [entry.scenario for entry in discarded if entry.scenario is not None]
-    return replace(
-        dataset, phase_two=dataset.phase_two.including(scenarios, [entry.phase2_force for entry in discarded])
+    entries = read_register(register)
+    discarded = [entry for entry in entries if entry.use in (Use.DISCARDED, Use.UNASSIGNED)]
+    phase_two = dataset.phase_two.including(
+        [entry.scenario for entry in discarded if entry.scenario is not None],
+        [entry.phase2_force for entry in discarded],
+        [entry.scenario for entry in entries if entry.use is Use.EXCLUDED and entry.scenario is not None],
     )
+    return replace(dataset, phase_two=phase_two)
 
 
 def write_dataset(dataset: ImpactDataset, path: str | Path) -> None:

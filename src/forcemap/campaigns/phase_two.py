@@ -26,12 +26,15 @@ class PhaseTwo:
         Largest Phase II force [N]; NaN if none was recorded.
     above_peak : int
         Impacts whose Phase II force exceeds their Phase I peak.
+    excluded : int
+        Recordings that a person took out although they clamp or are undetermined.
     """
 
     scenarios: Mapping[ContactScenario, int] = field(default_factory=dict)
     unrecorded: int = 0
     largest_force: float = math.nan
     above_peak: int = 0
+    excluded: int = 0
 
     @classmethod
     def of(
@@ -47,14 +50,20 @@ class PhaseTwo:
             above_peak=int(np.sum(phase2_force > peak_force)),
         )
 
-    def including(self, scenarios: Sequence[ContactScenario], forces: Sequence[float]) -> PhaseTwo:
-        """Count further impacts, which are not in the table: their scenarios, and Phase II forces [N] (NaN is none)."""
+    def including(
+        self, scenarios: Sequence[ContactScenario], forces: Sequence[float], excluded: Sequence[ContactScenario] = ()
+    ) -> PhaseTwo:
+        """Count further impacts, which are not in the table: their scenarios, and Phase II forces [N] (NaN is none).
+
+        Those that a person excluded only stand in the statement.
+        """
         counts = {each: self.scenarios.get(each, 0) + scenarios.count(each) for each in ContactScenario}
         return PhaseTwo(
             scenarios={each: count for each, count in counts.items() if count},
             unrecorded=self.unrecorded,
             largest_force=float(np.fmax.reduce([self.largest_force, *forces])),
             above_peak=self.above_peak,
+            excluded=sum(each in (ContactScenario.WITH_CLAMPING, ContactScenario.UNDETERMINED) for each in excluded),
         )
 
     @property
@@ -102,4 +111,5 @@ class PhaseTwo:
         counts = ", ".join(f"{n} impacts {scenario.words}" for scenario, n in self.scenarios.items() if n)
         force = "" if math.isnan(self.largest_force) else f"; largest Phase II force {self.largest_force:.1f} N"
         missing = f"; Phase II not measured for {self.unrecorded} impacts" if self.unrecorded else ""
-        return f"Phase II: {counts or 'scenario not stated'}{force}{missing}"
+        out = f"; excluded by a person although clamping or undetermined: {self.excluded}" if self.excluded else ""
+        return f"Phase II: {counts or 'scenario not stated'}{force}{missing}{out}"

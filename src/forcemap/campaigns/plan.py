@@ -22,6 +22,7 @@ __all__ = ["PLAN_FILE", "Device", "MeasurementPlan", "read_plan", "write_plan"]
 FloatArray = NDArray[np.float64]
 
 PLAN_FILE = "plan.csv"
+_REMARK = "#"
 
 _NUMBERS = ("distance_m", "height_m", "speed_mps", "base_angle_deg", "expected_force_N")
 _COLUMNS = ("recording", "state_id", "repeat", "role", *_NUMBERS)
@@ -86,8 +87,17 @@ class MeasurementPlan:
         return tuple(dict.fromkeys(self.state_id.tolist()))
 
 
-def write_plan(plan: MeasurementPlan, path: str | Path) -> None:
+def write_plan(plan: MeasurementPlan, path: str | Path, *, remark: str = "") -> None:
     """Write a plan as CSV, into `plan.csv` if `path` is a folder; `read_plan` gives back the same figures.
+
+    Parameters
+    ----------
+    plan : MeasurementPlan
+        The plan.
+    path : str or Path
+        The file or folder.
+    remark : str, optional
+        A first line to say what the plan is; reading passes over it.
 
     Raises
     ------
@@ -101,14 +111,15 @@ def write_plan(plan: MeasurementPlan, path: str | Path) -> None:
         ]
         for column, name in zip(_COLUMNS, fields, strict=True)
     }
-    write_atomically(_file(path), csv_text(cells))
+    head = f"{_REMARK} {' '.join(remark.split())}\n" if remark else ""
+    write_atomically(_file(path), head + csv_text(cells))
 
 
 def read_plan(path: str | Path, *, tolerance: StateTolerance | None = None) -> MeasurementPlan:
     """Read a plan: a CSV file, or a campaign folder that holds `plan.csv`.
 
     Commas with decimal points, or semicolons (tabs) with decimal points or commas. Rows may have been added: role,
-    base angle, expected force and the name of the recording may be empty.
+    base angle, expected force and the name of the recording may be empty. A first line that begins with # is a remark.
 
     Parameters
     ----------
@@ -128,7 +139,7 @@ def read_plan(path: str | Path, *, tolerance: StateTolerance | None = None) -> M
         repeat of a state twice; repeats of a state further apart than the tolerance; one state under two names.
     """
     file = str(_file(path))
-    table = read_table(read_bytes(file), file, what="run")
+    table = read_table(_without_remark(read_bytes(file)), file, what="run")
     _require_columns(list(table.columns), file, table.header_row)
     if not table.rows:
         raise TableError("found a header and no run, expected at least one", file=file, row=table.header_row)
@@ -159,6 +170,12 @@ def read_plan(path: str | Path, *, tolerance: StateTolerance | None = None) -> M
     )
     _refuse_other_names(plan, cells.get("recording", [""] * n), where)
     return plan
+
+
+def _without_remark(content: bytes) -> bytes:
+    """The same lines, so that row numbers hold, a remark on the first of them left empty."""
+    first, end, rest = content.partition(b"\n")
+    return end + rest if first.removeprefix(b"\xef\xbb\xbf").startswith(_REMARK.encode()) else content
 
 
 def _file(path: str | Path) -> Path:

@@ -11,7 +11,7 @@ from forcemap.recordings.column_map import ColumnMap
 
 # entry of campaign.toml -> what to write there; the order of the file
 _COMMENTS = {
-    "": {"operator": "who measures", "date": "of the measurements, YYYY-MM-DD", "note": ""},
+    "": {"operator": "who measures", "date": "of the measurements", "note": ""},
     "robot": {
         "model": "",
         "controller": "",
@@ -31,12 +31,14 @@ _COMMENTS = {
         "range_N": "REQUIRED: largest force it can measure",
         "error_N": "largest error of a reading; 3 if not stated",
         "stiffness_N_per_m": "spring constant",
-        "calibrated": "date of the last calibration, YYYY-MM-DD",
-        "calibration_expires": "YYYY-MM-DD; one year after it if not stated",
+        "calibrated": "date of the last calibration",
+        "calibration_expires": "one year after it if not stated",
         "channel_frequency_class": "low-pass reported beside the raw curve, for example 180",
     },
     "standard": {"edition": "for example ISO/TS 15066:2016", "limit_table": "your own table of limits, if any"},
 }
+_UNITS = ("kg", "deg", "N", "m", "class")  # how the keys of numbers end
+_DATES = ("date", "calibrated", "calibration_expires")
 _COLUMN_HELP = """
 # How the device writes its files; see docs/your_device_files.md. Columns by name or by number, counted from 1.
 [recordings]
@@ -67,7 +69,8 @@ def campaign_text(conditions: Conditions, columns: ColumnMap | None = None) -> s
         lines += ["", f"[{section}]"] if section else []
         for key, comment in comments.items():
             note = f"  # {comment}" if comment else ""
-            entry = f"{key} = {_toml(stated[key])}" if key in stated else f"# {key} ="
+            blank = "0.0" if key.rpartition("_")[2] in _UNITS else "2026-01-31" if key in _DATES else '""'
+            entry = f"{key} = {_toml(stated[key])}" if key in stated else f"# {key} = {blank}"
             lines.append(f"{entry}{note}")
     states = tables.get("states", {})
     if states:

@@ -171,7 +171,10 @@ def _lines(
         ]
         lines += [f"  FLAG {flag}" for flag in verdict.impact.flags]
     else:
-        doubts = [v for v in verdicts if v.outcome is not VerdictOutcome.WITHIN]
+        outcomes = [v.outcome for v in verdicts]
+        counts = ", ".join(f"{outcomes.count(each)} {each.value.replace('_', ' ')}" for each in VerdictOutcome)
+        lines += ["", f"{len(verdicts)} impacts: {counts}"]
+        doubts = [v for v in verdicts if v.outcome is VerdictOutcome.CANNOT_TELL]
         reasons = [f"{v.impact.recording.name}: {v.governing.reason}" for v in doubts]
         more = [f"... and {len(doubts) - _SHOWN} more; --json lists all"] if len(doubts) > _SHOWN else []
         lines += ["", *listing("Why", [*reasons[:_SHOWN], *more])] if doubts else []

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from forcemap import ForceLimit, Impact, Judgement, Recording, Verdict
+from forcemap import ForceLimit, Impact, Judgement, Recording, Verdict, VerdictOutcome
 from forcemap.cli.text_plot import text_plot
 
 _FIGURES = {
@@ -81,6 +81,7 @@ def impact_lines(impact: Impact) -> list[str]:
     at_least = "" if impact.contact_over else "at least "
     lines = [
         f"impact {impact.number} at {impact.onset:.4f} s: {impact.scenario.words}",
+        *(f"  FLAG {flag}" for flag in impact.flags),
         f"  {peaks}",
         f"    at {1000 * (impact.peak_time - impact.onset):.1f} ms, Phase I ends at "
         f"{1000 * (impact.phase1_end - impact.onset):.1f} ms, {1000 * impact.phase1_width:.1f} ms wide at half height, "
@@ -91,7 +92,6 @@ def impact_lines(impact: Impact) -> list[str]:
         f"{bounces}",
         f"  baseline           {impact.contact.baseline_samples} samples, SD {impact.contact.baseline_sd:.2f} N, drift "
         f"{impact.contact.drift:.1f} N/s; no contact below {impact.floor:.1f} N",
-        *(f"  FLAG {flag}" for flag in impact.flags),
     ]
     return [*lines, "", *_plot(impact)]
 
@@ -146,13 +146,14 @@ def _judgement(judgement: Judgement) -> dict[str, Any]:
 def verdict_row(verdict: Verdict) -> list[str]:
     """A row for each interpretation would be too much for many impacts: the governing one."""
     governing = verdict.governing
+    unknown = verdict.outcome is VerdictOutcome.CANNOT_TELL and governing.margin > verdict.device_error
     return [
         verdict.impact.recording.name + (f" ({verdict.impact.number})" if verdict.impact.number > 1 else ""),
         verdict.outcome.value.replace("_", " "),
         f"{governing.force:.1f} N",
         f"{governing.limit:g} N",
-        f"{governing.margin:+.1f} N",
-        f"{governing.margin_percent:+.1f} %",
+        "" if unknown else f"{governing.margin:+.1f} N",
+        "" if unknown else f"{governing.margin_percent:+.1f} %",
         f"{1000 * governing.instant:.0f} ms",
         governing.interpretation.value,
     ]

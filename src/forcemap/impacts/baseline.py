@@ -93,30 +93,37 @@ def contact_force(recording: Recording, start: int, end: int) -> ContactForce:
         force = _combined(components, recording.direction, 0.0)
         return ContactForce(time, force, 0, noise_sd(force), math.nan, math.nan, 0.0, 0.0, _DRIFT_SD)
 
-    steps = np.abs(np.diff(recording.force[start:], axis=0))
-    resolution = float(steps[steps > 0].min()) if steps.any() else 0.0
-    lines = [_quiet_line(time[before], component, resolution) for component in components[before].T]
-    quiet = np.logical_and.reduce([line.quiet for line in lines])
-    removed = np.column_stack([line.level + line.slope * (time - line.middle) for line in lines])
-    residual = components - removed
-    # The norm of noise is not zero: its mean square is taken off the square of the norm.
-    power = float(np.mean(np.sum(residual[before][quiet] ** 2, axis=1)))
-    force = _combined(residual, recording.direction, power)
+    lines = [_quiet_line(time[before], each[before], _hidden_step(each[start:], end - start)) for each in components.T]
+    quiet = lines[0].quiet if len(lines) == 1 else np.logical_and.reduce([line.quiet for line in lines])
+    residual = np.empty_like(components)
+    for k, line in enumerate(lines):
+        residual[:, k] = components[:, k] - line.level - line.slope * (time - line.middle)
     spread = residual[before][quiet]
+    # The norm of noise is not zero: its mean square is taken off the square of the norm.
+    power = float(np.sum(spread * spread)) / spread.shape[0]
+    force = _combined(residual, recording.direction, power)
     along = spread if recording.direction is None else spread @ np.asarray(recording.direction)[:, None]
-    sd = math.sqrt(float(np.sum(along**2)) / max(int(quiet.sum()) - 2, 1))
+    sd = math.sqrt(float(np.sum(along * along)) / max(spread.shape[0] - 2, 1))
     times = time[before][quiet]
     return ContactForce(
         time=time,
         force=force,
-        baseline_samples=int(quiet.sum()),
+        baseline_samples=spread.shape[0],
         baseline_sd=sd,
         baseline_start=float(times[0]),
         baseline_end=float(times[-1]),
-        unquiet=1.0 - quiet.sum() / quiet.size,
+        unquiet=1.0 - spread.shape[0] / quiet.size,
         drift=math.hypot(*(line.slope for line in lines)) if len(lines) > 1 else lines[0].slope,
         drift_sd=math.hypot(*(line.slope_sd for line in lines)),
     )
+
+
+def _hidden_step(force: FloatArray, quiet: int) -> float:
+    """The step of the readings [N] if it hides the noise of the first `quiet` samples, else 0."""
+    if np.count_nonzero(force[1:quiet] == force[: quiet - 1]) < 0.5 * quiet:
+        return 0.0
+    steps = np.abs(np.diff(force))
+    return float(steps[steps > 0].min()) if steps.any() else 0.0
 
 
 def noise_sd(force: FloatArray) -> float:

@@ -50,8 +50,11 @@ def find_impacts(recording: Recording, *, channel_frequency_class: float = math.
         found = _first_rise(recording, search)
         if found is None:
             break
-        starts.append(found_start(found[1], search, found[0]))
-        search = _next_search(starts[-1])
+        start = found_start(found[1], search, found[0])
+        if start.one.raw_force < start.contact.floor:
+            break  # it rises from below zero: the sign is wrong, or the force acts across the direction
+        starts.append(start)
+        search = _next_search(start)
     if not starts:
         return []
     time = recording.time
@@ -103,32 +106,32 @@ def _first_rise(recording: Recording, start: int) -> tuple[int, ContactForce] | 
     rise = smooth - smooth[np.searchsorted(time, time - _RISE_TIME)]
     if rise.ndim == 2:
         rise = np.sqrt(np.sum(rise * rise, axis=1))
-    least = max(_LEAST_RISE, 6.0 * math.hypot(*(noise_sd(column) for column in force.reshape(time.size, -1).T)))
+    noise = math.hypot(*(noise_sd(column) for column in force.reshape(time.size, -1).T))
+    least = max(_LEAST_RISE, 6.0 * noise)
     top = float(rise.max())
     if top < least:
         return None
     first = int((rise >= max(least, 0.5 * top)).argmax())
     index = start + min(first + half, time.size - 1)  # the moving mean rises that much earlier than the force
-    foot = _before_contact(recording, start, index)
+    foot = _before_contact(recording, start, index, noise)
     contact = contact_force(recording, start, foot)
     if contact.baseline_samples:
         leaves = max(2.5 * contact.floor, 0.1 * float(contact.force[start:].max()))
         out = contact.force[start:foot] > leaves
         for sooner in (np.flatnonzero(out[1:] & ~out[:-1]) + start + 1).tolist():
             shortly = contact.force[np.searchsorted(recording.time, recording.time[sooner] - _RISE_TIME) : sooner]
-            before = _before_contact(recording, start, sooner)
+            before = _before_contact(recording, start, sooner, noise)
             if shortly.min() < contact.floor:  # wandering takes longer
                 return sooner, contact_force(recording, start, before)
     return index, contact
 
 
-def _before_contact(recording: Recording, start: int, rise: int) -> int:
+def _before_contact(recording: Recording, start: int, rise: int, noise: float) -> int:
     """Index before which contact has certainly not begun: the foot of the rise, and 2 ms or 2 samples before it."""
     time, force = recording.time, recording.force
     first = max(int(np.searchsorted(time, time[rise] - 1.2 * _RISE_TIME)), start)
     window = moving_mean(force[first : rise + 1], 3).reshape(rise + 1 - first, -1)
     away = np.linalg.norm(window - window[-1], axis=1)  # distance from the risen force: large before contact
-    noise = math.hypot(*(noise_sd(column) for column in force[start : rise + 1].reshape(rise + 1 - start, -1).T))
     near = away.max() - max(0.15 * away.max(), 4.0 * noise)
     foot = first + int(np.flatnonzero(away >= max(near, 0.5 * away.max()))[-1])
     return max(min(int(np.searchsorted(time, time[foot] - 0.002)), foot - 2), start)

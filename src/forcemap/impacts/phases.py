@@ -75,20 +75,20 @@ def onset_time(time: FloatArray, force: FloatArray, first: int, rise: int, peak_
     above = np.flatnonzero(force[rise:] >= 0.3 * peak_force)
     stop = rise + (int(above[0]) if above.size else 0) + 1
     stop = max(stop, min(first + 3, time.size))
-    thin = max((stop - first) // 200, 1)  # more samples than that tell no more
+    thin = max((stop - first) // 120, 1)  # more samples than that tell no more
     t, f = time[first:stop:thin], force[first:stop:thin]
     low, high = float(t[0]), float(t[-1])
     starts = {}
     for power in (1, 2):
         left, right = low, high
         for _ in range(2):  # once over the whole range, once around the best
-            tried = left + (right - left) / 24 * np.arange(24)
+            tried = left + (right - left) / 16 * np.arange(16)
             basis = np.maximum(t - tried[:, None], 0.0) ** power
             product = basis @ f
             gain = np.where(product > 0, product**2 / np.maximum(np.sum(basis * basis, axis=1), 1e-300), 0.0)
             k = int(gain.argmax())
             starts[power] = (float(gain[k]), float(tried[k]))
-            step = (right - left) / 24
+            step = (right - left) / 16
             left, right = max(tried[k] - step, float(t[0])), min(tried[k] + step, float(t[-1]))
     softer = starts[2][0] - starts[1][0] > _SOFTER * noise**2  # than noise makes a kink look
     return starts[2 if softer else 1][1]

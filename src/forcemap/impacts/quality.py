@@ -43,7 +43,9 @@ def _saturated(impact: Impact) -> Iterator[Flag]:
     forces = (readings.max(), impact.verdict_peak_force, impact.contact.force[first : last + 1].max())
     reading, device_range = float(max(forces)), impact.recording.device.range
     if reading >= 0.999 * device_range:
-        yield Flag(Quality.SATURATED, f"read {reading:.1f} N of a device range of {device_range:g} N")
+        read = float(readings.max())
+        what = f"read {read:.1f} N" if read >= 0.999 * device_range else f"{reading:.1f} N of contact force"
+        yield Flag(Quality.SATURATED, f"{what} of a device range of {device_range:g} N")
     elif recorded.ndim == 1:
         phase1 = slice(int(first), int(peak_end) + 1)
         held, top = _flat_top(impact.recording.time[phase1], impact.recording.force[phase1])
@@ -85,6 +87,11 @@ def _baseline(contact: ContactForce, impact: Impact) -> Iterator[Flag]:
             "the device's zero is taken as it stands",
         )
         return
+    if contact.baseline_sd > max(10.0, 0.05 * impact.peak_force):
+        yield Flag(
+            Quality.NO_BASELINE,
+            f"the {contact.baseline_samples} samples before contact scatter by {contact.baseline_sd:.1f} N",
+        )
     moved = contact.drift * min(impact.recorded_time, 2 * TRANSIENT_TIME)
     if abs(moved) > 3.0:
         yield Flag(Quality.DRIFT, f"the baseline drifts by {contact.drift:.1f} N/s; taken off")

@@ -107,7 +107,7 @@ def plain_columns(lines: Iterable[tuple[int, str]], delimiter: str) -> ColumnMap
     there = f"found the columns {listed(last)}" if last else "found no names of columns"
     raise RecordingError(
         f"{there}, expected one time and one force with their units, such as time_s and force_N; "
-        "else state the columns and their units in a column map ([recordings] in campaign.toml)",
+        "else state the columns and their units in a column map ([recordings] in campaign.toml, or --column)",
         row=len(table) or None,
     )
 
@@ -161,7 +161,8 @@ def _filled(cells: Sequence[str]) -> int:
 def _other_width(names: Sequence[str], first: Sequence[str], row: int) -> RecordingError:
     return RecordingError(
         f"found {_filled(first)} cells below {_filled(names)} names of columns, expected as many; "
-        "state delimiter and decimal in the column map if the one is taken for the other",
+        "state header_lines in the column map if the names end above, or delimiter and decimal if one is taken for the "
+        "other",
         row=row,
     )
 

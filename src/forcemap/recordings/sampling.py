@@ -74,7 +74,9 @@ def check_sampling(time: FloatArray, rows: Sequence[int], column: str) -> tuple[
     if lowest <= 0:
         at = int(np.flatnonzero(steps <= 0)[0])
         raise RecordingError(
-            f"found time {time[at + 1]:.9g} s after {time[at]:.9g} s in row {rows[at]}, expected times that increase; "
+            f"found time {time[at + 1]:.9g} s after {time[at]:.9g} s in row {rows[at]}, expected times that "
+            "increase; if several curves "
+            "follow each other, state the column that names them as curve; "
             "if they repeat because they are rounded, state sampling_rate_Hz in place of time; "
             "if this is the force, correct the columns in the column map",
             row=int(rows[at + 1]),
