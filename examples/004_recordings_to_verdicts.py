@@ -8,8 +8,9 @@ from __future__ import annotations
 import tempfile
 
 import forcemap as fm
+from forcemap.lab.example_campaigns import simulate_example
 
-folder = fm.write_example("ur10e", tempfile.mkdtemp())  # simulated recordings; your own folder works the same
+folder = simulate_example("ur10e", tempfile.mkdtemp()).folder  # simulated; your own folder works the same
 campaign = fm.read_campaign(folder)
 print(f"{len(campaign.plan)} runs planned, {len(campaign.files())} files")
 

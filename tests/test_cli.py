@@ -286,20 +286,18 @@ def test_demo(ask, forcemap, tmp_path, example):
     assert set(found["files"]) == {
         "accuracy.json", "campaign.toml", "comparison.json", "impacts.csv", "maps/cfm_3d.json", "plan.csv",
         "recordings.csv", "speeds-quasi-static.csv", "speeds-quasi-static.json", "speeds-transient.csv",
-        "speeds-transient.json", "summary.txt", f"recordings/ ({len(raw)} files)",
+        "speeds-transient.json", "summary.txt", "truth.csv", f"recordings/ ({len(raw)} files)",
     }  # fmt: skip
     campaign, dataset = fm.read_campaign(folder), fm.read_dataset(folder)
     assert len(raw) == len(campaign.plan) == len(campaign.entries) == len(dataset)
     assert {entry.use for entry in campaign.entries} == {fm.Use.USED}
     assert campaign.missing == []
     bundled = fm.read_dataset(fm.copy_example(example, tmp_path / "bundled"))
-    order = [list(zip(each.state, each.repeat, strict=True)) for each in (dataset, bundled)]
-    force = dict(zip(order[1], bundled.peak_force.tolist(), strict=True))
-    censored = dict(zip(order[1], bundled.censored.tolist(), strict=True))
-    assert [censored[run] for run in order[0]] == dataset.censored.tolist()
+    runs = [set(zip(each.state, each.repeat, strict=True)) for each in (dataset, bundled)]
+    assert runs[0] == runs[1]
+    published = fm.published_map(example).predict(dataset.distance, dataset.height, dataset.speed)
     whole = ~dataset.censored
-    expected = np.array([force[run] for run in order[0]])
-    np.testing.assert_allclose(dataset.peak_force[whole], expected[whole], rtol=0.01)
+    np.testing.assert_allclose(dataset.peak_force[whole], published[whole], rtol=0.17)
     summary = (folder / "summary.txt").read_text()
     assert "SIMULATED" in summary
     assert "contact model" in summary

@@ -23,16 +23,20 @@ LIBRARY = {
     "verdicts": {"recordings", "impacts", "limits"},
     "speeds": {"maps", "limits"},
     "speed_maps": {"maps", "limits", "speeds"},
+    "zones": {"maps"},
+    "certified_speeds": {"maps", "limits", "speeds", "zones"},
+    "many_speeds": {"maps", "limits", "speeds", "zones"},
     "planning": {"campaigns", "maps", "limits", "dynamics", "speeds", "speed_maps"},
     "paths": {"campaigns", "maps", "limits", "dynamics", "speeds", "speed_maps"},
     "places": {"campaigns", "maps", "limits", "dynamics", "speeds", "speed_maps"},
     "comparisons": {"campaigns", "maps", "limits", "dynamics", "speeds", "speed_maps"},
+    "mass_comparison": {"campaigns", "maps", "dynamics"},
     "changes": {"campaigns", "maps"},
     "lab": {"recordings", "campaigns", "dynamics"},
     "exports": {"speeds", "speed_maps"},
 }
 LIBRARY["assessment"] = set(LIBRARY) - {"lab", "exports"}
-FACES = {"cli": {"", "exports", "report", "figures"}, "web": {"", "exports", "report", "figures"}}
+FACES = {"cli": {"", "exports", "report", "figures", "lab"}, "web": {"", "exports", "report", "figures"}}
 ALLOWED = LIBRARY | FACES
 FACE_PACKAGES = {"matplotlib", "jinja2", "fastapi", "uvicorn", "typer", "rich", "plotly", "starlette"}
 LIBRARY_PACKAGES = {"numpy", "scipy", "pandas", "defusedxml", "nptdms"} | set(sys.stdlib_module_names)
@@ -80,6 +84,15 @@ def test_rooms_import_as_allowed(path):
 
 def test_the_package_itself_does_not_import_the_lab():
     assert not any(name.startswith("forcemap.lab") for name, _ in imports(ROOT / "__init__.py"))
+
+
+@pytest.mark.parametrize("path", sorted((ROOT / "cli").glob("*.py")), ids=lambda path: path.name)
+def test_commands_import_the_lab_inside(path):
+    """Only the commands that simulate load it."""
+    assert not any(
+        isinstance(node, ast.ImportFrom) and node.module.startswith("forcemap.lab")
+        for node in ast.parse(path.read_text()).body
+    )
 
 
 def test_importing_forcemap_is_light():

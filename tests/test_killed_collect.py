@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import forcemap as fm
+from forcemap.lab.example_campaigns import simulate_example
 from pulses import collect, write_campaign
 
 SEED = 202615
@@ -24,7 +25,7 @@ def campaign(tmp_path_factory):
 
     Once from nothing, once from the files of 295 recordings: these rows stay first.
     """
-    folder = fm.write_example("ur10e", tmp_path_factory.mktemp("killed") / "campaign")
+    folder = simulate_example("ur10e", tmp_path_factory.mktemp("killed") / "campaign").folder
     late = sorted((folder / "recordings").iterdir())[::7]
     aside = folder.parent / "aside"
     aside.mkdir()

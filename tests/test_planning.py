@@ -16,8 +16,9 @@ from hypothesis import strategies as st
 import forcemap as fm
 from forcemap.campaigns.plan import MeasurementPlan, read_plan, write_plan
 from forcemap.errors import InputError, TableError
+from forcemap.planning.design import Design
 from forcemap.planning.expectation import StandardExpectation
-from forcemap.planning.measurements import Design, plan_measurements
+from forcemap.planning.measurements import plan_measurements
 from forcemap.planning.run_sheet import run_sheet
 
 FACTS = json.loads(resources.files("forcemap.maps.published").joinpath("published_maps.json").read_text())["maps"]
@@ -131,11 +132,23 @@ def test_a_force_that_just_fits_the_device_is_measured():
         plan_measurements(**UR10E, device=DEVICE, expected_force=lambda d, h, v: 497.01)
 
 
-def test_few_states_are_warned_of():
-    weak = fm.Device(range=300.0, error=3.0)
-    plan = plan_measurements(**UR10E, device=weak, expected_force=fm.published_map("ur10e"))
-    assert len(plan.states) < 18
-    assert f"{len(plan.states)} states to train remain, fewer than 18" in plan.warnings[0]
+def test_few_states_are_refused_unless_their_number_is_named():
+    weak = {"device": fm.Device(range=300.0, error=3.0), "expected_force": fm.published_map("ur10e")}
+    with pytest.raises(InputError, match=r"found 13 to train, expected at least 18: the bound is expected to lie 13 %"):
+        plan_measurements(**UR10E, **weak)
+    plan = plan_measurements(**UR10E, **weak, states=13)
+    assert len(plan.states) == 13
+    assert "13 states to train, fewer than 18: the bound is expected to lie 13 %" in plan.warnings[0]
+    with pytest.raises(InputError, match="found 12, expected 13, the number to train of this design"):
+        plan_measurements(**UR10E, **weak, states=12)
+    with pytest.raises(InputError, match="found 18, expected 27"):
+        plan_measurements(**UR10E, states=18)
+
+
+def test_hardly_more_states_than_coefficients_have_no_bound():
+    weaker = {"device": fm.Device(range=230.0, error=3.0), "expected_force": fm.published_map("ur10e")}
+    with pytest.raises(InputError, match="no tolerance bound can be had from fewer than 12 states of CFM_3D"):
+        plan_measurements(**UR10E, **weaker)
 
 
 def test_what_cannot_be_checked_is_said():

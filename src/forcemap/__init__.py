@@ -7,17 +7,48 @@ from forcemap.campaigns.campaign import Campaign, read_campaign
 from forcemap.campaigns.conditions import Conditions, read_campaign_file, read_conditions
 from forcemap.campaigns.dataset import ImpactDataset, PhaseTwo, States, StateTolerance
 from forcemap.campaigns.examples import EXAMPLE_CAMPAIGNS, copy_example
-from forcemap.campaigns.examples.raw_recordings import write_example
 from forcemap.campaigns.impacts_table import read_dataset, write_dataset
 from forcemap.campaigns.plan import MeasurementPlan, read_plan, write_plan
 from forcemap.campaigns.register import Entry, Use
 from forcemap.campaigns.repeatability import Outlier, Repeatability, repeatability
 from forcemap.campaigns.summary import CampaignSummary, StateContact, campaign_summary
 from forcemap.campaigns.template import campaign_text
+from forcemap.certified_speeds import ZoneSpeeds, zone_speeds
 from forcemap.changes.censoring_effect import CensoringEffect, censoring_effect
 from forcemap.changes.map_check import LeftOutState, MapCheck, MapOutcome, StateCheck, check_map
 from forcemap.changes.map_comparison import MapComparison, RatioAt, compare_maps
 from forcemap.comparisons import Comparison, compare_force_models
+from forcemap.dynamics.drive_inertia import DriveInertia
+from forcemap.dynamics.effective_mass import EffectiveMass, MassOutcome, effective_mass, standard_effective_mass
+from forcemap.dynamics.ellipsoid import PrincipalMasses, mean_effective_mass, principal_effective_masses
+from forcemap.dynamics.inverse_kinematics import DOWN, Reach, ReachOutcome, inverse_kinematics, places_in_plane
+from forcemap.dynamics.kinematics import Pose, forward_kinematics, jacobian
+from forcemap.dynamics.mass_map import MassMap, Trend, planar_mass_map, robot_mass_map
+from forcemap.dynamics.mass_matrix import mass_matrix
+from forcemap.dynamics.planar_arm import (
+    LINK_ALIGNED,
+    LINK_DOWN,
+    LINK_HORIZONTAL,
+    Elbow,
+    LastLink,
+    LinkMass,
+    PlanarArm,
+    Wrist,
+    planar_contact_point,
+    planar_jacobian,
+    planar_mass_matrix,
+)
+from forcemap.dynamics.planar_places import (
+    INSPECTION_DISTANCES,
+    INSPECTION_HEIGHTS,
+    PlanarReach,
+    planar_effective_mass_at,
+    planar_inverse_kinematics,
+)
+from forcemap.dynamics.robot import Joint, JointKind, Robot
+from forcemap.dynamics.robot_mass import robot_effective_mass, robot_effective_mass_at
+from forcemap.dynamics.robots import ROBOTS, identified_drive_inertia, robot_named
+from forcemap.dynamics.urdf import read_urdf
 from forcemap.errors import (
     BoundNotAvailable,
     ContactNotPermitted,
@@ -43,6 +74,7 @@ from forcemap.limits.pfl import (
     pfl_robot_mass,
     pfl_speed_limit,
 )
+from forcemap.many_speeds import many_safe_speeds
 from forcemap.maps.accuracy import Accuracy, force_map_accuracy, leave_one_state_out
 from forcemap.maps.bounds import Bound, FixedMargin, ToleranceBound, margins
 from forcemap.maps.fit import CensoredImpacts, fit_force_map
@@ -71,9 +103,15 @@ from forcemap.maps.selection import (
     selection_stability,
 )
 from forcemap.maps.terms import Term
-from forcemap.planning.expectation import StandardExpectation
-from forcemap.planning.measurements import Design, plan_measurements
+from forcemap.mass_comparison import MassComparison, MassExplanation, compare_effective_mass
+from forcemap.planning.confirmation import ConfirmationPlan, confirm_plan
+from forcemap.planning.design import Design
+from forcemap.planning.expectation import Expectation, StandardExpectation
+from forcemap.planning.measurements import plan_measurements
+from forcemap.planning.next_measurements import NextMeasurements, Stop, next_measurements
+from forcemap.planning.optimal_states import DesignedStates, optimal_states
 from forcemap.planning.run_sheet import run_sheet
+from forcemap.planning.runs import extend_plan
 from forcemap.recordings.column_map import ColumnMap
 from forcemap.recordings.device import Device
 from forcemap.recordings.read import read_recording, read_recordings
@@ -81,19 +119,28 @@ from forcemap.recordings.recording import Recording
 from forcemap.speed_maps import SpeedMap, measured_grid, speed_map
 from forcemap.speeds import SafeSpeed, SpeedOutcome, floor_speed, safe_speed
 from forcemap.verdicts import Interpretation, Judgement, Verdict, VerdictOutcome, check_impact
+from forcemap.zones import Allowance, Segments, Zones, zone_grid
 
 __all__ = [
     "CFM_2D",
     "CFM_3D",
     "COMPARED_FORMS",
+    "DOWN",
     "EUCLIDEAN_2D",
     "EXAMPLE_CAMPAIGNS",
     "FULL_CUBIC",
+    "INSPECTION_DISTANCES",
+    "INSPECTION_HEIGHTS",
+    "LINK_ALIGNED",
+    "LINK_DOWN",
+    "LINK_HORIZONTAL",
     "LOG_SPEED",
     "PAPER_COUNTS",
     "PUBLISHED_MAPS",
+    "ROBOTS",
     "STABLE_SHARE",
     "Accuracy",
+    "Allowance",
     "Assessment",
     "Bound",
     "BoundNotAvailable",
@@ -104,13 +151,19 @@ __all__ = [
     "ColumnMap",
     "Comparison",
     "Conditions",
+    "ConfirmationPlan",
     "Contact",
     "ContactNotPermitted",
     "ContactScenario",
     "Design",
+    "DesignedStates",
     "Device",
+    "DriveInertia",
+    "EffectiveMass",
+    "Elbow",
     "Entry",
     "EuclideanForm",
+    "Expectation",
     "FitError",
     "FixedMargin",
     "Flag",
@@ -124,23 +177,40 @@ __all__ = [
     "ImpactDataset",
     "InputError",
     "Interpretation",
+    "Joint",
+    "JointKind",
     "Judgement",
+    "LastLink",
     "LeftOutState",
     "LimitTable",
+    "LinkMass",
     "MapCheck",
     "MapComparison",
     "MapOutcome",
+    "MassComparison",
+    "MassExplanation",
+    "MassMap",
+    "MassOutcome",
     "MeasurementPlan",
+    "NextMeasurements",
     "Outlier",
     "PhaseTwo",
+    "PlanarArm",
+    "PlanarReach",
+    "Pose",
+    "PrincipalMasses",
     "Quality",
     "RankDeficient",
     "RatioAt",
+    "Reach",
+    "ReachOutcome",
     "Recording",
     "RecordingError",
     "RefusedForm",
     "Repeatability",
+    "Robot",
     "SafeSpeed",
+    "Segments",
     "SelectionStability",
     "SelectionStep",
     "SpeedMap",
@@ -150,15 +220,20 @@ __all__ = [
     "StateContact",
     "StateTolerance",
     "States",
+    "Stop",
     "Term",
     "TermSelection",
     "TermSignificance",
     "TermSurvival",
     "ToleranceBound",
     "TooFewStates",
+    "Trend",
     "Use",
     "Verdict",
     "VerdictOutcome",
+    "Wrist",
+    "ZoneSpeeds",
+    "Zones",
     "__version__",
     "assess",
     "body_region",
@@ -169,10 +244,14 @@ __all__ = [
     "check_impact",
     "check_map",
     "classify_contact",
+    "compare_effective_mass",
     "compare_force_models",
     "compare_forms",
     "compare_maps",
+    "confirm_plan",
     "copy_example",
+    "effective_mass",
+    "extend_plan",
     "find_impact",
     "find_impacts",
     "fit_force_map",
@@ -180,20 +259,37 @@ __all__ = [
     "force_limit",
     "force_map_accuracy",
     "form_named",
+    "forward_kinematics",
+    "identified_drive_inertia",
+    "inverse_kinematics",
+    "jacobian",
     "leave_one_state_out",
+    "many_safe_speeds",
     "map_accuracy",
     "map_sha256",
     "map_text",
     "margins",
+    "mass_matrix",
+    "mean_effective_mass",
     "measured_grid",
+    "next_measurements",
     "no_impact",
+    "optimal_states",
     "pfl_contact_force",
     "pfl_energy",
     "pfl_governing_speed_limit",
     "pfl_pressure_speed_limit",
     "pfl_robot_mass",
     "pfl_speed_limit",
+    "places_in_plane",
     "plan_measurements",
+    "planar_contact_point",
+    "planar_effective_mass_at",
+    "planar_inverse_kinematics",
+    "planar_jacobian",
+    "planar_mass_map",
+    "planar_mass_matrix",
+    "principal_effective_masses",
     "published_map",
     "read_campaign",
     "read_campaign_file",
@@ -204,7 +300,12 @@ __all__ = [
     "read_plan",
     "read_recording",
     "read_recordings",
+    "read_urdf",
     "repeatability",
+    "robot_effective_mass",
+    "robot_effective_mass_at",
+    "robot_mass_map",
+    "robot_named",
     "run_sheet",
     "safe_speed",
     "select_terms",
@@ -212,9 +313,11 @@ __all__ = [
     "speed_map",
     "speed_map_csv",
     "speed_map_places",
+    "standard_effective_mass",
     "standard_limit_table",
     "write_dataset",
-    "write_example",
     "write_map",
     "write_plan",
+    "zone_grid",
+    "zone_speeds",
 ]

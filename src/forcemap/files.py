@@ -49,6 +49,15 @@ def read_bytes(path: str | Path) -> bytes:
         raise InputError(f"cannot be read ({error.strerror})", file=str(path)) from error
 
 
+def file_sha256(path: str | Path) -> str:
+    """SHA-256 of a file's content, in hexadecimal, or an InputError that names it."""
+    try:
+        with Path(path).open("rb") as stream:
+            return hashlib.file_digest(stream, "sha256").hexdigest()
+    except OSError as error:
+        raise InputError(f"cannot be read ({error.strerror})", file=str(path)) from error
+
+
 def sha256(content: bytes | str) -> str:
     """SHA-256 of bytes, or of a text's UTF-8, in hexadecimal."""
     return hashlib.sha256(content.encode() if isinstance(content, str) else content).hexdigest()

@@ -21,7 +21,8 @@ from forcemap.maps.force_map import ForceMap
 FloatArray = NDArray[np.float64]
 
 _PLACES_AT_ONCE = 4096
-_SAME_PLACE = 0.001  # [m]
+SAME_PLACE = 0.001
+"""States this close to a place were measured at it [m]."""
 
 _COLUMNS = (
     "speed",
@@ -146,7 +147,7 @@ def safe_speed(
     >>> result.outcome.value, round(result.speed, 4)
     ('admissible', 0.3212)
     """
-    newtons, refusal, unseen, limit_words = _limit(force_map, limit, contact)
+    newtons, refusal, unseen, limit_words = usable_limit(force_map, limit, contact)
     if isinstance(bound, type) or not isinstance(bound, Bound):
         raise InputError(f"bound: found {bound!r}, expected FixedMargin or ToleranceBound")
     bound.require(force_map)
@@ -196,7 +197,9 @@ def _parts(size: int) -> Iterator[slice]:
     return (slice(start, start + _PLACES_AT_ONCE) for start in range(0, max(size, 1), _PLACES_AT_ONCE))
 
 
-def _limit(force_map: ForceMap, limit: ForceLimit | ArrayLike, contact: Contact | None) -> tuple[Any, str, str, str]:
+def usable_limit(
+    force_map: ForceMap, limit: ForceLimit | ArrayLike, contact: Contact | None
+) -> tuple[Any, str, str, str]:
     """The limit in newtons, why Phase II forbids it, what of Phase II was not seen, and the limit in words."""
     newtons: Any
     refusal, unseen = "", ""
@@ -217,7 +220,9 @@ def _limit(force_map: ForceMap, limit: ForceLimit | ArrayLike, contact: Contact 
             raise InputError("contact: expected none with a limit in newtons; it chooses between those of a body area")
         array = np.asarray(limit, dtype=np.float64)
         newtons = array if array.shape else float(array)
-        words = "limit: given in newtons by the user; whether Phase II allows it was not judged"
+        words = "limit: given in newtons by the user; whether Phase II allows a transient one was not judged"
+        if array.size and np.issubdtype(array.dtype, np.floating) and not np.isnan(array).any():
+            refusal = force_map.phase_two.quasi_static_refusal(float(array.min()), error)
     found = np.asarray(newtons)
     if np.ma.is_masked(limit) or not np.all((found > 0) & (found < np.inf)):
         raise InputError("force limit: found a value that is not positive and finite, expected newtons")
@@ -290,7 +295,7 @@ def _measured_beyond(
     for states in (force_map.fit.states, force_map.fit.left_out, force_map.fit.test):
         figures = (states.name, states.distance, states.height, states.speed, getattr(states, force))
         for name, d_state, h_state, v_state, newtons in zip(*figures, strict=True):
-            here = (np.abs(d - d_state) <= _SAME_PLACE) & (np.abs(h - h_state) <= _SAME_PLACE)
+            here = (np.abs(d - d_state) <= SAME_PLACE) & (np.abs(h - h_state) <= SAME_PLACE)
             where = here & (speed >= v_state) & (limit < newtons)
             if where.any():
                 yield f"{name} {words} {newtons:g} N at this place at {v_state:g} m/s", where

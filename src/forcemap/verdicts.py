@@ -139,7 +139,16 @@ def check_impact(impact: Impact, limit: ForceLimit | float, *, interpretation: I
     error = impact.recording.device.error_or_default
     after, force, allowance = _force_over_time(impact)
     judgements = tuple(
-        _judge(impact, each, after, force, allowance, limit_line(impact, each, after, transient, quasi_static), error)
+        _judge(
+            impact,
+            each,
+            after,
+            force,
+            allowance,
+            limit_line(impact, each, after, transient, quasi_static),
+            error,
+            quasi_static,
+        )
         for each in Interpretation
     )
     strictest = max(judgements, key=lambda j: (_SEVERITY[j.outcome], j.force / j.limit))
@@ -209,13 +218,14 @@ def _judge(
     allowance: FloatArray,
     line: FloatArray,
     error: float,
+    quasi_static: float,
 ) -> Judgement:
     doubts = error + allowance
     severity = np.where(force - doubts > line, 2, np.where(force + doubts > line, 1, 0))
     gravest = severity == severity.max()
     nearest = int(np.where(gravest, force / line, -np.inf).argmax())  # by the share of the limit it takes
     worst, limit = float(force[nearest]), float(line[nearest])
-    hidden = _hidden(impact)
+    hidden = _hidden(impact, quasi_static - error)
     at_least = "at least " if hidden and worst >= impact.raw_peak_force else ""
     if severity[nearest] == 2:
         outcome, reason = VerdictOutcome.EXCEEDED, f"{at_least}{worst:.1f} N exceed the limit of {limit:g} N"
@@ -232,8 +242,15 @@ def _judge(
     return Judgement(interpretation, outcome, worst, limit, margin, 100 * margin / limit, float(after[nearest]), reason)
 
 
-def _hidden(impact: Impact) -> str:
-    """Why the recording does not show how large the force was; empty if it does."""
+def _hidden(impact: Impact, before: float) -> str:
+    """Why the recording does not show how large the force was; empty if it does.
+
+    A force before the impact must stay within `before` [N]: nobody has judged it.
+    """
+    if impact.force_before > before:
+        return f"{impact.force_before:.1f} N act before the impact"
+    if impact.verdict_peak_force < impact.contact.floor:
+        return f"a peak of {impact.verdict_peak_force:.1f} N is none"
     for flag in impact.flags:
         if flag.name in UNKNOWN_PEAK or (impact.saturated and flag.name == "saturated"):
             return str(flag)

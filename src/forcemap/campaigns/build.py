@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import dataclasses
-import hashlib
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from pathlib import Path, PurePosixPath
+from pathlib import PurePosixPath
+from typing import Any
 
 import numpy as np
 
@@ -15,10 +15,11 @@ from forcemap.campaigns.campaign import Campaign
 from forcemap.campaigns.dataset import ImpactDataset
 from forcemap.campaigns.impacts_table import TABLE_FILE, read_dataset
 from forcemap.campaigns.register import Entry, Use, write_register
+from forcemap.campaigns.remark import REMARK, not_in_table
 from forcemap.campaigns.table import csv_text
 from forcemap.errors import CampaignFileError, InputError, RecordingError
-from forcemap.files import write_atomically
-from forcemap.impacts.detect import find_impacts, no_impact
+from forcemap.files import file_sha256, write_atomically
+from forcemap.impacts.detect import find_impacts, force_without_impact, no_impact
 from forcemap.impacts.impact import Impact, Quality
 from forcemap.impacts.quality import UNKNOWN_PEAK
 from forcemap.impacts.scenario import ContactScenario
@@ -27,6 +28,7 @@ from forcemap.recordings.recording import Recording
 
 Progress = Callable[[int, int], None]
 
+_SPEEDS_APART = 1.5  # a measured speed may differ from the planned one by this factor
 _COLUMNS = (
     "state_id",
     "repeat",
@@ -91,8 +93,14 @@ def build_dataset(campaign: Campaign, *, progress: Progress | None = None) -> Im
             rows += [row] if row else []
         if progress:
             progress(done, len(order))
+    if campaign.register_file.exists() and file_sha256(campaign.register_file) != campaign.register_sha256:
+        raise CampaignFileError(
+            "was changed meanwhile, so nothing was written; run it again", file=str(campaign.register_file)
+        )
+    remark = not_in_table(entries)
+    rows = [row | {REMARK: remark} for row in rows]
     write_register(entries, campaign.register_file)
-    used = _COLUMNS if any(row["base_angle_deg"] for row in rows) else tuple(c for c in _COLUMNS if "angle" not in c)
+    used = tuple(c for c in (*_COLUMNS, REMARK) if any(row[c] for row in rows) or c not in ("base_angle_deg", REMARK))
     write_atomically(campaign.table_file, csv_text({column: [row[column] for row in rows] for column in used}))
     if not rows:
         raise CampaignFileError(
@@ -103,6 +111,13 @@ def build_dataset(campaign: Campaign, *, progress: Progress | None = None) -> Im
     return read_dataset(campaign.folder)
 
 
+_UNNAMED: dict[str, Any] = {"state_id": "", "repeat": 0}
+
+
+def _names_run(campaign: Campaign, file: str) -> bool:
+    return _Runs.of(campaign).find(Entry(file=file), alone=True) is not None
+
+
 def _known(campaign: Campaign, files: list[str]) -> dict[str, list[Entry]]:
     """The registered entries by file; a file of the same content under a new name is the same recording."""
     known: dict[str, list[Entry]] = {}
@@ -111,13 +126,17 @@ def _known(campaign: Campaign, files: list[str]) -> dict[str, list[Entry]]:
     gone = [file for file in known if file not in files]
     if not gone:
         return known
-    new = {_sha256(campaign.recordings / file): file for file in files if file not in known}
+    new = {file_sha256(campaign.recordings / file): file for file in files if file not in known}
     renamed: dict[str, list[Entry]] = {}
     for file, entries in known.items():
         name = new.get(entries[0].sha256) if file in gone else file
         if name is not None:
-            renamed[name] = [dataclasses.replace(entry, file=name) for entry in entries]
-        elif any(entry.use is Use.USED or entry.exclude for entry in entries):
+            found = file in gone  # its new name says which run it is, if it says so
+            renamed[name] = [
+                dataclasses.replace(entry, file=name, **(_UNNAMED if found and _names_run(campaign, name) else {}))
+                for entry in entries
+            ]
+        elif any(entry.scenario is not None or entry.exclude for entry in entries):
             raise CampaignFileError(
                 f"registered in {campaign.register_file.name}, but the file is gone; put it back, or delete its row",
                 file=str(campaign.recordings / file),
@@ -133,6 +152,7 @@ class _Runs:
     states: dict[str, int]  # state -> its first row of the plan
     rows: dict[tuple[str, int], int]  # run -> its row of the plan
     taken: dict[tuple[str, int], str]
+    contents: dict[tuple[str, str], str]  # SHA-256 and curve -> recording that is used
 
     @classmethod
     def of(cls, campaign: Campaign) -> _Runs:
@@ -140,13 +160,16 @@ class _Runs:
         runs = list(zip(plan.state_id.tolist(), plan.repeat.tolist(), strict=True))
         by_name = {name.lower(): run for name, run in zip(plan.recording.tolist(), runs, strict=True)}
         first = {state: i for i, (state, _) in reversed(list(enumerate(runs)))}
-        return cls(by_name, first, {run: i for i, run in enumerate(runs)}, {})
+        return cls(by_name, first, {run: i for i, run in enumerate(runs)}, {}, {})
 
-    def find(self, entry: Entry) -> tuple[str, int] | None:
-        """State and repeat: as registered, else by the name of the curve or file; repeats beyond the plan too."""
+    def find(self, entry: Entry, *, alone: bool) -> tuple[str, int] | None:
+        """State and repeat: as registered, else by the name of the curve, or of the file if it holds one curve alone.
+
+        Repeats beyond the plan are accepted.
+        """
         if entry.state_id:
             return entry.state_id, entry.repeat
-        for name in (entry.curve, PurePosixPath(entry.file).stem):
+        for name in (entry.curve, PurePosixPath(entry.file).stem if alone else ""):
             lowered = name.lower()
             if lowered in self.by_name:
                 return self.by_name[lowered]
@@ -168,7 +191,7 @@ def _judge_file(
         digest = recordings[0].sha256
         unreadable = ""
     except RecordingError as error:
-        recordings, digest = [], _sha256(path)
+        recordings, digest = [], file_sha256(path)
         where = f"row {error.row}, " if error.row is not None else ""
         unreadable = f"{where}{error.message}"
     for entry in known:
@@ -190,10 +213,13 @@ def _judge_file(
     for recording in recordings:
         whole = by_curve.get("", Entry(file=file))  # registered while the file could not be read
         entry = by_curve.get(recording.curve, whole)
-        yield _judge(campaign, recording, dataclasses.replace(entry, curve=recording.curve, sha256=digest), runs)
+        entry = dataclasses.replace(entry, curve=recording.curve, sha256=digest)
+        yield _judge(campaign, recording, entry, runs, alone=len(recordings) == 1)
 
 
-def _judge(campaign: Campaign, recording: Recording, entry: Entry, runs: _Runs) -> tuple[Entry, dict[str, str] | None]:
+def _judge(
+    campaign: Campaign, recording: Recording, entry: Entry, runs: _Runs, *, alone: bool
+) -> tuple[Entry, dict[str, str] | None]:
     """One recording: what it is, whether it is used, and its row."""
     conditions = campaign.conditions
     if conditions.date:
@@ -205,7 +231,11 @@ def _judge(campaign: Campaign, recording: Recording, entry: Entry, runs: _Runs) 
         impacts, not_filtered = find_impacts(recording), [error.message]
     if not impacts:
         use, reason = (Use.EXCLUDED, entry.exclude) if entry.exclude else (Use.DISCARDED, no_impact(recording))
-        return _fresh(entry, entry.sha256, use, reason), None
+        held = force_without_impact(recording)  # a slow clamp is none, but a force acts all the same
+        entry = _fresh(entry, entry.sha256, use, reason)
+        return dataclasses.replace(
+            entry, phase2_force=held, scenario=ContactScenario.UNDETERMINED
+        ) if held else entry, None
     impact = impacts[0]
     entry = dataclasses.replace(
         _fresh(entry, entry.sha256, Use.USED, ""),
@@ -221,7 +251,7 @@ def _judge(campaign: Campaign, recording: Recording, entry: Entry, runs: _Runs) 
         times = ", ".join(f"{each.onset:.3f}" for each in impacts)
         reason = f"{len(impacts)} impacts, at {times} s, expected one; cut the file, or exclude it"
         return dataclasses.replace(entry, use=Use.DISCARDED, reason=reason), None
-    run = runs.find(entry)
+    run = runs.find(entry, alone=alone)
     if run is None or run[0] not in runs.states or run[1] < 1:
         reason = "no run of the plan has this name; rename it as plan.csv says, or give state_id and repeat in "
         reason += campaign.register_file.name
@@ -232,10 +262,18 @@ def _judge(campaign: Campaign, recording: Recording, entry: Entry, runs: _Runs) 
     doubts = [*not_filtered, *(str(flag) for flag in impact.flags if flag.name in UNKNOWN_PEAK)]
     if doubts:
         return dataclasses.replace(entry, use=Use.DISCARDED, reason="; ".join(doubts)), None
+    planned = float(campaign.plan.speed[runs.states[run[0]]])
+    if not planned / _SPEEDS_APART <= (planned if math.isnan(entry.speed) else entry.speed) <= planned * _SPEEDS_APART:
+        reason = f"speed_mps {entry.speed:g} is far from the planned {planned:g} m/s; is it another state?"
+        return dataclasses.replace(entry, use=Use.DISCARDED, reason=reason), None
+    content = (entry.sha256, entry.curve)
+    if content in runs.contents:
+        reason = f"the same content as {runs.contents[content]}: a copy is no repeat"
+        return dataclasses.replace(entry, use=Use.DISCARDED, reason=reason), None
     if run in runs.taken:
         reason = f"{runs.taken[run]} is that run already; give this one another repeat, or exclude one of the two"
         return dataclasses.replace(entry, use=Use.DISCARDED, reason=reason), None
-    runs.taken[run] = entry.name
+    runs.taken[run] = runs.contents[content] = entry.name
     return entry, _row(campaign, runs, entry, impact)
 
 
@@ -288,11 +326,3 @@ def _row(campaign: Campaign, runs: _Runs, entry: Entry, impact: Impact) -> dict[
         "flags": "; ".join(names),
         "raw_peak_N": f"{impact.raw_peak_force:.2f}",
     }
-
-
-def _sha256(path: Path) -> str:
-    try:
-        with path.open("rb") as stream:
-            return hashlib.file_digest(stream, "sha256").hexdigest()
-    except OSError as error:
-        raise RecordingError(f"cannot be read ({error.strerror})", file=str(path)) from error

@@ -10,7 +10,8 @@ from forcemap.campaigns.impacts_table import TABLE_FILE
 from forcemap.campaigns.plan import PLAN_FILE, MeasurementPlan, read_plan
 from forcemap.campaigns.register import REGISTER_FILE, Entry, Use, read_register
 from forcemap.campaigns.state import StateTolerance
-from forcemap.errors import InputError
+from forcemap.errors import CampaignFileError, InputError
+from forcemap.files import file_sha256
 from forcemap.recordings.column_map import ColumnMap
 
 RECORDINGS_FOLDER = "recordings"
@@ -31,6 +32,8 @@ class Campaign:
         What is to be measured.
     entries : tuple of Entry
         The register of recordings as it was last written.
+    register_sha256 : str
+        SHA-256 of the register's file; empty if there is none.
     """
 
     folder: Path
@@ -38,6 +41,7 @@ class Campaign:
     columns: ColumnMap | None
     plan: MeasurementPlan
     entries: tuple[Entry, ...] = ()
+    register_sha256: str = ""
 
     @property
     def recordings(self) -> Path:
@@ -55,10 +59,21 @@ class Campaign:
         return self.folder / TABLE_FILE
 
     def files(self) -> list[str]:
-        """Paths of the raw files below the folder of recordings, sorted; hidden ones are left alone."""
+        """Paths of the raw files below the folder of recordings, sorted; hidden ones are left alone.
+
+        Raises
+        ------
+        CampaignFileError
+            A link that leads to no file.
+        """
         if not self.recordings.is_dir():
             return []
-        found = (path.relative_to(self.recordings) for path in self.recordings.rglob("*") if path.is_file())
+        paths = list(self.recordings.rglob("*"))
+        for path in paths:
+            if path.is_symlink() and not path.is_file():
+                message = "a link to a folder, or to nothing, is not followed; put the files themselves there"
+                raise CampaignFileError(message, file=str(path))
+        found = (path.relative_to(self.recordings) for path in paths if path.is_file())
         return sorted(path.as_posix() for path in found if not any(part.startswith(".") for part in path.parts))
 
     @property
@@ -106,4 +121,5 @@ def read_campaign(folder: str | Path) -> Campaign:
         columns=columns,
         plan=read_plan(home / PLAN_FILE, tolerance=tolerance),
         entries=read_register(register) if register.exists() else (),
+        register_sha256=file_sha256(register) if register.exists() else "",
     )

@@ -13,15 +13,16 @@ from typing import TYPE_CHECKING, Any
 from forcemap.campaigns.columns import COLUMNS
 from forcemap.campaigns.conditions import CAMPAIGN_FILE, Conditions, read_conditions
 from forcemap.campaigns.dataset import ImpactDataset, StateTolerance
-from forcemap.campaigns.register import REGISTER_FILE, Use, read_register
+from forcemap.campaigns.remark import REMARK, including
 from forcemap.campaigns.table import Table, csv_text, read_table
-from forcemap.errors import TableError
+from forcemap.errors import InputError, TableError
 from forcemap.files import read_bytes, sha256, write_atomically
 
 if TYPE_CHECKING:
     import pandas as pd
 
 TABLE_FILE = "impacts.csv"
+PLAN_FILE = "plan.csv"
 
 _REQUIRED = tuple(COLUMNS)[:4]
 _DECISIVE = {  # words in a column's name that tell what it decides
@@ -39,8 +40,9 @@ def read_dataset(
     """Read an impacts table: a CSV file, or a campaign folder that holds `impacts.csv`.
 
     Commas with decimal points, or semicolons (tabs) with decimal points or commas; a byte-order mark is accepted.
-    A `campaign.toml` beside the table says what the impacts were measured under; a `recordings.csv` beside it which
-    impacts were discarded: that one of them clamped counts against a transient limit too.
+    A `campaign.toml` beside the table says what the impacts were measured under; the column
+    `not_in_table`, which `build_dataset` writes, what was discarded: that one of those clamped counts against a
+    transient limit too.
 
     Parameters
     ----------
@@ -63,6 +65,8 @@ def read_dataset(
         The campaign.toml beside the table cannot be used.
     """
     table = Path(path) / TABLE_FILE if Path(path).is_dir() else Path(path)
+    if Path(path).is_dir() and not table.exists() and (Path(path) / PLAN_FILE).exists():
+        raise InputError(f"there is no {TABLE_FILE} yet; forcemap collect {path} writes it", file=str(path))
     content = read_bytes(table)
     if conditions is None:
         beside = table.parent / CAMPAIGN_FILE
@@ -83,17 +87,20 @@ def read_dataset(
         )
     except TableError as error:  # name the file as it was given; the dataset keeps its bare name
         raise TableError(error.message, file=str(table), row=error.row, column=error.column) from None
-    register = table.parent / REGISTER_FILE
-    if table.name != TABLE_FILE or not register.exists():
+    return _with_remark(dataset, str(table))
+
+
+def _with_remark(dataset: ImpactDataset, file: str) -> ImpactDataset:
+    """The dataset with what its table says of impacts that are not in it."""
+    remarks = set(dataset.extra.get(REMARK, ()))
+    if not remarks:
         return dataset
-    entries = read_register(register)
-    discarded = [entry for entry in entries if entry.use in (Use.DISCARDED, Use.UNASSIGNED)]
-    phase_two = dataset.phase_two.including(
-        [entry.scenario for entry in discarded if entry.scenario is not None],
-        [entry.phase2_force for entry in discarded],
-        [entry.scenario for entry in entries if entry.use is Use.EXCLUDED and entry.scenario is not None],
-    )
-    return replace(dataset, phase_two=phase_two)
+    if len(remarks) > 1:
+        raise TableError("found several remarks, expected the same in every row", file=file, column=REMARK)
+    try:
+        return replace(dataset, phase_two=including(dataset.phase_two, remarks.pop()))
+    except InputError as error:
+        raise TableError(error.message, file=file, column=REMARK) from None
 
 
 def write_dataset(dataset: ImpactDataset, path: str | Path) -> None:
@@ -164,7 +171,7 @@ def _meant(name: str) -> str:
 
     A saturated or clamping impact in a column that nobody reads would be taken for a good one.
     """
-    if name in COLUMNS:
+    if name in COLUMNS or name == REMARK:
         return ""
     plain = re.sub(r"[^a-z0-9]", "", name.lower())
     for column in COLUMNS:

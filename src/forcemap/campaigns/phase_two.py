@@ -51,19 +51,19 @@ class PhaseTwo:
         )
 
     def including(
-        self, scenarios: Sequence[ContactScenario], forces: Sequence[float], excluded: Sequence[ContactScenario] = ()
+        self, scenarios: Sequence[ContactScenario], forces: Sequence[float], *, excluded: int = 0, unreadable: int = 0
     ) -> PhaseTwo:
         """Count further impacts, which are not in the table: their scenarios, and Phase II forces [N] (NaN is none).
 
-        Those that a person excluded only stand in the statement.
+        Those that a person excluded only stand in the statement; of unreadable recordings nothing is known.
         """
         counts = {each: self.scenarios.get(each, 0) + scenarios.count(each) for each in ContactScenario}
         return PhaseTwo(
             scenarios={each: count for each, count in counts.items() if count},
-            unrecorded=self.unrecorded,
+            unrecorded=self.unrecorded + unreadable,
             largest_force=float(np.fmax.reduce([self.largest_force, *forces])),
             above_peak=self.above_peak,
-            excluded=sum(each in (ContactScenario.WITH_CLAMPING, ContactScenario.UNDETERMINED) for each in excluded),
+            excluded=self.excluded + excluded,
         )
 
     @property

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forcemap.campaigns import columns
+from forcemap.campaigns.impacts_table import PLAN_FILE
 from forcemap.campaigns.state import StateTolerance, identify_states
 from forcemap.campaigns.table import csv_text, read_table
 from forcemap.errors import TableError, nearest_names
@@ -21,7 +22,6 @@ __all__ = ["PLAN_FILE", "Device", "MeasurementPlan", "read_plan", "write_plan"]
 
 FloatArray = NDArray[np.float64]
 
-PLAN_FILE = "plan.csv"
 _REMARK = "#"
 
 _NUMBERS = ("distance_m", "height_m", "speed_mps", "base_angle_deg", "expected_force_N")

@@ -154,6 +154,13 @@ def _entry(values: dict[str, str | float]) -> Entry:
     speed = values.get("speed", math.nan)
     if isinstance(speed, float) and not (math.isnan(speed) or 0 < speed <= 10):
         raise InputError(f"found {speed:g}, expected metres per second above 0 and up to 10", column="speed_mps")
+    exclude = str(values.get("exclude", "")).lower()
+    if exclude in ("no", "false", "0", "-", "none", "nein", "n"):
+        raise InputError(
+            f"found {exclude!r}, expected a reason, or an empty cell to keep the recording", column="exclude"
+        )
+    if values.get("use") and not values.get("sha256"):
+        raise InputError("the cell is empty; delete the whole row to register the file anew", column="sha256")
     use = str(values.get("use", "")) or Use.UNASSIGNED
     if use not in set(Use):
         raise InputError(f"found {use!r}, expected one of {', '.join(Use)} or an empty cell", column="use")

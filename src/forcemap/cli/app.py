@@ -16,12 +16,14 @@ from forcemap.cli.check import check
 from forcemap.cli.collect import collect
 from forcemap.cli.compare import compare
 from forcemap.cli.demo import demo
+from forcemap.cli.effective_mass import effective_mass
 from forcemap.cli.evaluate import evaluate
 from forcemap.cli.fit import fit
 from forcemap.cli.inspect import inspect
 from forcemap.cli.limits import limits
 from forcemap.cli.output import emit_error
 from forcemap.cli.plan import plan
+from forcemap.cli.simulate import simulate
 from forcemap.cli.speed import speed
 from forcemap.cli.speed_map import speed_map
 from forcemap.errors import ForcemapError, InputError
@@ -51,7 +53,21 @@ def options(
     """3D collision-force maps: from measured impacts to bounded forces and safe robot speeds."""
 
 
-for command in (demo, plan, collect, inspect, check, fit, evaluate, compare, limits, speed, speed_map):
+for command in (
+    demo,
+    plan,
+    simulate,
+    collect,
+    inspect,
+    check,
+    fit,
+    evaluate,
+    compare,
+    limits,
+    speed,
+    speed_map,
+    effective_mass,
+):
     app.command(name=command.__name__.replace("_", "-"))(command)
 
 

@@ -34,6 +34,7 @@ from forcemap.cli.column_options import (
 from forcemap.cli.impact_results import VERDICT_HEADER, limit_line_words, verdict_result, verdict_row
 from forcemap.cli.options import Area, Json, LimitN, LimitTable, Region
 from forcemap.cli.output import Progress, emit, listing, table
+from forcemap.files import file_sha256
 
 _SHOWN = 12  # lines of a list
 
@@ -68,10 +69,12 @@ def check(
         return 1
     verdicts: list[Verdict] = []
     unjudged: list[tuple[str, str]] = []
-    simulated = False
+    simulated = stated = False
     home = read_campaign(source) if Path(source).is_dir() else None
     files = [source] if home is None else _files(home)
-    excluded = set() if home is None else {f"{home.recordings / e.file}#{e.curve}" for e in home.entries if e.exclude}
+    out = [] if home is None else [entry for entry in home.entries if entry.exclude]
+    excluded = {f"{home.recordings / entry.file}#{entry.curve}" for entry in out} if home else set()
+    unjudged += [] if home is None else _gone(home)
     with Progress("checked", len(files)) as progress:
         for done, file in enumerate(files, start=1):
             try:
@@ -84,6 +87,8 @@ def check(
                 unjudged.append((file, str(error)))
                 continue
             simulated |= conditions.simulated
+            stated |= not math.isnan(conditions.device.range)
+            unjudged += _changed(home, file)
             wanted = conditions.channel_frequency_class if frequency_class is None else frequency_class
             for recording in recordings:
                 if f"{file}#{recording.curve}" in excluded:
@@ -107,8 +112,15 @@ def check(
         "counts": {outcome.value: outcomes.count(outcome) for outcome in VerdictOutcome} | {"unjudged": len(unjudged)},
         "impacts": [verdict_result(verdict) for verdict in verdicts],
         "unjudged": [{"recording": name, "reason": reason} for name, reason in unjudged],
+        "excluded": [{"recording": entry.name, "reason": entry.exclude} for entry in out],
+        "device_range_stated": stated,
     }
-    emit(result, _lines(worst, verdicts, unjudged, limit, simulated), as_json=as_json)
+    closing = listing("Excluded by a person, not judged", [f"{entry.name}: {entry.exclude}" for entry in out])
+    notes = closing if out else []
+    notes += (
+        [] if stated else ["device range not stated: saturation was judged by the shape of the curves alone"]
+    )
+    emit(result, [*_lines(worst, verdicts, unjudged, limit, simulated), *notes], as_json=as_json)
     return {VerdictOutcome.WITHIN: 0, VerdictOutcome.EXCEEDED: 1, VerdictOutcome.CANNOT_TELL: 2}[worst]
 
 
@@ -131,6 +143,20 @@ def _files(campaign: Campaign) -> list[str]:
     if not files:
         raise InputError("found no recording to check", file=str(campaign.recordings))
     return files
+
+
+def _gone(campaign: Campaign) -> list[tuple[str, str]]:
+    """Registered recordings whose file is not there."""
+    files = set(campaign.files())
+    return [(entry.name, "registered, but the file is gone") for entry in campaign.entries if entry.file not in files]
+
+
+def _changed(campaign: Campaign | None, file: str) -> list[tuple[str, str]]:
+    """The file, if it is not the one that was registered."""
+    entries = [] if campaign is None else [e for e in campaign.entries if str(campaign.recordings / e.file) == file]
+    if any(entry.sha256 and entry.sha256 != file_sha256(file) for entry in entries[:1]):
+        return [(entries[0].file, "the file has changed since it was registered")]
+    return []
 
 
 def _lines(
@@ -170,10 +196,13 @@ def _lines(
             f"{verdict.raw_force:.1f} N{filtered}; the largest counts. Contact: {verdict.impact.scenario.words}",
         ]
         lines += [f"  FLAG {flag}" for flag in verdict.impact.flags]
+        lines += [f"  note: {note}" for note in verdict.impact.recording.notes]
     else:
         outcomes = [v.outcome for v in verdicts]
         counts = ", ".join(f"{outcomes.count(each)} {each.value.replace('_', ' ')}" for each in VerdictOutcome)
-        lines += ["", f"{len(verdicts)} impacts: {counts}"]
+        names = [flag.name.value for v in verdicts for flag in v.impact.flags]
+        flags = ", ".join(f"{name} {names.count(name)}" for name in sorted(set(names)))
+        lines += ["", f"{len(verdicts)} impacts: {counts}", *([f"flags: {flags}"] if flags else [])]
         doubts = [v for v in verdicts if v.outcome is VerdictOutcome.CANNOT_TELL]
         reasons = [f"{v.impact.recording.name}: {v.governing.reason}" for v in doubts]
         more = [f"... and {len(doubts) - _SHOWN} more; --json lists all"] if len(doubts) > _SHOWN else []

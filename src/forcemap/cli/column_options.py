@@ -51,7 +51,7 @@ def recordings_from(
 
     A file in the folder `recordings` of a campaign is read as its campaign.toml says, without being asked.
     """
-    folder = Path(campaign) if campaign else Path(file).resolve().parent.parent
+    folder = Path(campaign) if campaign else _home(Path(file))
     described = folder / "campaign.toml"
     if campaign and not described.exists():
         raise InputError("there is no campaign.toml in this folder", file=campaign)
@@ -64,6 +64,15 @@ def recordings_from(
         date = {"date": conditions.date}
         recordings = [dataclasses.replace(each, metadata={**each.metadata, **date}) for each in recordings]
     return recordings, dataclasses.replace(conditions, device=device)
+
+
+def _home(file: Path) -> Path:
+    """The campaign's folder above a file in its `recordings`, whatever links lead there."""
+    for path in (file.absolute(), file.resolve()):
+        for folder in path.parents:
+            if folder.name == "recordings" and (folder.parent / "campaign.toml").exists():
+                return folder.parent
+    return file.absolute().parent.parent
 
 
 def device_with(device: Device, device_range: float | None, device_error: float | None) -> Device:

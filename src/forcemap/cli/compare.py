@@ -8,8 +8,10 @@ import typer
 
 from forcemap import (
     CFM_3D,
+    PUBLISHED_MAPS,
     InputError,
     body_region,
+    compare_effective_mass,
     compare_force_models,
     compare_maps,
     force_limit,
@@ -18,9 +20,11 @@ from forcemap import (
     read_dataset,
 )
 from forcemap.cli.change_results import maps_lines, maps_result
+from forcemap.cli.mass_results import mass_comparison_lines, mass_comparison_result
 from forcemap.cli.options import Body, FormName, Json, MovingMass, Payload, force_map_from, masses_from
 from forcemap.cli.output import emit
 from forcemap.cli.results import comparison_lines, comparison_result
+from forcemap.cli.robot_options import DriveInertiaOption, ToolDirection, direction_from, robot_from
 
 
 def compare(
@@ -40,14 +44,33 @@ def compare(
         ),
     ] = None,
     form: FormName = None,
+    robot: Annotated[
+        str | None,
+        typer.Option(
+            "--effective-mass", help="Compare with the effective mass of this robot: ur10e, kuka-iiwa7, a URDF."
+        ),
+    ] = None,
+    drive_inertia: DriveInertiaOption = None,
+    tool_direction: ToolDirection = "down",
     as_json: Json = False,
 ) -> None:
     """Compare the measured map with the 2D map and the standard's contact model on the same states.
 
-    Or two maps with each other, over the range that both have measured: compare MAP MAP.
+    Or two maps with each other, over the range that both have measured: compare MAP MAP. Or a map, or measured impacts,
+    with what effective mass alone would give: compare ur10e --effective-mass ur10e.
 
     Example: forcemap compare impacts.csv --moving-mass-kg 30 --body constrained
     """
+    if robot is not None:
+        if any(option is not None for option in (other, region, moving_mass, body)):
+            raise InputError("compare: --effective-mass goes with one map or table, a robot, its load and its stance")
+        found = robot_from(robot, None, None, drive_inertia, payload or 0.0)
+        is_map = table in PUBLISHED_MAPS or table.lower().endswith(".json")
+        forces = force_map_from(table, form)[0] if is_map else read_dataset(table)
+        stance = direction_from("tool direction", tool_direction)
+        by_mass = compare_effective_mass(forces, found, tool_direction=stance)
+        emit(mass_comparison_result(by_mass), mass_comparison_lines(by_mass), as_json=as_json)
+        return
     if other is not None:
         if any(option is not None for option in (region, moving_mass, payload, body)):
             raise InputError("compare: --region, --moving-mass-kg, --payload-kg and --body go with one impacts table")

@@ -30,7 +30,6 @@ from forcemap import (
     pfl_speed_limit,
     read_campaign,
     repeatability,
-    write_example,
     write_map,
 )
 from forcemap.cli.collect import contact_lines, scatter_lines
@@ -65,7 +64,9 @@ def demo(
 
     Example: forcemap demo my-first-campaign
     """
-    target = write_example(example, folder or _free_name())
+    from forcemap.lab.example_campaigns import simulate_example
+
+    target = simulate_example(example, folder or _free_name()).folder
     dataset = build_dataset(read_campaign(target))
     campaign = read_campaign(target)
     conditions, region = dataset.conditions, body_region(_AREA)

@@ -5,11 +5,12 @@ from __future__ import annotations
 import dataclasses
 import math
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
 from forcemap import (
+    CFM_3D,
     Conditions,
     Design,
     Device,
@@ -17,16 +18,15 @@ from forcemap import (
     InputError,
     MeasurementPlan,
     StandardExpectation,
-    campaign_text,
+    form_named,
     plan_measurements,
     read_conditions,
-    run_sheet,
-    write_plan,
 )
 from forcemap.cli.column_options import device_with
 from forcemap.cli.options import (
     Area,
     ContactKind,
+    FormName,
     Json,
     LimitN,
     LimitTable,
@@ -37,24 +37,55 @@ from forcemap.cli.options import (
     limit_from,
 )
 from forcemap.cli.output import emit, listing
-from forcemap.files import write_atomically
-
-_SHEET = "run_sheet.txt"
+from forcemap.cli.plan_steps import SHEET, confirm_released, go_on_measuring, run_results, write_campaign
 
 
 def plan(
-    folder: Annotated[str, typer.Argument(help="New campaign folder, or one that has a campaign.toml and no plan.")],
-    distances: Annotated[
-        str, typer.Option("--distances-m", help="Nearest and farthest distance from the base z-axis, or all of them.")
+    folder: Annotated[
+        str,
+        typer.Argument(
+            help="New campaign folder, or one that has a campaign.toml and no plan. With --next: also a campaign; with "
+            "--confirm: a campaign, or a map."
+        ),
     ],
-    heights: Annotated[str, typer.Option("--heights-m", help="Lowest and highest height above the base, or all.")],
-    speeds: Annotated[str, typer.Option("--speeds-mps", help="Slowest and fastest speed, or all of them.")],
+    distances: Annotated[
+        str | None,
+        typer.Option("--distances-m", help="Nearest and farthest distance from the base z-axis, or all of them."),
+    ] = None,
+    heights: Annotated[
+        str | None, typer.Option("--heights-m", help="Lowest and highest height above the base, or all.")
+    ] = None,
+    speeds: Annotated[
+        str | None,
+        typer.Option("--speeds-mps", help="Slowest and fastest speed, or all of them; with --next 0.05,0.40."),
+    ] = None,
     design: Annotated[
         Design,
         typer.Option(
-            "--design", help="training: 3 x 3 places x 3 speeds; full-grid: 5 x 5 x 5; symmetry: base angles."
+            "--design",
+            help="training: 3 x 3 places x 3 speeds; full-grid: 5 x 5 x 5; symmetry: base angles; i-optimal: --states "
+            "of the full grid.",
         ),
     ] = Design.TRAINING,
+    go_on: Annotated[
+        bool, typer.Option("--next", help="Add the states to measure next for a limit; from nothing the opening.")
+    ] = False,
+    confirm: Annotated[
+        bool, typer.Option("--confirm", help="Add impacts at the released speeds, with the rule they must pass.")
+    ] = False,
+    states: Annotated[
+        int | None,
+        typer.Option(
+            "--states",
+            help="i-optimal: how many states (18); --next: of the whole campaign at most (27); --confirm: impacts (6); "
+            "else the number below 18 that is accepted.",
+        ),
+    ] = None,
+    batch: Annotated[int | None, typer.Option("--batch", help="With --next: states at a time; default 4.")] = None,
+    largest_force: Annotated[
+        float | None, typer.Option("--largest-force-N", help="With --next: no impact is to exceed it.")
+    ] = None,
+    form: FormName = None,
     repeats: Annotated[int, typer.Option("--repeats", help="Impacts of every state.")] = 3,
     base_angles: Annotated[
         str, typer.Option("--base-angles-deg", help="Angles of the base joint, for --design symmetry.")
@@ -85,14 +116,52 @@ def plan(
     --device-range-N 500 --moving-mass-kg 30 --area back_of_hand --contact transient
     """
     target = Path(folder)
+    if go_on and confirm:
+        raise InputError("plan: --next and --confirm are two steps, expected one of them")
+    for name, given, step in (
+        ("--batch", batch, go_on),
+        ("--largest-force-N", largest_force, go_on),
+        ("--form", form, go_on or confirm or design is Design.I_OPTIMAL),
+    ):
+        if given is not None and not step:
+            raise InputError(f"plan: {name} goes with --next{', --confirm or --design i-optimal' * (name == '--form')}")
+    if confirm:
+        stated = (distances, heights, speeds, reach, device_range, device_error, moving_mass, payload, expected)
+        if any(value is not None for value in stated) or base_angles or design is not Design.TRAINING:
+            raise InputError("plan: --confirm takes places, speeds and device from the campaign; give the limit alone")
+        limit, contact = limit_from(area, region, newtons, contact, limit_table)
+        confirm_released(folder, limit, contact, 6 if states is None else states, form, as_json=as_json)
+        return
+    if go_on:
+        if reach is not None or base_angles or design is not Design.TRAINING:
+            raise InputError("plan: --next chooses the states itself; leave out --design, --reach-m, --base-angles-deg")
+        conditions = _conditions(target / "campaign.toml", device_range, device_error, moving_mass, payload)
+        limit, contact = limit_from(area, region, newtons, contact, limit_table)
+        options: dict[str, Any] = {
+            name: _figures(name, text)
+            for name, text in (("distances", distances), ("heights", heights), ("speeds", speeds))
+            if text is not None
+        }
+        options |= {
+            name: value
+            for name, value in (("states", states), ("batch", batch), ("largest_force", largest_force))
+            if value is not None
+        }
+        options |= {"form": form_named(form or CFM_3D.name), "repeats": repeats}
+        go_on_measuring(
+            folder, conditions, limit, contact, options, _expectation(expected, conditions), as_json=as_json
+        )
+        return
+    if distances is None or heights is None or speeds is None:
+        raise InputError("plan: expected --distances-m, --heights-m and --speeds-mps, the ranges to measure")
     if (target / "plan.csv").exists():
         raise InputError("the folder has a plan already; name a new folder, or move the plan away", file=folder)
     toml = target / "campaign.toml"
     conditions = _conditions(toml, device_range, device_error, moving_mass, payload)
-    limit = math.nan
+    to_confirm = math.nan
     if area or region or newtons is not None:
         found, kind = limit_from(area, region, newtons, contact, limit_table)
-        limit = found if isinstance(found, float) else found.force(kind) if kind else math.nan
+        to_confirm = found if isinstance(found, float) else found.force(kind) if kind else math.nan
     made = plan_measurements(
         _figures("distances", distances),
         _figures("heights", heights),
@@ -103,19 +172,11 @@ def plan(
         reach=math.inf if reach is None else reach,
         device=conditions.device,
         expected_force=_expectation(expected, conditions),
-        limit=limit,
+        limit=to_confirm,
+        states=states,
+        form=form_named(form or CFM_3D.name),
     )
-    sheet = run_sheet(made, conditions)
-    try:
-        (target / "recordings").mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"the folder cannot be made ({error.strerror})", file=folder) from error
-    files = ["plan.csv", _SHEET]
-    if not toml.exists():
-        write_atomically(toml, campaign_text(conditions))
-        files.insert(0, "campaign.toml")
-    write_atomically(target / _SHEET, "\n".join(sheet) + "\n")
-    write_plan(made, target)
+    files = write_campaign(target, made, made, conditions)
     emit(_result(folder, made, files), _lines(folder, made, files), as_json=as_json)
 
 
@@ -156,24 +217,11 @@ def _figures(name: str, text: str) -> list[float]:
 
 
 def _result(folder: str, made: MeasurementPlan, files: list[str]) -> dict[str, object]:
-    names = ("recording", "state_id", "repeat", "role")
-    runs = zip(*(getattr(made, name).tolist() for name in names), strict=True)
-    figures = zip(made.distance, made.height, made.speed, made.base_angle, made.expected_force, strict=True)
     return {
         "folder": folder,
         "files": files,
         "states": len(made.states),
-        "runs": [
-            dict(zip(names, run, strict=True))
-            | {
-                "distance_m": float(d),
-                "height_m": float(h),
-                "speed_mps": float(v),
-                "base_angle_deg": float(angle),
-                "expected_force_N": float(force),
-            }
-            for run, (d, h, v, angle, force) in zip(runs, figures, strict=True)
-        ],
+        "runs": run_results(made),
         "expected_from": made.expected_from,
         "left_out": list(made.left_out),
         "warnings": list(made.warnings),
@@ -195,6 +243,6 @@ def _lines(folder: str, made: MeasurementPlan, files: list[str]) -> list[str]:
         f"Written to {folder}: {', '.join(files)}",
         "Next:",
         f"  1. fill in {folder}/campaign.toml: robot, tool, contact, device, and in [recordings] how it writes files",
-        f"  2. print {folder}/{_SHEET} and measure; save each file in {folder}/recordings under the name it says",
+        f"  2. print {folder}/{SHEET} and measure; save each file in {folder}/recordings under the name it says",
         f"  3. forcemap collect {folder}",
     ]

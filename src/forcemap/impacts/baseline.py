@@ -31,6 +31,8 @@ class ContactForce:
         Contact force [N]: baseline removed (of three components each its own, then the norm or projection).
     baseline_samples : int
         Quiet samples before contact that the baseline rests on; 0 if there are too few, then nothing was removed.
+    baseline_level : float
+        What was taken off at the end of the baseline [N]; of three components the norm.
     baseline_sd : float
         Standard deviation of the contact force over the baseline [N]; of the noise if there is no baseline.
     baseline_start, baseline_end : float
@@ -46,6 +48,7 @@ class ContactForce:
     time: FloatArray
     force: FloatArray
     baseline_samples: int
+    baseline_level: float
     baseline_sd: float
     baseline_start: float
     baseline_end: float
@@ -66,6 +69,10 @@ class ContactForce:
     def floor_at(self, time: FloatArray) -> FloatArray:
         """The floor at `time` [s], with the force that drift may feign [N]."""
         return self.floor + self.drift_allowance(time)
+
+    def mean_floor_at(self, time: FloatArray) -> FloatArray:
+        """The floor for the mean of many samples, in which noise of one sample counts for half [N]."""
+        return max(5.0, 2.0 * self.baseline_sd) + self.drift_allowance(time)
 
 
 def contact_force(recording: Recording, start: int, end: int) -> ContactForce:
@@ -91,7 +98,7 @@ def contact_force(recording: Recording, start: int, end: int) -> ContactForce:
     long_enough = end - start >= LEAST_SAMPLES and time[end - 1] - time[start] >= LEAST_DURATION
     if not long_enough:
         force = _combined(components, recording.direction, 0.0)
-        return ContactForce(time, force, 0, noise_sd(force), math.nan, math.nan, 0.0, 0.0, _DRIFT_SD)
+        return ContactForce(time, force, 0, 0.0, noise_sd(force), math.nan, math.nan, 0.0, 0.0, _DRIFT_SD)
 
     lines = [_quiet_line(time[before], each[before], _hidden_step(each[start:], end - start)) for each in components.T]
     quiet = lines[0].quiet if len(lines) == 1 else np.logical_and.reduce([line.quiet for line in lines])
@@ -109,6 +116,7 @@ def contact_force(recording: Recording, start: int, end: int) -> ContactForce:
         time=time,
         force=force,
         baseline_samples=spread.shape[0],
+        baseline_level=math.hypot(*(line.level + line.slope * float(times[-1] - line.middle) for line in lines)),
         baseline_sd=sd,
         baseline_start=float(times[0]),
         baseline_end=float(times[-1]),

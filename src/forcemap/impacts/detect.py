@@ -93,6 +93,15 @@ def no_impact(recording: Recording) -> str:
     return f"no impact found: the force moves by up to {np.linalg.norm(moved, axis=1).max():.1f} N from its start"
 
 
+def force_without_impact(recording: Recording) -> float:
+    """How far the force goes from its start where no impact was found [N]; 0 if it stays within noise and 10 N."""
+    force = recording.force.reshape(recording.time.size, -1)
+    quiet = max(force.shape[0] // 20, 1)
+    moved = np.linalg.norm(moving_mean(force - np.median(force[:quiet], axis=0), 5), axis=1)
+    largest = float(moved.max())
+    return largest if largest > max(10.0, 6.0 * float(np.std(moved[:quiet]))) else 0.0
+
+
 def _first_rise(recording: Recording, start: int) -> tuple[int, ContactForce] | None:
     """Index of a sample in the rise of the first impact from `start` on, and the contact force; None without one.
 

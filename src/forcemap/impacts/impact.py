@@ -25,6 +25,10 @@ class Quality(StrEnum):
     UNRESOLVED = "unresolved"
     NO_BASELINE = "no_baseline"
     REVERSED = "reversed"
+    OBLIQUE = "oblique"
+    OFFSET = "offset"
+    UNQUIET = "unquiet"
+    CUT_OFF = "cut_off"
     DRIFT = "drift"
     DOUBLE_HIT = "double_hit"
     LATER_PEAK = "later_peak"
@@ -92,6 +96,12 @@ class Impact:
         True if the force is above the floor after Phase I.
     floor : float
         Force below which there is no contact, f0 and the drift to reckon with [N].
+    hold_floor : float
+        The same for the mean of many samples, which shows less noise [N].
+    force_before : float
+        Largest force before the onset, since the start or the impact before [N].
+    gap : float
+        Longest time without a sample while a force may act, from the onset to 0.7 s after it [s].
     impulse : float
         Integral of the contact force over the contact [N s].
     bounces : int
@@ -125,6 +135,9 @@ class Impact:
     contact_over: bool
     acts_after_phase1: bool
     floor: float
+    hold_floor: float
+    force_before: float
+    gap: float
     impulse: float
     bounces: int
     scenario: ContactScenario

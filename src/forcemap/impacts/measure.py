@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from forcemap.impacts.baseline import ContactForce
 from forcemap.impacts.impact import TRANSIENT_TIME, Impact
-from forcemap.impacts.phases import PhaseOne, end_level, first_peak, hold_force, onset_time, scenario_of
+from forcemap.impacts.phases import GAP, PhaseOne, end_level, first_peak, hold_force, onset_time, scenario_of
 from forcemap.impacts.quality import EARLY, flags_of
 from forcemap.impacts.smooth import mean_interval, moving_mean
 from forcemap.recordings.recording import Recording
@@ -21,6 +21,7 @@ FloatArray = NDArray[np.float64]
 
 _SMOOTHING = 0.004  # of the force after Phase I [s]
 _LEAD = 0.01  # the foot of the rise is looked for from so long before it, or half the rise [s]
+_HOLD_END = 0.7  # the scenario is read up to here [s]
 _FLOOR_AT = 0.6  # the floor that is reported is that at the middle of the hold window [s]
 
 
@@ -115,7 +116,10 @@ def measure(recording: Recording, start: Start, last: int, number: int) -> Impac
         "hold_force": hold_force(after, force),
         "end_force": end_level(time, force),
         "floor": float(contact.floor_at(np.array([onset + _FLOOR_AT]))[0]),
+        "hold_floor": float(contact.mean_floor_at(np.array([onset + _FLOOR_AT]))[0]),
+        "gap": _longest_gap(after, above),
     }
+    before = contact.force[start.search : first]
     impact = Impact(
         recording=recording,
         contact=contact,
@@ -137,6 +141,18 @@ def measure(recording: Recording, start: Start, last: int, number: int) -> Impac
         bounces=int(np.sum(~following[:-1] & following[1:])) if following.size else 0,
         scenario=scenario_of(recorded_time=float(after[-1]), **figures),
         flags=(),
+        force_before=float(before.max()) if before.size else 0.0,
         **figures,
     )
-    return dataclasses.replace(impact, flags=flags_of(impact, contact.force[start.search : first]))
+    return dataclasses.replace(impact, flags=flags_of(impact, before, smooth + contact.drift_allowance(time)))
+
+
+def _longest_gap(after: FloatArray, above: NDArray[np.bool_]) -> float:
+    """Longest time without a sample up to 0.7 s after onset [s]: where a force acts beside it, else if over 50 ms."""
+    steps = np.diff(after)
+    least = max(GAP, 3.0 * mean_interval(after))
+    if not steps.size or steps.max() <= least:
+        return 0.0
+    acting = above[1:] | above[:-1]
+    counted = steps[(after[:-1] < _HOLD_END) & (steps > least) & (acting | (steps > 2.5 * least))]
+    return float(counted.max()) if counted.size else 0.0

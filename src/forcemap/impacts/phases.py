@@ -13,6 +13,7 @@ from forcemap.impacts.smooth import mean_interval, moving_mean
 
 FloatArray = NDArray[np.float64]
 
+GAP = 0.02  # without a sample for longer while a force acts, nobody knows what it did [s]
 END_WINDOW = 0.0125  # the end rule looks at the last 10 to 15 ms of a recording [s]
 HOLD_WINDOW = (0.5, 0.7)  # where a clamping force is read, after onset [s]
 _SOFTER = 5.0  # by how many times the noise variance a soft foot must fit better than a kink
@@ -110,7 +111,8 @@ def classify_contact(impact: Impact) -> ContactScenario:
     - without clamping: it is above f0 after Phase I, and below it for good before 0.5 s;
     - with clamping: its mean from 0.5 to 0.7 s is above f0, and it is not below half of that at the end;
     - undetermined: the recording does not tell. If it ends before 0.5 s, the contact counts as over if no more than
-      max(10 N, 10 % of the peak) acts at its end.
+      max(10 N, 10 % of the peak) acts at its end. Nor does it tell if samples are missing for over 20 ms while a force
+      acts (50 ms while none does), or if a small force, hidden by noise in each sample, is held.
 
     Parameters
     ----------
@@ -129,6 +131,8 @@ def classify_contact(impact: Impact) -> ContactScenario:
         hold_force=impact.hold_force,
         end_force=impact.end_force,
         floor=impact.floor,
+        hold_floor=impact.hold_floor,
+        gap=impact.gap,
     )
 
 
@@ -142,11 +146,15 @@ def scenario_of(
     hold_force: float,
     end_force: float,
     floor: float,
+    hold_floor: float,
+    gap: float,
 ) -> ContactScenario:
     """The scenario by the figures of an impact; names and units as in Impact."""
-    over = contact_over and contact_duration < TRANSIENT_TIME
+    over = contact_over and contact_duration < TRANSIENT_TIME and not hold_force > hold_floor
     if recorded_time < TRANSIENT_TIME:
         over = end_force <= max(10.0, 0.1 * peak_force)
+    if gap > 0:
+        return ContactScenario.UNDETERMINED
     if over:
         return ContactScenario.WITHOUT_CLAMPING if acts_after_phase1 else ContactScenario.UNCONSTRAINED
     if hold_force > floor and end_force >= 0.5 * hold_force:

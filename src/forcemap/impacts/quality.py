@@ -18,19 +18,42 @@ LEAST_SAMPLES = 16  # across Phase I, for its peak to be known
 LEAST_EARLY_SAMPLES = 10  # in the first 50 ms of contact, whatever the apparent width of Phase I
 EARLY = 0.05  # [s]
 
-UNKNOWN_PEAK = (Quality.UNRESOLVED, Quality.NO_BASELINE, Quality.REVERSED, Quality.GAP)  # the peak is not known
+UNKNOWN_PEAK = (  # the peak is not known
+    Quality.UNRESOLVED,
+    Quality.NO_BASELINE,
+    Quality.REVERSED,
+    Quality.OBLIQUE,
+    Quality.OFFSET,
+    Quality.UNQUIET,
+    Quality.CUT_OFF,
+    Quality.GAP,
+)
+_MOST_DRIFT = 15.0  # [N/s]; more is a force that grows
+_MOST_UNQUIET = 0.25  # share of the samples before contact
+_MOST_OFFSET = 50.0  # [N], or a tenth of the device range; more is a load
+_PULL = 0.01  # a device cannot pull for longer [s]
 
 
-def flags_of(impact: Impact, before: FloatArray) -> tuple[Flag, ...]:
-    """The flags of an impact; `before` is the contact force before onset, shape (n,)."""
+def flags_of(impact: Impact, before: FloatArray, smooth: FloatArray) -> tuple[Flag, ...]:
+    """The flags of an impact.
+
+    Parameters
+    ----------
+    impact : Impact
+    before : array (k,)
+        Contact force before onset, since the start or the impact before [N].
+    smooth : array (n,)
+        Smoothed contact force from the onset on, and the drift to reckon with [N].
+    """
     return (
         *_saturated(impact),
         *_unresolved(impact),
         *_baseline(impact.contact, impact),
-        *_reversed(impact, before),
+        *_reversed(impact, before, smooth),
+        *_oblique(impact),
         *_course(impact),
         *_ringing(impact),
-        *_braking(impact, before),
+        *_braking(impact),
         *_gap(impact),
         *_calibration(impact.recording),
     )
@@ -46,21 +69,27 @@ def _saturated(impact: Impact) -> Iterator[Flag]:
         read = float(readings.max())
         what = f"read {read:.1f} N" if read >= 0.999 * device_range else f"{reading:.1f} N of contact force"
         yield Flag(Quality.SATURATED, f"{what} of a device range of {device_range:g} N")
-    elif recorded.ndim == 1:
-        phase1 = slice(int(first), int(peak_end) + 1)
-        held, top = _flat_top(impact.recording.time[phase1], impact.recording.force[phase1])
-        if held >= 4:
-            yield Flag(Quality.SATURATED, f"{held} equal samples at the top, {top:.1f} N: cut off below the range")
+        return
+    phase1 = slice(int(first), int(peak_end) + 1)
+    time, noise = impact.recording.time[phase1], impact.contact.baseline_sd
+    for component in impact.recording.force[phase1].reshape(time.size, -1).T:
+        away = np.abs(component - component[0])
+        if away.max() >= 0.3 * impact.raw_peak_force:
+            held = _flat_top(time, away, noise)
+            if held >= 4:
+                top = np.abs(component).max()
+                yield Flag(Quality.SATURATED, f"{held} like samples at the top, {top:.1f} N: cut off below the range")
+                return
 
 
-def _flat_top(time: FloatArray, force: FloatArray) -> tuple[int, float]:
-    """Number of equal samples that make up half of the top tenth of the curve, and their force; 0 if none do."""
+def _flat_top(time: FloatArray, force: FloatArray, noise: float) -> int:
+    """Number of like samples that make up more than half of the top tenth of the curve; 0 if none do."""
     top = float(force.max())
-    at_top = np.flatnonzero(force == top)
-    near = np.flatnonzero(force >= top - 0.1 * (top - force.min()))
+    at_top = np.flatnonzero(force >= top - min(3.0 * noise, 0.015 * top))
+    near = np.flatnonzero(force >= 0.9 * top)
     flat = time[at_top[-1]] - time[at_top[0]]
-    whole = at_top[-1] - at_top[0] + 1 == at_top.size
-    return (int(at_top.size) if whole and flat >= 0.5 * (time[near[-1]] - time[near[0]]) else 0), top
+    whole = at_top.size >= 0.8 * (at_top[-1] - at_top[0] + 1)
+    return int(at_top.size) if whole and flat >= 0.55 * (time[near[-1]] - time[near[0]]) else 0
 
 
 def _unresolved(impact: Impact) -> Iterator[Flag]:
@@ -92,6 +121,12 @@ def _baseline(contact: ContactForce, impact: Impact) -> Iterator[Flag]:
             Quality.NO_BASELINE,
             f"the {contact.baseline_samples} samples before contact scatter by {contact.baseline_sd:.1f} N",
         )
+    if contact.baseline_level > max(_MOST_OFFSET, 0.1 * np.nan_to_num(impact.recording.device.range)):
+        yield Flag(Quality.OFFSET, f"{contact.baseline_level:.1f} N before contact: a load, or a zero that is off")
+    if abs(contact.drift) > _MOST_DRIFT + 2 * contact.drift_sd:
+        yield Flag(Quality.UNQUIET, f"the force changes by {contact.drift:.1f} N/s before contact")
+    elif contact.unquiet > _MOST_UNQUIET:
+        yield Flag(Quality.UNQUIET, f"{contact.unquiet:.0%} of the samples before contact are not quiet")
     moved = contact.drift * min(impact.recorded_time, 2 * TRANSIENT_TIME)
     if abs(moved) > 3.0:
         yield Flag(Quality.DRIFT, f"the baseline drifts by {contact.drift:.1f} N/s; taken off")
@@ -99,12 +134,30 @@ def _baseline(contact: ContactForce, impact: Impact) -> Iterator[Flag]:
         yield Flag(Quality.DRIFT, f"{contact.unquiet:.0%} of the samples before contact are not quiet; left out")
 
 
-def _reversed(impact: Impact, before: FloatArray) -> Iterator[Flag]:
+def _reversed(impact: Impact, before: FloatArray, smooth: FloatArray) -> Iterator[Flag]:
     # where the sign is wrong, the rise is that back to zero, and the contact lies before it
     force = np.concatenate([before, impact.curve()[1]])
     opposite = -float(force.min()) if force.size else 0.0
     if opposite > max(0.5 * impact.raw_peak_force, impact.floor):
         yield Flag(Quality.REVERSED, f"{opposite:.1f} N against the stated direction; is the sign right?")
+        return
+    pulls = smooth < -2.0 * impact.contact.floor
+    if pulls.any() and np.count_nonzero(pulls) / impact.recording.sampling_rate > _PULL:
+        yield Flag(
+            Quality.REVERSED,
+            f"the force goes {-float(smooth.min()):.1f} N below that before contact, where a load must have acted",
+        )
+
+
+def _oblique(impact: Impact) -> Iterator[Flag]:
+    recording = impact.recording
+    if recording.direction is None:
+        return
+    peak = int(np.searchsorted(recording.time, impact.peak_time))
+    quiet = int(np.searchsorted(recording.time, impact.onset)) - 1
+    whole = float(np.linalg.norm(recording.force[peak] - recording.force[max(quiet, 0)]))
+    if whole > 1.2 * impact.raw_peak_force + impact.floor:
+        yield Flag(Quality.OBLIQUE, f"{whole:.1f} N act, {impact.raw_peak_force:.1f} N of them in the stated direction")
 
 
 def _course(impact: Impact) -> Iterator[Flag]:
@@ -114,6 +167,10 @@ def _course(impact: Impact) -> Iterator[Flag]:
         yield Flag(name, f"{later:.1f} N after a Phase I peak of {impact.peak_force:.1f} N")
     elif impact.bounces and later > 0.8 * impact.peak_force:
         yield Flag(Quality.DOUBLE_HIT, f"{later:.1f} N after a Phase I peak of {impact.peak_force:.1f} N")
+    after, force = impact.curve()
+    following = force[np.searchsorted(after, impact.peak_time - impact.onset) + 1 :]
+    if impact.recorded_time < TRANSIENT_TIME and not (following < 0.88 * impact.raw_peak_force).any():
+        yield Flag(Quality.CUT_OFF, f"the recording ends while {impact.end_force:.1f} N act, before the peak is over")
     if impact.recorded_time < TRANSIENT_TIME:
         yield Flag(Quality.TOO_SHORT, f"recorded for {impact.recorded_time:.3f} s after onset, expected 0.7 s")
 
@@ -125,21 +182,27 @@ def _ringing(impact: Impact) -> Iterator[Flag]:
         yield Flag(Quality.RINGING, f"the largest sample of Phase I is {excess:.1f} N above the peak without noise")
 
 
-def _braking(impact: Impact, before: FloatArray) -> Iterator[Flag]:
-    if before.size and impact.contact.baseline_samples:
-        largest = float(before.max())
-        if largest > max(2.0 * impact.contact.floor, 0.05 * impact.peak_force):
-            yield Flag(Quality.BRAKING_TRANSIENT, f"{largest:.1f} N before contact")
+def _braking(impact: Impact) -> Iterator[Flag]:
+    least = max(2.0 * impact.contact.floor, 0.05 * impact.peak_force)
+    if impact.contact.baseline_samples and impact.force_before > least:
+        yield Flag(Quality.BRAKING_TRANSIENT, f"{impact.force_before:.1f} N before contact")
 
 
 def _gap(impact: Impact) -> Iterator[Flag]:
-    time = impact.recording.time
+    time, force = impact.recording.time, impact.contact.force
     first, last = np.searchsorted(time, [impact.onset, impact.phase1_end])
-    steps = np.diff(time[max(first - 1, 0) : last + 1])
+    span = slice(max(int(first) - 1, 0), int(last) + 1)
+    steps = np.diff(time[span])
     longest = float(steps.max()) if steps.size else 0.0
-    phase = impact.phase1_end - impact.onset
-    if longest > phase / 8 and longest > 5.0 / impact.recording.sampling_rate:
+    usual = 1 / impact.recording.sampling_rate
+    high = force[span] > 0.5 * impact.raw_peak_force
+    at_top = steps[high[1:] | high[:-1]]
+    if longest > (impact.phase1_end - impact.onset) / 8 and longest > 5.0 * usual:
         yield Flag(Quality.GAP, f"no sample for {longest:.4f} s of Phase I")
+    elif at_top.size and at_top.max() > 2.5 * usual and at_top.max() > impact.phase1_width / 8:
+        yield Flag(Quality.GAP, f"no sample for {at_top.max():.4f} s at the top of Phase I")
+    elif impact.gap:
+        yield Flag(Quality.GAP, f"no sample for {impact.gap:.4f} s after Phase I")
 
 
 def _calibration(recording: Recording) -> Iterator[Flag]:

@@ -172,6 +172,14 @@ def margins(bound: Bound, force_map: ForceMap) -> FloatArray:
     return np.asarray(bound.upper(force_map, *points) / force_map.predict(*points) - 1)
 
 
+def tolerance_nodes(bound: ToleranceBound, force_map: ForceMap) -> tuple[FloatArray, FloatArray, float]:
+    """Nodes of sqrt(l), sqrt(l) t'(l) there, and its slope beyond the last: `upper` is straight between them."""
+    freedom = force_map.require_fit().between_states.degrees_of_freedom
+    table = _tolerance_table(freedom, bound.confidence, bound.content)
+    root = _NODES[:-1] / (1 - _NODES[:-1])
+    return root, table[:-1] * (1 + root), float(table[-1])
+
+
 _NODES = np.linspace(0.0, 1.0, 2049)
 
 

@@ -15,6 +15,8 @@ from forcemap.planning.expectation import Expectation, expected_at, factor_of, s
 from forcemap.planning.places import FloatArray, PlaceRange
 
 _RUNG = 1.5  # how many times faster than what was measured there
+_FIRST_RUNG = 3.0  # before there is a bound: how many times faster than any state so far
+_SAME_PLACE = 0.02  # share of the place range within which measured places count as one
 _SCATTER = 1.1  # what the force of a state may exceed a measured one by, before a bound tells
 
 
@@ -36,7 +38,7 @@ class Ladder(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class OpeningLadder:
-    """Before there is a bound: by the expected force and what was measured nearest.
+    """Before there is a bound: by the expected force and what was measured.
 
     Parameters
     ----------
@@ -70,24 +72,33 @@ class OpeningLadder:
     def upper(self, states: FloatArray) -> FloatArray:
         """What the force is not expected to exceed [N], shape (n,).
 
-        By the expected force and its margin, and not less than the states measured at the nearest place tell: their
-        force and a tenth, and above their speed the expected increase times the factor.
+        At a place that was measured: by what its states tell, their force and a tenth, and above their speed the
+        expected increase times the factor. Elsewhere by the expected force and its margin, or by the worst that any
+        place tells once all corners are measured, and not less than the nearest place tells.
         """
         factor = factor_of(self.expectation)
         expected = self.expected(states)
-        upper = np.array([upper_of(self.expectation, force) for force in expected.tolist()])
+        model = np.array([upper_of(self.expectation, force) for force in expected.tolist()])
         if self.measured is None:
-            return upper
+            return model
         known = self.measured.coordinates
         force = _SCATTER * np.fmax(self.measured.highest, self.measured.at_least)
-        increase = factor * np.maximum(expected[:, None] - self.expected(known)[None, :], 0.0)
-        apart = self.place_range.apart(states, known)
-        nearest = apart <= apart.min(axis=1, keepdims=True) + 1e-3
-        return np.asarray(np.maximum(upper, np.where(nearest, force + increase, np.inf).min(axis=1)))
+        tells = force + factor * np.maximum(expected[:, None] - self.expected(known)[None, :], 0.0)
+        place = (self.place_range.apart(known, known) < _SAME_PLACE).argmax(axis=1)  # the first state of each place
+        first = np.unique(place)
+        told = np.stack([np.where(place == one, tells, np.inf).min(axis=1) for one in first], axis=1)
+        apart = self.place_range.apart(states, known[first])
+        nearest = told[np.arange(len(states)), apart.argmin(axis=1)]
+        corners = np.column_stack([self.place_range.grid(2), np.zeros(4)])
+        if np.all(self.place_range.apart(corners, known).min(axis=1) < _SAME_PLACE):
+            model = np.minimum(model, told.max(axis=1))
+        return np.asarray(np.where(apart.min(axis=1) < _SAME_PLACE, nearest, np.maximum(model, nearest)))
 
     def allows(self, states: FloatArray) -> NDArray[np.bool_]:
         """Which states may be measured, shape (n,)."""
         slow = (self.expected(states) <= self.limit) | (states[:, 2] <= self.slowest)
+        if self.measured is not None:
+            slow &= states[:, 2] <= _FIRST_RUNG * self.measured.speed.max() + 1e-9
         return np.asarray(slow & (self.upper(states) <= self.highest))
 
 

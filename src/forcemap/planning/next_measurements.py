@@ -2,35 +2,43 @@
 
 from __future__ import annotations
 
-import contextlib
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 
 import numpy as np
+from numpy.typing import NDArray
 
 from forcemap.campaigns.conditions import Conditions
-from forcemap.campaigns.dataset import ImpactDataset, States
+from forcemap.campaigns.dataset import ImpactDataset
 from forcemap.campaigns.plan import MeasurementPlan
 from forcemap.campaigns.state import StateTolerance
-from forcemap.errors import BoundNotAvailable, FitError, InputError
+from forcemap.errors import BoundNotAvailable, FitError
 from forcemap.limits.force_limits import Contact, ForceLimit
 from forcemap.maps.bounds import ToleranceBound
+from forcemap.maps.exceedance import first_exceedance
 from forcemap.maps.fit import fit_force_map
 from forcemap.maps.force_map import ForceMap
 from forcemap.maps.forms import CFM_3D, Form
-from forcemap.planning.expectation import Expectation, StandardExpectation
+from forcemap.planning.expectation import Expectation
 from forcemap.planning.ladder import BoundLadder, Ladder, OpeningLadder
 from forcemap.planning.outlook import Outlook
 from forcemap.planning.places import FloatArray, PlaceRange
 from forcemap.planning.runs import runs_of
 from forcemap.planning.search import Search
+from forcemap.planning.sequence_inputs import (
+    check_budget,
+    expectation_of,
+    highest_force,
+    newtons_of,
+    phase_two_refusal,
+    speeds_between,
+)
 from forcemap.speeds import safe_speed
 
 _PLACES = 9  # along each axis, at which confirmed speeds are counted
 _CANDIDATE_PLACES = 5  # along each axis
-_SPEED_STEP = 0.02  # [m/s]
 _AIM = 0.93  # of the limit: where the bound reaches it, the prediction lies about this far below
 _AHEAD = 3  # batches for which the gain is foreseen at most
 
@@ -65,6 +73,8 @@ class NextMeasurements:
     speed, expected_speed : float
         Mean over all places of the confirmed speed, 0 where there is none [m/s]: now, and expected after these runs;
         NaN where no bound can be had.
+    simulated : bool
+        True if the impacts so far are simulated.
     """
 
     plan: MeasurementPlan | None
@@ -76,6 +86,7 @@ class NextMeasurements:
     speed: float
     expected_confirmed: int
     expected_speed: float
+    simulated: bool = False
 
 
 def next_measurements(
@@ -155,48 +166,48 @@ def next_measurements(
     >>> cell = Conditions(device=Device(range=500.0, error=3.0), moving_mass=30.0)
     >>> found = next_measurements(cell, 140.0, distances=(0.52, 0.89), heights=(0.14, 0.46))
     >>> found.plan.states
-    ('d890-h140-v50', 'd890-h460-v50', 'd520-h140-v50', 'd520-h460-v50')
+    ('d890-h140-v50', 'd890-h460-v50', 'd705-h300-v50', 'd520-h140-v50')
     """
     dataset = measured if isinstance(measured, ImpactDataset) and len(measured.train) else None
     known = dataset.train.states if dataset is not None else None
     conditions = measured.conditions if isinstance(measured, ImpactDataset) else measured
-    newtons = _newtons(limit, contact)
-    slowest, fastest = _checked(speeds, batch, states, repeats, least_gain)
-    highest = _highest(conditions, dataset, largest_force, newtons)
+    newtons = newtons_of(limit, contact)
+    slowest, fastest = check_budget(speeds, batch, states, repeats, least_gain)
+    highest = highest_force(conditions, dataset, largest_force, newtons)
     place_range = PlaceRange.of(distances, heights, known)
     tolerance = StateTolerance.stated(conditions.place_tolerance, conditions.speed_tolerance)
     search = Search(place_range, form, dataset.tolerance if dataset is not None else tolerance, seed)
-    candidates = place_range.states(_CANDIDATE_PLACES, _speeds(slowest, fastest))
+    candidates = place_range.states(_CANDIDATE_PLACES, speeds_between(slowest, fastest))
     left = states - (len(known) if known is not None else 0)
     force_map = _map_with_bound(dataset, form, bound)
     targets = place_range.grid(_PLACES)
     now = _Now.of(force_map, targets, newtons, bound)
 
-    if refusal := _refusal(dataset, limit, contact):
+    if refusal := phase_two_refusal(dataset, limit, contact):
         return now.stop(Stop.LIMIT_NOT_USABLE, f"Phase II forbids this limit: {refusal}")
     if left <= 0:
         return now.stop(Stop.BUDGET, f"the campaign has the {states} states of its budget")
     ladder: Ladder
     if force_map is None or known is None:
         ladder = OpeningLadder(
-            _expectation(expected_force, conditions), highest, newtons, slowest, known, place_range
+            expectation_of(expected_force, conditions), highest, newtons, slowest, known, place_range
         )
         candidates = candidates[ladder.allows(candidates)]
         chosen = search.opening(candidates, known, min(batch, left), left)
         if not len(chosen):
             return now.stop(Stop.OUT_OF_REACH, f"no state is left that is expected to stay within {highest:g} N")
-        after = now.unknown()
+        expected = (0, math.nan)
         reason = "opening: the states measured so far are too few for a bound"
     else:
         ladder = BoundLadder(force_map, bound, highest, place_range)
-        reach = np.fmin(force_map.crossing_speed(*targets.T, _AIM * newtons), fastest)
-        reach = np.where(np.isnan(reach), fastest, reach)
-        wanted = np.column_stack([targets, reach])[reach >= slowest]
-        if not len(wanted):
+        reach = _reach(force_map, targets, _AIM * newtons, slowest, fastest)
+        can = ~np.isnan(reach)
+        if not can.any():
             return now.stop(
                 Stop.NOTHING_TO_GAIN, f"{newtons:g} N is expected nowhere to be confirmed at {slowest:g} m/s or more"
             )
-        unconfirmed = wanted[~now.has_speed[reach >= slowest]]
+        wanted = np.column_stack([targets, reach])[can]
+        unconfirmed = wanted[~now.has_speed[can]]
         candidates = candidates[ladder.allows(candidates)]
         planned = search.refining(candidates, known, wanted, unconfirmed, min(left, _AHEAD * batch))
         if not len(planned):
@@ -212,6 +223,7 @@ def next_measurements(
             )
         chosen = search.first(planned, known, wanted, min(batch, left))
         after = outlook.speeds(chosen)
+        expected = (int(np.sum(after > 0)), float(np.mean(after)))
         reason = f"expected to raise the mean confirmed speed by {1000 * float(np.mean(after - before)):.1f} mm/s"
     order = np.lexsort((chosen[:, 1], -chosen[:, 0], chosen[:, 2]))
     chosen = chosen[order]
@@ -223,6 +235,64 @@ def next_measurements(
         places=len(targets),
         confirmed=int(now.has_speed.sum()),
         speed=now.mean,
-        expected_confirmed=int(np.sum(after > 0)),
-        expected_speed=float(np.mean(after)),
+        expected_confirmed=expected[0],
+        expected_speed=expected[1],
+        simulated=now.simulated,
     )
+
+
+@dataclass(frozen=True, eq=False)
+class _Now:
+    """What is confirmed so far, at the places at which speeds are counted."""
+
+    has_speed: NDArray[np.bool_]
+    mean: float
+    simulated: bool = False
+
+    @classmethod
+    def of(cls, force_map: ForceMap | None, places: FloatArray, limit: float, bound: ToleranceBound) -> _Now:
+        """From a map that carries the bound; without one nothing is confirmed."""
+        if force_map is None:
+            return cls(np.zeros(len(places), dtype=np.bool_), math.nan)
+        found = safe_speed(force_map, *places.T, limit=limit, bound=bound)
+        speed = np.nan_to_num(found.speed)
+        return cls(~np.isnan(found.speed), float(speed.mean()), force_map.simulated)
+
+    def stop(self, why: Stop, reason: str) -> NextMeasurements:
+        """The answer that nothing more is to be measured."""
+        confirmed = int(self.has_speed.sum())
+        return NextMeasurements(
+            plan=None,
+            stop=why,
+            reason=reason,
+            upper_force=np.empty(0),
+            places=self.has_speed.size,
+            confirmed=confirmed,
+            speed=self.mean,
+            expected_confirmed=confirmed,
+            expected_speed=self.mean,
+            simulated=self.simulated,
+        )
+
+
+def _reach(force_map: ForceMap, places: FloatArray, force: float, slowest: float, fastest: float) -> FloatArray:
+    """Speed up to which the prediction stays within a force, shape (n,); NaN where it exceeds it at the slowest."""
+
+    def log_force(place: NDArray[np.int64], speed: FloatArray) -> FloatArray:
+        at = places[place]
+        return np.asarray(np.log(np.clip(force_map.predict(at[:, :1], at[:, 1:], speed), 1e-300, 1e300)))
+
+    ends = np.full(len(places), slowest), np.full(len(places), fastest)
+    return first_exceedance(log_force, *ends, np.full(len(places), math.log(force)))[0]
+
+
+def _map_with_bound(dataset: ImpactDataset | None, form: Form, bound: ToleranceBound) -> ForceMap | None:
+    """The map of what was measured; None where it or its bound cannot be had yet."""
+    if dataset is None:
+        return None
+    try:
+        force_map = fit_force_map(dataset, form=form)
+        bound.require(force_map)
+    except (FitError, BoundNotAvailable):
+        return None
+    return force_map

@@ -11,15 +11,12 @@ from numpy.typing import ArrayLike, NDArray
 from forcemap.campaigns.state import StateTolerance
 from forcemap.errors import InputError, RankDeficient, TooFewStates
 from forcemap.maps.forms import CFM_3D, Form
+from forcemap.planning.bound_width import STATE_SD, mean_width
+from forcemap.planning.exchange import Apart, Exchange, whitening
 
 FloatArray = NDArray[np.float64]
 
-STATE_SD = 0.025
-"""State effect that widths are stated for where none was measured: the paper's robots show 2.1 to 3.3 %."""
-
 _STARTS = 8  # random designs the exchange starts from
-_SWEEPS = 30  # over all states of a design; ten settle nearly every one
-_RIDGE = 1e-6  # share of the information of the mean state that keeps a start with too few states invertible
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,12 +131,12 @@ def optimal_states(
         raise TooFewStates(f"found {n + len(known)} states, expected at least {p}, one for each coefficient")
 
     every = np.vstack([points, known])
-    scale = _whitening(form.design(*every.T))
+    scale = whitening(form.design(*every.T))
     x, x_known = form.design(*points.T) @ scale, form.design(*known.T) @ scale
     x_region = form.design(*wanted.T) @ scale
     moment = (x_region * (weight / weight.sum())[:, None]).T @ x_region
-    apart = _Apart(points, known, tolerance)
-    search = _Exchange(x, x_known.T @ x_known, moment, apart, must, int(n))
+    apart = Apart(points, known, tolerance)
+    search = Exchange(x, x_known.T @ x_known, moment, apart, must, int(n))
     rng = np.random.default_rng(seed)
     best = min((search.from_start(rng) for _ in range(_STARTS)), key=lambda found: (found[0], found[1].tolist()))
     value, index = best
@@ -149,73 +146,8 @@ def optimal_states(
     inverse = np.linalg.inv(chosen.T @ chosen)
     leverage = np.einsum("ij,jk,ik->i", x_region, inverse, x_region)
     freedom = n + len(known) - p
-    width = _mean_width(leverage, weight, freedom, state_sd) if freedom > 0 else math.nan
+    width = mean_width(leverage, weight, freedom, state_sd) if freedom > 0 else math.nan
     return DesignedStates(index, points[index], value, width, state_sd)
-
-
-class _Apart:
-    """Which candidates are repeats of others, or of the fixed states."""
-
-    def __init__(self, points: FloatArray, known: FloatArray, tolerance: StateTolerance) -> None:
-        self._scaled = points / tolerance.scale
-        self.free = np.ones(len(points), dtype=np.bool_)
-        for state in known / tolerance.scale:
-            self.free &= np.abs(self._scaled - state).max(axis=1) > 1
-
-    def near(self, index: int) -> NDArray[np.bool_]:
-        """Candidates that are repeats of one, itself included."""
-        return np.asarray(np.abs(self._scaled - self._scaled[index]).max(axis=1) <= 1)
-
-
-class _Exchange:
-    """The search; rows of x are whitened, so that sums of squares are of one size."""
-
-    def __init__(
-        self, x: FloatArray, known: FloatArray, moment: FloatArray, apart: _Apart, must: NDArray[np.int64], n: int
-    ) -> None:
-        self._x, self._known, self._moment, self._apart, self._must, self._n = x, known, moment, apart, must, n
-
-    def from_start(self, rng: np.random.Generator) -> tuple[float, NDArray[np.int64]]:
-        """The criterion and the design that the exchange reaches from a random one; infinite if there is none."""
-        x, free = self._x, self._apart.free.copy()
-        for one in self._must:
-            free &= ~self._apart.near(one)
-        chosen = self._must.tolist()
-        while len(chosen) < self._n:
-            left = np.flatnonzero(free)
-            if not left.size:
-                return math.inf, np.array(chosen)
-            chosen.append(int(rng.choice(left)))
-            free &= ~self._apart.near(chosen[-1])
-        ridge = _RIDGE * np.eye(x.shape[1])
-        information = self._known + ridge + x[chosen].T @ x[chosen]
-        for _ in range(_SWEEPS):
-            changed = False
-            for i in range(self._must.size, self._n):
-                rest = information - np.outer(x[chosen[i]], x[chosen[i]])
-                best = self._best(rest, chosen[:i] + chosen[i + 1 :], chosen[i])
-                if best != chosen[i]:
-                    chosen[i], changed = best, True
-                    information = rest + np.outer(x[best], x[best])
-            if not changed:
-                break
-        index = np.sort(np.array(chosen, dtype=np.int64))
-        information = self._known + x[index].T @ x[index]
-        if np.linalg.cond(information) > 1e12:
-            return math.inf, index
-        return float(np.trace(np.linalg.solve(information, self._moment))), index
-
-    def _best(self, rest: FloatArray, others: list[int], current: int) -> int:
-        """The candidate that lowers the criterion most, given the information of the other states."""
-        inverse = np.linalg.inv(rest)
-        both = self._x @ np.hstack([inverse @ self._moment @ inverse, inverse])
-        p = self._x.shape[1]
-        lower = (both[:, :p] * self._x).sum(axis=1) / (1 + (both[:, p:] * self._x).sum(axis=1))
-        lower[~self._apart.free] = -math.inf
-        for other in others:
-            lower[self._apart.near(other)] = -math.inf
-        best = int(lower.argmax())
-        return best if lower[best] > lower[current] * (1 + 1e-9) else current
 
 
 def _states(name: str, values: ArrayLike) -> FloatArray:
@@ -227,25 +159,12 @@ def _states(name: str, values: ArrayLike) -> FloatArray:
     return states
 
 
-def _whitening(design: FloatArray) -> FloatArray:
-    """R^-1 sqrt(m) of the design = QR: afterwards the mean of x x' is the unit matrix."""
-    length = np.linalg.norm(design, axis=0)
-    length[length == 0] = 1.0
-    q_r = np.linalg.qr(design / length, mode="r")
-    if len(q_r) < design.shape[1] or np.linalg.cond(q_r) > 1e8:
-        raise RankDeficient(
-            f"found candidates that do not tell the {design.shape[1]} terms of the form apart; "
-            "offer more distances, heights or speeds, or choose a form with fewer terms"
-        )
-    return np.asarray(np.linalg.inv(q_r) / length[:, None] * math.sqrt(len(design)))
-
-
 def most_useful(states: FloatArray, count: int, *, form: Form, region: FloatArray, fixed: FloatArray) -> list[int]:
     """Numbers of the states, shape (n, 3), that lower the mean variance over the region most, one after the other.
 
     The fixed states must determine the form by themselves.
     """
-    scale = _whitening(form.design(*np.vstack([states, fixed]).T))
+    scale = whitening(form.design(*np.vstack([states, fixed]).T))
     x, known, wanted = (form.design(*each.T) @ scale for each in (states, fixed, region))
     information, moment = known.T @ known, wanted.T @ wanted
     chosen: list[int] = []
@@ -256,37 +175,3 @@ def most_useful(states: FloatArray, count: int, *, form: Form, region: FloatArra
         chosen.append(int(lower.argmax()))
         information = information + np.outer(x[chosen[-1]], x[chosen[-1]])
     return chosen
-
-
-def expected_width(states: FloatArray, *, form: Form, region: FloatArray, state_sd: float = STATE_SD) -> float:
-    """Mean over a region, shape (k, 3), of the tolerance bound above the prediction, as a share of it.
-
-    For a campaign of the states, shape (n, 3); infinite where they do not determine the form and its scatter.
-    """
-    freedom = len(states) - len(form.terms)
-    if freedom < 1:
-        return math.inf
-    try:
-        scale = _whitening(form.design(*states.T))
-    except RankDeficient:
-        return math.inf
-    x = form.design(*region.T) @ scale
-    return _mean_width(np.square(x).sum(axis=1) / len(states), np.ones(len(x)), freedom, state_sd)
-
-
-def tolerance_factor(
-    leverage: FloatArray, freedom: float, *, confidence: float = 0.95, content: float = 0.95
-) -> FloatArray:
-    """sqrt(l) t' of the tolerance bound, shape (n,), read off a coarse table; for planning only."""
-    from scipy.special import nctdtrit, ndtri
-
-    root = np.sqrt(leverage)
-    nodes = np.geomspace(max(float(root.min()), 1e-3), max(float(root.max()), 2e-3), 60)
-    factors = nodes * nctdtrit(freedom, ndtri(content) / nodes, confidence)
-    known = ~np.isnan(factors)
-    return np.asarray(np.interp(root, nodes[known], factors[known]))
-
-
-def _mean_width(leverage: FloatArray, weight: FloatArray, freedom: float, state_sd: float) -> float:
-    share = np.expm1(np.minimum(state_sd * tolerance_factor(leverage, freedom), 50.0))
-    return float(np.average(share, weights=weight))

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from forcemap.maps.bounds import ToleranceBound
 from forcemap.maps.force_map import ForceMap
 from forcemap.maps.measured_range import MeasuredRange
-from forcemap.planning.optimal_states import tolerance_factor
+from forcemap.planning.bound_width import tolerance_factor
 from forcemap.planning.places import FloatArray
 
 _STEP = 0.0025  # [m/s]

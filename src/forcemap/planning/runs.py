@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -52,8 +53,8 @@ def extend_plan(plan: MeasurementPlan, more: MeasurementPlan) -> MeasurementPlan
     for name in more.states:
         if name.lower() in taken:
             raise InputError(f"state {name} is planned already; measure it, or take its rows out of the plan")
-    joined = {name: np.concatenate([getattr(plan, name), getattr(more, name)]) for name in _ARRAYS}
-    return replace(more, **joined, left_out=(*plan.left_out, *more.left_out))
+    joined: dict[str, Any] = {name: np.concatenate([getattr(plan, name), getattr(more, name)]) for name in _ARRAYS}
+    return replace(more, **joined)
 
 
 def _thousandths(value: float) -> str:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from forcemap.errors import RecordingError
 from forcemap.recordings.column_map import ColumnMap
-from forcemap.recordings.units import ForceUnit, TimeUnit, force_unit_in, time_unit_in
+from forcemap.recordings.units import ForceUnit, TimeUnit, force_unit_in, other_unit_in, time_unit_in
 
 
 @dataclass(frozen=True)
@@ -83,6 +83,17 @@ def refuse_other_units(columns: ColumnMap, selection: Selection, names: Sequence
         refuse_unit(names[selection.time], time_unit_in(names[selection.time]), columns.time_unit, "time_unit")
     for column in (one for group in selection.forces for one in group if one < len(names)):
         refuse_unit(names[column], force_unit_in(names[column]), columns.force_unit, "force_unit")
+        refuse_other_unit(names[column], names[column], columns.force_unit)
+
+
+def refuse_other_unit(column: str, text: str, stated: ForceUnit) -> None:
+    """Refuse a unit of force that forcemap does not know, unless the column map counts the readings."""
+    unit = other_unit_in(text)
+    if unit is not None and stated is not ForceUnit.COUNTS:
+        raise RecordingError(
+            f"the file says {unit!r}, expected N or kN; convert, or state force_unit = 'counts' with newtons_per_count",
+            column=column,
+        )
 
 
 def refuse_unit(name: str, found: TimeUnit | ForceUnit | None, stated: TimeUnit | ForceUnit, entry: str) -> None:

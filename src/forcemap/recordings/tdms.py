@@ -17,7 +17,7 @@ from forcemap.recordings.column_map import ALL_COLUMNS, ColumnMap
 from forcemap.recordings.device import Device
 from forcemap.recordings.recording import Recording
 from forcemap.recordings.sampling import check_sampling, in_newtons, in_seconds
-from forcemap.recordings.selection import listed, missing_column, position, refuse_unit
+from forcemap.recordings.selection import listed, missing_column, position, refuse_other_unit, refuse_unit
 from forcemap.recordings.units import force_unit_in, time_unit_in
 
 if TYPE_CHECKING:
@@ -144,6 +144,7 @@ def _numbers(name: str, channel: TdmsChannel, size: int) -> FloatArray:
 def _force(name: str, channel: TdmsChannel, size: int, columns: ColumnMap) -> FloatArray:
     unit = str(channel.properties.get("unit_string", ""))
     refuse_unit(name, force_unit_in(unit) or force_unit_in(name), columns.force_unit, "force_unit")
+    refuse_other_unit(name, unit or name, columns.force_unit)
     values = _numbers(name, channel, size)
     return in_newtons(values, columns, range(1, len(values) + 1), name)
 

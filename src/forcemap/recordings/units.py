@@ -32,6 +32,10 @@ _TIME_UNITS, _FORCE_UNITS = r"(s|sec|ms|us|[µμ]s)", r"(N|kN)"
 _STATED = r"(?:.*(?:_|\[|\(|/|\sin\s))?\s*{unit}\s*[\])]?\s*"
 _STATED_TIME = re.compile(_STATED.format(unit=_TIME_UNITS))
 _STATED_FORCE = re.compile(_STATED.format(unit=_FORCE_UNITS))
+_ANY_UNIT = re.compile(r".*?(?:[\[(]\s*([^\[\]()]+?)\s*[\])]|\s/\s*(\S+))\s*")
+_FORCES = "lbf lb lbs kgf kp kg g gf ozf dan dn mn kn t"
+_NO_FORCES = "pa kpa mpa bar psi n/cm2 n/cm^2 n/cm² n/mm2 n/mm² nm v mv %"
+_OTHER_UNITS = frozenset([*_FORCES.split(" "), *_NO_FORCES.split(" ")])
 # nothing but the quantity and its unit
 _PLAIN = r"(?i:{words})\s*(?:_|\[|\(|/)\s*{unit}\s*[\])]?"
 _PLAIN_TIME = re.compile(_PLAIN.format(words="t|time|zeit", unit=_TIME_UNITS))
@@ -56,6 +60,17 @@ def force_unit_in(name: str) -> ForceUnit | None:
     """
     found = _STATED_FORCE.fullmatch(name)
     return ForceUnit(found[1]) if found else None
+
+
+def other_unit_in(name: str) -> str | None:
+    """The unit that a column's name ends with, if it is one that forcemap does not read as a force.
+
+    >>> other_unit_in("Force [lbf]"), other_unit_in("Force [N]")
+    ('lbf', None)
+    """
+    found = _ANY_UNIT.fullmatch(name)
+    unit = (found[1] or found[2]).strip() if found else name.strip()
+    return unit if unit.casefold() in _OTHER_UNITS and unit not in ("N", "kN") else None
 
 
 def names_plain_time(name: str) -> bool:

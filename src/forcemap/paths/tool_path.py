@@ -1,0 +1,120 @@
+"""A path of the contact point, straight between its points, in the frame of the base."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from forcemap.errors import InputError
+from forcemap.zones import Segments
+
+FloatArray = NDArray[np.float64]
+
+_FARTHEST = 10.0  # [m]; no arm reaches further, so the figure is in another unit
+_STANDING = 1e-6  # [m]; points this close are one place
+
+
+@dataclass(frozen=True, eq=False)
+class ToolPath:
+    """Points of the contact point; pieces run straight from each point to the next.
+
+    Parameters
+    ----------
+    points : array, shape (n + 1, 3)
+        Positions x, y, z in the frame of the base [m].
+    names : tuple of str
+        Name of the segment of the task that each piece belongs to, one for each of n pieces.
+    time : array, shape (n + 1,) or None
+        When the program is at each point [s]; None for an untimed path.
+    source : str
+        Where the path comes from.
+
+    Raises
+    ------
+    InputError
+        Fewer than two points, a point twice in a row, a figure that is not finite or not in metres, or times that do
+        not rise.
+    """
+
+    points: FloatArray
+    names: tuple[str, ...]
+    time: FloatArray | None = None
+    source: str = ""
+
+    def __post_init__(self) -> None:
+        if self.points.ndim != 2 or self.points.shape[1] != 3 or len(self.points) < 2:
+            raise InputError("path: expected at least two points of three coordinates")
+        if not np.isfinite(self.points).all():
+            raise InputError("path: found a position that is not a finite number, expected metres")
+        if np.abs(self.points).max() > _FARTHEST:
+            raise InputError(
+                f"path: found a coordinate of {np.abs(self.points).max():g} m, expected at most {_FARTHEST:g} m; "
+                "positions are in metres, not millimetres"
+            )
+        if np.any(self.lengths < _STANDING):
+            at = int(np.argmax(self.lengths < _STANDING))
+            raise InputError(f"path: points {at + 1} and {at + 2} are the same place; a piece without length has no speed")
+        if len(self.names) != len(self.points) - 1:
+            raise InputError("path: expected one segment name for each piece")
+        if self.time is not None and not (np.isfinite(self.time).all() and np.all(np.diff(self.time) > 0)):
+            raise InputError("path: expected times that are finite and rise from point to point")
+
+    @classmethod
+    def through(cls, points: ArrayLike, *, name: str = "path", time: ArrayLike | None = None) -> Self:
+        """A path through points, shape (n + 1, 3) [m], all of one segment."""
+        array = np.asarray(points, dtype=np.float64)
+        times = None if time is None else np.asarray(time, dtype=np.float64)
+        return cls(array, (name,) * max(len(array) - 1, 0), times)
+
+    def __len__(self) -> int:
+        return len(self.points) - 1
+
+    @property
+    def lengths(self) -> FloatArray:
+        """Length of each piece [m], shape (n,)."""
+        return np.asarray(np.linalg.norm(np.diff(self.points, axis=0), axis=1))
+
+    @property
+    def directions(self) -> FloatArray:
+        """Unit vector of motion on each piece, shape (n, 3)."""
+        return np.asarray(np.diff(self.points, axis=0) / self.lengths[:, None])
+
+    @property
+    def pieces(self) -> Segments:
+        """The pieces as segments."""
+        return Segments(self.points[:-1], self.points[1:])
+
+    @property
+    def speeds(self) -> FloatArray | None:
+        """Programmed speed on each piece [m/s], shape (n,); None for an untimed path."""
+        return None if self.time is None else np.asarray(self.lengths / np.diff(self.time))
+
+    def resampled(self, step: float) -> ToolPath:
+        """The same path in pieces not longer than `step` [m] along the arc; every point of the path is kept.
+
+        Raises
+        ------
+        InputError
+            A step that is not positive and finite, or that makes more than a million pieces.
+        """
+        if not 0 < step < np.inf:
+            raise InputError(f"step: found {step:g} m, expected a positive finite number")
+        counts = np.maximum(1, np.ceil(self.lengths / step - 1e-9))
+        if counts.sum() > 1e6:
+            raise InputError(f"step: found {step:g} m, expected one that makes at most a million pieces")
+        piece = np.repeat(np.arange(len(self)), counts.astype(np.int64))
+        first = np.concatenate([[0], np.cumsum(counts)[:-1]])
+        share = ((np.arange(piece.size) - first[piece]) / counts[piece])[:, None]
+        points = np.vstack([self.points[piece] * (1 - share) + self.points[piece + 1] * share, self.points[-1:]])
+        time = None
+        if self.time is not None:
+            inner = self.time[piece] * (1 - share[:, 0]) + self.time[piece + 1] * share[:, 0]
+            time = np.append(inner, self.time[-1])
+        return ToolPath(points, tuple(self.names[i] for i in piece), time, self.source)
+
+    def moved(self, offset: ArrayLike) -> ToolPath:
+        """The path shifted by an offset, shape (3,) [m]."""
+        return replace(self, points=self.points + np.asarray(offset, dtype=np.float64))

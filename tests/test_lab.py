@@ -1,0 +1,258 @@
+"""The virtual lab: presets against the published maps, the model against MuJoCo, devices, campaigns, refusals."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+import time
+from itertools import product
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import forcemap as fm
+from forcemap.cli.app import run
+from forcemap.lab.bench import SimulatedScenario, simulate_impacts, simulate_peaks
+from forcemap.lab.contact import Contact
+from forcemap.lab.reaction import Reaction, ReactionKind
+from forcemap.lab.simulated_campaign import simulate_campaign
+from forcemap.lab.simulated_device import PAPER_DEVICE, SimulatedDevice
+from forcemap.lab.virtual_robot import PRESETS, virtual_robot
+from mujoco_scene import device_force
+
+MAPS = dict(zip(PRESETS, fm.PUBLISHED_MAPS, strict=True))
+FACTS = Path(fm.__file__).parent / "maps" / "published" / "published_maps.json"
+
+
+def grid(preset):
+    """Distances, heights and speeds of the 125 states of the preset's map, each of shape (5, 5, 5)."""
+    figures = json.loads(FACTS.read_text())["maps"][MAPS[preset]]
+    return np.meshgrid(figures["distances_m"], figures["heights_m"], figures["speeds_mps"], indexing="ij")
+
+
+@pytest.fixture(scope="module")
+def impacts():
+    """One second of the impacts at all 125 states, by preset, and how long that took [s]."""
+    found = {}
+    for preset in PRESETS:
+        robot = virtual_robot(preset)
+        begin = time.process_time()
+        simulated = simulate_impacts(robot, *grid(preset))
+        found[preset] = simulated, time.process_time() - begin
+    return found
+
+
+@pytest.mark.parametrize("preset", PRESETS)
+class TestPresets:
+    def test_peaks_are_near_the_published_map(self, preset, impacts):
+        simulated, _ = impacts[preset]
+        published = fm.published_map(MAPS[preset]).predict(simulated.distance, simulated.height, simulated.speed)
+        ratio = simulated.peak_force / published
+        assert 0.85 < ratio.min() <= ratio.max() < 1.15
+        assert ratio.std() <= 0.06
+
+    def test_trends_have_the_right_sign_at_every_state(self, preset, impacts):
+        peaks = impacts[preset][0].peak_force.reshape(5, 5, 5)
+        assert (np.diff(peaks, axis=0) < 0).all()
+        assert (np.diff(peaks, axis=1) < 0).all()
+        assert (np.diff(peaks, axis=2) > 0).all()
+
+    def test_what_follows_the_peak(self, preset, impacts):
+        simulated, _ = impacts[preset]
+        if preset == "ur10e-like":
+            assert not simulated.force[simulated.time > 0.2].any()
+            assert set(simulated.scenario) == {SimulatedScenario.UNCONSTRAINED}
+        else:
+            assert 100 < simulated.held_force.min() <= simulated.held_force.max() < 160
+            assert 100 < simulated.force[-1].min() <= simulated.force[-1].max() < 160
+            assert set(simulated.scenario) == {SimulatedScenario.WITH_CLAMPING}
+        assert (simulated.force.max(axis=0) == simulated.peak_force).all()
+
+    def test_half_the_step_changes_little(self, preset, impacts):
+        finer = simulate_peaks(virtual_robot(preset), *grid(preset), step=1e-4)
+        np.testing.assert_allclose(impacts[preset][0].peak_force, finer, rtol=0.005)
+
+    def test_in_time(self, preset, impacts):
+        begin = time.process_time()
+        peaks = simulate_peaks(virtual_robot(preset), *grid(preset))
+        assert time.process_time() - begin < 1.0
+        assert impacts[preset][1] < 5.0
+        np.testing.assert_array_equal(peaks, impacts[preset][0].peak_force)
+
+
+def test_the_threshold_alone_lowers_the_mean_peak(impacts):
+    high, low = (virtual_robot(f"iiwa7-like-{limit}nm") for limit in (30, 10))
+    assert high.with_threshold(10.0).reaction == low.reaction
+    for name in ("servo", "pad_stiffness", "pad_damping", "contact_radius", "tool_direction"):
+        assert getattr(high, name) == getattr(low, name)
+    peaks = [impacts[each.name][0].peak_force.mean() for each in (high, low)]
+    assert 0.94 < peaks[1] / peaks[0] < 0.99
+
+
+@pytest.mark.parametrize(
+    ("preset", "place", "speed"),
+    [
+        *product(["ur10e-like"], [(0.55, 0.15), (0.7, 0.3), (0.88, 0.45)], [0.2, 0.4]),
+        *product(["iiwa7-like-30nm"], [(0.57, 0.15), (0.71, 0.3), (0.85, 0.45)], [0.2, 0.4]),
+    ],
+)
+def test_mujoco_agrees(preset, place, speed):
+    """The whole arm in motion, not frozen at contact, with contact and springs that are MuJoCo's own."""
+    robot = virtual_robot(preset)
+    ours = simulate_impacts(robot, *place, speed, duration=0.15)
+    at = fm.places_in_plane(place[0], place[1] + robot.contact_radius)
+    posture = fm.inverse_kinematics(robot.robot, at, tool_direction=robot.tool_direction).positions
+    theirs = device_force(robot, posture, speed, 0.15)
+    assert ours.force.max() == pytest.approx(theirs.max(), rel=0.08)
+    course = np.interp(ours.time, 5e-5 * np.arange(theirs.size), theirs)
+    assert np.abs(course - ours.force[:, 0]).max() < 0.08 * theirs.max()
+
+
+class TestWhatIf:
+    def test_a_payload_raises_and_a_cover_lowers_the_peak_of_fast_impacts(self):
+        robot = virtual_robot("ur10e-like")
+        states = (0.7, 0.3, [0.2, 0.3, 0.4])
+        plain = simulate_peaks(robot, *states)
+        loaded, covered = robot.with_payload(5.0), robot.with_cover(20_000.0)
+        assert (simulate_peaks(loaded, *states) > 1.01 * plain).all()
+        softened = simulate_peaks(covered, *states) / plain
+        assert (np.diff(softened) < 0).all()  # the slow ones push until the reaction, cover or not
+        assert softened[-1] < 0.85
+        assert loaded.changes == ("payload 5 kg",)
+        assert loaded.robot.load == 5.0
+        assert covered.with_threshold(20.0).changes == ("cover of 20 N/mm", "collision threshold 20 N m")
+
+    def test_a_mass_on_a_spring(self):
+        """A pad far stiffer than the device, hardly any servo: F = v sqrt(k m)."""
+        robot = virtual_robot("ur10e-like")
+        late = dataclasses.replace(robot.reaction, threshold=1e6)
+        loose = dataclasses.replace(robot.servo, frequency=0.01)
+        free = dataclasses.replace(robot, servo=loose, reaction=late, pad_stiffness=1e8, pad_damping=1.0)
+        mass = fm.robot_effective_mass_at(robot.robot, 0.7, 0.3).value
+        expected = 0.3 * math.sqrt(75_000 * mass)
+        assert simulate_peaks(free, 0.7, 0.3, 0.3)[0] == pytest.approx(expected, rel=0.005)
+
+
+class TestDevice:
+    def test_readings_saturate_and_stay_within_the_error(self):
+        device = SimulatedDevice(
+            device=dataclasses.replace(PAPER_DEVICE, range=300.0), noise=0.0, offset=0.0, drift=0.0
+        )
+        rng = np.random.default_rng(3)
+        course = np.full((5001, 200), 200.0)
+        course[:, 100:] = 350.0
+        scales = [device.scale(rng) for _ in range(200)]
+        assert 0 < max(abs(scale - 1) for scale in scales) <= 0.005
+        read = device.readings(course, 2e-4, scales[0], rng)
+        assert read.shape == (900, 200)
+        assert read[-1, 100:].max() == 300.0
+        assert np.abs(read[-1, :100] - 200.0).max() <= 3.0
+
+    @pytest.mark.parametrize("change", [{"noise": -1.0}, {"sampling_rate": 0.0}, {"device": fm.Device(range=500.0)}])
+    def test_figures_outside_their_range_are_refused(self, change):
+        with pytest.raises(fm.InputError):
+            SimulatedDevice(**change)
+
+
+@pytest.fixture
+def plan(tmp_path):
+    (tmp_path / "plan.csv").write_text(
+        "state_id,repeat,distance_m,height_m,speed_mps\na,1,0.6,0.2,0.2\na,2,0.6,0.2,0.2\n"
+    )
+    return fm.read_plan(tmp_path / "plan.csv")
+
+
+def simulate(plan, folder, seed=1, **options):
+    robot = virtual_robot("iiwa7-like-30nm")
+    return simulate_campaign(plan, robot, SimulatedDevice(), np.random.default_rng(seed), folder, **options)
+
+
+class TestCampaign:
+    def test_every_file_is_marked_and_the_seed_repeats_it(self, plan, tmp_path):
+        made, again, other = (simulate(plan, tmp_path / name, seed) for name, seed in (("x", 1), ("y", 1), ("z", 2)))
+        files = sorted(path.relative_to(made.folder) for path in made.folder.rglob("*") if path.is_file())
+        assert [str(file) for file in files] == [
+            "campaign.toml", "plan.csv", "recordings/a-r1.csv", "recordings/a-r2.csv", "truth.csv",
+        ]  # fmt: skip
+        for file in files:
+            text = (made.folder / file).read_text()
+            assert "SIMULATED" in text
+            assert text == (again.folder / file).read_text()
+        assert (made.folder / files[2]).read_text() != (other.folder / files[2]).read_text()
+        campaign = fm.read_campaign(made.folder)
+        assert campaign.conditions.simulated
+        assert campaign.plan.recording.tolist() == list(made.recording)
+        assert fm.build_dataset(campaign).simulated
+
+    def test_the_evaluation_never_reads_the_truth(self, plan, tmp_path):
+        made = simulate(plan, tmp_path / "x")
+        (made.folder / "truth.csv").write_bytes(b"\0 not a table")
+        assert len(fm.build_dataset(fm.read_campaign(made.folder))) == 2
+
+    def test_stated_conditions_stay_but_not_those_of_the_robot(self, plan, tmp_path):
+        given = fm.Conditions(robot="mine", moving_mass=33.0, date="2026-05-30", covers="foam")
+        stated = fm.read_campaign(simulate(plan, tmp_path / "x", conditions=given).folder).conditions
+        assert (stated.robot, stated.moving_mass, stated.date) == ("virtual iiwa7-like-30nm", 33.0, "2026-05-30")
+        assert (stated.covers, stated.device.stiffness) == ("none", 75_000.0)
+        assert "30 Nm" in stated.safety_settings
+
+    def test_measured_recordings_are_never_mixed_with_simulated_ones(self, plan, tmp_path):
+        with pytest.raises(fm.InputError, match="holds files already"):
+            simulate(plan, tmp_path)
+
+    def test_a_place_out_of_reach_is_named(self, plan, tmp_path):
+        far = dataclasses.replace(plan, distance=np.array([0.6, 2.0]))
+        with pytest.raises(fm.InputError, match="d = 2 m"):
+            simulate(far, tmp_path / "x")
+        assert not (tmp_path / "x" / "plan.csv").exists()
+
+
+def test_simulate_command(capsys, plan, tmp_path):
+    def call(*arguments):
+        code = run([str(argument) for argument in arguments])
+        return code, capsys.readouterr().out
+
+    def ask(*arguments):
+        code, out = call(*arguments, "--json")
+        return code, json.loads(out)
+
+    code, found = ask("simulate", tmp_path / "plan.csv", "--preset", "ur10e-like", "--threshold-Nm", 40)
+    assert (code, found["recordings"], found["scenarios"]) == (0, 2, ["unconstrained"])
+    assert found["changes"] == ["collision threshold 40 N m"]
+    assert found["folder"] == str(tmp_path / "plan-ur10e-like")
+    code, out = call("simulate", tmp_path / "plan.csv", "--preset", "ur10e-like", "-o", tmp_path / "b")
+    assert code == 0
+    assert out.startswith("SIMULATED with ur10e-like: not a measurement of any robot")
+    code, found = ask("simulate", tmp_path, "--preset", "ur5")
+    assert (code, found["error"]["kind"]) == (2, "unknown_name")
+
+
+REACTION = {"threshold": 30.0, "torque_filter": 0.002, "delay": 0.01, "time_constant": 0.01}
+
+
+@pytest.mark.parametrize(
+    "refused",
+    [
+        lambda: virtual_robot("ur10e"),
+        lambda: Contact(75_000.0, 0.0, 100.0),
+        lambda: Reaction(kind=ReactionKind.RETREAT, **REACTION),
+        lambda: Reaction(
+            kind=ReactionKind.STOP_AND_HOLD, hold_force=100.0, yielding=1e-4, retreat_time=0.1, **REACTION
+        ),
+        lambda: Reaction(
+            kind=ReactionKind.RETREAT, retreat_speed=0.1, retreat_time=0.1, **REACTION | {"delay": math.nan}
+        ),
+        lambda: virtual_robot("ur10e-like").with_threshold(0.0),
+        lambda: virtual_robot("ur10e-like").with_payload(-1.0),
+        lambda: virtual_robot("ur10e-like").with_cover(0.0),
+        lambda: simulate_peaks(virtual_robot("ur10e-like"), 0.7, 0.3, -0.1),
+        lambda: simulate_peaks(virtual_robot("ur10e-like"), math.nan, 0.3, 0.1),
+        lambda: simulate_impacts(virtual_robot("ur10e-like"), 0.7, 0.3, 0.1, duration=0.0),
+    ],
+    ids=range(11),
+)
+def test_what_cannot_be_simulated_is_refused(refused):
+    with pytest.raises(fm.InputError):
+        refused()

@@ -1,0 +1,162 @@
+"""Forces beside effective mass: figures recomputed by hand, named gaps, refusals, commands."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+from scipy.stats import spearmanr
+
+import forcemap as fm
+from forcemap.cli.app import run
+
+OUT = (1.0, 0.0, 0.0)
+
+
+@pytest.fixture
+def ask(capsys):
+    """Run a command with --json: (exit code, object)."""
+
+    def call(*arguments):
+        code = run([*(str(argument) for argument in arguments), "--json"])
+        return code, json.loads(capsys.readouterr().out)
+
+    return call
+
+
+@pytest.fixture(scope="module")
+def ur10e():
+    return fm.robot_named("ur10e").with_drive_inertia(fm.identified_drive_inertia("ur10e"))
+
+
+def test_figures_are_those_of_the_formula(ur10e):
+    ur_map = fm.published_map("ur10e")
+    found = fm.compare_effective_mass(ur_map, ur10e)
+    assert (found.speed, found.distance.size) == (0.3, 25)
+    force = ur_map.predict(found.distance, found.height, 0.3)
+    np.testing.assert_allclose(found.measured_force, force)
+    np.testing.assert_allclose(found.measured_mass, (force / 0.3) ** 2 / 75_000)
+    alone, driven = found.explanations
+    for each, robot in ((alone, fm.robot_named("ur10e")), (driven, ur10e)):
+        mass = fm.robot_effective_mass_at(robot, found.distance, found.height).value
+        predicted = 0.3 * np.sqrt(75_000 * mass)
+        np.testing.assert_allclose(each.force, predicted)
+        np.testing.assert_allclose(each.ratio, force / predicted)
+        assert each.rank_correlation == pytest.approx(spearmanr(predicted, force).statistic)
+        y, p = np.log(force), np.log(predicted)
+        total = np.sum((y - y.mean()) ** 2)
+        assert each.explained_share == pytest.approx(1 - np.sum((y - p) ** 2) / total)
+        shifted = p + (y - p).mean()
+        assert each.explained_share_scaled == pytest.approx(1 - np.sum((y - shifted) ** 2) / total)
+
+
+def test_what_the_docs_say_of_the_ur10e(ur10e):
+    """Without drives the links say nothing of the place; with them the order is about right, the size is not."""
+    alone, driven = fm.compare_effective_mass(fm.published_map("ur10e"), ur10e).explanations
+    assert abs(alone.explained_share_scaled) < 0.02
+    assert driven.rank_correlation > 0.8
+    assert 0.2 < driven.explained_share_scaled < 0.35
+    assert driven.ratio.min() > 1.1
+    assert driven.ratio_spread > 2
+    statements = fm.compare_effective_mass(fm.published_map("ur10e"), ur10e).statements
+    assert any("does not predict" in line for line in statements)
+    assert any("not included" in line for line in statements)
+
+
+def test_forces_that_follow_effective_mass_are_explained_wholly(ur10e):
+    d, h = (axis.ravel() for axis in np.meshgrid(np.linspace(0.5, 0.9, 4), np.linspace(0.15, 0.45, 4)))
+    force = 0.25 * np.sqrt(75_000 * fm.robot_effective_mass_at(ur10e, d, h).value)
+    impacts = fm.ImpactDataset.from_arrays(distance=d, height=h, speed=np.full(16, 0.25), peak_force=force)
+    found = fm.compare_effective_mass(impacts, ur10e)
+    driven = found.explanations[1]
+    assert driven.explained_share == pytest.approx(1)
+    assert driven.rank_correlation == pytest.approx(1)
+    assert driven.ratio_spread == pytest.approx(1)
+    np.testing.assert_allclose(found.measured_mass, driven.mass.value)
+    doubled = fm.ImpactDataset.from_arrays(distance=d, height=h, speed=np.full(16, 0.25), peak_force=2 * force)
+    driven = fm.compare_effective_mass(doubled, ur10e).explanations[1]
+    assert driven.explained_share < 0
+    assert driven.explained_share_scaled == pytest.approx(1)
+
+
+def test_measured_states_of_an_example(examples, ur10e):
+    found = fm.compare_effective_mass(examples["ur10e"], ur10e, speed=0.2)
+    assert found.on == "measured states"
+    assert found.statements[0].startswith("SIMULATED")
+    assert found.distance.size == (np.abs(examples["ur10e"].states.speed - 0.2) < 0.01).sum()
+
+
+def test_places_out_of_reach_are_named():
+    """Pointing down, the iiwa's flange does not reach seven of the paper's places."""
+    found = fm.compare_effective_mass(fm.published_map("kuka-iiwa7-30nm"), fm.robot_named("kuka-iiwa7"))
+    (alone,) = found.explanations
+    assert alone.places == 18
+    assert [str(name) for name in alone.mass.outcome].count("unreachable") == 7
+    assert np.isnan(alone.ratio).sum() == 7
+    out = fm.compare_effective_mass(
+        fm.published_map("kuka-iiwa7-30nm"), fm.robot_named("kuka-iiwa7"), tool_direction=OUT
+    )
+    assert out.explanations[0].places == 25
+
+
+@pytest.mark.parametrize(
+    "options", [{"stiffness": 75.0}, {"stiffness": np.nan}, {"speed": 0.5}, {"tool_direction": (0, 0, 1)}]
+)
+def test_refused(ur10e, options):
+    far = fm.published_map("kuka-iiwa7-30nm") if "tool_direction" in options else fm.published_map("ur10e")
+    robot = fm.robot_named("kuka-iiwa7") if "tool_direction" in options else ur10e
+    if "tool_direction" in options:
+        robot = robot.with_tool(mass=0.0, centre_of_mass=(0, 0, 0), contact_offset=(0, 0, 2.0))
+    with pytest.raises(fm.InputError):
+        fm.compare_effective_mass(far, robot, **options)
+
+
+class TestCommands:
+    def test_compare(self, ask, capsys):
+        code, found = ask("compare", "ur10e", "--effective-mass", "ur10e", "--drive-inertia-kgm2", "identified")
+        assert (code, len(found["places"])) == (0, 25)
+        assert [each["name"] for each in found["by_mass"]] == ["links alone", "with drive inertia"]
+        assert found["places"][0]["by_mass"][1]["outcome"] == "regular"
+        assert run(["compare", "kuka-iiwa7-30nm", "--effective-mass", "kuka-iiwa7"]) == 0
+        out = capsys.readouterr().out
+        assert "does not predict the force" in out
+        assert "    ." in out
+
+    def test_effective_mass_at_a_place(self, ask):
+        at = ("--distance", 0.8, "--height", 0.4)
+        code, found = ask("effective-mass", "ur10e", *at, "--drive-inertia-kgm2", "identified")
+        assert (code, found["outcome"]) == (0, "regular")
+        assert 4 < found["effective_mass_kg"] < 6
+        assert found["standard_effective_mass_kg"] == pytest.approx(14.552)
+        code, lighter = ask("effective-mass", "ur10e", *at)
+        assert lighter["effective_mass_kg"] < 3.2
+        assert "not included" in lighter["assumption"]
+        code, heavier = ask("effective-mass", "ur10e", *at, "--payload-kg", 2)
+        assert heavier["effective_mass_kg"] > lighter["effective_mass_kg"] + 1
+        code, found = ask("effective-mass", "ur10e", "--distance", 2.0, "--height", 0.4)
+        assert (code, found["outcome"], found["effective_mass_kg"]) == (1, "unreachable", None)
+
+    def test_effective_mass_map(self, ask, capsys):
+        places = ("--distances-m", "0.56,0.71,0.86", "--heights-m", "0.14,0.46")
+        code, found = ask("effective-mass", "kuka-iiwa7", *places)
+        assert (code, len(found["places"]), found["trend_with_height"]) == (0, 6, "falls")
+        assert run(["effective-mass", "kuka-iiwa7", *places]) == 0
+        assert "0.460" in capsys.readouterr().out
+
+    @pytest.mark.parametrize(
+        "options",
+        [
+            ("ur5", "--distance", 1, "--height", 1),
+            ("ur10e", "--distance", 1),
+            ("ur10e", "--distance", 1, "--height", 1, "--heights-m", "0.1,0.2"),
+            ("ur10e", "--distance", 1, "--height", 1, "--tip", "flange"),
+            ("ur10e", "--distance", 1, "--height", 1, "--drive-inertia-kgm2", "1,2"),
+            ("kuka-iiwa7", "--distance", 1, "--height", 1, "--drive-inertia-kgm2", "identified"),
+            ("ur10e", "--distance", 1, "--height", 1, "--tool-direction", "sideways"),
+        ],
+    )
+    def test_refused(self, ask, options):
+        code, found = ask("effective-mass", *options)
+        assert code == 2
+        assert found["error"]["message"]

@@ -1,0 +1,188 @@
+"""plan --design i-optimal, --next and --confirm as a program sees them."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+from oracle import printed_force
+
+import forcemap as fm
+from pulses import pulse, rows, save
+
+RANGES = ("--distances-m", "0.52,0.89", "--heights-m", "0.14,0.46")
+CELL = (*RANGES, "--moving-mass-kg", 30, "--device-range-N", 500)
+HAND = ("--area", "back_of_hand", "--contact", "transient")
+
+
+@pytest.fixture
+def forcemap(capsys):
+    """Run a command in this process: (exit code, stdout, stderr)."""
+    from forcemap.cli.app import run
+
+    def call(*arguments):
+        code = run([str(argument) for argument in arguments])
+        out, err = capsys.readouterr()
+        return code, out, err
+
+    return call
+
+
+@pytest.fixture
+def ask(forcemap):
+    """Run a command with --json: (exit code, object)."""
+
+    def call(*arguments):
+        code, out, err = forcemap(*arguments, "--json")
+        assert err == "" or (err.startswith("error: ") and err.count("\n") == 1)
+        return code, json.loads(out)
+
+    return call
+
+
+def measure(folder, ask, rng):
+    """Record every planned run that is missing, and collect."""
+    campaign = fm.read_campaign(folder)
+    plan = campaign.plan
+    effects = dict(zip(plan.states, rng.normal(0, 0.022, len(plan.states)), strict=True))
+    for i, name in enumerate(plan.recording.tolist()):
+        if name in campaign.missing:
+            force = printed_force("ur10e", plan.distance[i], plan.height[i], plan.speed[i])
+            save(folder / "recordings" / f"{name}.csv", *pulse(force * np.exp(effects[plan.state_id[i]]), rate=1000.0))
+    assert ask("collect", folder)[0] == 0
+
+
+@pytest.fixture
+def measured(ask, tmp_path):
+    """A campaign from nothing to 14 states."""
+    folder, rng = tmp_path / "cell", np.random.default_rng(5)
+    options = ("--batch", 7, "--states", 14, "--repeats", 1)
+    assert ask("plan", "--next", folder, *CELL, *HAND, *options)[0] == 0
+    measure(folder, ask, rng)
+    assert ask("plan", "--next", folder, *HAND, *options)[0] == 0
+    measure(folder, ask, rng)
+    return folder
+
+
+def test_an_i_optimal_plan(ask, forcemap, tmp_path):
+    code, found = ask("plan", tmp_path / "a", *RANGES, "--speeds-mps", "0.2,0.4", "--design", "i-optimal")
+    assert (code, found["states"], found["warnings"]) == (0, 18, [])
+    options = ("--speeds-mps", "0.2,0.4", "--design", "i-optimal", "--form", "log-speed", "--states", 14)
+    code, found = ask("plan", tmp_path / "b", *RANGES, *options)
+    assert (code, found["states"]) == (0, 14)
+    assert "14 states to train, fewer than 18: the bound is expected to lie" in found["warnings"][0]
+    assert "LOG_SPEED" in found["warnings"][0]
+    code, out, _ = forcemap("plan", tmp_path / "c", *RANGES, *options)
+    assert code == 0
+    assert "WARNING: 14 states" in out
+
+
+def test_few_states_are_refused_in_one_line_with_the_bound_to_expect(ask, tmp_path):
+    options = ("--speeds-mps", "0.2,0.4", "--map", "ur10e", "--device-range-N", 300)
+    code, found = ask("plan", tmp_path / "a", *RANGES, *options)
+    assert code == 2
+    assert "expected at least 18: the bound is expected to lie" in found["error"]["message"]
+    assert not (tmp_path / "a").exists()
+    number = found["error"]["message"].split("found ")[1].split(" ")[0]
+    assert ask("plan", tmp_path / "a", *RANGES, *options, "--states", number)[0] == 0
+
+
+def test_from_nothing_to_confirmed_places(ask, forcemap, tmp_path):
+    """The campaign's files after every step; old rows stay, the sheet has the new runs."""
+    folder, rng = tmp_path / "cell", np.random.default_rng(3)
+    options = (*HAND, "--repeats", 1, "--states", 15, "--batch", 6)
+    code, first = ask("plan", folder, "--next", *CELL, *options)
+    assert (code, first["stop"], first["states"], len(first["runs"])) == (0, None, 6, 6)
+    assert first["files"] == ["campaign.toml", "plan.csv", "run_sheet.txt"]
+    assert first["expected_mean_speed_mps"] is None
+    assert all(run["upper_force_N"] <= 497 for run in first["runs"])
+    code, found = ask("plan", folder, "--next", *options)
+    assert code == 2
+    assert "planned states without an impact: 6" in found["error"]["message"]
+    measure(folder, ask, rng)
+    code, second = ask("plan", folder, "--next", *options)
+    assert (code, second["files"]) == (0, ["plan.csv", "run_sheet.txt"])
+    planned = [row["recording"] for row in rows(folder / "plan.csv")]
+    assert planned == [run["recording"] for run in [*first["runs"], *second["runs"]]]
+    sheet = (folder / "run_sheet.txt").read_text()
+    assert all(run["recording"] in sheet for run in second["runs"])
+    assert not any(run["recording"] in sheet for run in first["runs"])
+    assert fm.read_campaign(folder).conditions.moving_mass == 30
+    measure(folder, ask, rng)
+    code, out, err = forcemap("plan", folder, "--next", *options)
+    assert (code, err) == (0, "")
+    assert "3 states to measure next, slow to fast" in out
+    assert "of 81 places confirmed, mean speed 0." in out
+    measure(folder, ask, rng)
+    before = (folder / "plan.csv").read_bytes()
+    code, last = ask("plan", folder, "--next", *options)
+    assert (code, last["stop"], last["runs"]) == (1, "budget", [])
+    assert last["confirmed_places"] > 30
+    code, out, _ = forcemap("plan", folder, "--next", *options)
+    assert code == 1
+    assert out.startswith("Stop (budget): the campaign has the 15 states of its budget")
+    assert (folder / "plan.csv").read_bytes() == before
+
+
+def test_the_confirmation_of_a_campaign_is_added_to_its_plan_as_test_runs(ask, forcemap, measured):
+    before = rows(measured / "plan.csv")
+    code, found = ask("plan", "--confirm", measured, *HAND, "--states", 4)
+    assert (code, found["files"], len(found["runs"])) == (0, ["plan.csv", "run_sheet.txt"], 4)
+    after = rows(measured / "plan.csv")
+    assert after[: len(before)] == before
+    assert [row["role"] for row in after[len(before) :]] == ["test"] * 4
+    assert 0 < found["above_bound_probability"] < found["not_passed_probability"] < 0.5
+    assert all(run["upper_force_N"] <= found["limit_N"] for run in found["runs"])
+    assert "the map is confirmed if each of the 4 impacts" in " ".join((measured / "run_sheet.txt").read_text().split())
+    code, again = ask("plan", "--confirm", measured, *HAND, "--states", 4)
+    assert code == 2
+    assert "is planned already" in again["error"]["message"]
+
+
+def test_the_confirmation_of_a_map_is_shown_and_written_nowhere(ask, forcemap, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    code, found = ask("plan", "--confirm", "ur10e", "--limit-N", 280)
+    assert (code, found["files"], found["not_passed_probability"]) == (0, [], None)
+    assert found["bound"]["kind"] == "margin"
+    code, out, _ = forcemap("plan", "--confirm", "ur10e", "--limit-N", 280)
+    assert code == 0
+    assert "Rule: the map is confirmed if" in out
+    assert "Nothing written" in out
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ((), "expected --distances-m, --heights-m and --speeds-mps"),
+        (("--next", "--confirm", "--limit-N", 140), "--next and --confirm are two steps"),
+        (("--next", *CELL), "limit: expected one of --area, --region or --limit-N"),
+        (("--next", *CELL, "--area", "back_of_hand"), "expected --contact"),
+        (("--next", *CELL, "--limit-N", 140, "--design", "i-optimal"), "--next chooses the states itself"),
+        (("--next", *RANGES, "--limit-N", 140, "--device-range-N", 500), "state the robot's moving mass"),
+        (("--next", *RANGES, "--limit-N", 140, "--moving-mass-kg", 30), "device range: not stated"),
+        (("--next", "--moving-mass-kg", 30, "--device-range-N", 500, "--limit-N", 140), "distances: found none"),
+        (("--next", *CELL, "--area", "face", "--contact", "transient"), "contact with face is not permitted"),
+        ((*RANGES, "--speeds-mps", "0.2,0.4", "--batch", 3), "--batch goes with --next"),
+        ((*RANGES, "--speeds-mps", "0.2,0.4", "--form", "CFM_3D"), "--form goes with --next, --confirm or --design"),
+        (("--confirm", *RANGES, "--limit-N", 140), "--confirm takes places, speeds and device from the campaign"),
+        (("--confirm", "--limit-N", 140), "no such file, folder or published map"),
+    ],
+)
+def test_what_does_not_go_together_is_refused_in_one_line(ask, tmp_path, arguments, message):
+    code, found = ask("plan", tmp_path / "cell", *arguments)
+    assert code == 2
+    assert message in found["error"]["message"]
+    assert not (tmp_path / "cell").exists()
+
+
+def test_a_simulated_campaign_says_so(ask, tmp_path):
+    folder = fm.copy_example("ur10e", tmp_path / "work")
+    code, found = ask("plan", "--confirm", folder, "--limit-N", 280)
+    assert (code, found["simulated"], found["files"]) == (0, True, [])
+    before = sorted(path.name for path in folder.iterdir())
+    for source in (folder, folder / "impacts.csv"):
+        code, found = ask("plan", "--next", source, "--limit-N", 140, "--states", 40)
+        assert (code, found["simulated"], found["files"], found["states"]) == (0, True, [], 4)
+    assert sorted(path.name for path in folder.iterdir()) == before
