@@ -123,7 +123,8 @@ def _known(campaign: Campaign, files: list[str]) -> dict[str, list[Entry]]:
     known: dict[str, list[Entry]] = {}
     for entry in campaign.entries:
         known.setdefault(entry.file, []).append(entry)
-    gone = [file for file in known if file not in files]
+    there = set(files)
+    gone = {file for file in known if file not in there}
     if not gone:
         return known
     new = {file_sha256(campaign.recordings / file): file for file in files if file not in known}
@@ -148,7 +149,7 @@ def _known(campaign: Campaign, files: list[str]) -> dict[str, list[Entry]]:
 class _Runs:
     """Which run a recording is, by its name; and which runs have a recording already."""
 
-    by_name: dict[str, tuple[str, int]]
+    by_name: dict[str, tuple[str, int]]  # lower case
     states: dict[str, int]  # state -> its first row of the plan
     rows: dict[tuple[str, int], int]  # run -> its row of the plan
     taken: dict[tuple[str, int], str]
@@ -174,9 +175,9 @@ class _Runs:
             if lowered in self.by_name:
                 return self.by_name[lowered]
             state, _, repeat = lowered.rpartition("-r")
-            for planned in self.states:
-                if planned.lower() == state and repeat.isascii() and repeat.isdigit() and 0 < int(repeat) < 1000:
-                    return planned, int(repeat)
+            planned = self.by_name.get(f"{state}-r1")
+            if planned and repeat.isascii() and repeat.isdigit() and 0 < int(repeat) < 1000:
+                return planned[0], int(repeat)
         return None
 
 

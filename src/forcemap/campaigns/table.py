@@ -11,7 +11,12 @@ from dataclasses import dataclass
 
 from forcemap.errors import TableError
 
-_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
+_ONE = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
+_NUMBER = re.compile(_ONE, re.ASCII)
+_NUMBERS = {  # a whole column at once
+    True: re.compile(rf"{_ONE}(?:\n{_ONE})*", re.ASCII),
+    False: re.compile(rf"(?:{_ONE})?(?:\n(?:{_ONE})?)*", re.ASCII),
+}
 
 
 @dataclass(frozen=True)
@@ -40,6 +45,9 @@ class Table:
 
     def numbers(self, column: str, *, required: bool) -> list[float]:
         """A column of numbers; NaN for an empty cell unless required."""
+        cells = self.columns[column]
+        if cells and _NUMBERS[required].fullmatch("\n".join(cells)) and not any("\n" in cell for cell in cells):
+            return [float(cell) if cell else math.nan for cell in cells]
         return [
             _number(cell, required, self.file, row, column)
             for cell, row in zip(self.columns[column], self.rows, strict=True)

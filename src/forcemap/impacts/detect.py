@@ -112,7 +112,7 @@ def _first_rise(recording: Recording, start: int) -> tuple[int, ContactForce] | 
         return None
     half = int(0.001 * (time.size - 1) / (time[-1] - time[0]))
     smooth = moving_mean(force, 2 * half + 1)
-    rise = smooth - smooth[np.searchsorted(time, time - _RISE_TIME)]
+    rise = smooth - smooth[time.searchsorted(time - _RISE_TIME)]
     if rise.ndim == 2:
         rise = np.sqrt(np.sum(rise * rise, axis=1))
     noise = math.hypot(*(noise_sd(column) for column in force.reshape(time.size, -1).T))
@@ -128,7 +128,7 @@ def _first_rise(recording: Recording, start: int) -> tuple[int, ContactForce] | 
         leaves = max(2.5 * contact.floor, 0.1 * float(contact.force[start:].max()))
         out = contact.force[start:foot] > leaves
         for sooner in (np.flatnonzero(out[1:] & ~out[:-1]) + start + 1).tolist():
-            shortly = contact.force[np.searchsorted(recording.time, recording.time[sooner] - _RISE_TIME) : sooner]
+            shortly = contact.force[recording.time.searchsorted(recording.time[sooner] - _RISE_TIME) : sooner]
             before = _before_contact(recording, start, sooner, noise)
             if shortly.min() < contact.floor:  # wandering takes longer
                 return sooner, contact_force(recording, start, before)
@@ -138,12 +138,12 @@ def _first_rise(recording: Recording, start: int) -> tuple[int, ContactForce] | 
 def _before_contact(recording: Recording, start: int, rise: int, noise: float) -> int:
     """Index before which contact has certainly not begun: the foot of the rise, and 2 ms or 2 samples before it."""
     time, force = recording.time, recording.force
-    first = max(int(np.searchsorted(time, time[rise] - 1.2 * _RISE_TIME)), start)
+    first = max(int(time.searchsorted(time[rise] - 1.2 * _RISE_TIME)), start)
     window = moving_mean(force[first : rise + 1], 3).reshape(rise + 1 - first, -1)
     away = np.linalg.norm(window - window[-1], axis=1)  # distance from the risen force: large before contact
     near = away.max() - max(0.15 * away.max(), 4.0 * noise)
     foot = first + int(np.flatnonzero(away >= max(near, 0.5 * away.max()))[-1])
-    return max(min(int(np.searchsorted(time, time[foot] - 0.002)), foot - 2), start)
+    return max(min(int(time.searchsorted(time[foot] - 0.002)), foot - 2), start)
 
 
 def _next_search(start: Start) -> int | None:
@@ -154,7 +154,7 @@ def _next_search(start: Start) -> int | None:
     gaps = np.flatnonzero(np.diff(time[marks]) >= _APART)
     if not gaps.size or gaps[0] == marks.size - 2:
         return None
-    return int(np.searchsorted(time, time[marks[gaps[0]]] + 0.1))
+    return int(time.searchsorted(time[marks[gaps[0]]] + 0.1))
 
 
 def _filtered(impact: Impact, channel_frequency_class: float) -> Impact:

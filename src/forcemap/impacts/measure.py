@@ -62,7 +62,7 @@ class Start:
     @property
     def before(self) -> int:
         """Index of the last sample that tells of an earlier impact alone, smoothed too."""
-        onset = int(np.searchsorted(self.contact.time, self.onset))
+        onset = int(self.contact.time.searchsorted(self.onset))
         return min(onset, self.first) - 1 - self.smoothing // 2
 
 
@@ -71,10 +71,10 @@ def found_start(contact: ContactForce, search: int, rise: int) -> Start:
     time, force = contact.time, contact.force
     low = force[search : rise + 1] < 0.5 * contact.floor
     first = search + int(np.flatnonzero(low)[-1]) if low.any() else search
-    stop = int(np.searchsorted(time, time[first] + TRANSIENT_TIME))
+    stop = int(time.searchsorted(time[first] + TRANSIENT_TIME))
     one = first_peak(time[first:stop], force[first:stop], contact.floor, contact.baseline_sd)
     earliest = time[first] - max(_LEAD, 0.5 * (time[first + one.peak] - time[first]))
-    lead = max(int(np.searchsorted(time, earliest)), search)
+    lead = max(int(time.searchsorted(earliest)), search)
     onset = onset_time(time, force, lead, first, one.force, contact.baseline_sd) if one.peak > 0 else float(time[first])
     smoothing = max(3, 2 * int(_SMOOTHING / mean_interval(time) / 2) + 1)
     return Start(contact, moving_mean(force, smoothing), smoothing, search, first, one, onset)
@@ -94,7 +94,7 @@ def measure(recording: Recording, start: Start, last: int, number: int) -> Impac
         1 for the first impact of the recording.
     """
     contact, onset, one = start.contact, start.onset, start.one
-    first = int(np.searchsorted(contact.time, onset))
+    first = int(contact.time.searchsorted(onset))
     span = slice(first, last + 1)
     time, force, smooth = contact.time[span], contact.force[span], start.smooth[span]
     after = time - onset
@@ -105,9 +105,9 @@ def measure(recording: Recording, start: Start, last: int, number: int) -> Impac
     acting = np.flatnonzero(above & (force > floor))
     duration = float(after[acting[-1]]) if acting.size else phase1_end - onset
     following = above[phase1 + 1 + start.smoothing // 2 :]  # clear of Phase I
-    transient = int(np.searchsorted(after, TRANSIENT_TIME, side="right"))
+    transient = int(after.searchsorted(TRANSIENT_TIME, side="right"))
     later, held = force[phase1 + 1 : transient], force[transient:]
-    in_contact = int(np.searchsorted(after, duration, side="right"))
+    in_contact = int(after.searchsorted(duration, side="right"))
     figures: dict[str, Any] = {
         "peak_force": one.force,
         "contact_over": not (acting.size and acting[-1] >= force.size - 3),
@@ -132,7 +132,7 @@ def measure(recording: Recording, start: Start, last: int, number: int) -> Impac
         phase1_end=phase1_end,
         phase1_width=one.width,
         phase1_samples=phase1 + 1,
-        early_samples=int(np.searchsorted(after, EARLY)),
+        early_samples=int(after.searchsorted(EARLY)),
         largest_force=max(float(force[:transient].max()), one.force),
         later_force=float(later.max()) if later.size else math.nan,
         phase2_force=float(held.max()) if held.size else math.nan,

@@ -16,6 +16,7 @@ FloatArray = NDArray[np.float64]
 GAP = 0.02  # without a sample for longer while a force acts, nobody knows what it did [s]
 END_WINDOW = 0.0125  # the end rule looks at the last 10 to 15 ms of a recording [s]
 HOLD_WINDOW = (0.5, 0.7)  # where a clamping force is read, after onset [s]
+_STARTS = 24  # onsets that are tried at a time
 _SOFTER = 5.0  # by how many times the noise variance a soft foot must fit better than a kink
 _LEAST_HOLD = 0.6  # a recording that ends earlier does not show whether the force is held [s]
 
@@ -79,27 +80,27 @@ def onset_time(time: FloatArray, force: FloatArray, first: int, rise: int, peak_
     thin = max((stop - first) // 120, 1)  # more samples than that tell no more
     t, f = time[first:stop:thin], force[first:stop:thin]
     low, high = float(t[0]), float(t[-1])
-    starts = {}
-    for power in (1, 2):
-        left, right = low, high
-        for _ in range(2):  # once over the whole range, once around the best
-            tried = left + (right - left) / 16 * np.arange(16)
-            basis = np.maximum(t - tried[:, None], 0.0) ** power
-            product = basis @ f
-            gain = np.where(product > 0, product**2 / np.maximum(np.sum(basis * basis, axis=1), 1e-300), 0.0)
-            k = int(gain.argmax())
-            starts[power] = (float(gain[k]), float(tried[k]))
-            step = (right - left) / 16
-            left, right = max(tried[k] - step, float(t[0])), min(tried[k] + step, float(t[-1]))
-    softer = starts[2][0] - starts[1][0] > _SOFTER * noise**2  # than noise makes a kink look
-    return starts[2 if softer else 1][1]
+    kink, soft = _foot(t, f, low, high, 1), _foot(t, f, low, high, 2)
+    power = 2 if soft[0] - kink[0] > _SOFTER * noise**2 else 1  # softer than noise makes a kink look
+    start, step = (soft if power == 2 else kink)[1], (high - low) / _STARTS
+    return _foot(t, f, max(start - step, low), min(start + step, high), power)[1]
+
+
+def _foot(t: FloatArray, f: FloatArray, low: float, high: float, power: int) -> tuple[float, float]:
+    """Of starts t0 from `low` to `high` that at which a (t - t0)^power fits best, after its gain in squares."""
+    tried = low + (high - low) / _STARTS * np.arange(_STARTS)
+    basis = np.maximum(t - tried[:, None], 0.0) ** power
+    product = basis @ f
+    gain = np.where(product > 0, product**2 / np.maximum(np.einsum("ij,ij->i", basis, basis), 1e-300), 0.0)
+    k = int(gain.argmax())
+    return float(gain[k]), float(tried[k])
 
 
 def end_level(time: FloatArray, force: FloatArray) -> float:
     """Force at the end of a curve [N]: the larger of the means over its last 12.5 ms and its last 4 ms."""
     levels = []
     for window in (END_WINDOW, 0.004):
-        first = min(int(np.searchsorted(time, time[-1] - window)), max(time.size - 3, 0))
+        first = min(int(time.searchsorted(time[-1] - window)), max(time.size - 3, 0))
         levels.append(float(force[first:].mean()))
     return max(levels)
 
@@ -166,7 +167,7 @@ def hold_force(after: FloatArray, force: FloatArray) -> float:
     """Mean force [N] from 0.5 to 0.7 s after onset; NaN if the curve ends before 0.6 s."""
     if after[-1] < _LEAST_HOLD:
         return float("nan")
-    first, last = np.searchsorted(after, HOLD_WINDOW)
+    first, last = after.searchsorted(HOLD_WINDOW)
     return float(force[first:last].mean()) if last > first else float("nan")
 
 
@@ -210,7 +211,7 @@ def _read_peak(time: FloatArray, force: FloatArray, smooth: FloatArray, peak: in
             break
         t = (time[left:right] - time[peak]) / (time[right - 1] - time[left])
         f = force[left:right]
-        basis = np.vander(t, min(2 + size // 8, 4) + 1)
+        basis = t[:, None] ** np.arange(min(2 + size // 8, 4), -1, -1)
         coefficients = np.linalg.solve(basis.T @ basis, basis.T @ f)
         fitted = basis @ coefficients
         misfit = float(np.abs(f - fitted).max())

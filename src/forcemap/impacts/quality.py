@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from forcemap.impacts.baseline import ContactForce
 from forcemap.impacts.impact import TRANSIENT_TIME, Flag, Impact, Quality
+from forcemap.impacts.smooth import mean_interval
 from forcemap.recordings.recording import Recording
 
 FloatArray = NDArray[np.float64]
@@ -60,7 +61,7 @@ def flags_of(impact: Impact, before: FloatArray, smooth: FloatArray) -> tuple[Fl
 
 
 def _saturated(impact: Impact) -> Iterator[Flag]:
-    first, peak_end, last = np.searchsorted(impact.recording.time, [impact.onset, impact.phase1_end, impact.end])
+    first, peak_end, last = impact.recording.time.searchsorted([impact.onset, impact.phase1_end, impact.end])
     recorded = impact.recording.force[first : last + 1]
     readings = np.abs(recorded) if recorded.ndim == 1 else np.linalg.norm(recorded, axis=1)
     forces = (readings.max(), impact.verdict_peak_force, impact.contact.force[first : last + 1].max())
@@ -153,8 +154,8 @@ def _oblique(impact: Impact) -> Iterator[Flag]:
     recording = impact.recording
     if recording.direction is None:
         return
-    peak = int(np.searchsorted(recording.time, impact.peak_time))
-    quiet = int(np.searchsorted(recording.time, impact.onset)) - 1
+    peak = int(recording.time.searchsorted(impact.peak_time))
+    quiet = int(recording.time.searchsorted(impact.onset)) - 1
     whole = float(np.linalg.norm(recording.force[peak] - recording.force[max(quiet, 0)]))
     if whole > 1.2 * impact.raw_peak_force + impact.floor:
         yield Flag(Quality.OBLIQUE, f"{whole:.1f} N act, {impact.raw_peak_force:.1f} N of them in the stated direction")
@@ -168,7 +169,7 @@ def _course(impact: Impact) -> Iterator[Flag]:
     elif impact.bounces and later > 0.8 * impact.peak_force:
         yield Flag(Quality.DOUBLE_HIT, f"{later:.1f} N after a Phase I peak of {impact.peak_force:.1f} N")
     after, force = impact.curve()
-    following = force[np.searchsorted(after, impact.peak_time - impact.onset) + 1 :]
+    following = force[after.searchsorted(impact.peak_time - impact.onset) + 1 :]
     if impact.recorded_time < TRANSIENT_TIME and not (following < 0.88 * impact.raw_peak_force).any():
         yield Flag(Quality.CUT_OFF, f"the recording ends while {impact.end_force:.1f} N act, before the peak is over")
     if impact.recorded_time < TRANSIENT_TIME:
@@ -190,11 +191,11 @@ def _braking(impact: Impact) -> Iterator[Flag]:
 
 def _gap(impact: Impact) -> Iterator[Flag]:
     time, force = impact.recording.time, impact.contact.force
-    first, last = np.searchsorted(time, [impact.onset, impact.phase1_end])
+    first, last = time.searchsorted([impact.onset, impact.phase1_end])
     span = slice(max(int(first) - 1, 0), int(last) + 1)
     steps = np.diff(time[span])
     longest = float(steps.max()) if steps.size else 0.0
-    usual = 1 / impact.recording.sampling_rate
+    usual = mean_interval(time)
     high = force[span] > 0.5 * impact.raw_peak_force
     at_top = steps[high[1:] | high[:-1]]
     if longest > (impact.phase1_end - impact.onset) / 8 and longest > 5.0 * usual:
