@@ -182,6 +182,7 @@ def test_a_class_that_the_sampling_does_not_carry_is_refused():
 
 CLEAN = pulse(150.0, seed=3)
 TIME, FORCE = CLEAN
+NOISE = np.random.default_rng(SEED).normal(0, 0.3, TIME.size)
 SHORT = fm.Device(range=120.0, error=3.0)
 
 
@@ -197,14 +198,33 @@ def without(first, last):
 FLAGGED = {
     "saturated": [
         (TIME, np.minimum(FORCE, 120.0), {"device": SHORT}, r"120\.0 N of a device range of 120 N"),
-        (TIME, np.minimum(FORCE, 120.0), {}, r"\d+ equal samples at the top, 120\.0 N"),
-        (TIME, np.minimum(FORCE + 4, 120.0), {}, r"\d+ equal samples at the top, 120\.0 N"),
+        (TIME, np.minimum(FORCE, 120.0), {}, r"\d+ like samples at the top, 120\.0 N"),
+        (TIME, np.minimum(FORCE + 4, 120.0), {}, r"\d+ like samples at the top, 120\.0 N"),
+        (TIME, np.minimum(pulse(150.0)[1], 120.0) + NOISE, {}, r"\d+ like samples at the top, 12[01]\.\d N"),
     ],
     "unresolved": [(*pulse(150.0, rate=250.0), {}, r"\d+ samples across Phase I.* it takes \d+ Hz or more")],
     "no_baseline": [
         (TIME[TIME >= 0], FORCE[TIME >= 0], {}, r"0\.0\d* s before contact"),
         (TIME[TIME >= -0.003], FORCE[TIME >= -0.003], {}, r"0\.0\d* s before contact"),
     ],
+    "oblique": [
+        (
+            TIME,
+            np.outer(FORCE, [0.6, 0.0, 0.8]),
+            {"direction": (1.0, 0.0, 0.0)},
+            r"150\.\d N act, 9\d\.\d N of them in",
+        ),
+    ],
+    "offset": [
+        (TIME, FORCE + 60.0, {}, r"60\.\d N before contact"),
+        (TIME, FORCE + 110.0, {"device": WIDE}, r"110\.\d N before contact"),
+        (TIME, FORCE + 60.0, {"device": fm.Device()}, r"60\.\d N before contact"),
+    ],
+    "unquiet": [
+        (TIME, FORCE + 40.0 * np.minimum(TIME, 0.03), {}, r"changes by (39|40)\.\d N/s before contact"),
+        (TIME, FORCE + half_sine(TIME, 9.0, 0.08, -0.15), {}, r"\d\d% of the samples before contact are not quiet"),
+    ],
+    "cut_off": [(TIME[TIME < 0.01], FORCE[TIME < 0.01], {}, r"ends while 1\d\d\.\d N act, before the peak is over")],
     "drift": [(TIME, FORCE + 12.0 * TIME, {}, r"drifts by 1[12]\.\d N/s")],
     "double_hit": [(TIME, FORCE + half_sine(TIME, 140.0, 0.03, 0.15), {}, r"1[34]\d\.\d N after a Phase I peak of 1")],
     "later_peak": [
@@ -232,6 +252,10 @@ CASES = [(name, case) for name, cases in FLAGGED.items() for case in cases]
 def test_every_flag_has_a_curve_and_a_clean_curve_has_none():
     assert {fm.Quality(name) for name in FLAGGED} == set(fm.Quality)
     assert fm.find_impact(recording(*CLEAN)).flags == ()
+    for offset in (-45.0, 45.0):  # a zero that is off by that much is taken off
+        assert fm.find_impact(recording(TIME, FORCE + offset)).flags == ()
+    along = recording(TIME, np.outer(FORCE, [0.6, 0.0, 0.8]), direction=(3.0, 0.0, 4.0))
+    assert fm.find_impact(along).flags == ()
     calibrated = fm.Device(range=500.0, calibrated="2024-01-31")
     assert fm.find_impact(recording(*CLEAN, device=calibrated, metadata={"date": "2025-01-31"})).flags == ()
 

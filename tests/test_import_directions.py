@@ -25,15 +25,16 @@ LIBRARY = {
     "speed_maps": {"maps", "limits", "speeds"},
     "zones": {"maps"},
     "certified_speeds": {"maps", "limits", "speeds", "zones"},
+    "robot_tables": {"maps", "limits", "speeds", "zones", "certified_speeds"},
     "many_speeds": {"maps", "limits", "speeds", "zones"},
     "planning": {"campaigns", "maps", "limits", "dynamics", "speeds", "speed_maps"},
-    "paths": {"campaigns", "maps", "limits", "dynamics", "speeds", "speed_maps"},
-    "places": {"campaigns", "maps", "limits", "dynamics", "speeds", "speed_maps"},
+    "paths": {"campaigns", "maps", "limits", "dynamics", "speeds", "zones", "certified_speeds"},
+    "places": {"campaigns", "maps", "limits", "dynamics", "speeds", "zones", "certified_speeds", "paths"},
     "comparisons": {"campaigns", "maps", "limits", "dynamics", "speeds", "speed_maps"},
     "mass_comparison": {"campaigns", "maps", "dynamics"},
     "changes": {"campaigns", "maps"},
     "lab": {"recordings", "campaigns", "dynamics"},
-    "exports": {"speeds", "speed_maps"},
+    "exports": {"speeds", "speed_maps", "robot_tables", "paths"},
 }
 LIBRARY["assessment"] = set(LIBRARY) - {"lab", "exports"}
 FACES = {"cli": {"", "exports", "report", "figures", "lab"}, "web": {"", "exports", "report", "figures"}}

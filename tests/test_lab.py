@@ -14,8 +14,8 @@ import pytest
 
 import forcemap as fm
 from forcemap.cli.app import run
-from forcemap.lab.bench import SimulatedScenario, simulate_impacts, simulate_peaks
-from forcemap.lab.contact import Contact
+from forcemap.lab.bench import SimulatedImpacts, SimulatedScenario, simulate_impacts, simulate_peaks
+from forcemap.lab.contact import ContactLayer
 from forcemap.lab.reaction import Reaction, ReactionKind
 from forcemap.lab.simulated_campaign import simulate_campaign
 from forcemap.lab.simulated_device import PAPER_DEVICE, SimulatedDevice
@@ -110,6 +110,15 @@ def test_mujoco_agrees(preset, place, speed):
     assert np.abs(course - ours.force[:, 0]).max() < 0.08 * theirs.max()
 
 
+def test_the_labs_own_rule_for_scenarios():
+    time = np.arange(5001) * 2e-4
+    hump, later = np.where(time < 0.03, 100.0, 0.0), np.where((time > 0.1) & (time < 0.15), 50.0, 0.0)
+    force = np.column_stack([hump, hump + later, np.maximum(hump, 40.0)])
+    found = SimulatedImpacts(*np.ones((3, 3)), time=time, force=force, peak_force=force.max(axis=0))
+    assert found.scenario == tuple(SimulatedScenario)
+    np.testing.assert_allclose(found.held_force, [0, 0, 40])
+
+
 class TestWhatIf:
     def test_a_payload_raises_and_a_cover_lowers_the_peak_of_fast_impacts(self):
         robot = virtual_robot("ur10e-like")
@@ -133,6 +142,12 @@ class TestWhatIf:
         mass = fm.robot_effective_mass_at(robot.robot, 0.7, 0.3).value
         expected = 0.3 * math.sqrt(75_000 * mass)
         assert simulate_peaks(free, 0.7, 0.3, 0.3)[0] == pytest.approx(expected, rel=0.005)
+
+
+def test_a_robot_without_drives_is_refused():
+    robot = virtual_robot("ur10e-like")
+    with pytest.raises(fm.InputError, match="drive inertia"):
+        dataclasses.replace(robot, robot=fm.robot_named("ur10e"))
 
 
 class TestDevice:
@@ -186,6 +201,16 @@ class TestCampaign:
         assert campaign.plan.recording.tolist() == list(made.recording)
         assert fm.build_dataset(campaign).simulated
 
+    def test_rows_keep_their_numbers_below_a_remark(self, plan, tmp_path):
+        fm.write_plan(plan, tmp_path / "b.csv", remark="what\nthis is")
+        text = (tmp_path / "b.csv").read_text()
+        assert text.startswith("# what this is\n")
+        assert fm.read_plan(tmp_path / "b.csv").speed.tolist() == plan.speed.tolist()
+        (tmp_path / "b.csv").write_text(text.replace("0.6", "far", 1))
+        with pytest.raises(fm.InputError) as error:
+            fm.read_plan(tmp_path / "b.csv")
+        assert error.value.row == 3
+
     def test_the_evaluation_never_reads_the_truth(self, plan, tmp_path):
         made = simulate(plan, tmp_path / "x")
         (made.folder / "truth.csv").write_bytes(b"\0 not a table")
@@ -236,7 +261,7 @@ REACTION = {"threshold": 30.0, "torque_filter": 0.002, "delay": 0.01, "time_cons
     "refused",
     [
         lambda: virtual_robot("ur10e"),
-        lambda: Contact(75_000.0, 0.0, 100.0),
+        lambda: ContactLayer(75_000.0, 0.0, 100.0),
         lambda: Reaction(kind=ReactionKind.RETREAT, **REACTION),
         lambda: Reaction(
             kind=ReactionKind.STOP_AND_HOLD, hold_force=100.0, yielding=1e-4, retreat_time=0.1, **REACTION
@@ -250,8 +275,10 @@ REACTION = {"threshold": 30.0, "torque_filter": 0.002, "delay": 0.01, "time_cons
         lambda: simulate_peaks(virtual_robot("ur10e-like"), 0.7, 0.3, -0.1),
         lambda: simulate_peaks(virtual_robot("ur10e-like"), math.nan, 0.3, 0.1),
         lambda: simulate_impacts(virtual_robot("ur10e-like"), 0.7, 0.3, 0.1, duration=0.0),
+        lambda: simulate_impacts(virtual_robot("ur10e-like"), 0.7, 0.3, 0.1, step=1e-3),
+        lambda: simulate_peaks(virtual_robot("ur10e-like"), 0.7, 0.3, 0.1, step=math.nan),
     ],
-    ids=range(11),
+    ids=range(13),
 )
 def test_what_cannot_be_simulated_is_refused(refused):
     with pytest.raises(fm.InputError):

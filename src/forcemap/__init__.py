@@ -59,12 +59,18 @@ from forcemap.errors import (
     RecordingError,
     TooFewStates,
 )
+from forcemap.exports.krl import krl_data, krl_source
+from forcemap.exports.safety_proposal import safety_proposal
+from forcemap.exports.scaling import scaling_csv, scaling_result
 from forcemap.exports.speed_table import speed_map_csv, speed_map_places
+from forcemap.exports.urscript import urscript
+from forcemap.exports.zones import zones_csv, zones_result
 from forcemap.impacts.detect import find_impact, find_impacts, no_impact
 from forcemap.impacts.impact import Flag, Impact, Quality
 from forcemap.impacts.phases import classify_contact
 from forcemap.impacts.scenario import ContactScenario
 from forcemap.limits.body_areas import LimitTable, body_region, read_limit_table, standard_limit_table
+from forcemap.limits.covers import Estimate, cover_estimate, payload_estimate
 from forcemap.limits.force_limits import Contact, ForceLimit, force_limit
 from forcemap.limits.pfl import (
     pfl_contact_force,
@@ -104,6 +110,13 @@ from forcemap.maps.selection import (
 )
 from forcemap.maps.terms import Term
 from forcemap.mass_comparison import MassComparison, MassExplanation, compare_effective_mass
+from forcemap.paths.direction import direction_vector
+from forcemap.paths.path_file import read_path
+from forcemap.paths.path_speeds import CycleTime, PathSpeeds, PieceOutcome, path_speeds
+from forcemap.paths.task import Task, TaskSegment, one_segment_task, read_task
+from forcemap.paths.time_law import TimeLaw, time_law
+from forcemap.paths.tool_path import ToolPath
+from forcemap.places import TaskPlaces, place_task, table_positions
 from forcemap.planning.confirmation import ConfirmationPlan, confirm_plan
 from forcemap.planning.design import Design
 from forcemap.planning.expectation import Expectation, StandardExpectation
@@ -116,6 +129,7 @@ from forcemap.recordings.column_map import ColumnMap
 from forcemap.recordings.device import Device
 from forcemap.recordings.read import read_recording, read_recordings
 from forcemap.recordings.recording import Recording
+from forcemap.robot_tables import Provenance, RobotTable, provenance, robot_table
 from forcemap.speed_maps import SpeedMap, measured_grid, speed_map
 from forcemap.speeds import SafeSpeed, SpeedOutcome, floor_speed, safe_speed
 from forcemap.verdicts import Interpretation, Judgement, Verdict, VerdictOutcome, check_impact
@@ -155,6 +169,7 @@ __all__ = [
     "Contact",
     "ContactNotPermitted",
     "ContactScenario",
+    "CycleTime",
     "Design",
     "DesignedStates",
     "Device",
@@ -162,6 +177,7 @@ __all__ = [
     "EffectiveMass",
     "Elbow",
     "Entry",
+    "Estimate",
     "EuclideanForm",
     "Expectation",
     "FitError",
@@ -194,11 +210,14 @@ __all__ = [
     "MeasurementPlan",
     "NextMeasurements",
     "Outlier",
+    "PathSpeeds",
     "PhaseTwo",
+    "PieceOutcome",
     "PlanarArm",
     "PlanarReach",
     "Pose",
     "PrincipalMasses",
+    "Provenance",
     "Quality",
     "RankDeficient",
     "RatioAt",
@@ -209,6 +228,7 @@ __all__ = [
     "RefusedForm",
     "Repeatability",
     "Robot",
+    "RobotTable",
     "SafeSpeed",
     "Segments",
     "SelectionStability",
@@ -221,12 +241,17 @@ __all__ = [
     "StateTolerance",
     "States",
     "Stop",
+    "Task",
+    "TaskPlaces",
+    "TaskSegment",
     "Term",
     "TermSelection",
     "TermSignificance",
     "TermSurvival",
+    "TimeLaw",
     "ToleranceBound",
     "TooFewStates",
+    "ToolPath",
     "Trend",
     "Use",
     "Verdict",
@@ -250,6 +275,8 @@ __all__ = [
     "compare_maps",
     "confirm_plan",
     "copy_example",
+    "cover_estimate",
+    "direction_vector",
     "effective_mass",
     "extend_plan",
     "find_impact",
@@ -263,6 +290,8 @@ __all__ = [
     "identified_drive_inertia",
     "inverse_kinematics",
     "jacobian",
+    "krl_data",
+    "krl_source",
     "leave_one_state_out",
     "many_safe_speeds",
     "map_accuracy",
@@ -274,13 +303,17 @@ __all__ = [
     "measured_grid",
     "next_measurements",
     "no_impact",
+    "one_segment_task",
     "optimal_states",
+    "path_speeds",
+    "payload_estimate",
     "pfl_contact_force",
     "pfl_energy",
     "pfl_governing_speed_limit",
     "pfl_pressure_speed_limit",
     "pfl_robot_mass",
     "pfl_speed_limit",
+    "place_task",
     "places_in_plane",
     "plan_measurements",
     "planar_contact_point",
@@ -290,6 +323,7 @@ __all__ = [
     "planar_mass_map",
     "planar_mass_matrix",
     "principal_effective_masses",
+    "provenance",
     "published_map",
     "read_campaign",
     "read_campaign_file",
@@ -297,17 +331,23 @@ __all__ = [
     "read_dataset",
     "read_limit_table",
     "read_map",
+    "read_path",
     "read_plan",
     "read_recording",
     "read_recordings",
+    "read_task",
     "read_urdf",
     "repeatability",
     "robot_effective_mass",
     "robot_effective_mass_at",
     "robot_mass_map",
     "robot_named",
+    "robot_table",
     "run_sheet",
     "safe_speed",
+    "safety_proposal",
+    "scaling_csv",
+    "scaling_result",
     "select_terms",
     "selection_stability",
     "speed_map",
@@ -315,9 +355,14 @@ __all__ = [
     "speed_map_places",
     "standard_effective_mass",
     "standard_limit_table",
+    "table_positions",
+    "time_law",
+    "urscript",
     "write_dataset",
     "write_map",
     "write_plan",
     "zone_grid",
     "zone_speeds",
+    "zones_csv",
+    "zones_result",
 ]

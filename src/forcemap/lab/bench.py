@@ -1,0 +1,159 @@
+"""The bench: simulated impacts of a virtual robot at places and speeds."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from forcemap.errors import InputError
+from forcemap.lab.course import STEP, Impacting, first_peaks, force_course, phase_one_peaks
+from forcemap.lab.virtual_robot import VirtualRobot
+
+FloatArray = NDArray[np.float64]
+
+DEVICE_STIFFNESS = 75_000.0  # [N/m], of the paper's device (section IV-B)
+_TRANSIENT = (0.5, 0.7)  # where the lab reads what is held, after contact [s]
+_TOUCH = 1.0  # [N], less is no contact
+
+
+class SimulatedScenario(StrEnum):
+    """What a simulated force does after Phase I, by the lab's own rule; names as in a campaign's table."""
+
+    UNCONSTRAINED = "unconstrained"
+    WITHOUT_CLAMPING = "constrained_without_clamping"
+    WITH_CLAMPING = "constrained_with_clamping"
+
+
+@dataclass(frozen=True, eq=False)
+class SimulatedImpacts:
+    """Simulated impacts: the force itself, as no device reads it. Not a measurement of any robot.
+
+    Parameters
+    ----------
+    distance, height, speed : array, shape (n,)
+        Place [m] and speed at contact [m/s].
+    time : array, shape (times,)
+        Time after first contact [s].
+    force : array, shape (times, n)
+        Force on the device [N].
+    peak_force : array, shape (n,)
+        Phase I peak [N].
+    """
+
+    distance: FloatArray
+    height: FloatArray
+    speed: FloatArray
+    time: FloatArray
+    force: FloatArray
+    peak_force: FloatArray
+
+    @property
+    def held_force(self) -> FloatArray:
+        """Mean force from 0.5 to 0.7 s after contact [N], shape (n,); NaN if less was simulated."""
+        held = (self.time >= _TRANSIENT[0]) & (self.time <= _TRANSIENT[1])
+        whole = self.time[-1] >= _TRANSIENT[1] - 1e-9
+        return self.force[held].mean(axis=0) if whole else np.full(self.speed.size, np.nan)
+
+    @property
+    def scenario(self) -> tuple[SimulatedScenario, ...]:
+        """What each force does after Phase I: held 0.5 s after contact, back after a loss of contact, or neither."""
+        touching = self.force > _TOUCH
+        begun = np.maximum.accumulate(touching, axis=0)
+        lost = np.maximum.accumulate(begun & ~touching, axis=0)
+        again = (lost & touching).any(axis=0)
+        held = touching[self.time >= _TRANSIENT[0]].any(axis=0)
+        names = np.where(held, 2, np.where(again, 1, 0))
+        return tuple(list(SimulatedScenario)[i] for i in names.tolist())
+
+
+def simulate_impacts(
+    robot: VirtualRobot,
+    distance: ArrayLike,
+    height: ArrayLike,
+    speed: ArrayLike,
+    *,
+    device_stiffness: float = DEVICE_STIFFNESS,
+    duration: float = 1.0,
+    step: float = STEP,
+) -> SimulatedImpacts:
+    """Simulate impacts straight down on a measuring device.
+
+    Parameters
+    ----------
+    robot : VirtualRobot
+        The robot.
+    distance, height, speed : float or array
+        Place [m] and speed at contact [m/s]; they broadcast.
+    device_stiffness : float
+        Spring constant of the device [N/m].
+    duration, step : float
+        Simulated time after first contact, and the time step [s].
+
+    Raises
+    ------
+    InputError
+        A place that the robot cannot reach, or a figure outside its range.
+    """
+    if not step <= duration < 60:
+        raise InputError(f"duration: found {duration:g} s, expected at least a step and less than a minute")
+    _check_step(step)
+    d, h, v = _states(distance, height, speed)
+    impacting = _impacting(robot, d, h, device_stiffness)
+    force = force_course(impacting, v, duration=duration, step=step)
+    return SimulatedImpacts(d, h, v, np.arange(len(force), dtype=np.float64) * step, force, first_peaks(force))
+
+
+def simulate_peaks(
+    robot: VirtualRobot,
+    distance: ArrayLike,
+    height: ArrayLike,
+    speed: ArrayLike,
+    *,
+    device_stiffness: float = DEVICE_STIFFNESS,
+    step: float = STEP,
+) -> FloatArray:
+    """Simulate Phase I peaks alone [N], shape (n,): the same peaks, in less time.
+
+    Parameters
+    ----------
+    robot : VirtualRobot
+        The robot.
+    distance, height, speed : float or array
+        Place [m] and speed at contact [m/s]; they broadcast.
+    device_stiffness : float
+        Spring constant of the device [N/m].
+    step : float
+        The time step [s].
+
+    Raises
+    ------
+    InputError
+        A place that the robot cannot reach, or a figure outside its range.
+    """
+    _check_step(step)
+    d, h, v = _states(distance, height, speed)
+    return phase_one_peaks(_impacting(robot, d, h, device_stiffness), v, step=step)
+
+
+def _check_step(step: float) -> None:
+    if not 1e-6 <= step <= STEP:
+        raise InputError(f"step: found {step:g} s, expected 1e-6 to {STEP:g} s: with longer ones peaks come out wrong")
+
+
+def _states(distance: ArrayLike, height: ArrayLike, speed: ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray]:
+    arrays = [np.asarray(values, dtype=np.float64) for values in (distance, height, speed)]
+    d, h, v = (np.atleast_1d(values).ravel() for values in np.broadcast_arrays(*arrays))
+    if not (np.isfinite(d).all() and np.isfinite(h).all()):
+        raise InputError("distance or height: found a number that is not finite, expected m")
+    if not np.all((v > 0) & (v < np.inf)):
+        raise InputError(f"speed: found {v.min():g} to {v.max():g} m/s, expected positive finite numbers")
+    return d, h, v
+
+
+def _impacting(robot: VirtualRobot, d: FloatArray, h: FloatArray, device_stiffness: float) -> Impacting:
+    """Every place is posed once, however many impacts it sees."""
+    places, place = np.unique(np.column_stack([d, h]), axis=0, return_inverse=True)
+    return robot.impacting(robot.posed_at(*places.T), device_stiffness).at(place.ravel())

@@ -1,0 +1,77 @@
+"""The example campaigns as they were before anything was evaluated, simulated in the lab."""
+
+from __future__ import annotations
+
+import tempfile
+import zlib
+from pathlib import Path
+
+import numpy as np
+
+from forcemap.campaigns.dataset import ImpactDataset
+from forcemap.campaigns.examples import EXAMPLE_CAMPAIGNS, copy_example
+from forcemap.campaigns.impacts_table import read_dataset
+from forcemap.campaigns.plan import MeasurementPlan
+from forcemap.lab.simulated_campaign import SimulatedCampaign, simulate_campaign
+from forcemap.lab.simulated_device import SimulatedDevice
+from forcemap.lab.virtual_robot import PRESETS, virtual_robot
+
+_PRESET = dict(zip(EXAMPLE_CAMPAIGNS, PRESETS, strict=True))
+
+
+def simulate_example(name: str, folder: str | Path) -> SimulatedCampaign:
+    """Simulate an example campaign into a folder: the paper's grid of that robot, hit by the preset that is like it.
+
+    Parameters
+    ----------
+    name : str
+        One of EXAMPLE_CAMPAIGNS; the same name gives the same files.
+    folder : str or Path
+        A new or empty folder.
+
+    Raises
+    ------
+    UnknownName
+        No example has the name.
+    InputError
+        The folder holds files already, or cannot be made.
+    """
+    dataset = _example(name)
+    rng = np.random.default_rng(zlib.crc32(name.encode()))
+    robot = virtual_robot(_PRESET[name])
+    return simulate_campaign(_plan(dataset), robot, SimulatedDevice(), rng, folder, conditions=dataset.conditions)
+
+
+def example_plan(name: str) -> MeasurementPlan:
+    """The runs of an example campaign: the paper's grid of that robot.
+
+    Parameters
+    ----------
+    name : str
+        One of EXAMPLE_CAMPAIGNS.
+
+    Raises
+    ------
+    UnknownName
+        No example has the name.
+    """
+    return _plan(_example(name))
+
+
+def _example(name: str) -> ImpactDataset:
+    with tempfile.TemporaryDirectory() as home:
+        return read_dataset(copy_example(name, Path(home, "example")))
+
+
+def _plan(dataset: ImpactDataset) -> MeasurementPlan:
+    unknown = np.full(len(dataset), np.nan)
+    return MeasurementPlan(
+        state_id=dataset.state,
+        repeat=dataset.repeat,
+        role=dataset.role,
+        distance=dataset.distance,
+        height=dataset.height,
+        speed=dataset.speed,
+        base_angle=unknown,
+        expected_force=unknown,
+    )

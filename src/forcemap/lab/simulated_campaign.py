@@ -1,0 +1,149 @@
+"""A whole campaign simulated into a folder like that of a real one: what the device would have written, and no more."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from forcemap.campaigns.campaign import RECORDINGS_FOLDER
+from forcemap.campaigns.conditions import CAMPAIGN_FILE, Conditions
+from forcemap.campaigns.plan import MeasurementPlan, write_plan
+from forcemap.campaigns.table import csv_text
+from forcemap.campaigns.template import campaign_text
+from forcemap.errors import InputError
+from forcemap.files import write_atomically
+from forcemap.lab.bench import SimulatedImpacts, simulate_impacts
+from forcemap.lab.course import STEP
+from forcemap.lab.simulated_device import COLUMNS, SimulatedDevice, recording_text
+from forcemap.lab.virtual_robot import VirtualRobot
+
+TRUTH_FILE = "truth.csv"
+
+
+@dataclass(frozen=True, eq=False)
+class SimulatedCampaign:
+    """A campaign that the lab has written.
+
+    Parameters
+    ----------
+    folder : Path
+        Its folder.
+    recording : tuple of str
+        Names of the recordings, in the order of the plan.
+    impacts : SimulatedImpacts
+        The impacts themselves, at the speeds that repeats really had.
+    """
+
+    folder: Path
+    recording: tuple[str, ...]
+    impacts: SimulatedImpacts
+
+
+def simulate_campaign(
+    plan: MeasurementPlan,
+    robot: VirtualRobot,
+    device: SimulatedDevice,
+    rng: np.random.Generator,
+    folder: str | Path,
+    *,
+    conditions: Conditions | None = None,
+) -> SimulatedCampaign:
+    """Simulate all runs of a plan into a new folder: campaign.toml, plan.csv, recordings/, every file marked simulated.
+
+    truth.csv holds what the lab knows (peaks, scenarios, true speeds); nothing of the evaluation reads it.
+
+    Parameters
+    ----------
+    plan : MeasurementPlan
+        The runs.
+    robot : VirtualRobot
+        What hits.
+    device : SimulatedDevice
+        What is hit.
+    rng : numpy.random.Generator
+        Where chance comes from.
+    folder : str or Path
+        A new or empty folder: simulated recordings never go where measured ones may be.
+    conditions : Conditions, optional
+        What else campaign.toml states; robot, tool, direction, safety setting and device are always those of the lab.
+
+    Raises
+    ------
+    InputError
+        The folder holds files or cannot be made, or the robot does not reach a place of the plan.
+    """
+    target = _new_folder(folder)
+    speed = plan.speed * (1 + robot.speed_scatter * rng.standard_normal(len(plan)))
+    impacts = simulate_impacts(
+        robot,
+        plan.distance,
+        plan.height,
+        speed,
+        device_stiffness=device.device.stiffness,
+        duration=device.after,
+        step=STEP,
+    )
+    origin = f"SIMULATED by the virtual impact lab of forcemap ({_described(robot)}): not a measurement of any robot"
+    readings = device.readings(impacts.force, STEP, device.scale(rng), rng)
+    (target / RECORDINGS_FOLDER).mkdir()
+    write_atomically(target / CAMPAIGN_FILE, campaign_text(_stated(robot, device, conditions), COLUMNS))
+    write_plan(plan, target, remark=origin)
+    times, names = device.times(), tuple(plan.recording.tolist())
+    for name, column in zip(names, readings.T, strict=True):
+        path = target / RECORDINGS_FOLDER / f"{name}.csv"
+        path.write_text(recording_text(times, column, origin), encoding="utf-8")
+    write_atomically(target / TRUTH_FILE, _truth(names, impacts, origin))
+    return SimulatedCampaign(target, names, impacts)
+
+
+def _new_folder(folder: str | Path) -> Path:
+    target = Path(folder)
+    try:
+        target.mkdir(parents=True, exist_ok=True)
+        if any(target.iterdir()):
+            raise InputError("the folder holds files already, expected a new or empty one", file=str(folder))
+    except OSError as error:
+        raise InputError(f"the folder cannot be made ({error.strerror})", file=str(folder)) from error
+    return target
+
+
+def _described(robot: VirtualRobot) -> str:
+    return ", ".join([robot.name, *robot.changes])
+
+
+def _stated(robot: VirtualRobot, device: SimulatedDevice, conditions: Conditions | None) -> Conditions:
+    given = conditions or Conditions()
+    reaction = robot.reaction
+    return replace(
+        given,
+        simulated=True,
+        note=f"SIMULATED by the virtual impact lab: {_described(robot)}; {robot.source}",
+        operator="virtual impact lab",
+        robot=f"virtual {robot.name}",
+        controller="",
+        firmware="",
+        moving_mass=round(robot.robot.moving_mass, 3) if math.isnan(given.moving_mass) else given.moving_mass,
+        tool="none",
+        payload=robot.robot.load,
+        covers="; ".join(change for change in robot.changes if "cover" in change) or "none",
+        contact_site="flange",
+        direction="down",
+        base_angle=math.nan,
+        safety_settings=f"external torque limit {reaction.threshold:.3g} Nm at any joint, then {reaction.kind.words}",
+        speed_kind="commanded",
+        device=device.device,
+    )
+
+
+def _truth(names: tuple[str, ...], impacts: SimulatedImpacts, origin: str) -> str:
+    columns = {
+        "recording": list(names),
+        "true_speed_mps": [f"{speed:.6f}" for speed in impacts.speed],
+        "true_peak_force_N": [f"{peak:.3f}" for peak in impacts.peak_force],
+        "true_held_force_N": ["" if math.isnan(held) else f"{held:.3f}" for held in impacts.held_force],
+        "true_scenario": [str(scenario) for scenario in impacts.scenario],
+    }
+    return f"# {origin}\n{csv_text(columns)}"

@@ -1,0 +1,107 @@
+"""What a measuring device reads of a force, and the file it writes."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from forcemap.errors import InputError
+from forcemap.recordings.column_map import ColumnMap
+from forcemap.recordings.device import Device
+from forcemap.recordings.units import TimeUnit
+
+FloatArray = NDArray[np.float64]
+
+COLUMNS = ColumnMap(time="time_ms", time_unit=TimeUnit.MILLISECONDS, force="force_N")
+"""How the files are written, as [recordings] of campaign.toml states it."""
+
+PAPER_DEVICE = Device(range=500.0, error=3.0, stiffness=75_000.0, model="CBSF-75-Basic, simulated")
+
+
+@dataclass(frozen=True, kw_only=True)
+class SimulatedDevice:
+    """A force measuring device: its spring, its range, and how its readings differ from the force.
+
+    Parameters
+    ----------
+    device : Device
+        Range, error and stiffness, all stated. Half of the error is spent on the scale: a device reads all forces too
+        high or too low by one share; offset, drift and noise are the rest.
+    sampling_rate : float
+        Samples per second [Hz].
+    before, after : float
+        Recorded before and after first contact [s].
+    noise : float
+        Standard deviation of the noise of a sample [N].
+    offset, drift : float
+        Largest offset [N] and largest drift [N/s] of a recording.
+    resolution : float
+        Step of the readings [N].
+
+    Raises
+    ------
+    InputError
+        Range, error or stiffness not stated, or a figure outside its range.
+    """
+
+    device: Device = field(default=PAPER_DEVICE)
+    sampling_rate: float = 1000.0
+    before: float = 0.1
+    after: float = 0.8
+    noise: float = 0.4
+    offset: float = 3.0
+    drift: float = 1.0
+    resolution: float = 0.1
+
+    def __post_init__(self) -> None:
+        for name in ("range", "error", "stiffness"):
+            if math.isnan(getattr(self.device, name)):
+                raise InputError(f"device {name}: not stated, expected a number to simulate readings with")
+        positive = {name: getattr(self, name) for name in ("sampling_rate", "before", "after", "resolution")}
+        others = {name: getattr(self, name) for name in ("noise", "offset", "drift")}
+        for name, value in (positive | others).items():
+            if not 0 <= value < math.inf or (name in positive and value == 0):
+                least = "positive" if name in positive else "of at least 0"
+                raise InputError(f"{name.replace('_', ' ')}: found {value:g}, expected a finite number {least}")
+
+    def scale(self, rng: np.random.Generator) -> float:
+        """Reading over force of one such device."""
+        return float(1 + rng.uniform(-1, 1) * 0.5 * self.device.error / self.device.range)
+
+    def readings(self, course: FloatArray, step: float, scale: float, rng: np.random.Generator) -> FloatArray:
+        """What it reads of impacts, shape (samples, batch) [N]; the sampling knows nothing of the contact.
+
+        Parameters
+        ----------
+        course : array, shape (times, batch)
+            Force from first contact on [N], a row every step.
+        step : float
+            Time between the rows [s].
+        scale : float
+            Reading over force.
+        rng : numpy.random.Generator
+            Where chance comes from.
+        """
+        batch = course.shape[1]
+        time = self.times()[:, None]
+        row = np.clip((time - self.before - rng.uniform(0, 1 / self.sampling_rate, batch)) / step, 0, len(course) - 1)
+        lower = np.minimum(row.astype(np.intp), len(course) - 2)
+        impact = np.arange(batch)
+        low, high = course[lower, impact], course[lower + 1, impact]
+        read = scale * (low + (high - low) * (row - lower)) + rng.uniform(-1, 1, batch) * self.offset
+        read += rng.uniform(-1, 1, batch) * self.drift * time + rng.normal(0, self.noise, read.shape)
+        limited = np.clip(read, -self.device.range, self.device.range)
+        return np.asarray(np.round(limited / self.resolution) * self.resolution)
+
+    def times(self) -> FloatArray:
+        """Times of the samples [s]."""
+        return np.arange(round((self.before + self.after) * self.sampling_rate)) / self.sampling_rate
+
+
+def recording_text(time: FloatArray, readings: FloatArray, origin: str) -> str:
+    """The text of a file of one recording, shape (samples,); its first line says that and how it was simulated."""
+    rows = zip((1000 * time).tolist(), readings.tolist(), strict=True)
+    return f"{origin}\ntime_ms,force_N\n" + "".join([f"{t:.3f},{force:.2f}\n" for t, force in rows])

@@ -1,0 +1,216 @@
+"""Virtual robots of the lab: presets calibrated to published maps, and what-if changes to them."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import dataclass, field, replace
+from importlib import resources
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from forcemap.dynamics.robot import Robot
+from forcemap.dynamics.robots import robot_named
+from forcemap.errors import InputError, UnknownName
+from forcemap.lab.contact import ContactLayer
+from forcemap.lab.course import Impacting, Servo
+from forcemap.lab.impactor import Posed, posed
+from forcemap.lab.reaction import Reaction, ReactionKind
+
+FloatArray = NDArray[np.float64]
+
+PRESETS = ("ur10e-like", "iiwa7-like-30nm", "iiwa7-like-10nm")
+
+
+@dataclass(frozen=True, kw_only=True)
+class VirtualRobot:
+    """A robot of the lab: a robot's links, and what was made up so that its impacts resemble a published map.
+
+    Parameters
+    ----------
+    name : str
+        Its name.
+    robot : Robot
+        Links, tool and payload, with drive inertia.
+    tool_direction : tuple of float
+        Where the z axis of the flange points at contact.
+    contact_radius : float
+        The contact point lies this far below the robot's own [m].
+    servo : Servo
+        How stiffly the joints follow.
+    pad_stiffness, pad_damping : float
+        Of the damping pad on the device, and any cover [N/m], [N s/m].
+    reaction : Reaction
+        How the controller reacts.
+    speed_scatter : float
+        Standard deviation of the speed at contact between repeats, as a share of it.
+    changes : tuple of str
+        What was changed about the preset, in words.
+    source : str
+        Where the figures come from.
+
+    Raises
+    ------
+    InputError
+        A robot without drive inertia, or a scatter that is none.
+    """
+
+    name: str
+    robot: Robot
+    tool_direction: tuple[float, float, float]
+    contact_radius: float
+    servo: Servo
+    pad_stiffness: float
+    pad_damping: float
+    reaction: Reaction
+    speed_scatter: float = 0.0
+    changes: tuple[str, ...] = field(default=())
+    source: str = ""
+
+    def __post_init__(self) -> None:
+        if self.robot.drive_inertia is None:
+            raise InputError(f"{self.name}: found no drive inertia, expected a robot with it (with_drive_inertia)")
+        if not 0 <= self.speed_scatter < 0.1:
+            raise InputError(f"speed scatter: found {self.speed_scatter:g}, expected a share from 0 to 0.1")
+
+    def with_threshold(self, threshold: float) -> Self:
+        """The robot with another safety setting.
+
+        Parameters
+        ----------
+        threshold : float
+            External torque at any joint beyond which a collision is noticed [N m].
+
+        Raises
+        ------
+        InputError
+            Not positive and finite.
+        """
+        reaction = replace(self.reaction, threshold=threshold)
+        return self._changed(f"collision threshold {threshold:g} N m", reaction=reaction)
+
+    def with_payload(self, mass: float, centre_of_mass: ArrayLike = (0.0, 0.0, 0.05)) -> Self:
+        """The robot with a payload.
+
+        Parameters
+        ----------
+        mass : float
+            Mass [kg].
+        centre_of_mass : array, shape (3,)
+            In the frame of the flange [m]; 5 cm in front of it if not given.
+
+        Raises
+        ------
+        InputError
+            A mass below zero, or numbers that are not finite.
+        """
+        robot = self.robot.with_payload(mass=mass, centre_of_mass=centre_of_mass)
+        return self._changed(f"payload {mass:g} kg", robot=robot)
+
+    def with_cover(self, stiffness: float, damping: float | None = None) -> Self:
+        """The robot with a protective cover; cover and pad are taken as one layer that does not bottom out.
+
+        Parameters
+        ----------
+        stiffness : float
+            Spring constant of the cover [N/m].
+        damping : float, optional
+            Damping of the cover [N s/m]; if not given, as much as the pad's in proportion to its stiffness.
+
+        Raises
+        ------
+        InputError
+            A stiffness that is not positive and finite, or a damping below zero.
+        """
+        own = self.pad_damping * stiffness / self.pad_stiffness if damping is None else damping
+        if not (0 < stiffness < math.inf and 0 <= own < math.inf):
+            raise InputError(
+                f"cover: found {stiffness:g} N/m and {own:g} N s/m, expected a stiffness above 0 N/m "
+                "and a damping of at least 0 N s/m"
+            )
+        share = stiffness / (stiffness + self.pad_stiffness)  # of the compression that the pad takes
+        return self._changed(
+            f"cover of {stiffness / 1000:g} N/mm",
+            pad_stiffness=self.pad_stiffness * share,
+            pad_damping=share**2 * self.pad_damping + (1 - share) ** 2 * own,
+        )
+
+    def posed_at(self, distance: ArrayLike, height: ArrayLike) -> Posed:
+        """The robot posed at places, shape (batch,) [m].
+
+        Raises
+        ------
+        InputError
+            A place it cannot reach.
+        """
+        return posed(
+            self.robot,
+            distance,
+            height,
+            tool_direction=self.tool_direction,
+            contact_radius=self.contact_radius,
+        )
+
+    def impacting(self, places: Posed, device_stiffness: float) -> Impacting:
+        """The robot at places, on a device with this spring constant [N/m]."""
+        assert self.robot.drive_inertia is not None
+        contact = ContactLayer(device_stiffness, self.pad_stiffness, self.pad_damping)
+        return Impacting(places.with_drives(self.robot.drive_inertia.values), self.servo, contact, self.reaction)
+
+    def _changed(self, change: str, **fields: Any) -> Self:
+        return replace(self, **fields, changes=(*self.changes, change))
+
+
+def virtual_robot(name: str) -> VirtualRobot:
+    """A preset of the lab. Its figures are no facts about any robot: they make its impacts resemble a published map.
+
+    Parameters
+    ----------
+    name : str
+        "ur10e-like", "iiwa7-like-30nm" or "iiwa7-like-10nm".
+
+    Raises
+    ------
+    UnknownName
+        No preset has the name.
+
+    Examples
+    --------
+    >>> virtual_robot("iiwa7-like-10nm").reaction.threshold
+    10.0
+    """
+    if name not in PRESETS:
+        raise UnknownName("preset of the lab", name, PRESETS)
+    text = resources.files("forcemap.lab").joinpath("presets", f"{name}.json").read_text(encoding="utf-8")
+    return virtual_robot_of(json.loads(text))
+
+
+def virtual_robot_of(figures: dict[str, Any]) -> VirtualRobot:
+    """A virtual robot from the entries of a preset's file."""
+    robot = robot_named(figures["robot"])
+    groups, values = figures["drive_inertia_joints"], figures["drive_inertia_kg_m2"]
+    reaction = figures["reaction"]
+    return VirtualRobot(
+        name=figures["name"],
+        robot=robot.with_drive_inertia(np.repeat(values, groups)),
+        tool_direction=tuple(figures["tool_direction"]),
+        contact_radius=figures["contact_radius_m"],
+        servo=Servo(figures["servo"]["frequency_Hz"], figures["servo"]["damping"]),
+        pad_stiffness=figures["pad"]["stiffness_N_per_m"],
+        pad_damping=figures["pad"]["damping_N_s_per_m"],
+        reaction=Reaction(
+            kind=ReactionKind(reaction["kind"]),
+            threshold=reaction["threshold_N_m"],
+            torque_filter=reaction["torque_filter_s"],
+            delay=reaction["delay_s"],
+            time_constant=reaction["time_constant_s"],
+            retreat_speed=reaction["retreat_speed_mps"],
+            retreat_time=reaction["retreat_time_s"],
+            hold_force=reaction["hold_force_N"],
+            yielding=reaction["yielding_m_per_N_s"],
+        ),
+        speed_scatter=figures["speed_scatter"],
+        source=figures["source"],
+    )

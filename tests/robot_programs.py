@@ -1,0 +1,136 @@
+"""Small interpreters for the parts of URScript and KRL that exported files use; anything else is an error."""
+
+from __future__ import annotations
+
+import ast
+import math
+import operator
+import re
+
+OPERATORS = {
+    ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Lt: operator.lt, ast.LtE: operator.le,
+    ast.Gt: operator.gt, ast.GtE: operator.ge,
+}  # fmt: skip
+
+
+class Frame(dict):
+    """A KRL FRAME: components by name."""
+
+
+def square_root(value):
+    return math.sqrt(value) if value >= 0 else math.nan
+
+
+def evaluate(node, names):
+    """An expression of numbers, names, lists, indices, components, sqrt, comparisons and `and`."""
+    match node:
+        case ast.Expression(body=body):
+            return evaluate(body, names)
+        case ast.Constant(value=value):
+            return value
+        case ast.Name(id=name):
+            return names[name]
+        case ast.List(elts=items):
+            return [evaluate(item, names) for item in items]
+        case ast.Tuple(elts=items):
+            return tuple(evaluate(item, names) for item in items)
+        case ast.BinOp(left=left, op=op, right=right):
+            return OPERATORS[type(op)](evaluate(left, names), evaluate(right, names))
+        case ast.Compare(left=left, ops=[op], comparators=[right]):
+            return OPERATORS[type(op)](evaluate(left, names), evaluate(right, names))
+        case ast.BoolOp(op=ast.And(), values=values):
+            found = [evaluate(value, names) for value in values]  # both sides, as KRL does
+            return all(found)
+        case ast.Subscript(value=value, slice=index):
+            found, at = evaluate(value, names), evaluate(index, names)
+            assert isinstance(found, dict) or 0 <= at < len(found)
+            return found[at]
+        case ast.Attribute(value=value, attr=name):
+            return evaluate(value, names)[name]
+        case ast.Call(func=ast.Name(id="sqrt" | "SQRT"), args=[argument]):
+            return square_root(evaluate(argument, names))
+    raise AssertionError(f"not in the subset: {ast.dump(node)}")
+
+
+def expression(text, names):
+    return evaluate(ast.parse(text.strip(), mode="eval"), names)
+
+
+def run_block(lines, names, patterns):
+    """Run statements; `patterns` are (if, while, end, assignment, return, ignored). Gives the returned value."""
+    opens, loops, ends, assigns, returns, ignored = (re.compile(pattern) for pattern in patterns)
+
+    def end_of(start):
+        depth = 0
+        for at in range(start, len(lines)):
+            depth += bool(opens.fullmatch(lines[at]) or loops.fullmatch(lines[at]))
+            depth -= bool(ends.fullmatch(lines[at]))
+            if depth == 0:
+                return at
+        raise AssertionError("a block without an end")
+
+    at = 0
+    while at < len(lines):
+        line = lines[at]
+        if found := opens.fullmatch(line):
+            if not expression(found[1], names):
+                at = end_of(at)
+        elif found := loops.fullmatch(line):
+            end = end_of(at)
+            for _ in range(100_000):
+                if not expression(found[1], names):
+                    break
+                assert run_block(lines[at + 1 : end], names, patterns) is None
+            at = end
+        elif found := assigns.fullmatch(line):
+            names[found[1]] = expression(found[2], names)
+        elif found := returns.fullmatch(line):
+            return expression(found[1], names)
+        else:
+            assert ends.fullmatch(line) or ignored.fullmatch(line), f"not in the subset: {line!r}"
+        at += 1
+    return None
+
+
+def urscript_function(text, name):
+    """The function of that name in a URScript file, as a Python function of one argument."""
+    lines = [line.split("#")[0].strip() for line in text.splitlines()]
+    lines = [line for line in lines if line]
+    start = lines.index(f"def {name}(pose):")
+    body = lines[start + 1 :]
+    assert body[-1] == "end"
+    patterns = (
+        r"if (.*):", r"while (.*):", r"end", r"(?:local )?(\w+) = (.*)", r"return (.*)", r"(?!)",
+    )  # fmt: skip
+    return lambda pose: run_block(body[:-1], {"pose": pose}, patterns)
+
+
+def krl_arrays(text):
+    """Arrays of a KRL data list, as dictionaries from index (counted from 1) to number."""
+    lines = [line.split(";")[0].strip() for line in text.splitlines()]
+    lines = [line for line in lines if line]
+    assert lines[0] == "DEFDAT FORCEMAP PUBLIC"
+    assert lines[-1] == "ENDDAT"
+    arrays, sizes = {}, {}
+    for line in lines[1:-1]:
+        if found := re.fullmatch(r"DECL GLOBAL REAL (\w+)\[([\d,]+)\]", line):
+            arrays[found[1]], sizes[found[1]] = {}, math.prod(map(int, found[2].split(",")))
+        else:
+            found = re.fullmatch(r"(\w+)\[([\d,]+)\]=([\d.-]+)", line)
+            index = tuple(map(int, found[2].split(",")))
+            arrays[found[1]][index[0] if len(index) == 1 else index] = float(found[3])
+    assert {name: len(array) for name, array in arrays.items()} == sizes
+    return arrays
+
+
+def krl_function(source, data, name):
+    """The function of that name in a KRL source file, as a Python function of a frame."""
+    lines = [line.split(";")[0].strip() for line in source.splitlines()]
+    lines = [line for line in lines if line]
+    start = lines.index(f"GLOBAL DEFFCT REAL {name}(P:IN)")
+    body = [re.sub(r"\bAND\b", "and", line) for line in lines[start + 1 : lines.index("ENDFCT")]]
+    patterns = (
+        r"IF (.*) THEN", r"WHILE (.*)", r"ENDIF|ENDWHILE", r"(\w+) = (.*)", r"RETURN (.*)", r"DECL (FRAME|REAL|INT) .*",
+    )  # fmt: skip
+    arrays = krl_arrays(data)
+    return lambda frame: run_block(body, {"P": frame} | arrays, patterns)

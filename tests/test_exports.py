@@ -1,0 +1,206 @@
+"""Exported speeds: certified, looked up as they stand, with a head, and refusals that stay refusals."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import forcemap as fm
+from robot_programs import Frame, krl_arrays, krl_function, urscript_function
+
+HAND = (fm.force_limit("back_of_hand"), fm.Contact.TRANSIENT)
+DATE = "2026-11-21"
+
+
+@pytest.fixture(scope="module")
+def table():
+    return fm.robot_table(fm.published_map("ur10e"), limits=[HAND], bound=fm.FixedMargin(0.10), date=DATE)
+
+
+@pytest.fixture(scope="module")
+def poses(table):
+    """10,000 places all around the base, in and beyond the range, some of them exactly on edges."""
+    rng = np.random.default_rng(60)
+    angle, d, h = rng.uniform(-np.pi, np.pi, 10_000), rng.uniform(0.45, 0.95, 10_000), rng.uniform(0.1, 0.5, 10_000)
+    d[:200], angle[:200] = rng.choice(table.distance_edges, 200), 0.0
+    h[200:400] = rng.choice(table.height_edges, 200)
+    return np.stack([d * np.cos(angle), d * np.sin(angle), h], axis=1)
+
+
+def test_the_table_is_certified_and_floored(table):
+    ur10e = fm.published_map("ur10e")
+    allowance = table.provenance.allowance
+    assert allowance == fm.Allowance(0.01, 0.005)
+    rng = np.random.default_rng(61)
+    for i in range(table.speed_mmps.shape[0]):
+        for j in range(table.speed_mmps.shape[1]):
+            d = rng.uniform(table.distance_edges[i] - 0.005, table.distance_edges[i + 1] + 0.005, 30)
+            h = rng.uniform(table.height_edges[j] - 0.005, table.height_edges[j + 1] + 0.005, 30)
+            found = fm.safe_speed(ur10e, d, h, limit=280.0, bound=fm.FixedMargin(0.10))
+            if table.speed_mmps[i, j]:
+                assert table.speed_mmps[i, j] / 1000 + 0.01 <= found.speed.min()
+                assert table.lowest[i, j] - table.speed_mmps[i, j] / 1000 < 0.011 + 1e-9
+            else:
+                assert not table.outcome[i, j].has_speed
+    assert 30 < table.permitted < table.speed_mmps.size
+    edges = table.distance_edges
+    assert (edges[0], edges[-1]) == (0.525, 0.885)
+    np.testing.assert_array_equal(edges, np.round(edges, 3))
+
+
+def test_the_urscript_function_returns_the_tables_value(table, poses):
+    allowed = urscript_function(fm.urscript(table), "forcemap_speed")
+    answers = [table.speed(*pose) for pose in poses.tolist()]
+    assert [allowed([*pose, 0.0, 3.14, 0.0]) for pose in poses.tolist()] == answers
+    assert min(sum(v == 0 for v in answers), sum(v > 0 for v in answers)) > 1000
+    for pose in ([math.nan, 0.0, 0.4], [0.8, 0.0, math.nan], [math.inf, 0.0, 0.4], [0.8, 0.0, -math.inf], [0.0] * 3):
+        assert allowed([*pose, 0.0, 0.0, 0.0]) == 0.0 == table.speed(*pose)
+
+
+def test_the_krl_tables_parse_back_and_the_function_returns_their_value(table, poses):
+    arrays = krl_arrays(fm.krl_data(table))
+    np.testing.assert_allclose(list(arrays["FM_D"].values()), 1000 * table.distance_edges, atol=1e-9)
+    np.testing.assert_allclose(list(arrays["FM_H"].values()), 1000 * table.height_edges, atol=1e-9)
+    for (i, j), speed in arrays["FM_V"].items():
+        assert speed == table.speed_mmps[i - 1, j - 1] / 1000
+    allowed = krl_function(fm.krl_source(table), fm.krl_data(table), "FORCEMAP_SPEED")
+    inner = poses[400:]  # off the edges, where millimetres and metres round alike
+    answers = [allowed(Frame(zip("XYZ", 1000 * pose, strict=True))) for pose in inner]
+    assert answers == [table.speed(*pose) for pose in inner.tolist()]
+    for values in ([math.nan, 0, 400], [800, 0, math.nan], [math.inf, 0, 400], [0, 0, 0]):
+        assert allowed(Frame(zip("XYZ", map(float, values), strict=True))) == 0.0
+
+
+def test_neutral_tables(table):
+    text = fm.zones_csv(table)
+    head = [line for line in text.splitlines() if line.startswith("#")]
+    rows = list(csv.DictReader(io.StringIO(text[sum(len(line) + 1 for line in head) :])))
+    result = json.loads(json.dumps(fm.zones_result(table), allow_nan=False))
+    assert len(rows) == len(result["zones"]) == table.speed_mmps.size
+    for row, zone in zip(rows, result["zones"], strict=True):
+        assert float(row["speed_mps"]) == zone["speed_mps"]
+        assert row["outcome"] == zone["outcome"]
+        assert float(row["distance_from_m"]) == zone["distance_from_m"]
+        assert (zone["speed_mps"] == 0) == (zone["certified_speed_mps"] is None)
+        assert row["map_sha256"] == fm.map_sha256(fm.published_map("ur10e"))
+        if row["spread_mps"]:
+            assert float(row["spread_mps"]) <= zone["spread_mps"]
+
+
+def test_every_file_says_in_its_head_what_it_rests_on(table):
+    texts = [
+        fm.zones_csv(table),
+        fm.urscript(table),
+        fm.krl_data(table),
+        fm.krl_source(table),
+        fm.safety_proposal(table),
+    ]
+    wanted = [
+        "NOT SAFETY-RATED", "to be confirmed before use", fm.map_sha256(fm.published_map("ur10e")), DATE, "280 N",
+        "ISO/TS 15066:2016", "table version", "prediction + 10 %", "speed overshoot 0.01 m/s",
+        "position tolerance 0.005 m", "person at rest", "direction of motion: down", "contact site:",
+        "safety settings:", "pressure not assessed",
+    ]  # fmt: skip
+    for text in texts:
+        for words in wanted:
+            assert words in text, (words, text[:80])
+        assert text.isascii()
+    result = fm.zones_result(table)
+    assert result["safety_rated"] is False
+    assert result["speed_overshoot_mps"] == 0.01
+
+
+def test_the_strictest_of_several_limits_and_the_gate_hold():
+    ur10e, bound = fm.published_map("ur10e"), fm.FixedMargin(0.10)
+    alone = [fm.robot_table(ur10e, limits=[limit], bound=bound) for limit in ((300.0, None), HAND)]
+    both = fm.robot_table(ur10e, limits=[(300.0, None), HAND], bound=bound)
+    np.testing.assert_array_equal(both.speed_mmps, np.minimum(*(each.speed_mmps for each in alone)))
+    assert len(both.provenance.limits) == 2
+    clamps = fm.robot_table(fm.published_map("kuka-iiwa7-30nm"), limits=[HAND], bound=bound)
+    assert clamps.permitted == 0
+    assert "nothing to configure" in fm.safety_proposal(clamps)
+    assert urscript_function(fm.urscript(clamps), "forcemap_speed")([0.8, 0.0, 0.4, 0, 0, 0]) == 0
+    with pytest.raises(fm.ContactNotPermitted):
+        fm.robot_table(ur10e, limits=[(fm.force_limit("temple"), fm.Contact.TRANSIENT)], bound=bound)
+
+
+def test_the_safety_proposal_names_a_block_of_permitted_zones(table):
+    from forcemap.exports.safety_proposal import widest_block
+
+    first, last, bottom, top, speed = widest_block(table)
+    block = table.speed_mmps[first:last, bottom:top]
+    assert block.min() == speed > 0
+    assert f"{speed / 1000:.3f} m/s" in fm.safety_proposal(table)
+    best = max(
+        table.speed_mmps[a:b, c:d].min() * (table.distance_edges[b] - table.distance_edges[a])
+        * (table.height_edges[d] - table.height_edges[c])
+        for a in range(8) for b in range(a + 1, table.speed_mmps.shape[0] + 1)
+        for c in range(7) for d in range(c + 1, table.speed_mmps.shape[1] + 1)
+        if a < table.speed_mmps.shape[0] and c < table.speed_mmps.shape[1]
+    )  # fmt: skip
+    wide = table.distance_edges[last] - table.distance_edges[first]
+    assert speed * wide * (table.height_edges[top] - table.height_edges[bottom]) == pytest.approx(best)
+
+
+def test_scaling_factors_keep_the_program_within_the_allowed_speeds():
+    ur10e, bound = fm.published_map("ur10e"), fm.FixedMargin(0.10)
+    points = [[0.8, 0, 0.44], [0.8, 0, 0.3], [0.6, 0, 0.3]]
+    task = fm.one_segment_task("path", ("back_of_hand",), fm.Contact.TRANSIENT, speed=0.35)
+    speeds = fm.path_speeds(ur10e, fm.ToolPath.through(points), task, bound=bound)
+    table = fm.robot_table(ur10e, limits=[HAND], bound=bound, date=DATE)
+    basis = replace(table.provenance, statements=speeds.statements)
+    pieces = fm.scaling_result(speeds, basis)["pieces"]
+    assert {piece["outcome"] for piece in pieces} == {"admissible", "not_downward"}
+    for piece, speed in zip(pieces, speeds.speed, strict=True):
+        if math.isnan(speed):
+            assert piece["scaling"] == 0
+        else:
+            assert piece["scaling"] * 0.35 <= speed + 1e-12
+            assert speed - piece["scaling"] * 0.35 < 0.0046
+    text = fm.scaling_csv(speeds, basis)
+    assert "NOT SAFETY-RATED" in text
+    assert sum(not line.startswith("#") for line in text.splitlines()) == len(pieces) + 1
+    unstated = fm.path_speeds(
+        ur10e,
+        fm.ToolPath.through(points),
+        fm.one_segment_task("path", ("back_of_hand",), fm.Contact.TRANSIENT),
+        bound=bound,
+    )
+    with pytest.raises(fm.InputError, match="no programmed speed"):
+        fm.scaling_csv(unstated, basis)
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"limits": []}, "at least one"),
+        ({"size": 0.0}, "zone size"),
+        ({"size": math.nan}, "zone size"),
+        ({"date": "21.11.2026"}, "date"),
+        ({"allowance": fm.Allowance(0.01, 0.2)}, "measured range leaves"),
+    ],
+)
+def test_tables_that_cannot_be_made(options, words):
+    given = {"limits": [HAND], "bound": fm.FixedMargin()} | options
+    with pytest.raises(fm.InputError, match=words):
+        fm.robot_table(fm.published_map("ur10e"), **given)
+
+
+@pytest.mark.parametrize("value", [-0.01, math.nan, math.inf])
+def test_allowances_are_positive(value):
+    with pytest.raises(fm.InputError, match="overshoot"):
+        fm.Allowance(speed=value)
+
+
+def test_an_allowance_that_leaves_nothing_permits_nothing():
+    table = fm.robot_table(
+        fm.published_map("ur10e"), limits=[HAND], bound=fm.FixedMargin(), allowance=fm.Allowance(speed=0.5)
+    )
+    assert table.permitted == 0
+    assert not any(outcome.has_speed for outcome in table.outcome.ravel())

@@ -1,0 +1,164 @@
+"""The commands path, place and export, as a person or a program calls them."""
+
+from __future__ import annotations
+
+import json
+import math
+
+import pytest
+from robot_programs import urscript_function
+
+import forcemap as fm
+from forcemap.cli.app import run
+
+HAND = ["--area", "back_of_hand", "--contact", "transient"]
+TASK = """schema = "forcemap-task/1"
+acceleration_mps2 = 2.0
+[campaign]
+direction = "down"
+[[segments]]
+name = "press"
+areas = ["back_of_hand"]
+clamping_possible = false
+speed_mps = 0.4
+[[segments]]
+name = "lift"
+contact_possible = false
+speed_mps = 0.5
+"""
+
+
+@pytest.fixture(autouse=True)
+def files(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "path.csv").write_text("x_m,y_m,z_m,segment\n0.8,0,0.44,press\n0.8,0,0.36,lift\n0.8,0,0.44,lift\n")
+    (tmp_path / "press.csv").write_text("x_m,y_m,z_m\n0.8,0,0.44\n0.8,0,0.36\n")
+    (tmp_path / "table.csv").write_text("x_m,y_m,z_m\n0,0,0.05\n0,0,0\n")
+    (tmp_path / "task.toml").write_text(TASK)
+
+
+def result(capsys, *arguments, code=0):
+    assert run([*arguments, "--json"]) == code
+    return json.loads(capsys.readouterr().out)
+
+
+def test_path_says_where_it_must_slow_down(capsys):
+    assert run(["path", "ur10e", "path.csv", "--task", "task.toml"]) == 0
+    text = capsys.readouterr().out
+    assert "0.400 !" in text
+    assert "the standard's one speed" in text
+    assert "position tolerance 0.005 m" in text
+    found = result(capsys, "path", "ur10e", "path.csv", "--task", "task.toml")
+    assert {piece["outcome"] for piece in found["pieces"]} == {"admissible", "no_contact"}
+    assert all(piece["too_fast"] == (piece["segment"] == "press") for piece in found["pieces"])
+    assert [each["rule"] for each in found["cycle_times"]][0] == "allowed speeds"
+    assert found["map_sha256"] == fm.map_sha256(fm.published_map("ur10e"))
+
+
+def test_a_refused_path_is_a_no_and_invents_no_time(capsys):
+    found = result(capsys, "path", "ur10e", "path.csv", *HAND, code=1)
+    assert {piece["outcome"] for piece in found["pieces"]} == {"admissible", "not_downward"}
+    assert found["cycle_times"][0]["cycle_time_s"] is None
+    assert found["pieces"][-1]["speed_mps"] is None
+    assert run(["path", "kuka-iiwa7-30nm", "press.csv", *HAND]) == 1
+    assert "no transient limit may be used" in capsys.readouterr().out
+    assert run(["path", "ur10e", "press.csv", "--area", "temple", "--contact", "transient"]) == 1
+    assert "not permitted" in capsys.readouterr().out
+
+
+def test_joint_paths_need_their_robot(capsys, tmp_path):
+    from forcemap.dynamics.robots import robot_named
+
+    q = robot_named("ur10e").reference_posture
+    header = ",".join(f"joint_{i}_rad" for i in range(1, 7))
+    rows = [",".join(map(str, q)), ",".join(map(str, q + [0, 0.1, 0, 0, 0, 0]))]
+    (tmp_path / "joints.csv").write_text("\n".join([header, *rows]))
+    assert run(["path", "ur10e", "joints.csv", *HAND, "--robot", "ur10e", "--contact-offset-m", "0,0,0.1"]) in (0, 1)
+    assert "Allowed speeds" in capsys.readouterr().out
+    assert run(["path", "ur10e", "joints.csv", *HAND]) == 2
+
+
+def test_place_finds_where_to_put_the_table(capsys):
+    found = result(capsys, "place", "ur10e", "table.csv", *HAND, "--step-m", "0.1", "--acceleration-mps2", "10")
+    assert found["best"]["distance_m"] == pytest.approx(0.8)
+    assert min(each["cycle_time_s"] or math.inf for each in found["positions"]) == found["best"]["cycle_time_s"]
+    assert run(["place", "ur10e", "table.csv", *HAND, "--step-m", "0.1"]) == 0
+    assert "best:" in capsys.readouterr().out
+    assert run(["place", "kuka-iiwa7-30nm", "table.csv", *HAND, "--step-m", "0.2"]) == 1
+
+
+@pytest.mark.parametrize("form", ["csv", "json", "urscript", "safety"])
+def test_export_writes_what_it_prints(form, capsys, tmp_path):
+    command = ["export", "ur10e", "--format", form, *HAND, "--date", "2026-11-21"]
+    assert run(command) == 0
+    printed = capsys.readouterr().out
+    assert run([*command, "-o", "out.txt"]) == 0
+    assert "36 of 56 zones permitted; not safety-rated" in capsys.readouterr().out
+    assert (tmp_path / "out.txt").read_text() == printed
+    assert "2026-11-21" in printed
+    assert run([*command, "-o", "out.txt"]) == 0  # an earlier result may be replaced
+    assert run([*command, "-o", "path.csv"]) == 2  # another file may not
+
+
+def test_export_of_programs(capsys, tmp_path):
+    assert run(["export", "ur10e", "--format", "krl", "--task", "task.toml", "-o", "."]) == 0
+    assert (tmp_path / "FORCEMAP.DAT").read_text().startswith("DEFDAT FORCEMAP PUBLIC")
+    assert "FORCEMAP_SPEED" in (tmp_path / "FORCEMAP.SRC").read_text()
+    assert run(["export", "ur10e", "--format", "krl", "--task", "task.toml", "-o", "no/folder"]) == 2
+    capsys.readouterr()
+    assert run(["export", "ur10e", "--format", "urscript", *HAND]) == 0
+    allowed = urscript_function(capsys.readouterr().out, "forcemap_speed")
+    assert 0 < allowed([0.8, 0.0, 0.4, 0, 0, 0]) < 0.33
+    found = result(capsys, "export", "ur10e", "--format", "scaling", "--path", "path.csv", "--task", "task.toml")
+    assert {piece["scaling"] for piece in found["pieces"] if piece["segment"] == "lift"} == {1.0}
+    assert max(piece["scaling"] for piece in found["pieces"] if piece["segment"] == "press") < 0.9
+    assert result(capsys, "export", "kuka-iiwa7-30nm", "--format", "json", *HAND, code=1)["zones"][0]["speed_mps"] == 0
+    refused = result(capsys, "export", "ur10e", "--format", "csv", "--area", "temple", "--contact", "transient", code=1)
+    assert refused["outcome"] == "not_permitted"
+
+
+BAD = {
+    "no such path": (["path", "ur10e", "none.csv", *HAND], "no such file"),
+    "not a number": (["path", "ur10e", "bad.csv", *HAND], "row 2, column z_m: found 'nan'"),
+    "no length": (["path", "ur10e", "still.csv", *HAND], "same place"),
+    "mixed units": (["path", "ur10e", "mixed.csv", *HAND], "column z_mm"),
+    "unknown area": (["path", "ur10e", "path.csv", "--area", "hnad", "--contact", "transient"], "no body area"),
+    "unknown area in the task": (["path", "ur10e", "path.csv", "--task", "area.toml"], "no body area"),
+    "no such segment": (["path", "ur10e", "path.csv", "--task", "segment.toml"], "'move', which the path does not have"),
+    "segment without a task": (["path", "ur10e", "more.csv", "--task", "task.toml"], "'carry', which the task does not"),
+    "no task": (["path", "ur10e", "path.csv"], "expected --task"),
+    "task and area": (["path", "ur10e", "path.csv", "--task", "task.toml", *HAND], "give it alone"),
+    "another tool": (["path", "ur10e", "path.csv", "--task", "tool.toml"], "tool: the task states 'gripper'"),
+    "another tool, exported": (["export", "ur10e", "--format", "csv", "--task", "tool.toml"], "tool"),
+    "another direction": (["export", "ur10e", "--format", "urscript", "--task", "direction.toml"], "direction"),
+    "a step of nothing": (["path", "ur10e", "path.csv", *HAND, "--step-m", "0"], "step"),
+    "an angle": (["path", "ur10e", "path.csv", *HAND, "--angle-deg", "90"], "angle"),
+    "a tolerance": (["path", "ur10e", "path.csv", *HAND, "--position-tolerance-m", "nan"], "position tolerance"),
+    "a date": (["export", "ur10e", "--format", "csv", *HAND, "--date", "tomorrow"], "date"),
+    "scaling without a path": (["export", "ur10e", "--format", "scaling", *HAND], "--path"),
+    "zones with a path": (["export", "ur10e", "--format", "csv", *HAND, "--path", "path.csv"], "--path"),
+    "scaling without a program": (
+        ["export", "ur10e", "--format", "scaling", "--path", "press.csv", *HAND],
+        "no programmed speed",
+    ),
+    "positions": (["place", "ur10e", "table.csv", *HAND, "--step-m", "1e-9"], "step"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("arguments", "words"), BAD.values(), ids=BAD)
+def test_bad_input_gets_one_line_and_exit_code_2(arguments, words, capsys, tmp_path):
+    (tmp_path / "bad.csv").write_text("x_m,y_m,z_m\n0.8,0,nan\n0.8,0,0.3\n")
+    (tmp_path / "still.csv").write_text("x_m,y_m,z_m\n0.8,0,0.4\n0.8,0,0.4\n")
+    (tmp_path / "mixed.csv").write_text("x_m,y_m,z_mm\n0.8,0,400\n0.8,0,300\n")
+    (tmp_path / "more.csv").write_text("x_m,y_m,z_m,segment\n0.8,0,0.4,press\n0.8,0,0.3,carry\n0.8,0,0.4,lift\n")
+    (tmp_path / "area.toml").write_text(TASK.replace("back_of_hand", "back_of_hnad"))
+    (tmp_path / "segment.toml").write_text(
+        TASK.replace('"lift"', '"lift"\nspeed_mps = 0.5\ncontact_possible = false\n[[segments]]\nname = "move"')
+    )
+    (tmp_path / "tool.toml").write_text(TASK.replace('"down"', '"down"\ntool = "gripper"'))
+    (tmp_path / "direction.toml").write_text(TASK.replace('"down"', '"forward"'))
+    assert run([*arguments, "--json"]) == 2
+    captured = capsys.readouterr()
+    assert captured.err.count("\n") == 1
+    assert words in captured.err
+    assert json.loads(captured.out)["error"]["message"]

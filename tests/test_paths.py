@@ -1,0 +1,329 @@
+"""Paths and tasks: reading, cutting, allowed speeds, cycle times against an independent integration."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import forcemap as fm
+from forcemap.dynamics.kinematics import forward_kinematics
+from forcemap.dynamics.robots import robot_named
+
+BARE = fm.Allowance(speed=0.0, position=0.0)
+HAND = fm.one_segment_task("path", ("back_of_hand",), fm.Contact.TRANSIENT)
+
+
+def dense_time(lengths, limits, acceleration, stops, ds=2e-5):
+    """Cycle time by a forward and a backward pass over tiny steps: independent of the closed form."""
+    counts = np.maximum(1, np.round(lengths / ds).astype(int))
+    step = np.repeat(lengths / counts, counts)
+    cap = np.repeat(limits, counts)
+    node = np.concatenate([[0.0], np.minimum(cap[:-1], cap[1:]), [0.0]])
+    node[np.cumsum(counts)[:-1][stops]] = 0.0
+    for i in range(step.size):
+        node[i + 1] = min(node[i + 1], math.sqrt(node[i] ** 2 + 2 * acceleration * step[i]))
+    for i in range(step.size - 1, -1, -1):
+        node[i] = min(node[i], math.sqrt(node[i + 1] ** 2 + 2 * acceleration * step[i]))
+    return float(np.sum(2 * step / (node[1:] + node[:-1])))
+
+
+def random_motion(rng):
+    n = int(rng.integers(1, 12))
+    return rng.uniform(0.01, 0.2, n), rng.uniform(0.05, 0.8, n), rng.uniform(0.2, 5.0), rng.random(n - 1) < 0.2
+
+
+def test_cycle_times_agree_with_a_dense_integration():
+    rng = np.random.default_rng(50)
+    for _ in range(40):
+        lengths, limits, acceleration, stops = random_motion(rng)
+        law = fm.time_law(lengths, limits, acceleration=acceleration, stops=stops)
+        assert law.duration == pytest.approx(dense_time(lengths, limits, acceleration, stops), rel=0.005)
+
+
+@given(st.integers(0, 2**32 - 1))
+def test_property_accelerations_and_limits_hold_and_faster_is_never_slower(seed):
+    rng = np.random.default_rng(seed)
+    lengths, limits, acceleration, stops = random_motion(rng)
+    law = fm.time_law(lengths, limits, acceleration=acceleration, stops=stops)
+    assert (law.top_speed <= limits * (1 + 1e-12)).all()
+    assert law.start_speed[0] == law.end_speed[-1] == 0
+    np.testing.assert_array_equal(law.end_speed[:-1], law.start_speed[1:])
+    up, down = law.top_speed**2 - law.start_speed**2, law.top_speed**2 - law.end_speed**2
+    assert (up >= -1e-12).all()
+    assert (down >= -1e-12).all()
+    assert (up + down <= 2 * acceleration * lengths * (1 + 1e-9)).all()
+    assert (law.durations > 0).all()
+    faster = limits * rng.uniform(1, 1.5, limits.size)
+    assert fm.time_law(lengths, faster, acceleration=acceleration, stops=stops).duration <= law.duration * (1 + 1e-12)
+
+
+@pytest.mark.parametrize("value", [0.0, -1.0, math.nan, math.inf])
+def test_a_time_law_needs_positive_figures(value):
+    for arguments in (([value], [1.0], 1.0), ([1.0], [value], 1.0), ([1.0], [1.0], value)):
+        with pytest.raises(fm.InputError, match="positive"):
+            fm.time_law(*arguments[:2], acceleration=arguments[2])
+
+
+def press(distance=0.8, top=0.44, bottom=0.3, angle=0.0):
+    x, y = distance * math.cos(angle), distance * math.sin(angle)
+    return fm.ToolPath.through([[x, y, top], [x, y, bottom]])
+
+
+def test_a_press_downwards_gets_the_speeds_of_its_places():
+    ur10e, bound = fm.published_map("ur10e"), fm.FixedMargin(0.10)
+    found = fm.path_speeds(ur10e, press(angle=2.0), HAND, bound=bound, allowance=BARE)
+    assert len(found.path) == 7
+    ends = fm.safe_speed(ur10e, 0.8, found.path.points[:, 2], limit=280.0, bound=bound).speed
+    slower = np.minimum(ends[:-1], ends[1:])
+    assert (found.speed <= slower).all()
+    assert (found.speed > slower - 0.003).all()
+    assert set(found.governed_by) == {"back_of_hand, transient"}
+    assert found.limit.tolist() == [280.0] * 7
+    law = fm.time_law(found.path.lengths, found.speed, acceleration=1.0)
+    assert found.allowed.duration == pytest.approx(law.duration)
+    assert found.constant.speed == found.speed.min()
+    assert found.constant.duration > found.allowed.duration
+    assert found.standard.speed == pytest.approx(280 / math.sqrt(75e3 * 15))
+    assert math.isnan(found.program.duration)
+    allowed = fm.path_speeds(ur10e, press(angle=2.0), HAND, bound=bound)
+    assert (allowed.speed < found.speed - 0.01).all()
+    assert any("overshoot 0.01 m/s and position tolerance 0.005 m" in line for line in allowed.statements)
+
+
+def test_directions_other_than_the_maps_are_named_and_get_nothing():
+    points = [[0.8, 0, 0.4], [0.8, 0, 0.3], [0.7, 0, 0.3], [0.7, 0, 0.4], [0.72, 0, 0.3]]
+    found = fm.path_speeds(
+        fm.published_map("ur10e"), fm.ToolPath.through(points), HAND, bound=fm.FixedMargin(), step=1.0, allowance=BARE
+    )
+    assert found.outcome.tolist() == ["admissible", "not_downward", "not_downward", "admissible"]
+    assert np.isnan(found.speed[1:3]).all()
+    assert math.isnan(found.allowed.duration)
+    assert found.allowed.permitted_duration > 0
+    narrow = fm.path_speeds(
+        fm.published_map("ur10e"), fm.ToolPath.through(points), HAND, bound=fm.FixedMargin(), step=1.0, angle=5.0
+    )
+    assert narrow.outcome[3] == "not_downward"
+    up = fm.path_speeds(fm.published_map("ur10e"), press(top=0.3, bottom=0.4), HAND, bound=fm.FixedMargin())
+    assert up.refused.all()
+    assert math.isnan(up.allowed.permitted_duration)
+
+
+def test_unconfirmed_and_outside_pieces_have_no_time():
+    ur10e = fm.published_map("ur10e")
+    low = fm.path_speeds(ur10e, press(distance=0.6, bottom=0.15), HAND, bound=fm.FixedMargin())
+    assert {"admissible", "unconfirmed"} == set(low.outcome)
+    assert math.isnan(low.allowed.duration)
+    beyond = fm.path_speeds(ur10e, press(top=0.5), HAND, bound=fm.FixedMargin())
+    assert "outside" in beyond.outcome.tolist()
+    clamps = fm.path_speeds(fm.published_map("kuka-iiwa7-30nm"), press(), HAND, bound=fm.FixedMargin())
+    assert set(clamps.outcome) == {"unconfirmed"}
+    assert "no transient limit" in clamps.reason[0]
+
+
+def test_the_strictest_area_governs_and_the_head_has_no_speed():
+    ur10e = fm.published_map("ur10e")
+    areas = ("back_of_hand", "deltoid_muscle", "forearm_muscle")
+    found = fm.path_speeds(
+        ur10e, press(), fm.one_segment_task("path", areas, fm.Contact.TRANSIENT), bound=fm.FixedMargin()
+    )
+    alone = [
+        fm.path_speeds(ur10e, press(), fm.one_segment_task("path", (a,), fm.Contact.TRANSIENT), bound=fm.FixedMargin())
+        for a in areas
+    ]
+    np.testing.assert_array_equal(found.speed, np.min([each.speed for each in alone], axis=0))
+    head = fm.one_segment_task("path", ("back_of_hand", "temple"), fm.Contact.TRANSIENT)
+    refused = fm.path_speeds(ur10e, press(), head, bound=fm.FixedMargin())
+    assert set(refused.outcome) == {"not_permitted"}
+    assert "not permitted" in refused.reason[0]
+    assert np.isnan(refused.speed).all()
+    assert math.isnan(refused.standard.duration)
+
+
+def test_excluded_contact_is_driven_as_programmed_and_said():
+    points = np.array([[0.8, 0, 0.3], [0.8, 0, 0.44], [0.8, 0, 0.3]])
+    path = fm.ToolPath(points, ("lift", "press"))
+    task = fm.Task(
+        (fm.TaskSegment("lift", (), None, 0.5), fm.TaskSegment("press", ("back_of_hand",), fm.Contact.TRANSIENT))
+    )
+    found = fm.path_speeds(fm.published_map("ur10e"), path, task, bound=fm.FixedMargin())
+    assert set(found.outcome[:7]) == {"no_contact"}
+    assert set(found.speed[:7]) == {0.5}
+    assert not found.refused.any()
+    assert found.allowed.duration > 0
+    assert any("excluded" in line for line in found.statements)
+
+
+def test_timed_paths_tell_where_they_are_too_fast():
+    path = fm.ToolPath.through([[0.8, 0, 0.44], [0.8, 0, 0.38], [0.8, 0, 0.3]], time=[0.0, 0.15, 0.95])
+    found = fm.path_speeds(fm.published_map("ur10e"), path, HAND, bound=fm.FixedMargin(), allowance=BARE)
+    np.testing.assert_allclose(found.programmed, [0.4] * 3 + [0.1] * 4)
+    assert found.too_fast.tolist() == [True] * 3 + [False] * 4
+    assert found.program.duration == pytest.approx(0.95)
+
+
+@given(st.integers(0, 2**32 - 1), st.floats(0.005, 0.2))
+def test_property_resampling_keeps_the_path(seed, step):
+    rng = np.random.default_rng(seed)
+    points = np.cumsum(rng.uniform(-0.1, 0.1, (6, 3)), axis=0)
+    path = fm.ToolPath(points, tuple("abcde"), np.cumsum(rng.uniform(0.1, 1, 6)))
+    fine = path.resampled(step)
+    assert fine.lengths.max() <= step * (1 + 1e-9)
+    assert fine.lengths.sum() == pytest.approx(path.lengths.sum())
+    assert fine.time[-1] == path.time[-1]
+    for point in points:
+        assert np.linalg.norm(fine.points - point, axis=1).min() < 1e-12
+    for name in "abcde":
+        assert fine.lengths[[n == name for n in fine.names]].sum() == pytest.approx(path.lengths["abcde".index(name)])
+
+
+def test_files_of_positions(tmp_path):
+    file = tmp_path / "path.csv"
+    file.write_text("time_s;x_m;y_m;z_m;segment\n0;0,8;0;0,44;press\n1;0,8;0;0,3;press\n2;0,8;0;0,4;lift\n")
+    path = fm.read_path(file)
+    np.testing.assert_array_equal(path.points, [[0.8, 0, 0.44], [0.8, 0, 0.3], [0.8, 0, 0.4]])
+    assert path.names == ("press", "press")
+    assert path.time.tolist() == [0, 1, 2]
+    file.write_text("distance_m,height_m\n0.8,0.44\n0.8,0.3\n")
+    np.testing.assert_array_equal(fm.read_path(file).points, [[0.8, 0, 0.44], [0.8, 0, 0.3]])
+
+
+def test_joint_trajectories_follow_the_robot(tmp_path):
+    robot = robot_named("ur10e")
+    q = robot.reference_posture + np.array([[0.0], [0.4]]) * np.array([1, 0.3, -0.2, 0.1, 0, 0.5])
+    file = tmp_path / "joints.csv"
+    header = ",".join(f"joint_{i}_deg" for i in range(1, 7))
+    file.write_text(
+        "\n".join([f"time_s,{header}", *(",".join(map(str, [t, *np.degrees(row)])) for t, row in enumerate(q))])
+    )
+    path = fm.read_path(file, robot=robot)
+    fine = forward_kinematics(robot, q[0] + (q[1] - q[0]) * np.linspace(0, 1, 500)[:, None]).position
+    start, along = path.points[:-1], np.diff(path.points, axis=0)
+    for point in fine:
+        share = np.clip(np.sum((point - start) * along, axis=1) / np.sum(along**2, axis=1), 0, 1)
+        assert np.linalg.norm(start + share[:, None] * along - point, axis=1).min() < 2e-4
+    assert path.time[-1] == 1
+    with pytest.raises(fm.InputError, match="name their robot"):
+        fm.read_path(file)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("x_m,y_m,z_m\n0.8,0,0.4\n0.8,0,0.4\n", "same place"),
+        ("x_m,y_m,z_m\n0.8,0,0.4\n", "at least two"),
+        ("x_m,y_m,z_m\n0.8,0,nan\n0.8,0,0.3\n", "expected a number"),
+        ("x_m,y_m,z_m\n800,0,400\n800,0,300\n", "millimetres"),
+        ("x_mm,y_mm,z_mm\n800,0,400\n800,0,300\n", "without its unit, or in another"),
+        ("x_m,y_m,z_mm\n0.8,0,400\n0.8,0,300\n", "without its unit, or in another"),
+        ("x_m,y_m,z_m,distance_m,height_m\n0.8,0,0.4,0.8,0.4\n0.8,0,0.3,0.8,0.3\n", "unknown column"),
+        ("a,b\n1,2\n3,4\n", "unknown column"),
+        ("time_s\n1\n2\n", "found no positions"),
+        ("time_s,x_m,y_m,z_m\n1,0.8,0,0.4\n1,0.8,0,0.3\n", "times that are finite and rise"),
+        ("segment,x_m,y_m,z_m\n,0.8,0,0.4\n,0.8,0,0.3\n", "found no name"),
+        ("distance_m,height_m\n-0.8,0.4\n0.8,0.3\n", "negative distance"),
+        ("joint_1_rad,joint_2_deg\n1,2\n3,4\n", "name their robot"),
+        ("", "empty"),
+    ],
+)
+def test_files_that_are_no_path(text, words, tmp_path):
+    file = tmp_path / "path.csv"
+    file.write_text(text)
+    with pytest.raises(fm.InputError, match=words) as error:
+        fm.read_path(file)
+    assert "\n" not in str(error.value)
+
+
+TASK = """schema = "forcemap-task/1"
+acceleration_mps2 = 2
+[campaign]
+direction = "down"
+tool = "none"
+[[segments]]
+name = "press"
+areas = ["back_of_hand", "palm"]
+clamping_possible = false
+speed_mps = 0.25
+[[segments]]
+name = "lift"
+contact_possible = false
+speed_mps = 0.5
+"""
+
+
+def write(tmp_path, text):
+    (tmp_path / "task.toml").write_text(text)
+    return tmp_path / "task.toml"
+
+
+def test_task_files(tmp_path):
+    task = fm.read_task(write(tmp_path, TASK))
+    press, lift = task.segments
+    assert press == fm.TaskSegment("press", ("back_of_hand", "palm"), fm.Contact.TRANSIENT, 0.25)
+    assert lift.contact is None
+    assert task.acceleration == 2
+    task.require_same(fm.published_map("ur10e").conditions)
+    assert task.statements() == [
+        "taken to be as in the campaign, not stated by the task: contact site, safety settings"
+    ]
+    clamping = fm.read_task(write(tmp_path, TASK.replace("possible = false\nspeed_mps = 0.25", "possible = true")))
+    assert clamping.segments[0].contact is fm.Contact.QUASI_STATIC
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("forcemap-task/1", "other", "expected schema"),
+        ("acceleration_mps2 = 2", "acceleration = 2", "unknown entry"),
+        ("acceleration_mps2 = 2", "acceleration_mps2 = 0", "positive finite"),
+        ("acceleration_mps2 = 2", "acceleration_mps2 = nan", "finite number"),
+        ('"palm"', '"plam"', "no body area"),
+        ("clamping_possible = false", "", "can a person be clamped"),
+        ("clamping_possible = false", "clamping_possible = 0", "true or false"),
+        ("clamping_possible = false", 'clamping_possible = true\ncontact = "transient"', "not its limit"),
+        ('areas = ["back_of_hand", "palm"]', "areas = []", "expected the body areas"),
+        ("speed_mps = 0.5", "", "state its speed"),
+        ("speed_mps = 0.5", "speed_mps = -0.5", "positive finite speed"),
+        ("speed_mps = 0.5", 'speed_mps = 0.5\nareas = ["palm"]', "contact is not possible"),
+        ('name = "lift"', 'name = "press"', "different names"),
+        ("[[segments]]", "[[segment]]", "unknown entry"),
+        ('tool = "none"', "tool = 3", "expected a text"),
+        ('schema = "', "schema = ", "not a TOML file"),
+    ],
+)
+def test_task_files_that_cannot_be_used(old, new, words, tmp_path):
+    with pytest.raises(fm.InputError, match=words) as error:
+        fm.read_task(write(tmp_path, TASK.replace(old, new)))
+    assert "task.toml" in str(error.value)
+
+
+def test_path_and_task_name_the_same_segments(tmp_path):
+    task = fm.read_task(write(tmp_path, TASK))
+    path = fm.ToolPath(np.array([[0.8, 0, 0.44], [0.8, 0, 0.3], [0.8, 0, 0.4]]), ("press", "left"))
+    with pytest.raises(fm.InputError, match=r"'left'.*nearest is 'lift'"):
+        fm.path_speeds(fm.published_map("ur10e"), path, task, bound=fm.FixedMargin())
+    with pytest.raises(fm.InputError, match="'lift', which the path does not have"):
+        fm.path_speeds(
+            fm.published_map("ur10e"), fm.ToolPath(path.points[:2], ("press",)), task, bound=fm.FixedMargin()
+        )
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [("direction", "forward"), ("contact_site", "flange"), ("tool", "gripper"), ("safety_settings", "another")],
+)
+def test_a_task_under_other_conditions_is_refused(key, value):
+    task = fm.Task(HAND.segments, conditions={key: value})
+    with pytest.raises(fm.InputError, match=key.replace("_", " ")):
+        fm.path_speeds(fm.published_map("ur10e"), press(), task, bound=fm.FixedMargin())
+
+
+def test_a_campaign_without_a_direction_answers_nothing(examples):
+    from dataclasses import replace
+
+    force_map = fm.fit_force_map(replace(examples["ur10e"], conditions=fm.Conditions()))
+    with pytest.raises(fm.InputError, match="direction"):
+        fm.path_speeds(force_map, press(), HAND, bound=fm.ToleranceBound())
