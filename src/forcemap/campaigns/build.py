@@ -93,7 +93,8 @@ def build_dataset(campaign: Campaign, *, progress: Progress | None = None) -> Im
             rows += [row] if row else []
         if progress:
             progress(done, len(order))
-    if campaign.register_file.exists() and file_sha256(campaign.register_file) != campaign.register_sha256:
+    now = file_sha256(campaign.register_file) if campaign.register_file.exists() else ""
+    if now != campaign.register_sha256:
         raise CampaignFileError(
             "was changed meanwhile, so nothing was written; run it again", file=str(campaign.register_file)
         )

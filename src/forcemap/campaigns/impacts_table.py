@@ -135,7 +135,7 @@ def from_frame(frame: pd.DataFrame, **options: Any) -> ImpactDataset:
         columns["censored"] = [_truth(str(cell), "data frame", i + 1) for i, cell in enumerate(columns["censored"])]
     known: dict[str, Any] = {arg: columns[column] for column, arg in COLUMNS.items() if column in columns}
     extra = {name: [str(cell) for cell in cells] for name, cells in columns.items() if name not in COLUMNS}
-    return ImpactDataset.from_arrays(**known, extra=extra, **options)
+    return _with_remark(ImpactDataset.from_arrays(**known, extra=extra, **options), "data frame")
 
 
 def _require_columns(header: Sequence[str], file: str, row: int | None = None) -> None:

@@ -51,7 +51,13 @@ class PhaseTwo:
         )
 
     def including(
-        self, scenarios: Sequence[ContactScenario], forces: Sequence[float], *, excluded: int = 0, unreadable: int = 0
+        self,
+        scenarios: Sequence[ContactScenario],
+        forces: Sequence[float],
+        *,
+        above_peak: int = 0,
+        excluded: int = 0,
+        unreadable: int = 0,
     ) -> PhaseTwo:
         """Count further impacts, which are not in the table: their scenarios, and Phase II forces [N] (NaN is none).
 
@@ -62,7 +68,7 @@ class PhaseTwo:
             scenarios={each: count for each, count in counts.items() if count},
             unrecorded=self.unrecorded + unreadable,
             largest_force=float(np.fmax.reduce([self.largest_force, *forces])),
-            above_peak=self.above_peak,
+            above_peak=self.above_peak + above_peak,
             excluded=self.excluded + excluded,
         )
 

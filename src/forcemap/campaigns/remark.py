@@ -16,7 +16,8 @@ from forcemap.impacts.scenario import ContactScenario
 REMARK = "not_in_table"
 """Column of the impacts table with the same remark in every row, so that it goes wherever the table goes."""
 
-_FORCE, _EXCLUDED, _UNREADABLE = "largest_force_N", "excluded", "unreadable"
+_FORCE, _ABOVE = "largest_force_N", "above_peak"
+_EXCLUDED, _UNREADABLE = "excluded", "unreadable"
 
 
 def not_in_table(entries: Iterable[Entry]) -> str:
@@ -27,6 +28,8 @@ def not_in_table(entries: Iterable[Entry]) -> str:
     parts = [f"{name}={count}" for name, count in found.items() if count]
     force = float(np.fmax.reduce([math.nan, *(entry.phase2_force for entry in counted)]))
     parts += [] if math.isnan(force) else [f"{_FORCE}={force:.2f}"]
+    above = sum(entry.phase2_force > np.fmax(entry.peak_force, 0.0) for entry in counted)  # no peak: without an impact
+    parts += [f"{_ABOVE}={above}"] if above else []
     barred = (ContactScenario.WITH_CLAMPING, ContactScenario.UNDETERMINED)
     excluded = sum(entry.scenario in barred for entry in out if entry.use is Use.EXCLUDED)
     unreadable = sum(entry.use is Use.UNREADABLE for entry in out)
@@ -44,17 +47,16 @@ def including(phase_two: PhaseTwo, remark: str) -> PhaseTwo:
         Not such a remark.
     """
     scenarios: list[ContactScenario] = []
-    force, excluded, unreadable = math.nan, 0, 0
+    force = math.nan
+    counts = {_ABOVE: 0, _EXCLUDED: 0, _UNREADABLE: 0}
     for part in filter(None, (part.strip() for part in remark.split(";"))):
         name, _, value = part.partition("=")
-        if not re.fullmatch(r"\d{1,9}(\.\d+)?", value, re.ASCII):
+        if not re.fullmatch(r"\d{1,9}(\.\d+)?" if name == _FORCE else r"\d{1,9}", value, re.ASCII):
             raise InputError(f"found {part!r}, expected what forcemap collect wrote there", column=REMARK)
         if name == _FORCE:
             force = float(value)
-        elif name == _EXCLUDED:
-            excluded = int(float(value))
-        elif name == _UNREADABLE:
-            unreadable = int(float(value))
+        elif name in counts:
+            counts[name] = int(value)
         else:
-            scenarios += [ContactScenario.parse(name)] * int(float(value))
-    return phase_two.including(scenarios, [force], excluded=excluded, unreadable=unreadable)
+            scenarios += [ContactScenario.parse(name)] * int(value)
+    return phase_two.including(scenarios, [force], **counts)

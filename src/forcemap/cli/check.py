@@ -117,9 +117,7 @@ def check(
     }
     closing = listing("Excluded by a person, not judged", [f"{entry.name}: {entry.exclude}" for entry in out])
     notes = closing if out else []
-    notes += (
-        [] if stated else ["device range not stated: saturation was judged by the shape of the curves alone"]
-    )
+    notes += [] if stated else ["device range not stated: saturation was judged by the shape of the curves alone"]
     emit(result, [*_lines(worst, verdicts, unjudged, limit, simulated), *notes], as_json=as_json)
     return {VerdictOutcome.WITHIN: 0, VerdictOutcome.EXCEEDED: 1, VerdictOutcome.CANNOT_TELL: 2}[worst]
 

@@ -170,7 +170,8 @@ def _course(impact: Impact) -> Iterator[Flag]:
         yield Flag(Quality.DOUBLE_HIT, f"{later:.1f} N after a Phase I peak of {impact.peak_force:.1f} N")
     after, force = impact.curve()
     following = force[after.searchsorted(impact.peak_time - impact.onset) + 1 :]
-    if impact.recorded_time < TRANSIENT_TIME and not (following < 0.88 * impact.raw_peak_force).any():
+    fallen = 0.88 * impact.raw_peak_force - 4.0 * impact.contact.baseline_sd  # clear of noise
+    if impact.recorded_time < TRANSIENT_TIME and not (following < fallen).any():
         yield Flag(Quality.CUT_OFF, f"the recording ends while {impact.end_force:.1f} N act, before the peak is over")
     if impact.recorded_time < TRANSIENT_TIME:
         yield Flag(Quality.TOO_SHORT, f"recorded for {impact.recorded_time:.3f} s after onset, expected 0.7 s")

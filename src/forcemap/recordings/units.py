@@ -32,7 +32,8 @@ _TIME_UNITS, _FORCE_UNITS = r"(s|sec|ms|us|[µμ]s)", r"(N|kN)"
 _STATED = r"(?:.*(?:_|\[|\(|/|\sin\s))?\s*{unit}\s*[\])]?\s*"
 _STATED_TIME = re.compile(_STATED.format(unit=_TIME_UNITS))
 _STATED_FORCE = re.compile(_STATED.format(unit=_FORCE_UNITS))
-_ANY_UNIT = re.compile(r".*?(?:[\[(]\s*([^\[\]()]+?)\s*[\])]|\s/\s*(\S+))\s*")
+# in brackets, or the last word; there one letter is no unit: F_t, F_v
+_ANY_UNIT = re.compile(r".*?(?:[\[(]\s*([^\[\]()]+?)\s*[\])]|\s/\s*(\S+)|[_,/\s]([^][()_,\s]{2,}|%))\s*")
 _FORCES = "lbf lb lbs kgf kp kg g gf ozf dan dn mn kn t"
 _NO_FORCES = "pa kpa mpa bar psi n/cm2 n/cm^2 n/cm² n/mm2 n/mm² nm v mv %"
 _OTHER_UNITS = frozenset([*_FORCES.split(" "), *_NO_FORCES.split(" ")])
@@ -65,12 +66,14 @@ def force_unit_in(name: str) -> ForceUnit | None:
 def other_unit_in(name: str) -> str | None:
     """The unit that a column's name ends with, if it is one that forcemap does not read as a force.
 
-    >>> other_unit_in("Force [lbf]"), other_unit_in("Force [N]")
-    ('lbf', None)
+    >>> other_unit_in("Force [lbf]"), other_unit_in("force_lbf"), other_unit_in("Force [N]")
+    ('lbf', 'lbf', None)
     """
     found = _ANY_UNIT.fullmatch(name)
-    unit = (found[1] or found[2]).strip() if found else name.strip()
-    return unit if unit.casefold() in _OTHER_UNITS and unit not in ("N", "kN") else None
+    for unit in (name.strip(), (found[1] or found[2] or found[3]).strip() if found else ""):
+        if unit.casefold() in _OTHER_UNITS and unit not in ("N", "kN"):
+            return unit
+    return None
 
 
 def names_plain_time(name: str) -> bool:
