@@ -102,9 +102,9 @@ def censored_regression(data: StateData) -> CensoredRegression:
     For a state of level eta ~ N(x'b, tau^2) with n uncensored repeats of mean y and k censored ones at c, each with
     noise sigma, the likelihood is
 
-        N(y; x'b, tau^2 + sigma^2/n) E[ Phi((eta - c) / sigma)^k | y ].
+        N(y; x'b, s^2) E[ Phi((eta - c) / sigma)^k | y ],   s^2 = tau^2 + sigma^2 / repeats.
 
-    b maximises it for a given s^2 = tau^2 + sigma^2 / repeats; s^2 maximises the profile less half the logarithm of
+    b maximises it for a given s^2; s^2 maximises the profile less half the logarithm of
     the information of b (Cox and Reid 1987), which without censoring is restricted maximum likelihood: s^2 =
     residual squares / (n - p), and b is least squares.
 
@@ -214,11 +214,14 @@ class _Profile:
         return coefficients, slope, bend
 
     def _split(self, log_variance: float) -> tuple[FloatArray, float]:
-        """Variance of every state's mean, shape (m,), and of the state effect."""
+        """Variance of every state's mean, shape (m,), and of the state effect.
+
+        States count alike, however many repeats they have, as in least squares on their means: one state of many
+        repeats must not outweigh the others.
+        """
         data, variance = self._data, math.exp(log_variance)
         effect = max(variance - self._typical, _LEAST_SHARE * variance)
-        own = variance + data.repeat_variance / np.maximum(data.impacts, 1) - self._typical
-        return np.maximum(own, _LEAST_SHARE * variance), effect
+        return np.full(data.impacts.size, variance), effect
 
 
 def _log_likelihood(

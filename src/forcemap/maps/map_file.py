@@ -191,6 +191,8 @@ def _regression(form: Form, states: States, coefficients: Any, statistics: dict[
     if "state_weights" not in statistics:
         design = form.design(states.distance, states.height, states.speed)
         return replace(least_squares(design, states.log_force), coefficients=coefficients)
+    if float(statistics["degrees_of_freedom"]) > len(states) - coefficients.size:
+        raise MapFileError("more degrees of freedom than states less coefficients", column="degrees_of_freedom")
     return weighted_regression(
         state_data(form, states, float(statistics["repeat_variance_ln"])),
         coefficients=coefficients,
