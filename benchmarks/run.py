@@ -212,10 +212,42 @@ def lab():
     yield "125 simulated impacts, peaks alone", "1 s", 1 / peaks, "at least 1 x"
 
 
+def paths():
+    """10^6 path points through map, tolerance bound and limit, against a brentq loop over the public scalar bound."""
+    n, few = 1_000_000, 30
+    rng = np.random.default_rng(2)
+    d, h = rng.uniform(0.6, 0.89, n), rng.uniform(0.3, 0.46, n)
+    force_map = fm.fit_force_map(fm.read_dataset(Path(fm.__file__).parent / "campaigns" / "examples" / "ur10e"))
+    bound = fm.ToleranceBound()
+    speeds = fm.many_safe_speeds(force_map, d, h, limit=280.0, bound=bound)
+    crossed = np.flatnonzero((speeds > 0.2) & (speeds < 0.399))[:few]
+    roots = []
+
+    def loop():
+        roots.clear()
+        for i in crossed:
+            roots.append(brentq(lambda v, i=i: bound.upper(force_map, d[i], h[i], v) - 280.0, 0.2, 0.4, xtol=1e-9))
+
+    ours = best(lambda: fm.many_safe_speeds(force_map, d, h, limit=280.0, bound=bound), 3) / n
+    ratio = best(loop, 2) / few / ours
+    below = np.array(roots) - speeds[crossed]
+    assert (below > 0).all(), "a speed lies above its crossing"
+    yield (
+        "safe speed, 10^6 path points, tolerance bound",
+        "scipy brentq loop, per point",
+        ratio,
+        "at least 500 x as fast",
+    )
+    yield "the same: furthest below the exact crossing [mm/s]", "brentq", 1000 * below.max(), "at most 0.2"
+    zones = fm.zone_grid(force_map.measured_range, 0.05)
+    seconds = best(lambda: fm.zone_speeds(force_map, zones, limit=280.0, bound=bound), 3)
+    yield f"zones of 5 cm, whole workspace ({len(zones)})", "one second", 1 / seconds, "at least 1 x as fast"
+
+
 def main() -> None:
     """Run all benchmarks and print or write the table."""
     lines = ["| what | peer | ratio | asked |", "|---|---|---|---|"]
-    for benchmark in (prediction, grid, crossing, fitting, recordings, dynamics, lab):
+    for benchmark in (prediction, grid, crossing, fitting, recordings, dynamics, lab, paths):
         for what, peer, ratio, asked in benchmark():
             lines.append(f"| {what} | {peer} | {ratio:.1f} | {asked} |")
     processor = next(

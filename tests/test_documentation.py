@@ -80,6 +80,10 @@ def page(name):
 def workplace(tmp_path, monkeypatch):
     """A folder with what a person at the robot has: an impacts table, its campaign.toml and a recording."""
     monkeypatch.chdir(forcemap.copy_example("ur10e", tmp_path / "campaigns" / "work"))
+    program = page("docs/robot_program.md")
+    Path("path.csv").write_text(re.findall(r"```csv\n(.*?)```", program, re.S)[0])
+    Path("task.toml").write_text(re.findall(r"```toml\n(.*?)```", program, re.S)[0])
+    Path("table_path.csv").write_text("x_m,y_m,z_m\n0,0,0.06\n0,0,0\n")
     write_recording(Path("run7.csv"), 300.0, np.random.default_rng(7))
 
 
@@ -103,7 +107,7 @@ def write_recording(path, peak, rng):
     path.write_text("time_ms,force_N\n" + "".join(f"{t:.1f},{f:.1f}\n" for t, f in rows))
 
 
-@pytest.mark.parametrize("name", ["README.md", "docs/your_device_files.md"])
+@pytest.mark.parametrize("name", ["README.md", "docs/robot_program.md", "docs/your_device_files.md"])
 def test_the_documented_commands_run(name, workplace, capsys):
     commands = re.findall(r"^    \.venv/bin/forcemap (.*)$", page(name), re.M)
     assert len(commands) >= 6
@@ -176,7 +180,7 @@ def test_the_documented_flags_uses_and_interpretations_are_those_of_the_code():
 
 
 def toml_blocks(path):
-    return re.findall(r"```toml\n(.*?)```", path.read_text(), re.S)
+    return [text for text in re.findall(r"```toml\n(.*?)```", path.read_text(), re.S) if "forcemap-task" not in text]
 
 
 BLOCKS = [pytest.param(text, id=f"{path.name}-{i}") for path in PAGES for i, text in enumerate(toml_blocks(path), 1)]
@@ -188,6 +192,15 @@ def test_every_documented_campaign_file_is_read(text, tmp_path):
     (tmp_path / "campaign.toml").write_text(schema + text)
     _, columns = forcemap.read_campaign_file(tmp_path / "campaign.toml")
     assert columns is not None
+
+
+def test_every_entry_of_task_toml_is_documented(tmp_path):
+    from forcemap.paths.task import _KEYS, _SEGMENT_KEYS
+
+    assert set(first_cells("docs/robot_program.md", "task.toml")) == {*_KEYS, *_SEGMENT_KEYS}
+    (text,) = re.findall(r"```toml\n(.*?)```", page("docs/robot_program.md"), re.S)
+    (tmp_path / "task.toml").write_text(text)
+    assert len(forcemap.read_task(tmp_path / "task.toml").segments) == 4
 
 
 def test_every_entry_of_campaign_toml_is_documented():

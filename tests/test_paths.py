@@ -165,6 +165,31 @@ def test_timed_paths_tell_where_they_are_too_fast():
     assert found.program.duration == pytest.approx(0.95)
 
 
+def test_standing_still_in_a_timed_path_is_a_wait(tmp_path):
+    file = tmp_path / "path.csv"
+    rows = [(0, 0.44), (0.5, 0.44), (1, 0.38), (2, 0.38), (2.5, 0.38), (3, 0.3), (3.25, 0.3)]
+    file.write_text("time_s,distance_m,height_m\n" + "".join(f"{t},0.8,{h}\n" for t, h in rows))
+    path = fm.read_path(file)
+    assert path.wait.tolist() == [0.5, 1.5, 0.25]
+    np.testing.assert_allclose(path.speeds, [0.12, 0.16])
+    fine = path.resampled(0.02)
+    np.testing.assert_allclose(fine.speeds, [0.12] * 3 + [0.16] * 4)
+    assert fine.wait.sum() == 2.25
+    found = fm.path_speeds(fm.published_map("ur10e"), path, HAND, bound=fm.FixedMargin(), allowance=BARE)
+    assert found.program.duration == pytest.approx(3.25)
+    halves = [
+        fm.path_speeds(
+            fm.published_map("ur10e"), fm.ToolPath.through([[0.8, 0, a], [0.8, 0, b]]), HAND,
+            bound=fm.FixedMargin(), allowance=BARE,
+        ).allowed.duration
+        for a, b in ((0.44, 0.38), (0.38, 0.3))
+    ]  # fmt: skip
+    assert found.allowed.duration == pytest.approx(sum(halves) + 2.25)
+    file.write_text("time_s,distance_m,height_m\n0,0.8,0.4\n1,0.8,0.4\n")
+    with pytest.raises(fm.InputError, match="at least two points"):
+        fm.read_path(file)
+
+
 @given(st.integers(0, 2**32 - 1), st.floats(0.005, 0.2))
 def test_property_resampling_keeps_the_path(seed, step):
     rng = np.random.default_rng(seed)
@@ -327,3 +352,30 @@ def test_a_campaign_without_a_direction_answers_nothing(examples):
     force_map = fm.fit_force_map(replace(examples["ur10e"], conditions=fm.Conditions()))
     with pytest.raises(fm.InputError, match="direction"):
         fm.path_speeds(force_map, press(), HAND, bound=fm.ToleranceBound())
+
+
+@pytest.mark.parametrize(
+    ("name", "contact", "bare", "with_margin", "paper"),
+    [
+        ("ur10e", fm.Contact.TRANSIENT, 0.3560, 0.3212, 0.36),
+        ("ur10e", fm.Contact.QUASI_STATIC, 0.1590, 0.1381, 0.16),
+        ("kuka-iiwa7-30nm", fm.Contact.TRANSIENT, None, None, None),
+        ("kuka-iiwa7-30nm", fm.Contact.QUASI_STATIC, 0.1953, 0.1749, 0.20),
+    ],
+)
+def test_the_papers_conclusion(name, contact, bare, with_margin, paper):
+    """A task 0.8 m away and 0.4 m above the base: no speed the paper states is confirmed by its own map."""
+    for margin, figure in ((0.0, bare), (0.10, with_margin)):
+        found = fm.safe_speed(
+            fm.published_map(name), 0.8, 0.4,
+            limit=fm.force_limit("back_of_hand"), contact=contact, bound=fm.FixedMargin(margin),
+        )  # fmt: skip
+        if name == "ur10e" and contact is fm.Contact.TRANSIENT:
+            assert found.outcome is fm.SpeedOutcome.ADMISSIBLE
+            assert found.speed == pytest.approx(figure, abs=6e-5)
+            assert found.speed < paper
+        else:
+            assert found.outcome is fm.SpeedOutcome.UNCONFIRMED
+            if figure is not None:  # what would have to be measured
+                assert found.extrapolated_speed == pytest.approx(figure, abs=6e-5)
+                assert found.extrapolated_speed < paper

@@ -97,6 +97,7 @@ from forcemap.maps.form_comparison import (
 from forcemap.maps.forms import CFM_2D, CFM_3D, FULL_CUBIC, LOG_SPEED, Form, form_named
 from forcemap.maps.map_file import map_sha256, map_text, read_map, write_map
 from forcemap.maps.published import PUBLISHED_MAPS, published_map
+from forcemap.maps.saturation import saturation_doubt
 from forcemap.maps.selection import (
     PAPER_COUNTS,
     STABLE_SHARE,
@@ -346,6 +347,7 @@ __all__ = [
     "run_sheet",
     "safe_speed",
     "safety_proposal",
+    "saturation_doubt",
     "scaling_csv",
     "scaling_result",
     "select_terms",

@@ -121,7 +121,7 @@ def zone_speeds(
     >>> zone = Zones(0.78, 0.82, 0.38, 0.42)
     >>> found = zone_speeds(published_map("ur10e"), zone, limit=280.0, bound=FixedMargin(0.10))
     >>> found.outcome[0].value, round(float(found.speed[0]), 3)
-    ('admissible', 0.294)
+    ('admissible', 0.306)
     """
     n = len(zones)
     distance, height = zones.probes

@@ -13,7 +13,7 @@ from forcemap.maps.bounds import Bound
 from forcemap.maps.enclosures import enclose
 from forcemap.maps.force_map import ForceMap
 from forcemap.maps.range_enclosure import highest_measured_speed, lowest_measured_speeds
-from forcemap.speeds import SAME_PLACE, safe_speed, usable_limit
+from forcemap.speeds import SAME_PLACE, contradiction, safe_speed, usable_limit
 from forcemap.zones import zone_grid
 
 FloatArray = NDArray[np.float64]
@@ -69,6 +69,7 @@ def many_safe_speeds(
         The map cannot carry the bound.
     """
     newtons, refusal, _, _ = usable_limit(force_map, limit, contact)
+    refusal = refusal or contradiction(force_map, bound)
     if np.ndim(newtons):
         raise InputError("limit: expected one limit for all places")
     cells = zone_grid(force_map.measured_range, _CELL)

@@ -17,11 +17,12 @@ from forcemap.limits.force_limits import Contact, ForceLimit
 from forcemap.maps.bounds import Bound, ToleranceBound, margins
 from forcemap.maps.exceedance import first_exceedance
 from forcemap.maps.force_map import ForceMap
+from forcemap.maps.saturation import saturation_doubt
 
 FloatArray = NDArray[np.float64]
 
 _PLACES_AT_ONCE = 4096
-SAME_PLACE = 0.001
+SAME_PLACE = 0.005  # repeats of a state may lie so far apart [m]
 """States this close to a place were measured at it [m]."""
 
 _COLUMNS = (
@@ -151,6 +152,7 @@ def safe_speed(
     if isinstance(bound, type) or not isinstance(bound, Bound):
         raise InputError(f"bound: found {bound!r}, expected FixedMargin or ToleranceBound")
     bound.require(force_map)
+    refusal = refusal or contradiction(force_map, bound)
     if np.ma.is_masked(distance) or np.ma.is_masked(height):
         raise InputError("place: found masked entries, expected numbers")
     try:
@@ -178,6 +180,26 @@ def safe_speed(
         *_warnings(force_map, bound),
     )
     return SafeSpeed(**values, limit=newtons, statements=statements)
+
+
+def contradiction(force_map: ForceMap, bound: Bound) -> str:
+    """Why the test states of a map contradict a tolerance bound; empty if they do not.
+
+    Of k states above a bound for the share `content` of states: refused where so many or more are as improbable as
+    1 %, by the binomial distribution.
+    """
+    if force_map.fit is None or not isinstance(bound, ToleranceBound):
+        return ""
+    states = force_map.fit.test
+    if not len(states):
+        return ""
+    from scipy.special import bdtrc
+
+    upper = bound.upper(force_map, states.distance, states.height, states.speed)
+    beyond = int(np.sum(np.fmax(states.force, np.nan_to_num(states.at_least)) > upper))
+    if beyond and bdtrc(beyond - 1, len(states), 1 - bound.content) < 0.01:
+        return f"{beyond} of {len(states)} test states lie above the bound: the map does not hold"
+    return ""
 
 
 def floor_speed(speed: float) -> str:
@@ -333,10 +355,9 @@ def _warnings(force_map: ForceMap, bound: Bound) -> list[str]:
     scattered = int(np.sum(np.fmax(fit.states.highest, fit.states.at_least) > 1.05 * fit.states.force))
     if scattered:
         lines.append(f"at {scattered} states an impact lies more than 5 % above their mean, which the bound is for")
-    top = np.nanmax(fit.states.highest)
-    sharing = int(np.sum(fit.states.highest == top))
-    if math.isnan(force_map.device_range) and 2 < sharing < len(fit.states):
-        lines.append(f"{sharing} states share the highest force, {top:g} N: was the device saturated?")
+    censored = fit.censored_samples + int(fit.test.censored.sum())
+    if doubt := saturation_doubt(fit.states.highest, fit.states.name, censored=censored):
+        lines.append(doubt)
     if fit.between_states.degrees_of_freedom == 0:
         lines.append("as many coefficients as measured states: the fit says nothing about its own error")
     if fit.censored_samples and not fit.censored_fit:

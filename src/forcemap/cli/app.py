@@ -18,10 +18,13 @@ from forcemap.cli.compare import compare
 from forcemap.cli.demo import demo
 from forcemap.cli.effective_mass import effective_mass
 from forcemap.cli.evaluate import evaluate
+from forcemap.cli.export import export
 from forcemap.cli.fit import fit
 from forcemap.cli.inspect import inspect
 from forcemap.cli.limits import limits
 from forcemap.cli.output import emit_error
+from forcemap.cli.path import path
+from forcemap.cli.place import place
 from forcemap.cli.plan import plan
 from forcemap.cli.simulate import simulate
 from forcemap.cli.speed import speed
@@ -66,6 +69,9 @@ for command in (
     limits,
     speed,
     speed_map,
+    path,
+    place,
+    export,
     effective_mass,
 ):
     app.command(name=command.__name__.replace("_", "-"))(command)

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from typing import Any
 
 from forcemap import CensoringEffect, MapCheck, MapComparison, RatioAt, StateCheck, floor_speed
 from forcemap.cli.output import listing, table
+from forcemap.cli.results import counted
 
 
 def check_result(check: MapCheck) -> dict[str, Any]:
@@ -13,6 +16,7 @@ def check_result(check: MapCheck) -> dict[str, Any]:
     return {
         "outcome": check.outcome.value,
         "reason": check.reason,
+        "next_step": check.next_step,
         "mean_ratio": check.mean_ratio,
         "mean_ratio_low": check.mean_ratio_low,
         "mean_ratio_high": check.mean_ratio_high,
@@ -38,7 +42,16 @@ def check_result(check: MapCheck) -> dict[str, Any]:
             }
             for each in check.states
         ],
-        "left_out": [{"state_id": each.state, "reason": each.reason} for each in check.left_out],
+        "left_out": [
+            {
+                "state_id": each.state,
+                "distance_m": each.distance,
+                "height_m": each.height,
+                "speed_mps": each.speed,
+                "reason": each.reason,
+            }
+            for each in check.left_out
+        ],
         "assumptions": list(check.statements),
     }
 
@@ -46,7 +59,9 @@ def check_result(check: MapCheck) -> dict[str, Any]:
 def check_lines(check: MapCheck) -> list[str]:
     """A MapCheck in words and a table."""
     lines = [line for line in check.statements if line.startswith("SIMULATED")]
-    lines += [f"{check.outcome.value.replace('_', ' ').upper()}: {check.reason}"]
+    all_ = len(check.states) + len(check.left_out)
+    on = f", on {len(check.states)} of {all_} states, {len(check.left_out)} left out" if check.left_out else ""
+    lines += [f"{check.outcome.value.replace('_', ' ').upper()}{on}: {check.reason}", f"next: {check.next_step}"]
     if check.states:
         lines += [
             "",
@@ -58,11 +73,22 @@ def check_lines(check: MapCheck) -> list[str]:
                 ["state", "d [m]", "h [m]", "v [m/s]", "measured [N]", "predicted [N]", "expected [N]", "change", ""],
                 [_row(each) for each in check.states],
             ),
-            "expected: where all states lie at once if nothing has changed; > at least, above the device range",
+            "expected: where all states lie at once if nothing has changed"
+            + ("; > at least, above the device range" if any(each.censored for each in check.states) else ""),
         ]
     if check.left_out:
-        lines += ["", *listing("Left out", [f"{each.state}: {each.reason}" for each in check.left_out])]
+        lines += ["", *listing("Left out", _left_out_lines(check))]
     return [*lines, "", *listing("Assumes", check.statements)]
+
+
+def _left_out_lines(check: MapCheck) -> list[str]:
+    """The states left out, by their reason."""
+    lines = []
+    for reason in dict.fromkeys(each.reason for each in check.left_out):
+        states = [each for each in check.left_out if each.reason == reason]
+        places = (f"{s.state} (d {s.distance:g} m, h {s.height:g} m, v {s.speed:g} m/s)" for s in states)
+        lines.append(f"{counted(len(states), 'state')} {reason}: {', '.join(places)}")
+    return lines
 
 
 def _row(each: StateCheck) -> list[str]:
@@ -80,7 +106,7 @@ def _row(each: StateCheck) -> list[str]:
 
 
 def _percent(ratio: float) -> str:
-    return f"{100 * (ratio - 1):+.1f} %"
+    return f"{round(100 * (ratio - 1), 1) + 0.0:+.1f} %"  # + 0.0: what rounds to nothing has no sign
 
 
 def maps_result(comparison: MapComparison) -> dict[str, Any]:
@@ -100,6 +126,7 @@ def maps_result(comparison: MapComparison) -> dict[str, Any]:
     return {
         "one": comparison.one,
         "other": comparison.other,
+        "same_map": comparison.same,
         "mean_ratio": comparison.mean_ratio,
         "geometric_mean_ratio": comparison.geometric_mean_ratio,
         "smallest": at(comparison.smallest),
@@ -112,13 +139,17 @@ def maps_result(comparison: MapComparison) -> dict[str, Any]:
     }
 
 
-def maps_lines(comparison: MapComparison) -> list[str]:
-    """A MapComparison in words."""
+def maps_lines(comparison: MapComparison, names: tuple[str, str]) -> list[str]:
+    """A MapComparison in words, with the names the maps were given by."""
     low, high = comparison.lowest, comparison.highest
     lines = [line for line in comparison.statements if line.startswith("SIMULATED")]
     lines += [
-        f"one:   {comparison.one}",
-        f"other: {comparison.other}",
+        f"one:   {names[0]}: {comparison.one}",
+        f"other: {names[1]}: {comparison.other}",
+    ]
+    if comparison.same:
+        return [*lines, "", "the same map"]
+    lines += [
         f"over the range that both have measured: d {low[0]:.3f} to {high[0]:.3f} m, h {low[1]:.3f} to "
         f"{high[1]:.3f} m, v {low[2]:.3f} to {high[2]:.3f} m/s, {comparison.points} points",
         "",
@@ -151,6 +182,58 @@ def censoring_result(effect: CensoringEffect) -> dict[str, Any]:
         "predicted_at_censored_N": effect.predicted_discarded.tolist(),
         "predicted_with_censored_N": effect.predicted_at_least.tolist(),
     }
+
+
+def censoring_summary(effect: CensoringEffect) -> list[str]:
+    """What a map is with its censored impacts and without them, in one table."""
+    kept, lost = effect.at_least.require_fit(), effect.discarded.require_fit()
+    added, shared, at = len(effect.added), len(lost.states), len(effect.states)
+    rows = [
+        ["states", str(len(kept.states)), str(shared)],
+        ["impacts", str(kept.samples + kept.censored_samples), str(lost.samples)],
+        ["measured range (volume of the hull)", "100 %", f"{100 * effect.range_kept:.0f} %"],
+        ["state-to-state SD", f"{100 * kept.state_sd:.2f} %", f"{100 * lost.state_sd:.2f} %"],
+        ["tolerance bound, above the prediction", _span(effect.margin_at_least), _span(effect.margin_discarded)],
+    ]
+    if added:
+        label = f"  at the {shared} states of both"
+        rows.append([label, _span(effect.margin_shared), _span(effect.margin_discarded)])
+    rows.append(
+        [
+            f"predicted at the {counted(at, 'state')} with censored impacts",
+            *(_forces(force.tolist()) for force in (effect.predicted_at_least, effect.predicted_discarded)),
+        ]
+    )
+    header = ["Impacts above the device range", "counted as at least", "discarded (--discard-censored)"]
+    return [*table(header, rows), *_why_wider(effect)]
+
+
+def _why_wider(effect: CensoringEffect) -> list[str]:
+    """Where a wider bound comes from, as far as the figures say so."""
+    added, largest = len(effect.added), [effect.margin_at_least[1], effect.margin_shared[1], effect.margin_discarded[1]]
+    if any(math.isnan(share) for share in largest):
+        return []
+    all_, shared, discarded = (round(100 * share, 1) for share in largest)
+    if all_ <= discarded:
+        return ["the bound is no wider for the censored impacts"]
+    states = f"the {counted(added, 'added state')}"
+    if shared <= discarded:
+        return [f"the wider bound comes from {states}, which the other fit says nothing about"]
+    if all_ <= shared:
+        return ["the bound is wider at the states of both: the censored impacts show more scatter"]
+    return [
+        f"the wider bound comes from {states}, which the other fit says nothing about, and from more scatter that the "
+        "censored impacts show"
+    ]
+
+
+def _span(shares: tuple[float, float]) -> str:
+    return "none" if math.isnan(shares[0]) else f"+{100 * shares[0]:.1f} to +{100 * shares[1]:.1f} %"
+
+
+def _forces(forces: Sequence[float]) -> str:
+    low, high = f"{min(forces):.0f}", f"{max(forces):.0f}"
+    return f"{low} N" if low == high else f"{low} to {high} N"
 
 
 def censoring_lines(effect: CensoringEffect) -> list[str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -9,6 +10,8 @@ import typer
 from forcemap import (
     CFM_3D,
     PUBLISHED_MAPS,
+    FitError,
+    ForceMap,
     InputError,
     body_region,
     compare_effective_mass,
@@ -20,6 +23,7 @@ from forcemap import (
     read_dataset,
 )
 from forcemap.cli.change_results import maps_lines, maps_result
+from forcemap.cli.fit_errors import too_few_states_named
 from forcemap.cli.mass_results import mass_comparison_lines, mass_comparison_result
 from forcemap.cli.options import Body, FormName, Json, MovingMass, Payload, force_map_from, masses_from
 from forcemap.cli.output import emit
@@ -65,8 +69,7 @@ def compare(
         if any(option is not None for option in (other, region, moving_mass, body)):
             raise InputError("compare: --effective-mass goes with one map or table, a robot, its load and its stance")
         found = robot_from(robot, None, None, drive_inertia, payload or 0.0)
-        is_map = table in PUBLISHED_MAPS or table.lower().endswith(".json")
-        forces = force_map_from(table, form)[0] if is_map else read_dataset(table)
+        forces = force_map_from(table, form)[0] if _is_map(table) else read_dataset(table)
         stance = direction_from("tool direction", tool_direction)
         by_mass = compare_effective_mass(forces, found, tool_direction=stance)
         emit(mass_comparison_result(by_mass), mass_comparison_lines(by_mass), as_json=as_json)
@@ -74,24 +77,53 @@ def compare(
     if other is not None:
         if any(option is not None for option in (region, moving_mass, payload, body)):
             raise InputError("compare: --region, --moving-mass-kg, --payload-kg and --body go with one impacts table")
-        comparison_of_maps = compare_maps(force_map_from(table, form)[0], force_map_from(other, form)[0])
-        emit(maps_result(comparison_of_maps), maps_lines(comparison_of_maps), as_json=as_json)
+        maps = (_force_map(table, form, beside=other), _force_map(other, form, beside=table))
+        comparison_of_maps = compare_maps(*maps)
+        lines = maps_lines(comparison_of_maps, (table, other))
+        if not (_is_map(other) or comparison_of_maps.same):
+            lines += ["", f"whether the first map still holds for new impacts: evaluate {other} --against {table}"]
+        emit(maps_result(comparison_of_maps), lines, as_json=as_json)
         return
+    if _is_map(table):
+        force_map_from(table, form)  # what is no map says so first
+        raise InputError(
+            f"compare: found one map, {table}, expected a second one (compare {table} OTHER), or impacts without a map; "
+            f"to see whether it still holds for new impacts: evaluate IMPACTS --against {table}; to see it beside "
+            "effective mass: --effective-mass ROBOT"
+        )
     dataset = read_dataset(table)
     region = "hand_fingers" if region is None else region
     constants = body_region(region)
     held = Body.CONSTRAINED if body is None else body
     mass, load, body_mass = masses_from(dataset.conditions, moving_mass, payload, held, constants.mass)
     limit = force_limit(region)
-    comparison = compare_force_models(
-        dataset,
-        robot_mass=pfl_robot_mass(mass, load),
-        body_mass=body_mass,
-        stiffness=constants.stiffness,
-        form=form_named(form or CFM_3D.name),
-        limit=limit if limit.permitted else None,
-    )
+    with too_few_states_named(table, form):
+        comparison = compare_force_models(
+            dataset,
+            robot_mass=pfl_robot_mass(mass, load),
+            body_mass=body_mass,
+            stiffness=constants.stiffness,
+            form=form_named(form or CFM_3D.name),
+            limit=limit if limit.permitted else None,
+        )
     lines = comparison_lines(comparison)
     if not limit.permitted:
         lines.append(f"no speeds: contact with {region} is not permitted ({limit.edition})")
     emit(comparison_result(comparison) | {"permitted": limit.permitted}, lines, as_json=as_json)
+
+
+def _is_map(source: str) -> bool:
+    return source.lower().endswith(".json") or (source in PUBLISHED_MAPS and not Path(source).exists())
+
+
+def _force_map(source: str, form: str | None, *, beside: str) -> ForceMap:
+    """The map of a source; impacts too few for one are told the command for impacts beside a map."""
+    try:
+        return force_map_from(source, form)[0]
+    except FitError as error:
+        found = error.message.rpartition("; ")[0] or error.message
+        raise type(error)(
+            f"{found}; compare takes two maps, or impacts enough to fit one; to see whether a map still holds for "
+            f"these impacts: evaluate {source} --against {beside}",
+            file=error.file or source,
+        ) from None

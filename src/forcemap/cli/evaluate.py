@@ -17,6 +17,7 @@ from forcemap import (
     read_dataset,
 )
 from forcemap.cli.change_results import check_lines, check_result
+from forcemap.cli.fit_errors import too_few_states_named
 from forcemap.cli.form_results import forms_lines, forms_result
 from forcemap.cli.options import FormName, Json, Table, fitted, force_map_from
 from forcemap.cli.output import emit
@@ -43,7 +44,8 @@ def evaluate(
 
     Fits the train rows and compares with the test rows, with each fitted state left out in turn, and with all.
 
-    With --against: exit code 0 the map holds, 1 it does not hold, 2 cannot tell.
+    With --against: exit code 0 the map holds, 1 it does not hold, 2 cannot tell. With --forms: 2 too few states to
+    recommend any.
 
     Example: forcemap evaluate impacts.csv --map ur10e
     """
@@ -56,13 +58,15 @@ def evaluate(
     if forms:
         comparison = compare_forms(read_dataset(table))
         emit(forms_result(comparison), forms_lines(comparison), as_json=as_json)
-        return 0
+        return 2 if comparison.recommended is None else 0
     if map_source:
         dataset = read_dataset(table)
-        force_map, _ = force_map_from(map_source, form)
+        with too_few_states_named(map_source, form):
+            force_map, _ = force_map_from(map_source, form)
         accuracies: tuple[Accuracy, ...] = (force_map_accuracy(force_map, dataset),)
     else:
-        dataset, force_map = fitted(table, form)
+        with too_few_states_named(table, form):
+            dataset, force_map = fitted(table, form)
         accuracies = map_accuracy(force_map, dataset)
     result = {
         "map": force_map.source,
@@ -81,6 +85,8 @@ def evaluate(
 
 
 def _check(table: str, against: str, form: str | None, *, as_json: bool) -> int:
-    check = check_map(force_map_from(against, form)[0], read_dataset(table))
+    with too_few_states_named(against, form):
+        force_map, _ = force_map_from(against, form)
+    check = check_map(force_map, read_dataset(table))
     emit(check_result(check), check_lines(check), as_json=as_json)
     return {MapOutcome.HOLDS: 0, MapOutcome.DOES_NOT_HOLD: 1, MapOutcome.CANNOT_TELL: 2}[check.outcome]

@@ -6,9 +6,18 @@ from typing import Annotated
 
 import typer
 
-from forcemap import CensoredImpacts, FitError, censoring_effect, map_accuracy, map_text, selection_stability
-from forcemap.cli.change_results import censoring_lines, censoring_result
-from forcemap.cli.form_results import selection_lines, selection_result
+from forcemap import (
+    CensoredImpacts,
+    FitError,
+    censoring_effect,
+    map_accuracy,
+    map_text,
+    saturation_doubt,
+    selection_stability,
+)
+from forcemap.cli.change_results import censoring_lines, censoring_result, censoring_summary
+from forcemap.cli.fit_errors import too_few_states_named
+from forcemap.cli.form_results import selection_lines, selection_refusal, selection_result
 from forcemap.cli.options import FormName, Json, Table, fitted
 from forcemap.cli.output import emit, write_result
 from forcemap.cli.results import accuracy_lines, fit_lines, fit_result, repeats_lines
@@ -23,7 +32,10 @@ def fit(
     ] = False,
     select: Annotated[
         bool,
-        typer.Option("--select", help="Also report which terms the paper's selection would keep; the fit stays."),
+        typer.Option(
+            "--select",
+            help="Also report which terms the paper's selection would keep; the fit stays. Needs a full grid.",
+        ),
     ] = False,
     output: Annotated[str | None, typer.Option("-o", "--output", help="Write the map to this JSON file.")] = None,
     as_json: Json = False,
@@ -35,26 +47,32 @@ def fit(
     Example: forcemap fit impacts.csv -o map.json
     """
     impacts = CensoredImpacts.DISCARD if discard_censored else CensoredImpacts.AT_LEAST
-    dataset, force_map = fitted(table, form, impacts)
+    with too_few_states_named(table, form):
+        dataset, force_map = fitted(table, form, impacts)
     accuracy = map_accuracy(force_map, dataset)[0]
     if output:
         write_result(output, map_text(force_map), mark='"schema": "forcemap-map/')
-    lines = [*fit_lines(force_map), *repeats_lines(dataset)]
-    lines += ["", f"Accuracy on {accuracy.on}", *accuracy_lines([(force_map.form.name, accuracy)])]
-    if dataset.simulated:
-        lines.insert(0, "SIMULATED impacts: not a measurement of any robot")
-    result = fit_result(force_map, accuracy) | {"disagreeing_repeats": dataset.disagreeing_repeats}
-    if force_map.require_fit().censored_fit:
-        effect = censoring_effect(dataset, form=force_map.form)
-        result["discard_fit"] = censoring_result(effect)
-        lines += ["", *censoring_lines(effect)]
+    doubt = saturation_doubt(dataset.peak_force, dataset.state, censored=int(dataset.censored.sum()))
+    lines = ["SIMULATED impacts: not a measurement of any robot"] if dataset.simulated else []
+    lines += [doubt] if doubt else []
+    result = fit_result(force_map, accuracy)
+    result |= {"disagreeing_repeats": dataset.disagreeing_repeats, "saturation_doubt": doubt or None}
+    selected: list[str] = []
     if select:
         try:
             stability = selection_stability([dataset])
             result["selection"] = selection_result(stability)
-            lines += ["", *selection_lines(stability)]
+            selected = ["", *selection_lines(stability)]
         except FitError as error:  # a report beside the fit, which is done
-            result["selection"] = {"refused": str(error)}
-            lines += ["", f"Term selection is not possible: {error}"]
+            result["selection"] = {"refused": selection_refusal(error)}
+            lines += [selection_refusal(error), ""]
+    summary, effects = [], []
+    if force_map.require_fit().censored_fit:
+        effect = censoring_effect(dataset, form=force_map.form)
+        result["discard_fit"] = censoring_result(effect)
+        summary, effects = censoring_summary(effect), ["", *censoring_lines(effect)]
+    lines += [*fit_lines(force_map, summary), *repeats_lines(dataset)]
+    lines += ["", f"Accuracy on {accuracy.on}", *accuracy_lines([(force_map.form.name, accuracy)])]
+    lines += [*effects, *selected]
     lines += ["", f"map written to {output}"] if output else ["", "no file written; -o MAP.json writes the map"]
     emit(result, lines, as_json=as_json)

@@ -5,7 +5,18 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from forcemap import PAPER_COUNTS, FormComparison, FormResult, SelectionStability, SelectionStep
+from forcemap import (
+    CFM_3D,
+    FULL_CUBIC,
+    PAPER_COUNTS,
+    FitError,
+    FormComparison,
+    FormResult,
+    RankDeficient,
+    SelectionStability,
+    SelectionStep,
+    TooFewStates,
+)
 from forcemap.cli.output import listing, table
 from forcemap.cli.results import accuracy_result
 
@@ -13,8 +24,9 @@ from forcemap.cli.results import accuracy_result
 def forms_result(comparison: FormComparison) -> dict[str, Any]:
     """A FormComparison for JSON."""
     return {
-        "recommended": comparison.recommended.name,
+        "recommended": None if comparison.recommended is None else comparison.recommended.name,
         "reason": comparison.reason,
+        "reasons": list(comparison.reasons),
         "states": comparison.states,
         "bound": comparison.bound.describe(),
         "forms": [
@@ -46,13 +58,14 @@ def forms_lines(comparison: FormComparison) -> list[str]:
             ["form", "error", "underest.", "underest. max", "bound mean", "bound max", "rises inside", "rises above"],
             [_form_row(each) for each in comparison.results],
         ),
-        "underest.: the dangerous side; bound: above the prediction at the measured states; rises: the force never "
-        "falls with speed inside the measured range, and up to 50 % above it",
+        "underest.: the dangerous side; bound: above the prediction at the measured states, - none",
+        "rises inside, rises above: the force never falls with speed in the box around the measured states, and in that "
+        "box up to 1.5 times the highest measured speed",
         *(f"{each.form.name}: {each.note}" for each in comparison.results if each.note),
         *(f"{each.form.name} not compared: {each.reason}" for each in comparison.refused),
         "",
-        f"Recommended: {comparison.recommended.name}",
-        *(f"  {part}" for part in comparison.reason.split("; ")),
+        f"Recommended: {'none' if comparison.recommended is None else comparison.recommended.name}",
+        *(f"  {reason}" for reason in comparison.reasons),
     ]
     return [*lines, "", *listing("Assumes", comparison.statements)]
 
@@ -137,4 +150,27 @@ def selection_lines(stability: SelectionStability) -> list[str]:
             [[str(each.term), "yes" if each.selected else "no", f"{100 * each.share:.0f} %"] for each in survival],
         ),
         *listing("Assumes", selection.statements),
+        "",
+        f"Conclusion: {_conclusion(stability)}",
     ]
+
+
+def _conclusion(stability: SelectionStability) -> str:
+    if {*stability.selection.form.terms} == {*CFM_3D.terms}:
+        return "the terms of CFM_3D, the paper's eight, are what these impacts select; keep the form"
+    if stability.stable:
+        return (
+            "these impacts select other terms than the paper's eight, and stably; before a form of them is used, see "
+            "whether other campaigns select the same (docs/trust.md)"
+        )
+    return "which terms are kept hangs on which states were measured: no reason to change the form"
+
+
+def selection_refusal(error: FitError) -> str:
+    """Why a selection of terms is not possible, and what it needs."""
+    if isinstance(error, TooFewStates | RankDeficient):
+        return (
+            "Term selection needs a full grid (plan --design full-grid): the training states alone cannot tell "
+            f"{len(FULL_CUBIC.terms)} coefficients ({error})"
+        )
+    return f"Term selection is not possible: {error}"

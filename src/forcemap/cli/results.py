@@ -118,47 +118,47 @@ def fit_result(force_map: ForceMap, accuracy: Accuracy) -> dict[str, Any]:
     }
 
 
-def fit_lines(force_map: ForceMap) -> list[str]:
-    """A fitted map in words and a table of coefficients."""
+def fit_lines(force_map: ForceMap, before_coefficients: Sequence[str] = ()) -> list[str]:
+    """A fitted map in words and a table of coefficients, with lines to read before those."""
     fit = force_map.fit
     assert fit is not None
     fewest, most = fit.repeats
-    repeats = f"{most}" if fewest == most else f"{fewest} to {most}"
+    repeats = counted(most, "impact") if fewest == most else f"{fewest} to {most} impacts"
     low, high = force_map.measured_range.lowest, force_map.measured_range.highest
     between = fit.between_states
     columns = (force_map.form.term_names, force_map.coefficients, between.standard_errors, between.p_values)
     coefficients = zip(*columns, strict=True)
     lines = [
         f"{force_map.form.name} {force_map.source}",
-        f"  {len(fit.states)} states, {fit.samples} impacts, {repeats} impacts a state; "
-        f"states found {fit.states_found}",
+        f"  {impacts_words(force_map)}",
+        f"  {repeats} a state; states found {fit.states_found}",
         f"  measured: d {low[0]:.3f} to {high[0]:.3f} m, h {low[1]:.3f} to {high[1]:.3f} m, "
         f"v {floor_speed(low[2])} to {floor_speed(high[2])} m/s (their convex hull)",
     ]
     if fit.censored_fit:
         wholly = [name for name, n in zip(fit.states.name, fit.states.impacts, strict=True) if n == 0]
-        names = f" ({', '.join(wholly)})" if wholly else ""
+        if wholly:
+            lines.append(
+                f"  {counted(len(wholly), 'state')} with impacts above the device range alone: {', '.join(wholly)}"
+            )
+    elif len(fit.left_out):
         lines.append(
-            f"  {fit.censored_samples} impacts above the device range count as at least that force; "
-            f"in {len(wholly)} states all of them{names}"
+            f"  {counted(len(fit.left_out), 'state')} left out, with impacts above the device range alone: "
+            f"{', '.join(fit.left_out.name)}"
         )
-    elif fit.censored_samples:
-        names = f": {', '.join(fit.left_out.name)}" if len(fit.left_out) else ""
-        lines.append(
-            f"  {fit.censored_samples} impacts above the device range; "
-            f"{len(fit.left_out)} states left out because all of theirs are{names}"
-        )
+    if before_coefficients:
+        lines += ["", *before_coefficients]
     lines += [
         "",
         "ln F = sum of coefficient x term; F in N, d and h in m, v in m/s",
         *table(
             ["term", "coefficient", "standard error", "p value"],
-            [[n, f"{b:.4f}", f"{se:.4f}", f"{p:.2g}"] for n, b, se, p in coefficients],
+            [[n, f"{b:.4f}", f"{se:.4f}", f"{p:#.3g}"] for n, b, se, p in coefficients],
         ),
     ]
     lines += [
         "",
-        f"state-to-state SD {100 * fit.state_sd:.2f} % ({between.degrees_of_freedom:.4g} degrees of freedom), "
+        f"state-to-state SD {100 * fit.state_sd:.2f} % ({between.degrees_of_freedom:.1f} degrees of freedom), "
         f"RMSE {fit.rmse_force:.2f} N, R^2 {between.r_squared:.4f}, condition number {between.condition_number:.0f}",
     ]
     allowances = _allowances(force_map)
@@ -173,6 +173,21 @@ def fit_lines(force_map: ForceMap) -> list[str]:
     if not force_map.rises_with_speed:
         lines.append("the prediction falls with speed in part of the measured range")
     return lines
+
+
+def counted(count: int, noun: str) -> str:
+    """A number of things in words: 1 state, 2 states."""
+    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
+
+
+def impacts_words(force_map: ForceMap) -> str:
+    """How many states and impacts a map is fitted to, and what became of the censored ones."""
+    fit = force_map.require_fit()
+    words = f"{counted(len(fit.states), 'state')}, {counted(fit.samples + fit.censored_samples, 'impact')}"
+    if not fit.censored_samples:
+        return words
+    used = "counted as at least that force" if fit.censored_fit else "not in the fit"
+    return f"{words}, {fit.censored_samples} of them above the device range ({used})"
 
 
 def _allowances(force_map: ForceMap) -> tuple[float, float] | None:

@@ -44,6 +44,8 @@ class EuclideanForm:
 EUCLIDEAN_2D = EuclideanForm()
 """The rejected Euclidean-distance map."""
 
+_EUCLIDEAN_NOTE = "terms 1, v, r, r^2 with r = sqrt(d^2 + h^2); for comparison only: rejected by the paper"
+
 COMPARED_FORMS: tuple[Form | EuclideanForm, ...] = (CFM_2D, EUCLIDEAN_2D, CFM_3D, LOG_SPEED, FULL_CUBIC)
 """Forms compared if none are named."""
 
@@ -110,9 +112,10 @@ class FormComparison:
         The forms that could be fitted, in the order given.
     refused : tuple of RefusedForm
         The others.
-    recommended : Form
-        The default unless another is clearly better.
-    reason : str
+    recommended : Form or None
+        The default unless another is clearly better; None if no form carries the bound, so that no safe speed follows
+        from any.
+    reasons : tuple of str
         Why, in words.
     states : int
         Number of uncensored states compared on.
@@ -124,11 +127,16 @@ class FormComparison:
 
     results: tuple[FormResult, ...]
     refused: tuple[RefusedForm, ...]
-    recommended: Form
-    reason: str
+    recommended: Form | None
+    reasons: tuple[str, ...]
     states: int
     bound: Bound
     statements: tuple[str, ...]
+
+    @property
+    def reason(self) -> str:
+        """The reasons in one line."""
+        return "; ".join(self.reasons)
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,7 +156,8 @@ def compare_forms(
     The default CFM_3D (the first of the forms where it is not among them or cannot be fitted) is recommended unless
     another form is clearly better: a root-mean-square left-out error of ln F at least 10 % lower, a lower one on the
     dangerous side too, a one-sided paired t test over the states of the squared errors significant at 1 % divided by
-    the number of other forms, and no fall with speed inside the measured range where the default has none.
+    the number of other forms, no fall with speed inside the measured range where the default has none, and a bound
+    where the default has one. If no form carries the bound, none is recommended.
 
     Parameters
     ----------
@@ -194,12 +203,12 @@ def compare_forms(
     measured = len(states.uncensored)
     wholly_censored = int(np.sum(dataset.train.states.impacts == 0))
     results = tuple(_result(each, states, errors, reference, bound) for each in fitted)
-    recommended, reason = _recommend(results, reference, refused)
+    recommended, reasons = _recommend(results, reference, refused)
     return FormComparison(
         results=results,
         refused=tuple(refused),
         recommended=recommended,
-        reason=reason,
+        reasons=reasons,
         states=measured,
         bound=bound,
         statements=(
@@ -256,7 +265,7 @@ def _result(
     force_map, error = fitted.force_map, errors[fitted.form.name]
     predicted = np.array([fitted.left_out[name] for name in states.name])
     skipped = len(force_map.require_fit().states.uncensored) - error.size
-    notes = [] if isinstance(fitted.form, Form) else ["for comparison only: rejected by the paper"]
+    notes = [] if isinstance(fitted.form, Form) else [_EUCLIDEAN_NOTE]
     try:
         width = 100 * margins(bound, force_map)
         mean_bound, max_bound = float(width.mean()), float(width.max())
@@ -294,31 +303,48 @@ def _p_better(error: FloatArray, of_reference: FloatArray) -> float:
     return float(stdtr(gain.size - 1, -gain.mean() / deviation * math.sqrt(gain.size)))
 
 
-def _recommend(results: Sequence[FormResult], reference: Form, refused: Sequence[RefusedForm]) -> tuple[Form, str]:
+def _recommend(
+    results: Sequence[FormResult], reference: Form, refused: Sequence[RefusedForm]
+) -> tuple[Form | None, tuple[str, ...]]:
     """The reference unless another form is clearly better; of several, the one with the lowest error."""
     (standard,) = [each for each in results if each.form == reference]
     others = [each for each in results if each.form != reference and isinstance(each.form, Form)]
+    words = [f"{each.form.name} cannot be fitted ({each.reason})" for each in refused if each.form == CFM_3D]
+    if not any(_bounded(each) for each in (standard, *others)):
+        tried = ", ".join(each.form.name for each in (standard, *others))
+        words.append(f"no form carries a bound on these states ({tried}), so no safe speed follows from any")
+        return None, (*words, f"{reference.name}: {standard.note}")
     level = SIGNIFICANCE / max(1, len(others))
     better = [each for each in others if _clearly_better(each, standard, level)]
     why = "the default" if reference == CFM_3D else "the first form that can be compared"
-    words = [f"{each.form.name} cannot be fitted ({each.reason})" for each in refused if each.form == CFM_3D]
     if better:
         best = min(better, key=lambda each: each.error_percent)
         assert isinstance(best.form, Form)
         words.append(
             f"{best.form.name} is clearly better than {reference.name}: left-out error {best.error_percent:.2f} % "
-            f"against {standard.error_percent:.2f} %, p = {best.p_better:.2g} state by state"
+            f"against {standard.error_percent:.2f} %, p = {best.p_better:#.3g} state by state"
         )
-        return best.form, "; ".join(words)
+        return best.form, (*words, *_unbounded(best))
     words.append(f"{reference.name}, {why}: left-out error {standard.error_percent:.2f} %; no form is clearly better")
+    words += _unbounded(standard)
     for each in others:
         comparison = "lower" if each.error_percent < standard.error_percent else "not lower"
-        words.append(f"{each.form.name} has {each.error_percent:.2f} %, {comparison}, p = {each.p_better:.2g}")
+        words.append(f"{each.form.name} has {each.error_percent:.2f} %, {comparison}, p = {each.p_better:#.3g}")
         if each.rises_inside < standard.rises_inside:
             words[-1] += ", and falls with speed inside the measured range"
+        if _bounded(each) < _bounded(standard):
+            words[-1] += ", and carries no bound"
     if not standard.rises_above:
         words.append(f"{reference.name} falls with speed above the measured speeds, where no speed is given")
-    return reference, "; ".join(words)
+    return reference, tuple(words)
+
+
+def _bounded(each: FormResult) -> bool:
+    return math.isfinite(each.mean_bound_percent)
+
+
+def _unbounded(each: FormResult) -> list[str]:
+    return [] if _bounded(each) else [f"{each.form.name} carries no bound on so few states: no safe speed follows"]
 
 
 def _clearly_better(each: FormResult, standard: FormResult, level: float) -> bool:
@@ -327,4 +353,5 @@ def _clearly_better(each: FormResult, standard: FormResult, level: float) -> boo
         and each.underestimation_percent < standard.underestimation_percent
         and each.p_better < level
         and each.rises_inside >= standard.rises_inside
+        and _bounded(each) >= _bounded(standard)
     )

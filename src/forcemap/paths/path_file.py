@@ -71,7 +71,9 @@ def read_path(path: str | Path, *, robot: Robot | None = None) -> ToolPath:
         points = values if len(layout) == 3 else np.column_stack([values[:, 0], np.zeros(len(values)), values[:, 1]])
         if len(layout) == 2 and np.any(values[:, 0] < 0):
             raise InputError("distance_m: found a negative distance, expected at least 0")
-        return ToolPath(points, tuple(names), time, str(path))
+        if time is not None:
+            return ToolPath.timed(points, (*names, ""), time, str(path))
+        return ToolPath(points, tuple(names), None, str(path))
     except TableError:
         raise
     except InputError as error:
@@ -80,18 +82,18 @@ def read_path(path: str | Path, *, robot: Robot | None = None) -> ToolPath:
 
 def _check_columns(table: Table, layout: tuple[str, ...]) -> None:
     known = {*layout, *_OPTIONAL}
-    for name in table.columns:
-        if name not in known and _OTHER_UNIT.fullmatch(name):
-            raise TableError(
-                "found a column without its unit, or in another one; expected metres (x_m, y_m, z_m, or distance_m, "
-                "height_m) and seconds (time_s)",
-                file=table.file,
-                row=table.header_row,
-                column=name,
-            )
-        if name not in known:
-            message = f"unknown column; expected x_m, y_m, z_m, or distance_m, height_m, and {', '.join(_OPTIONAL)}"
-            raise TableError(message, file=table.file, row=table.header_row, column=name)
+    unknown = sorted((name for name in table.columns if name not in known), key=lambda n: not _OTHER_UNIT.fullmatch(n))
+    if unknown and _OTHER_UNIT.fullmatch(unknown[0]):
+        raise TableError(
+            "found a column without its unit, or in another one; expected metres (x_m, y_m, z_m, or distance_m, "
+            "height_m) and seconds (time_s)",
+            file=table.file,
+            row=table.header_row,
+            column=unknown[0],
+        )
+    if unknown and (layout or not set(unknown) & {name for each in _LAYOUTS for name in each}):
+        message = f"unknown column; expected x_m, y_m, z_m, or distance_m, height_m, and {', '.join(_OPTIONAL)}"
+        raise TableError(message, file=table.file, row=table.header_row, column=unknown[0])
     if not layout:
         message = "found no positions, expected the columns x_m, y_m, z_m, or distance_m, height_m, or joint_1_rad, ..."
         raise TableError(message, file=table.file, row=table.header_row)
@@ -132,8 +134,11 @@ def _joint_path(
         if np.linalg.norm(points[1:-1:2] - middles, axis=1).max() < _STRAIGHT:
             break
     count = share.size
-    times = None if time is None else np.append((time[:-1, None] + np.diff(time)[:, None] * share).ravel(), time[-1])
-    return ToolPath(points, tuple(name for name in names for _ in range(count)), times, table.file)
+    every = tuple(name for name in names for _ in range(count))
+    if time is None:
+        return ToolPath(points, every, None, table.file)
+    times = np.append((time[:-1, None] + np.diff(time)[:, None] * share).ravel(), time[-1])
+    return ToolPath.timed(points, (*every, ""), times, table.file)
 
 
 def _end(robot: Robot, q: FloatArray) -> FloatArray:

@@ -47,9 +47,7 @@ class TimeLaw:
         return float(self.durations.sum())
 
 
-def time_law(
-    length: ArrayLike, limit: ArrayLike, *, acceleration: float, stops: ArrayLike | None = None
-) -> TimeLaw:
+def time_law(length: ArrayLike, limit: ArrayLike, *, acceleration: float, stops: ArrayLike | None = None) -> TimeLaw:
     """The fastest motion from rest to rest along pieces with a speed limit each.
 
     Parameters

@@ -28,9 +28,11 @@ class ToolPath:
     names : tuple of str
         Name of the segment of the task that each piece belongs to, one for each of n pieces.
     time : array, shape (n + 1,) or None
-        When the program is at each point [s]; None for an untimed path.
+        When the program arrives at each point [s]; None for an untimed path.
     source : str
         Where the path comes from.
+    wait : array, shape (n + 1,) or None
+        How long the program stands at each point of a timed path [s]; None if nowhere.
 
     Raises
     ------
@@ -43,6 +45,7 @@ class ToolPath:
     names: tuple[str, ...]
     time: FloatArray | None = None
     source: str = ""
+    wait: FloatArray | None = None
 
     def __post_init__(self) -> None:
         if self.points.ndim != 2 or self.points.shape[1] != 3 or len(self.points) < 2:
@@ -56,11 +59,36 @@ class ToolPath:
             )
         if np.any(self.lengths < _STANDING):
             at = int(np.argmax(self.lengths < _STANDING))
-            raise InputError(f"path: points {at + 1} and {at + 2} are the same place; a piece without length has no speed")
+            raise InputError(
+                f"path: points {at + 1} and {at + 2} are the same place; a piece without length has no speed"
+            )
         if len(self.names) != len(self.points) - 1:
             raise InputError("path: expected one segment name for each piece")
-        if self.time is not None and not (np.isfinite(self.time).all() and np.all(np.diff(self.time) > 0)):
+        moving = self._moving_times
+        if moving is not None and not (np.isfinite(moving).all() and np.all(moving > 0)):
             raise InputError("path: expected times that are finite and rise from point to point")
+
+    @classmethod
+    def timed(cls, points: FloatArray, names: tuple[str, ...], time: FloatArray, source: str = "") -> Self:
+        """A path from time-stamped points, one name each; points at which the program stands become waits."""
+        if len(points) < 2 or not (np.isfinite(points).all() and np.isfinite(time).all() and np.all(np.diff(time) > 0)):
+            raise InputError("path: expected at least two finite points, and times that are finite and rise")
+        kept = [0]
+        last = [0]  # the row at which the program leaves each point
+        for row in range(1, len(points)):
+            if np.linalg.norm(points[row] - points[kept[-1]]) < _STANDING:
+                last[-1] = row
+            else:
+                kept.append(row)
+                last.append(row)
+        wait = time[last] - time[kept]
+        return cls(
+            points[kept],
+            tuple(names[row] for row in last[:-1]),
+            time[kept],
+            source,
+            wait if wait.any() else None,
+        )
 
     @classmethod
     def through(cls, points: ArrayLike, *, name: str = "path", time: ArrayLike | None = None) -> Self:
@@ -90,7 +118,15 @@ class ToolPath:
     @property
     def speeds(self) -> FloatArray | None:
         """Programmed speed on each piece [m/s], shape (n,); None for an untimed path."""
-        return None if self.time is None else np.asarray(self.lengths / np.diff(self.time))
+        moving = self._moving_times
+        return None if moving is None else np.asarray(self.lengths / moving)
+
+    @property
+    def _moving_times(self) -> FloatArray | None:
+        """How long the program moves along each piece [s], shape (n,); None for an untimed path."""
+        if self.time is None:
+            return None
+        return np.asarray(np.diff(self.time) - (0.0 if self.wait is None else self.wait[:-1]))
 
     def resampled(self, step: float) -> ToolPath:
         """The same path in pieces not longer than `step` [m] along the arc; every point of the path is kept.
@@ -109,11 +145,16 @@ class ToolPath:
         first = np.concatenate([[0], np.cumsum(counts)[:-1]])
         share = ((np.arange(piece.size) - first[piece]) / counts[piece])[:, None]
         points = np.vstack([self.points[piece] * (1 - share) + self.points[piece + 1] * share, self.points[-1:]])
-        time = None
+        time, wait = None, None
         if self.time is not None:
-            inner = self.time[piece] * (1 - share[:, 0]) + self.time[piece + 1] * share[:, 0]
+            leaves = self.time + (0.0 if self.wait is None else self.wait)
+            inner = leaves[piece] * (1 - share[:, 0]) + self.time[piece + 1] * share[:, 0]
+            whole = share[:, 0] == 0
+            inner[whole] = self.time[piece[whole]]
             time = np.append(inner, self.time[-1])
-        return ToolPath(points, tuple(self.names[i] for i in piece), time, self.source)
+            if self.wait is not None:
+                wait = np.append(np.where(whole, self.wait[piece], 0.0), self.wait[-1])
+        return ToolPath(points, tuple(self.names[i] for i in piece), time, self.source, wait)
 
     def moved(self, offset: ArrayLike) -> ToolPath:
         """The path shifted by an offset, shape (3,) [m]."""

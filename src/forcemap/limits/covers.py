@@ -1,0 +1,134 @@
+"""What a protective cover or another payload may change: an estimate to plan with, never a permission.
+
+The contact model stores the energy mu v^2 / 2 in the spring of the body part and in the cover, in series. With the
+force limit F, the body's spring constant k, the cover's k_c and its compressible thickness d_c
+
+    v_max = sqrt{ [F^2 / k + min(F^2 / k_c, k_c d_c^2)] / mu },  mu = (1 / m_R + 1 / m_H)^-1
+
+The second branch is the cover bottoming out: beyond it the cover takes up no more energy. Energy form after Svarny et
+al. 2022, Effect of active and passive protective soft skins on collision forces in human-robot collaboration.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from forcemap.errors import InputError
+from forcemap.limits.pfl import pfl_robot_mass, pfl_speed_limit
+
+ESTIMATE = (
+    "MODEL ESTIMATE to plan with: nothing of it was measured, and no speed may be driven because of it; measure again "
+    "with the cover or payload"
+)
+"""What stands beside every figure of this file."""
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """What the contact model expects of a change.
+
+    Parameters
+    ----------
+    speed_before, speed_after : float
+        Speed limits of the contact model before and after the change [m/s].
+    bottoms_out : bool
+        True if the cover is compressed fully before the force limit is reached.
+    statement : str
+        That it is an estimate.
+    """
+
+    speed_before: float
+    speed_after: float
+    bottoms_out: bool = False
+    statement: str = ESTIMATE
+
+    @property
+    def ratio(self) -> float:
+        """Speed after over speed before."""
+        return self.speed_after / self.speed_before
+
+
+def cover_estimate(
+    max_force: float,
+    *,
+    robot_mass: float,
+    body_mass: float,
+    stiffness: float,
+    cover_stiffness: float,
+    cover_thickness: float,
+) -> Estimate:
+    """What the contact model expects of a protective cover.
+
+    Parameters
+    ----------
+    max_force : float
+        Force limit F [N].
+    robot_mass, body_mass, stiffness : float
+        As in `pfl_speed_limit` [kg], [kg], [N/m].
+    cover_stiffness : float
+        Spring constant k_c of the cover [N/m].
+    cover_thickness : float
+        Thickness d_c by which the cover can be compressed [m], at most 0.2.
+
+    Returns
+    -------
+    Estimate
+
+    Raises
+    ------
+    InputError
+        A figure outside its range.
+
+    Examples
+    --------
+    >>> found = cover_estimate(
+    ...     140.0, robot_mass=15.0, body_mass=math.inf, stiffness=75e3, cover_stiffness=20e3, cover_thickness=0.02
+    ... )
+    >>> round(found.speed_before, 4), round(found.speed_after, 4), found.bottoms_out
+    (0.132, 0.2877, False)
+    """
+    before = float(pfl_speed_limit(max_force, robot_mass=robot_mass, body_mass=body_mass, stiffness=stiffness))
+    if not 100 <= cover_stiffness < math.inf:
+        raise InputError(f"cover stiffness: found {cover_stiffness:g}, expected N/m, at least 100 and finite")
+    if not 0 <= cover_thickness <= 0.2:
+        raise InputError(f"cover thickness: found {cover_thickness:g}, expected metres, from 0 to 0.2")
+    k, k_c, d_c, f = stiffness, cover_stiffness, cover_thickness, max_force
+    taken_up = min(f**2 / k_c, k_c * d_c**2)  # twice the energy, N m
+    return Estimate(before, before * math.sqrt(1 + taken_up * k / f**2), f / k_c > d_c)
+
+
+def payload_estimate(
+    max_force: float, *, moving_mass: float, payload: float, new_payload: float, body_mass: float, stiffness: float
+) -> Estimate:
+    """What the contact model expects of another payload.
+
+    Parameters
+    ----------
+    max_force : float
+        Force limit [N].
+    moving_mass : float
+        Total mass M of the moving parts of the robot [kg].
+    payload, new_payload : float
+        Effective payload m_L before and after [kg].
+    body_mass, stiffness : float
+        As in `pfl_speed_limit` [kg], [N/m].
+
+    Returns
+    -------
+    Estimate
+
+    Raises
+    ------
+    InputError
+        A figure outside its range.
+    """
+    before, after = (
+        float(
+            pfl_speed_limit(
+                max_force, robot_mass=pfl_robot_mass(moving_mass, load), body_mass=body_mass, stiffness=stiffness
+            )
+        )
+        for load in (payload, new_payload)
+    )
+    return Estimate(before, after)

@@ -1,0 +1,343 @@
+"""Speeds along a path: the lower bound over each piece, the strictest body area, and the cycle time they give."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from forcemap.certified_speeds import ZoneSpeeds, zone_speeds
+from forcemap.errors import ContactNotPermitted, InputError
+from forcemap.limits.body_areas import LimitTable, body_region, standard_limit_table
+from forcemap.limits.force_limits import Contact, ForceLimit, force_limit
+from forcemap.limits.pfl import pfl_robot_mass, pfl_speed_limit
+from forcemap.maps.bounds import Bound
+from forcemap.maps.force_map import ForceMap
+from forcemap.paths.direction import direction_vector
+from forcemap.paths.task import Task
+from forcemap.paths.time_law import time_law
+from forcemap.paths.tool_path import ToolPath
+from forcemap.zones import Allowance, Segments, Zones
+
+FloatArray = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+CORNER_ANGLE = 10.0
+"""A path that turns by more than this comes to rest there [deg]."""
+
+_SPENT = "nothing is left once the speed overshoot is subtracted"
+
+
+class PieceOutcome(StrEnum):
+    """What is known of the speed on a piece of a path."""
+
+    ADMISSIBLE = "admissible"
+    CAPPED = "capped"
+    UNCONFIRMED = "unconfirmed"
+    OUTSIDE = "outside"
+    NOT_DOWNWARD = "not_downward"
+    NOT_PERMITTED = "not_permitted"
+    NO_CONTACT = "no_contact"
+
+    @property
+    def refused(self) -> bool:
+        """True if no speed is permitted."""
+        return self not in (PieceOutcome.ADMISSIBLE, PieceOutcome.CAPPED, PieceOutcome.NO_CONTACT)
+
+
+@dataclass(frozen=True)
+class CycleTime:
+    """Time of a path at one rule of speed.
+
+    Parameters
+    ----------
+    rule : str
+        Which speeds are driven.
+    duration : float
+        Time of the whole path [s]; NaN if any piece has no permission, or the rule no speed.
+    permitted_duration : float
+        Time of the permitted pieces alone, each stretch of them from rest to rest [s]; NaN if there are none.
+    speed : float
+        The one speed of the rule where contact is possible [m/s]; NaN if it has many, or none.
+    """
+
+    rule: str
+    duration: float
+    permitted_duration: float
+    speed: float = math.nan
+
+
+@dataclass(frozen=True, eq=False)
+class PathSpeeds:
+    """Speeds along a path, for each of its pieces.
+
+    Parameters
+    ----------
+    path : ToolPath
+        The path in short pieces.
+    speed : array, shape (n,)
+        Highest speed to program [m/s], unrounded, the allowance subtracted; NaN where none is permitted.
+    outcome : array of PieceOutcome, shape (n,)
+        What is known of it.
+    reason, governed_by : array of str, shape (n,)
+        Why; which body area and contact gives the lowest speed.
+    limit : array, shape (n,)
+        Its force limit [N]; NaN where contact is excluded or not permitted.
+    programmed : array, shape (n,)
+        Programmed speed [m/s]; NaN where not stated.
+    allowed, standard, constant, program : CycleTime
+        Cycle times at the allowed speeds; at the standard's one speed; at the lowest allowed speed throughout; as
+        programmed.
+    allowance : Allowance
+        What was subtracted.
+    statements : tuple of str
+        What the speeds depend on, a line each.
+    """
+
+    path: ToolPath
+    speed: FloatArray
+    outcome: NDArray[np.object_]
+    reason: NDArray[np.object_]
+    governed_by: NDArray[np.object_]
+    limit: FloatArray
+    programmed: FloatArray
+    allowed: CycleTime
+    standard: CycleTime
+    constant: CycleTime
+    program: CycleTime
+    allowance: Allowance
+    statements: tuple[str, ...]
+
+    @property
+    def refused(self) -> Mask:
+        """True for pieces without permission, shape (n,)."""
+        return np.array([outcome.refused for outcome in self.outcome])
+
+    @property
+    def too_fast(self) -> Mask:
+        """True for pieces whose programmed speed exceeds the allowed one, or has no permission, shape (n,)."""
+        with np.errstate(invalid="ignore"):
+            return self.refused | (self.programmed > self.speed)
+
+
+def path_speeds(
+    force_map: ForceMap,
+    path: ToolPath,
+    task: Task,
+    *,
+    bound: Bound,
+    allowance: Allowance | None = None,
+    step: float = 0.02,
+    angle: float = 15.0,
+    table: LimitTable | None = None,
+) -> PathSpeeds:
+    """Speeds that the map allows along a path, and the cycle times they give.
+
+    Each piece gets the lowest of the speeds certified for its body areas over all places it may be at. Pieces that do
+    not move in the map's direction, lie outside or are unconfirmed get no permission, and no time is invented for them.
+
+    Parameters
+    ----------
+    force_map : ForceMap
+        The map; its campaign states the direction.
+    path : ToolPath
+        The path.
+    task : Task
+        Body areas and contact of each segment.
+    bound : Bound
+        `FixedMargin` or `ToleranceBound`.
+    allowance : Allowance, optional
+        What the robot may deviate; `Allowance()` if not given.
+    step : float
+        Longest piece [m].
+    angle : float
+        How far a motion may point away from the map's direction [deg].
+    table : LimitTable, optional
+        Table of limits; that of ISO/TS 15066:2016 if not given.
+
+    Returns
+    -------
+    PathSpeeds
+
+    Raises
+    ------
+    InputError
+        Path and task do not name the same segments, the task differs from the campaign, or the campaign does not
+        state a direction a path can be compared with.
+    UnknownName
+        The table of limits does not have a body area.
+    BoundNotAvailable
+        The map cannot carry the bound.
+    """
+    task.require_segments(path.names)
+    task.require_same(force_map.conditions)
+    if not 0 <= angle < 90:
+        raise InputError(f"angle: found {angle:g} degrees, expected one from 0 to below 90")
+    allowance = Allowance() if allowance is None else allowance
+    direction = direction_vector(force_map.conditions.direction, whose="the campaign")
+    path = path.resampled(step)
+    segments = [task.segment(name) for name in path.names]
+    along = path.directions @ direction >= math.cos(math.radians(angle)) - 1e-12
+    excluded = np.array([segment.contact is None for segment in segments])
+    stated = np.array([segment.speed for segment in segments])
+    programmed = stated if path.speeds is None else path.speeds
+
+    strictest = _strictest(force_map, path, task, along, bound, allowance, table or standard_limit_table())
+    speed, outcome, reason = strictest.speed, strictest.outcome, strictest.reason
+    turned = ~along & ~excluded
+    outcome[turned] = PieceOutcome.NOT_DOWNWARD
+    reason[turned] = f"the motion points more than {angle:g} degrees away from the map's direction, down"
+    outcome[excluded], reason[excluded] = PieceOutcome.NO_CONTACT, "contact is excluded by other measures"
+    speed = np.where(excluded, stated, np.where(turned | np.isinf(speed), np.nan, speed))
+
+    refused = np.array([each.refused for each in outcome])
+    contact_pieces = ~excluded
+    lowest = float(np.min(speed[contact_pieces & ~refused])) if np.any(contact_pieces & ~refused) else math.nan
+    one = float(strictest.standard[contact_pieces].min()) - allowance.speed if contact_pieces.any() else math.nan
+    one = one if one > 0 else math.nan
+    timing = (path, refused, task.acceleration)
+    program = _cycle_time("as programmed", *timing, programmed) if path.time is None else _as_timed(path, refused)
+    return PathSpeeds(
+        path=path,
+        speed=speed,
+        outcome=outcome,
+        reason=reason,
+        governed_by=strictest.governed_by,
+        limit=strictest.limit,
+        programmed=programmed,
+        allowed=_cycle_time("allowed speeds", *timing, speed),
+        standard=_cycle_time("the standard's one speed", *timing, np.where(excluded, stated, one), one),
+        constant=_cycle_time("lowest allowed speed throughout", *timing, np.where(excluded, stated, lowest), lowest),
+        program=program,
+        allowance=allowance,
+        statements=(
+            *strictest.statements,
+            *task.statements(),
+            f"motion within {angle:g} degrees of the map's direction, {force_map.conditions.direction}",
+            str(allowance),
+            f"acceleration along the path at most {task.acceleration:g} m/s^2; rest at its ends, at corners of more "
+            f"than {CORNER_ANGLE:g} degrees and where permission ends",
+            *(["contact excluded by other measures where the task says so"] if excluded.any() else []),
+        ),
+    )
+
+
+@dataclass(eq=False)
+class _Strictest:
+    """The lowest speed of all body areas on each piece, filled area by area; infinite where none was asked."""
+
+    speed: FloatArray
+    limit: FloatArray
+    standard: FloatArray
+    outcome: NDArray[np.object_]
+    reason: NDArray[np.object_]
+    governed_by: NDArray[np.object_]
+    statements: dict[str, None]
+
+    def take(
+        self, at: NDArray[np.int64], speed: FloatArray, outcome: list[PieceOutcome], reason: list[str], limit: float
+    ) -> NDArray[np.int64]:
+        """Keep what is stricter than what is known, and say where that is."""
+        stricter = np.flatnonzero(speed < self.speed[at])
+        self.speed[at[stricter]], self.limit[at[stricter]] = speed[stricter], limit
+        for i in stricter:
+            self.outcome[at[i]], self.reason[at[i]] = outcome[i], reason[i]
+        return at[stricter]
+
+
+def _strictest(
+    force_map: ForceMap,
+    path: ToolPath,
+    task: Task,
+    along: Mask,
+    bound: Bound,
+    allowance: Allowance,
+    table: LimitTable,
+) -> _Strictest:
+    """The lowest speed over the body areas of each piece that moves in the map's direction."""
+    n = len(path)
+    outcome, reason, governed_by = np.full((3, n), "", dtype=object)
+    nothing = np.full(n, np.nan)
+    found = _Strictest(np.full(n, np.inf), nothing, np.full(n, np.inf), outcome, reason, governed_by, {})
+    segments = [task.segment(name) for name in path.names]
+    for area, contact in {(area, each.contact): None for each in task.segments for area in each.areas}:
+        assert contact is not None
+        limit = force_limit(area, table=table)
+        threatened = np.array([each.contact is contact and area in each.areas for each in segments])
+        standard = _standard_speed(force_map, limit, contact, table)
+        found.standard[threatened] = np.minimum(found.standard[threatened], standard)
+        at = np.flatnonzero(threatened & along)
+        if not at.size:
+            continue
+        try:
+            speeds = _zone_speeds(force_map, path.pieces, at, limit, contact, bound, allowance)
+        except ContactNotPermitted as error:
+            refused = np.full(at.size, -np.inf)
+            kinds = [PieceOutcome.NOT_PERMITTED] * at.size
+            kept = found.take(at, refused, kinds, [error.message] * at.size, math.nan)
+        else:
+            found.statements |= dict.fromkeys(speeds.statements)
+            value = np.where(np.isnan(speeds.speed), -np.inf, speeds.speed - allowance.speed)
+            kinds = [PieceOutcome(kind.value) for kind in speeds.outcome]
+            why = [str(each) for each in speeds.reason]
+            for i in np.flatnonzero(np.isfinite(value) & (value <= 0)):
+                value[i], kinds[i], why[i] = -np.inf, PieceOutcome.UNCONFIRMED, _SPENT
+            kept = found.take(at, value, kinds, why, float(speeds.limit[0]))
+        found.governed_by[kept] = f"{area}, {contact}"
+    return found
+
+
+def _zone_speeds(
+    force_map: ForceMap,
+    pieces: Segments,
+    which: NDArray[np.int64],
+    limit: ForceLimit,
+    contact: Contact,
+    bound: Bound,
+    allowance: Allowance,
+) -> ZoneSpeeds:
+    """Speeds certified for some pieces, wherever the position tolerance lets the robot be."""
+    some = Segments(pieces.start[which], pieces.end[which])
+    zones: Segments | Zones = some.zones.grown(allowance.position) if allowance.position > 0 else some
+    return zone_speeds(force_map, zones, limit=limit, bound=bound, contact=contact)
+
+
+def _standard_speed(force_map: ForceMap, limit: ForceLimit, contact: Contact, table: LimitTable) -> float:
+    """Speed of the standard's contact model for a constrained body part [m/s]; NaN where a figure is missing."""
+    mass, load = force_map.conditions.moving_mass, force_map.conditions.payload
+    if math.isnan(mass) or not limit.permitted:
+        return math.nan
+    stiffness = max(body_region(table.areas[area].region).stiffness for area in limit.areas)
+    robot_mass = pfl_robot_mass(mass, 0.0 if math.isnan(load) else load)
+    speed = pfl_speed_limit(limit.force(contact), robot_mass=robot_mass, body_mass=math.inf, stiffness=stiffness)
+    return float(speed)
+
+
+def _cycle_time(
+    rule: str, path: ToolPath, refused: Mask, acceleration: float, speed: FloatArray, one: float = math.nan
+) -> CycleTime:
+    """Time of the permitted stretches; of the whole only if nothing is refused."""
+    if refused.all() or np.isnan(speed[~refused]).any():
+        return CycleTime(rule, math.nan, math.nan, one)
+    turns = np.einsum("ij,ij->i", path.directions[1:], path.directions[:-1])
+    stops = turns < math.cos(math.radians(CORNER_ANGLE))
+    wait = np.zeros(len(path) + 1) if path.wait is None else path.wait
+    stops |= wait[1:-1] > 0
+    edges = np.flatnonzero(np.diff(np.concatenate([[True], refused, [True]]).astype(np.int8)))
+    total = 0.0
+    for start, stop in edges.reshape(-1, 2):
+        law = time_law(
+            path.lengths[start:stop], speed[start:stop], acceleration=acceleration, stops=stops[start : stop - 1]
+        )
+        total += law.duration + float(wait[start : stop + 1].sum())
+    return CycleTime(rule, math.nan if refused.any() else total, total, one)
+
+
+def _as_timed(path: ToolPath, refused: Mask) -> CycleTime:
+    """Cycle time by the times of the path itself, waits included."""
+    assert path.time is not None
+    moving = float(np.diff(path.time)[~refused].sum()) + (0.0 if path.wait is None else float(path.wait[-1]))
+    return CycleTime("as programmed", math.nan if refused.any() else moving, math.nan if refused.all() else moving)

@@ -1,0 +1,238 @@
+"""What a robot's task is: its segments, who may be hit there and how, and what it shares with the campaign."""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from forcemap.campaigns.dataset import Conditions
+from forcemap.errors import InputError, UnknownName, nearest_names
+from forcemap.files import read_bytes
+from forcemap.limits.body_areas import LimitTable
+from forcemap.limits.force_limits import Contact, force_limit
+from forcemap.paths.direction import direction_vector
+
+SCHEMA = "forcemap-task/1"
+
+_SHARED = ("direction", "contact_site", "tool", "safety_settings")
+_SEGMENT_KEYS = ("name", "contact_possible", "areas", "contact", "clamping_possible", "speed_mps")
+_KEYS = ("schema", "note", "acceleration_mps2", "campaign", "segments")
+
+
+@dataclass(frozen=True)
+class TaskSegment:
+    """A part of a task with its own body areas and kind of contact.
+
+    Parameters
+    ----------
+    name : str
+        Name, as in the column `segment` of the path.
+    areas : tuple of str
+        Body areas or regions that may be hit; empty if contact is excluded by other measures.
+    contact : Contact or None
+        Kind of contact; None if contact is excluded.
+    speed : float
+        Programmed speed [m/s]; NaN if not stated.
+    """
+
+    name: str
+    areas: tuple[str, ...]
+    contact: Contact | None
+    speed: float = math.nan
+
+    def __post_init__(self) -> None:
+        if (self.contact is None) != (not self.areas):
+            raise InputError(f"segment {self.name!r}: expected body areas and a kind of contact, or neither")
+        if not (math.isnan(self.speed) or 0 < self.speed < math.inf):
+            raise InputError(f"segment {self.name!r}: found {self.speed:g} m/s, expected a positive finite speed")
+        if self.contact is None and math.isnan(self.speed):
+            raise InputError(f"segment {self.name!r}: contact is excluded, so state its speed (speed_mps)")
+
+
+@dataclass(frozen=True)
+class Task:
+    """Segments of a task, and under what conditions it is done.
+
+    Parameters
+    ----------
+    segments : tuple of TaskSegment
+        Segments with different names.
+    acceleration : float
+        Largest acceleration along the path [m/s^2].
+    conditions : mapping of str to str
+        Direction, contact site, tool and safety settings, as far as the task states them.
+    source : str
+        Where it is from.
+    """
+
+    segments: tuple[TaskSegment, ...]
+    acceleration: float = 1.0
+    conditions: Mapping[str, str] = field(default_factory=dict)
+    source: str = ""
+
+    def __post_init__(self) -> None:
+        names = [segment.name for segment in self.segments]
+        if not names or len(set(names)) != len(names):
+            raise InputError("task: expected at least one segment, and different names")
+        if not 0 < self.acceleration < math.inf:
+            raise InputError(f"acceleration: found {self.acceleration:g}, expected a positive finite number of m/s^2")
+
+    def segment(self, name: str) -> TaskSegment:
+        """The segment of that name.
+
+        Raises
+        ------
+        InputError
+            The task has none.
+        """
+        for segment in self.segments:
+            if segment.name == name:
+                return segment
+        near = ", ".join(repr(each) for each in nearest_names(name, [each.name for each in self.segments], 3))
+        raise InputError(
+            f"the path names the segment {name!r}, which the task does not have; its nearest is {near}",
+            file=self.source,
+        )
+
+    def require_segments(self, names: tuple[str, ...]) -> None:
+        """Raise InputError unless path and task name the same segments."""
+        for name in dict.fromkeys(names):
+            self.segment(name)
+        for segment in self.segments:
+            if segment.name not in names:
+                near = ", ".join(repr(each) for each in nearest_names(segment.name, set(names), 3))
+                raise InputError(
+                    f"the task names the segment {segment.name!r}, which the path does not have; its nearest is {near}",
+                    file=self.source or None,
+                )
+
+    def require_same(self, conditions: Conditions) -> None:
+        """Raise InputError where the task states another direction, contact site, tool or safety setting."""
+        for key, stated in self.conditions.items():
+            measured = str(getattr(conditions, key))
+            if key == "direction":
+                direction_vector(stated, whose="the task")
+                direction_vector(measured, whose="the campaign")
+            elif " ".join(stated.lower().split()) != " ".join(measured.lower().split()):
+                found = repr(measured) if measured else "nothing"
+                raise InputError(
+                    f"{key.replace('_', ' ')}: the task states {stated!r}, the campaign {found}; a map holds only for "
+                    "what was measured, so measure again or use the map of a campaign with the same",
+                    file=self.source or None,
+                )
+
+    def statements(self) -> list[str]:
+        """What the task does not state and so is taken to be as in the campaign, a line each."""
+        missing = [key.replace("_", " ") for key in _SHARED if key not in self.conditions]
+        return [f"taken to be as in the campaign, not stated by the task: {', '.join(missing)}"] if missing else []
+
+
+def one_segment_task(
+    name: str, areas: tuple[str, ...], contact: Contact, *, acceleration: float = 1.0, speed: float = math.nan
+) -> Task:
+    """A task of a single segment, with its body areas, kind of contact, acceleration [m/s^2] and speed [m/s].
+
+    The arguments are those of `TaskSegment` and `Task`.
+    """
+    return Task((TaskSegment(name, areas, contact, speed),), acceleration)
+
+
+def read_task(path: str | Path, *, table: LimitTable | None = None) -> Task:
+    """Read a task file (TOML).
+
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+    table : LimitTable, optional
+        The table that body areas are looked up in; that of ISO/TS 15066:2016 if not given.
+
+    Returns
+    -------
+    Task
+
+    Raises
+    ------
+    InputError
+        Not TOML, not of this schema, an unknown entry, or a segment that contradicts itself; file and column say
+        where.
+    """
+    try:
+        tables = tomllib.loads(read_bytes(path).decode("utf-8-sig"))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise InputError(f"not a TOML file in UTF-8: {error}", file=str(path)) from None
+    try:
+        return _task(tables, str(path), table)
+    except InputError as error:
+        raise InputError(error.message, file=str(path), column=error.column) from None
+
+
+def _task(tables: dict[str, Any], source: str, table: LimitTable | None) -> Task:
+    if tables.get("schema") != SCHEMA:
+        raise InputError(f"found {tables.get('schema')!r}, expected schema = {SCHEMA!r}", column="schema")
+    _known(tables, _KEYS, "")
+    shared = tables.get("campaign", {})
+    if not isinstance(shared, dict):
+        raise InputError("found no table, expected [campaign]", column="campaign")
+    _known(shared, _SHARED, "campaign.")
+    for key, value in shared.items():
+        _typed(value, str, f"campaign.{key}")
+    rows = tables.get("segments")
+    if not isinstance(rows, list) or not rows or not all(isinstance(row, dict) for row in rows):
+        raise InputError("found no segment, expected at least one [[segments]]", column="segments")
+    segments = tuple(_segment(row, f"segments[{i}]", table) for i, row in enumerate(rows, start=1))
+    acceleration = float(_typed(tables.get("acceleration_mps2", 1.0), float, "acceleration_mps2"))
+    return Task(segments, acceleration, dict(shared), source)
+
+
+def _segment(row: dict[str, Any], where: str, table: LimitTable | None) -> TaskSegment:
+    _known(row, _SEGMENT_KEYS, f"{where}.")
+    name = _typed(row.get("name"), str, f"{where}.name")
+    speed = float(_typed(row["speed_mps"], float, f"{where}.speed_mps")) if "speed_mps" in row else math.nan
+    areas = row.get("areas", [])
+    if not isinstance(areas, list) or not all(isinstance(area, str) for area in areas):
+        raise InputError('expected a list of names such as ["back_of_hand"]', column=f"{where}.areas")
+    for area in areas:
+        try:
+            force_limit(area, table=table)
+        except UnknownName as error:
+            raise InputError(error.message, column=f"{where}.areas") from None
+    if not _typed(row.get("contact_possible", True), bool, f"{where}.contact_possible"):
+        if areas or "contact" in row or "clamping_possible" in row:
+            raise InputError(
+                f"segment {name!r}: contact is not possible, so expected no areas and no kind of contact", column=where
+            )
+        return TaskSegment(name, (), None, speed)
+    if not areas:
+        raise InputError(f"segment {name!r}: expected the body areas that may be hit", column=f"{where}.areas")
+    if "clamping_possible" not in row:
+        raise InputError("expected true or false: can a person be clamped here?", column=f"{where}.clamping_possible")
+    clamping = _typed(row["clamping_possible"], bool, f"{where}.clamping_possible")
+    contact = Contact.QUASI_STATIC if clamping else Contact.TRANSIENT
+    stated = Contact.parse(_typed(row.get("contact", contact.value), str, f"{where}.contact"))
+    if clamping and stated is Contact.TRANSIENT:
+        raise InputError(
+            f"segment {name!r}: clamping is possible, so the transient limit is not its limit; expected quasi-static",
+            column=f"{where}.contact",
+        )
+    return TaskSegment(name, tuple(areas), stated, speed)
+
+
+def _known(entries: Mapping[str, Any], known: tuple[str, ...], where: str) -> None:
+    for key in entries:
+        if key not in known:
+            near = ", ".join(nearest_names(key, known, 3))
+            raise InputError(f"unknown entry; the nearest known ones are {near}", column=f"{where}{key}")
+
+
+def _typed(value: Any, kind: type, where: str) -> Any:
+    """The value, if it is of a kind; a whole number is a number."""
+    number = kind is float and isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+    if number or (kind is not float and isinstance(value, kind) and value != ""):
+        return value
+    words = {str: "a text", float: "a finite number", bool: "true or false"}[kind]
+    raise InputError(f"found {value!r}, expected {words}", column=where)
