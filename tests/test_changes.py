@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from oracle import full_grid, printed_force, simulate, training_grid
 from scipy import stats
+from scipy.spatial import ConvexHull
 
 import forcemap as fm
 from forcemap.errors import BoundNotAvailable, InputError
@@ -126,7 +127,7 @@ def test_nothing_found_with_little_evidence_is_no_permission(force_map):
     coarse = fm.check_map(old_map(rng, effect=0.09), new_impacts(rng, READABLE[::25][:4]))
     assert coarse.outcome is fm.MapOutcome.CANNOT_TELL
     assert coarse.detectable_change > 0.10
-    assert "measure more states" in coarse.reason
+    assert "measure more states" in coarse.next_step
 
 
 def test_states_outside_the_measured_range_are_named_and_do_not_count(force_map):
@@ -135,12 +136,34 @@ def test_states_outside_the_measured_range_are_named_and_do_not_count(force_map)
     points = [*READABLE[::12], (0.7, 0.3, 0.45), (0.95, 0.3, 0.3), edge]
     check = fm.check_map(force_map, new_impacts(rng, points))
     assert [each.state for each in check.left_out] == [f"n{len(points) - 3}", f"n{len(points) - 2}"]
-    assert all("outside the measured range" in each.reason for each in check.left_out)
+    assert {each.reason for each in check.left_out} == {"outside the measured range of the map"}
+    assert (check.left_out[0].distance, check.left_out[0].speed) == (0.7, 0.45)
     assert len(check.states) == len(points) - 2
     nowhere = fm.check_map(force_map, new_impacts(rng, points[-3:-1]))
     assert nowhere.outcome is fm.MapOutcome.CANNOT_TELL
     assert nowhere.states == ()
     assert math.isnan(nowhere.mean_ratio)
+
+
+def test_a_map_does_not_hold_on_less_than_half_of_the_states(force_map):
+    near = READABLE[::9]
+    far = [(0.7, 0.3, 0.45 + 0.02 * i) for i in range(len(near) + 1)]
+    new = [new_impacts(np.random.default_rng(18), points, effect=0.01) for points in (near + far[1:], near + far)]
+    half, fewer = (fm.check_map(force_map, each) for each in new)
+    assert half.outcome is fm.MapOutcome.HOLDS
+    assert "keep the map" in half.next_step
+    assert fewer.outcome is fm.MapOutcome.CANNOT_TELL
+    assert f"{len(far)} of {len(near) + len(far)} states, more than half, are left out" in fewer.reason
+    assert "measure more states" in fewer.next_step
+    raised = new_impacts(np.random.default_rng(18), near + far, effect=0.01, factor=1.2)
+    assert fm.check_map(force_map, raised).outcome is fm.MapOutcome.DOES_NOT_HOLD
+
+
+def test_states_are_in_the_order_of_the_table(force_map):
+    points = READABLE[::9][::-1]
+    check = fm.check_map(force_map, new_impacts(np.random.default_rng(19), [*points, (0.7, 0.3, 0.45)]))
+    assert [each.state for each in check.states] == [f"n{i}" for i in range(len(points))]
+    assert [(each.distance, each.height) for each in check.states] == [pytest.approx(p[:2]) for p in points]
 
 
 def test_censored_impacts_count_only_if_predicted_below_what_they_reached(force_map):
@@ -247,6 +270,8 @@ def test_ten_newton_metres_against_thirty():
     assert found.smallest.ratio <= ratios.min() + 1e-9
     assert found.largest.ratio >= ratios.max() - 1e-9
     assert found.smallest.ratio == pytest.approx(found.smallest.other_force / found.smallest.one_force)
+    assert not found.same
+    assert fm.compare_maps(ten, ten).same
     back = fm.compare_maps(ten, thirty)
     assert back.geometric_mean_ratio * found.geometric_mean_ratio == pytest.approx(1)
     assert back.higher_share == pytest.approx(1 - found.higher_share)
@@ -281,5 +306,62 @@ def test_what_censored_impacts_change(examples):
     expected = discarded.predict(*effect.states.coordinates.T)
     np.testing.assert_allclose(effect.predicted_discarded, expected)
     assert effect.predicted_at_least.shape == effect.predicted_discarded.shape
+    wholly = effect.states.impacts == 0
+    assert len(effect.added) == wholly.sum() > 0
+    hulls = [ConvexHull(each.require_fit().states.coordinates).volume for each in (effect.discarded, effect.at_least)]
+    assert effect.range_kept == pytest.approx(hulls[0] / hulls[1])
+    bound = fm.ToleranceBound()
+    for (low, high), force_map, states in (
+        (effect.margin_at_least, effect.at_least, effect.at_least.fit.states),
+        (effect.margin_shared, effect.at_least, effect.discarded.fit.states),
+        (effect.margin_discarded, effect.discarded, effect.discarded.fit.states),
+    ):
+        at = states.coordinates.T
+        share = bound.upper(force_map, *at) / force_map.predict(*at) - 1
+        assert (low, high) == pytest.approx((share.min(), share.max()))
     with pytest.raises(InputError, match="no censored impact"):
         fm.censoring_effect(dataset.select(~dataset.censored))
+
+
+def test_a_flat_range_is_compared_by_its_area():
+    """One height; the fastest state nearest the base saturates, so the hull loses a triangle."""
+    places = [(d, 0.3, v) for d in (0.5, 0.6, 0.7, 0.8) for v in (0.1, 0.2, 0.3, 0.4)]
+    d, h, v = np.array(places).T
+    force = 500 * np.exp(-d + 2 * v + np.random.default_rng(20).normal(0, 0.01, d.size))
+    top = force.max() * 0.999
+    dataset = fm.ImpactDataset.from_arrays(
+        distance=d, height=h, speed=v, peak_force=np.minimum(force, top), censored=force >= top
+    )
+    effect = fm.censoring_effect(dataset, form=fm.CFM_2D)
+    assert len(effect.added) == 1
+    assert effect.range_kept == pytest.approx(1 - 0.005 / 0.09)
+
+
+def test_a_map_is_not_said_to_hold_by_what_cannot_show_a_change():
+    """Censored states, states in one spot, and the map's own states among the new ones."""
+    rng = np.random.default_rng(5)
+    old = simulate("ur10e", rng, effect=0.022).dataset.train
+    force_map = fm.fit_force_map(old)
+
+    def new(points, factor=1.0, device_range=500.0):
+        points = np.asarray(points)
+        state = np.repeat(np.arange(len(points)), 3)
+        force = printed_force("ur10e", *points.T) * np.exp(rng.normal(0, 0.005, len(points))) * factor
+        measured = force[state] + rng.normal(0, 1.0, state.size)
+        return fm.ImpactDataset.from_arrays(
+            distance=points[state, 0], height=points[state, 1], speed=points[state, 2],
+            peak_force=np.minimum(measured, device_range), censored=measured >= device_range,
+            state=[f"n{i}" for i in state],
+            conditions=fm.Conditions(device=fm.Device(range=device_range, error=3.0)),
+        )  # fmt: skip
+
+    spread = [(0.55, 0.40, 0.21), (0.85, 0.20, 0.30), (0.70, 0.45, 0.38), (0.60, 0.30, 0.22), (0.88, 0.40, 0.39)]
+    assert fm.check_map(force_map, new(spread)).outcome is fm.MapOutcome.HOLDS
+    spot = [(0.70, 0.30, 0.21), (0.707, 0.30, 0.21), (0.714, 0.30, 0.21), (0.70, 0.31, 0.21)]
+    narrow = fm.check_map(force_map, new(spot))
+    assert narrow.outcome is fm.MapOutcome.CANNOT_TELL
+    assert "distances and heights and speeds" in narrow.reason
+    near_range = [*spread, (0.54, 0.20, 0.245)]
+    doubled = new(near_range, np.array([1, 1, 1, 1, 1, 2.0]))
+    assert doubled.states.impacts.min() == 0
+    assert fm.check_map(force_map, doubled).outcome is not fm.MapOutcome.HOLDS

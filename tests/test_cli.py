@@ -479,3 +479,154 @@ def test_options_of_map_checks_that_do_not_go_together(forcemap, example_folders
     code, _, err = forcemap(*(argument.format(**example_folders) for argument in arguments))
     assert code == 2
     assert part in err
+
+
+@pytest.fixture
+def few(examples, tmp_path):
+    """A table of six states."""
+    train = examples["kuka-iiwa7-10nm"].train
+    path = tmp_path / "few.csv"
+    fm.write_dataset(train.select(np.isin(train.state, train.states.uncensored.name[::5][:6])), path)
+    return path
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        "fit {few}",
+        "evaluate {few}",
+        "evaluate {few} --map {few}",
+        "evaluate {few} --against {few}",
+        "compare {few} --moving-mass-kg 30",
+    ],
+)
+def test_too_few_states_name_the_table_and_a_form_that_would_do(forcemap, few, command):
+    code, _, err = forcemap(*command.format(few=few).split())
+    assert code == 2
+    assert err.startswith(f"error: {few}: found 6 measured states, expected at least 9")
+    assert "--form CFM_2D (4 coefficients, knows no height)" in err
+    assert forcemap("fit", few, "--form", "CFM_2D")[0] == 0
+
+
+def test_a_form_that_would_do_is_one_that_fits(forcemap, examples, tmp_path):
+    dataset = examples["kuka-iiwa7-10nm"].train
+    fm.write_dataset(dataset.select(np.isin(dataset.state, dataset.states.name[:2])), tmp_path / "two.csv")
+    assert "--form" not in forcemap("fit", tmp_path / "two.csv")[2]
+    fm.write_dataset(dataset, tmp_path / "all.csv")
+    assert "--form CFM_3D (9 coefficients)" in forcemap("fit", tmp_path / "all.csv", "--form", "FULL_CUBIC")[2]
+
+
+def test_evaluate_forms_recommends_nothing_without_a_bound(forcemap, few):
+    code, out, err = forcemap("evaluate", few, "--forms")
+    assert (code, err) == (2, "")
+    assert "Recommended: none\n  CFM_3D cannot be fitted (found 6 measured states" in out
+    assert "EUCLIDEAN_2D: terms 1, v, r, r^2 with r = sqrt(d^2 + h^2)" in out
+    assert all(line.startswith("  ") for line in out.split("Recommended: none\n")[1].split("\n\n")[0].splitlines())
+    code, out, _ = forcemap("evaluate", few, "--forms", "--json")
+    found = json.loads(out)
+    assert (code, found["recommended"]) == (2, None)
+    assert len(found["reasons"]) == 3
+
+
+def test_forces_that_share_the_largest_value_are_pointed_out(ask, forcemap, examples, tmp_path):
+    frame = examples["ur10e"].train.to_frame().drop(columns="censored")
+    frame["peak_force_N"] = frame["peak_force_N"].clip(upper=450.0)
+    path = tmp_path / "impacts.csv"
+    frame.to_csv(path, index=False)
+    sharing = frame[frame["peak_force_N"] == 450.0]
+    words = f"{len(sharing)} impacts of {sharing['state_id'].nunique()} states share the largest force, 450 N"
+    assert f"{words}: was the device saturated? mark them censored\n" in forcemap("fit", path)[1]
+    assert ask("fit", path)[1]["saturation_doubt"].startswith(words)
+    force_map = fm.fit_force_map(fm.read_dataset(path))
+    statements = fm.safe_speed(force_map, 0.7, 0.3, limit=300.0, bound=fm.ToleranceBound()).statements
+    assert any("states share the largest force, 450 N" in line for line in statements)
+    frame.assign(censored=frame["peak_force_N"] == 450.0).to_csv(path, index=False)
+    assert ask("fit", path)[1]["saturation_doubt"] is None
+
+
+def test_the_table_of_what_censored_impacts_change_stands_before_the_coefficients(forcemap, example_folders):
+    out = forcemap("fit", example_folders["ur10e"])[1]
+    assert "27 states, 81 impacts, 9 of them above the device range (counted as at least that force)" in out
+    before, _ = out.split("ln F = sum")
+    assert "the wider bound comes from the 3 added states" in before
+    rows = {line.split("  ")[0]: line.split()[-1] for line in before.splitlines() if line}
+    assert (rows["states"], rows["impacts"]) == ("24", "72")
+    out = forcemap("fit", example_folders["ur10e"], "--discard-censored")[1]
+    assert "24 states, 81 impacts, 9 of them above the device range (not in the fit)" in out
+    assert "3 states left out, with impacts above the device range alone" in out
+
+
+def test_select_says_at_once_that_it_needs_a_full_grid_and_concludes_on_one(
+    forcemap, example_folders, examples, tmp_path
+):
+    fm.write_dataset(examples["ur10e"].train, tmp_path / "impacts.csv")
+    lines = forcemap("fit", tmp_path / "impacts.csv", "--select")[1].splitlines()
+    assert lines[1].startswith("Term selection needs a full grid (plan --design full-grid): the training states alone")
+    assert "cannot tell 20 coefficients" in lines[1]
+    assert "Conclusion: which terms" in forcemap("fit", example_folders["ur10e"], "--select")[1]
+
+
+def test_figures_keep_their_digits(forcemap, example_folders):
+    out = forcemap("fit", example_folders["kuka-iiwa7-10nm"], "--discard-censored")[1]
+    assert "(17.0 degrees of freedom)" in out
+    assert "p = 0.999" in forcemap("evaluate", example_folders["kuka-iiwa7-10nm"], "--forms")[1]
+
+
+def test_maps_that_are_compared_are_told_apart(ask, forcemap, example_folders, tmp_path):
+    one, other = tmp_path / "one.json", tmp_path / "other.json"
+    forcemap("fit", example_folders["ur10e"], "-o", one)
+    forcemap("fit", example_folders["ur10e"], "--discard-censored", "-o", other)
+    out = forcemap("compare", one, other)[1]
+    for path, words in (
+        (one, "27 states, 9 impacts above the device range count as at least that force"),
+        (other, "24 states, 9 impacts above the device range discarded"),
+    ):
+        sha256 = fm.map_sha256(fm.read_map(path))[:8]
+        assert f"{path}: CFM_3D fitted to impacts.csv, {words}, SHA-256 {sha256}\n" in out
+    assert "-0.0 %" not in out
+    out = forcemap("compare", one, example_folders["ur10e"])[1]
+    assert out.endswith("\nthe same map\n")
+    assert ask("compare", one, one)[1]["same_map"] is True
+    assert "-0.0 %" not in forcemap("compare", other, one)[1]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "parts"),
+    [
+        (("{map}",), ["expected a second one (compare {map} OTHER)", "evaluate IMPACTS --against {map}"]),
+        (("ur10e",), ["expected a second one (compare ur10e OTHER)", "evaluate IMPACTS --map ur10e"]),
+        (("{map}", "{few}"), ["{few}: found 6 measured states", "evaluate {few} --against {map}"]),
+        (("{few}", "{map}"), ["{few}: found 6 measured states", "evaluate {few} --against {map}"]),
+        (("ur10e", "{few}"), ["{few}: found 6 measured states", "evaluate {few} --map ur10e"]),
+        (("{ur10e}", "{few}"), ["{few}: found 6 measured states", "evaluate {few} --against {ur10e}"]),
+    ],
+)
+def test_what_compare_cannot_compare_names_the_command_that_can(
+    forcemap, example_folders, few, tmp_path, arguments, parts
+):
+    names = {"map": tmp_path / "map.json", "few": few, "ur10e": example_folders["ur10e"]}
+    fm.write_map(fm.fit_force_map(fm.read_dataset(names["ur10e"])), names["map"])
+    code, out, err = forcemap("compare", *(each.format(**names) for each in arguments))
+    assert (code, out, err.count("\n")) == (2, "", 1)
+    for part in parts:
+        assert part.format(**names) in err
+
+
+def test_the_answer_to_against_counts_and_groups_what_is_left_out(forcemap, examples, tmp_path):
+    dataset, path, table = examples["kuka-iiwa7-30nm"], tmp_path / "map.json", tmp_path / "impacts.csv"
+    fm.write_map(fm.fit_force_map(dataset), path)
+    new = dataset.independent_test
+    frame = new.select(np.isin(new.state, new.states.uncensored.name[::7])).to_frame()
+    names = frame["state_id"].unique()
+    far = frame["state_id"].isin(names[-2:])
+    frame.loc[far, "speed_mps"] += 0.5
+    frame.to_csv(table, index=False)
+    out = forcemap("evaluate", table, "--against", path)[1]
+    lines = out.splitlines()
+    assert f", on {len(names) - 2} of {len(names)} states, 2 left out: no change found" in lines[1]
+    assert lines[2].startswith("next: ")
+    assert out.count("outside the measured range of the map") == 1
+    assert "2 states outside the measured range of the map: " in out
+    assert "at least, above the device range" not in out
+    shown = [line.split()[0] for line in lines if line.split() and line.split()[0] in set(names)]
+    assert shown == list(names[:-2])

@@ -158,10 +158,25 @@ def test_one_height_has_no_default_and_says_so():
 
 def test_a_form_with_too_few_states_for_a_bound_keeps_its_errors():
     six = campaign(points=training_grid("kuka-iiwa7-10nm")[[0, 4, 11, 13, 18, 26]])
-    result = by_name(compare_forms(six, forms=[CFM_2D]))["CFM_2D"]
+    comparison = compare_forms(six, forms=[CFM_2D])
+    assert comparison.recommended is None
+    assert "no form carries a bound" in comparison.reason
+    result = by_name(comparison)["CFM_2D"]
     assert math.isnan(result.mean_bound_percent)
     assert "degrees of freedom" in result.note
     assert result.error_percent > 0
+
+
+def test_the_default_without_a_bound_says_so():
+    """Eleven states: CFM_3D is the default and nearer, but only CFM_2D carries a bound; the reasons say so."""
+    points = training_grid("kuka-iiwa7-10nm")
+    eleven = campaign(points=points[[1, 5, 7, 10, 11, 12, 13, 17, 18, 20, 26]], device_range=2000.0)
+    comparison = compare_forms(eleven, forms=[CFM_2D, CFM_3D])
+    assert math.isnan(by_name(comparison)["CFM_3D"].mean_bound_percent)
+    assert by_name(comparison)["CFM_2D"].mean_bound_percent > 0
+    assert comparison.recommended is CFM_3D
+    assert any("carries no bound" in reason for reason in comparison.reasons)
+    assert comparison.reason == "; ".join(comparison.reasons)
 
 
 def test_wholly_censored_states_count_where_they_are_underestimated():

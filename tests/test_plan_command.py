@@ -68,6 +68,16 @@ def measured(ask, tmp_path):
 def test_an_i_optimal_plan(ask, forcemap, tmp_path):
     code, found = ask("plan", tmp_path / "a", *RANGES, "--speeds-mps", "0.2,0.4", "--design", "i-optimal")
     assert (code, found["states"], found["warnings"]) == (0, 18, [])
+    assert found["expected_bound_width"] == pytest.approx(0.087, abs=0.002)
+    assert found["design_note"].startswith("18 of 125 states chosen for CFM_3D, the slowest and the fastest")
+    assert "the bound is expected to lie 8.7 % above the prediction" in found["design_note"]
+    weak = ("--speeds-mps", "0.1,0.4", "--design", "i-optimal", "--map", "ur10e", "--device-range-N", 350)
+    found = ask("plan", tmp_path / "weak", *RANGES, *weak)[1]
+    assert found["left_out"] == []
+    assert "(31 expected above the device range less its error were no candidates)" in found["design_note"]
+    runs = [run for run in found["runs"] if run["repeat"] == 1]
+    outside = sum(run["speed_mps"] < 0.2 for run in runs)
+    assert f"; {outside} of 18 planned states lie outside its measured range" in found["expected_from"]
     options = ("--speeds-mps", "0.2,0.4", "--design", "i-optimal", "--form", "log-speed", "--states", 14)
     code, found = ask("plan", tmp_path / "b", *RANGES, *options)
     assert (code, found["states"]) == (0, 14)
@@ -135,9 +145,102 @@ def test_the_confirmation_of_a_campaign_is_added_to_its_plan_as_test_runs(ask, f
     assert 0 < found["above_bound_probability"] < found["not_passed_probability"] < 0.5
     assert all(run["upper_force_N"] <= found["limit_N"] for run in found["runs"])
     assert "the map is confirmed if each of the 4 impacts" in " ".join((measured / "run_sheet.txt").read_text().split())
-    code, again = ask("plan", "--confirm", measured, *HAND, "--states", 4)
+    sheet = (measured / "run_sheet.txt").read_text()
+    assert "at most [N]" in sheet
+    for run in found["runs"]:
+        (line,) = [line for line in sheet.splitlines() if run["recording"] in line]
+        assert f" {int(run['upper_force_N'])}  ___" in line
+
+
+def test_the_confirmation_is_shown_again_until_it_is_measured_and_then_judged(ask, forcemap, measured):
+    """As often as asked; with --next nothing that was printed is lost."""
+    number = ("--states", 4)
+    first = ask("plan", "--confirm", measured, *HAND, "--states", 4)[1]
+    assert (first["outcome"], first["missing"]) == (None, [run["recording"] for run in first["runs"]])
+    before, sheet = rows(measured / "plan.csv"), (measured / "run_sheet.txt").read_bytes()
+    code, again = ask("plan", "--confirm", measured, *HAND, *number)
+    assert (code, again["outcome"], again["runs"]) == (0, None, first["runs"])
+    assert rows(measured / "plan.csv") == before
+    code, refused = ask("plan", "--next", measured, *HAND)
     assert code == 2
-    assert "is planned already" in again["error"]["message"]
+    assert "states to confirm the map without an impact: 4" in refused["error"]["message"]
+    assert (measured / "run_sheet.txt").read_bytes() == sheet
+
+    plan, names = fm.read_plan(measured), [run["recording"] for run in first["runs"]]
+    place = {name: i for i, name in enumerate(plan.recording.tolist())}
+
+    def record(name, share):
+        i = place[name]
+        upper = next(run["upper_force_N"] for run in first["runs"] if run["recording"] == name)
+        force = printed_force("ur10e", plan.distance[i], plan.height[i], plan.speed[i])
+        save(measured / "recordings" / f"{name}.csv", *pulse(min(share * force, upper - 4), rate=1000.0, seed=i))
+
+    for name in names[:3]:
+        record(name, 0.97)
+    assert ask("collect", measured)[0] == 0
+    code, partly = ask("plan", "--confirm", measured, *HAND, *number)
+    assert (code, partly["outcome"], partly["missing"]) == (2, "cannot_tell", names[3:])
+    record(names[3], 0.97)
+    assert ask("collect", measured)[0] == 0
+    code, found = ask("plan", "--confirm", measured, *HAND, *number)
+    assert (code, found["outcome"], found["missing"], found["files"]) == (0, "passes", [], [])
+    assert [each["outcome"] for each in found["impacts"]] == ["passes"] * 4
+    code, out, _ = forcemap("plan", "--confirm", measured, *HAND, *number)
+    assert code == 0
+    assert out.startswith("PASSES: each of the 4 impacts is within 280 N and below the bound")
+    assert ask("plan", "--next", measured, *HAND)[0] == 0
+
+
+def test_a_confirming_impact_that_is_too_strong_does_not_pass(ask, forcemap, measured):
+    first = ask("plan", "--confirm", measured, *HAND, "--states", 2)[1]
+    for run, force in zip(first["runs"], (100.0, 290.0), strict=True):
+        save(measured / "recordings" / f"{run['recording']}.csv", *pulse(force, rate=1000.0))
+    assert ask("collect", measured)[0] == 0
+    code, found = ask("plan", "--confirm", measured, *HAND)
+    assert (code, found["outcome"]) == (1, "does_not_pass")
+    assert [each["outcome"] for each in found["impacts"]] == ["passes", "does_not_pass"]
+    assert "exceed the limit of 280 N" in found["impacts"][1]["reason"]
+    before = (measured / "plan.csv").read_bytes()
+    code, out, _ = forcemap("plan", "--confirm", measured, *HAND, "--states", 6)
+    assert code == 1
+    assert "DOES NOT PASS: impacts that do not pass: 1 of 2; release nothing" in out
+    assert f"forcemap plan {measured} --next --area back_of_hand --contact transient" in out
+    assert (measured / "plan.csv").read_bytes() == before
+
+
+def test_a_confirming_impact_that_clamps_does_not_pass(ask, measured):
+    """Phase II then forbids the limit, and no speed is released any more: no reason to say that there is no answer."""
+    first = ask("plan", "--confirm", measured, *HAND, "--states", 2)[1]
+    for run in first["runs"]:
+        save(measured / "recordings" / f"{run['recording']}.csv", *pulse(150.0, held=145.0, rate=1000.0))
+    assert ask("collect", measured)[0] == 0
+    code, found = ask("plan", "--confirm", measured, *HAND)
+    assert (code, found["outcome"]) == (1, "does_not_pass")
+
+
+def test_a_limit_without_any_speed_leads_to_more_measurements(ask, forcemap, measured):
+    code, found = ask("plan", "--confirm", measured, "--limit-N", 60)
+    assert (code, found["files"], found["runs"]) == (1, [], [])
+    assert "no place has a speed for 60 N" in found["reason"]
+    code, out, _ = forcemap("plan", "--confirm", measured, "--limit-N", 60)
+    assert code == 1
+    assert f"forcemap plan {measured} --next --limit-N 60" in out
+
+
+def test_the_next_step_is_the_whole_command(ask, forcemap, measured, tmp_path):
+    code, found = ask("plan", "--next", measured, *HAND, "--largest-force-N", 320.5, "--batch", 2)
+    assert code == 0
+    step = "--next --area back_of_hand --contact transient --batch 2 --largest-force-N 320.5"
+    assert found["next_command"] == f"forcemap plan {measured} {step}"
+    assert "95 % confidence" in found["upper_force_is"]
+    assert "at most: tolerance bound" in (measured / "run_sheet.txt").read_text()
+    folder = tmp_path / "table"
+    folder.mkdir()
+    (folder / "impacts.csv").write_bytes((measured / "impacts.csv").read_bytes())
+    code, out, _ = forcemap("plan", "--next", folder, "--limit-N", 250, "--device-range-N", 500)
+    assert code == 0
+    assert "Nothing written: there is no plan.csv" in out
+    assert f"add a row for each impact to {folder / 'impacts.csv'}" in out
 
 
 def test_the_confirmation_of_a_map_is_shown_and_written_nowhere(ask, forcemap, tmp_path, monkeypatch):
@@ -163,6 +266,9 @@ def test_the_confirmation_of_a_map_is_shown_and_written_nowhere(ask, forcemap, t
         (("--next", *RANGES, "--limit-N", 140, "--device-range-N", 500), "state the robot's moving mass"),
         (("--next", *RANGES, "--limit-N", 140, "--moving-mass-kg", 30), "device range: not stated"),
         (("--next", "--moving-mass-kg", 30, "--device-range-N", 500, "--limit-N", 140), "distances: found none"),
+        (("--next", *RANGES, "--limit-N", 140, "--moving-mass-kg", 30), "(--largest-force-N)"),
+        (("--next", "--moving-mass-kg", 30, "--device-range-N", 500, "--limit-N", 140), "--distances-m LOWEST,HIGHEST"),
+        ((*RANGES, "--speeds-mps", "0.2,0.4", "--states", 18), "add --design i-optimal"),
         (("--next", *CELL, "--area", "face", "--contact", "transient"), "contact with face is not permitted"),
         ((*RANGES, "--speeds-mps", "0.2,0.4", "--batch", 3), "--batch goes with --next"),
         ((*RANGES, "--speeds-mps", "0.2,0.4", "--form", "CFM_3D"), "--form goes with --next, --confirm or --design"),
@@ -175,6 +281,15 @@ def test_what_does_not_go_together_is_refused_in_one_line(ask, tmp_path, argumen
     assert code == 2
     assert message in found["error"]["message"]
     assert not (tmp_path / "cell").exists()
+
+
+@pytest.mark.parametrize("source", ["ur10e", "map.json"])
+def test_a_map_is_no_campaign_to_go_on_with(ask, source, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    code, found = ask("plan", "--next", source, *CELL, "--limit-N", 140)
+    assert code == 2
+    assert "found a map, expected a campaign folder or an impacts table" in found["error"]["message"]
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_a_simulated_campaign_says_so(ask, tmp_path):

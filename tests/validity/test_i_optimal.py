@@ -32,7 +32,7 @@ def test_18_optimal_states_are_hardly_worse_than_27(name, form, full_size):
         DISTANCES[name], HEIGHTS, SPEEDS, design=fm.Design.I_OPTIMAL, states=18, form=form, repeats=1
     )
     chosen = np.column_stack([plan.distance, plan.height, plan.speed])
-    seeds = 60 if full_size else 20
+    seeds = 60 if full_size else 10
     few, paper = errors(name, form, chosen, seeds), errors(name, form, training_grid(name), seeds)
     ratio = np.sqrt(np.mean(few**2) / np.mean(paper**2))
     print(f"| {name} | {form.name} | {ratio:.3f} | {few.max() / paper.max():.3f} |")

@@ -30,10 +30,30 @@ FloatArray = NDArray[np.float64]
 MIN_STATES = 3
 """New states below which a map is not said to hold."""
 
+LEAST_SPAN = 0.3
+"""Share of the measured range, along each coordinate, that new states must span before a map is said to hold."""
+
 RELEVANT_CHANGE = 0.10
 """Mean change of the force (the paper's margin) that impacts must be able to show before a map is said to hold."""
 
+_OWN = "the map was fitted to it"
+_BEYOND = "outside the measured range of the map"
 _NAMED = 6  # states named in the reason
+_KEEP = "keep the map; check again after the next change of firmware, tool or safety settings"
+_MEASURE_MORE = (
+    "measure more states, inside the measured range of the map and below the device range, and check again; until then "
+    "this is no permission"
+)
+_MEASURE_CENSORED = (
+    "measure the censored states with a larger device range or at a lower speed, and check again; until then this is "
+    "no permission"
+)
+_MEASURE_AGAIN = (
+    "take no speed from this map; look at the recordings of the states that differ most and measure them again, then "
+    "fit a new map to new impacts if they stay"
+)
+_NEW_MAP = "take no speed from this map; measure a new campaign (plan, collect) and fit a new map to it"
+_FLAT = 0.011  # a coordinate that varies no more than repeats of a state may is not varied [m, m/s]
 _LEAST_SD = 1e-6  # of ln F; below it figures are computed, not measured
 
 
@@ -92,11 +112,16 @@ class LeftOutState:
     ----------
     state : str
         Its name.
+    distance, height, speed : float
+        Where it was measured [m], [m], [m/s].
     reason : str
-        Why, in words.
+        Why, in words; the same words for the same cause.
     """
 
     state: str
+    distance: float
+    height: float
+    speed: float
     reason: str
 
 
@@ -110,6 +135,8 @@ class MapCheck:
         What they say.
     reason : str
         Why, in words.
+    next_step : str
+        What to do now, in words.
     mean_ratio, mean_ratio_low, mean_ratio_high : float
         Geometric mean of measured over predicted force, and its confidence interval; above 1 is the dangerous side.
         A lower bound if any state is censored. NaN without a state that counts.
@@ -123,15 +150,16 @@ class MapCheck:
     error_probability : float
         Probability of "does not hold" if nothing has changed, at most.
     states : tuple of StateCheck
-        The states that count.
+        The states that count, in the order of the table.
     left_out : tuple of LeftOutState
-        The others.
+        The others, too.
     statements : tuple of str
         What the outcome depends on, a line each.
     """
 
     outcome: MapOutcome
     reason: str
+    next_step: str
     mean_ratio: float
     mean_ratio_low: float
     mean_ratio_high: float
@@ -146,7 +174,7 @@ class MapCheck:
 
     @property
     def moved(self) -> tuple[StateCheck, ...]:
-        """The states that moved by themselves."""
+        """The states that moved significantly as single states."""
         return tuple(state for state in self.states if state.moved)
 
 
@@ -158,7 +186,8 @@ def check_map(force_map: ForceMap, dataset: ImpactDataset, *, error_probability:
     probability: the mean of r (t test, half), r as a whole (F test, a quarter), each state (t tests, Holm, a quarter).
 
     `holds` needs more than no finding: at least 3 uncensored states inside the measured range, which would have shown
-    a mean change of 10 % with 95 % probability. Otherwise nothing found is `cannot tell`.
+    a mean change of 10 % with 95 % probability, and no more than half of the new states left out. Otherwise nothing
+    found is `cannot tell`.
 
     States outside the measured range, by more than repeats of a state may differ, are left out; so are those predicted
     at or above the device range, of which only the low ones could be read. Other censored impacts count as the force
@@ -189,10 +218,11 @@ def check_map(force_map: ForceMap, dataset: ImpactDataset, *, error_probability:
     fit = _fit_of(force_map)
     if not len(dataset):
         raise InputError("found no impact to check the map with, expected some", file=dataset.source or None)
-    states = dataset.states
-    _refuse_own(fit, dataset)
-    left_out = _left_out(force_map, dataset)
-    counts = np.array([name not in left_out for name in states.name])
+    states = _in_table_order(dataset)
+    own = _own(fit, dataset)
+    _refuse_own(fit, dataset, own)
+    left_out = _left_out(force_map, dataset, states, own)
+    counts = ~np.isin(states.name, [each.state for each in left_out])
     states = states.select(counts)
     predicted = np.log(force_map.predict(states.distance, states.height, states.speed))
     measured = _at_least_levels(dataset, states)
@@ -202,7 +232,8 @@ def check_map(force_map: ForceMap, dataset: ImpactDataset, *, error_probability:
     tests = residual_tests(residual, covariance, freedom, error_probability)
     whole = np.flatnonzero(states.censored == 0)
     of_whole = residual_tests(residual[whole], covariance[np.ix_(whole, whole)], freedom, error_probability)
-    outcome, reason = _outcome(tests, of_whole, whole.size, error_probability)
+    narrow = _narrow(force_map, states.coordinates[whole])
+    outcome, reason, next_step = _outcome(tests, of_whole, whole.size, len(left_out), error_probability, narrow)
     low, high = interval(tests.mean, tests.mean_sd, freedom, MEAN_SHARE * error_probability)
     spread = np.sqrt(np.diag(covariance))
     lowest, highest = interval(predicted, spread, freedom, STATES_SHARE * error_probability / max(len(states), 1))
@@ -227,10 +258,11 @@ def check_map(force_map: ForceMap, dataset: ImpactDataset, *, error_probability:
     if moved.any():
         names = [each.state for each in checked if each.moved]
         more = f" and {len(names) - _NAMED} more" if len(names) > _NAMED else ""
-        reason += f"; moved by themselves: {', '.join(names[:_NAMED])}{more}"
+        reason += f"; moved significantly as single states: {', '.join(names[:_NAMED])}{more}"
     return MapCheck(
         outcome=outcome,
         reason=reason,
+        next_step=next_step,
         mean_ratio=math.exp(tests.mean),
         mean_ratio_low=math.exp(low),
         mean_ratio_high=math.exp(high),
@@ -240,7 +272,7 @@ def check_map(force_map: ForceMap, dataset: ImpactDataset, *, error_probability:
         detectable_change=math.expm1(of_whole.detectable),
         error_probability=error_probability,
         states=checked,
-        left_out=tuple(LeftOutState(*each) for each in left_out.items()),
+        left_out=left_out,
         statements=_check_statements(force_map, fit, dataset, states, error_probability),
     )
 
@@ -255,48 +287,57 @@ def _fit_of(force_map: ForceMap) -> Fit:
     freedom = fit.between_states.degrees_of_freedom
     if freedom < MIN_DEGREES_OF_FREEDOM:
         raise BoundNotAvailable(
-            f"found {freedom:.4g} residual degrees of freedom ({len(fit.states)} measured states, "
+            f"found {freedom:.1f} residual degrees of freedom ({len(fit.states)} measured states, "
             f"{force_map.coefficients.size} coefficients), expected at least {MIN_DEGREES_OF_FREEDOM}; "
             "fit a map to more states"
         )
     return fit
 
 
-def _refuse_own(fit: Fit, dataset: ImpactDataset) -> None:
-    """Impacts that the map was fitted to agree with it by construction."""
+def _own(fit: Fit, dataset: ImpactDataset) -> list[str]:
+    """States of the map itself among the new ones: they agree with it by construction."""
     own = {
         (*place, force)
         for place, force in zip(fit.states.coordinates.tolist(), fit.states.log_force.tolist(), strict=True)
     }
     states = dataset.states
     new = zip(states.coordinates.tolist(), states.log_force.tolist(), strict=True)
-    copies = [name for name, (place, force) in zip(states.name, new, strict=True) if (*place, force) in own]
+    return [name for name, (place, force) in zip(states.name, new, strict=True) if (*place, force) in own]
+
+
+def _refuse_own(fit: Fit, dataset: ImpactDataset, copies: list[str]) -> None:
+    """Refuse a table that is the map's own, or half of it."""
     same_table = bool(dataset.sha256) and dataset.sha256 == fit.table_sha256
     # one state may agree to the last digit by chance
-    if same_table or (len(copies) > 1 and 2 * len(copies) >= len(states)):
+    if same_table or (len(copies) > 1 and 2 * len(copies) >= len(dataset.states)):
         raise InputError(
             f"found impacts that the map was fitted to ({len(copies)} states are the same), expected new ones",
             file=dataset.source or None,
         )
 
 
-def _left_out(force_map: ForceMap, dataset: ImpactDataset) -> dict[str, str]:
+def _in_table_order(dataset: ImpactDataset) -> States:
+    """The states, ordered by their first impact in the table: a person compares them with it."""
+    names, first = np.unique(dataset.state, return_index=True)
+    row_of = dict(zip(names.tolist(), first.tolist(), strict=True))
+    states = dataset.states
+    return states.select(np.argsort([row_of[name] for name in states.name]))
+
+
+def _left_out(force_map: ForceMap, dataset: ImpactDataset, states: States, own: list[str]) -> tuple[LeftOutState, ...]:
     """States that do not count, and why."""
-    states, left_out = dataset.states, {}
     facets = force_map.measured_range.facets
     allowed = np.abs(facets[:, :3]) @ dataset.tolerance.scale  # how far repeats of a state may lie across each facet
     beyond = np.any(states.coordinates @ facets[:, :3].T + facets[:, 3] > allowed, axis=1)
     predicted = force_map.predict(states.distance, states.height, states.speed)
-    figures = (states.name, states.coordinates.tolist(), beyond.tolist(), predicted.tolist())
-    for name, (d, h, v), outside, force in zip(*figures, strict=True):
-        if outside:
-            left_out[name] = f"outside the measured range of the map (d {d:g} m, h {h:g} m, v {v:g} m/s)"
-        elif force >= dataset.device_range:
-            left_out[name] = (
-                f"predicted {force:.0f} N, at or above the device range of {dataset.device_range:g} N: only a "
-                "lower force could be read"
-            )
-    return left_out
+    unread = predicted >= dataset.device_range
+    why_unread = f"predicted at or above the device range of {dataset.device_range:g} N: only a lower force can be read"
+    figures = (states.name, states.coordinates.tolist(), beyond.tolist(), unread.tolist())
+    return tuple(
+        LeftOutState(name, d, h, v, _OWN if name in own else _BEYOND if outside else why_unread)
+        for name, (d, h, v), outside, above in zip(*figures, strict=True)
+        if outside or above or name in own
+    )
 
 
 def _at_least_levels(dataset: ImpactDataset, states: States) -> FloatArray:
@@ -318,35 +359,58 @@ def _covariance(force_map: ForceMap, fit: Fit, dataset: ImpactDataset, states: S
 
 
 def _outcome(
-    tests: ResidualTests, of_whole: ResidualTests, whole: int, error_probability: float
-) -> tuple[MapOutcome, str]:
-    """What the tests of all states that count, and of the uncensored ones among them, say."""
+    tests: ResidualTests, of_whole: ResidualTests, whole: int, left_out: int, error_probability: float, narrow: str
+) -> tuple[MapOutcome, str, str]:
+    """What the tests of all states that count, and of the uncensored ones among them, say; and what to do."""
+    counted = tests.p_states.size
     if tests.changed(error_probability):
         percent = 100 * math.expm1(tests.mean)
         if tests.p_mean > MEAN_SHARE * error_probability:
-            return MapOutcome.DOES_NOT_HOLD, f"forces are {_signed(percent)} on average, but not everywhere alike"
+            reason = f"forces are {_signed(percent)} on average, but not everywhere alike"
+            return MapOutcome.DOES_NOT_HOLD, reason, _MEASURE_AGAIN
         side = "higher than predicted, the dangerous side" if percent > 0 else "lower than predicted"
-        bound = "at least " if tests.p_states.size > whole else ""
-        return MapOutcome.DOES_NOT_HOLD, f"forces are on average {bound}{abs(percent):.1f} % {side}"
+        bound = "at least " if counted > whole else ""
+        reason = f"forces are on average {bound}{abs(percent):.1f} % {side}"
+        return MapOutcome.DOES_NOT_HOLD, reason, _NEW_MAP
     if whole < MIN_STATES:
-        return MapOutcome.CANNOT_TELL, (
-            f"no change found, but only {whole} uncensored states count, expected at least {MIN_STATES}; measure more"
-        )
+        reason = f"no change found, but only {whole} uncensored states count, expected at least {MIN_STATES}"
+        return MapOutcome.CANNOT_TELL, reason, _MEASURE_MORE
     change = math.expm1(of_whole.detectable)
     if not change <= RELEVANT_CHANGE:
-        return MapOutcome.CANNOT_TELL, (
+        reason = (
             f"no change found, but only one of {100 * change:.0f} % or more would have been found with "
-            f"{100 * POWER:.0f} % probability, expected at most {100 * RELEVANT_CHANGE:.0f} %; measure more states"
+            f"{100 * POWER:.0f} % probability, expected at most {100 * RELEVANT_CHANGE:.0f} %"
         )
+        return MapOutcome.CANNOT_TELL, reason, _MEASURE_MORE
     if of_whole.changed(error_probability):
-        return MapOutcome.CANNOT_TELL, (
+        reason = (
             "the uncensored states differ from the map, but with the censored ones, known only as lower bounds, no "
-            "change is found; measure them with a larger device range or at a lower speed"
+            "change is found"
         )
-    return MapOutcome.HOLDS, (
+        return MapOutcome.CANNOT_TELL, reason, _MEASURE_CENSORED
+    if counted > whole:
+        reason = f"no change found, but {counted - whole} states are known only to be at least what the device measures"
+        return MapOutcome.CANNOT_TELL, reason, _MEASURE_CENSORED
+    if narrow:
+        reason = f"no change found, but the new states lie close together: they span little of the map's {narrow}"
+        return MapOutcome.CANNOT_TELL, reason, _MEASURE_MORE
+    if left_out > counted:
+        reason = f"no change found, but {left_out} of {left_out + counted} states, more than half, are left out"
+        return MapOutcome.CANNOT_TELL, reason, _MEASURE_MORE
+    reason = (
         f"no change found; one of {100 * change:.1f} % on average would have been found with {100 * POWER:.0f} % "
         "probability"
     )
+    return MapOutcome.HOLDS, reason, _KEEP
+
+
+def _narrow(force_map: ForceMap, coordinates: FloatArray) -> str:
+    """The coordinates of which the new states span less than LEAST_SPAN of the measured range, in words."""
+    extent = force_map.measured_range.highest - force_map.measured_range.lowest
+    span = np.ptp(coordinates, axis=0) if len(coordinates) else np.zeros(3)
+    short = (extent > _FLAT) & (span < LEAST_SPAN * extent)
+    names = ("distances", "heights", "speeds")
+    return " and ".join(name for name, is_short in zip(names, short, strict=True) if is_short)
 
 
 def _signed(percent: float) -> str:
@@ -364,7 +428,7 @@ def _check_statements(
     return (
         *(["SIMULATED impacts: not a measurement of any robot"] if simulated else []),
         f"map: {force_map.source}, {force_map.form.name}, {len(fit.states)} states, state-to-state SD "
-        f"{100 * fit.state_sd:.2f} % with {fit.between_states.degrees_of_freedom:.4g} degrees of freedom",
+        f"{100 * fit.state_sd:.2f} % with {fit.between_states.degrees_of_freedom:.1f} degrees of freedom",
         f"error probability {percent:g} % in all: {percent * MEAN_SHARE:g} % for the mean, {percent * WHOLE_SHARE:g} % "
         f"for all states together, {percent * STATES_SHARE:g} % for single states",
         "a new state is taken to scatter about the map as its own states do; repeats of a state share that",

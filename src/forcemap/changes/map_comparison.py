@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from forcemap.changes.differences import differences
 from forcemap.errors import InputError
 from forcemap.maps.force_map import ForceMap
+from forcemap.maps.map_file import map_sha256
 
 FloatArray = NDArray[np.float64]
 
@@ -45,7 +46,9 @@ class MapComparison:
     Parameters
     ----------
     one, other : str
-        What the maps are, in words.
+        What the maps are, in words: form, source, states, what became of censored impacts, start of the SHA-256.
+    same : bool
+        True if they are the same map: their files would be equal, byte by byte.
     mean_ratio, geometric_mean_ratio : float
         Mean over the common range of the other map's force over the one's.
     smallest, largest : RatioAt
@@ -62,6 +65,7 @@ class MapComparison:
 
     one: str
     other: str
+    same: bool
     mean_ratio: float
     geometric_mean_ratio: float
     smallest: RatioAt
@@ -121,8 +125,9 @@ def compare_maps(one: ForceMap, other: ForceMap) -> MapComparison:
     )
     simulated = one.simulated or other.simulated
     return MapComparison(
-        one=f"{one.form.name} {one.source}",
-        other=f"{other.form.name} {other.source}",
+        one=_words(one),
+        other=_words(other),
+        same=map_sha256(one) == map_sha256(other),
         mean_ratio=float(ratio.mean()),
         geometric_mean_ratio=float(np.exp(np.log(ratio).mean())),
         smallest=smallest,
@@ -137,6 +142,15 @@ def compare_maps(one: ForceMap, other: ForceMap) -> MapComparison:
             *differences(one.conditions, other.conditions, ("the one", "the other")),
         ),
     )
+
+
+def _words(force_map: ForceMap) -> str:
+    fit = force_map.fit
+    states = "published" if fit is None else f"{len(fit.states)} states"
+    if fit is not None and fit.censored_samples:
+        used = "count as at least that force" if fit.censored_fit else "discarded"
+        states += f", {fit.censored_samples} impacts above the device range {used}"
+    return f"{force_map.form.name} {force_map.source}, {states}, SHA-256 {map_sha256(force_map)[:8]}"
 
 
 def _range_words(force_map: ForceMap) -> str:

@@ -81,15 +81,14 @@ def compare(
         comparison_of_maps = compare_maps(*maps)
         lines = maps_lines(comparison_of_maps, (table, other))
         if not (_is_map(other) or comparison_of_maps.same):
-            lines += ["", f"whether the first map still holds for new impacts: evaluate {other} --against {table}"]
+            lines += ["", f"impacts were fitted to compare maps; {_for_impacts(other, table)}"]
         emit(maps_result(comparison_of_maps), lines, as_json=as_json)
         return
     if _is_map(table):
         force_map_from(table, form)  # what is no map says so first
         raise InputError(
-            f"compare: found one map, {table}, expected a second one (compare {table} OTHER), or impacts without a map; "
-            f"to see whether it still holds for new impacts: evaluate IMPACTS --against {table}; to see it beside "
-            "effective mass: --effective-mass ROBOT"
+            f"compare: found one map, {table}, expected a second one (compare {table} OTHER), or impacts alone; "
+            f"{_for_impacts('IMPACTS', table)}; to see it beside effective mass: --effective-mass ROBOT"
         )
     dataset = read_dataset(table)
     region = "hand_fingers" if region is None else region
@@ -123,7 +122,13 @@ def _force_map(source: str, form: str | None, *, beside: str) -> ForceMap:
     except FitError as error:
         found = error.message.rpartition("; ")[0] or error.message
         raise type(error)(
-            f"{found}; compare takes two maps, or impacts enough to fit one; to see whether a map still holds for "
-            f"these impacts: evaluate {source} --against {beside}",
+            f"{found}; compare takes two maps, or impacts enough to fit one; {_for_impacts(source, beside)}",
             file=error.file or source,
         ) from None
+
+
+def _for_impacts(impacts: str, source: str) -> str:
+    """The command for impacts beside a map; a published map has no measured states to say whether it holds."""
+    if _is_map(source) and source in PUBLISHED_MAPS:
+        return f"to see how far its predictions lie from impacts: evaluate {impacts} --map {source}"
+    return f"to see whether a map still holds for new impacts: evaluate {impacts} --against {source}"

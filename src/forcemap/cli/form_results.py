@@ -59,8 +59,8 @@ def forms_lines(comparison: FormComparison) -> list[str]:
             [_form_row(each) for each in comparison.results],
         ),
         "underest.: the dangerous side; bound: above the prediction at the measured states, - none",
-        "rises inside, rises above: the force never falls with speed in the box around the measured states, and in that "
-        "box up to 1.5 times the highest measured speed",
+        "rises inside, rises above: the force never falls with speed in the box around the measured states, and in "
+        "that box up to 1.5 times the highest measured speed",
         *(f"{each.form.name}: {each.note}" for each in comparison.results if each.note),
         *(f"{each.form.name} not compared: {each.reason}" for each in comparison.refused),
         "",
@@ -171,6 +171,6 @@ def selection_refusal(error: FitError) -> str:
     if isinstance(error, TooFewStates | RankDeficient):
         return (
             "Term selection needs a full grid (plan --design full-grid): the training states alone cannot tell "
-            f"{len(FULL_CUBIC.terms)} coefficients ({error})"
+            f"{len(FULL_CUBIC.terms)} coefficients ({error.message.partition('; ')[0]})"
         )
     return f"Term selection is not possible: {error}"

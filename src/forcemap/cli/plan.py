@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import shlex
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -37,7 +38,8 @@ from forcemap.cli.options import (
     limit_from,
 )
 from forcemap.cli.output import emit, listing
-from forcemap.cli.plan_steps import SHEET, confirm_released, go_on_measuring, run_results, write_campaign
+from forcemap.cli.plan_confirm import confirm_released
+from forcemap.cli.plan_steps import SHEET, go_on_measuring, run_results, write_campaign
 
 
 def plan(
@@ -71,14 +73,19 @@ def plan(
         bool, typer.Option("--next", help="Add the states to measure next for a limit; from nothing the opening.")
     ] = False,
     confirm: Annotated[
-        bool, typer.Option("--confirm", help="Add impacts at the released speeds, with the rule they must pass.")
+        bool,
+        typer.Option(
+            "--confirm",
+            help="Add impacts at the released speeds, with the rule they must pass; once they are measured, tell "
+            "whether they do (exit code 0 passes, 1 does not, 2 cannot tell).",
+        ),
     ] = False,
     states: Annotated[
         int | None,
         typer.Option(
             "--states",
-            help="i-optimal: how many states (18); --next: of the whole campaign at most (27); --confirm: impacts (6); "
-            "else the number below 18 that is accepted.",
+            help="i-optimal: how many states (18); --next: of the whole campaign at most (27, or 12 more than are "
+            "measured); --confirm: impacts (6); else the number below 18 that is accepted.",
         ),
     ] = None,
     batch: Annotated[int | None, typer.Option("--batch", help="With --next: states at a time; default 4.")] = None,
@@ -125,12 +132,28 @@ def plan(
     ):
         if given is not None and not step:
             raise InputError(f"plan: {name} goes with --next{', --confirm or --design i-optimal' * (name == '--form')}")
+    named_limit: dict[str, object] = {
+        "--area": area,
+        "--region": region,
+        "--limit-N": newtons,
+        "--contact": contact,
+        "--limit-table": limit_table,
+    }
     if confirm:
         stated = (distances, heights, speeds, reach, device_range, device_error, moving_mass, payload, expected)
         if any(value is not None for value in stated) or base_angles or design is not Design.TRAINING:
             raise InputError("plan: --confirm takes places, speeds and device from the campaign; give the limit alone")
         limit, contact = limit_from(area, region, newtons, contact, limit_table)
-        confirm_released(folder, limit, contact, 6 if states is None else states, form, as_json=as_json)
+        confirm_released(
+            folder,
+            limit,
+            contact,
+            states,
+            form,
+            again=_command(folder, {**named_limit, "--states": states, "--form": form}, "--confirm"),
+            go_on=_command(folder, {**named_limit, "--form": form}, "--next"),
+            as_json=as_json,
+        )
         return
     if go_on:
         if reach is not None or base_angles or design is not Design.TRAINING:
@@ -148,8 +171,26 @@ def plan(
             if value is not None
         }
         options |= {"form": form_named(form or CFM_3D.name), "repeats": repeats}
+        asked = {
+            "--distances-m": distances,
+            "--heights-m": heights,
+            "--speeds-mps": speeds,
+            "--states": states,
+            "--batch": batch,
+            "--largest-force-N": largest_force,
+            "--form": form,
+            "--repeats": None if repeats == 3 else repeats,
+            "--map": expected,
+        }
         go_on_measuring(
-            folder, conditions, limit, contact, options, _expectation(expected, conditions), as_json=as_json
+            folder,
+            conditions,
+            limit,
+            contact,
+            options,
+            _expectation(expected, conditions),
+            again=_command(folder, {**named_limit, **asked}, "--next"),
+            as_json=as_json,
         )
         return
     if distances is None or heights is None or speeds is None:
@@ -177,7 +218,19 @@ def plan(
         form=form_named(form or CFM_3D.name),
     )
     files = write_campaign(target, made, made, conditions)
-    emit(_result(folder, made, files), _lines(folder, made, files), as_json=as_json)
+    designed = {"design_note": made.note, "expected_bound_width": made.bound_width}
+    lines = [*([made.note] if made.note else []), *_lines(folder, made, files)]
+    emit(_result(folder, made, files) | designed, lines, as_json=as_json)
+
+
+def _command(folder: str, options: dict[str, object], step: str) -> str:
+    """The command that takes the next step, with the options that were given."""
+    given = [word for name, value in options.items() if value is not None for word in (name, _word(value))]
+    return shlex.join(["forcemap", "plan", folder, step, *given])
+
+
+def _word(value: object) -> str:
+    return f"{value:.12g}" if isinstance(value, float) else str(value)
 
 
 def _conditions(

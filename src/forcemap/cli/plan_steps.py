@@ -1,14 +1,21 @@
-"""forcemap plan --next and --confirm, and what all plans write and print."""
+"""forcemap plan --next, and what all plans write and print."""
 
 from __future__ import annotations
 
 import math
+import shlex
+import textwrap
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import typer
+from numpy.typing import NDArray
 
 from forcemap import (
+    PUBLISHED_MAPS,
     Campaign,
     Conditions,
     ConfirmationPlan,
@@ -20,7 +27,6 @@ from forcemap import (
     MeasurementPlan,
     NextMeasurements,
     campaign_text,
-    confirm_plan,
     extend_plan,
     floor_speed,
     next_measurements,
@@ -29,11 +35,11 @@ from forcemap import (
     run_sheet,
     write_plan,
 )
-from forcemap.cli.options import bound_from, force_map_from
 from forcemap.cli.output import emit, table
 from forcemap.files import write_atomically
 
 SHEET = "run_sheet.txt"
+_SHEET_WIDTH = 100
 
 
 def go_on_measuring(
@@ -44,15 +50,29 @@ def go_on_measuring(
     options: dict[str, Any],
     expectation: Expectation | None,
     *,
+    again: str,
     as_json: bool,
 ) -> None:
     """Plan what to measure next, or say that it is time to stop (exit code 1).
 
     The runs of a campaign are added to its plan; those for a table without a plan are shown and written nowhere.
+    `again` is the command that goes on.
     """
+    if folder.lower().endswith(".json") or (folder in PUBLISHED_MAPS and not Path(folder).exists()):
+        raise InputError(
+            "found a map, expected a campaign folder or an impacts table: --next goes on from impacts; for a new "
+            "campaign that expects the forces of a map, name a new folder and give the map with --map",
+            file=folder,
+        )
     campaign = read_campaign(folder) if Path(folder, "plan.csv").exists() else None
     table_alone = campaign is None and (Path(folder).is_file() or Path(folder, "impacts.csv").exists())
-    measured = read_dataset(folder) if table_alone else conditions if campaign is None else _measured(campaign)
+    measured = (
+        _with_device(read_dataset(folder), conditions)
+        if table_alone
+        else conditions
+        if campaign is None
+        else _measured(campaign)
+    )
     if campaign is not None:
         trained = campaign.plan.role == "train"
         for name, values in (("distances", campaign.plan.distance), ("heights", campaign.plan.height)):
@@ -61,45 +81,41 @@ def go_on_measuring(
     files: list[str] = []
     if found.plan is not None and not table_alone:
         whole = found.plan if campaign is None else extend_plan(campaign.plan, found.plan)
-        files = write_campaign(Path(folder), whole, found.plan, conditions)
-    emit(_next_result(folder, found, files), _next_lines(folder, found, files), as_json=as_json)
+        waiting = None if campaign is None else waiting_runs(campaign)
+        notes = [found.upper_words]
+        files = write_campaign(
+            Path(folder), whole, found.plan, conditions, notes, upper=found.upper_force.tolist(), waiting=waiting
+        )
+    emit(_next_result(folder, found, files, again), _next_lines(folder, found, files, again), as_json=as_json)
     if found.plan is None:
         raise typer.Exit(1)
 
 
-def confirm_released(
-    source: str, limit: ForceLimit | float, contact: Contact | None, impacts: int, form: str | None, *, as_json: bool
-) -> None:
-    """Plan impacts at the released speeds; those of a campaign are added to its plan."""
-    force_map = force_map_from(source, form)[0]
-    bound = bound_from(force_map, None, None, None, None)
-    found = confirm_plan(force_map, limit, bound=bound, contact=contact, impacts=impacts)
-    files: list[str] = []
-    if Path(source, "plan.csv").exists():
-        campaign = read_campaign(source)
-        files = write_campaign(
-            Path(source), extend_plan(campaign.plan, found.plan), found.plan, campaign.conditions, [found.rule]
-        )
-    result = {
-        "source": source,
-        "files": files,
-        "simulated": force_map.simulated,
-        "limit_N": found.limit,
-        "bound": bound.describe(),
-        "rule": found.rule,
-        "not_passed_probability": found.not_passed,
-        "above_bound_probability": found.above_bound,
-        "found_probability_10_percent": found.found,
-        "runs": run_results(found.plan, found.bound_force.tolist()),
-    }
-    emit(result, _confirm_lines(source, found, files, simulated=force_map.simulated), as_json=as_json)
+def waiting_runs(campaign: Campaign) -> MeasurementPlan | None:
+    """The planned runs without a recording that is used: what was printed before is not lost."""
+    missing = np.isin(campaign.plan.recording, campaign.missing)
+    return runs_where(campaign.plan, missing) if missing.any() else None
+
+
+def runs_where(plan: MeasurementPlan, mask: NDArray[np.bool_]) -> MeasurementPlan:
+    """The runs of a plan that a mask picks."""
+    columns: dict[str, Any] = {name: each[mask] for name, each in vars(plan).items() if isinstance(each, np.ndarray)}
+    return replace(plan, **columns)
 
 
 def write_campaign(
-    target: Path, whole: MeasurementPlan, new: MeasurementPlan, conditions: Conditions, notes: list[str] | None = None
+    target: Path,
+    whole: MeasurementPlan,
+    new: MeasurementPlan,
+    conditions: Conditions,
+    notes: Sequence[str] = (),
+    *,
+    upper: Sequence[float] = (),
+    waiting: MeasurementPlan | None = None,
 ) -> list[str]:
-    """Write a campaign's files, the sheet with the new runs only; their names."""
-    sheet = [*(notes or []), *run_sheet(new, conditions)]
+    """Write a campaign's files, the sheet with the new runs and those that wait to be measured; their names."""
+    wrapped = [line for note in notes for line in textwrap.wrap(note, _SHEET_WIDTH, subsequent_indent="    ")]
+    sheet = [*wrapped, *run_sheet(new, conditions, upper_force=upper, waiting=waiting)]
     try:
         (target / "recordings").mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -133,21 +149,44 @@ def run_results(plan: MeasurementPlan, upper: list[float] | None = None) -> list
 
 
 def _measured(campaign: Campaign) -> ImpactDataset | Conditions:
-    """The impacts so far; every planned state to train must be among them, for it would be planned again."""
+    """The impacts so far; every planned state to train or to confirm must be among them.
+
+    One to train would be planned again, and the speed of one that confirms is that of the map before.
+    """
     dataset = read_dataset(str(campaign.folder)) if campaign.table_file.exists() else None
-    states = set() if dataset is None else set(dataset.state.tolist())
-    planned = zip(campaign.plan.state_id.tolist(), campaign.plan.role.tolist(), strict=True)
-    waiting = list(dict.fromkeys(name for name, role in planned if role == "train" and name not in states))
-    if waiting:
-        raise InputError(
-            f"planned states without an impact: {len(waiting)}, the first {waiting[0]}; measure them and run forcemap "
-            "collect, or take their rows out of plan.csv",
-            file=str(campaign.folder),
-        )
+    refuse_waiting(campaign, campaign.plan.role == "train", dataset, "planned states")
+    confirming = ConfirmationPlan.among(campaign.plan)
+    refuse_waiting(campaign, confirming, dataset, "states to confirm the map")
     return campaign.conditions if dataset is None else dataset
 
 
-def _next_result(folder: str, found: NextMeasurements, files: list[str]) -> dict[str, Any]:
+def _with_device(dataset: ImpactDataset, stated: Conditions) -> ImpactDataset:
+    """A table that does not state its device, with the one that the options state."""
+    device = stated.device
+    if math.isnan(device.range) or not math.isnan(dataset.conditions.device.range):
+        return dataset
+    above = dataset.peak_force[~dataset.censored]
+    if above.size and above.max() >= device.range:
+        raise InputError(
+            f"--device-range-N: found {device.range:g}, expected more than the {above.max():g} N that the table holds"
+        )
+    conditions = replace(dataset.conditions, device=device)
+    return replace(dataset, conditions=conditions, device_range=float(np.fmin(device.range, dataset.device_range)))
+
+
+def refuse_waiting(campaign: Campaign, runs: NDArray[np.bool_], dataset: ImpactDataset | None, what: str) -> None:
+    """Refuse to go on while states of the runs have no impact."""
+    states = set() if dataset is None else set(dataset.state.tolist())
+    waiting = [name for name in dict.fromkeys(campaign.plan.state_id[runs].tolist()) if name not in states]
+    if waiting:
+        raise InputError(
+            f"{what} without an impact: {len(waiting)}, the first {waiting[0]}; measure them and run forcemap "
+            "collect, or take their rows out of plan.csv",
+            file=str(campaign.folder),
+        )
+
+
+def _next_result(folder: str, found: NextMeasurements, files: list[str], again: str) -> dict[str, Any]:
     return {
         "folder": folder,
         "files": files,
@@ -161,10 +200,13 @@ def _next_result(folder: str, found: NextMeasurements, files: list[str]) -> dict
         "expected_mean_speed_mps": found.expected_speed,
         "states": 0 if found.plan is None else len(found.plan.states),
         "runs": [] if found.plan is None else run_results(found.plan, found.upper_force.tolist()),
+        "upper_force_is": found.upper_words,
+        "warnings": [] if found.plan is None else list(found.plan.warnings),
+        "next_command": again,
     }
 
 
-def _next_lines(folder: str, found: NextMeasurements, files: list[str]) -> list[str]:
+def _next_lines(folder: str, found: NextMeasurements, files: list[str], again: str) -> list[str]:
     confirmed = f"{found.confirmed} of {found.places} places confirmed"
     confirmed += "" if math.isnan(found.speed) else f", mean speed {floor_speed(found.speed)} m/s"
     simulated = ["SIMULATED impacts"] if found.simulated else []
@@ -175,44 +217,38 @@ def _next_lines(folder: str, found: NextMeasurements, files: list[str]) -> list[
         *simulated,
         f"{len(found.plan.states)} states to measure next, slow to fast ({found.reason})",
         f"{confirmed}; {expected}" if not math.isnan(found.expected_speed) else confirmed,
+        *(f"WARNING: {warning}" for warning in found.plan.warnings),
         "",
-        *_runs_table(found.plan, found.upper_force.tolist(), "at most [N]"),
+        *runs_table(found.plan, found.upper_force.tolist(), "at most [N]"),
+        found.upper_words,
         "",
-        *(
-            [
-                f"Written to {folder}: {', '.join(files)}",
-                f"Next: measure, then forcemap collect {folder}, then forcemap plan --next {folder} again",
-            ]
-            if files
-            else ["Nothing written: this is no campaign with a plan"]
-        ),
+        *_after_next(folder, files, again),
     ]
 
 
-def _confirm_lines(source: str, found: ConfirmationPlan, files: list[str], *, simulated: bool) -> list[str]:
-    chances = (
-        [
-            f"A sound map does not pass with a probability of {100 * found.not_passed:.0f} % "
-            f"({100 * found.above_bound:.0f} %: above the bound); a force 10 % higher, {100 * found.found:.0f} %"
-        ]
-        if not math.isnan(found.not_passed)
-        else ["How often a sound map does not pass is not known: the map has no measured states"]
-    )
+def _after_next(folder: str, files: list[str], again: str) -> list[str]:
+    """What to do with the states."""
+    if files:
+        return [f"Written to {folder}: {', '.join(files)}", *go_on_lines(folder, again)]
+    table_file = str(Path(folder, "impacts.csv")) if Path(folder).is_dir() else folder
     return [
-        *(["SIMULATED impacts"] if simulated else []),
-        f"{len(found.plan)} impacts at the released speeds, slow to fast",
-        "",
-        *_runs_table(found.plan, found.bound_force.tolist(), "bound [N]"),
-        "",
-        f"Rule: {found.rule}",
-        *chances,
-        f"Written to {source}: {', '.join(files)}"
-        if files
-        else "Nothing written: the source is no campaign with a plan",
+        "Nothing written: there is no plan.csv, and forcemap collect would replace the table by new recordings alone",
+        f"Next: measure these states, add a row for each impact to {table_file}, then",
+        f"  {again}",
     ]
 
 
-def _runs_table(plan: MeasurementPlan, upper: list[float], title: str) -> list[str]:
+def go_on_lines(folder: str, again: str) -> list[str]:
+    """The way from a printed sheet to the next answer."""
+    return [
+        "Next:",
+        f"  1. print {folder}/{SHEET} and measure; save each file in {folder}/recordings under the name it says",
+        f"  2. forcemap collect {shlex.quote(folder)}",
+        f"  3. {again}",
+    ]
+
+
+def runs_table(plan: MeasurementPlan, upper: list[float], title: str) -> list[str]:
     """A line a state."""
     rows = {
         name: (f"{d:.3f}", f"{h:.3f}", f"{v:.3f}", f"{force:.1f}", f"{most:.1f}")

@@ -3,22 +3,30 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from forcemap.campaigns.dataset import ImpactDataset, PhaseTwo
 from forcemap.campaigns.plan import MeasurementPlan
+from forcemap.campaigns.state import StateTolerance
 from forcemap.errors import InputError
 from forcemap.limits.force_limits import Contact, ForceLimit
 from forcemap.maps.bounds import Bound
-from forcemap.maps.force_map import ForceMap
+from forcemap.maps.force_map import Fit, ForceMap
+from forcemap.planning.confirmation_result import ConfirmationResult, Confirmed, judge_confirmation
+from forcemap.planning.map_warnings import map_warnings
+from forcemap.planning.measured_before import measured_before
 from forcemap.planning.places import FloatArray, PlaceRange
-from forcemap.planning.runs import runs_of
+from forcemap.planning.runs import extend_plan, runs_of, select_runs
 from forcemap.speeds import floor_speed, safe_speed
 
 _PLACES = 15  # along each axis, to choose from
 _HIGHER = 1.10  # a robot that pushes this much harder should be found
+_IMPACTS = 6
+_PREFIX = "c-"  # of the names of confirming states
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,11 +36,21 @@ class ConfirmationPlan:
     Parameters
     ----------
     plan : MeasurementPlan
-        One run a state, slow to fast, all with role test.
-    bound_force : array
-        Bound at each [N], shape (n,).
+        One run a state, slow to fast, all with role test; without runs where no speed is released.
+    added : MeasurementPlan
+        Those of them that were not planned before.
+    earlier : MeasurementPlan
+        Confirming runs planned before at other speeds, for another limit or map.
+    bound_force, earlier_bound_force : array
+        Bound at each run of `plan` and of `earlier` [N].
+    earlier_released : array
+        Speed released now at each run of `earlier` [m/s]; NaN where there is none.
     limit : float
         Force limit [N].
+    refusal : str
+        Why no speed is released; empty if there is one.
+    warnings : tuple of str
+        What speaks against the map, or against counting an impact as a test.
     rule : str
         When the impacts confirm the map, in words.
     not_passed : float
@@ -41,15 +59,61 @@ class ConfirmationPlan:
         Probability that an impact of a sound map lies above the bound; NaN likewise.
     found : float
         Probability that a force 10 % above the map's does not pass; NaN likewise.
+    force_map : ForceMap
+        The map to be confirmed.
+    bound : Bound
+        The bound that released the speeds.
+    result : ConfirmationResult or None
+        Whether the impacts confirm the map; None before `judged`, and before one is measured.
     """
 
     plan: MeasurementPlan
+    added: MeasurementPlan
+    earlier: MeasurementPlan
     bound_force: FloatArray
+    earlier_bound_force: FloatArray
+    earlier_released: FloatArray
     limit: float
+    refusal: str
+    warnings: tuple[str, ...]
     rule: str
     not_passed: float
     above_bound: float
     found: float
+    force_map: ForceMap
+    bound: Bound
+    result: ConfirmationResult | None = None
+
+    @staticmethod
+    def among(plan: MeasurementPlan) -> NDArray[np.bool_]:
+        """Which runs of a plan are there to confirm a map, shape (n,)."""
+        return np.asarray(np.char.startswith(plan.state_id, _PREFIX) & (plan.role == "test"))
+
+    def judged(self, impacts: ImpactDataset, checked: Mapping[str, tuple[bool | None, str]]) -> ConfirmationPlan:
+        """The same with its result: whether the measured impacts confirm the map by the rule.
+
+        Where they do not, no further ones are added.
+
+        Parameters
+        ----------
+        impacts : ImpactDataset
+            The campaign's impacts.
+        checked : mapping of str to (bool or None, str)
+            By recording, or by run where a recording gave no impact that can be used: True if it is within the limit,
+            False if it exceeds it, None if that cannot be told; and why.
+        """
+        result = judge_confirmation(self, impacts, checked)
+        if result is None or result.outcome is not Confirmed.DOES_NOT_PASS:
+            return replace(self, result=result)
+        before = ~np.isin(self.plan.recording, self.added.recording)
+        missing = tuple(name for name in result.missing if name not in self.added.recording.tolist())
+        return replace(
+            self,
+            plan=select_runs(self.plan, before),
+            added=select_runs(self.added, np.zeros(len(self.added), dtype=np.bool_)),
+            bound_force=self.bound_force[before],
+            result=replace(result, missing=missing),
+        )
 
 
 def confirm_plan(
@@ -58,12 +122,13 @@ def confirm_plan(
     *,
     bound: Bound,
     contact: Contact | None = None,
-    impacts: int = 6,
+    impacts: int | None = None,
+    planned: MeasurementPlan | None = None,
 ) -> ConfirmationPlan:
     """Plan a few impacts at released speeds: the fastest, where the bound is tightest, and spread over the rest.
 
     The impacts confirm the map if every one is within the limit by `check_impact` (its force and the device's error
-    stay below it) and none lies above the bound.
+    stay below it) and none lies above the bound. They are no repeats of the map's states, which share its error.
 
     Parameters
     ----------
@@ -75,8 +140,10 @@ def confirm_plan(
         The bound that released the speeds.
     contact : Contact, optional
         Kind of contact, for a ForceLimit.
-    impacts : int
-        How many, at least 2.
+    impacts : int, optional
+        How many, at least 2, 6 if not given; more if more are planned already for these speeds.
+    planned : MeasurementPlan, optional
+        The campaign's plan. Its confirming runs at the speeds released by the training impacts stay.
 
     Returns
     -------
@@ -85,7 +152,7 @@ def confirm_plan(
     Raises
     ------
     InputError
-        No place has a speed for the limit, or fewer than 2 impacts are asked for.
+        Fewer than 2 impacts are asked for.
     BoundNotAvailable
         The map cannot carry the bound.
 
@@ -96,46 +163,139 @@ def confirm_plan(
     >>> len(found.plan), found.plan.recording[-1].item()
     (6, 'c-d890-h460-v362-r1')
     """
-    if isinstance(impacts, bool) or not isinstance(impacts, int | np.integer) or impacts < 2:
+    if impacts is not None and (
+        isinstance(impacts, bool) or not isinstance(impacts, int | np.integer) or int(impacts) < 2
+    ):
         raise InputError(f"impacts: found {impacts!r}, expected a whole number of at least 2")
+    conditions = force_map.conditions
+    tolerance = StateTolerance.stated(conditions.place_tolerance, conditions.speed_tolerance)
     lowest, highest = force_map.measured_range.lowest, force_map.measured_range.highest
     places = PlaceRange((lowest[0], highest[0]), (lowest[1], highest[1]))
     grid = np.unique(places.grid(_PLACES), axis=0)
     released = safe_speed(force_map, grid[:, 0], grid[:, 1], limit=limit, bound=bound, contact=contact)
-    speed = np.array([float(floor_speed(v)) if math.isfinite(v) else math.nan for v in released.speed])
-    usable = np.flatnonzero(speed >= released.lowest_measured_speed)
-    if not usable.size:
-        raise InputError("no place has a speed for this limit, so there is nothing to confirm; measure more states")
+    newtons = float(released.limit)
+    speed = _cut(released.speed)
+    usable = speed >= released.lowest_measured_speed
+    refusal = "" if usable.any() else _refusal(released.reason, newtons)
+
+    before = runs_of(np.empty((0, 3)), 1, np.empty(0))
+    if planned is not None:
+        before = select_runs(planned, ConfirmationPlan.among(planned))
+    # What the impacts to be judged say must not change which of them are judged.
+    blind = (
+        force_map if force_map.fit is None else replace(force_map, phase_two=PhaseTwo(), fit=_without_test(force_map))
+    )
+    now = np.full(len(before), math.nan)
+    if len(before):
+        at = safe_speed(blind, before.distance, before.height, limit=limit, bound=bound, contact=contact)
+        now = _cut(at.speed)
+    current = np.abs(now - before.speed) < 5e-4
+    kept, earlier = select_runs(before, current), select_runs(before, ~current)
+
     states = np.column_stack([grid, speed])[usable]
-    upper = np.asarray(bound.upper(force_map, *states.T))
-    tightness = upper / np.asarray(force_map.predict(*states.T))
-    chosen = _spread(places, states, [int(states[:, 2].argmax()), int(tightness.argmin())], int(impacts))
-    order = np.lexsort((states[chosen, 1], -states[chosen, 0], states[chosen, 2]))
-    chosen = chosen[order]
-    states, upper = states[chosen], upper[chosen]
-    error, newtons = force_map.conditions.device.error_or_default, float(released.limit)
-    most = np.minimum(newtons - error, upper)
-    runs = runs_of(
-        states,
+    old = np.column_stack([kept.distance, kept.height, kept.speed])
+    chosen, warnings = _worth(force_map, bound, states[_away(states, old, tolerance)], tolerance)
+    count = _IMPACTS if impacts is None else int(impacts)
+    new = np.empty((0, 3))
+    if len(chosen) and count > len(kept):
+        tightness = bound.upper(force_map, *chosen.T) / np.asarray(force_map.predict(*chosen.T))
+        first = [int(chosen[:, 2].argmax()), int(tightness.argmin())]
+        every = np.vstack([old, chosen])
+        picked = _spread(places, every, list(range(len(old))) or first, count)
+        new = every[picked[picked >= len(old)]]
+        new = new[np.lexsort((new[:, 1], -new[:, 0], new[:, 2]))]
+    added = runs_of(
+        new,
         1,
-        np.asarray(force_map.predict(*states.T)),
+        np.asarray(force_map.predict(*new.T)),
         role="test",
-        prefix="c-",
+        prefix=_PREFIX,
         expected_from=f"map {force_map.name!r}",
     )
+    plan = _slow_to_fast(kept, added)
+    states = np.column_stack([plan.distance, plan.height, plan.speed])
+    upper = np.asarray(bound.upper(force_map, *states.T))
+    if len(plan):
+        warnings += map_warnings(force_map, states)
+    if len(plan) and force_map.fit is not None:
+        warnings += _contradictions(plan, measured_before(states, force_map.fit.states, tolerance), upper)
+    error = conditions.device.error_or_default
+    most = np.minimum(newtons - error, upper)
     rule = (
-        f"the map is confirmed if each of the {len(runs)} impacts is within {newtons:g} N (its force and the device's "
+        f"the map is confirmed if each of the {len(plan)} impacts is within {newtons:g} N (its force and the device's "
         f"error of {error:g} N together) and none exceeds the bound; one that does not: release nothing, measure more"
     )
     return ConfirmationPlan(
-        plan=runs,
+        plan=replace(plan, warnings=tuple(warnings)),
+        added=added,
+        earlier=earlier,
         bound_force=upper,
+        earlier_bound_force=np.asarray(bound.upper(force_map, earlier.distance, earlier.height, earlier.speed)),
+        earlier_released=now[~current],
         limit=newtons,
+        refusal=refusal,
+        warnings=tuple(warnings),
         rule=rule,
         not_passed=_any_above(force_map, states, most, 1.0),
         above_bound=_any_above(force_map, states, upper, 1.0),
         found=_any_above(force_map, states, most, _HIGHER),
+        force_map=force_map,
+        bound=bound,
     )
+
+
+def _worth(
+    force_map: ForceMap, bound: Bound, states: FloatArray, tolerance: StateTolerance
+) -> tuple[FloatArray, list[str]]:
+    """The states that the device can measure and that are no repeats of the map's own; and what is wrong with them."""
+    if force_map.fit is not None:
+        before = measured_before(states, force_map.fit.states, tolerance)
+        highest = force_map.device_range - force_map.conditions.device.error_or_default
+        states = states[~(np.fmax(bound.upper(force_map, *states.T), before) > highest)]
+    new = _away(states, force_map.measured_range.points, tolerance)
+    if not len(states) or np.sum(new) >= 2:
+        return states[new], []
+    return states, [
+        "nearly every speed is released at a state the map was fitted to: impacts there repeat it and do not count as "
+        "a test; measure at faster speeds, or between the places, first"
+    ]
+
+
+def _cut(speed: FloatArray) -> FloatArray:
+    """Speeds as they are shown, cut to 0.001 m/s."""
+    return np.array([float(floor_speed(v)) if math.isfinite(v) else math.nan for v in np.atleast_1d(speed)])
+
+
+def _away(states: FloatArray, others: FloatArray, tolerance: StateTolerance) -> NDArray[np.bool_]:
+    """Which states, shape (n, 3), are no repeats of others, shape (m, 3)."""
+    apart = np.abs((states[:, None] - others[None]) / tolerance.scale).max(axis=2)
+    return np.asarray(apart.min(axis=1, initial=np.inf) > 1)
+
+
+def _refusal(reasons: NDArray[np.object_], newtons: float) -> str:
+    """Why no place has a speed: the reason given most often."""
+    reason, count = np.unique(reasons.astype(str), return_counts=True)
+    return f"no place has a speed for {newtons:g} N, so there is nothing to confirm: {reason[count.argmax()]}"
+
+
+def _without_test(force_map: ForceMap) -> Fit:
+    fit = force_map.require_fit()
+    return replace(fit, test=fit.test.select(np.zeros(len(fit.test), dtype=np.bool_)))
+
+
+def _slow_to_fast(kept: MeasurementPlan, added: MeasurementPlan) -> MeasurementPlan:
+    """The runs of both, in the order in which to make them."""
+    both = extend_plan(kept, added)
+    return select_runs(both, np.lexsort((both.height, -both.distance, both.speed)))
+
+
+def _contradictions(plan: MeasurementPlan, measured: FloatArray, upper: FloatArray) -> list[str]:
+    """Runs near which an impact at a lower speed exceeded their bound."""
+    return [
+        f"{plan.state_id[i]}: {measured[i]:.0f} N were measured within 5 cm at a lower speed, above its bound of "
+        f"{upper[i]:.0f} N: the map is wrong there"
+        for i in np.flatnonzero(measured > upper)
+    ]
 
 
 def _spread(places: PlaceRange, states: FloatArray, first: list[int], count: int) -> NDArray[np.int64]:
@@ -155,7 +315,7 @@ def _any_above(force_map: ForceMap, states: FloatArray, newtons: FloatArray, fac
     ln F of a new state less the prediction, over s sqrt(1 + l), has Student's t distribution; that the states share
     the map's error makes the product too high rather than too low.
     """
-    if force_map.fit is None or not force_map.fit.between_states.degrees_of_freedom > 0:
+    if force_map.fit is None or not len(states) or not force_map.fit.between_states.degrees_of_freedom > 0:
         return math.nan
     from scipy.special import stdtr
 

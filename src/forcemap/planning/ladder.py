@@ -8,10 +8,19 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from forcemap.campaigns.state import States
+from forcemap.campaigns.state import States, StateTolerance
 from forcemap.maps.bounds import Bound
 from forcemap.maps.force_map import ForceMap
-from forcemap.planning.expectation import Expectation, expected_at, factor_of, source_of, upper_of
+from forcemap.planning.expectation import (
+    REST_FORCE,
+    Expectation,
+    StandardExpectation,
+    expected_at,
+    factor_of,
+    source_of,
+    upper_of,
+)
+from forcemap.planning.measured_before import NEAR, measured_before, raised_by_measured
 from forcemap.planning.places import FloatArray, PlaceRange
 
 _RUNG = 1.5  # how many times faster than what was measured there
@@ -35,6 +44,9 @@ class Ladder(Protocol):
     def source(self, states: FloatArray) -> str:
         """What the expected forces come from."""
 
+    def upper_words(self) -> str:
+        """What `upper` is."""
+
 
 @dataclass(frozen=True, eq=False)
 class OpeningLadder:
@@ -51,7 +63,12 @@ class OpeningLadder:
     slowest : float
         Slowest speed [m/s].
     measured : States or None
+        The states to train.
+    seen : States or None
+        Everything measured, test states too.
     place_range : PlaceRange
+    tolerance : StateTolerance
+        How far repeats of a state may lie apart.
     """
 
     expectation: Expectation
@@ -59,11 +76,23 @@ class OpeningLadder:
     limit: float
     slowest: float
     measured: States | None
+    seen: States | None
     place_range: PlaceRange
+    tolerance: StateTolerance
 
     def source(self, states: FloatArray) -> str:
         """What the expected forces come from."""
         return source_of(self.expectation, [(d, h, v) for d, h, v in states.tolist()])
+
+    def upper_words(self) -> str:
+        """What `upper` is."""
+        rest = (
+            f", or {REST_FORCE:g} N more if that is larger" if isinstance(self.expectation, StandardExpectation) else ""
+        )
+        return (
+            f"at most: a guess for planning, no bound: {factor_of(self.expectation):g} times the expected force{rest}; "
+            f"by what was measured once there is any, never less than within {1000 * NEAR:g} mm at a lower speed"
+        )
 
     def expected(self, states: FloatArray) -> FloatArray:
         """Expected force [N], shape (n,)."""
@@ -74,8 +103,13 @@ class OpeningLadder:
 
         At a place that was measured: by what its states tell, their force and a tenth, and above their speed the
         expected increase times the factor. Elsewhere by the expected force and its margin, or by the worst that any
-        place tells once all corners are measured, and not less than the nearest place tells.
+        place tells once all corners are measured, and not less than the nearest place tells. Never below what was
+        measured within 5 cm at a lower speed.
         """
+        told = self._told(states)
+        return told if self.seen is None else np.maximum(told, measured_before(states, self.seen, self.tolerance))
+
+    def _told(self, states: FloatArray) -> FloatArray:
         factor = factor_of(self.expectation)
         expected = self.expected(states)
         model = np.array([upper_of(self.expectation, force) for force in expected.tolist()])
@@ -112,13 +146,19 @@ class BoundLadder:
     bound : Bound
     highest : float
         Force that no impact is to exceed [N].
+    seen : States
+        Everything measured, test states too.
     place_range : PlaceRange
+    tolerance : StateTolerance
+        How far repeats of a state may lie apart.
     """
 
     force_map: ForceMap
     bound: Bound
     highest: float
+    seen: States
     place_range: PlaceRange
+    tolerance: StateTolerance
 
     def source(self, states: FloatArray) -> str:
         """What the expected forces come from."""
@@ -129,8 +169,16 @@ class BoundLadder:
         return np.asarray(self.force_map.predict(*states.T))
 
     def upper(self, states: FloatArray) -> FloatArray:
-        """The bound [N], shape (n,)."""
-        return np.asarray(self.bound.upper(self.force_map, *states.T))
+        """The bound [N], shape (n,), raised where what was measured within 5 cm at a lower speed contradicts it."""
+        upper, known = (np.asarray(self.bound.upper(self.force_map, *s.T)) for s in (states, self.seen.coordinates))
+        return raised_by_measured(upper, states, self.seen, known, self.tolerance)
+
+    def upper_words(self) -> str:
+        """What `upper` is."""
+        return (
+            f"at most: {self.bound}; where an impact within {1000 * NEAR:g} mm at a lower speed contradicts it, that "
+            "impact's force in proportion to speed"
+        )
 
     def allows(self, states: FloatArray) -> NDArray[np.bool_]:
         """Which states may be measured, shape (n,)."""

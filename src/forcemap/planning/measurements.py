@@ -9,14 +9,15 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from forcemap.campaigns.plan import Device, MeasurementPlan
+from forcemap.campaigns.plan import Device
 from forcemap.campaigns.state import StateTolerance
 from forcemap.errors import InputError
 from forcemap.maps.forms import CFM_3D, Form
 from forcemap.planning.axes import angles_of, axis_of, check_figures, names_of
 from forcemap.planning.design import Design
+from forcemap.planning.designed_plan import DesignedPlan, design_note
 from forcemap.planning.expectation import Expectation, expected_at, source_of
-from forcemap.planning.optimal_states import optimal_states
+from forcemap.planning.optimal_states import DesignedStates, optimal_states
 from forcemap.planning.plan_warnings import FEW_STATES, few_states, refuse_few, unchecked, unconfirmed
 
 FloatArray = NDArray[np.float64]
@@ -38,7 +39,7 @@ def plan_measurements(
     states: int | None = None,
     form: Form = CFM_3D,
     seed: int = 0,
-) -> MeasurementPlan:
+) -> DesignedPlan:
     """Plan the impacts of a campaign, slow before fast, far before near, repeats of a state together.
 
     TRAINING measures every combination of three or more values along each axis. FULL_GRID measures a finer grid:
@@ -81,7 +82,8 @@ def plan_measurements(
 
     Returns
     -------
-    MeasurementPlan
+    DesignedPlan
+        A MeasurementPlan; for I_OPTIMAL it says how many states were chosen from, and the bound to expect.
 
     Raises
     ------
@@ -113,10 +115,11 @@ def plan_measurements(
     training = [{*values[::2], values[-1]} for values in axes]
     planned = {state: "-".join(name[x] for name, x in zip(names, state, strict=True)) for state in _in_order(axes)}
     expected = {state: expected_at(expected_force, *state) for state in planned}
-    kept, left_out = [], []
+    kept, left_out, far = [], [], 0
     for state, name in planned.items():
         away = math.hypot(state[0], state[1])
         if away > reach:
+            far += 1
             left_out.append(f"{name}: {away:.3f} m from the base, beyond the reach of {reach:g} m")
         elif expected[state] > device.highest_limit:
             most = f"the device measures up to {device.highest_limit:g} N (range less error)"
@@ -126,9 +129,12 @@ def plan_measurements(
     if not kept:
         raise InputError(f"no state is left to measure, the first of {len(left_out)}: {left_out[0]}; change the values")
     possible, measurable = np.array(kept), set(kept)
+    note, width = "", math.nan
     if design is Design.I_OPTIMAL:
-        number = FEW_STATES if states is None else states
-        kept = [kept[i] for i in _optimal(possible, number, form, tolerance, seed)]
+        designed = _optimal(possible, FEW_STATES if states is None else states, form, tolerance, seed)
+        kept, width = [kept[i] for i in designed.index.tolist()], designed.bound_width
+        note = design_note(designed, form, possible=len(possible), far=far, forceful=len(left_out) - far)
+        left_out = []  # no more than many others that were not chosen
 
     def role(state: tuple[float, float, float]) -> str:
         trains = all(x in chosen for x, chosen in zip(state, training, strict=True))
@@ -153,7 +159,7 @@ def plan_measurements(
         *unchecked(expected_force, device, limit),
         *unconfirmed(reached, measurable, expected_force, limit, tolerance.speed),
     ]
-    return MeasurementPlan(
+    return DesignedPlan(
         state_id=state_id,
         repeat=repeat,
         role=roles,
@@ -164,12 +170,14 @@ def plan_measurements(
         expected_force=force,
         left_out=tuple(left_out),
         warnings=tuple(warnings),
-        expected_from=source_of(expected_force, list(planned)),
+        expected_from=source_of(expected_force, kept),
+        note=note,
+        bound_width=width,
     )
 
 
-def _optimal(possible: FloatArray, n: int, form: Form, tolerance: StateTolerance, seed: int) -> list[int]:
-    """Numbers of the states that are best for a form, the ends of the speeds at the corners of the places among them.
+def _optimal(possible: FloatArray, n: int, form: Form, tolerance: StateTolerance, seed: int) -> DesignedStates:
+    """The states that are best for a form, the ends of the speeds at the corners of the places among them.
 
     The corners cost next to nothing in precision, and without them the measured range would shrink.
     """
@@ -184,8 +192,7 @@ def _optimal(possible: FloatArray, n: int, form: Form, tolerance: StateTolerance
     required = np.unique(corners)
     if n < required.size:
         raise InputError(f"states: found {n}, expected at least {required.size}, the corners of the range")
-    designed = optimal_states(possible, n, form=form, required=required, tolerance=tolerance, seed=seed)
-    return [int(i) for i in designed.index]
+    return optimal_states(possible, n, form=form, required=required, tolerance=tolerance, seed=seed)
 
 
 def _in_order(axes: Sequence[list[float]]) -> Iterator[tuple[float, float, float]]:

@@ -16,13 +16,14 @@ from forcemap.campaigns.plan import MeasurementPlan
 from forcemap.campaigns.state import StateTolerance
 from forcemap.errors import BoundNotAvailable, FitError
 from forcemap.limits.force_limits import Contact, ForceLimit
-from forcemap.maps.bounds import ToleranceBound
+from forcemap.maps.bounds import MIN_DEGREES_OF_FREEDOM, ToleranceBound
 from forcemap.maps.exceedance import first_exceedance
 from forcemap.maps.fit import fit_force_map
 from forcemap.maps.force_map import ForceMap
 from forcemap.maps.forms import CFM_3D, Form
 from forcemap.planning.expectation import Expectation
 from forcemap.planning.ladder import BoundLadder, Ladder, OpeningLadder
+from forcemap.planning.map_warnings import map_warnings
 from forcemap.planning.outlook import Outlook
 from forcemap.planning.places import FloatArray, PlaceRange
 from forcemap.planning.runs import runs_of
@@ -41,6 +42,9 @@ _PLACES = 9  # along each axis, at which confirmed speeds are counted
 _CANDIDATE_PLACES = 5  # along each axis
 _AIM = 0.93  # of the limit: where the bound reaches it, the prediction lies about this far below
 _AHEAD = 3  # batches for which the gain is foreseen at most
+_BUDGET = 27  # states of a campaign, the paper's number
+_FURTHER = 12  # states that a campaign may go on for, or that a spent budget is weighed against
+_NEARLY = 0.9  # share of the places that counts as nearly everywhere
 
 
 class Stop(StrEnum):
@@ -65,7 +69,10 @@ class NextMeasurements:
     reason : str
         Why these states, or why to stop, in words.
     upper_force : array
-        What the force of every run is not expected to exceed [N], shape (runs,): by the bound once there is one.
+        What the force of every run is not expected to exceed [N], shape (runs,): by the bound once there is one, and
+        never below what was measured within 5 cm at a lower speed.
+    upper_words : str
+        What these figures are.
     places : int
         Number of places at which speeds are counted.
     confirmed, expected_confirmed : int
@@ -81,6 +88,7 @@ class NextMeasurements:
     stop: Stop | None
     reason: str
     upper_force: FloatArray
+    upper_words: str
     places: int
     confirmed: int
     speed: float
@@ -102,7 +110,7 @@ def next_measurements(
     expected_force: Expectation | None = None,
     largest_force: float = math.inf,
     batch: int = 4,
-    states: int = 27,
+    states: int | None = None,
     repeats: int = 3,
     least_gain: float = 0.0003,
     seed: int = 0,
@@ -116,7 +124,8 @@ def next_measurements(
 
     No state is planned whose force may exceed the device range less its error, or `largest_force`: before there is a
     bound, by the expected force with its margin and by what was measured nearest; afterwards by the bound, and never
-    at more than 1.5 times the speed measured there.
+    at more than 1.5 times the speed measured there. Nor may it by what was measured within 5 cm at a lower speed: where
+    that lies above the bound, the force of the fastest such impact is continued in proportion to speed.
 
     Parameters
     ----------
@@ -140,8 +149,9 @@ def next_measurements(
         No impact is to exceed this force [N]; the device range less its error holds anyway.
     batch : int
         How many states to plan at most.
-    states : int
-        Budget: states of the whole campaign.
+    states : int, optional
+        Budget: states of the whole campaign. If not given, 27, or 12 more than are measured if that is more: a whole
+        campaign goes on while there is something to gain.
     repeats : int
         Impacts of every state.
     least_gain : float
@@ -170,27 +180,31 @@ def next_measurements(
     """
     dataset = measured if isinstance(measured, ImpactDataset) and len(measured.train) else None
     known = dataset.train.states if dataset is not None else None
+    seen = measured.states if isinstance(measured, ImpactDataset) else None
     conditions = measured.conditions if isinstance(measured, ImpactDataset) else measured
     newtons = newtons_of(limit, contact)
     slowest, fastest = check_budget(speeds, batch, states, repeats, least_gain)
     highest = highest_force(conditions, dataset, largest_force, newtons)
     place_range = PlaceRange.of(distances, heights, known)
     tolerance = StateTolerance.stated(conditions.place_tolerance, conditions.speed_tolerance)
-    search = Search(place_range, form, dataset.tolerance if dataset is not None else tolerance, seed)
+    tolerance = dataset.tolerance if dataset is not None else tolerance
+    search = Search(place_range, form, tolerance, seed)
     candidates = place_range.states(_CANDIDATE_PLACES, speeds_between(slowest, fastest))
-    left = states - (len(known) if known is not None else 0)
+    so_far = len(known) if known is not None else 0
+    left = (max(_BUDGET, so_far + _FURTHER) if states is None else states) - so_far
     force_map = _map_with_bound(dataset, form, bound)
     targets = place_range.grid(_PLACES)
     now = _Now.of(force_map, targets, newtons, bound)
 
     if refusal := phase_two_refusal(dataset, limit, contact):
         return now.stop(Stop.LIMIT_NOT_USABLE, f"Phase II forbids this limit: {refusal}")
-    if left <= 0:
-        return now.stop(Stop.BUDGET, f"the campaign has the {states} states of its budget")
     ladder: Ladder
-    if force_map is None or known is None:
+    warnings: tuple[str, ...] = ()
+    if force_map is None or known is None or seen is None:
+        if left <= 0:
+            return now.stop(Stop.BUDGET, _spent(so_far, states, f"no bound can be had from fewer than {_least(form)}"))
         ladder = OpeningLadder(
-            expectation_of(expected_force, conditions), highest, newtons, slowest, known, place_range
+            expectation_of(expected_force, conditions), highest, newtons, slowest, known, seen, place_range, tolerance
         )
         candidates = candidates[ladder.allows(candidates)]
         chosen = search.opening(candidates, known, min(batch, left), left)
@@ -199,39 +213,45 @@ def next_measurements(
         expected = (0, math.nan)
         reason = "opening: the states measured so far are too few for a bound"
     else:
-        ladder = BoundLadder(force_map, bound, highest, place_range)
+        ladder = BoundLadder(force_map, bound, highest, seen, place_range, tolerance)
         reach = _reach(force_map, targets, _AIM * newtons, slowest, fastest)
         can = ~np.isnan(reach)
+        hopeless = _hopeless(bound.upper(force_map, targets[:, 0], targets[:, 1], slowest) > newtons, newtons, slowest)
         if not can.any():
-            return now.stop(
-                Stop.NOTHING_TO_GAIN, f"{newtons:g} N is expected nowhere to be confirmed at {slowest:g} m/s or more"
-            )
+            nowhere = f"{newtons:g} N is expected nowhere to be confirmed at {slowest:g} m/s or more"
+            return now.stop(Stop.NOTHING_TO_GAIN, f"{nowhere}: {hopeless}" if hopeless else nowhere)
         wanted = np.column_stack([targets, reach])[can]
         unconfirmed = wanted[~now.has_speed[can]]
         candidates = candidates[ladder.allows(candidates)]
-        planned = search.refining(candidates, known, wanted, unconfirmed, min(left, _AHEAD * batch))
+        ahead = min(left, _AHEAD * batch) if left > 0 else _FURTHER
+        planned = search.refining(candidates, known, wanted, unconfirmed, ahead)
         if not len(planned):
             return now.stop(Stop.OUT_OF_REACH, f"no state is left whose bound stays within {highest:g} N")
         outlook = Outlook(force_map, bound, targets, newtons, fastest)
         before, all_after = outlook.speeds(planned[:0]), outlook.speeds(planned)
-        gain = float(np.mean(all_after - before)) / len(planned)
-        if gain < least_gain:
-            return now.stop(
-                Stop.NOTHING_TO_GAIN,
-                f"{len(planned)} further states are expected to raise the mean confirmed speed by "
-                f"{1000 * max(gain, 0.0) * len(planned):.1f} mm/s",
-            )
+        raised = max(float(np.mean(all_after - before)), 0.0)
+        gain = (
+            f"{len(planned)} further states are expected to raise the mean confirmed speed by {raised:.4f} m/s, "
+            f"{raised / len(planned):.5f} m/s a state"
+        )
+        if left <= 0:
+            return now.stop(Stop.BUDGET, _spent(so_far, states, gain))
+        if raised / len(planned) < least_gain:
+            least = f"{gain}, less than {least_gain:g} m/s a state"
+            return now.stop(Stop.NOTHING_TO_GAIN, f"{hopeless}; {least}" if hopeless else least)
         chosen = search.first(planned, known, wanted, min(batch, left))
         after = outlook.speeds(chosen)
         expected = (int(np.sum(after > 0)), float(np.mean(after)))
-        reason = f"expected to raise the mean confirmed speed by {1000 * float(np.mean(after - before)):.1f} mm/s"
+        reason = f"expected to raise the mean confirmed speed by {float(np.mean(after - before)):.4f} m/s"
+        warnings = tuple(map_warnings(force_map, chosen))
     order = np.lexsort((chosen[:, 1], -chosen[:, 0], chosen[:, 2]))
     chosen = chosen[order]
     return NextMeasurements(
-        plan=runs_of(chosen, repeats, ladder.expected(chosen), expected_from=ladder.source(chosen)),
+        plan=runs_of(chosen, repeats, ladder.expected(chosen), expected_from=ladder.source(chosen), warnings=warnings),
         stop=None,
         reason=reason,
         upper_force=np.repeat(ladder.upper(chosen), repeats),
+        upper_words=ladder.upper_words(),
         places=len(targets),
         confirmed=int(now.has_speed.sum()),
         speed=now.mean,
@@ -266,6 +286,7 @@ class _Now:
             stop=why,
             reason=reason,
             upper_force=np.empty(0),
+            upper_words="",
             places=self.has_speed.size,
             confirmed=confirmed,
             speed=self.mean,
@@ -273,6 +294,29 @@ class _Now:
             expected_speed=self.mean,
             simulated=self.simulated,
         )
+
+
+def _least(form: Form) -> str:
+    """How many states a bound takes."""
+    fewest = len(form.terms) + MIN_DEGREES_OF_FREEDOM
+    return f"{fewest} states of {form.name}"
+
+
+def _spent(so_far: int, budget: int | None, gain: str) -> str:
+    """That the budget is spent, and what more states would give."""
+    further = so_far + _FURTHER
+    return f"the campaign has the {budget} states of its budget; --states {further} lets it go on: {gain}"
+
+
+def _hopeless(exceeds: NDArray[np.bool_], limit: float, slowest: float) -> str:
+    """That the bound exceeds the limit at the slowest speed, if it does so nearly everywhere."""
+    if np.mean(exceeds) < _NEARLY:
+        return ""
+    where = "everywhere" if exceeds.all() else "nearly everywhere"
+    return (
+        f"{limit:g} N is exceeded at {slowest:g} m/s {where} (by the bound, at {int(exceeds.sum())} of {exceeds.size} "
+        "places)"
+    )
 
 
 def _reach(force_map: ForceMap, places: FloatArray, force: float, slowest: float, fastest: float) -> FloatArray:

@@ -28,7 +28,10 @@ class PlaceRange:
         for name, values in (("distances", distances), ("heights", heights)):
             given = [float(value) for value in values]
             if not given and measured is None:
-                raise InputError(f"{name}: found none and no measured state, expected (lowest, highest) in metres")
+                raise InputError(
+                    f"{name}: found none and no measured state, expected (lowest, highest) in metres "
+                    f"(--{name}-m LOWEST,HIGHEST)"
+                )
             if not given and measured is not None:
                 axis = measured.distance if name == "distances" else measured.height
                 given = [float(axis.min()), float(axis.max())]

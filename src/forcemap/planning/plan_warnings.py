@@ -32,7 +32,7 @@ def refuse_few(
     if accepted is not None and accepted != len(training):
         raise InputError(
             f"states: found {accepted}, expected {len(training)}, the number to train of this design, or none; "
-            "I_OPTIMAL (i-optimal) chooses any number"
+            "to choose any number of states add --design i-optimal (Design.I_OPTIMAL)"
         )
     if accepted is not None or len(training) >= FEW_STATES:
         return

@@ -6,6 +6,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from forcemap.campaigns.plan import MeasurementPlan
 from forcemap.errors import InputError
@@ -28,7 +29,7 @@ def runs_of(
     names = [prefix + "-".join(f"{x}{_thousandths(v)}" for x, v in zip("dhv", s, strict=True)) for s in states.tolist()]
     row = np.repeat(np.arange(len(states)), repeats)
     return MeasurementPlan(
-        state_id=np.array(names)[row],
+        state_id=np.array(names, dtype=np.str_)[row],
         repeat=np.tile(np.arange(1, repeats + 1), len(states)),
         role=np.full(row.size, role),
         distance=states[row, 0],
@@ -55,6 +56,12 @@ def extend_plan(plan: MeasurementPlan, more: MeasurementPlan) -> MeasurementPlan
             raise InputError(f"state {name} is planned already; measure it, or take its rows out of the plan")
     joined: dict[str, Any] = {name: np.concatenate([getattr(plan, name), getattr(more, name)]) for name in _ARRAYS}
     return replace(more, **joined)
+
+
+def select_runs(plan: MeasurementPlan, index: NDArray[np.bool_] | NDArray[np.int64]) -> MeasurementPlan:
+    """The runs of a plan that a mask, or numbers in their order, pick."""
+    picked: dict[str, Any] = {name: getattr(plan, name)[index] for name in _ARRAYS}
+    return replace(plan, **picked)
 
 
 def _thousandths(value: float) -> str:

@@ -41,10 +41,12 @@ def phase_two_refusal(dataset: ImpactDataset | None, limit: ForceLimit | float, 
 
 
 def check_budget(
-    speeds: Sequence[float], batch: int, states: int, repeats: int, least_gain: float
+    speeds: Sequence[float], batch: int, states: int | None, repeats: int, least_gain: float
 ) -> tuple[float, float]:
     """Slowest and fastest speed [m/s], after a look at the figures."""
     for name, number in (("batch", batch), ("states", states), ("repeats", repeats)):
+        if number is None:  # states: a budget is chosen
+            continue
         if isinstance(number, bool) or not isinstance(number, int | np.integer) or number < 1:
             raise InputError(f"{name}: found {number!r}, expected a whole number of at least 1")
     if not 0 <= least_gain < math.inf:
@@ -62,7 +64,10 @@ def highest_force(conditions: Conditions, dataset: ImpactDataset | None, largest
     if not largest_force > 0:
         raise InputError(f"largest force: found {largest_force:g} N, expected newtons above 0")
     if math.isnan(reach) and math.isinf(largest_force):
-        raise InputError("device range: not stated; state it, or the largest force that an impact may reach")
+        raise InputError(
+            "device range: not stated; state it (--device-range-N), or the largest force that an impact may reach "
+            "(--largest-force-N)"
+        )
     if limit > reach:
         raise InputError(
             f"limit: found {limit:g} N, expected at most {reach:g} N, the device's range less its error: "
