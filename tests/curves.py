@@ -33,7 +33,7 @@ class Shape:
 
 @dataclass(frozen=True)
 class Curve:
-    """What a device records of a shape, sample by sample [s], [N]; true onset on that time axis; SD of the noise [N]."""
+    """What a device records of a shape, by sample [s], [N]; true onset on that time axis; SD of the noise [N]."""
 
     shape: Shape
     time: np.ndarray

@@ -175,8 +175,14 @@ class TestCollect:
         folder = write_campaign(tmp_path / "campaign", recorded=False)
         save(folder / "recordings" / f"{RUN}.csv", *pulse(100.0))
         script = [sys.executable, "-c", "from forcemap.cli import main; main()"]
-        watching = subprocess.Popen([*script, "collect", folder, "--watch"], text=True,
-                                    stdout=subprocess.PIPE, stderr=subprocess.PIPE)  # fmt: skip
+        watching = subprocess.Popen(
+            [*script, "collect", folder, "--watch"],
+            text=True,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            # a shell starts what runs in its background with interrupts ignored, which a child would inherit
+            preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
+        )
         try:
             wait_for(folder, 1)
             save(folder / "recordings" / f"{OTHER}.csv", *pulse(110.0))

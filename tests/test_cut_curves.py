@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from curves import OVER, curve
 
 import forcemap as fm
+from curves import OVER, curve
 
 SEED, CURVES = 202613, 1000
 LEVEL_WINDOW, SILENT_WINDOW = 0.0125, 0.015  # [s] before the end of the recording

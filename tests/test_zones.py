@@ -207,7 +207,7 @@ def censored_at(place, speed, force=500.0):
 
 def test_an_impact_above_the_device_range_refuses_the_zone_it_lies_in():
     bound = fm.ToleranceBound()
-    zones = fm.Zones([0.70, 0.7551, 0.70], [0.75, 0.78, 0.749], [0.35, 0.35, 0.40], [0.40, 0.39, 0.45])
+    zones = fm.Zones([0.70, 0.7575, 0.70], [0.746, 0.78, 0.746], [0.35, 0.35, 0.40], [0.40, 0.39, 0.45])
     contradicted = censored_at((0.752, 0.36), 0.22)
     found = fm.zone_speeds(contradicted, zones, limit=300.0, bound=bound)
     assert [outcome.has_speed for outcome in found.outcome] == [True, True, True]

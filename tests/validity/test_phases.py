@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from curves import OVER, SHAPES, curve
 
 import forcemap as fm
+from curves import OVER, SHAPES, curve
 
 SEED = 202612
 ENOUGH, CLEARLY_FEWER = 16, 14  # samples across Phase I

@@ -57,6 +57,7 @@ from forcemap.cli.task_options import (
     table_of_limits,
     task_from,
 )
+from forcemap.exports.head import SIMULATED, head_lines
 
 _MARK = "made by forcemap"
 
@@ -151,6 +152,7 @@ def export(
         print("\n".join(files.values()), end="")
     else:
         lines = [f"{words}; not safety-rated, to be confirmed before use", *(f"written to {file}" for file in written)]
+        lines = [*(line for line in head_lines(zones.provenance)[:1] if line == SIMULATED), *lines]
         emit(result | {"written": written}, lines, as_json=as_json)
     raise typer.Exit(0 if permitted else 1)
 

@@ -85,7 +85,8 @@ class PlanarArm:
     Raises
     ------
     InputError
-        Not three lengths and masses, positive and finite, or a base height or angle that is not finite.
+        A text where one of the named kinds belongs; not three lengths and masses, positive and finite; a base height
+        or angle that is not finite.
     """
 
     link_mass: LinkMass
@@ -97,6 +98,10 @@ class PlanarArm:
     masses: tuple[float, ...] = field(default=PAPER_MASSES)
 
     def __post_init__(self) -> None:
+        for name, kind in (("link_mass", LinkMass), ("wrist", Wrist), ("elbow", Elbow), ("last_link", LastLink)):
+            if not isinstance(getattr(self, name), kind):
+                found = getattr(self, name)
+                raise InputError(f"planar arm: found {name} {found!r}, expected a {kind.__name__}")
         for what, values, unit in (("lengths", self.lengths, "m"), ("masses", self.masses, "kg")):
             if len(values) != 3 or not all(0 < value < math.inf for value in values):
                 raise InputError(f"planar arm: found the {what} {values}, expected three positive numbers in {unit}")

@@ -10,6 +10,7 @@ NOT_SAFETY_RATED = (
     "NOT SAFETY-RATED: an estimate from measurements, looked up by an ordinary program; the robot's own safety "
     "functions must hold without it"
 )
+SIMULATED = "SIMULATED: made from simulated impacts, not a measurement of any robot; not for use on one"
 WHO_CONFIRMS = (
     "to be confirmed before use: by the person responsible for the risk assessment, with measurements at the speeds "
     "used, and by whoever changes the safety configuration"
@@ -19,6 +20,7 @@ WHO_CONFIRMS = (
 def head_lines(provenance: Provenance) -> list[str]:
     """The head as lines of text."""
     return [
+        *([SIMULATED] if any(line.startswith("SIMULATED") for line in provenance.statements) else []),
         "allowed speeds of the contact point, made by forcemap",
         NOT_SAFETY_RATED,
         WHO_CONFIRMS,

@@ -285,9 +285,7 @@ def _reached(
     return np.log(total) + largest, first / sd, (second - 1.0 - first**2) / sd**2
 
 
-def _mode(
-    m: FloatArray, sd: FloatArray, threshold: FloatArray, noise: float, count: NDArray[np.int64]
-) -> FloatArray:
+def _mode(m: FloatArray, sd: FloatArray, threshold: FloatArray, noise: float, count: NDArray[np.int64]) -> FloatArray:
     """Where exp(-(eta - m)^2 / 2 sd^2) Phi((eta - c) / noise)^count is largest, by Newton's method, shape (k,)."""
     from scipy.special import log_ndtr
 

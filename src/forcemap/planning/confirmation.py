@@ -17,6 +17,7 @@ from forcemap.limits.force_limits import Contact, ForceLimit
 from forcemap.maps.bounds import Bound
 from forcemap.maps.force_map import Fit, ForceMap
 from forcemap.planning.confirmation_result import ConfirmationResult, Confirmed, judge_confirmation
+from forcemap.planning.confirming_states import any_above, contradictions, no_repeats, spread, worth_confirming
 from forcemap.planning.map_warnings import map_warnings
 from forcemap.planning.measured_before import measured_before
 from forcemap.planning.places import FloatArray, PlaceRange
@@ -194,14 +195,14 @@ def confirm_plan(
 
     states = np.column_stack([grid, speed])[usable]
     old = np.column_stack([kept.distance, kept.height, kept.speed])
-    chosen, warnings = _worth(force_map, bound, states[_away(states, old, tolerance)], tolerance)
+    chosen, warnings = worth_confirming(force_map, bound, states[no_repeats(states, old, tolerance)], tolerance)
     count = _IMPACTS if impacts is None else int(impacts)
     new = np.empty((0, 3))
     if len(chosen) and count > len(kept):
         tightness = bound.upper(force_map, *chosen.T) / np.asarray(force_map.predict(*chosen.T))
         first = [int(chosen[:, 2].argmax()), int(tightness.argmin())]
         every = np.vstack([old, chosen])
-        picked = _spread(places, every, list(range(len(old))) or first, count)
+        picked = spread(places, every, list(range(len(old))) or first, count)
         new = every[picked[picked >= len(old)]]
         new = new[np.lexsort((new[:, 1], -new[:, 0], new[:, 2]))]
     added = runs_of(
@@ -218,7 +219,7 @@ def confirm_plan(
     if len(plan):
         warnings += map_warnings(force_map, states)
     if len(plan) and force_map.fit is not None:
-        warnings += _contradictions(plan, measured_before(states, force_map.fit.states, tolerance), upper)
+        warnings += contradictions(plan, measured_before(states, force_map.fit.states, tolerance), upper)
     error = conditions.device.error_or_default
     most = np.minimum(newtons - error, upper)
     rule = (
@@ -236,40 +237,17 @@ def confirm_plan(
         refusal=refusal,
         warnings=tuple(warnings),
         rule=rule,
-        not_passed=_any_above(force_map, states, most, 1.0),
-        above_bound=_any_above(force_map, states, upper, 1.0),
-        found=_any_above(force_map, states, most, _HIGHER),
+        not_passed=any_above(force_map, states, most, 1.0),
+        above_bound=any_above(force_map, states, upper, 1.0),
+        found=any_above(force_map, states, most, _HIGHER),
         force_map=force_map,
         bound=bound,
     )
 
 
-def _worth(
-    force_map: ForceMap, bound: Bound, states: FloatArray, tolerance: StateTolerance
-) -> tuple[FloatArray, list[str]]:
-    """The states that the device can measure and that are no repeats of the map's own; and what is wrong with them."""
-    if force_map.fit is not None:
-        before = measured_before(states, force_map.fit.states, tolerance)
-        highest = force_map.device_range - force_map.conditions.device.error_or_default
-        states = states[~(np.fmax(bound.upper(force_map, *states.T), before) > highest)]
-    new = _away(states, force_map.measured_range.points, tolerance)
-    if not len(states) or np.sum(new) >= 2:
-        return states[new], []
-    return states, [
-        "nearly every speed is released at a state the map was fitted to: impacts there repeat it and do not count as "
-        "a test; measure at faster speeds, or between the places, first"
-    ]
-
-
 def _cut(speed: FloatArray) -> FloatArray:
     """Speeds as they are shown, cut to 0.001 m/s."""
     return np.array([float(floor_speed(v)) if math.isfinite(v) else math.nan for v in np.atleast_1d(speed)])
-
-
-def _away(states: FloatArray, others: FloatArray, tolerance: StateTolerance) -> NDArray[np.bool_]:
-    """Which states, shape (n, 3), are no repeats of others, shape (m, 3)."""
-    apart = np.abs((states[:, None] - others[None]) / tolerance.scale).max(axis=2)
-    return np.asarray(apart.min(axis=1, initial=np.inf) > 1)
 
 
 def _refusal(reasons: NDArray[np.object_], newtons: float) -> str:
@@ -287,39 +265,3 @@ def _slow_to_fast(kept: MeasurementPlan, added: MeasurementPlan) -> MeasurementP
     """The runs of both, in the order in which to make them."""
     both = extend_plan(kept, added)
     return select_runs(both, np.lexsort((both.height, -both.distance, both.speed)))
-
-
-def _contradictions(plan: MeasurementPlan, measured: FloatArray, upper: FloatArray) -> list[str]:
-    """Runs near which an impact at a lower speed exceeded their bound."""
-    return [
-        f"{plan.state_id[i]}: {measured[i]:.0f} N were measured within 5 cm at a lower speed, above its bound of "
-        f"{upper[i]:.0f} N: the map is wrong there"
-        for i in np.flatnonzero(measured > upper)
-    ]
-
-
-def _spread(places: PlaceRange, states: FloatArray, first: list[int], count: int) -> NDArray[np.int64]:
-    """The first ones, then each the farthest from those before it."""
-    chosen = list(dict.fromkeys(first))
-    while len(chosen) < min(count, len(states)):
-        away = places.apart(states, states[chosen]).min(axis=1)
-        if not away.max() > 0:
-            break
-        chosen.append(int(away.argmax()))
-    return np.array(chosen)
-
-
-def _any_above(force_map: ForceMap, states: FloatArray, newtons: FloatArray, factor: float) -> float:
-    """Probability that one of new states measures more, if forces are `factor` times the map's; NaN if not known.
-
-    ln F of a new state less the prediction, over s sqrt(1 + l), has Student's t distribution; that the states share
-    the map's error makes the product too high rather than too low.
-    """
-    if force_map.fit is None or not len(states) or not force_map.fit.between_states.degrees_of_freedom > 0:
-        return math.nan
-    from scipy.special import stdtr
-
-    leverage = np.asarray(force_map.leverage(*states.T))
-    allowance = np.log(newtons / (factor * np.asarray(force_map.predict(*states.T))))
-    t = allowance / (force_map.fit.state_sd * np.sqrt(1 + leverage))
-    return float(1 - np.prod(stdtr(force_map.fit.between_states.degrees_of_freedom, t)))

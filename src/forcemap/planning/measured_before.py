@@ -24,7 +24,7 @@ def raised_by_measured(
 
     It is contradicted where a force measured near a state at no higher speed lies above the bound there, or above that
     of the state: force grows with speed. The bound then is no guide, and the force of the fastest of the slower
-    impacts is continued in proportion to speed, which a force that is positive at rest stays below.
+    impacts is continued in proportion to speed, which a force that is positive at rest and grows evenly stays below.
 
     Parameters
     ----------
