@@ -587,3 +587,24 @@ def test_an_emptied_checksum_is_refused(folder):
     with pytest.raises(TableError, match="delete the whole row") as caught:
         fm.read_campaign(folder)
     assert (caught.value.column, caught.value.row) == ("sha256", 2)
+
+
+def test_a_simulated_recording_says_so_wherever_it_is_taken(tmp_path, ask):
+    """A file of the virtual lab in a campaign of measured ones, or alone: what is made of it is simulated."""
+    from forcemap.lab.simulated_device import recording_text
+
+    folder = write_campaign(tmp_path / "campaign")
+    assert not collect(folder).simulated
+    file = sorted((folder / "recordings").glob("*.csv"))[0]
+    time, force = np.loadtxt(file, delimiter=",", skiprows=1).T
+    file.write_text(recording_text(time, force, "SIMULATED by the virtual impact lab of forcemap"))
+    (alone := tmp_path / "run.csv").write_text(file.read_text())
+    (folder / "recordings.csv").unlink()
+    (folder / "impacts.csv").unlink()
+    dataset = collect(folder)
+    assert dataset.simulated
+    assert fm.fit_force_map(dataset).simulated
+    for source in (alone, file):
+        assert ask("inspect", source, "--device-range-N", 500)[1]["simulated"]
+    for source in (alone, folder):
+        assert ask("check", source, "--limit-N", 280, "--device-range-N", 500)[1]["simulated"]

@@ -311,7 +311,8 @@ def _row(campaign: Campaign, runs: _Runs, entry: Entry, impact: Impact) -> dict[
     peak = impact.raw_peak_force if impact.saturated else impact.peak_force  # saturated: a lower bound
     if impact.has(Quality.LATER_PEAK) or impact.has(Quality.DOUBLE_HIT):
         peak = max(peak, impact.later_force)
-    names = [*(flag.name.value for flag in impact.flags), *(["simulated"] if campaign.conditions.simulated else [])]
+    simulated = campaign.conditions.simulated or impact.recording.simulated
+    names = [*(flag.name.value for flag in impact.flags), *(["simulated"] if simulated else [])]
     return {
         "state_id": entry.state_id,
         "repeat": str(entry.repeat),

@@ -47,7 +47,7 @@ def recordings_from(
     device_range: float | None,
     device_error: float | None,
 ) -> tuple[list[Recording], Conditions]:
-    """The recordings of a file, and the conditions of the campaign it belongs to.
+    """The recordings of a file, and the conditions of the campaign it belongs to; simulated if either says so.
 
     A file in the folder `recordings` of a campaign is read as its campaign.toml says, without being asked.
     """
@@ -63,7 +63,8 @@ def recordings_from(
     if conditions.date:
         date = {"date": conditions.date}
         recordings = [dataclasses.replace(each, metadata={**each.metadata, **date}) for each in recordings]
-    return recordings, dataclasses.replace(conditions, device=device)
+    simulated = conditions.simulated or any(recording.simulated for recording in recordings)
+    return recordings, dataclasses.replace(conditions, device=device, simulated=simulated)
 
 
 def _home(file: Path) -> Path:

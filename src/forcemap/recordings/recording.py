@@ -87,6 +87,11 @@ class Recording:
         return f"{self.file}#{self.curve}" if self.curve else self.file
 
     @property
+    def simulated(self) -> bool:
+        """True if a line before the names of the columns says SIMULATED, as the virtual lab writes it."""
+        return any("SIMULATED" in text for entry in self.metadata.items() for text in entry)
+
+    @property
     def samples(self) -> int:
         """Number of samples."""
         return self.time.size
