@@ -8,8 +8,8 @@ import operator
 import re
 
 OPERATORS = {
-    ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Lt: operator.lt, ast.LtE: operator.le,
-    ast.Gt: operator.gt, ast.GtE: operator.ge,
+    ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: operator.truediv,
+    ast.Lt: operator.lt, ast.LtE: operator.le, ast.Gt: operator.gt, ast.GtE: operator.ge,
 }  # fmt: skip
 
 
@@ -49,6 +49,8 @@ def evaluate(node, names):
             return evaluate(value, names)[name]
         case ast.Call(func=ast.Name(id="sqrt" | "SQRT"), args=[argument]):
             return square_root(evaluate(argument, names))
+        case ast.Call(func=ast.Name(id=name), args=arguments) if callable(names.get(name)):
+            return names[name](*(evaluate(argument, names) for argument in arguments))
     raise AssertionError(f"not in the subset: {ast.dump(node)}")
 
 
@@ -93,16 +95,22 @@ def run_block(lines, names, patterns):
 
 
 def urscript_function(text, name):
-    """The function of that name in a URScript file, as a Python function of one argument."""
+    """The function of that name, the only one in a URScript file, as a Python function of one argument."""
+    return urscript_program(text, f"def {name}(pose):", {}, "pose")
+
+
+def urscript_program(text, head, names, *parameters):
+    """The function with that head, the only one in a text of URScript, with other names that it may use."""
     lines = [line.split("#")[0].strip() for line in text.splitlines()]
     lines = [line for line in lines if line]
-    start = lines.index(f"def {name}(pose):")
-    body = lines[start + 1 :]
+    assert [line for line in lines if line.startswith("def ")] == [head]
+    assert lines[0] == head
+    body = lines[1:]
     assert body[-1] == "end"
     patterns = (
         r"if (.*):", r"while (.*):", r"end", r"(?:local )?(\w+) = (.*)", r"return (.*)", r"(?!)",
     )  # fmt: skip
-    return lambda pose: run_block(body[:-1], {"pose": pose}, patterns)
+    return lambda *given: run_block(body[:-1], names | dict(zip(parameters, given, strict=True)), patterns)
 
 
 def krl_arrays(text):
@@ -128,6 +136,9 @@ def krl_function(source, data, name):
     lines = [line.split(";")[0].strip() for line in source.splitlines()]
     lines = [line for line in lines if line]
     start = lines.index(f"GLOBAL DEFFCT REAL {name}(P:IN)")
+    assert lines[:start] == ["DEF FORCEMAP()", "END"]
+    assert sum("DEF" in line.split()[:2] or "DEFFCT" in line.split()[:2] for line in lines) == 2
+    assert lines[-1] == "ENDFCT"
     body = [re.sub(r"\bAND\b", "and", line) for line in lines[start + 1 : lines.index("ENDFCT")]]
     patterns = (
         r"IF (.*) THEN", r"WHILE (.*)", r"ENDIF|ENDWHILE", r"(\w+) = (.*)", r"RETURN (.*)", r"DECL (FRAME|REAL|INT) .*",

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import csv
+import hashlib
 import io
 import json
 import math
+import textwrap
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import forcemap as fm
-from robot_programs import Frame, krl_arrays, krl_function, urscript_function
+from robot_programs import Frame, krl_arrays, krl_function, urscript_function, urscript_program
 
 HAND = (fm.force_limit("back_of_hand"), fm.Contact.TRANSIENT)
 DATE = "2026-11-21"
@@ -87,7 +90,8 @@ def test_neutral_tables(table):
         assert float(row["speed_mps"]) == zone["speed_mps"]
         assert row["outcome"] == zone["outcome"]
         assert float(row["distance_from_m"]) == zone["distance_from_m"]
-        assert (zone["speed_mps"] == 0) == (zone["certified_speed_mps"] is None)
+        assert (zone["speed_mps"] == 0) == (zone["lower_bound_mps"] is None)
+        assert float(row["limit_N"]) == zone["limit_N"] == 280.0
         assert row["map_sha256"] == fm.map_sha256(fm.published_map("ur10e"))
         if row["spread_mps"]:
             assert float(row["spread_mps"]) <= zone["spread_mps"]
@@ -114,6 +118,151 @@ def test_every_file_says_in_its_head_what_it_rests_on(table):
     result = fm.zones_result(table)
     assert result["safety_rated"] is False
     assert result["speed_overshoot_mps"] == 0.01
+
+
+def test_scaling_brakes_before_a_slower_piece():
+    """From a fast way without contact into one with it: the factors fall over the braking distance before it."""
+    points = np.array([[0.8, -0.3, 0.44], [0.8, 0.0, 0.44], [0.8, 0.0, 0.38]])
+    segments = (
+        fm.TaskSegment("carry", (), None, 1.0),
+        fm.TaskSegment("press", ("back_of_hand",), fm.Contact.TRANSIENT, 0.2),
+    )
+    task = fm.Task(segments, acceleration=2.0)
+    ur10e, bound = fm.published_map("ur10e"), fm.FixedMargin(0.10)
+    speeds = fm.path_speeds(ur10e, fm.ToolPath(points, ("carry", "press")), task, bound=bound)
+    basis = fm.robot_table(ur10e, limits=[HAND], bound=bound, date=DATE).provenance.with_statements(speeds.statements)
+    pieces = fm.scaling_result(speeds, basis)["pieces"]
+    driven = np.array([piece["scaling"] * piece["programmed_speed_mps"] for piece in pieces])
+    last = max(i for i, piece in enumerate(pieces) if piece["segment"] == "carry")
+    assert driven[last] <= speeds.speed[last + 1] < 0.34
+    assert driven[0] == 1.0
+    before = driven[: last + 1]
+    assert (before[:-1] ** 2 - before[1:] ** 2 <= 2 * 2.0 * speeds.path.lengths[:last] + 0.025).all()
+    assert "later piece allows less" in pieces[last]["reason"]
+
+
+EVIL = (
+    "UR\nend\ndef forcemap_speed(pose):\n  return 9.0\nend\r\n"
+    "GLOBAL DEFFCT REAL FORCEMAP_SPEED(P:IN)\x85x\u2028y\u2029z\x00\x1b\u202e"
+)
+
+
+def test_texts_of_a_campaign_stay_in_their_line_of_every_format(poses):
+    """A robot's name is not a program: in all six formats it is one line of comment."""
+    from forcemap.exports.head import head_lines
+
+    ur10e, bound = fm.published_map("ur10e"), fm.FixedMargin(0.10)
+    conditions = replace(ur10e.conditions, robot=EVIL, tool=EVIL)
+    evil = replace(ur10e, name=EVIL, source=EVIL, conditions=conditions)
+    table = fm.robot_table(evil, limits=[HAND], bound=bound, date=DATE)
+    points = fm.ToolPath.through([[0.8, 0, 0.44], [0.8, 0, 0.3]], name="=cmd|'/c calc'!A0\nx")
+    task = fm.one_segment_task(points.names[0], ("back_of_hand",), fm.Contact.TRANSIENT, speed=0.35)
+    speeds = fm.path_speeds(evil, points, task, bound=bound)
+    basis = table.provenance.with_statements(speeds.statements)
+    lines = len(head_lines(table.provenance))
+    texts = {
+        "csv": fm.zones_csv(table), "urscript": fm.urscript(table), "dat": fm.krl_data(table),
+        "src": fm.krl_source(table), "scaling": fm.scaling_csv(speeds, basis), "safety": fm.safety_proposal(table),
+        "json": json.dumps(fm.zones_result(table) | fm.scaling_result(speeds, basis), ensure_ascii=False),
+    }  # fmt: skip
+    for name, text in texts.items():
+        assert all(letter.isprintable() or letter == "\n" for letter in text), name
+        assert "\\n" not in text, name
+    for name, mark in (("csv", "#"), ("urscript", "#"), ("dat", ";"), ("src", ";")):
+        assert sum(line.startswith(mark) for line in texts[name].splitlines()) - lines in (0, 1), name
+    for line in texts["safety"].splitlines():
+        assert not line.startswith(("end", "def", "DEF"))
+    allowed = urscript_function(texts["urscript"], "forcemap_speed")  # refuses a second function
+    of_krl = krl_function(texts["src"], texts["dat"], "FORCEMAP_SPEED")
+    for pose in poses[400:500].tolist():
+        answer = table.speed(*pose)
+        assert allowed([*pose, 0.0, 0.0, 0.0]) == answer
+        assert of_krl(Frame(zip("XYZ", [1000 * x for x in pose], strict=True))) == answer
+    rows = [line for line in texts["scaling"].splitlines() if not line.startswith("#")]
+    assert len(rows) == len(speeds.path) + 1
+    for row in csv.DictReader(rows):
+        assert row["segment"].startswith("'=cmd")
+    warned = fm.safety_proposal(table, speeds=speeds)
+    assert len(warned.splitlines()) - len(texts["safety"].splitlines()) in (4, 5)
+
+
+def test_the_head_names_the_map_file_and_the_impacts_table(examples, tmp_path):
+    fitted = fm.fit_force_map(examples["ur10e"])
+    fm.write_map(fitted, tmp_path / "cell 7.json")
+    table = fm.robot_table(fm.read_map(tmp_path / "cell 7.json"), limits=[HAND], bound=fm.FixedMargin(0.10))
+    table = replace(table, provenance=table.provenance.of_file(tmp_path / "cell 7.json"))
+    digest = hashlib.sha256((tmp_path / "cell 7.json").read_bytes()).hexdigest()
+    for text in (fm.zones_csv(table), fm.urscript(table), fm.krl_data(table), fm.safety_proposal(table)):
+        assert f"map file: cell 7.json, SHA-256 {digest}" in text
+        assert f"impacts table: {fitted.fit.table}, SHA-256 {fitted.fit.table_sha256}" in text
+    result = fm.zones_result(table)
+    assert result["map_file"] == "cell 7.json"
+    assert result["map_file_sha256"] == digest
+    assert result["impacts_table_sha256"] == fitted.fit.table_sha256
+
+
+def test_the_documented_urscript_asks_for_a_whole_way(table):
+    """The function of the page on Universal Robots: no place on the way may be driven more slowly."""
+    page = (Path(__file__).parents[1] / "docs" / "universal_robots.md").read_text()
+    code = textwrap.dedent(page[page.index("       def forcemap_way") : page.index("   A zone's speed holds")])
+    names = {
+        "forcemap_speed": urscript_function(fm.urscript(table), "forcemap_speed"),
+        "floor": math.floor,
+        "point_dist": lambda a, b: float(np.linalg.norm(np.subtract(a, b)[:3])),
+        "interpolate_pose": lambda a, b, share: [(1 - share) * x + share * y for x, y in zip(a, b, strict=True)],
+    }
+    way = urscript_program(code, "def forcemap_way(here, there):", names, "here", "there")
+    ur10e, rng = fm.published_map("ur10e"), np.random.default_rng(62)
+    refused = 0
+    for _ in range(60):
+        x, y, top = rng.uniform(0.55, 0.85), rng.uniform(-0.2, 0.2), rng.uniform(0.3, 0.46)
+        here, there = [x, y, top, 0.0, 3.14, 0.0], [x + 0.02, y, top - rng.uniform(0.01, 0.15), 0.0, 3.14, 0.0]
+        speed = way(here, there)
+        share = np.linspace(0, 1, 400)[:, None]
+        along = np.array(here) * (1 - share) + np.array(there) * share
+        safe = fm.safe_speed(
+            ur10e, np.hypot(along[:, 0], along[:, 1]), along[:, 2], limit=280.0, bound=fm.FixedMargin(0.10)
+        )
+        refused += speed == 0
+        if speed:
+            assert speed + 0.01 <= safe.speed.min()
+    assert 5 < refused < 55
+    assert way([0.8, 0.0, 0.4, 0, 0, 0], [0.8, 0.0, 0.6, 0, 0, 0]) == 0
+
+
+def test_the_limit_of_a_zone_is_the_number_that_governs_it():
+    limits = [(300.0, None), (200.0, None)]
+    table = fm.robot_table(fm.published_map("ur10e"), limits=limits, bound=fm.FixedMargin(0.10), date=DATE)
+    rows = list(csv.DictReader(line for line in fm.zones_csv(table).splitlines() if not line.startswith("#")))
+    given = [float(row["limit_N"]) for row in rows if float(row["speed_mps"])]
+    assert given
+    assert set(given) == {200.0}
+
+
+def test_the_safety_proposal_warns_of_segments_that_it_would_stop(table):
+    from forcemap.exports.safety_proposal import widest_block
+
+    text = fm.safety_proposal(table)
+    speed = widest_block(table)[4]
+    assert f"| tool speed limit | {speed / 1000:.3f} m/s | {speed} mm/s |" in text
+    assert "280 N at most" in text
+    assert "WARNING" not in text
+    segments = (
+        fm.TaskSegment("carry", (), None, 0.5),
+        fm.TaskSegment("press", ("back_of_hand",), fm.Contact.TRANSIENT, 0.05),
+        fm.TaskSegment("place", ("back_of_hand",), fm.Contact.TRANSIENT),
+    )
+    warned = fm.safety_proposal(table, task=fm.Task(segments))
+    assert "**WARNING" in warned
+    assert "segment carry: programmed up to 0.500 m/s" in warned
+    assert "segment press" not in warned
+    assert "segment place: no speed is stated" in warned
+    slow = fm.one_segment_task("path", ("back_of_hand",), fm.Contact.TRANSIENT, speed=0.05)
+    assert "No segment of the task violates" in fm.safety_proposal(table, task=slow)
+    for bottom, words in ((0.40, "No segment of the task violates"), (0.10, "segment path: leaves the block")):
+        path = fm.ToolPath.through([[0.8, 0, 0.44], [0.8, 0, bottom]])
+        speeds = fm.path_speeds(fm.published_map("ur10e"), path, slow, bound=fm.FixedMargin(0.10))
+        assert words in fm.safety_proposal(table, speeds=speeds)
 
 
 def test_the_strictest_of_several_limits_and_the_gate_hold():
@@ -154,17 +303,25 @@ def test_scaling_factors_keep_the_program_within_the_allowed_speeds():
     task = fm.one_segment_task("path", ("back_of_hand",), fm.Contact.TRANSIENT, speed=0.35)
     speeds = fm.path_speeds(ur10e, fm.ToolPath.through(points), task, bound=bound)
     table = fm.robot_table(ur10e, limits=[HAND], bound=bound, date=DATE)
-    basis = replace(table.provenance, statements=speeds.statements)
+    basis = table.provenance.with_statements(speeds.statements)
     pieces = fm.scaling_result(speeds, basis)["pieces"]
     assert {piece["outcome"] for piece in pieces} == {"admissible", "not_downward"}
-    for piece, speed in zip(pieces, speeds.speed, strict=True):
+    driven = [piece["scaling"] * 0.35 for piece in pieces]
+    for i, speed in enumerate(speeds.speed):
         if math.isnan(speed):
-            assert piece["scaling"] == 0
-        else:
-            assert piece["scaling"] * 0.35 <= speed + 1e-12
-            assert speed - piece["scaling"] * 0.35 < 0.0046
+            assert driven[i] == driven[i - 1] == 0  # the piece before it would enter it
+        elif driven[i]:
+            following = min(speed, speeds.speed[i + 1])
+            assert driven[i] <= following + 1e-12
+            stop = math.sqrt(2 * 1.0 * sum(speeds.path.lengths[i + 1 : 6]))  # braked away before the piece of 0
+            assert min(following, stop) - driven[i] < 0.0046
+    assert max(driven) > 0.3
     text = fm.scaling_csv(speeds, basis)
     assert "NOT SAFETY-RATED" in text
+    assert "brakes along the path with at least 1 m/s^2" in text
+    assert "no speed for any other direction of motion" in text
+    assert text.count("280 N, transient contact") == 1
+    assert ",0.8000,0.0000,0.4400,0.8000,0.0000,0.4200,0.350,0.31" in text
     assert sum(not line.startswith("#") for line in text.splitlines()) == len(pieces) + 1
     unstated = fm.path_speeds(
         ur10e,

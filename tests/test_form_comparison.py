@@ -193,6 +193,29 @@ def test_wholly_censored_states_count_where_they_are_underestimated():
     assert by_name(compare_forms(dataset, forms=[CFM_3D]))["CFM_3D"].accuracy == alone
 
 
+def test_a_form_that_is_worse_where_the_device_was_saturated_is_not_recommended():
+    """Alike but for what the device cut off: clearly better below its range, and too low above it."""
+    from forcemap.maps.form_comparison import _clearly_better
+
+    dataset = campaign("ur10e", device_range=400.0)
+    results = by_name(compare_forms(dataset))
+    standard = results["CFM_3D"]
+    better = replace(
+        standard,
+        error_percent=0.5 * standard.error_percent,
+        underestimation_percent=0.5 * standard.underestimation_percent,
+        p_better=1e-9,
+    )
+    assert _clearly_better(better, standard, 0.01)
+    farther = replace(better, censored_underestimation_percent=standard.censored_underestimation_percent + 0.1)
+    assert not _clearly_better(farther, standard, 0.01)
+    more = replace(better.accuracy, censored_underestimated=standard.accuracy.censored_underestimated + 1)
+    assert not _clearly_better(replace(better, accuracy=more), standard, 0.01)
+    assert results["CFM_2D"].censored_underestimation_percent > 0
+    whole = compare_forms(campaign("ur10e", device_range=2000.0))
+    assert {each.censored_underestimation_percent for each in whole.results} == {0.0}
+
+
 def test_what_cannot_be_compared_is_refused():
     dataset = campaign()
     for wrong in ([], [CFM_3D, CFM_3D], [EUCLIDEAN_2D]):

@@ -112,6 +112,33 @@ def test_entries_of_another_version_are_named(tmp_path, fitted):
         fm.read_map(path)
 
 
+CONTRADICTIONS = {
+    "simulated, not in the campaign": ((True, {"simulated": False}), "simulated = true, its campaign false"),
+    "in the campaign only": ((False, {"simulated": True}), "simulated = false, its campaign true"),
+    "in the note only": ((False, {"simulated": False, "note": "SIMULATED by the lab"}), "note of its campaign"),
+    "no answer": ((None, {}), "expected true or false"),
+}
+
+
+@pytest.mark.parametrize("kind", CONTRADICTIONS)
+def test_a_file_that_contradicts_itself_on_being_simulated_is_refused(tmp_path, fitted, kind):
+    """Even if its hash is right: simulated impacts must not pass for measured ones."""
+    (stated, campaign), words = CONTRADICTIONS[kind]
+    path = tmp_path / "map.json"
+    fm.write_map(fitted, path)
+    content = json.loads(path.read_text())
+    content["simulated"] = stated
+    content["campaign"] |= campaign
+    del content["content_sha256"]
+    text = json.dumps(content, indent=1) + "\n"
+    content["content_sha256"] = hashlib.sha256(text.encode()).hexdigest()
+    path.write_text(json.dumps(content, indent=1) + "\n")
+    with pytest.raises(MapFileError, match=words) as error:
+        fm.read_map(path)
+    assert "\n" not in str(error.value)
+    assert error.value.column == "simulated"
+
+
 def test_a_published_map_cannot_be_sharpened_by_hand(tmp_path):
     path = tmp_path / "map.json"
     fm.write_map(fm.published_map("ur10e"), path)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 from oracle import printed_force, training_grid
@@ -41,7 +43,10 @@ def test_the_opening_stays_at_or_below_the_contact_formula_slow_to_fast():
 @pytest.mark.parametrize("device_range", [500.0, 350.0])
 @pytest.mark.parametrize("name", ["ur10e", "kuka-iiwa7-30nm"])
 def test_the_ladder_is_never_left(name, device_range):
-    """With a bound: no state above it, none faster than 1.5 times what was measured there, no repeat of another."""
+    """With a bound: no state above it, none faster than 1.5 times what was measured there, no repeat of another.
+
+    Up to the fastest speed measured at a place "at most" is the bound, above it at least in proportion to speed.
+    """
     sequence = Sequence.of(name, 4, device_range)
     bound = fm.ToleranceBound()
     while (found := sequence.next(states=24, least_gain=0.0)).plan is not None:
@@ -50,9 +55,13 @@ def test_the_ladder_is_never_left(name, device_range):
         assert len(found.upper_force) == len(found.plan) == 3 * len(states)
         if len(sequence.states) >= 12:
             force_map = fm.fit_force_map(sequence.measured)
-            np.testing.assert_allclose(found.upper_force[::3], bound.upper(force_map, *states.T))
+            upper, states_bound = found.upper_force[::3], bound.upper(force_map, *states.T)
             np.testing.assert_allclose(found.plan.expected_force[::3], force_map.predict(*states.T))
-            _, top = force_map.measured_range.speeds(states[:, 0], states[:, 1])
+            low, top = force_map.measured_range.speeds(states[:, 0], states[:, 1])
+            known = (low <= states[:, 2]) & (states[:, 2] <= top)
+            np.testing.assert_allclose(upper[known], states_bound[known], rtol=0.01)
+            at_top = bound.upper(force_map, *states[:, :2].T, top)
+            assert np.all(upper >= np.maximum(states_bound, at_top * states[:, 2] / top * (states[:, 2] > top)) - 1e-9)
             assert np.all(states[:, 2] <= 1.5 * top + 1e-9)
         sequence.measure(states)
     assert found.stop is fm.Stop.BUDGET
@@ -267,6 +276,166 @@ class TestAtMost:
         assert sound.next(limit=250.0).plan.warnings == ()
 
 
+def dataset_of(states, force, *, censored=None, role=None, conditions=CELL):
+    distance, height, speed = np.asarray(states, dtype=float).T
+    return fm.ImpactDataset.from_arrays(
+        distance=distance, height=height, speed=speed, peak_force=force, censored=censored, role=role,
+        conditions=conditions,
+    )  # fmt: skip
+
+
+class TestAboveWhatWasMeasured:
+    """A map that turns over: above the measured speeds the force to expect rises in proportion to speed at least."""
+
+    def turning(self):
+        """A map measured from 0.05 to 0.25 m/s that has its greatest force at 0.2 m/s."""
+        d, h, v = np.stack(np.meshgrid([0.52, 0.7, 0.89], HEIGHTS, [0.05, 0.12, 0.19, 0.25])).reshape(3, -1)
+        effect = np.exp(np.random.default_rng(1).normal(0, 0.01, d.size))
+        force = 150 * np.exp(8 * v - 20 * v**2 - 0.5 * (d - 0.5)) * effect
+        form = fm.Form.of("TURNS", ["1", "v", "v^2", "d"])
+        return form, dataset_of(np.column_stack([d, h, v]), force)
+
+    def test_a_map_as_expectation(self):
+        form, dataset = self.turning()
+        turning = fm.fit_force_map(dataset, form=form)
+        speeds = (0.1, 0.2, 0.3, 0.5, 0.8)
+        plan = fm.plan_measurements(
+            [0.52, 0.7, 0.89], [0.14, 0.3, 0.46], speeds, repeats=1, device=CELL.device, expected_force=turning
+        )
+        assert turning.predict(0.7, 0.3, 0.8) < 20  # far below what was measured
+        place = (plan.distance == 0.7) & (plan.height == 0.3)
+        force, top = plan.expected_force[place], turning.predict(0.7, 0.3, 0.2)
+        assert plan.speed[place].tolist() == [0.1, 0.2, 0.3]
+        np.testing.assert_allclose(force[:2], turning.predict(0.7, 0.3, np.array([0.1, 0.2])))
+        np.testing.assert_allclose(force[2], top * 0.3 / 0.25, rtol=1e-3)
+        assert any(line.startswith("d700-h300-v500: ") and "N expected" in line for line in plan.left_out)
+
+    def test_the_bound_of_the_map_measured_so_far(self):
+        form, dataset = self.turning()
+        turning, bound = fm.fit_force_map(dataset, form=form), fm.ToleranceBound()
+        found = fm.next_measurements(
+            dataset, 450.0, **PLACES, speeds=(0.05, 0.6), form=form, batch=12, states=60, least_gain=0.0
+        )
+        states = planned_states(found.plan)
+        above = states[:, 2] > 0.26
+        assert above.any()
+        highest = np.max([bound.upper(turning, *states[:, :2].T, v) for v in (0.17, 0.2, 0.23, 0.25)], axis=0)
+        assert np.all(found.upper_force[::3][above] >= 0.999 * (highest * states[:, 2] / 0.25)[above])
+
+    def test_before_there_is_a_bound(self):
+        """What was measured at a place goes on in proportion to speed, whatever an expectation says."""
+        known = [[0.705, 0.3, 0.05], [0.705, 0.3, 0.1]]
+        found = fm.next_measurements(
+            dataset_of(known, [100.0, 200.0]), 300.0, **PLACES, expected_force=lambda d, h, v: 90.0 - v, batch=12
+        )
+        there = (found.plan.distance == 0.705) & (found.plan.height == 0.3) & (found.plan.speed > 0.1)
+        assert there.any()
+        assert np.all(found.upper_force[there] >= 1.1 * 200 * found.plan.speed[there] / 0.1 - 1e-9)
+
+    @pytest.mark.parametrize("role", ["train", "test"])
+    def test_where_nothing_was_measured_speeds_rise_from_the_slowest_nearby(self, role):
+        corners = [[d, h, v] for d in (0.52, 0.89) for h in HEIGHTS for v in (0.05, 0.3)]
+        dataset = dataset_of(corners, [50.0, 60.0] * 4, role=[role] * 8)
+        found = fm.next_measurements(dataset, 300.0, **PLACES, expected_force=lambda d, h, v: 50 + 10 * v, batch=12)
+        states = planned_states(found.plan)
+        corner = np.isin(states[:, 0], [0.52, 0.89]) & np.isin(states[:, 1], HEIGHTS)
+        assert states[~corner, 2].max() <= 0.15 + 1e-9
+        nothing = fm.next_measurements(CELL, 300.0, **PLACES, expected_force=lambda d, h, v: 50 + 10 * v, batch=12)
+        assert nothing.plan.speed.max() <= 0.15 + 1e-9
+
+    def test_with_a_bound_too(self):
+        sequence = Sequence.of("kuka-iiwa7-10nm", 14)
+        sequence.run(states=12)
+        for _ in range(4):
+            found = sequence.next(limit=280.0, states=40, least_gain=0.0)
+            for d, h, v in planned_states(found.plan):
+                away = np.hypot((sequence.states[:, 0] - d) / 0.30, (sequence.states[:, 1] - h) / 0.32)
+                if away.min() > 0.02:
+                    near = away <= max(0.36, away.min())
+                    assert v <= 3 * sequence.states[near, 2].min() + 1e-9
+            sequence.measure(planned_states(found.plan))
+
+
+class TestSaturated:
+    """Where the device was saturated nothing as fast is planned, nor farther in."""
+
+    def test_with_a_bound(self):
+        """A test impact, which the map does not know."""
+        sequence = Sequence.of("kuka-iiwa7-10nm", 15)
+        sequence.run(states=16)
+        out = sequence.distances[0] + 0.75 * 0.30
+        states = np.vstack([sequence.states, [out, 0.3, 0.09]])
+        forces = np.append(sequence.forces.mean(axis=1), 500.0)
+        for saturated in (False, True):
+            kept = slice(0, 16 + saturated)
+            dataset = dataset_of(
+                states[kept], forces[kept], censored=(forces >= 500)[kept], role=(["train"] * 16 + ["test"])[kept]
+            )
+            found = fm.next_measurements(
+                dataset, 140.0, distances=sequence.distances, heights=HEIGHTS, batch=24, states=60, least_gain=0.0
+            )
+            new = planned_states(found.plan)
+            inwards = (new[:, 0] <= out) & (new[:, 0] > out - 0.1) & (np.abs(new[:, 1] - 0.3) < 0.09)
+            assert np.any(inwards & (new[:, 2] >= 0.09)) != saturated
+
+    @pytest.mark.parametrize("role", ["train", "test"])
+    def test_before_there_is_a_bound(self, role):
+        states = [[0.89, 0.14, 0.05], [0.89, 0.46, 0.05], [0.52, 0.14, 0.05], [0.52, 0.46, 0.05], [0.7975, 0.3, 0.06]]
+        dataset = dataset_of(states, [60.0] * 4 + [500.0], censored=[False] * 4 + [True], role=["train"] * 4 + [role])
+        found = fm.next_measurements(dataset, 140.0, **PLACES, batch=12)
+        new = planned_states(found.plan)
+        assert not np.any(
+            (new[:, 0] <= 0.8) & (new[:, 0] > 0.7) & (np.abs(new[:, 1] - 0.3) < 0.09) & (new[:, 2] > 0.05)
+        )
+
+    @pytest.mark.parametrize("role", ["train", "test"])
+    def test_a_campaign_that_saturated_alone_stops_and_says_so(self, role):
+        for states in ([[0.7, 0.3, 0.1]], training_grid("ur10e")):
+            dataset = dataset_of(
+                states, [500.0] * len(states), censored=[True] * len(states), role=[role] * len(states)
+            )
+            found = fm.next_measurements(dataset, 140.0, **PLACES)
+            assert (found.stop, found.plan, found.confirmed) == (fm.Stop.OUT_OF_REACH, None, 0)
+            assert f"saturated at {len(states)} of {len(states)} states" in found.reason
+
+
+class TestNothingFallsOpen:
+    def test_one_state(self):
+        found = fm.next_measurements(dataset_of([[0.7, 0.3, 0.1]], [120.0]), 140.0, **PLACES)
+        assert found.reason == "opening: no bound can be had from fewer than 12 states of CFM_3D, found 1"
+        assert found.confirmed == 0
+        with pytest.raises(InputError, match=r"distances: found \[0.7, 0.7\], expected"):
+            fm.next_measurements(dataset_of([[0.7, 0.3, 0.1]], [120.0]), 140.0)
+
+    def test_a_refused_map_is_named(self):
+        """36 states at one height: enough for a bound, but they do not tell the terms of height."""
+        states = [[d, 0.3, v] for d in np.linspace(0.5, 0.9, 6) for v in np.linspace(0.1, 0.4, 6)]
+        dataset = dataset_of(states, [100 + 200 * v for _, _, v in states])
+        found = fm.next_measurements(dataset, 140.0, **PLACES)
+        assert found.reason.startswith("opening: no bound can be had yet: found that the measured states determine 6")
+        assert (found.confirmed, found.expected_confirmed) == (0, 0)
+        spent = fm.next_measurements(dataset, 140.0, **PLACES, states=36)
+        assert spent.stop is fm.Stop.BUDGET
+        assert "no bound can be had yet" in spent.reason
+
+    @pytest.mark.parametrize(
+        ("change", "message"),
+        [
+            ({"limit": np.nan}, "limit: found nan"),
+            ({"speeds": (0.05, np.nan, 0.4)}, "speeds: found"),
+            ({"distances": (0.52, np.nan, 0.89)}, "distances: found"),
+            ({"heights": (0.1, 0.4, np.nan)}, "heights: found"),
+            ({"largest_force": np.nan}, "largest force: found nan"),
+            ({"least_gain": np.nan}, "least gain: found nan"),
+            ({"expected_force": lambda d, h, v: np.nan}, "expected force: found nan"),
+            ({"bound": fm.FixedMargin()}, "bound: found FixedMargin"),
+        ],
+    )
+    def test_what_is_no_number_is_refused(self, change, message):
+        with pytest.raises(InputError, match=message):
+            fm.next_measurements(**({"measured": CELL, "limit": 140.0, **PLACES} | change))
+
+
 def test_a_whole_campaign_goes_on_unless_a_budget_says_otherwise():
     """The paper's 27 states, as many as the default budget."""
     sequence = Sequence.of("kuka-iiwa7-10nm", 5)
@@ -420,3 +589,47 @@ class TestConfirmation:
         assert "no place has a speed for 20 N" in nothing.refusal
         with pytest.raises(InputError, match="impacts: found 1"):
             fm.confirm_plan(force_map, 140.0, bound=fm.ToleranceBound(), impacts=1)
+
+    @pytest.mark.parametrize(
+        ("axes", "terms", "impacts"),
+        [
+            ((np.linspace(0.5, 0.9, 6), [0.3], np.linspace(0.1, 0.4, 6)), ["1", "v", "d"], 6),  # one height
+            (([0.7], np.linspace(0.1, 0.5, 6), np.linspace(0.1, 0.4, 6)), ["1", "v", "h"], 6),  # one distance
+            ((np.linspace(0.5, 0.9, 6), np.linspace(0.1, 0.5, 6), [0.2]), ["1", "d", "h"], 6),  # one speed
+            (([0.7], [0.3], np.linspace(0.1, 0.4, 9)), ["1", "v"], 1),  # one place
+        ],
+    )
+    def test_flat_ranges_and_fewer_impacts_than_asked(self, axes, terms, impacts):
+        states = np.stack(np.meshgrid(*axes), axis=-1).reshape(-1, 3)
+        force = (100 + 200 * states[:, 2]) * np.exp(np.random.default_rng(2).normal(0, 0.01, len(states)))
+        flat = fm.fit_force_map(dataset_of(states, force), form=fm.Form.of("FLAT", terms))
+        found = fm.confirm_plan(flat, 165.0, bound=fm.ToleranceBound())
+        planned = planned_states(found.plan)
+        assert len(planned) == impacts
+        assert np.all(found.bound_force <= 165)
+        assert np.all(planned[:, :2] >= states[:, :2].min(axis=0) - 1e-9)
+        fewer = [line for line in found.warnings if "fewer than the 6 asked for" in line]
+        assert len(fewer) == (impacts < 6)
+
+    def test_released_speeds_that_none_can_confirm_are_a_refusal(self):
+        """A force above the device range was measured at a lower speed, and the map does not know it."""
+        states = [[0.7, 0.3, v] for v in np.linspace(0.1, 0.4, 9)]
+        force = [(100 + 200 * v) * (1 + 0.01 * (-1) ** i) for i, (_, _, v) in enumerate(states)]
+        flat = fm.fit_force_map(dataset_of(states, force), form=fm.Form.of("FLAT", ["1", "v"]))
+        assert len(fm.confirm_plan(flat, 165.0, bound=fm.ToleranceBound()).plan) == 1
+        known = dataclasses.replace(flat.fit.states, highest=flat.fit.states.highest + 500)
+        flat = dataclasses.replace(flat, fit=dataclasses.replace(flat.fit, states=known))
+        found = fm.confirm_plan(flat, 165.0, bound=fm.ToleranceBound())
+        assert len(found.plan) == 0
+        assert "none can be confirmed" in found.refusal
+
+    def test_an_impact_elsewhere_cannot_tell(self, force_map):
+        found = fm.confirm_plan(force_map, 140.0, bound=fm.ToleranceBound(), impacts=2)
+        plan = found.plan
+        names = [f"{name}.csv" for name in plan.recording]
+        for away, outcome in ((0.0, "passes"), (0.02, "cannot_tell")):
+            impacts = fm.ImpactDataset.from_arrays(
+                distance=plan.distance + away, height=plan.height, speed=plan.speed, peak_force=found.bound_force - 1,
+                state=plan.state_id, role=["test"] * 2, recording=names,
+            )  # fmt: skip
+            assert found.judged(impacts, dict.fromkeys(names, (True, "within"))).result.outcome == outcome

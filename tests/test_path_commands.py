@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import math
 
@@ -43,16 +44,34 @@ def result(capsys, *arguments, code=0):
 
 
 def test_path_says_where_it_must_slow_down(capsys):
-    assert run(["path", "ur10e", "path.csv", "--task", "task.toml"]) == 0
+    assert run(["path", "ur10e", "path.csv", "--task", "task.toml"]) == 1  # every piece permitted, but too fast
     text = capsys.readouterr().out
     assert "0.400 !" in text
+    assert "TOO FAST where marked !" in text
     assert "the standard's one speed" in text
     assert "position tolerance 0.005 m" in text
-    found = result(capsys, "path", "ur10e", "path.csv", "--task", "task.toml")
+    found = result(capsys, "path", "ur10e", "path.csv", "--task", "task.toml", code=1)
+    assert (found["permitted"], found["too_fast"], found["programmed"]) == (True, True, True)
     assert {piece["outcome"] for piece in found["pieces"]} == {"admissible", "no_contact"}
     assert all(piece["too_fast"] == (piece["segment"] == "press") for piece in found["pieces"])
     assert found["cycle_times"][0]["rule"] == "allowed speeds"
     assert found["map_sha256"] == fm.map_sha256(fm.published_map("ur10e"))
+
+
+def test_exit_code_0_means_permitted_and_not_too_fast(capsys, tmp_path):
+    (tmp_path / "slow.toml").write_text(TASK.replace("speed_mps = 0.4", "speed_mps = 0.2"))
+    assert run(["path", "ur10e", "path.csv", "--task", "slow.toml"]) == 0
+    assert "permitted as programmed" in capsys.readouterr().out
+    (tmp_path / "none.toml").write_text(TASK.replace("speed_mps = 0.4", ""))
+    assert run(["path", "ur10e", "path.csv", "--task", "none.toml"]) == 0
+    assert "no programmed speed is stated everywhere" in capsys.readouterr().out
+    assert result(capsys, "path", "ur10e", "path.csv", "--task", "none.toml")["programmed"] is False
+    (tmp_path / "timed.csv").write_text("time_s,x_m,y_m,z_m\n0,0.8,0,0.44\n0.4,0.8,0,0.36\n")  # 0.2 m/s on average
+    found = result(capsys, "path", "ur10e", "timed.csv", *HAND, code=1)
+    assert [piece["programmed_speed_mps"] for piece in found["pieces"]] == pytest.approx([0.4] * 4)
+    rows = "".join(f"{t / 50:.3f},0.8,0,{0.44 - 0.2 * t / 50:.6f}\n" for t in range(21))
+    (tmp_path / "timed.csv").write_text(f"time_s,x_m,y_m,z_m\n{rows}")
+    assert result(capsys, "path", "ur10e", "timed.csv", *HAND)["too_fast"] is False
 
 
 def test_a_refused_path_is_a_no_and_invents_no_time(capsys):
@@ -85,6 +104,44 @@ def test_place_finds_where_to_put_the_table(capsys):
     assert run(["place", "ur10e", "table.csv", *HAND, "--step-m", "0.1"]) == 0
     assert "best:" in capsys.readouterr().out
     assert run(["place", "kuka-iiwa7-30nm", "table.csv", *HAND, "--step-m", "0.2"]) == 1
+    assert "no transient limit may be used" in capsys.readouterr().out
+
+
+def test_place_says_why_no_position_is_permitted(capsys, tmp_path):
+    (tmp_path / "table.csv").write_text("x_m,y_m,z_m,segment\n0,0,0.05,press\n0,0,0,lift\n0,0,0.05,lift\n")
+    assert run(["place", "ur10e", "table.csv", *HAND, "--step-m", "0.1"]) == 1
+    text = capsys.readouterr().out
+    assert "NO POSITION has permission for the whole path; most, 50 %" in text
+    assert "lift: 0.050 m not downward, the motion points more than 15 degrees away" in text
+    assert "contact_possible = false" in text
+    found = result(capsys, "place", "ur10e", "table.csv", *HAND, "--step-m", "0.1", code=1)
+    assert [(each["segment"], each["outcome"]) for each in found["refusals"]] == [("lift", "not_downward")]
+    assert run(["place", "ur10e", "table.csv", "--task", "task.toml", "--step-m", "0.1"]) == 0
+    (tmp_path / "table.csv").write_text("x_m,y_m,z_m\n0,0,0.6\n0,0,0\n")
+    assert run(["place", "ur10e", "table.csv", *HAND, "--step-m", "0.2"]) == 1
+    assert "outside: move the path into the measured range" in capsys.readouterr().out
+
+
+def test_exports_into_a_folder_that_is_not_there_say_what_to_do(capsys, tmp_path):
+    for form, name in (("csv", "cell/zones.csv"), ("krl", "cell")):
+        assert run(["export", "ur10e", "--format", form, *HAND, "-o", name]) == 2
+        assert "make it (mkdir -p cell) or name one that exists" in capsys.readouterr().err
+    assert not (tmp_path / "cell").exists()
+
+
+def test_exports_name_the_map_file_and_warn_in_the_safety_sheet(capsys, tmp_path):
+    fm.write_map(fm.published_map("ur10e"), tmp_path / "cell.json")
+    digest = hashlib.sha256((tmp_path / "cell.json").read_bytes()).hexdigest()
+    for form in ("csv", "urscript", "krl", "scaling", "safety"):
+        more = ["--path", "path.csv"] if form in ("scaling", "safety") else []
+        assert run(["export", "cell.json", "--format", form, "--task", "task.toml", *more]) == 0
+        text = capsys.readouterr().out
+        assert f"map file: cell.json, SHA-256 {digest}" in text
+        assert "no speed for any other direction of motion" in text
+    assert "segment lift: programmed up to 0.500 m/s, the tool speed limit is" in text
+    found = result(capsys, "export", "cell.json", "--format", "scaling", "--path", "path.csv", "--task", "task.toml")
+    assert found["map_file_sha256"] == digest
+    assert found["acceleration_mps2"] == 2
 
 
 @pytest.mark.parametrize("form", ["csv", "json", "urscript", "safety"])
@@ -133,7 +190,7 @@ BAD = {
     "another tool, exported": (["export", "ur10e", "--format", "csv", "--task", "tool.toml"], "tool"),
     "another direction": (["export", "ur10e", "--format", "urscript", "--task", "direction.toml"], "direction"),
     "a step of nothing": (["path", "ur10e", "path.csv", *HAND, "--step-m", "0"], "step"),
-    "an angle": (["path", "ur10e", "path.csv", *HAND, "--angle-deg", "90"], "angle"),
+    "an angle": (["path", "ur10e", "path.csv", *HAND, "--angle-deg", "45"], "expected one from 0 to 30"),
     "a tolerance": (["path", "ur10e", "path.csv", *HAND, "--position-tolerance-m", "nan"], "position tolerance"),
     "a date": (["export", "ur10e", "--format", "csv", *HAND, "--date", "tomorrow"], "date"),
     "scaling without a path": (["export", "ur10e", "--format", "scaling", *HAND], "--path"),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+import itertools
 import math
 
 import numpy as np
@@ -12,6 +14,7 @@ from hypothesis import strategies as st
 import forcemap as fm
 from forcemap.dynamics.kinematics import forward_kinematics
 from forcemap.dynamics.robots import robot_named
+from forcemap.paths.time_law import braking_speeds
 
 BARE = fm.Allowance(speed=0.0, position=0.0)
 HAND = fm.one_segment_task("path", ("back_of_hand",), fm.Contact.TRANSIENT)
@@ -160,9 +163,69 @@ def test_excluded_contact_is_driven_as_programmed_and_said():
 def test_timed_paths_tell_where_they_are_too_fast():
     path = fm.ToolPath.through([[0.8, 0, 0.44], [0.8, 0, 0.38], [0.8, 0, 0.3]], time=[0.0, 0.15, 0.95])
     found = fm.path_speeds(fm.published_map("ur10e"), path, HAND, bound=fm.FixedMargin(), allowance=BARE)
-    np.testing.assert_allclose(found.programmed, [0.4] * 3 + [0.1] * 4)
-    assert found.too_fast.tolist() == [True] * 3 + [False] * 4
+    np.testing.assert_allclose(found.path.speeds, [0.4] * 3 + [0.1] * 4)
+    np.testing.assert_allclose(found.programmed, [0.475] * 3 + [0.4] * 4)  # v + a T / 2, and sqrt(2 a s)
+    assert found.too_fast.all()
     assert found.program.duration == pytest.approx(0.95)
+    time = np.linspace(0, 0.95, 96)
+    height = np.interp(time, [0.0, 0.15, 0.95], [0.44, 0.38, 0.3])
+    points = np.column_stack([np.full(96, 0.8), np.zeros(96), height])
+    fine = fm.path_speeds(
+        fm.published_map("ur10e"), fm.ToolPath.through(points, time=time), HAND, bound=fm.FixedMargin(), allowance=BARE
+    )
+    assert fine.too_fast.tolist() == [True] * 15 + [False] * 80
+    assert (fine.programmed >= fine.path.speeds).all()
+    assert np.max(fine.programmed[17:] - 0.1) < 0.0051
+    assert any("between two rows the times tell only the mean" in line for line in fine.statements)
+
+
+@given(st.integers(0, 2**32 - 1), st.floats(0.3, 5.0))
+def test_property_a_timed_program_is_never_faster_than_is_assumed(seed, acceleration):
+    """Motions within an acceleration, told by a few rows: the speed taken is not below the true one."""
+    rng = np.random.default_rng(seed)
+    change = rng.choice([-acceleration, 0.0, acceleration], 400)
+    speed = np.maximum(np.cumsum(np.concatenate([[0.2], change * 0.005])), 0.01)
+    time = 0.005 * np.arange(401)
+    way = np.concatenate([[0.0], np.cumsum((speed[1:] + speed[:-1]) / 2 * 0.005)])
+    rows = np.unique(np.concatenate([[0, 400], rng.choice(401, rng.integers(1, 60))]))
+    path = fm.ToolPath.through(np.column_stack([way[rows], np.zeros((rows.size, 2))]), time=time[rows])
+    fine = path.resampled(0.01)
+    fastest = [speed[a : b + 1].max() for a, b in itertools.pairwise(rows)]
+    assert (path.fastest_speeds(acceleration) >= np.array(fastest) - 1e-9).all()
+    assert (fine.fastest_speeds(acceleration) >= np.array(fastest)[fine.rows] - 1e-9).all()
+
+
+@given(st.integers(0, 2**32 - 1))
+def test_property_speeds_commanded_piece_by_piece_enter_no_piece_too_fast(seed):
+    """A robot that takes each piece's speed from its start on, and brakes no harder than stated."""
+    rng = np.random.default_rng(seed)
+    lengths, limits, acceleration, _ = random_motion(rng)
+    limits[rng.random(limits.size) < 0.2] = 0.0
+    commanded = braking_speeds(lengths, limits, acceleration=acceleration)
+    assert (commanded <= limits).all()
+    entry = commanded[0]
+    for i, length in enumerate(lengths):
+        assert entry**2 <= limits[i] ** 2 + 1e-12
+        entry = max(commanded[i], math.sqrt(max(entry**2 - 2 * acceleration * length, 0.0)))
+    free = braking_speeds(lengths, np.full(limits.size, 0.3), acceleration=acceleration)
+    assert (free == 0.3).all()
+
+
+@pytest.mark.parametrize("angle", [31.0, 89.0, -1.0, math.nan])
+def test_motion_in_another_direction_cannot_be_asked_for(angle):
+    with pytest.raises(fm.InputError, match="from 0 to 30"):
+        fm.path_speeds(fm.published_map("ur10e"), press(), HAND, bound=fm.FixedMargin(), angle=angle)
+
+
+def test_what_was_not_stated_is_said():
+    bare = fm.path_speeds(fm.published_map("ur10e"), press(), HAND, bound=fm.FixedMargin())
+    assert any("programmed speed: not stated" in line for line in bare.statements)
+    assert any("moving mass 30 kg, payload 0 kg" in line for line in bare.statements)
+    assert any("no speed for any other direction" in line for line in bare.statements)
+    ur10e = fm.published_map("ur10e")
+    unstated = dataclasses.replace(ur10e, conditions=dataclasses.replace(ur10e.conditions, payload=math.nan))
+    found = fm.path_speeds(unstated, press(), HAND, bound=fm.FixedMargin())
+    assert any("payload 0 kg (assumed, the campaign does not state it)" in line for line in found.statements)
 
 
 def test_standing_still_in_a_timed_path_is_a_wait(tmp_path):
@@ -231,8 +294,68 @@ def test_joint_trajectories_follow_the_robot(tmp_path):
         share = np.clip(np.sum((point - start) * along, axis=1) / np.sum(along**2, axis=1), 0, 1)
         assert np.linalg.norm(start + share[:, None] * along - point, axis=1).min() < 2e-4
     assert path.time[-1] == 1
+    assert set(path.rows) == {0}  # one row's times, however many pieces
     with pytest.raises(fm.InputError, match="name their robot"):
         fm.read_path(file)
+
+
+def joint_file(tmp_path, q):
+    header = ",".join(f"joint_{i}_rad" for i in range(1, q.shape[1] + 1))
+    (tmp_path / "joints.csv").write_text("\n".join([header, *(",".join(map(repr, row)) for row in q.tolist())]))
+    return tmp_path / "joints.csv"
+
+
+def distance_from(path, points):
+    """How far points lie from a path [m]."""
+    start, along = path.points[:-1], np.diff(path.points, axis=0)
+    far = []
+    for point in points:
+        share = np.clip(np.sum((point - start) * along, axis=1) / np.sum(along**2, axis=1), 0, 1)
+        far.append(np.linalg.norm(start + share[:, None] * along - point, axis=1).min())
+    return np.array(far)
+
+
+@pytest.mark.parametrize(
+    "turn", [[2, 0, 0, 0, 0, 0], [1, 0, 0, 0, 0, 0], [1, 0, 0, 0, 0, 1], [0, 0, 1, 0, 0, 0], [1, -1, 1, -1, 1, -1]]
+)
+def test_joint_motions_of_a_full_turn_are_followed(turn, tmp_path):
+    """The ends of such a motion are one place, and halves of a symmetric one may lie on a chord."""
+    robot = robot_named("ur10e").with_tool(mass=0.0, centre_of_mass=(0, 0, 0), contact_offset=(0, 0, 0.1))
+    middle = np.zeros(6) if turn[2] == 1 and turn[0] == 0 else robot.reference_posture
+    size = np.pi * 0.99 if turn[2] else np.pi  # the elbow turns by less
+    q = np.array([[-size], [size]]) * np.array(turn) + middle * (np.array(turn) == 0)
+    path = fm.read_path(joint_file(tmp_path, q), robot=robot)
+    true = forward_kinematics(robot, q[0] + (q[1] - q[0]) * np.linspace(0, 1, 3001)[:, None]).position
+    assert distance_from(path, true).max() <= path.deviation + 1e-9
+    assert path.deviation == 1e-4
+
+
+def test_joint_motion_gets_no_more_than_the_true_motion_allows(tmp_path):
+    """A base that turns far while the arm presses down: dense samples of the true motion against the pieces."""
+    robot = robot_named("ur10e")
+    reach = fm.inverse_kinematics(robot, [[0.8, 0.0, 0.44], [0.8, 0.0, 0.34]])
+    q = reach.positions.copy()
+    q[1, 0] += 0.05
+    path = fm.read_path(joint_file(tmp_path, q), robot=robot)
+    ur10e, bound = fm.published_map("ur10e"), fm.FixedMargin(0.10)
+    found = fm.path_speeds(ur10e, path, HAND, bound=bound, allowance=BARE, angle=30.0, step=1.0)
+    assert found.speed.size == len(path) >= 10
+    true = forward_kinematics(robot, q[0] + (q[1] - q[0]) * np.linspace(0, 1, 4001)[:, None]).position
+    at = fm.safe_speed(ur10e, np.hypot(true[:, 0], true[:, 1]), true[:, 2], limit=280.0, bound=bound).speed
+    share = np.linspace(0, 1, 4001) * len(path)
+    for i in np.flatnonzero(~found.refused):
+        assert found.speed[i] <= at[(share >= i) & (share <= i + 1)].min()
+    assert (~found.refused).sum() > 0.8 * len(path)
+
+
+def test_joint_motion_that_pieces_cannot_follow_is_refused(tmp_path):
+    robot = robot_named("ur10e").with_tool(mass=0.0, centre_of_mass=(0, 0, 0), contact_offset=(0, 0, 1e9))
+    with pytest.raises(fm.InputError, match="straight pieces do not follow it") as error:
+        fm.read_path(joint_file(tmp_path, np.array([np.zeros(6), np.ones(6)])), robot=robot)
+    assert "\n" not in str(error.value)
+    still = np.array([[0.0] * 6, [0.0] * 5 + [1.0]])
+    with pytest.raises(fm.InputError, match="does not move"):
+        fm.read_path(joint_file(tmp_path, still), robot=robot_named("ur10e"))
 
 
 @pytest.mark.parametrize(

@@ -119,7 +119,9 @@ from forcemap.paths.time_law import TimeLaw, time_law
 from forcemap.paths.tool_path import ToolPath
 from forcemap.places import TaskPlaces, place_task, table_positions
 from forcemap.planning.confirmation import ConfirmationPlan, confirm_plan
+from forcemap.planning.confirmation_result import ConfirmationResult, Confirmed, ConfirmingImpact
 from forcemap.planning.design import Design
+from forcemap.planning.designed_plan import DesignedPlan
 from forcemap.planning.expectation import Expectation, StandardExpectation
 from forcemap.planning.measurements import plan_measurements
 from forcemap.planning.next_measurements import NextMeasurements, Stop, next_measurements
@@ -167,11 +169,15 @@ __all__ = [
     "Comparison",
     "Conditions",
     "ConfirmationPlan",
+    "ConfirmationResult",
+    "Confirmed",
+    "ConfirmingImpact",
     "Contact",
     "ContactNotPermitted",
     "ContactScenario",
     "CycleTime",
     "Design",
+    "DesignedPlan",
     "DesignedStates",
     "Device",
     "DriveInertia",

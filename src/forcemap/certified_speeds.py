@@ -1,4 +1,4 @@
-"""A speed for a whole zone or segment: certified not to exceed the safe speed at any place in it."""
+"""A speed for a whole zone or segment: a lower bound of the safe speeds at all places in it."""
 
 from __future__ import annotations
 
@@ -168,7 +168,7 @@ def _each(limit: ForceLimit | ArrayLike, n: int) -> ForceLimit | Any:
 
 
 def _statements(at: SafeSpeed) -> tuple[str, ...]:
-    return (*at.statements, "one speed for a whole zone: certified to exceed the safe speed at no place in it")
+    return (*at.statements, "one speed for a whole zone: a lower bound of the safe speeds at all places in it")
 
 
 def _divided(

@@ -13,7 +13,7 @@ from forcemap.errors import InputError
 from forcemap.limits.body_areas import LimitTable
 from forcemap.maps.bounds import Bound
 from forcemap.maps.force_map import ForceMap
-from forcemap.paths.path_speeds import PathSpeeds, path_speeds
+from forcemap.paths.path_speeds import PathSpeeds, PieceOutcome, path_speeds
 from forcemap.paths.task import Task
 from forcemap.paths.tool_path import ToolPath
 from forcemap.zones import Allowance
@@ -39,6 +39,11 @@ class TaskPlaces:
         Share of the path's length that has permission.
     best_speeds : PathSpeeds or None
         Speeds of the path at the best position; None if no position is permitted as a whole.
+    most_permitted : tuple of float
+        (distance, height, share of the path) of the position with the largest permitted share [m, m, 1]; of several,
+        one that leaves the measured range least.
+    closest_speeds : PathSpeeds
+        Speeds of the path at that position: why the rest is refused.
     statements : tuple of str
         What the cycle times depend on, a line each.
     """
@@ -49,6 +54,8 @@ class TaskPlaces:
     standard_duration: FloatArray
     permitted: FloatArray
     best_speeds: PathSpeeds | None
+    most_permitted: tuple[float, float, float]
+    closest_speeds: PathSpeeds
     statements: tuple[str, ...]
 
     @property
@@ -58,12 +65,6 @@ class TaskPlaces:
             return None
         i, j = np.unravel_index(np.nanargmin(self.duration), self.duration.shape)
         return float(self.distance[i]), float(self.height[j]), float(self.duration[i, j])
-
-    @property
-    def most_permitted(self) -> tuple[float, float, float]:
-        """(distance, height, share of the path) of the position with the largest permitted share [m, m, 1]."""
-        i, j = np.unravel_index(np.argmax(self.permitted), self.permitted.shape)
-        return float(self.distance[i]), float(self.height[j]), float(self.permitted[i, j])
 
     @property
     def sensitivity(self) -> list[tuple[float, float, float]]:
@@ -133,20 +134,27 @@ def place_task(
     distance, height = table_positions(force_map, path, step)
     duration, standard, permitted = np.full((3, distance.size, height.size), np.nan)
     best: PathSpeeds | None = None
+    closest: tuple[tuple[float, float], tuple[float, float], PathSpeeds] | None = None
     statements: tuple[str, ...] = ()
     for number, (i, j) in enumerate(np.ndindex(duration.shape), start=1):
         moved = path.moved(np.array([distance[i], 0.0, height[j]]))
         found = path_speeds(force_map, moved, task, bound=bound, allowance=allowance, table=table)
         duration[i, j] = found.allowed.duration
         standard[i, j] = found.standard.duration
-        permitted[i, j] = found.path.lengths[~found.refused].sum() / found.path.lengths.sum()
+        lengths = found.path.lengths
+        permitted[i, j] = lengths[~found.refused].sum() / lengths.sum()
+        rank = (float(permitted[i, j]), -float(lengths[found.outcome == PieceOutcome.OUTSIDE].sum()))
+        if closest is None or rank > closest[0]:
+            closest = (rank, (float(distance[i]), float(height[j])), found)
         if not math.isnan(duration[i, j]) and (best is None or duration[i, j] < best.allowed.duration):
             best = found
         if best is found or len(found.statements) > len(statements):
             statements = found.statements
         if progress is not None:
             progress(number)
-    return TaskPlaces(distance, height, duration, standard, permitted, best, statements)
+    assert closest is not None
+    most = (*closest[1], closest[0][0])
+    return TaskPlaces(distance, height, duration, standard, permitted, best, most, closest[2], statements)
 
 
 def table_positions(force_map: ForceMap, path: ToolPath, step: float) -> tuple[FloatArray, FloatArray]:

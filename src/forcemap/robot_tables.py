@@ -4,21 +4,24 @@ from __future__ import annotations
 
 import datetime
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
 from decimal import ROUND_CEILING, ROUND_FLOOR, Decimal
+from pathlib import Path
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from forcemap.certified_speeds import ZoneSpeeds, zone_speeds
 from forcemap.errors import InputError
+from forcemap.files import file_sha256
 from forcemap.limits.force_limits import Contact, ForceLimit
 from forcemap.maps.bounds import Bound
 from forcemap.maps.force_map import ForceMap
 from forcemap.maps.map_file import map_sha256
 from forcemap.speeds import SpeedOutcome, floor_speed
-from forcemap.zones import Allowance, Zones
+from forcemap.zones import ONLY_AS_MEASURED, Allowance, Zones
 
 FloatArray = NDArray[np.float64]
 
@@ -45,6 +48,10 @@ class Provenance:
         What was subtracted.
     statements : tuple of str
         Assumptions, a line each.
+    impacts_table, impacts_table_sha256 : str
+        The impacts table that the map was fitted to; empty for a published map.
+    map_file, map_file_sha256 : str
+        The file that the map was read from; empty if it was fitted for the export, or published.
     """
 
     map_name: str
@@ -55,6 +62,19 @@ class Provenance:
     bound_forces: tuple[float, ...]
     allowance: Allowance
     statements: tuple[str, ...]
+    impacts_table: str = ""
+    impacts_table_sha256: str = ""
+    map_file: str = ""
+    map_file_sha256: str = ""
+
+    def of_file(self, path: str | Path) -> Self:
+        """The same, with the name and hash of the file that the map was read from."""
+        return replace(self, map_file=Path(path).name, map_file_sha256=file_sha256(path))
+
+    def with_statements(self, statements: Iterable[str]) -> Self:
+        """The same with other assumptions; those that repeat limit, bound or allowance are left out."""
+        repeated = ("limit:", "bound:", str(self.allowance))
+        return replace(self, statements=tuple(line for line in statements if not line.startswith(repeated)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,9 +90,11 @@ class RobotTable:
     outcome, reason : array, shape (n, m)
         What is known of it, and why.
     lowest : array, shape (n, m)
-        The certified speed before allowance and flooring [m/s]; NaN where there is none.
+        The lower bound of the safe speeds, before allowance and flooring [m/s]; NaN where there is none.
     spread : array, shape (n, m)
         How much faster the fastest corner of the zone is [m/s]: the price of its size.
+    limit : array, shape (n, m)
+        The force limit that gives the lowest speed [N].
     provenance : Provenance
         What the speeds rest on.
     """
@@ -84,6 +106,7 @@ class RobotTable:
     reason: NDArray[np.object_]
     lowest: FloatArray
     spread: FloatArray
+    limit: FloatArray
     provenance: Provenance
 
     @property
@@ -176,6 +199,7 @@ def robot_table(
         reason,
         lowest,
         strictest("spread").astype(np.float64),
+        strictest("limit").astype(np.float64),
         provenance(force_map, found, bound, allowance, date),
     )
 
@@ -188,6 +212,7 @@ def provenance(
     The arguments are those of `robot_table`, and the speeds it made.
     """
     statements = dict.fromkeys(line for each in found for line in each.statements)
+    fit = force_map.fit
     return Provenance(
         map_name=force_map.name,
         map_sha256=map_sha256(force_map),
@@ -196,11 +221,10 @@ def provenance(
         bound=str(bound),
         bound_forces=tuple(float(each.limit[0]) for each in found),
         allowance=allowance,
-        statements=(
-            *(line for line in statements if not line.startswith(("limit:", "bound:"))),
-            "no speed for any other direction of motion, contact site, tool or safety setting",
-        ),
-    )
+        statements=(),
+        impacts_table="" if fit is None else fit.table,
+        impacts_table_sha256="" if fit is None else fit.table_sha256,
+    ).with_statements((*statements, ONLY_AS_MEASURED))
 
 
 def _date(date: str | None) -> str:

@@ -14,6 +14,9 @@ from forcemap.maps.enclosures import Patches
 from forcemap.maps.measured_range import MeasuredRange
 from forcemap.maps.range_enclosure import footprint
 
+ONLY_AS_MEASURED = "no speed for any other direction of motion, contact site, tool or safety setting"
+"""What every speed of a zone or path is followed by."""
+
 FloatArray = NDArray[np.float64]
 Indices = NDArray[np.int64]
 

@@ -16,6 +16,7 @@ from forcemap import (
     InputError,
     PathSpeeds,
     RobotTable,
+    Task,
     direction_vector,
     krl_data,
     krl_source,
@@ -80,7 +81,7 @@ def export(
         typer.Option(
             "--format",
             help="csv, json: zones; urscript, krl: a function for the program; scaling: factors along --path; "
-            "safety: a sheet to type in.",
+            "safety: a sheet to type in, compared with --task and --path.",
         ),
     ],
     task: TaskFile = None,
@@ -89,7 +90,7 @@ def export(
     contact: ContactKind = None,
     limit_newtons: LimitN = None,
     limit_table: LimitTable = None,
-    path: Annotated[str | None, typer.Option("--path", help="Path (CSV), for --format scaling.")] = None,
+    path: Annotated[str | None, typer.Option("--path", help="Path (CSV), for --format scaling or safety.")] = None,
     size: Annotated[float, typer.Option("--zone-m", help="Largest extent of a zone.")] = 0.05,
     overshoot: Overshoot = 0.01,
     tolerance: PositionTolerance = 0.005,
@@ -100,7 +101,7 @@ def export(
     content: Content = None,
     form: FormName = None,
     output: Annotated[
-        str | None, typer.Option("-o", "--output", help="File to write; for krl a folder. Default: print.")
+        str | None, typer.Option("-o", "--output", help="File to write, in a folder that exists; for krl the folder.")
     ] = None,
     as_json: Json = False,
 ) -> None:
@@ -111,10 +112,15 @@ def export(
     force_map, _ = force_map_from(source, form)
     bound = bound_from(force_map, bound_kind, margin, confidence, content)
     direction_vector(force_map.conditions.direction, whose="the campaign")
-    if (path is None) is (format is Format.SCALING):
-        raise InputError("path: --path goes with --format scaling, which needs it")
+    if path is None and format is Format.SCALING:
+        raise InputError("path: --format scaling needs --path, the path that it scales")
+    if path is not None and format not in (Format.SCALING, Format.SAFETY):
+        raise InputError("path: --path goes with --format scaling or safety; zones hold for any path")
+    if output is not None:
+        _require_folder(Path(output) if format is Format.KRL else Path(output).parent)
     table = table_of_limits(limit_table)
     limits: list[tuple[ForceLimit | float, Contact | None]]
+    stated: Task | None = None
     if task is not None:
         if any(option is not None for option in (area, region, contact, limit_newtons)):
             raise InputError("task: the task file states areas and contact; give it alone")
@@ -130,21 +136,24 @@ def export(
         result = {"outcome": "not_permitted", "reason": error.message, "zones": [], "written": []}
         emit(result, [f"nothing is exported: {error.message}"], as_json=as_json)
         raise typer.Exit(1) from None
+    if source.lower().endswith(".json"):
+        zones = replace(zones, provenance=zones.provenance.of_file(source))
     speeds: PathSpeeds | None = None
     if path is not None:
         tool_path = path_from(path, None, None, None, None)
         if limit_newtons is not None:
-            raise InputError("limit: --format scaling goes with --task, --area or --region")
+            raise InputError("limit: --path goes with --task, --area or --region")
         asked = task_from(task, tool_path.names, area, region, contact, None, table)
         speeds = path_speeds(force_map, tool_path, asked, bound=bound, allowance=allowance, table=table)
-        provenance = replace(zones.provenance, statements=speeds.statements)
+    if speeds is not None and format is Format.SCALING:
+        provenance = zones.provenance.with_statements(speeds.statements)
         result = scaling_result(speeds, provenance)
         files = {"": scaling_csv(speeds, provenance)}
         permitted = not speeds.refused.any()
-        words = f"{int((~speeds.refused).sum())} of {len(speeds.path)} pieces permitted"
+        words = f"{int((~speeds.refused).sum())} of {len(speeds.path)} pieces permitted{_slowed(speeds)}"
     else:
         result = zones_result(zones)
-        files = _files(format, zones)
+        files = _files(format, zones, stated, speeds)
         permitted = zones.permitted > 0
         words = f"{zones.permitted} of {zones.speed_mmps.size} zones permitted{_price(zones)}"
     written = [] if output is None else _write(output, files)
@@ -163,7 +172,13 @@ def _price(zones: RobotTable) -> str:
     return f", up to {spread.max():.3f} m/s slower than their fastest corner" if spread.size else ""
 
 
-def _files(format: Format, zones: RobotTable) -> dict[str, str]:
+def _slowed(speeds: PathSpeeds) -> str:
+    """How many pieces are slowed down, in words."""
+    slowed = (speeds.commanded < speeds.programmed) & ~speeds.refused
+    return f", {int(slowed.sum())} of them slowed down"
+
+
+def _files(format: Format, zones: RobotTable, task: Task | None, speeds: PathSpeeds | None) -> dict[str, str]:
     """Texts by the name of their file in a folder; an empty name is the output itself."""
     match format:
         case Format.URSCRIPT:
@@ -171,19 +186,24 @@ def _files(format: Format, zones: RobotTable) -> dict[str, str]:
         case Format.KRL:
             return {"FORCEMAP.DAT": krl_data(zones), "FORCEMAP.SRC": krl_source(zones)}
         case Format.SAFETY:
-            return {"": safety_proposal(zones)}
+            return {"": safety_proposal(zones, task=task, speeds=speeds)}
         case Format.JSON:
             return {"": json_text({"made": _MARK} | zones_result(zones)) + "\n"}
         case _:
             return {"": zones_csv(zones)}
 
 
+def _require_folder(folder: Path) -> None:
+    """Raise InputError if the folder to write into does not exist; a mistyped one is not made."""
+    if not folder.is_dir():
+        message = f"there is no such folder; make it (mkdir -p {folder}) or name one that exists"
+        raise InputError(message, file=str(folder))
+
+
 def _write(output: str, files: dict[str, str]) -> list[str]:
     """Write the files and name them."""
     written = []
     for name, text in files.items():
-        if name and not Path(output).is_dir():
-            raise InputError("there is no such folder; name one that exists", file=output)
         file = str(Path(output) / name) if name else output
         write_result(file, text, mark=_MARK)
         written.append(file)

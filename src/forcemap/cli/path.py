@@ -23,7 +23,7 @@ from forcemap.cli.options import (
     force_map_from,
 )
 from forcemap.cli.output import emit
-from forcemap.cli.path_results import path_lines, path_result
+from forcemap.cli.path_results import path_lines, path_result, simulated_line
 from forcemap.cli.robot_options import Base, Tip
 from forcemap.cli.task_options import (
     Acceleration,
@@ -50,7 +50,7 @@ def path(
     acceleration: Acceleration = None,
     step: Annotated[float, typer.Option("--step-m", help="Longest piece that gets one speed.")] = 0.02,
     angle: Annotated[
-        float, typer.Option("--angle-deg", help="How far a motion may point away from the map's direction.")
+        float, typer.Option("--angle-deg", help="How far a motion may point away from the map's direction, at most 30.")
     ] = 15.0,
     overshoot: Overshoot = 0.01,
     tolerance: PositionTolerance = 0.005,
@@ -66,6 +66,9 @@ def path(
     as_json: Json = False,
 ) -> None:
     """Give the speeds allowed along a path, where it must slow down and why, and the cycle time.
+
+    Exit code 0 if every piece is permitted and none is programmed too fast (or no speed is programmed, which is said);
+    1 if a piece has no permission or is programmed too fast.
 
     Example: forcemap path impacts.csv path.csv --task task.toml
     """
@@ -85,5 +88,6 @@ def path(
     )
     basis = {"bound": bound.describe(), "map_sha256": map_sha256(force_map)}
     lines = [f"Allowed speeds along {file}: {len(speeds.path)} pieces, {speeds.path.lengths.sum():.3f} m", ""]
-    emit(path_result(speeds) | basis, [*lines, *path_lines(speeds)], as_json=as_json)
-    raise typer.Exit(1 if speeds.refused.any() else 0)
+    lines = [*simulated_line(speeds.statements), *lines, *path_lines(speeds)]
+    emit(path_result(speeds) | basis, lines, as_json=as_json)
+    raise typer.Exit(1 if speeds.too_fast.any() else 0)

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
 
-from forcemap import CycleTime, PathSpeeds, TaskPlaces, floor_speed
+from forcemap import CycleTime, PathSpeeds, PieceOutcome, TaskPlaces, floor_speed
 from forcemap.cli.output import listing, table
 
 _RULES = ("allowed", "standard", "constant", "program")
@@ -35,12 +36,20 @@ def path_result(speeds: PathSpeeds) -> dict[str, Any]:
             }
             for i, name in enumerate(speeds.path.names)
         ],
+        "permitted": not speeds.refused.any(),
+        "too_fast": bool((speeds.too_fast & ~speeds.refused).any()),
+        "programmed": not np.isnan(speeds.programmed).any(),
         "refused_length_m": float(speeds.path.lengths[speeds.refused].sum()),
         "cycle_times": [_cycle_time(getattr(speeds, rule)) for rule in _RULES],
         "speed_overshoot_mps": speeds.allowance.speed,
         "position_tolerance_m": speeds.allowance.position,
         "assumptions": list(speeds.statements),
     }
+
+
+def simulated_line(statements: Iterable[str]) -> list[str]:
+    """That the impacts are simulated, to be shown first; nothing if they are not."""
+    return [line for line in statements if line.startswith("SIMULATED")][:1]
 
 
 def path_lines(speeds: PathSpeeds) -> list[str]:
@@ -63,11 +72,46 @@ def path_lines(speeds: PathSpeeds) -> list[str]:
         if speeds.refused[pieces].any():
             reasons.append(f"{name}, {where}: no permission, {reason}")
     lines = table(["segment", "length m", "d, h m", "outcome", "allowed m/s", "programmed", "governed by"], rows)
-    if (speeds.too_fast & ~speeds.refused).any():
-        lines.append("! programmed faster than allowed: slow down there")
-    lines += reasons
+    lines += ["", _answer(speeds), *reasons, *_hints(speeds)]
     lines += ["", *_cycle_lines(speeds)]
     return [*lines, *listing("Assumes", speeds.statements)]
+
+
+def _answer(speeds: PathSpeeds) -> str:
+    """Whether the path may be driven as it is programmed, in words."""
+    if speeds.refused.any():
+        share = speeds.path.lengths[speeds.refused].sum() / speeds.path.lengths.sum()
+        return f"NOT PERMITTED on {100 * share:.0f} % of the path; there the robot must not move with a person in reach"
+    if speeds.too_fast.any():
+        return "TOO FAST where marked !: slow down to the allowed speed there"
+    if np.isnan(speeds.programmed).any():
+        return "permitted at the allowed speeds; no programmed speed is stated everywhere, so none was compared there"
+    return "permitted as programmed"
+
+
+def refusals(speeds: PathSpeeds) -> list[dict[str, Any]]:
+    """Why pieces have no permission, for each segment and reason."""
+    lengths: dict[tuple[str, str, str], float] = {}
+    for i in np.flatnonzero(speeds.refused):
+        key = (speeds.path.names[i], str(speeds.outcome[i]), str(speeds.reason[i]))
+        lengths[key] = lengths.get(key, 0.0) + float(speeds.path.lengths[i])
+    return [
+        {"segment": name, "outcome": outcome, "reason": reason, "length_m": length}
+        for (name, outcome, reason), length in lengths.items()
+    ]
+
+
+def _hints(speeds: PathSpeeds) -> list[str]:
+    """What can be done about pieces without permission."""
+    found = set(speeds.outcome[speeds.refused])
+    hints = {
+        PieceOutcome.NOT_DOWNWARD: "not downward: the map permits no such motion; if other measures exclude contact "
+        "there, say so in a task file (--task) with contact_possible = false for that segment",
+        PieceOutcome.OUTSIDE: "outside: move the path into the measured range, less the position tolerance, or measure "
+        "there",
+        PieceOutcome.UNCONFIRMED: "unconfirmed: measure at lower speeds there, or ask for a limit that holds",
+    }
+    return [f"  {hint}" for outcome, hint in hints.items() if outcome in found]
 
 
 def places_result(places: TaskPlaces) -> dict[str, Any]:
@@ -92,6 +136,7 @@ def places_result(places: TaskPlaces) -> dict[str, Any]:
             for i, d in enumerate(places.distance)
             for j, h in enumerate(places.height)
         ],
+        "refusals": [] if places.best is not None else refusals(places.closest_speeds),
         "assumptions": list(places.statements),
     }
 
@@ -108,8 +153,13 @@ def places_lines(places: TaskPlaces) -> list[str]:
     if places.best is None:
         d, h, share = places.most_permitted
         lines.append(
-            f"no position has permission for the whole path; most, {100 * share:.0f} %, at d = {d:g} m, h = {h:g} m"
+            f"NO POSITION has permission for the whole path; most, {100 * share:.0f} %, at d = {d:g} m, h = {h:g} m:"
         )
+        lines += [
+            f"  {each['segment']}: {each['length_m']:.3f} m {each['outcome'].replace('_', ' ')}, {each['reason']}"
+            for each in refusals(places.closest_speeds)
+        ]
+        lines += _hints(places.closest_speeds)
     else:
         d, h, duration = places.best
         lines.append(f"best: {duration:.3f} s at d = {d:g} m, h = {h:g} m")

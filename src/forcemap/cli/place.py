@@ -23,7 +23,7 @@ from forcemap.cli.options import (
     force_map_from,
 )
 from forcemap.cli.output import Progress, emit
-from forcemap.cli.path_results import places_lines, places_result
+from forcemap.cli.path_results import places_lines, places_result, simulated_line
 from forcemap.cli.task_options import (
     Acceleration,
     Overshoot,
@@ -59,6 +59,8 @@ def place(
 ) -> None:
     """Find where to put the table: the cycle time of a task at every position in the measured range.
 
+    Exit code 1 if no position permits the whole path; then it says why.
+
     Example: forcemap place impacts.csv table_path.csv --area back_of_hand --contact transient --step-m 0.1
     """
     force_map, _ = force_map_from(source, form)
@@ -78,5 +80,5 @@ def place(
             progress=progress.show,
         )
     basis = {"bound": bound.describe(), "map_sha256": map_sha256(force_map)}
-    emit(places_result(places) | basis, places_lines(places), as_json=as_json)
+    emit(places_result(places) | basis, [*simulated_line(places.statements), *places_lines(places)], as_json=as_json)
     raise typer.Exit(0 if places.best else 1)

@@ -91,10 +91,10 @@ def inverse_kinematics(
         A place or a direction that is not three finite numbers, or a reference that is not one for every joint.
     """
     goals = np.asarray(places, dtype=np.float64)
-    if goals.ndim < 1 or goals.shape[-1] != 3 or not np.isfinite(goals).all():
-        raise InputError(
-            f"places: found the shape {goals.shape} or a number that is not finite, expected (..., 3) in m"
-        )
+    if goals.ndim < 1 or goals.shape[-1] != 3:
+        raise InputError(f"places: found the shape {goals.shape}, expected (..., 3): x, y, z in m")
+    if not np.isfinite(goals).all():
+        raise InputError("places: found a distance, height or position that is not finite, expected metres")
     tool = unit_direction(tool_direction, 3)
     first = joint_positions(robot, robot.reference_posture if reference is None else reference)
     if tool.ndim != 1 or first.ndim != 1:

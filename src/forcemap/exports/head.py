@@ -18,19 +18,37 @@ WHO_CONFIRMS = (
 
 
 def head_lines(provenance: Provenance) -> list[str]:
-    """The head as lines of text."""
-    return [
+    """The head as lines of text; what a campaign states cannot add one."""
+    lines = [
         *([SIMULATED] if any(line.startswith("SIMULATED") for line in provenance.statements) else []),
         "allowed speeds of the contact point, made by forcemap",
         NOT_SAFETY_RATED,
         WHO_CONFIRMS,
         f"map: {provenance.map_name}, SHA-256 {provenance.map_sha256}",
+        *_file("map file", provenance.map_file, provenance.map_file_sha256),
+        *_file("impacts table", provenance.impacts_table, provenance.impacts_table_sha256),
         f"date: {provenance.date}",
         *(f"limit: {limit}" for limit in provenance.limits),
         f"bound: {provenance.bound}",
         f"allowance: {provenance.allowance}",
         *(f"assumes: {line}" for line in provenance.statements),
     ]
+    return [one_line(line) for line in lines]
+
+
+def one_line(text: str) -> str:
+    """A text without line breaks and control characters: what follows one would be program, not comment."""
+    return "".join(letter for letter in " ".join(text.split()) if letter.isprintable())
+
+
+def cell(text: str) -> str:
+    """A text for a cell of a CSV file: one line, and none that a spreadsheet takes for a formula."""
+    line = one_line(text)
+    return f"'{line}" if line.startswith(("=", "+", "-", "@")) else line
+
+
+def _file(what: str, name: str, digest: str) -> list[str]:
+    return [f"{what}: {name}, SHA-256 {digest}"] if digest else []
 
 
 def head_result(provenance: Provenance) -> dict[str, Any]:
@@ -39,15 +57,19 @@ def head_result(provenance: Provenance) -> dict[str, Any]:
         "safety_rated": False,
         "notice": NOT_SAFETY_RATED,
         "to_confirm": WHO_CONFIRMS,
-        "map": provenance.map_name,
+        "map": one_line(provenance.map_name),
         "map_sha256": provenance.map_sha256,
+        "map_file": one_line(provenance.map_file) or None,
+        "map_file_sha256": provenance.map_file_sha256 or None,
+        "impacts_table": one_line(provenance.impacts_table) or None,
+        "impacts_table_sha256": provenance.impacts_table_sha256 or None,
         "date": provenance.date,
-        "limits": list(provenance.limits),
+        "limits": [one_line(line) for line in provenance.limits],
         "limits_N": list(provenance.bound_forces),
         "bound": provenance.bound,
         "speed_overshoot_mps": provenance.allowance.speed,
         "position_tolerance_m": provenance.allowance.position,
-        "assumptions": list(provenance.statements),
+        "assumptions": [one_line(line) for line in provenance.statements],
     }
 
 

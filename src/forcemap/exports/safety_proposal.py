@@ -2,12 +2,22 @@
 
 from __future__ import annotations
 
-from forcemap.exports.head import head_lines
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from forcemap.exports.head import head_lines, one_line
+from forcemap.paths.path_speeds import PathSpeeds
+from forcemap.paths.task import Task
 from forcemap.robot_tables import RobotTable
 
 
-def safety_proposal(table: RobotTable) -> str:
-    """The text of the sheet (Markdown): one speed limit for the largest block of zones, planes, and lines to sign."""
+def safety_proposal(table: RobotTable, *, task: Task | None = None, speeds: PathSpeeds | None = None) -> str:
+    """The text of the sheet (Markdown): one speed limit for the largest block of zones, planes, and lines to sign.
+
+    With a task or the speeds of a path, it warns of the segments that would violate the entries.
+    """
     block = widest_block(table)
     lines = ["# Proposal for the safety configuration", "", *(f"- {line}" for line in head_lines(table.provenance)), ""]
     if block is None:
@@ -16,19 +26,23 @@ def safety_proposal(table: RobotTable) -> str:
     near, far = table.distance_edges[first], table.distance_edges[last]
     low, high = table.height_edges[bottom], table.height_edges[top]
     entries = [
-        ("tool speed limit", f"{speed / 1000:.3f} m/s", "lowest speed of the zones below, allowance subtracted"),
-        ("least distance of the contact point from the base z-axis", f"{near:.3f} m", "safety plane or zone"),
-        ("largest distance", f"{far:.3f} m", "safety plane or zone"),
-        ("least height above the base", f"{low:.3f} m", "safety plane"),
-        ("largest height", f"{high:.3f} m", "safety plane"),
+        ("tool speed limit", speed / 1000, "m/s", "mm/s", "lowest speed of the zones below, allowance subtracted"),
+        ("least distance of the contact point from the base z-axis", near, "m", "mm", "safety plane or zone"),
+        ("largest distance", far, "m", "mm", "safety plane or zone"),
+        ("least height above the base", low, "m", "mm", "safety plane"),
+        ("largest height", high, "m", "mm", "safety plane"),
     ]
-    lines += ["| entry | proposed | note | typed in | by, date |", "|---|---|---|---|---|"]
-    lines += [f"| {name} | {value} | {note} | | |" for name, value, note in entries]
+    force = min(table.provenance.bound_forces)
+    lines += ["| entry | proposed | in vendor units | note | typed in | by, date |", "|---|---|---|---|---|---|"]
+    lines += [f"| {name} | {v:.3f} {si} | {1000 * v:.0f} {unit} | {note} | | |" for name, v, si, unit, note in entries]
     lines += [
+        f"| force, power, momentum, stopping | as in the campaign | {force:g} N at most on the body | the speeds above "
+        "keep this limit under the campaign's safety settings, not by an entry of this sheet | | |",
         "",
         "The block is the rectangle of permitted zones with the largest area times speed. A faster program needs the",
         "table of zones; the safety configuration knows one speed.",
         "",
+        *_violations(table, block, task, speeds),
         "- [ ] the campaign's safety settings are those of this robot; changing them makes the map invalid",
         "- [ ] speeds confirmed by measurement at the places used: ______________________",
         "- [ ] checksum of the safety configuration after typing in: ______________________",
@@ -36,6 +50,44 @@ def safety_proposal(table: RobotTable) -> str:
         "",
     ]
     return "\n".join(lines)
+
+
+def _violations(
+    table: RobotTable, block: tuple[int, int, int, int, int], task: Task | None, speeds: PathSpeeds | None
+) -> list[str]:
+    """Segments that the safety configuration would stop, a line each."""
+    limit = block[4] / 1000
+    if speeds is not None:
+        found = list(_driven(table, block, speeds))
+    elif task is not None:
+        found = [(each.name, each.speed, False) for each in task.segments]
+    else:
+        return []
+    words = []
+    for name, fastest, beyond in found:
+        segment = f"- segment {one_line(name)}:"
+        if not fastest <= limit:
+            stated = "no speed is stated" if math.isnan(fastest) else f"programmed up to {fastest:.3f} m/s"
+            words.append(f"{segment} {stated}, the tool speed limit is {limit:.3f} m/s")
+        if beyond:
+            words.append(f"{segment} leaves the block of zones, so a safety plane would stop it")
+    compared = "speeds and places" if speeds is not None else "speeds alone; give the path to compare places"
+    if not words:
+        return [f"No segment of the task violates these entries (compared: {compared}).", ""]
+    return [f"**WARNING: these entries may stop the robot in its task** (compared: {compared}).", "", *words, ""]
+
+
+def _driven(
+    table: RobotTable, block: tuple[int, int, int, int, int], speeds: PathSpeeds
+) -> Iterator[tuple[str, float, bool]]:
+    """Name, highest programmed speed [m/s] and whether it leaves the block, of each segment of a path."""
+    first, last, bottom, top, _ = block
+    distance, height = speeds.path.pieces.probes
+    ranges = ((distance, table.distance_edges, first, last), (height, table.height_edges, bottom, top))
+    outside = np.any([((p < e[a]) | (p > e[b])).any(axis=1) for p, e, a, b in ranges], axis=0)
+    for name in dict.fromkeys(speeds.path.names):
+        here = np.array([each == name for each in speeds.path.names])
+        yield name, float(speeds.programmed[here].max()), bool(outside[here].any())
 
 
 def widest_block(table: RobotTable) -> tuple[int, int, int, int, int] | None:

@@ -1,4 +1,4 @@
-"""Speed-scaling factors for the segments of a trajectory: what its programmed speed is multiplied by."""
+"""Speed-scaling factors for the pieces of a trajectory: what its programmed speed is multiplied by."""
 
 from __future__ import annotations
 
@@ -9,28 +9,15 @@ from decimal import ROUND_FLOOR, Decimal
 from typing import Any
 
 from forcemap.errors import InputError
-from forcemap.exports.head import head_lines, head_result
+from forcemap.exports.head import cell, head_lines, head_result, one_line
 from forcemap.paths.path_speeds import PathSpeeds
 from forcemap.robot_tables import Provenance
 from forcemap.speeds import floor_speed
 
-_COLUMNS = (
-    "piece",
-    "segment",
-    "from_x_m",
-    "from_y_m",
-    "from_z_m",
-    "to_x_m",
-    "to_y_m",
-    "to_z_m",
-    "programmed_speed_mps",
-    "allowed_speed_mps",
-    "scaling",
-    "outcome",
-    "governed_by",
-    "limit_N",
-    "reason",
-)
+_PLACES = ("from_x_m", "from_y_m", "from_z_m", "to_x_m", "to_y_m", "to_z_m")
+_SPEEDS = ("programmed_speed_mps", "allowed_speed_mps", "commanded_speed_mps")
+_COLUMNS = ("piece", "segment", *_PLACES, *_SPEEDS, "scaling", "outcome", "governed_by", "limit_N", "reason")
+_TEXTS = ("segment", "outcome", "governed_by", "reason")
 
 
 def scaling_csv(speeds: PathSpeeds, provenance: Provenance) -> str:
@@ -42,17 +29,18 @@ def scaling_csv(speeds: PathSpeeds, provenance: Provenance) -> str:
         The path has no programmed speed.
     """
     stream = io.StringIO()
-    stream.write("\n".join(f"# {line}" for line in head_lines(provenance)) + "\n")
+    stream.write("\n".join(f"# {line}" for line in [*head_lines(provenance), _use(speeds)]) + "\n")
     writer = csv.DictWriter(stream, _COLUMNS, lineterminator="\n")
     writer.writeheader()
     for piece in scaling_result(speeds, provenance)["pieces"]:
-        row = piece | {
-            "allowed_speed_mps": f"{piece['allowed_speed_mps']:.3f}",
-            "scaling": f"{piece['scaling']:.2f}",
-            "programmed_speed_mps": f"{piece['programmed_speed_mps']:.6g}",
-            "limit_N": "" if piece["limit_N"] is None else f"{piece['limit_N']:g}",
-        }
-        writer.writerow(row)
+        writer.writerow(
+            piece
+            | {name: cell(piece[name]) for name in _TEXTS}
+            | {name: f"{round(piece[name], 4) + 0.0:.4f}" for name in _PLACES}
+            | {name: f"{piece[name]:.3f}" for name in _SPEEDS}
+            | {"scaling": f"{piece['scaling']:.2f}"}
+            | {"limit_N": "" if piece["limit_N"] is None else f"{piece['limit_N']:g}"}
+        )
     return stream.getvalue()
 
 
@@ -69,28 +57,42 @@ def scaling_result(speeds: PathSpeeds, provenance: Provenance) -> dict[str, Any]
             "scaling: the path has no programmed speed; give times (time_s) in the path, or speed_mps in the task"
         )
     rows = []
-    points = speeds.path.points.tolist()
+    points, commanded = speeds.path.points.tolist(), speeds.commanded.tolist()
     for i, name in enumerate(speeds.path.names):
-        allowed, programmed = float(speeds.speed[i]), float(speeds.programmed[i])
-        shown = "0.000" if math.isnan(allowed) else floor_speed(allowed)
+        programmed = float(speeds.programmed[i])
+        allowed = floor_speed(0.0 if speeds.refused[i] else float(speeds.speed[i]))
+        driven = Decimal(floor_speed(commanded[i]))
+        reason = str(speeds.reason[i])
+        if driven < min(Decimal(allowed), Decimal(repr(programmed))):
+            reason += "; slower here, because a later piece allows less"
         rows.append(
             {
                 "piece": i + 1,
-                "segment": name,
-                **dict(zip(_COLUMNS[2:8], [*points[i], *points[i + 1]], strict=True)),
+                "segment": one_line(name),
+                **dict(zip(_PLACES, [*points[i], *points[i + 1]], strict=True)),
                 "programmed_speed_mps": programmed,
-                "allowed_speed_mps": float(shown),
-                "scaling": _scaling(Decimal(shown), programmed),
+                "allowed_speed_mps": float(allowed),
+                "commanded_speed_mps": float(driven),
+                "scaling": _scaling(driven, programmed),
                 "outcome": str(speeds.outcome[i]),
-                "governed_by": str(speeds.governed_by[i]),
+                "governed_by": one_line(str(speeds.governed_by[i])),
                 "limit_N": None if math.isnan(speeds.limit[i]) else float(speeds.limit[i]),
-                "reason": str(speeds.reason[i]),
+                "reason": one_line(reason),
             }
         )
-    return head_result(provenance) | {"pieces": rows}
+    return head_result(provenance) | {"use": _use(speeds), "acceleration_mps2": speeds.acceleration, "pieces": rows}
 
 
-def _scaling(allowed: Decimal, programmed: float) -> float:
-    """Allowed over programmed speed, at most 1, never rounded up."""
-    share = min(Decimal(1), allowed / Decimal(repr(programmed)))
+def _use(speeds: PathSpeeds) -> str:
+    """How the factors are to be applied, so that they hold at the boundaries of pieces too."""
+    return (
+        "use: apply each factor from the start of its piece, on a robot that then brakes along the path with at least "
+        f"{speeds.acceleration:g} m/s^2; no piece is then entered faster than it allows. On one that brakes less, the "
+        "factor of the slower neighbour must be reached before the boundary"
+    )
+
+
+def _scaling(speed: Decimal, programmed: float) -> float:
+    """Commanded over programmed speed, at most 1, never rounded up."""
+    share = min(Decimal(1), speed / Decimal(repr(programmed)))
     return float(share.quantize(Decimal("0.01"), rounding=ROUND_FLOOR))

@@ -7,6 +7,7 @@ import io
 import math
 from typing import Any
 
+from forcemap.exports.head import cell
 from forcemap.speed_maps import SpeedMap
 from forcemap.speeds import floor_speed
 
@@ -34,13 +35,14 @@ def speed_map_csv(speed_map: SpeedMap, *, basis: dict[str, str]) -> str:
     writer.writerow(
         ["distance_m", "height_m", "outcome", *_SPEEDS, *_FORCES, "limit_N", "reason", *basis, "assumptions"]
     )
-    assumptions = "; ".join(speed_map.speeds.statements)
+    assumptions = cell("; ".join(speed_map.speeds.statements))
+    stated = [cell(value) for value in basis.values()]
     for place in _places(speed_map):
         speeds = [floor_speed(place[column]).replace("-", "") for column in _SPEEDS]
         forces = ["" if math.isnan(place[column]) else f"{place[column]:.1f}" for column in _FORCES]
         at = [repr(place["distance_m"]), repr(place["height_m"]), place["outcome"]]
         limit = f"{speed_map.speeds.limit:g}"
-        writer.writerow([*at, *speeds, *forces, limit, place["reason"], *basis.values(), assumptions])
+        writer.writerow([*at, *speeds, *forces, limit, cell(place["reason"]), *stated, assumptions])
     return stream.getvalue()
 
 

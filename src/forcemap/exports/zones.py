@@ -7,7 +7,7 @@ import io
 import math
 from typing import Any
 
-from forcemap.exports.head import commented, head_lines, head_result
+from forcemap.exports.head import cell, commented, head_lines, head_result, one_line
 from forcemap.robot_tables import RobotTable
 
 _COLUMNS = (
@@ -17,7 +17,7 @@ _COLUMNS = (
     "height_to_m",
     "speed_mps",
     "outcome",
-    "certified_speed_mps",
+    "lower_bound_mps",
     "spread_mps",
     "reason",
     "limit_N",
@@ -35,18 +35,17 @@ def zones_csv(table: RobotTable) -> str:
     for zone in zones_result(table)["zones"]:
         cells = [zone[name] for name in _COLUMNS[:4]]
         speeds = [f"{zone['speed_mps']:.3f}", zone["outcome"], *map(_milli, (zone[n] for n in _COLUMNS[6:8]))]
-        limits = " and ".join(f"{limit:g}" for limit in table.provenance.bound_forces)
-        basis = [limits, table.provenance.bound, table.provenance.map_sha256]
-        writer.writerow([*cells, *speeds, zone["reason"], *basis])
+        basis = [f"{zone['limit_N']:g}", cell(table.provenance.bound), table.provenance.map_sha256]
+        writer.writerow([*cells, *speeds, cell(zone["reason"]), *basis])
     return stream.getvalue()
 
 
 def zones_result(table: RobotTable) -> dict[str, Any]:
-    """The head and a dictionary for each zone, for JSON; certified speed and spread null where there is none."""
+    """The head and a dictionary for each zone, for JSON; lower bound and spread null where there is none."""
     rows = []
     for i in range(table.speed_mmps.shape[0]):
         for j in range(table.speed_mmps.shape[1]):
-            certified, spread = float(table.lowest[i, j]), float(table.spread[i, j])
+            lowest, spread = float(table.lowest[i, j]), float(table.spread[i, j])
             rows.append(
                 {
                     "distance_from_m": float(table.distance_edges[i]),
@@ -55,9 +54,10 @@ def zones_result(table: RobotTable) -> dict[str, Any]:
                     "height_to_m": float(table.height_edges[j + 1]),
                     "speed_mps": int(table.speed_mmps[i, j]) / 1000,
                     "outcome": str(table.outcome[i, j]),
-                    "certified_speed_mps": None if math.isnan(certified) else certified,
+                    "lower_bound_mps": None if math.isnan(lowest) else lowest,
                     "spread_mps": None if math.isnan(spread) else spread,
-                    "reason": str(table.reason[i, j]),
+                    "reason": one_line(str(table.reason[i, j])),
+                    "limit_N": float(table.limit[i, j]),
                 }
             )
     return head_result(table.provenance) | {"zones": rows}

@@ -62,6 +62,9 @@ class FormResult:
         Errors at each state when fitted to the others.
     error_percent, underestimation_percent : float
         Root mean square over the states of the left-out error of ln F, and of its dangerous side [%].
+    censored_underestimation_percent : float
+        Root mean square over the wholly censored states of how far ln F is predicted below the force they reached at
+        least [%]; 0 without such states.
     mean_bound_percent, max_bound_percent : float
         How far the bound lies above the prediction at the measured states [%]; NaN if the form cannot carry it.
     rises_inside, rises_above : bool
@@ -78,6 +81,7 @@ class FormResult:
     accuracy: Accuracy
     error_percent: float
     underestimation_percent: float
+    censored_underestimation_percent: float
     mean_bound_percent: float
     max_bound_percent: float
     rises_inside: bool
@@ -155,9 +159,10 @@ def compare_forms(
 
     The default CFM_3D (the first of the forms where it is not among them or cannot be fitted) is recommended unless
     another form is clearly better: a root-mean-square left-out error of ln F at least 10 % lower, a lower one on the
-    dangerous side too, a one-sided paired t test over the states of the squared errors significant at 1 % divided by
-    the number of other forms, no fall with speed inside the measured range where the default has none, and a bound
-    where the default has one. If no form carries the bound, none is recommended.
+    dangerous side too, wholly censored states not underestimated more, a one-sided paired t test over the states of
+    the squared errors significant at 1 % divided by the number of other forms, no fall with speed inside the measured
+    range where the default has none, and a bound where the default has one. If no form carries the bound, none is
+    recommended. A form is not compared where half of its states or more cannot be left out.
 
     Parameters
     ----------
@@ -279,6 +284,7 @@ def _result(
         accuracy=Accuracy.of(predicted, states, on="leave-one-state-out", skipped=skipped),
         error_percent=100 * _root_mean_square(error),
         underestimation_percent=100 * _root_mean_square(np.minimum(error, 0.0)),
+        censored_underestimation_percent=100 * _root_mean_square(np.minimum(_below_reached(predicted, states), 0.0)),
         mean_bound_percent=mean_bound,
         max_bound_percent=max_bound,
         rises_inside=force_map.rises_with_speed,
@@ -288,8 +294,14 @@ def _result(
     )
 
 
+def _below_reached(predicted: FloatArray, states: States) -> FloatArray:
+    """Prediction of ln F less what was reached at least, by wholly censored state."""
+    wholly = states.impacts == 0
+    return np.asarray(np.log(predicted[wholly] / states.at_least[wholly]))
+
+
 def _root_mean_square(values: FloatArray) -> float:
-    return float(np.sqrt(np.mean(values**2)))
+    return float(np.sqrt(np.mean(values**2))) if values.size else 0.0
 
 
 def _p_better(error: FloatArray, of_reference: FloatArray) -> float:
@@ -332,6 +344,8 @@ def _recommend(
         words.append(f"{each.form.name} has {each.error_percent:.2f} %, {comparison}, p = {each.p_better:#.3g}")
         if each.rises_inside < standard.rises_inside:
             words[-1] += ", and falls with speed inside the measured range"
+        if not _censored_no_worse(each, standard):
+            words[-1] += ", and underestimates wholly censored states more"
         if _bounded(each) < _bounded(standard):
             words[-1] += ", and carries no bound"
     if not standard.rises_above:
@@ -347,10 +361,19 @@ def _unbounded(each: FormResult) -> list[str]:
     return [] if _bounded(each) else [f"{each.form.name} carries no bound on so few states: no safe speed follows"]
 
 
+def _censored_no_worse(each: FormResult, standard: FormResult) -> bool:
+    """No more of the wholly censored states below what they reached at least, and no farther."""
+    return (
+        each.accuracy.censored_underestimated <= standard.accuracy.censored_underestimated
+        and each.censored_underestimation_percent <= standard.censored_underestimation_percent
+    )
+
+
 def _clearly_better(each: FormResult, standard: FormResult, level: float) -> bool:
     return (
         each.error_percent <= CLEARLY_LOWER * standard.error_percent
         and each.underestimation_percent < standard.underestimation_percent
+        and _censored_no_worse(each, standard)
         and each.p_better < level
         and each.rises_inside >= standard.rises_inside
         and _bounded(each) >= _bounded(standard)

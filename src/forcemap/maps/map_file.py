@@ -140,10 +140,32 @@ def _to_content(force_map: ForceMap) -> dict[str, Any]:
     }
 
 
+def _require_consistent(content: dict[str, Any], conditions: Conditions) -> None:
+    """Raise MapFileError where the file contradicts itself on whether the impacts are simulated."""
+    stated = content["simulated"]
+    if not isinstance(stated, bool):
+        raise MapFileError(f"found {stated!r}, expected true or false", column="simulated")
+    says = "true" if conditions.simulated else "false or not stated"
+    if stated is not conditions.simulated:
+        raise MapFileError(
+            f"the file states simulated = {str(stated).lower()}, its campaign {says}; fit the map again from its "
+            "impacts table",
+            column="simulated",
+        )
+    if not stated and conditions.note.startswith("SIMULATED"):
+        raise MapFileError(
+            "the file states simulated = false, but the note of its campaign says SIMULATED; state simulated = true in "
+            "campaign.toml, or correct its note, and fit the map again",
+            column="simulated",
+        )
+
+
 def _from_content(content: dict[str, Any]) -> ForceMap:
     form = Form.of(str(content["form"]), content["terms"])
     coefficients = np.array(content["coefficients"], dtype=np.float64)
     columns, statistics, phase_two = content["measured_states"], content["fit"], content["phase_two"]
+    conditions = Conditions.from_tables(content["campaign"])
+    _require_consistent(content, conditions)
     fit = None
     if statistics is not None:
         states = _states_from_columns(columns)
@@ -169,7 +191,7 @@ def _from_content(content: dict[str, Any]) -> ForceMap:
             int(phase_two["above_peak"]),
             int(phase_two.get("excluded", 0)),
         ),
-        conditions=Conditions.from_tables(content["campaign"]),
+        conditions=conditions,
         device_range=_nan(content["device_range_N"]),
         source=str(content["source"]),
         software=str(content["software"]),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +11,7 @@ from numpy.typing import NDArray
 
 from forcemap.campaigns.table import Table, read_table
 from forcemap.dynamics.kinematics import forward_kinematics
-from forcemap.dynamics.robot import Robot
+from forcemap.dynamics.robot import JointKind, Robot
 from forcemap.errors import InputError, TableError
 from forcemap.files import read_bytes
 from forcemap.paths.tool_path import ToolPath
@@ -22,7 +23,8 @@ _OPTIONAL = ("time_s", "segment")
 _OTHER_UNIT = re.compile(r"(x|y|z|distance|height)(_(mm|cm|in|inch))?|(time|t)(_(ms|min))?", re.ASCII)
 _JOINT = re.compile(r"joint_(\d+)_(rad|deg)", re.ASCII)
 _STRAIGHT = 1e-4  # [m]; how far a joint motion may bend away from the piece that stands for it
-_HALVINGS = 8
+_TURN, _SLIDE = np.radians(5.0), 0.01  # [rad], [m]; the most that a joint moves in a piece
+_MOST_PIECES = 1_000_000
 _FULL_TURNS = 4 * np.pi  # [rad]; beyond it a figure in radians is in degrees
 
 
@@ -125,21 +127,40 @@ def _joint_path(
             f"found a position beyond the limits of {robot.name}", file=table.file, row=table.rows[row],
             column=f"joint_{joint + 1}_{unit}",
         )  # fmt: skip
-    share = np.zeros(1)
-    for _ in range(_HALVINGS):  # until the middle of every piece of joint motion lies on the straight piece
-        share = np.linspace(0, 1, 2 * share.size + 1)[:-1]
-        fine = q[:-1, None] + (q[1:] - q[:-1])[:, None] * share[:, None]
-        points = np.vstack([forward_kinematics(robot, fine.reshape(-1, n)).position, _end(robot, q)])
-        middles = (points[:-2:2] + points[2::2]) / 2
-        if np.linalg.norm(points[1:-1:2] - middles, axis=1).max() < _STRAIGHT:
-            break
-    count = share.size
-    every = tuple(name for name in names for _ in range(count))
-    if time is None:
-        return ToolPath(points, every, None, table.file)
-    times = np.append((time[:-1, None] + np.diff(time)[:, None] * share).ravel(), time[-1])
-    return ToolPath.timed(points, (*every, ""), times, table.file)
+    counts = _straight_pieces(robot, q)
+    if counts.sum() > _MOST_PIECES:
+        raise InputError(
+            f"joints: the motion bends so much that {_MOST_PIECES:,} straight pieces do not follow it within "
+            f"{1000 * _STRAIGHT:g} mm; give rows closer together, and check the units of the joints"
+        )
+    row = np.repeat(np.arange(len(q) - 1), counts)
+    share = (np.arange(row.size) - (np.cumsum(counts) - counts)[row]) / counts[row]
+    moving = q[row] + np.diff(q, axis=0)[row] * share[:, None]
+    points = forward_kinematics(robot, np.vstack([moving, q[-1:]])).position
+    clock = np.arange(len(q), dtype=np.float64) if time is None else time
+    if not (np.isfinite(clock).all() and np.all(np.diff(clock) > 0)):
+        raise InputError("path: expected times that are finite and rise from row to row")
+    times = np.append(clock[row] + np.diff(clock)[row] * share, clock[-1])
+    path = ToolPath.timed(points, (*(names[i] for i in row), ""), times, table.file, rows=np.append(row, row[-1]))
+    path = replace(path, deviation=_STRAIGHT)
+    return path if time is not None else replace(path, time=None, wait=None, rows=None)
 
 
-def _end(robot: Robot, q: FloatArray) -> FloatArray:
-    return forward_kinematics(robot, q[-1:]).position
+def _straight_pieces(robot: Robot, q: FloatArray) -> NDArray[np.int64]:
+    """Into how many equal parts each joint motion is cut so that none bends away from its chord, shape (rows - 1,).
+
+    While the joints move by D, the contact point p stays within max |p''| / 8 of its chord. Its second derivatives are
+    a_i x dp/dq_j for a turning joint i up to j, so |p''| <= sum_j D_j L_j (D_j + 2 sum_i<j D_i) over turning joints,
+    with L_j the longest lever of joint j: a proof, where samples of a symmetric motion may all lie on the chord.
+    """
+    slides = np.array([joint.kind is JointKind.PRISMATIC for joint in robot.joints])
+    tip = robot.flange.position + robot.flange.rotation @ robot.contact_offset
+    links = [float(np.linalg.norm(joint.origin.position)) for joint in robot.joints[1:]]
+    reach = np.append(links, np.linalg.norm(tip))  # from each joint's frame to the next one
+    reach[:-1] += np.where(slides, np.abs(q).max(axis=0), 0.0)[1:]
+    lever = np.where(slides, 1.0, np.cumsum(reach[::-1])[::-1])
+    moved = np.abs(np.diff(q, axis=0))
+    turned = np.where(slides, 0.0, moved)
+    bend = np.sum(moved * lever * (2 * np.cumsum(turned, axis=1) - turned), axis=1)
+    parts = np.maximum(np.sqrt(bend / (8 * _STRAIGHT)), (moved / np.where(slides, _SLIDE, _TURN)).max(axis=1))
+    return np.asarray(np.maximum(1, np.ceil(np.minimum(parts, 2 * _MOST_PIECES) - 1e-9)), dtype=np.int64)

@@ -18,15 +18,18 @@ from forcemap.maps.bounds import Bound
 from forcemap.maps.force_map import ForceMap
 from forcemap.paths.direction import direction_vector
 from forcemap.paths.task import Task
-from forcemap.paths.time_law import time_law
+from forcemap.paths.time_law import braking_speeds, time_law
 from forcemap.paths.tool_path import ToolPath
-from forcemap.zones import Allowance, Segments, Zones
+from forcemap.zones import ONLY_AS_MEASURED, Allowance, Segments, Zones
 
 FloatArray = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 CORNER_ANGLE = 10.0
 """A path that turns by more than this comes to rest there [deg]."""
+
+WIDEST_ANGLE = 30.0
+"""The most that a motion may point away from the map's direction [deg]; beyond, it is another direction."""
 
 _SPENT = "nothing is left once the speed overshoot is subtracted"
 
@@ -87,10 +90,12 @@ class PathSpeeds:
     limit : array, shape (n,)
         Its force limit [N]; NaN where contact is excluded or not permitted.
     programmed : array, shape (n,)
-        Programmed speed [m/s]; NaN where not stated.
+        Programmed speed [m/s]; of a timed path the highest that its rows leave possible. NaN where not stated.
     allowed, standard, constant, program : CycleTime
         Cycle times at the allowed speeds; at the standard's one speed; at the lowest allowed speed throughout; as
         programmed.
+    acceleration : float
+        Largest acceleration along the path [m/s^2].
     allowance : Allowance
         What was subtracted.
     statements : tuple of str
@@ -108,6 +113,7 @@ class PathSpeeds:
     standard: CycleTime
     constant: CycleTime
     program: CycleTime
+    acceleration: float
     allowance: Allowance
     statements: tuple[str, ...]
 
@@ -120,7 +126,17 @@ class PathSpeeds:
     def too_fast(self) -> Mask:
         """True for pieces whose programmed speed exceeds the allowed one, or has no permission, shape (n,)."""
         with np.errstate(invalid="ignore"):
-            return self.refused | (self.programmed > self.speed)
+            return self.refused | (self.programmed > self.speed * (1 + 1e-9))
+
+    @property
+    def commanded(self) -> FloatArray:
+        """Speed [m/s] for a robot that changes its speed piece by piece, shape (n,); 0 where none is permitted.
+
+        No piece is entered faster than it allows, if the robot brakes with at least `acceleration`; so the piece before
+        one without permission has 0, too.
+        """
+        allowed = np.where(self.refused, 0.0, self.speed)
+        return braking_speeds(self.path.lengths, allowed, acceleration=self.acceleration)
 
 
 def path_speeds(
@@ -136,7 +152,7 @@ def path_speeds(
 ) -> PathSpeeds:
     """Speeds that the map allows along a path, and the cycle times they give.
 
-    Each piece gets the lowest of the speeds certified for its body areas over all places it may be at. Pieces that do
+    Each piece gets the lowest of the lower bounds for its body areas over all places it may be at. Pieces that do
     not move in the map's direction, lie outside or are unconfirmed get no permission, and no time is invented for them.
 
     Parameters
@@ -154,7 +170,7 @@ def path_speeds(
     step : float
         Longest piece [m].
     angle : float
-        How far a motion may point away from the map's direction [deg].
+        How far a motion may point away from the map's direction [deg], at most 30.
     table : LimitTable, optional
         Table of limits; that of ISO/TS 15066:2016 if not given.
 
@@ -174,8 +190,11 @@ def path_speeds(
     """
     task.require_segments(path.names)
     task.require_same(force_map.conditions)
-    if not 0 <= angle < 90:
-        raise InputError(f"angle: found {angle:g} degrees, expected one from 0 to below 90")
+    if not 0 <= angle <= WIDEST_ANGLE:
+        raise InputError(
+            f"angle: found {angle:g} degrees, expected one from 0 to {WIDEST_ANGLE:g}; a motion that points farther "
+            "away from the map's direction is another one, for which nothing was measured"
+        )
     allowance = Allowance() if allowance is None else allowance
     direction = direction_vector(force_map.conditions.direction, whose="the campaign")
     path = path.resampled(step)
@@ -183,7 +202,8 @@ def path_speeds(
     along = path.directions @ direction >= math.cos(math.radians(angle)) - 1e-12
     excluded = np.array([segment.contact is None for segment in segments])
     stated = np.array([segment.speed for segment in segments])
-    programmed = stated if path.speeds is None else path.speeds
+    mean, fastest = path.speeds, path.fastest_speeds(task.acceleration)
+    programmed = stated if mean is None or fastest is None else np.where(excluded, mean, fastest)
 
     strictest = _strictest(force_map, path, task, along, bound, allowance, table or standard_limit_table())
     speed, outcome, reason = strictest.speed, strictest.outcome, strictest.reason
@@ -212,6 +232,7 @@ def path_speeds(
         standard=_cycle_time("the standard's one speed", *timing, np.where(excluded, stated, one), one),
         constant=_cycle_time("lowest allowed speed throughout", *timing, np.where(excluded, stated, lowest), lowest),
         program=program,
+        acceleration=task.acceleration,
         allowance=allowance,
         statements=(
             *strictest.statements,
@@ -220,7 +241,10 @@ def path_speeds(
             str(allowance),
             f"acceleration along the path at most {task.acceleration:g} m/s^2; rest at its ends, at corners of more "
             f"than {CORNER_ANGLE:g} degrees and where permission ends",
+            *_standard_words(force_map),
+            _programmed_words(path, programmed, task.acceleration),
             *(["contact excluded by other measures where the task says so"] if excluded.any() else []),
+            ONLY_AS_MEASURED,
         ),
     )
 
@@ -273,7 +297,8 @@ def _strictest(
         if not at.size:
             continue
         try:
-            speeds = _zone_speeds(force_map, path.pieces, at, limit, contact, bound, allowance)
+            beside = allowance.position + path.deviation
+            speeds = _zone_speeds(force_map, path.pieces, at, limit, contact, bound, beside)
         except ContactNotPermitted as error:
             refused = np.full(at.size, -np.inf)
             kinds = [PieceOutcome.NOT_PERMITTED] * at.size
@@ -297,12 +322,35 @@ def _zone_speeds(
     limit: ForceLimit,
     contact: Contact,
     bound: Bound,
-    allowance: Allowance,
+    beside: float,
 ) -> ZoneSpeeds:
-    """Speeds certified for some pieces, wherever the position tolerance lets the robot be."""
+    """Lower bounds of the safe speeds on some pieces, and as far beside them [m] as the robot may be."""
     some = Segments(pieces.start[which], pieces.end[which])
-    zones: Segments | Zones = some.zones.grown(allowance.position) if allowance.position > 0 else some
+    zones: Segments | Zones = some.zones.grown(beside) if beside > 0 else some
     return zone_speeds(force_map, zones, limit=limit, bound=bound, contact=contact)
+
+
+def _standard_words(force_map: ForceMap) -> list[str]:
+    """What the standard's speed was computed with; nothing if it cannot be."""
+    mass, load = force_map.conditions.moving_mass, force_map.conditions.payload
+    if math.isnan(mass):
+        return []
+    payload = "0 kg (assumed, the campaign does not state it)" if math.isnan(load) else f"{load:g} kg"
+    return [f"the standard's speed: moving mass {mass:g} kg, payload {payload}"]
+
+
+def _programmed_words(path: ToolPath, programmed: FloatArray, acceleration: float) -> str:
+    """What the programmed speed is."""
+    if np.isnan(programmed).all():
+        return "programmed speed: not stated, so none is compared with the allowed one"
+    missing = "; not stated everywhere" if np.isnan(programmed).any() else ""
+    if path.speeds is None:
+        return f"programmed speed: as the task states{missing}"
+    above = float(np.max(programmed - path.speeds))
+    return (
+        "programmed speed: the highest that the rows leave possible, because between two rows the times tell only the "
+        f"mean; up to {above:.3f} m/s above it at {acceleration:g} m/s^2, less with rows closer in time"
+    )
 
 
 def _standard_speed(force_map: ForceMap, limit: ForceLimit, contact: Contact, table: LimitTable) -> float:

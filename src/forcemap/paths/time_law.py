@@ -47,6 +47,35 @@ class TimeLaw:
         return float(self.durations.sum())
 
 
+def braking_speeds(length: ArrayLike, limit: ArrayLike, *, acceleration: float) -> FloatArray:
+    """Speed [m/s] to command on each piece so that no piece is entered or driven faster than its limit, shape (n,).
+
+    For a robot that changes its speed from the start of each piece on: the command is not above the limit of the next
+    piece, and a piece is entered no faster than can be braked away on it.
+
+    Parameters
+    ----------
+    length : array, shape (n,)
+        Length of each piece [m].
+    limit : array, shape (n,)
+        Highest speed on each piece [m/s]; 0 where there is none.
+    acceleration : float
+        Deceleration that the robot reaches at least [m/s^2].
+
+    Examples
+    --------
+    >>> braking_speeds([0.1, 0.1], [0.5, 0.3], acceleration=1.0)
+    array([0.3, 0.3])
+    """
+    s, cap = np.asarray(length, dtype=np.float64), np.asarray(limit, dtype=np.float64)
+    speed = np.empty_like(cap)
+    leaving = np.inf  # what the next piece may be entered at
+    for i in range(s.size - 1, -1, -1):
+        speed[i] = min(cap[i], leaving)
+        leaving = min(cap[i], float(np.sqrt(leaving**2 + 2 * acceleration * s[i])))
+    return speed
+
+
 def time_law(length: ArrayLike, limit: ArrayLike, *, acceleration: float, stops: ArrayLike | None = None) -> TimeLaw:
     """The fastest motion from rest to rest along pieces with a speed limit each.
 

@@ -12,6 +12,7 @@ from forcemap.errors import InputError
 from forcemap.zones import Segments
 
 FloatArray = NDArray[np.float64]
+Indices = NDArray[np.int64]
 
 _FARTHEST = 10.0  # [m]; no arm reaches further, so the figure is in another unit
 _STANDING = 1e-6  # [m]; points this close are one place
@@ -33,6 +34,10 @@ class ToolPath:
         Where the path comes from.
     wait : array, shape (n + 1,) or None
         How long the program stands at each point of a timed path [s]; None if nowhere.
+    rows : array of int, shape (n,) or None
+        Between which two rows of the program's times each piece lies; None if every piece has its own.
+    deviation : float
+        How far the way that is driven may lie beside these pieces [m]: a joint motion is cut into straight ones.
 
     Raises
     ------
@@ -46,6 +51,8 @@ class ToolPath:
     time: FloatArray | None = None
     source: str = ""
     wait: FloatArray | None = None
+    rows: Indices | None = None
+    deviation: float = 0.0
 
     def __post_init__(self) -> None:
         if self.points.ndim != 2 or self.points.shape[1] != 3 or len(self.points) < 2:
@@ -69,8 +76,16 @@ class ToolPath:
             raise InputError("path: expected times that are finite and rise from point to point")
 
     @classmethod
-    def timed(cls, points: FloatArray, names: tuple[str, ...], time: FloatArray, source: str = "") -> Self:
-        """A path from time-stamped points, one name each; points at which the program stands become waits."""
+    def timed(
+        cls,
+        points: FloatArray,
+        names: tuple[str, ...],
+        time: FloatArray,
+        source: str = "",
+        *,
+        rows: Indices | None = None,
+    ) -> Self:
+        """A path from time-stamped points, one name and row each; points at which the program stands become waits."""
         if len(points) < 2 or not (np.isfinite(points).all() and np.isfinite(time).all() and np.all(np.diff(time) > 0)):
             raise InputError("path: expected at least two finite points, and times that are finite and rise")
         kept = [0]
@@ -81,6 +96,8 @@ class ToolPath:
             else:
                 kept.append(row)
                 last.append(row)
+        if len(kept) < 2:
+            raise InputError("path: the contact point does not move, expected at least two points")
         wait = time[last] - time[kept]
         return cls(
             points[kept],
@@ -88,6 +105,7 @@ class ToolPath:
             time[kept],
             source,
             wait if wait.any() else None,
+            None if rows is None else rows[last[:-1]],
         )
 
     @classmethod
@@ -121,6 +139,23 @@ class ToolPath:
         moving = self._moving_times
         return None if moving is None else np.asarray(self.lengths / moving)
 
+    def fastest_speeds(self, acceleration: float) -> FloatArray | None:
+        """Highest speed [m/s] that the times leave possible on each piece, shape (n,); None for an untimed path.
+
+        Between two rows only the mean v = s / T is known. Within an acceleration a along the path the speed rises to at
+        most v + a T / 2, from rest to sqrt(2 a s); a is at least what the means of neighbouring rows imply.
+        """
+        moving = self._moving_times
+        if moving is None:
+            return None
+        row = np.arange(len(self)) if self.rows is None else np.unique(self.rows, return_inverse=True)[1]
+        length, time = np.bincount(row, self.lengths), np.bincount(row, moving)
+        mean = length / time
+        implied = np.concatenate([[0.0], 2 * np.abs(np.diff(mean)) / (time[1:] + time[:-1]), [0.0]])
+        gained = np.maximum(acceleration, np.maximum(implied[1:], implied[:-1])) * time
+        fastest = np.where(mean > gained / 2, mean + gained / 2, np.sqrt(2 * gained * mean))
+        return np.asarray(np.maximum(fastest[row], self.lengths / moving))
+
     @property
     def _moving_times(self) -> FloatArray | None:
         """How long the program moves along each piece [s], shape (n,); None for an untimed path."""
@@ -145,16 +180,18 @@ class ToolPath:
         first = np.concatenate([[0], np.cumsum(counts)[:-1]])
         share = ((np.arange(piece.size) - first[piece]) / counts[piece])[:, None]
         points = np.vstack([self.points[piece] * (1 - share) + self.points[piece + 1] * share, self.points[-1:]])
-        time, wait = None, None
+        time, wait, rows = None, None, None
         if self.time is not None:
             leaves = self.time + (0.0 if self.wait is None else self.wait)
             inner = leaves[piece] * (1 - share[:, 0]) + self.time[piece + 1] * share[:, 0]
             whole = share[:, 0] == 0
             inner[whole] = self.time[piece[whole]]
             time = np.append(inner, self.time[-1])
+            rows = piece if self.rows is None else self.rows[piece]
             if self.wait is not None:
                 wait = np.append(np.where(whole, self.wait[piece], 0.0), self.wait[-1])
-        return ToolPath(points, tuple(self.names[i] for i in piece), time, self.source, wait)
+        names = tuple(self.names[i] for i in piece)
+        return ToolPath(points, names, time, self.source, wait, rows, self.deviation)
 
     def moved(self, offset: ArrayLike) -> ToolPath:
         """The path shifted by an offset, shape (3,) [m]."""

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from forcemap.errors import RankDeficient
 from forcemap.maps.forms import Form
-from forcemap.planning.exchange import whitening
+from forcemap.planning.optimal_exchange import whitening
 
 FloatArray = NDArray[np.float64]
 

@@ -17,10 +17,10 @@ from forcemap.limits.force_limits import Contact, ForceLimit
 from forcemap.maps.bounds import Bound
 from forcemap.maps.force_map import Fit, ForceMap
 from forcemap.planning.confirmation_result import ConfirmationResult, Confirmed, judge_confirmation
-from forcemap.planning.confirming_states import any_above, contradictions, no_repeats, spread, worth_confirming
-from forcemap.planning.map_warnings import map_warnings
+from forcemap.planning.confirmation_states import any_above, contradictions, no_repeats, spread, worth_confirming
 from forcemap.planning.measured_before import measured_before
 from forcemap.planning.places import FloatArray, PlaceRange
+from forcemap.planning.plan_warnings import map_warnings
 from forcemap.planning.runs import extend_plan, runs_of, select_runs
 from forcemap.speeds import floor_speed, safe_speed
 
@@ -177,7 +177,6 @@ def confirm_plan(
     newtons = float(released.limit)
     speed = _cut(released.speed)
     usable = speed >= released.lowest_measured_speed
-    refusal = "" if usable.any() else _refusal(released.reason, newtons)
 
     before = runs_of(np.empty((0, 3)), 1, np.empty(0))
     if planned is not None:
@@ -214,6 +213,19 @@ def confirm_plan(
         expected_from=f"map {force_map.name!r}",
     )
     plan = _slow_to_fast(kept, added)
+    refusal = ""
+    if not usable.any():
+        refusal = _refusal(released.reason, newtons)
+    elif not len(plan):
+        refusal = (
+            f"speeds are released for {newtons:g} N, but none can be confirmed: near each of them a force above the "
+            "device range less its error was measured at a lower speed"
+        )
+    elif len(plan) < count:
+        warnings.append(
+            f"impacts: {len(plan)}, fewer than the {count} asked for, because no other place has a released speed that "
+            "would be no repeat; fewer impacts find less"
+        )
     states = np.column_stack([plan.distance, plan.height, plan.speed])
     upper = np.asarray(bound.upper(force_map, *states.T))
     if len(plan):

@@ -138,6 +138,10 @@ def _judged(
             outcome, reason = _outcome(force, upper, within, bool(impacts.censored[row]))
             if slow and outcome is Confirmed.PASSES:
                 outcome, reason = Confirmed.CANNOT_TELL, f"{speed:g} m/s is slower than the {planned:g} m/s released"
+            at = float(impacts.distance[row]), float(impacts.height[row])
+            away = max(abs(at[0] - place[0]), abs(at[1] - place[1])) > impacts.tolerance.scale[0]
+            if away and outcome is Confirmed.PASSES:
+                outcome, reason = Confirmed.CANNOT_TELL, f"measured at d = {at[0]:g} m, h = {at[1]:g} m, not as planned"
             judged.append(ConfirmingImpact(recording, state, *place, speed, force, upper, outcome, reason))
         if not rows and name in checked:
             upper = float(plan.bound.upper(plan.force_map, *place, planned))

@@ -1,8 +1,19 @@
-"""Designs: which states of a range are measured."""
+"""Designs: which states of a range are measured; the values along each axis, checked."""
 
 from __future__ import annotations
 
+import itertools
+import math
+from collections.abc import Sequence
 from enum import StrEnum
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from forcemap.campaigns.plan import Device
+from forcemap.errors import InputError
+
+_SAME_ANGLE = 1.0  # [deg], as in campaigns.repeatability
 
 
 class Design(StrEnum):
@@ -17,3 +28,73 @@ class Design(StrEnum):
 # Values a range (lowest, highest) is divided into, and the fewest values that tell the map's squares.
 DIVISIONS = {Design.TRAINING: 3, Design.FULL_GRID: 5, Design.SYMMETRY: 0, Design.I_OPTIMAL: 5}
 FEWEST = {Design.TRAINING: 3, Design.FULL_GRID: 4, Design.SYMMETRY: 1, Design.I_OPTIMAL: 3}
+
+
+def axis_of(name: str, values: ArrayLike, expected: str, above: float, design: Design, apart: float) -> list[float]:
+    """The values to measure along an axis, ascending."""
+    if np.ma.is_masked(values):
+        raise InputError(f"{name}: found masked entries, expected {expected}")
+    try:
+        given = np.sort(np.atleast_1d(np.asarray(values, dtype=np.float64)))
+    except (TypeError, ValueError):
+        raise InputError(f"{name}: found {values!r}, expected {expected}") from None
+    if given.ndim != 1:
+        raise InputError(f"{name}: found an array of shape {given.shape}, expected a row of values, {expected}")
+    for value in given[~((given > above) & (np.abs(given) <= 10))][:1]:
+        raise InputError(f"{name}: found {value:g}, expected {expected}")
+    if given.size == 2 and DIVISIONS[design]:
+        between = np.linspace(given[0], given[1], DIVISIONS[design])[1:-1]
+        given = np.array([given[0], *np.round(between, 3), given[1]])
+    if given.size < FEWEST[design]:
+        fewest = f"at least {FEWEST[design]} values" if given.size else "at least one"
+        raise InputError(f"{name}: found {given.size}, expected (lowest, highest) or {fewest}")
+    gaps = np.diff(given)
+    if np.any(gaps <= apart * (1 + 1e-9)):
+        i = int(gaps.argmin())
+        raise InputError(
+            f"{name}: found {given[i]:g} and {given[i + 1]:g}, expected values more than {apart:g} apart: "
+            "closer ones count as repeats of one state; widen the range or lower the tolerance"
+        )
+    return [float(value) for value in given]
+
+
+def angles_of(base_angles: Sequence[float], design: Design) -> list[float]:
+    """The angles of the base joint [deg]; NaN where none is stated."""
+    angles = [float(angle) for angle in base_angles]
+    for angle in angles:
+        if not abs(angle) <= 3600:
+            raise InputError(f"base angles: found {angle:g}, expected degrees from -3600 to 3600")
+    if design is not Design.SYMMETRY:
+        if len(angles) > 1:
+            raise InputError(f"base angles: found {len(angles)}, expected at most one; several are Design.SYMMETRY")
+        return angles or [math.nan]
+    if len(angles) < 2:
+        raise InputError(f"base angles: found {len(angles)}, expected at least two for Design.SYMMETRY")
+    for one, other in itertools.combinations(angles, 2):
+        if abs(math.remainder(one - other, 360)) <= _SAME_ANGLE:
+            raise InputError(
+                f"base angles: found {one:g} and {other:g} deg, expected more than {_SAME_ANGLE:g} between"
+            )
+    return sorted(angles)
+
+
+def check_figures(reach: float, limit: float, device: Device) -> None:
+    """Refuse a reach or limit that cannot be used."""
+    if not reach > 0:
+        raise InputError(f"reach: found {reach:g}, expected metres above 0")
+    if not (math.isnan(limit) or 0 < limit < math.inf):
+        raise InputError(f"limit: found {limit:g}, expected newtons above 0 and finite")
+    if limit > device.highest_limit:
+        raise InputError(
+            f"limit: found {limit:g} N, expected at most {device.highest_limit:g} N, the device's range "
+            "less its error: this device cannot confirm it"
+        )
+
+
+def names_of(letter: str, values: list[float]) -> dict[float, str]:
+    """Names of values in thousandths, with as many decimals as it takes to tell them apart; no point in a file name."""
+    for decimals in itertools.count():
+        names = {value: f"{letter}{1000 * value:.{decimals}f}".replace(".", "_") for value in values}
+        if len(set(names.values())) == len(values):
+            return names
+    raise AssertionError("distinct numbers differ in some decimal")  # pragma: no cover

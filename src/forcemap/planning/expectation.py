@@ -7,10 +7,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from forcemap.errors import InputError
 from forcemap.limits.pfl import pfl_contact_force, pfl_robot_mass
 from forcemap.maps.force_map import ForceMap
+
+FloatArray = NDArray[np.float64]
 
 STANDARD_FACTOR = 2.0
 """The published maps predict up to 1.88 times the contact model's force on their own grids."""
@@ -20,6 +23,8 @@ REST_FORCE = 190.0
 
 MAP_FACTOR = 1.1
 """The paper's margin."""
+
+_SPEEDS = 17  # looked at up to the fastest speed measured, and as many above it
 
 
 @dataclass(frozen=True)
@@ -57,16 +62,57 @@ Expectation = ForceMap | StandardExpectation | Callable[[float, float, float], f
 """What tells the force [N] to expect at (distance [m], height [m], speed [m/s])."""
 
 
+def expected_forces(expectation: Expectation, states: FloatArray) -> FloatArray:
+    """Expected force [N] of states, shape (n, 3); that of a map `never_falling` from its measured speeds up.
+
+    A function is taken as it is: which speeds it knows, nothing tells.
+    """
+    if isinstance(expectation, ForceMap):
+        measured = expectation.measured_range
+        low, top = measured.speeds(states[:, 0], states[:, 1])
+        low, top = (np.where(np.isnan(v), end[2], v) for v, end in ((low, measured.lowest), (top, measured.highest)))
+        force = never_falling(lambda at: np.asarray(expectation.predict(*at.T)), states, low, top)
+    else:
+        force = np.array([float(expectation(*state)) for state in states.tolist()])
+    for i in np.flatnonzero(~((force > 0) & (force < math.inf)))[:1]:
+        distance, height, speed = states[i]
+        place = f"d = {distance:g} m, h = {height:g} m, v = {speed:g} m/s"
+        raise InputError(f"expected force: found {force[i]:g} N at {place}, expected newtons above 0 and finite")
+    return force
+
+
 def expected_at(expectation: Expectation | None, distance: float, height: float, speed: float) -> float:
     """Expected force [N]; NaN without an expectation."""
     if expectation is None:
         return math.nan
-    predict = expectation.predict if isinstance(expectation, ForceMap) else expectation
-    force = float(predict(distance, height, speed))
-    if not 0 < force < math.inf:
-        place = f"d = {distance:g} m, h = {height:g} m, v = {speed:g} m/s"
-        raise InputError(f"expected force: found {force:g} N at {place}, expected newtons above 0 and finite")
-    return force
+    return float(expected_forces(expectation, np.array([[distance, height, speed]]))[0])
+
+
+def never_falling(
+    force: Callable[[FloatArray], FloatArray], states: FloatArray, low: FloatArray, top: FloatArray
+) -> FloatArray:
+    """A force [N] of states, shape (n, 3), taken so that it does not fall where a map turns over.
+
+    Its largest value from the lowest speed measured at the place up; above the fastest one measured there at least the
+    largest value up to that speed, in proportion to speed.
+
+    Parameters
+    ----------
+    force : callable
+        Force [N] of states, shape (k, 3).
+    states : array (n, 3)
+        (distance, height, speed) [m, m, m/s].
+    low, top : array (n,)
+        Lowest and fastest speed measured at the place [m/s].
+    """
+    speed = states[:, 2]
+    slowest, known = np.minimum(low, speed), np.minimum(top, speed)
+    up_to_top = np.linspace(slowest, known, _SPEEDS, axis=1)
+    speeds = np.hstack([up_to_top, np.linspace(known, speed, _SPEEDS, axis=1)])
+    place = np.repeat(states[:, :2], speeds.shape[1], axis=0)
+    along = force(np.column_stack([place, speeds.ravel()])).reshape(speeds.shape)
+    continued = along[:, :_SPEEDS].max(axis=1) * np.maximum(speed / top, 1.0)
+    return np.asarray(np.maximum(along.max(axis=1), continued))
 
 
 def factor_of(expectation: Expectation) -> float:

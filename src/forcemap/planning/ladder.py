@@ -15,17 +15,25 @@ from forcemap.planning.expectation import (
     REST_FORCE,
     Expectation,
     StandardExpectation,
-    expected_at,
+    expected_forces,
     factor_of,
+    never_falling,
     source_of,
     upper_of,
 )
-from forcemap.planning.measured_before import NEAR, measured_before, raised_by_measured
+from forcemap.planning.measured_before import (
+    NEAR,
+    SAME_PLACE,
+    largest_force,
+    measured_before,
+    raised_by_measured,
+    saturated_before,
+    slowest_nearby,
+)
 from forcemap.planning.places import FloatArray, PlaceRange
 
 _RUNG = 1.5  # how many times faster than what was measured there
-_FIRST_RUNG = 3.0  # before there is a bound: how many times faster than any state so far
-_SAME_PLACE = 0.02  # share of the place range within which measured places count as one
+_FIRST_RUNG = 3.0  # the same before there is a bound; and than the slowest state nearby, where nothing was measured
 _SCATTER = 1.1  # what the force of a state may exceed a measured one by, before a bound tells
 
 
@@ -62,8 +70,6 @@ class OpeningLadder:
         Force limit [N]: above the slowest speed no state is measured that is expected to exceed it.
     slowest : float
         Slowest speed [m/s].
-    measured : States or None
-        The states to train.
     seen : States or None
         Everything measured, test states too.
     place_range : PlaceRange
@@ -75,7 +81,6 @@ class OpeningLadder:
     highest: float
     limit: float
     slowest: float
-    measured: States | None
     seen: States | None
     place_range: PlaceRange
     tolerance: StateTolerance
@@ -96,44 +101,49 @@ class OpeningLadder:
 
     def expected(self, states: FloatArray) -> FloatArray:
         """Expected force [N], shape (n,)."""
-        return np.array([expected_at(self.expectation, *state) for state in states.tolist()])
+        return expected_forces(self.expectation, states)
 
     def upper(self, states: FloatArray) -> FloatArray:
         """What the force is not expected to exceed [N], shape (n,).
 
         At a place that was measured: by what its states tell, their force and a tenth, and above their speed the
-        expected increase times the factor. Elsewhere by the expected force and its margin, or by the worst that any
-        place tells once all corners are measured, and not less than the nearest place tells. Never below what was
-        measured within 5 cm at a lower speed.
+        expected increase times the factor, but above the fastest of them not less than its force in proportion to
+        speed. Elsewhere by the expected force and its margin, or by the worst that any place tells once all corners are
+        measured, and not less than the nearest place tells. Never below what was measured within 5 cm at a lower speed.
         """
-        told = self._told(states)
-        return told if self.seen is None else np.maximum(told, measured_before(states, self.seen, self.tolerance))
-
-    def _told(self, states: FloatArray) -> FloatArray:
-        factor = factor_of(self.expectation)
-        expected = self.expected(states)
-        model = np.array([upper_of(self.expectation, force) for force in expected.tolist()])
-        if self.measured is None:
+        model = np.array([upper_of(self.expectation, force) for force in self.expected(states).tolist()])
+        if self.seen is None:
             return model
-        known = self.measured.coordinates
-        force = _SCATTER * np.fmax(self.measured.highest, self.measured.at_least)
-        tells = force + factor * np.maximum(expected[:, None] - self.expected(known)[None, :], 0.0)
-        place = (self.place_range.apart(known, known) < _SAME_PLACE).argmax(axis=1)  # the first state of each place
+        return np.maximum(self._told(states, model, self.seen), measured_before(states, self.seen, self.tolerance))
+
+    def _told(self, states: FloatArray, model: FloatArray, seen: States) -> FloatArray:
+        known, force = seen.coordinates, _SCATTER * largest_force(seen)
+        increase = np.maximum(self.expected(states)[:, None] - self.expected(known)[None, :], 0.0)
+        tells = force + factor_of(self.expectation) * increase
+        place = (self.place_range.apart(known, known) < SAME_PLACE).argmax(axis=1)  # the first state of each place
         first = np.unique(place)
         told = np.stack([np.where(place == one, tells, np.inf).min(axis=1) for one in first], axis=1)
+        top = np.array([np.where(place == one, seen.speed, 0.0).argmax() for one in first])
+        in_proportion = force[top] * np.maximum(states[:, 2:] / seen.speed[top], 1.0)
+        told = np.maximum(told, np.where(states[:, 2:] > seen.speed[top], in_proportion, 0.0))
         apart = self.place_range.apart(states, known[first])
         nearest = told[np.arange(len(states)), apart.argmin(axis=1)]
         corners = np.column_stack([self.place_range.grid(2), np.zeros(4)])
-        if np.all(self.place_range.apart(corners, known).min(axis=1) < _SAME_PLACE):
+        if np.all(self.place_range.apart(corners, known).min(axis=1) < SAME_PLACE):
             model = np.minimum(model, told.max(axis=1))
-        return np.asarray(np.where(apart.min(axis=1) < _SAME_PLACE, nearest, np.maximum(model, nearest)))
+        return np.asarray(np.where(apart.min(axis=1) < SAME_PLACE, nearest, np.maximum(model, nearest)))
 
     def allows(self, states: FloatArray) -> NDArray[np.bool_]:
         """Which states may be measured, shape (n,)."""
-        slow = (self.expected(states) <= self.limit) | (states[:, 2] <= self.slowest)
-        if self.measured is not None:
-            slow &= states[:, 2] <= _FIRST_RUNG * self.measured.speed.max() + 1e-9
-        return np.asarray(slow & (self.upper(states) <= self.highest))
+        allowed = (self.expected(states) <= self.limit) | (states[:, 2] <= self.slowest)
+        fastest: FloatArray | float = self.slowest
+        if self.seen is not None:
+            same = self.place_range.apart(states, self.seen.coordinates) < SAME_PLACE
+            there = np.where(same, self.seen.speed, 0.0).max(axis=1)
+            fastest = np.where(same.any(axis=1), there, slowest_nearby(states, self.seen, self.place_range))
+            allowed &= ~saturated_before(states, self.seen, self.place_range, self.tolerance)
+        allowed &= states[:, 2] <= _FIRST_RUNG * fastest + 1e-9
+        return np.asarray(allowed & (self.upper(states) <= self.highest))
 
 
 @dataclass(frozen=True, eq=False)
@@ -169,21 +179,34 @@ class BoundLadder:
         return np.asarray(self.force_map.predict(*states.T))
 
     def upper(self, states: FloatArray) -> FloatArray:
-        """The bound [N], shape (n,), raised where what was measured within 5 cm at a lower speed contradicts it."""
-        upper, known = (np.asarray(self.bound.upper(self.force_map, *s.T)) for s in (states, self.seen.coordinates))
-        return raised_by_measured(upper, states, self.seen, known, self.tolerance)
+        """The bound [N], shape (n,), raised where what was measured within 5 cm at a lower speed contradicts it.
+
+        It does not fall with speed; above the fastest speed measured at the place it rises at least in proportion.
+        """
+
+        def bound(at: FloatArray) -> FloatArray:
+            return np.asarray(self.bound.upper(self.force_map, *at.T))
+
+        upper = never_falling(bound, states, *self._measured(states))
+        return raised_by_measured(upper, states, self.seen, bound(self.seen.coordinates), self.tolerance)
+
+    def _measured(self, states: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Lowest and fastest speed measured at places [m/s]; outside the measured range those of the nearest state."""
+        known = self.force_map.measured_range.points
+        nearest = known[self.place_range.apart(states, known).argmin(axis=1), 2]
+        low, high = self.force_map.measured_range.speeds(states[:, 0], states[:, 1])
+        return np.where(np.isnan(low), nearest, low), np.where(np.isnan(high), nearest, high)
 
     def upper_words(self) -> str:
         """What `upper` is."""
         return (
-            f"at most: {self.bound}; where an impact within {1000 * NEAR:g} mm at a lower speed contradicts it, that "
-            "impact's force in proportion to speed"
+            f"at most: {self.bound}, above the speeds measured there at least in proportion to speed; where an impact "
+            f"within {1000 * NEAR:g} mm at a lower speed contradicts it, that impact's force in proportion to speed"
         )
 
     def allows(self, states: FloatArray) -> NDArray[np.bool_]:
         """Which states may be measured, shape (n,)."""
-        known = self.force_map.measured_range.points
-        highest = self.force_map.measured_range.speeds(states[:, 0], states[:, 1])[1]
-        nearest = known[self.place_range.apart(states, known).argmin(axis=1), 2]
-        rung = _RUNG * np.where(np.isnan(highest), nearest, highest)
-        return np.asarray((self.upper(states) <= self.highest) & (states[:, 2] <= rung + 1e-9))
+        nearby = slowest_nearby(states, self.seen, self.place_range)
+        rung = np.minimum(_RUNG * self._measured(states)[1], _FIRST_RUNG * nearby)
+        allowed = ~saturated_before(states, self.seen, self.place_range, self.tolerance)
+        return np.asarray(allowed & (self.upper(states) <= self.highest) & (states[:, 2] <= rung + 1e-9))

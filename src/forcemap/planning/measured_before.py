@@ -1,4 +1,4 @@
-"""What was measured near a state at a lower speed: the force to expect is never put below it."""
+"""What was measured near a state: its force is never put below that at a lower speed, nor its speed far above."""
 
 from __future__ import annotations
 
@@ -6,15 +6,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forcemap.campaigns.state import States, StateTolerance
-from forcemap.planning.places import FloatArray
+from forcemap.planning.places import FloatArray, PlaceRange
 
 NEAR = 0.05
 """[m]; a place this close is near enough to speak for another one."""
 
+NEARBY = 0.36
+"""Share of the range of places; a neighbour on the grid that states are chosen from is this near, across it too."""
+
+SAME_PLACE = 0.02
+"""Share of the range of places within which measured places count as one."""
+
 
 def measured_before(states: FloatArray, known: States, tolerance: StateTolerance) -> FloatArray:
     """Largest force measured near states, shape (n, 3), at no higher speed [N]; 0 where there is none, shape (n,)."""
-    return np.asarray(np.where(_before(states, known, tolerance), _largest(known), 0.0).max(axis=1, initial=0.0))
+    return np.asarray(np.where(_before(states, known, tolerance), largest_force(known), 0.0).max(axis=1, initial=0.0))
 
 
 def raised_by_measured(
@@ -38,7 +44,7 @@ def raised_by_measured(
     tolerance : StateTolerance
         How far repeats of a state may lie apart.
     """
-    before, force = _before(states, known, tolerance), _largest(known)
+    before, force = _before(states, known, tolerance), largest_force(known)
     contradicted = (before & ((force > known_upper) | (force > upper[:, None]))).any(axis=1)
     fastest = np.where(before, known.speed, -np.inf).max(axis=1, initial=-np.inf)
     last = before & (known.speed >= fastest[:, None] - tolerance.speed)
@@ -48,6 +54,29 @@ def raised_by_measured(
     return np.asarray(np.where(contradicted, np.maximum(upper, raised), upper))
 
 
+def saturated_before(
+    states: FloatArray, known: States, place_range: PlaceRange, tolerance: StateTolerance
+) -> NDArray[np.bool_]:
+    """Which states, shape (n, 3), are as fast as an impact that saturated the device there, or nearby farther out."""
+    full = known.select(known.censored > 0)
+    apart = np.hypot(states[:, :1] - full.distance, states[:, 1:2] - full.height)
+    inwards = states[:, :1] <= full.distance + tolerance.place
+    near = (apart <= NEAR + 1e-9) | (inwards & (place_range.apart(states, full.coordinates) <= NEARBY))
+    return np.asarray((near & (states[:, 2:] > full.speed - tolerance.speed)).any(axis=1))
+
+
+def slowest_nearby(states: FloatArray, known: States, place_range: PlaceRange) -> FloatArray:
+    """Slowest speed measured nearby, at the nearest place if there is none, where no state lies at the place [m/s].
+
+    Infinite where one does, shape (n,).
+    """
+    apart = place_range.apart(states, known.coordinates)
+    nearest = apart.min(axis=1)
+    near = apart <= np.maximum(nearest + SAME_PLACE, NEARBY)[:, None]
+    slowest = np.where(near, known.speed, np.inf).min(axis=1)
+    return np.asarray(np.where(nearest < SAME_PLACE, np.inf, slowest))
+
+
 def _before(states: FloatArray, known: States, tolerance: StateTolerance) -> NDArray[np.bool_]:
     """Which known states lie near states, at no higher speed, shape (n, m)."""
     apart = np.hypot(states[:, :1] - known.distance, states[:, 1:2] - known.height)
@@ -55,6 +84,6 @@ def _before(states: FloatArray, known: States, tolerance: StateTolerance) -> NDA
     return np.asarray(near & (known.speed <= states[:, 2:] + tolerance.speed))
 
 
-def _largest(known: States) -> FloatArray:
+def largest_force(known: States) -> FloatArray:
     """Largest force of every state, censored impacts with what they reached at least [N]."""
     return np.asarray(np.fmax(known.highest, known.at_least))

@@ -13,8 +13,7 @@ from forcemap.campaigns.plan import Device
 from forcemap.campaigns.state import StateTolerance
 from forcemap.errors import InputError
 from forcemap.maps.forms import CFM_3D, Form
-from forcemap.planning.axes import angles_of, axis_of, check_figures, names_of
-from forcemap.planning.design import Design
+from forcemap.planning.design import Design, angles_of, axis_of, check_figures, names_of
 from forcemap.planning.designed_plan import DesignedPlan, design_note
 from forcemap.planning.expectation import Expectation, expected_at, source_of
 from forcemap.planning.optimal_states import DesignedStates, optimal_states

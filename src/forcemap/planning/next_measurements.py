@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from forcemap.campaigns.conditions import Conditions
 from forcemap.campaigns.dataset import ImpactDataset
 from forcemap.campaigns.plan import MeasurementPlan
-from forcemap.campaigns.state import StateTolerance
-from forcemap.errors import BoundNotAvailable, FitError
+from forcemap.campaigns.state import States, StateTolerance
+from forcemap.errors import BoundNotAvailable, FitError, InputError
 from forcemap.limits.force_limits import Contact, ForceLimit
 from forcemap.maps.bounds import MIN_DEGREES_OF_FREEDOM, ToleranceBound
 from forcemap.maps.exceedance import first_exceedance
@@ -23,12 +23,7 @@ from forcemap.maps.force_map import ForceMap
 from forcemap.maps.forms import CFM_3D, Form
 from forcemap.planning.expectation import Expectation
 from forcemap.planning.ladder import BoundLadder, Ladder, OpeningLadder
-from forcemap.planning.map_warnings import map_warnings
-from forcemap.planning.outlook import Outlook
-from forcemap.planning.places import FloatArray, PlaceRange
-from forcemap.planning.runs import runs_of
-from forcemap.planning.search import Search
-from forcemap.planning.sequence_inputs import (
+from forcemap.planning.next_inputs import (
     check_budget,
     expectation_of,
     highest_force,
@@ -36,6 +31,11 @@ from forcemap.planning.sequence_inputs import (
     phase_two_refusal,
     speeds_between,
 )
+from forcemap.planning.next_outlook import Outlook
+from forcemap.planning.next_search import Search
+from forcemap.planning.places import FloatArray, PlaceRange
+from forcemap.planning.plan_warnings import map_warnings
+from forcemap.planning.runs import runs_of
 from forcemap.speeds import safe_speed
 
 _PLACES = 9  # along each axis, at which confirmed speeds are counted
@@ -182,6 +182,8 @@ def next_measurements(
     known = dataset.train.states if dataset is not None else None
     seen = measured.states if isinstance(measured, ImpactDataset) else None
     conditions = measured.conditions if isinstance(measured, ImpactDataset) else measured
+    if not isinstance(bound, ToleranceBound):
+        raise InputError(f"bound: found {bound!r}, expected a ToleranceBound: a margin does not tell what is gained")
     newtons = newtons_of(limit, contact)
     slowest, fastest = check_budget(speeds, batch, states, repeats, least_gain)
     highest = highest_force(conditions, dataset, largest_force, newtons)
@@ -192,7 +194,7 @@ def next_measurements(
     candidates = place_range.states(_CANDIDATE_PLACES, speeds_between(slowest, fastest))
     so_far = len(known) if known is not None else 0
     left = (max(_BUDGET, so_far + _FURTHER) if states is None else states) - so_far
-    force_map = _map_with_bound(dataset, form, bound)
+    force_map, no_bound = _map_with_bound(dataset, form, bound)
     targets = place_range.grid(_PLACES)
     now = _Now.of(force_map, targets, newtons, bound)
 
@@ -202,16 +204,17 @@ def next_measurements(
     warnings: tuple[str, ...] = ()
     if force_map is None or known is None or seen is None:
         if left <= 0:
-            return now.stop(Stop.BUDGET, _spent(so_far, states, f"no bound can be had from fewer than {_least(form)}"))
+            return now.stop(Stop.BUDGET, _spent(so_far, states, no_bound))
         ladder = OpeningLadder(
-            expectation_of(expected_force, conditions), highest, newtons, slowest, known, seen, place_range, tolerance
+            expectation_of(expected_force, conditions), highest, newtons, slowest, seen, place_range, tolerance
         )
         candidates = candidates[ladder.allows(candidates)]
         chosen = search.opening(candidates, known, min(batch, left), left)
         if not len(chosen):
-            return now.stop(Stop.OUT_OF_REACH, f"no state is left that is expected to stay within {highest:g} N")
+            within = f"no state is left that is expected to stay within {highest:g} N"
+            return now.stop(Stop.OUT_OF_REACH, f"{within}{_saturated(seen)}")
         expected = (0, math.nan)
-        reason = "opening: the states measured so far are too few for a bound"
+        reason = f"opening: {no_bound}"
     else:
         ladder = BoundLadder(force_map, bound, highest, seen, place_range, tolerance)
         reach = _reach(force_map, targets, _AIM * newtons, slowest, fastest)
@@ -226,7 +229,8 @@ def next_measurements(
         ahead = min(left, _AHEAD * batch) if left > 0 else _FURTHER
         planned = search.refining(candidates, known, wanted, unconfirmed, ahead)
         if not len(planned):
-            return now.stop(Stop.OUT_OF_REACH, f"no state is left whose bound stays within {highest:g} N")
+            within = f"no state is left whose bound stays within {highest:g} N"
+            return now.stop(Stop.OUT_OF_REACH, f"{within}{_saturated(seen)}")
         outlook = Outlook(force_map, bound, targets, newtons, fastest)
         before, all_after = outlook.speeds(planned[:0]), outlook.speeds(planned)
         raised = max(float(np.mean(all_after - before)), 0.0)
@@ -296,10 +300,14 @@ class _Now:
         )
 
 
-def _least(form: Form) -> str:
-    """How many states a bound takes."""
-    fewest = len(form.terms) + MIN_DEGREES_OF_FREEDOM
-    return f"{fewest} states of {form.name}"
+def _saturated(seen: States | None) -> str:
+    """That states saturated the device, if any did: no impact as fast is planned there."""
+    if seen is None or not (full := seen.select(seen.censored > 0)):
+        return ""
+    return (
+        f"; the device was saturated at {len(full)} of {len(seen)} states, from {full.speed.min():.3g} m/s up: measure "
+        "with a device of larger range, or begin slower"
+    )
 
 
 def _spent(so_far: int, budget: int | None, gain: str) -> str:
@@ -330,13 +338,16 @@ def _reach(force_map: ForceMap, places: FloatArray, force: float, slowest: float
     return first_exceedance(log_force, *ends, np.full(len(places), math.log(force)))[0]
 
 
-def _map_with_bound(dataset: ImpactDataset | None, form: Form, bound: ToleranceBound) -> ForceMap | None:
-    """The map of what was measured; None where it or its bound cannot be had yet."""
+def _map_with_bound(dataset: ImpactDataset | None, form: Form, bound: ToleranceBound) -> tuple[ForceMap | None, str]:
+    """The map of what was measured; None where it or its bound cannot be had yet, and why."""
+    fewest = len(form.terms) + MIN_DEGREES_OF_FREEDOM
+    uncensored = 0 if dataset is None else len(dataset.train.states.uncensored)
+    too_few = f"no bound can be had from fewer than {fewest} states of {form.name}, found {uncensored}"
     if dataset is None:
-        return None
+        return None, too_few
     try:
         force_map = fit_force_map(dataset, form=form)
         bound.require(force_map)
-    except (FitError, BoundNotAvailable):
-        return None
-    return force_map
+    except (FitError, BoundNotAvailable) as refusal:
+        return None, too_few if uncensored < fewest else f"no bound can be had yet: {refusal.message}"
+    return force_map, ""

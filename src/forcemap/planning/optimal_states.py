@@ -12,7 +12,7 @@ from forcemap.campaigns.state import StateTolerance
 from forcemap.errors import InputError, RankDeficient, TooFewStates
 from forcemap.maps.forms import CFM_3D, Form
 from forcemap.planning.bound_width import STATE_SD, mean_width
-from forcemap.planning.exchange import Apart, Exchange, whitening
+from forcemap.planning.optimal_exchange import Apart, Exchange, whitening
 
 FloatArray = NDArray[np.float64]
 

@@ -36,8 +36,9 @@ class PlaceRange:
                 axis = measured.distance if name == "distances" else measured.height
                 given = [float(axis.min()), float(axis.max())]
             low = 0.0 if name == "distances" else -10.0
-            if len(given) < 2 or not low <= min(given) < max(given) <= 10:
-                raise InputError(f"{name}: found {list(values)}, expected (lowest, highest) in metres, up to 10")
+            finite = np.isfinite(given).all()
+            if len(given) < 2 or not finite or not low <= min(given) < max(given) <= 10:
+                raise InputError(f"{name}: found {given}, expected (lowest, highest) in metres, up to 10")
             found.append((min(given), max(given)))
         return cls(found[0], found[1])
 
@@ -61,7 +62,8 @@ class PlaceRange:
         return np.asarray(ends[0] & ends[1])
 
     def apart(self, states: FloatArray, others: FloatArray) -> FloatArray:
-        """How far the places of states lie apart, as shares of the range, shape (n, m)."""
+        """How far the places of states lie apart, as shares of the range, shape (n, m); of a flat range, in metres."""
         size = np.array([self.distances[1] - self.distances[0], self.heights[1] - self.heights[0]])
+        size[size == 0] = 1.0
         offsets = (states[:, None, :2] - others[None, :, :2]) / size
         return np.asarray(np.sqrt(np.square(offsets).sum(axis=-1)))

@@ -52,7 +52,7 @@ def check_budget(
     if not 0 <= least_gain < math.inf:
         raise InputError(f"least gain: found {least_gain:g} m/s, expected a finite number of at least 0")
     given = [float(value) for value in speeds]
-    if len(given) < 2 or not 0 < min(given) < max(given) <= 10:
+    if len(given) < 2 or not np.isfinite(given).all() or not 0 < min(given) < max(given) <= 10:
         raise InputError(f"speeds: found {list(speeds)}, expected (slowest, fastest) in metres per second, up to 10")
     return min(given), max(given)
 
