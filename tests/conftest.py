@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import json
 import os
 
 import pytest
@@ -26,3 +27,28 @@ def example_folders(tmp_path_factory):
 @pytest.fixture(scope="session")
 def examples(example_folders):
     return {name: fm.read_dataset(folder) for name, folder in example_folders.items()}
+
+
+@pytest.fixture
+def forcemap(capsys):
+    """Run a command in this process: (exit code, stdout, stderr)."""
+    from forcemap.cli.app import run
+
+    def call(*arguments):
+        code = run([str(argument) for argument in arguments])
+        out, err = capsys.readouterr()
+        return code, out, err
+
+    return call
+
+
+@pytest.fixture
+def ask(forcemap):
+    """Run a command with --json: (exit code, object). What goes wrong is one line."""
+
+    def call(*arguments):
+        code, out, err = forcemap(*arguments, "--json")
+        assert err == "" or (err.startswith("error: ") and err.count("\n") == 1)
+        return code, json.loads(out)
+
+    return call

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import re
 import signal
 import subprocess
@@ -19,31 +18,6 @@ PLAN = ("--distances-m", "0.5,0.9", "--heights-m", "0.2,0.4", "--speeds-mps", "0
 RUN, OTHER = "d500-h200-v100-r1", "d500-h200-v200-r1"
 COMMANDS = ("plan", "collect", "inspect", "check")
 HAND = ("--area", "back_of_hand")
-
-
-@pytest.fixture
-def forcemap(capsys):
-    """Run a command in this process: (exit code, stdout, stderr)."""
-    from forcemap.cli.app import run
-
-    def call(*arguments):
-        code = run([str(argument) for argument in arguments])
-        out, err = capsys.readouterr()
-        return code, out, err
-
-    return call
-
-
-@pytest.fixture
-def ask(forcemap):
-    """Run a command with --json: (exit code, object)."""
-
-    def call(*arguments):
-        code, out, err = forcemap(*arguments, "--json")
-        assert err == "" or (err.startswith("error: ") and err.count("\n") == 1)
-        return code, json.loads(out)
-
-    return call
 
 
 @pytest.fixture

@@ -26,33 +26,6 @@ FIT_KEYS = {
 COMMANDS = ("demo", "fit", "evaluate", "compare", "limits", "speed", "speed-map")
 
 
-@pytest.fixture
-def forcemap(capsys):
-    """Run a command in this process: (exit code, stdout, stderr)."""
-    from forcemap.cli.app import run
-
-    def call(*arguments):
-        code = run([str(argument) for argument in arguments])
-        out, err = capsys.readouterr()
-        return code, out, err
-
-    return call
-
-
-@pytest.fixture
-def ask(forcemap):
-    """Run a command with --json: (exit code, object)."""
-
-    def call(*arguments):
-        code, out, err = forcemap(*arguments, "--json")
-        if code == 2:
-            assert err.startswith("error: ")
-            assert err.count("\n") == 1
-        return code, json.loads(out)
-
-    return call
-
-
 AT = ("--distance", 0.8, "--height", 0.4)
 HAND = ("--area", "back_of_hand", "--contact")
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import json
 import shutil
 
 import numpy as np
@@ -72,18 +71,6 @@ def folder(whole, tmp_path):
 def empty(tmp_path):
     """A campaign with a plan and no recordings."""
     return write_campaign(tmp_path / "empty", recorded=False)
-
-
-@pytest.fixture
-def ask(capsys):
-    """Run a command with --json: (exit code, object)."""
-    from forcemap.cli.app import run
-
-    def call(*arguments):
-        code = run([*map(str, arguments), "--json"])
-        return code, json.loads(capsys.readouterr().out)
-
-    return call
 
 
 def put(folder, name, time, force):

@@ -13,7 +13,6 @@ import numpy as np
 import pytest
 
 import forcemap as fm
-from forcemap.cli.app import run
 from forcemap.lab.bench import SimulatedImpacts, SimulatedScenario, simulate_impacts, simulate_peaks
 from forcemap.lab.contact import ContactLayer
 from forcemap.lab.reaction import Reaction, ReactionKind
@@ -234,20 +233,12 @@ class TestCampaign:
         assert not (tmp_path / "x" / "plan.csv").exists()
 
 
-def test_simulate_command(capsys, plan, tmp_path):
-    def call(*arguments):
-        code = run([str(argument) for argument in arguments])
-        return code, capsys.readouterr().out
-
-    def ask(*arguments):
-        code, out = call(*arguments, "--json")
-        return code, json.loads(out)
-
+def test_simulate_command(forcemap, ask, plan, tmp_path):
     code, found = ask("simulate", tmp_path / "plan.csv", "--preset", "ur10e-like", "--threshold-Nm", 40)
     assert (code, found["recordings"], found["scenarios"]) == (0, 2, ["unconstrained"])
     assert found["changes"] == ["collision threshold 40 N m"]
     assert found["folder"] == str(tmp_path / "plan-ur10e-like")
-    code, out = call("simulate", tmp_path / "plan.csv", "--preset", "ur10e-like", "-o", tmp_path / "b")
+    code, out, _ = forcemap("simulate", tmp_path / "plan.csv", "--preset", "ur10e-like", "-o", tmp_path / "b")
     assert code == 0
     assert out.startswith("SIMULATED with ur10e-like: not a measurement of any robot")
     code, found = ask("simulate", tmp_path, "--preset", "ur5")

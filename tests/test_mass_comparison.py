@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-
 import numpy as np
 import pytest
 from scipy.stats import spearmanr
@@ -12,17 +10,6 @@ import forcemap as fm
 from forcemap.cli.app import run
 
 OUT = (1.0, 0.0, 0.0)
-
-
-@pytest.fixture
-def ask(capsys):
-    """Run a command with --json: (exit code, object)."""
-
-    def call(*arguments):
-        code = run([*(str(argument) for argument in arguments), "--json"])
-        return code, json.loads(capsys.readouterr().out)
-
-    return call
 
 
 @pytest.fixture(scope="module")

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-
 import numpy as np
 import pytest
 from oracle import printed_force
@@ -14,31 +12,6 @@ from pulses import pulse, rows, save
 RANGES = ("--distances-m", "0.52,0.89", "--heights-m", "0.14,0.46")
 CELL = (*RANGES, "--moving-mass-kg", 30, "--device-range-N", 500)
 HAND = ("--area", "back_of_hand", "--contact", "transient")
-
-
-@pytest.fixture
-def forcemap(capsys):
-    """Run a command in this process: (exit code, stdout, stderr)."""
-    from forcemap.cli.app import run
-
-    def call(*arguments):
-        code = run([str(argument) for argument in arguments])
-        out, err = capsys.readouterr()
-        return code, out, err
-
-    return call
-
-
-@pytest.fixture
-def ask(forcemap):
-    """Run a command with --json: (exit code, object)."""
-
-    def call(*arguments):
-        code, out, err = forcemap(*arguments, "--json")
-        assert err == "" or (err.startswith("error: ") and err.count("\n") == 1)
-        return code, json.loads(out)
-
-    return call
 
 
 def measure(folder, ask, rng):
