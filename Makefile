@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt
 
-.PHONY: demo test check validity bench examples clean
+.PHONY: demo test check validity bench examples docs clean
 
 demo: .venv/.app
 	rm -rf build/demo
@@ -27,6 +27,11 @@ bench: .venv/.test
 examples: .venv/.app
 	$(BIN)/python scripts/make_examples.py
 
+docs: .venv/.docs
+	$(BIN)/python scripts/make_figures.py
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict
+	@echo "open build/site/index.html; with search: $(BIN)/python -m http.server --bind 127.0.0.1 -d build/site"
+
 clean:
 	rm -rf .venv build dist
 
@@ -37,10 +42,14 @@ clean:
 	$(PIP) -e '.[app]'
 	@touch $@
 
+.venv/.docs: .venv/.app
+	$(PIP) -e '.[app,docs]'
+	@touch $@
+
 .venv/.test: .venv/.app
-	$(PIP) -e '.[app,test]'
+	$(PIP) -e '.[app,docs,test]'
 	@touch $@
 
 .venv/.check: .venv/.test
-	$(PIP) -e '.[app,test,check]'
+	$(PIP) -e '.[app,docs,test,check]'
 	@touch $@

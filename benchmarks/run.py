@@ -29,6 +29,9 @@ import forcemap as fm
 from forcemap.lab.bench import simulate_impacts, simulate_peaks
 from forcemap.lab.virtual_robot import virtual_robot
 from forcemap.maps.regression import least_squares
+from forcemap.web.held import fitted
+from forcemap.web.map_answers import slices_answer
+from forcemap.web.question import State
 
 DOCUMENT = Path(__file__).parents[1] / "docs" / "benchmarks.md"
 
@@ -244,10 +247,24 @@ def paths():
     yield f"zones of 5 cm, whole workspace ({len(zones)})", "one second", 1 / seconds, "at least 1 x as fast"
 
 
+def web():
+    """The web page's answer to a slider: the bound over 10^4 places and all that stands beside it, as JSON."""
+    with tempfile.TemporaryDirectory() as folder:
+        found = fitted(fm.copy_example("ur10e", Path(folder) / "ur10e"))
+        question = State(distance_m=0.7, height_m=0.3, speed_mps=0.3)
+        seconds = best(lambda: slices_answer(found, question, None).model_dump_json())
+    yield (
+        "web page: a slider's answer, 10^4 places, tolerance bound",
+        "a tenth of a second",
+        0.1 / seconds,
+        "at least 1 x",
+    )
+
+
 def main() -> None:
     """Run all benchmarks and print or write the table."""
     lines = ["| what | peer | ratio | asked |", "|---|---|---|---|"]
-    for benchmark in (prediction, grid, crossing, fitting, recordings, dynamics, lab, paths):
+    for benchmark in (prediction, grid, crossing, fitting, recordings, dynamics, lab, paths, web):
         for what, peer, ratio, asked in benchmark():
             lines.append(f"| {what} | {peer} | {ratio:.1f} | {asked} |")
     processor = next(

@@ -138,6 +138,8 @@ def test_every_command_is_in_the_readme_and_every_example_in_a_help_text_runs(wo
     for command in app.registered_commands:
         assert f"forcemap {command.name}" in page("README.md") or command.name == "demo"
         (example,) = re.findall(r"Example: forcemap (.*?)(?:\n\n|\Z)", inspect.getdoc(command.callback), re.S)
+        if command.name == "serve":  # until it is interrupted: test_web.py
+            continue
         assert perform(example) in (0, 1), (example, capsys.readouterr().err)
     capsys.readouterr()
 

@@ -37,9 +37,17 @@ LIBRARY = {
     "exports": {"speeds", "speed_maps", "robot_tables", "paths"},
 }
 LIBRARY["assessment"] = set(LIBRARY) - {"lab", "exports"}
-FACES = {"cli": {"", "exports", "report", "figures", "lab"}, "web": {"", "exports", "report", "figures"}}
+FACES = {"cli": {"", "exports", "report", "figures", "web", "lab"}, "web": {"", "exports", "report", "figures"}}
+FACES["report"] = {"assessment", "figures", "campaigns", "limits", "speeds", "comparisons", "verdicts"}  # result types
+# figures draw results: result types alone
+FACES["figures"] = {"recordings", "impacts", "campaigns", "maps", "limits", "dynamics", "speeds", "speed_maps"} | {
+    "comparisons",
+    "mass_comparison",
+    "paths",
+    "planning",
+}
 ALLOWED = LIBRARY | FACES
-FACE_PACKAGES = {"matplotlib", "jinja2", "fastapi", "uvicorn", "typer", "rich", "plotly", "starlette"}
+FACE_PACKAGES = {"matplotlib", "jinja2", "fastapi", "uvicorn", "typer", "rich", "plotly", "starlette", "pydantic"}
 LIBRARY_PACKAGES = {"numpy", "scipy", "pandas", "defusedxml", "nptdms"} | set(sys.stdlib_module_names)
 
 

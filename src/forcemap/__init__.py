@@ -1,7 +1,16 @@
 """forcemap: from measured impacts to a bounded collision-force map and safe robot speeds."""
 
 from forcemap._version import __version__
-from forcemap.assessment import Assessment, assess, map_accuracy
+from forcemap.assessment.assess_campaign import assess_campaign
+from forcemap.assessment.campaign_assessment import CampaignAssessment
+from forcemap.assessment.coefficients import Coefficient
+from forcemap.assessment.contact_model import ContactModel
+from forcemap.assessment.inputs import InputFile, campaign_inputs
+from forcemap.assessment.map_assessment import Assessment, assess, map_accuracy
+from forcemap.assessment.missing import Missing
+from forcemap.assessment.place_speeds import OpenPlaces, PlaceSpeeds
+from forcemap.assessment.recording_results import JudgedRecordings, RecordingResult
+from forcemap.assessment.state_results import StateResult
 from forcemap.campaigns.build import build_dataset
 from forcemap.campaigns.campaign import Campaign, read_campaign
 from forcemap.campaigns.conditions import Conditions, read_campaign_file, read_conditions
@@ -162,9 +171,11 @@ __all__ = [
     "Bound",
     "BoundNotAvailable",
     "Campaign",
+    "CampaignAssessment",
     "CampaignSummary",
     "CensoredImpacts",
     "CensoringEffect",
+    "Coefficient",
     "ColumnMap",
     "Comparison",
     "Conditions",
@@ -173,6 +184,7 @@ __all__ = [
     "Confirmed",
     "ConfirmingImpact",
     "Contact",
+    "ContactModel",
     "ContactNotPermitted",
     "ContactScenario",
     "CycleTime",
@@ -199,9 +211,11 @@ __all__ = [
     "Impact",
     "ImpactDataset",
     "InputError",
+    "InputFile",
     "Interpretation",
     "Joint",
     "JointKind",
+    "JudgedRecordings",
     "Judgement",
     "LastLink",
     "LeftOutState",
@@ -215,11 +229,14 @@ __all__ = [
     "MassMap",
     "MassOutcome",
     "MeasurementPlan",
+    "Missing",
     "NextMeasurements",
+    "OpenPlaces",
     "Outlier",
     "PathSpeeds",
     "PhaseTwo",
     "PieceOutcome",
+    "PlaceSpeeds",
     "PlanarArm",
     "PlanarReach",
     "Pose",
@@ -232,6 +249,7 @@ __all__ = [
     "ReachOutcome",
     "Recording",
     "RecordingError",
+    "RecordingResult",
     "RefusedForm",
     "Repeatability",
     "Robot",
@@ -245,6 +263,7 @@ __all__ = [
     "StandardExpectation",
     "StateCheck",
     "StateContact",
+    "StateResult",
     "StateTolerance",
     "States",
     "Stop",
@@ -268,8 +287,10 @@ __all__ = [
     "Zones",
     "__version__",
     "assess",
+    "assess_campaign",
     "body_region",
     "build_dataset",
+    "campaign_inputs",
     "campaign_summary",
     "campaign_text",
     "censoring_effect",

@@ -10,16 +10,16 @@ from pathlib import Path
 from forcemap.errors import InputError
 
 
-def write_atomically(path: str | Path, text: str) -> None:
-    """Write `text` as UTF-8; at any moment the file is either the old one or the new one, whole."""
+def write_atomically(path: str | Path, text: str | bytes) -> None:
+    """Write bytes, or a text as UTF-8; at any moment the file is either the old one or the new one, whole."""
     target = Path(path)
     try:
         descriptor, temporary = tempfile.mkstemp(prefix=f".{target.name}.", dir=target.parent)
     except OSError as error:
         raise InputError(f"cannot be written ({error.strerror}); name a folder that exists", file=str(path)) from error
     try:
-        with os.fdopen(descriptor, "w", encoding="utf-8", newline="") as stream:
-            stream.write(text)
+        with os.fdopen(descriptor, "wb") as stream:
+            stream.write(text.encode() if isinstance(text, str) else text)
             stream.flush()
             os.fsync(stream.fileno())
         mask = os.umask(0)

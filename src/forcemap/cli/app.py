@@ -26,6 +26,8 @@ from forcemap.cli.output import emit_error
 from forcemap.cli.path import path
 from forcemap.cli.place import place
 from forcemap.cli.plan import plan
+from forcemap.cli.report import report
+from forcemap.cli.serve import serve
 from forcemap.cli.simulate import simulate
 from forcemap.cli.speed import speed
 from forcemap.cli.speed_map import speed_map
@@ -73,6 +75,8 @@ for command in (
     place,
     export,
     effective_mass,
+    report,
+    serve,
 ):
     app.command(name=command.__name__.replace("_", "-"))(command)
 

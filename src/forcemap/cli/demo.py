@@ -21,6 +21,7 @@ from forcemap import (
     Repeatability,
     ToleranceBound,
     assess,
+    assess_campaign,
     body_region,
     build_dataset,
     campaign_summary,
@@ -35,6 +36,7 @@ from forcemap import (
 from forcemap.cli.collect import contact_lines, scatter_lines
 from forcemap.cli.options import Json
 from forcemap.cli.output import emit, json_text
+from forcemap.cli.report import REPORT_FILE, write_report
 from forcemap.cli.results import (
     accuracy_lines,
     accuracy_result,
@@ -80,9 +82,12 @@ def demo(
     collected = campaign_summary(campaign, dataset)
     summary = _summary(assessment, collected, repeatability(dataset), masses)
     files = _write(assessment, target, summary)
+    (report,) = write_report(assess_campaign(target, limits=[assessment.limit]), target / REPORT_FILE, None, pdf=False)
+    files.insert(-1, REPORT_FILE)
     result = {
         "folder": str(target),
         "files": files,
+        "report": report,
         "fit": fit_result(assessment.force_map, assessment.accuracy[0]),
         "speed_maps": {contact.value: _speed_map(assessment, contact) for contact in assessment.speed_maps},
         "comparison": comparison_result(assessment.comparison),
@@ -92,6 +97,7 @@ def demo(
         "",
         f"Written to {target}: {', '.join(files)}",
         "(the map, accuracy, comparison and safe speeds as JSON and CSV; this text as summary.txt)",
+        f"The validation report, to open in a browser: {report}",
         f"Next: {program} speed {target} --distance 0.8 --height 0.4 --area {_AREA} --contact transient",
     ]
     emit(result, [*summary, *closing], as_json=as_json)

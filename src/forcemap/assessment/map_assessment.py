@@ -1,4 +1,4 @@
-"""A campaign's whole result: what the demo, the report and the web page show."""
+"""A map and all that follows from it for one body area."""
 
 from __future__ import annotations
 

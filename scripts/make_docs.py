@@ -1,0 +1,200 @@
+"""The documentation site's reference pages, made from commands, docstrings and examples while it is built.
+
+mkdocs loads this file as a hook (mkdocs.yml): it adds the generated pages, links words of the written ones to them,
+and writes nothing into docs/.
+"""
+
+from __future__ import annotations
+
+import ast
+import importlib
+import inspect
+import re
+from collections.abc import Callable
+from enum import Enum
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from forcemap.cli.app import app
+
+ROOT = Path(__file__).parents[1]
+PACKAGES = ("forcemap", "forcemap.figures")
+
+# Pages of the API reference, and the rooms they cover: first the data's way, then what is beside it.
+API_PAGES = {
+    "Recordings, impacts, verdicts": ("recordings", "impacts", "verdicts"),
+    "Campaigns and plans": ("campaigns", "planning"),
+    "Maps and bounds": ("maps", "changes"),
+    "Limits of the standard": ("limits",),
+    "Safe speeds": ("speeds", "speed_maps", "many_speeds", "zones", "certified_speeds", "robot_tables"),
+    "Paths and places": ("paths", "places"),
+    "Comparisons and assessment": ("comparisons", "mass_comparison", "assessment"),
+    "Effective mass": ("dynamics",),
+    "Exports": ("exports",),
+    "Figures": ("figures",),
+    "Errors": ("errors",),
+}
+
+COMMANDS_HEAD = """# Commands
+
+What `forcemap COMMAND --help` says. A unit is part of an option's name. {epilog} Errors are one line on
+stderr, and with `--json` one JSON object.
+
+| command | what it does |
+|---|---|
+"""
+
+API_HEAD = """# Python
+
+Every public name of `forcemap`; a name that is not here is not public. SI units; arrays broadcast; a scalar in gives a
+float out.
+
+"""
+
+
+def pages() -> dict[str, str]:
+    """Text of every generated page by its place in the site."""
+    made = {"commands.md": commands_page(), "examples.md": examples_page(), "figures.md": figures_page()}
+    return {**made, **api_pages(), **project_pages()}
+
+
+def commands_page() -> str:
+    """Every command with usage, arguments, options and example, from the command objects."""
+    import typer.main
+
+    group: Any = typer.main.get_command(app)
+    rows, sections = "", ""
+    for name, command in group.commands.items():
+        summary, *further = inspect.cleandoc(command.help).split("\n\n")
+        rows += f"| [`forcemap {name}`](#forcemap-{name}) | {_prose(summary)} |\n"
+        context = command.context_class(command, info_name=f"forcemap {name}")
+        usage = " ".join(command.get_usage(context).removeprefix("Usage: ").split())
+        sections += f"\n## forcemap {name}\n\n{_prose(summary)}\n\n```text\n{usage}\n```\n"
+        for paragraph in further:
+            words, is_example, example = " ".join(paragraph.split()).partition("Example: ")
+            sections += f"\n{_prose(words)}\n" if words else ""
+            sections += f"\nExample:\n\n```text\n{example}\n```\n" if is_example else ""
+        sections += "\n| option | meaning |\n|---|---|\n"
+        for parameter in command.get_params(context):
+            record = parameter.get_help_record(context)
+            if record and parameter.name != "help":
+                sections += f"| `{record[0]}` | {_prose(record[1])} |\n"
+    made = COMMANDS_HEAD.format(epilog=group.epilog) + rows + sections
+    return re.sub(r"\bdocs/(\w+\.md)", r"[\1](\1)", made)
+
+
+def api_pages() -> dict[str, str]:
+    """A page for each group of rooms, with the directives that put the docstrings there, and an overview."""
+    pages_of_rooms = {room: title for title, rooms in API_PAGES.items() for room in rooms}
+    grouped: dict[str, list[str]] = {title: [] for title in API_PAGES}
+    for name, home in public_names().items():
+        grouped[pages_of_rooms[home.split(".")[1]]].append(name)
+    overview, made = API_HEAD, {}
+    for title, names in grouped.items():
+        path = f"{title.lower().replace(',', '').replace(' ', '-')}.md"
+        rows = "".join(f"| [`{name.removeprefix('forcemap.')}`][{name}] | {_summary(name)} |\n" for name in names)
+        overview += f"## [{title}]({path})\n\n| name | what |\n|---|---|\n{rows}\n"
+        made[f"api/{path}"] = f"# {title}\n\n" + "".join(f"::: {name}\n\n{_values(name)}" for name in names)
+    return {"api/index.md": overview, **made}
+
+
+def examples_page() -> str:
+    """The numbered examples as they stand in examples/."""
+    text = "# Examples\n\nPrograms that `make test` runs, from a few lines up. They lie in the folder `examples`.\n"
+    for path in sorted((ROOT / "examples").glob("*.py")):
+        text += f"\n## {path.stem}\n\n```python\n{path.read_text()}```\n"
+    return text
+
+
+def figures_page() -> str:
+    """The pictures that scripts/make_figures.py made."""
+    source = "simulated campaigns and published maps"
+    text = f"# Figures\n\nMade by `make docs` from {source}, with [`forcemap.figures`](api/figures.md).\n"
+    for path in sorted((ROOT / "docs" / "pictures").glob("*.png")):
+        title = path.stem.replace("-", " ").capitalize()
+        text += f"\n## {title}\n\n![{title}](pictures/{path.name})\n"
+    return text
+
+
+def project_pages() -> dict[str, str]:
+    """The pages that lie beside the README."""
+    return {f"{name.lower()}.md": (ROOT / f"{name}.md").read_text() for name in ("CONTRIBUTING", "CHANGELOG")}
+
+
+@cache
+def public_names() -> dict[str, str]:
+    """Every public name, with its package, and the module that it is defined in."""
+    found: dict[str, str] = {}
+    for package in map(importlib.import_module, PACKAGES):
+        tree = ast.parse(inspect.getsource(package))
+        imports = [node for node in tree.body if isinstance(node, ast.ImportFrom)]
+        homes = {alias.asname or alias.name: str(node.module) for node in imports for alias in node.names}
+        names = [name for name in package.__all__ if not name.startswith("__")]
+        found |= {f"{package.__name__}.{name}": homes[name] for name in names}
+    return found
+
+
+def linked(markdown: str) -> str:
+    """Commands and public names in code spans become links; links out of docs/ lead to the generated pages."""
+    markdown = re.sub(r"\]\(\.\./examples/(\w+)\.py\)", r"](examples.md#\1)", markdown)
+    markdown = re.sub(r"\]\(\.\./(CONTRIBUTING|CHANGELOG)\.md\)", lambda m: f"]({m[1].lower()}.md)", markdown)
+    parts = re.split(
+        r"(^```.*?^```$|^#.*?$|^    .*?$|\[[^\]]*\]\([^)]*\)|\[[^\]]*\]\[[^\]]*\])", markdown, flags=re.M | re.S
+    )
+    parts[::2] = [re.sub(r"`([^`\n]+)`", _link, part) for part in parts[::2]]
+    return "".join(parts)
+
+
+def _link(span: re.Match[str]) -> str:
+    name = span[1].removesuffix("()").removeprefix("forcemap.").removeprefix("fm.")
+    if f"forcemap.{name}" in public_names():
+        return f"[{span[0]}][forcemap.{name}]"
+    command = re.match(r"forcemap ([a-z-]+)", span[1])
+    known = command and command[1] in {each.name for each in app.registered_commands}
+    return f"[{span[0]}][forcemap-{command[1]}]" if command and known else span[0]
+
+
+def _summary(name: str) -> str:
+    """First sentence of a docstring; of a constant, the type."""
+    value = _value(name)
+    if inspect.isclass(value) or inspect.isfunction(value):
+        return _prose((inspect.getdoc(value) or "").split("\n\n")[0])
+    return f"`{type(value).__name__}`"
+
+
+def _values(name: str) -> str:
+    """What an enumeration can be: its members have no docstrings."""
+    value = _value(name)
+    if not (inspect.isclass(value) and issubclass(value, Enum)):
+        return ""
+    return f"Values of `{name}`: {', '.join(f'`{member.value}`' for member in value)}.\n\n"
+
+
+def _value(name: str) -> Any:
+    package, _, own = name.rpartition(".")
+    return getattr(importlib.import_module(package), own)
+
+
+def _prose(text: str) -> str:
+    """A paragraph as Markdown on one line: options become code, asterisks, brackets and pipes mean themselves."""
+    text = re.sub(r"(?<![\w`-])(--[a-zA-Z][\w-]*)", r"`\1`", " ".join(text.split()))
+    parts = re.split(r"(`[^`]*`)", text)
+    parts[::2] = [re.sub(r"([*_<\[\]|])", r"\\\1", part) for part in parts[::2]]
+    return "".join(parts)
+
+
+def on_files(files: Any, config: Any) -> Any:
+    """Add the generated pages (called by mkdocs)."""
+    from mkdocs.structure.files import File
+
+    generated: Callable[..., Any] = File.generated
+    for path, text in pages().items():
+        files.append(generated(config, path, content=text))
+    return files
+
+
+def on_page_markdown(markdown: str, page: Any, **_: Any) -> str:
+    """Link the words of a page (called by mkdocs)."""
+    generated = page.file.src_uri.startswith(("api/", "commands", "changelog", "examples", "figures"))
+    return markdown if generated else linked(markdown)

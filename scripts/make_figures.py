@@ -1,0 +1,129 @@
+"""Make the pictures of the documentation: figures of a simulated example campaign and of the published maps.
+
+Run from the root of the project; the same software gives the same files.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+import tempfile
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from matplotlib.figure import Figure
+
+import forcemap as fm
+from forcemap import figures
+from forcemap.files import write_atomically
+from forcemap.lab.example_campaigns import simulate_example
+
+PICTURES = Path("docs/pictures")
+LARGEST = 150_000  # bytes of one picture
+
+AREA = "back_of_hand"
+SHOULDER = 0.18  # height of the planar arm's base, that of the UR10e [m]
+
+
+def campaign_figures(folder: Path, other: Path) -> Iterator[tuple[str, Figure]]:
+    """Figures of one simulated campaign; an impact of another one stands beside its own."""
+    campaign = fm.read_campaign(folder)
+    dataset = fm.build_dataset(campaign)
+    force_map, limit, bound = fm.fit_force_map(dataset), fm.force_limit(AREA), fm.ToleranceBound()
+    yield "force-profiles", figures.force_profiles_figure(force_map, dataset, bound=bound)
+    yield "measurement-grid", figures.measurement_grid_figure(dataset)
+    yield "workspace", figures.workspace_figure(force_map, dataset)
+    yield "residuals", figures.residuals_figure(force_map, dataset)
+    yield "repeatability", figures.repeatability_figure(fm.repeatability(dataset), dataset)
+    grid = fm.measured_grid(force_map, 0.05)
+    for contact in fm.Contact:
+        speeds = fm.speed_map(force_map, *grid, limit=limit, bound=bound, contact=contact)
+        yield f"safe-speeds-{contact}", figures.safe_speed_figure(speeds)
+
+    conditions = dataset.conditions
+    masses = {
+        "robot_mass": fm.pfl_robot_mass(conditions.moving_mass, conditions.payload),
+        "body_mass": math.inf,
+        "stiffness": fm.body_region(AREA).stiffness,
+    }
+    comparison = fm.compare_force_models(dataset, bound=bound, limit=limit, **masses)
+    maps_2d = [fm.fit_force_map(dataset, form=fm.CFM_2D), *maps_of_each_height(dataset)]
+    yield (
+        "model-comparison",
+        figures.model_comparison_figure(comparison, dataset, force_map, maps_2d=maps_2d, **masses),
+    )
+    impacts = [an_impact(each) for each in (folder, other)]
+    evolution = figures.force_evolution_figure(
+        impacts[0].recording, impacts[0], limit, beside=impacts[1:], conditions=conditions
+    )
+    yield "force-evolution", evolution
+
+
+def maps_of_each_height(dataset: fm.ImpactDataset) -> Iterator[fm.ForceMap]:
+    """2D maps fitted to all states of one height at the training speeds, as in the paper (section V-C)."""
+    training = np.isin(dataset.speed, np.unique(dataset.train.speed)) & ~dataset.censored
+    for height in np.unique(dataset.height):
+        rows = dataset.select(training & (dataset.height == height))
+        yield fm.fit_force_map(replace(rows, role=np.full(len(rows), "train")), form=fm.CFM_2D)
+
+
+def an_impact(folder: Path) -> fm.Impact:
+    """The first impact at 0.14 m height and 0.30 m/s at the largest distance."""
+    campaign = fm.read_campaign(folder)
+    distance = campaign.plan.distance.max()
+    (run, *_) = np.flatnonzero(
+        (campaign.plan.distance == distance) & (campaign.plan.height == 0.14) & (campaign.plan.speed == 0.30)
+    )
+    (file,) = (folder / "recordings").glob(f"{campaign.plan.recording[run]}.*")
+    recording = fm.read_recording(file, columns=campaign.columns)
+    return fm.find_impact(replace(recording, device=campaign.conditions.device))
+
+
+def published_figures() -> Iterator[tuple[str, Figure]]:
+    """Figures that need no campaign: a published map's path speeds, the planar arm."""
+    arms = {
+        f"last link {link}, wrist {wrist}": fm.PlanarArm(
+            link_mass=fm.LinkMass.UNIFORM_ROD, last_link=link, wrist=wrist, base_height=SHOULDER
+        )
+        for link in (fm.LINK_ALIGNED, fm.LINK_HORIZONTAL, fm.LINK_DOWN)
+        for wrist in fm.Wrist
+    }
+    nine = (fm.INSPECTION_DISTANCES, fm.INSPECTION_HEIGHTS)
+    first = next(iter(arms.values()))
+    variants = {name: fm.planar_mass_map(arm, *nine) for name, arm in arms.items()}
+    yield "planar-inspection", figures.planar_inspection_figure(variants, arm=first)
+    dense = fm.planar_mass_map(first, np.linspace(0.52, 0.89, 38), np.linspace(0.14, 0.46, 33))
+    yield "planar-mass", figures.planar_mass_figure(dense)
+    force_map = fm.published_map("kuka-iiwa7-10nm")
+    yield "force-profiles-kuka", figures.force_profiles_figure(force_map, bound=fm.FixedMargin(0.10))
+    yield "path-speeds", figures.path_speeds_figure(documented_path())
+
+
+def documented_path() -> fm.PathSpeeds:
+    """The speeds along the path of docs/robot_program.md."""
+    page = Path("docs/robot_program.md").read_text()
+    with tempfile.TemporaryDirectory() as home:
+        for name, kind in (("path.csv", "csv"), ("task.toml", "toml")):
+            (text,) = re.findall(rf"```{kind}\n(.*?)```", page, re.S)[:1]
+            Path(home, name).write_text(text)
+        path, task = fm.read_path(Path(home, "path.csv")), fm.read_task(Path(home, "task.toml"))
+    return fm.path_speeds(fm.published_map("ur10e"), path, task, bound=fm.FixedMargin(0.10))
+
+
+def main() -> None:
+    """Write all pictures."""
+    PICTURES.mkdir(exist_ok=True)
+    with tempfile.TemporaryDirectory() as home:
+        folders = [simulate_example(name, Path(home, name)).folder for name in ("ur10e", "kuka-iiwa7-30nm")]
+        for name, figure in [*campaign_figures(*folders), *published_figures()]:
+            picture = figures.png(figure, dpi=150)
+            if len(picture) > LARGEST:
+                raise SystemExit(f"{name}.png: found {len(picture)} bytes, expected at most {LARGEST}")
+            write_atomically(PICTURES / f"{name}.png", picture)
+            print(f"{PICTURES / name}.png: {len(picture) / 1000:.0f} kB")
+
+
+if __name__ == "__main__":
+    main()

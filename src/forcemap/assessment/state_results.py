@@ -1,0 +1,116 @@
+"""What was measured at every state of a campaign, and how it compares with the limits and the map."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from forcemap.assessment.recording_results import RecordingResult, gravest_judgement
+from forcemap.campaigns.dataset import ImpactDataset
+from forcemap.campaigns.repeatability import Repeatability
+from forcemap.impacts.scenario import ContactScenario
+from forcemap.maps.force_map import ForceMap
+from forcemap.verdicts import Judgement
+
+
+@dataclass(frozen=True)
+class StateResult:
+    """One state.
+
+    Parameters
+    ----------
+    name : str
+        Its name.
+    distance, height, speed : float
+        Its coordinates [m], [m], [m/s].
+    role : str
+        "train", "test", or both.
+    impacts, censored : int
+        Number of uncensored and of censored repeats.
+    mean, sd, highest : float
+        Mean, standard deviation of repeats and largest of the uncensored peak forces [N]; NaN where there is none.
+    at_least : float
+        Largest force that censored repeats reached at least [N]; NaN where none is censored.
+    predicted : float
+        Force predicted by the map [N]; NaN without a map.
+    phase2_force : float
+        Largest Phase II force [N]; NaN if none was recorded.
+    scenarios : mapping of ContactScenario to int
+        Impacts of each contact scenario.
+    flags : tuple of str
+        Names of quality flags of its impacts.
+    recordings : tuple of RecordingResult
+        Its recordings, those that are not used, too.
+    judgements : tuple of (Judgement or None)
+        The gravest of its recordings, one for each limit; None where none was judged.
+    """
+
+    name: str
+    distance: float
+    height: float
+    speed: float
+    role: str
+    impacts: int
+    censored: int
+    mean: float
+    sd: float
+    highest: float
+    at_least: float
+    predicted: float
+    phase2_force: float
+    scenarios: dict[ContactScenario, int]
+    flags: tuple[str, ...]
+    recordings: tuple[RecordingResult, ...]
+    judgements: tuple[Judgement | None, ...]
+
+
+def state_results(
+    dataset: ImpactDataset,
+    scatter: Repeatability,
+    recordings: Sequence[RecordingResult],
+    force_map: ForceMap | None,
+    limits: int,
+) -> tuple[StateResult, ...]:
+    """The states of a dataset in order of distance, height and speed; `limits` is the number of limits judged."""
+    states = dataset.states
+    unknown = np.full(len(states), math.nan)
+    predicted = unknown if force_map is None else force_map.predict(states.distance, states.height, states.speed)
+    by_state: dict[str, list[RecordingResult]] = {}
+    for recording in recordings:
+        by_state.setdefault(recording.entry.state_id, []).append(recording)
+    members: dict[str, list[int]] = {}
+    for i, name in enumerate(dataset.state.tolist()):
+        members.setdefault(name, []).append(i)
+    found = []
+    for i, name in enumerate(states.name):
+        rows, own = members[name], by_state.get(name, [])
+        scenarios = [each for each in dataset.scenario[rows] if each is not None]
+        flags = [flag for cell in dataset.flags[rows].tolist() for flag in cell.split("; ")]
+        found.append(
+            StateResult(
+                name=name,
+                distance=float(states.distance[i]),
+                height=float(states.height[i]),
+                speed=float(states.speed[i]),
+                role=" and ".join(sorted(set(dataset.role[rows].tolist()), reverse=True)),
+                impacts=int(states.impacts[i]),
+                censored=int(states.censored[i]),
+                mean=float(states.force[i]),
+                sd=float(scatter.sd[i]),
+                highest=float(states.highest[i]),
+                at_least=float(states.at_least[i]),
+                predicted=float(predicted[i]),
+                phase2_force=float(np.fmax.reduce(dataset.phase2_force[rows])),
+                scenarios={each: scenarios.count(each) for each in ContactScenario if each in scenarios},
+                flags=tuple(sorted(set(flags) - {"", "simulated"})),
+                recordings=tuple(own),
+                judgements=tuple(
+                    gravest_judgement([j for each in own if (j := each.judgements[k]) is not None])
+                    for k in range(limits)
+                ),
+            )
+        )
+    return tuple(found)

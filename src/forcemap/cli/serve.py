@@ -1,0 +1,35 @@
+"""forcemap serve."""
+
+from __future__ import annotations
+
+import sys
+from contextlib import suppress
+from typing import Annotated
+
+import typer
+
+from forcemap import read_limit_table
+from forcemap.cli.options import LimitTable
+
+
+def serve(
+    folder: Annotated[str, typer.Argument(help="Campaign folder, or a folder of campaign folders.")],
+    port: Annotated[int, typer.Option("--port", min=0, max=65535, help="Port; 0 takes a free one.")] = 8000,
+    host: Annotated[str, typer.Option("--host", help="127.0.0.1; any other address is refused.")] = "127.0.0.1",
+    limit_table: LimitTable = None,
+) -> int:
+    """Show campaigns as a web page on this machine: drop recordings, turn the map, move a task, take away a report.
+
+    Nothing is reached over the network and no other machine can reach it. Ends with Ctrl-C.
+
+    Example: forcemap serve my-campaign --port 8000
+    """
+    from forcemap.web.server import serve as serve_page
+
+    def ready(address: str) -> None:
+        print(f"Open {address} (Ctrl-C ends it)", file=sys.stderr, flush=True)
+
+    table = read_limit_table(limit_table) if limit_table else None
+    with suppress(KeyboardInterrupt):
+        serve_page(folder, port=port, host=host, limit_table=table, ready=ready)
+    return 0

@@ -1,0 +1,7 @@
+"""The report of a campaign: an assessment as one self-contained HTML page, as a PDF, and what changed since."""
+
+from forcemap.report.document import report_html
+from forcemap.report.pdf import report_pdf
+from forcemap.report.verify import Verification, verify_report
+
+__all__ = ["Verification", "report_html", "report_pdf", "verify_report"]

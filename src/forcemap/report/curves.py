@@ -1,0 +1,92 @@
+"""Small curves of force over time: all repeats of a state in one drawing."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from markupsafe import Markup, escape
+from numpy.typing import NDArray
+
+from forcemap.assessment.recording_results import RecordingResult
+from forcemap.campaigns.register import Use
+from forcemap.limits.force_limits import ForceLimit
+
+FloatArray = NDArray[np.float64]
+
+_WIDTH, _HEIGHT = 340, 120
+_LEFT, _BREAK, _RIGHT, _TOP, _BOTTOM = 34, 206, 334, 8, 100
+_FAST, _SLOW = 0.1, 1.0  # [s] the axis is broken at the first, and ends at the second
+# as in a figure of the paper: told apart by colour and by dashes
+_STROKES = (("#0072B2", ""), ("#D55E00", "5 2"), ("#009E73", "2 2"), ("#CC79A7", "7 2 2 2"), ("#56B4E9", "1 2"))
+
+
+def highest_force(recordings: Sequence[RecordingResult], limit: ForceLimit | None) -> float:
+    """The force up to which all curves are drawn [N]."""
+    forces = [float(each.force.max()) for each in recordings if each.force.size]
+    limits = [limit.transient] if limit is not None else []
+    return 1.05 * max([*forces, *limits, 1.0])
+
+
+def state_curve(recordings: Sequence[RecordingResult], limit: ForceLimit | None, top: float) -> Markup:
+    """The curves of recordings in one drawing, with the limits by time; empty if no recording has one.
+
+    The axis of time is broken at 0.1 s. Recordings that are not used are grey.
+
+    Parameters
+    ----------
+    recordings : sequence of RecordingResult
+    limit : ForceLimit or None
+        Limits to draw; None for none.
+    top : float
+        Force at the top of the drawing [N].
+    """
+    drawn = [each for each in recordings if each.force.size]
+    if not drawn:
+        return Markup("")
+    parts = [_axes(top)]
+    if limit is not None:
+        parts.append(_limits(limit, top))
+    used = 0
+    for each in drawn:
+        colour, dashes = _STROKES[used % len(_STROKES)] if each.entry.use is Use.USED else ("#999999", "")
+        used += each.entry.use is Use.USED
+        dash = f' stroke-dasharray="{dashes}"' if dashes else ""
+        points = " ".join(f"{x:.0f},{y:.0f}" for x, y in zip(_x(each.time), _y(each.force, top), strict=True))
+        parts.append(f'<polyline fill="none" stroke="{colour}"{dash} points="{points}"/>')
+    title = escape(f"force over time after onset of {', '.join(each.entry.name for each in drawn)}")
+    head = f'<svg class="curve" viewBox="0 0 {_WIDTH} {_HEIGHT}" width="{_WIDTH}" height="{_HEIGHT}" role="img"'
+    return Markup(f'{head} aria-label="{title}">{"".join(parts)}</svg>')
+
+
+def _x(time: FloatArray) -> FloatArray:
+    return np.interp(time, [0.0, _FAST, _SLOW], [_LEFT, _BREAK, _RIGHT])
+
+
+def _y(force: FloatArray, top: float) -> FloatArray:
+    return np.asarray(_BOTTOM - (_BOTTOM - _TOP) * np.clip(force / top, 0.0, 1.0))
+
+
+def _axes(top: float) -> str:
+    step = next(step for step in (10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 1e9) if top / step <= 4)
+    lines, words = [f"M{_LEFT} {_TOP}V{_BOTTOM}H{_RIGHT}", f"M{_BREAK} {_TOP}V{_BOTTOM}"], []
+    for force in np.arange(0, top, step).tolist():
+        y = float(_y(np.array(force), top))
+        lines.append(f"M{_LEFT - 3} {y:.0f}h3")
+        words.append(f'<text x="{_LEFT - 5}" y="{y + 3:.0f}" text-anchor="end">{force:g}</text>')
+    for time, text in ((0.0, "0"), (0.05, "50"), (0.1, "100"), (0.5, "500"), (1.0, "1000 ms")):
+        x = float(_x(np.array(time)))
+        anchor = "end" if time == _SLOW else "middle"
+        lines.append(f"M{x:.0f} {_BOTTOM}v3")
+        words.append(f'<text x="{x:.0f}" y="{_BOTTOM + 13}" text-anchor="{anchor}">{text}</text>')
+    text = f'<g font-family="sans-serif" font-size="9" fill="#444">{"".join(words)}'
+    text += f'<text x="{_LEFT + 3}" y="{_TOP + 6}">N</text></g>'
+    return f'<path d="{"".join(lines)}" fill="none" stroke="#888" stroke-width="0.7"/>{text}'
+
+
+def _limits(limit: ForceLimit, top: float) -> str:
+    """Transient limit up to 0.5 s, quasi-static one from there on."""
+    middle, end = _x(np.array([0.5, _SLOW])).tolist()
+    high, low = _y(np.array([limit.transient, limit.quasi_static]), top).tolist()
+    path = f"M{_LEFT} {high:.1f}H{middle:.0f}V{low:.1f}H{end:.0f}"
+    return f'<path d="{path}" fill="none" stroke="#000" stroke-width="1.2" stroke-dasharray="6 3"/>'

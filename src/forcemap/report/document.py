@@ -1,0 +1,207 @@
+"""The report of a campaign as one HTML page that needs nothing beside it."""
+
+from __future__ import annotations
+
+import datetime
+import math
+import re
+from collections.abc import Iterable, Sequence
+from itertools import pairwise
+from typing import Any
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup
+
+from forcemap.assessment.campaign_assessment import CampaignAssessment
+from forcemap.assessment.inputs import inputs_sha256
+from forcemap.assessment.missing import Missing
+from forcemap.assessment.place_speeds import PlaceSpeeds
+from forcemap.assessment.state_results import StateResult
+from forcemap.campaigns.register import Use
+from forcemap.errors import InputError
+from forcemap.limits.force_limits import Contact
+from forcemap.report.curves import highest_force, state_curve
+from forcemap.report.pictures import Pictures
+from forcemap.report.seal import MARK, quoted, seal, seal_tag
+from forcemap.speeds import floor_speed
+from forcemap.verdicts import Interpretation, VerdictOutcome
+
+_COLUMNS_AT_ONCE = 9  # of a speed table, so that it fits on a page
+
+_NO_CONTACT = "the standard permits no contact; keep the robot from reaching it"
+
+# Control characters, surrogates, noncharacters; and marks that turn the direction of text around.
+_UNFIT = re.compile(
+    "[\x00-\x08\x0b-\x0c\x0e-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069\ud800-\udfff\ufdd0-\ufdef\ufffe\uffff"
+    + "".join(chr(plane + low) for plane in range(0x10000, 0x110000, 0x10000) for low in (0xFFFE, 0xFFFF))
+    + "]"
+)
+
+
+def report_html(assessment: CampaignAssessment, *, date: str | None = None) -> str:
+    """The report of an assessment as one HTML page: no script, nothing fetched; the same page for the same inputs.
+
+    Parameters
+    ----------
+    assessment : CampaignAssessment
+        As `assess_campaign` gives it.
+    date : str, optional
+        Date of the report, YYYY-MM-DD; today if not given.
+
+    Raises
+    ------
+    InputError
+        A date that is none.
+    """
+    page = (
+        _environment()
+        .get_template("report.html")
+        .render(
+            a=assessment,
+            c=assessment.conditions,
+            date=_date(date),
+            mark=MARK,
+            seal_tag=Markup(seal_tag()),
+            inputs_sha256=inputs_sha256(assessment.inputs),
+            pictures=Pictures(assessment),
+            headlines=[_headline(each) for each in assessment.speeds],
+            curves=_curves(assessment),
+            places=_places(assessment),
+            calibration=_calibration(assessment),
+            Contact=Contact,
+            Interpretation=Interpretation,
+            VerdictOutcome=VerdictOutcome,
+            Use=Use,
+        )
+    )
+    return seal(page)
+
+
+def _environment() -> Environment:
+    environment = Environment(
+        loader=PackageLoader("forcemap.report", "."),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        finalize=_fit,
+    )
+    environment.filters |= {
+        "mps": _speed,
+        "number": _number,
+        "stated": _stated,
+        "quoted": quoted,
+        "words": _words,
+        "outcome_counts": _outcome_counts,
+        "blocks": _blocks,
+        "plural": _plural,
+    }
+    environment.tests |= {"gone": lambda part: isinstance(part, Missing), "nan": _is_nan}
+    return environment
+
+
+def _fit(value: Any) -> Any:
+    """A text without characters that have no place in a page."""
+    if not isinstance(value, str) or not _UNFIT.search(value):
+        return value
+    return type(value)(_UNFIT.sub("�", str(value)))
+
+
+def _is_nan(value: Any) -> bool:
+    return isinstance(value, float) and math.isnan(value)
+
+
+def _speed(value: float) -> str:
+    return "–" if math.isnan(value) else floor_speed(value)
+
+
+def _number(value: float, form: str = ".1f") -> str:
+    return "–" if math.isnan(value) else format(value, form)
+
+
+def _stated(value: Any, unit: str = "") -> Any:
+    """A condition with its unit, or that it is missing."""
+    if value == "" or _is_nan(value):
+        return Markup('<span class="missing">missing</span>')
+    return f"{value:g} {unit}".strip() if isinstance(value, float) else f"{value} {unit}".strip()
+
+
+def _words(value: Any) -> str:
+    return str(value).replace("_", " ")
+
+
+def _plural(count: int, noun: str) -> str:
+    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
+
+
+def _outcome_counts(states: Iterable[StateResult], limit: int) -> dict[str, int]:
+    """Number of states of every outcome under a limit, the gravest first; those that were not judged last."""
+    found = ["not judged" if (j := state.judgements[limit]) is None else _words(j.outcome) for state in states]
+    return {name: found.count(name) for name in ("exceeded", "cannot tell", "within", "not judged")}
+
+
+def _blocks(columns: Sequence[float]) -> list[range]:
+    """Columns of a table that fit on a page together."""
+    count = math.ceil(len(columns) / _COLUMNS_AT_ONCE)
+    edges = [len(columns) * i // count for i in range(count + 1)]
+    return [range(first, last) for first, last in pairwise(edges)]
+
+
+def _headline(found: PlaceSpeeds) -> dict[str, Any]:
+    """What is confirmed for one body area and contact, in a word and a line."""
+    if not found.limit.permitted:
+        return {"of": found, "word": "NOT PERMITTED", "kind": "refused", "places": 0, "speeds": _NO_CONTACT}
+    if isinstance(found.speeds, Missing):
+        return {"of": found, "word": "NOT CONFIRMED", "kind": "refused", "places": 0, "speeds": found.speeds.reason}
+    inside = sum(count for name, count in found.speeds.counts.items() if name != "outside")
+    if not found.confirmed:
+        reason = found.open_places[0].reason if found.open_places else "no place lies inside the measured range"
+        return {"of": found, "word": "NOT CONFIRMED", "kind": "refused", "places": inside, "speeds": reason}
+    whole = found.confirmed == inside
+    return {
+        "of": found,
+        "word": "CONFIRMED at all places" if whole else f"CONFIRMED at {found.confirmed} of {inside} places",
+        "kind": "confirmed" if whole else "partly",
+        "places": inside,
+        "speeds": f"{floor_speed(found.slowest)} to {floor_speed(found.fastest)}\u00a0m/s, place by place"
+        if found.fastest > found.slowest
+        else f"{floor_speed(found.slowest)}\u00a0m/s",
+    }
+
+
+def _curves(assessment: CampaignAssessment) -> dict[str, Markup]:
+    """The curves of every state, by its name."""
+    if isinstance(assessment.states, Missing):
+        return {}
+    limit = next((limit for limit in assessment.limits if limit.permitted), None)
+    top = highest_force([each for state in assessment.states for each in state.recordings], limit)
+    return {state.name: state_curve(state.recordings, limit, top) for state in assessment.states}
+
+
+def _places(assessment: CampaignAssessment) -> list[tuple[float, float, list[float]]]:
+    """Distance, height and speeds of every contact point [m, m, m/s]."""
+    if isinstance(assessment.states, Missing):
+        return []
+    found: dict[tuple[float, float], list[float]] = {}
+    for state in assessment.states:
+        found.setdefault((round(state.distance, 3), round(state.height, 3)), []).append(state.speed)
+    return [(d, h, sorted(speeds)) for (d, h), speeds in found.items()]
+
+
+def _calibration(assessment: CampaignAssessment) -> str:
+    """Whether the device's calibration held on the day of the measurements; empty if nothing tells."""
+    device, date = assessment.conditions.device, assessment.conditions.date
+    if not date or not device.calibration_stated:
+        return ""
+    return f"{'EXPIRED' if device.expired(date) else 'valid'} on {date}, the date of the measurements"
+
+
+def _date(date: str | None) -> str:
+    if date is None:
+        return datetime.date.today().isoformat()
+    try:
+        if re.fullmatch(r"\d{4}-\d{2}-\d{2}", date, re.ASCII):
+            return datetime.date.fromisoformat(date).isoformat()
+    except ValueError:
+        pass
+    raise InputError(f"date: found {date!r}, expected YYYY-MM-DD")

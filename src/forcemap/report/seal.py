@@ -1,0 +1,97 @@
+"""What a report says of itself and its inputs, for a program: hashes in the page, and reading them back."""
+
+from __future__ import annotations
+
+import os
+import re
+from dataclasses import dataclass
+from html.parser import HTMLParser
+from urllib.parse import quote, unquote_to_bytes
+
+from forcemap.errors import InputError
+from forcemap.files import sha256
+
+MARK = "forcemap-report/1"
+"""Schema of the page; it stands within its first 4000 bytes."""
+
+_OPEN = "0" * 64
+_SEAL = '<meta name="forcemap-report-sha256" content="{}">'
+
+
+@dataclass(frozen=True)
+class Sealed:
+    """What a report says of itself.
+
+    Parameters
+    ----------
+    software, date : str
+        What made it, and the date it states.
+    inputs : dict of str to str
+        SHA-256 of every input by its path below the campaign's folder.
+    intact : bool
+        True if the page is as it was written.
+    """
+
+    software: str
+    date: str
+    inputs: dict[str, str]
+    intact: bool
+
+
+def seal_tag() -> str:
+    """The tag that carries the page's own hash, still open."""
+    return _SEAL.format(_OPEN)
+
+
+def seal(page: str) -> str:
+    """The page with its own SHA-256 in it: that of the page with zeros in its place."""
+    return page.replace(seal_tag(), _SEAL.format(sha256(page)), 1)
+
+
+def quoted(path: str) -> str:
+    """A path of any bytes as plain ASCII, percent-encoded."""
+    return quote(os.fsencode(path), safe="/ ")
+
+
+def read_seal(content: bytes, file: str) -> Sealed:
+    """What the page of a report says of itself.
+
+    Raises
+    ------
+    InputError
+        Not a report, or one without hashes.
+    """
+    try:
+        page = content.decode("utf-8")
+    except UnicodeDecodeError:
+        raise InputError("not a text in UTF-8, expected the HTML file of a report", file=file) from None
+    found = _Reader()
+    found.feed(page)
+    if found.meta.get("forcemap-report") != MARK:
+        raise InputError(f"no report of schema {MARK}, expected the HTML file that forcemap report wrote", file=file)
+    own = found.meta.get("forcemap-report-sha256", "")
+    if not re.fullmatch(r"[0-9a-f]{64}", own) or not found.inputs:
+        raise InputError("the report carries no hashes any more: it was altered; write it again", file=file)
+    return Sealed(
+        software=found.meta.get("generator", ""),
+        date=found.meta.get("forcemap-date", ""),
+        inputs=found.inputs,
+        intact=sha256(page.replace(_SEAL.format(own), seal_tag(), 1)) == own,
+    )
+
+
+class _Reader(HTMLParser):
+    """Collects the meta entries and the hashes of the inputs."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.meta: dict[str, str] = {}
+        self.inputs: dict[str, str] = {}
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        """Keep what is looked for."""
+        values = {name: value or "" for name, value in attrs}
+        if tag == "meta" and "name" in values:
+            self.meta.setdefault(values["name"], values.get("content", ""))
+        if tag == "tr" and "data-file" in values:
+            self.inputs[os.fsdecode(unquote_to_bytes(values["data-file"]))] = values.get("data-sha256", "")

@@ -1,0 +1,94 @@
+"""Who may ask, and what every answer forbids: Host, Origin, size, and the headers of a page that trusts nobody."""
+
+from __future__ import annotations
+
+import re
+import sys
+
+from starlette.requests import Request
+from starlette.responses import JSONResponse, Response
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+from forcemap.errors import ForcemapError
+from forcemap.web.intake import LARGEST_UPLOAD, too_large
+from forcemap.web.refusal import Refusal, Refused, problem
+
+_HOST = re.compile(r"(127\.0\.0\.1|localhost)(:\d{1,5})?")
+
+POLICY = "; ".join(
+    (
+        "default-src 'none'",
+        "script-src 'self'",
+        "style-src 'self' 'unsafe-inline'",
+        "img-src 'self' data:",
+        "connect-src 'self'",
+        "form-action 'self'",
+        "base-uri 'none'",
+        "frame-ancestors 'none'",
+    )
+)
+"""The content security policy: scripts and connections of this server alone; plotly writes style sheets of its own."""
+
+_HEADERS = {
+    "content-security-policy": POLICY,
+    "x-content-type-options": "nosniff",
+    "x-frame-options": "DENY",
+    "referrer-policy": "no-referrer",
+    "cross-origin-resource-policy": "same-origin",
+    "cross-origin-opener-policy": "same-origin",
+}
+
+
+class Guard:
+    """Refuses requests that no page of this server makes, and puts the same headers on every answer."""
+
+    def __init__(self, app: ASGIApp) -> None:
+        self.app = app
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Answer a request or pass it on."""
+        if scope["type"] != "http":
+            await self.app(scope, receive, send)
+            return
+        started = False
+
+        async def guarded(message: Message) -> None:
+            nonlocal started
+            if message["type"] == "http.response.start":
+                started = True
+                headers = list(message["headers"])
+                names = {name for name, _ in headers}
+                headers += [(k.encode(), v.encode()) for k, v in _HEADERS.items()]
+                headers += [] if b"cache-control" in names else [(b"cache-control", b"no-store")]
+                message["headers"] = headers
+            await send(message)
+
+        try:
+            _require_own(Request(scope))
+            await self.app(scope, receive, guarded)
+        except Refusal as error:
+            await _refused(error, error.status)(scope, receive, guarded)
+        except Exception as error:  # one line for the person and one for the terminal, never a traceback
+            what = " ".join(str(error).split())
+            defect = ForcemapError(f"a defect of forcemap ({type(error).__name__}: {what}); please report it")
+            print(f"error: {scope['path']!r}: {defect.message}", file=sys.stderr)
+            if not started:
+                await _refused(defect, 500)(scope, receive, guarded)
+
+
+def _require_own(request: Request) -> None:
+    host = request.headers.get("host", "")
+    if not _HOST.fullmatch(host):
+        raise Refusal(421, "host", "found another host name, expected 127.0.0.1 or localhost; open the address printed")
+    if request.method in ("GET", "HEAD"):
+        return
+    origin, site = request.headers.get("origin"), request.headers.get("sec-fetch-site", "none")
+    if (origin is not None and origin != f"http://{host}") or site not in ("same-origin", "none"):
+        raise Refusal(403, "origin", "found a request of another site, expected one of this page; nothing was done")
+    size = request.headers.get("content-length", "0")
+    if size.isdecimal() and int(size) > LARGEST_UPLOAD:
+        raise too_large()
+
+
+def _refused(error: ForcemapError, status: int) -> Response:
+    return JSONResponse(Refused(error=problem(error)).model_dump(), status)

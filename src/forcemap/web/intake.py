@@ -1,0 +1,313 @@
+"""Files that a person drops: held beside the campaign while they are judged, and stored under the name of a run."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import re
+import secrets
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from functools import lru_cache
+from pathlib import Path, PurePosixPath
+
+from fastapi import Request
+from pydantic import BaseModel, Field
+
+from forcemap import Campaign, ForcemapError, InputError, LimitTable, build_dataset, read_campaign
+from forcemap.files import file_sha256
+from forcemap.web.campaign_answers import problem_words
+from forcemap.web.folder import Folder
+from forcemap.web.judgements import FileAnswer, TableAnswer, file_answer, is_table, table_answer
+from forcemap.web.question import Area
+from forcemap.web.refusal import Refusal
+
+LARGEST_UPLOAD = 20_000_000
+"""The largest file that is taken [bytes]."""
+
+MOST_RECORDINGS = 5_000
+"""The most files a campaign's folder of recordings may hold for the page to add one."""
+
+TYPES = (".csv", ".txt", ".tdms")
+"""How the names of files end that are taken; what they hold is judged by the reader."""
+
+_AT_ONCE = 8  # files in memory
+_PATIENCE = 60.0  # for a file to arrive [s]
+_STAGED = ".incoming-"
+_STALE = 3600.0  # [s]
+_TRIES = 3
+
+
+class Upload(Area):
+    """A file to judge."""
+
+    file: str = Field(
+        description="Name of the file, by which errors call it; it names nothing on disk.", max_length=255
+    )
+
+
+class Addition(Upload):
+    """A recording to add to a campaign."""
+
+    run: str | None = Field(None, description="Run of the plan; found by the file's name if not given.", max_length=255)
+
+
+class StoredAnswer(BaseModel):
+    """A recording that was stored, and what became of it."""
+
+    stored_as: str
+    use: str
+    reason: str
+    problem: str
+    judgement: FileAnswer
+
+
+class CollectAnswer(BaseModel):
+    """What collecting a campaign's recordings gave."""
+
+    recordings: int
+    used: int
+    missing: int
+    problem: str
+
+
+@dataclass
+class _Desk:
+    """One campaign's intake: one file is stored at a time, and one collect serves all files stored before it."""
+
+    storing: threading.Lock = field(default_factory=threading.Lock)
+    collecting: asyncio.Lock = field(default_factory=asyncio.Lock)
+    asked: int = 0
+    done: int = 0
+    problem: str = ""
+
+
+class Intake:
+    """Takes files for the campaigns of a folder."""
+
+    def __init__(self, folder: Folder, table: LimitTable | None) -> None:
+        self._folder = folder
+        self._table = table
+        self._places = asyncio.Semaphore(_AT_ONCE)
+        self._desks: dict[Path, _Desk] = {}
+        for campaign in folder.campaigns().values():
+            _sweep(campaign)
+
+    async def judge(self, request: Request, name: str, file_name: str, question: Area) -> FileAnswer | TableAnswer:
+        """Judge a file without storing it."""
+        campaign, suffix = self._folder.campaign(name), _suffix(file_name)
+        async with self._places:
+            content = await _received(request)
+            return await asyncio.to_thread(self._judged, campaign, content, suffix, file_name, question)
+
+    async def add(self, request: Request, name: str, file_name: str, run: str | None, question: Area) -> StoredAnswer:
+        """Judge a recording, store it as a run of the plan, and collect the campaign."""
+        path, suffix = self._folder.campaign(name), _suffix(file_name)
+        async with self._places:
+            content = await _received(request)
+            stored, judgement = await asyncio.to_thread(self._stored, path, content, suffix, file_name, run, question)
+        problem = await self._collected(path)
+        entries = [entry for entry in read_campaign(path).entries if entry.file == stored]
+        unused = [entry for entry in entries if entry.use.value != "used"] or entries
+        return StoredAnswer(
+            stored_as=stored,
+            use=unused[0].use.value if unused else "not_collected",
+            reason=unused[0].reason if unused else "",
+            problem=problem,
+            judgement=judgement,
+        )
+
+    async def collect(self, name: str) -> CollectAnswer:
+        """Read and judge all recordings of a campaign and write its impacts table, as forcemap collect does."""
+        path = self._folder.campaign(name)
+        read_campaign(path)
+        problem = await self._collected(path)
+        campaign = read_campaign(path)
+        used = sum(entry.use.value == "used" for entry in campaign.entries)
+        return CollectAnswer(
+            recordings=len(campaign.entries), used=used, missing=len(campaign.missing), problem=problem
+        )
+
+    def _judged(
+        self, campaign: Path, content: bytes, suffix: str, file_name: str, question: Area
+    ) -> FileAnswer | TableAnswer:
+        with _staged(campaign, content, suffix) as staged, _called(staged, file_name):
+            if suffix != ".tdms" and is_table(content):
+                return table_answer(staged, file_name, campaign)
+            return file_answer(staged, file_name, campaign, question, self._table)
+
+    def _stored(
+        self, path: Path, content: bytes, suffix: str, file_name: str, run: str | None, question: Area
+    ) -> tuple[str, FileAnswer]:
+        campaign = read_campaign(path)
+        if suffix != ".tdms" and is_table(content):
+            message = "this is an impacts table; only recordings are added, the impacts table is made from them"
+            raise Refusal(422, "table", message, file=file_name)
+        with _staged(path, content, suffix) as staged:
+            with _called(staged, file_name):
+                judgement = file_answer(staged, file_name, path, question, self._table)
+            with self._desk(path).storing:
+                target = campaign.recordings / _stored_name(campaign, run, file_name, suffix, judgement.sha256)
+                _require_new(campaign, target, judgement.sha256, file_name)
+                _store(staged, target)
+        return target.name, judgement
+
+    def _desk(self, campaign: Path) -> _Desk:
+        return self._desks.setdefault(campaign, _Desk())
+
+    async def _collected(self, campaign: Path) -> str:
+        """Collect, once for all that wait; what is wrong, in words."""
+        desk = self._desk(campaign)
+        desk.asked += 1
+        ticket = desk.asked
+        async with desk.collecting:
+            if desk.done < ticket:
+                upto = desk.asked
+                desk.problem = await asyncio.to_thread(_collect, campaign)
+                desk.done = upto
+            return desk.problem
+
+
+def _suffix(file_name: str) -> str:
+    suffix = PurePosixPath(file_name.replace("\\", "/")).suffix.lower()
+    if suffix not in TYPES:
+        message = f"found a file that ends with {suffix or 'nothing'!r}, expected one of {', '.join(TYPES)}"
+        raise Refusal(415, "type", message, file=file_name)
+    return suffix
+
+
+async def _received(request: Request) -> bytes:
+    """The body of a request, as far as it is not too large or too slow."""
+    if request.headers.get("content-type", "").partition(";")[0].strip() != "application/octet-stream":
+        message = "expected the file itself as the body, with Content-Type: application/octet-stream"
+        raise Refusal(415, "type", message)
+    parts, size = [], 0
+    try:
+        async with asyncio.timeout(_PATIENCE):
+            async for part in request.stream():
+                size += len(part)
+                if size > LARGEST_UPLOAD:
+                    raise too_large()
+                parts.append(part)
+    except TimeoutError:
+        raise Refusal(408, "too_slow", f"the file did not arrive within {_PATIENCE:g} s; send it again") from None
+    if not size:
+        raise Refusal(422, "input", "found an empty file, expected a recording or an impacts table")
+    return b"".join(parts)
+
+
+def too_large() -> Refusal:
+    """The refusal of a file that is too large."""
+    largest = f"{LARGEST_UPLOAD / 1e6:.0f} MB"
+    return Refusal(413, "too_large", f"found more than {largest}, expected at most {largest}; export a part of it")
+
+
+@contextmanager
+def _staged(campaign: Path, content: bytes, suffix: str) -> Iterator[Path]:
+    """A file beside the campaign's own, hidden, flushed to disk, and gone afterwards."""
+    path = campaign / f"{_STAGED}{secrets.token_hex(8)}{suffix}"
+    try:
+        with path.open("xb") as stream:
+            stream.write(content)
+            stream.flush()
+            os.fsync(stream.fileno())
+        yield path
+    except OSError as error:
+        raise InputError(f"cannot be written ({error.strerror})", file=campaign.name) from error
+    finally:
+        path.unlink(missing_ok=True)
+
+
+@contextmanager
+def _called(staged: Path, file_name: str) -> Iterator[None]:
+    """Errors name the file as the person does."""
+    try:
+        yield
+    except ForcemapError as error:
+        if error.file and Path(error.file).name == staged.name:
+            error.file = file_name
+        error.message = error.message.replace(str(staged), file_name).replace(staged.name, file_name)
+        raise
+
+
+def _stored_name(campaign: Campaign, run: str | None, file_name: str, suffix: str, digest: str) -> str:
+    """The name under which a recording is stored: that of its run, else one made from its content."""
+    if run is not None:
+        known = _run(campaign, run)
+        if known is None:
+            raise Refusal(422, "run", f"found {run!r}, expected a run of the plan such as {campaign.plan.recording[0]}")
+        return known + suffix
+    known = _run(campaign, PurePosixPath(file_name.replace("\\", "/")).stem)
+    return f"{known or f'upload-{digest[:12]}'}{suffix}"
+
+
+def _run(campaign: Campaign, name: str) -> str | None:
+    """The run of a name as the plan spells it; further repeats of a planned state count."""
+    runs = {run.lower(): run for run in campaign.plan.recording.tolist()}
+    if name.lower() in runs:
+        return str(runs[name.lower()])
+    state, _, repeat = name.lower().rpartition("-r")
+    planned = {each.lower(): each for each in campaign.plan.states}.get(state)
+    return f"{planned}-r{int(repeat)}" if planned and re.fullmatch(r"[1-9][0-9]{0,2}", repeat) else None
+
+
+def _require_new(campaign: Campaign, target: Path, digest: str, file_name: str) -> None:
+    files = campaign.files()
+    for file in files:
+        if _digest(campaign.recordings / file) == digest:
+            raise Refusal(409, "duplicate", f"the same content as {file}, already in the campaign", file=file_name)
+    if len(files) >= MOST_RECORDINGS:
+        message = f"the campaign holds {len(files)} files, the page adds to at most {MOST_RECORDINGS}; copy it by hand"
+        raise Refusal(409, "too_many", message, file=file_name)
+    if any(PurePosixPath(file).stem.lower() == target.stem.lower() for file in files):
+        message = f"run {target.stem} has a recording already; add this one as another repeat"
+        raise Refusal(409, "run_taken", message, file=file_name)
+
+
+def _digest(path: Path) -> str:
+    status = path.stat()
+    return _digest_of(path, status.st_mtime_ns, status.st_size)
+
+
+@lru_cache(maxsize=20_000)
+def _digest_of(path: Path, _changed: int, _size: int) -> str:
+    return file_sha256(path)
+
+
+def _store(staged: Path, target: Path) -> None:
+    """Give a file that is whole its name; one that exists is never replaced."""
+    target.parent.mkdir(exist_ok=True)
+    try:
+        os.link(staged, target)
+    except FileExistsError:
+        raise Refusal(409, "run_taken", f"{target.name} exists already; add this one as another repeat") from None
+    folder = os.open(target.parent, os.O_RDONLY)
+    try:
+        os.fsync(folder)
+    finally:
+        os.close(folder)
+
+
+def _collect(path: Path) -> str:
+    """Collect a campaign, again if its register was changed meanwhile; what is wrong, in words."""
+    for _ in range(_TRIES):
+        campaign = read_campaign(path)
+        try:
+            build_dataset(campaign)
+            return ""
+        except ForcemapError as error:
+            now = file_sha256(campaign.register_file) if campaign.register_file.exists() else ""
+            problem = problem_words(error)
+            if now == campaign.register_sha256 or "meanwhile" not in problem:
+                return problem
+    return problem
+
+
+def _sweep(campaign: Path) -> None:
+    """Take away what a killed server was judging."""
+    for path in campaign.glob(f"{_STAGED}*"):
+        if not path.is_symlink() and time.time() - path.stat().st_mtime > _STALE:
+            path.unlink(missing_ok=True)

@@ -1,0 +1,110 @@
+"""What is asked for: a body area, a kind of contact and a bound, as the parameters of an address."""
+
+from __future__ import annotations
+
+import math
+from enum import StrEnum
+from typing import Annotated
+from urllib.parse import urlencode
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from forcemap import Bound, Contact, FixedMargin, ForceMap, ToleranceBound
+
+Metres = Annotated[float, Field(ge=-10, le=10, allow_inf_nan=False)]
+MetresPerSecond = Annotated[float, Field(gt=0, le=10, allow_inf_nan=False)]
+
+
+class BoundKind(StrEnum):
+    """Upper bounds that can be asked for."""
+
+    TOLERANCE = "tolerance"
+    MARGIN = "margin"
+
+
+class Area(BaseModel):
+    """A body area or region."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    area: str = Field("back_of_hand", description="Body area or body region.", min_length=1, max_length=60)
+
+    @property
+    def query(self) -> str:
+        """The parameters as they stand in an address, without those of the place."""
+        return urlencode(self.model_dump(mode="json", include={*Question.model_fields} & {*type(self).model_fields}))
+
+
+class Bounded(Area):
+    """A body area or region and a bound."""
+
+    bound: BoundKind = Field(BoundKind.TOLERANCE, description="Upper bound on the force.")
+    confidence: float = Field(0.95, ge=0.5, le=0.999, allow_inf_nan=False, description="Of the tolerance bound.")
+    content: float = Field(0.95, ge=0.5, le=0.999, allow_inf_nan=False, description="Share of states below it.")
+    margin: float = Field(0.10, ge=0, le=1, allow_inf_nan=False, description="Share added by the bound margin.")
+
+    def bound_of(self, force_map: ForceMap) -> Bound:
+        """The bound, with the device error of the map's campaign."""
+        if self.bound is BoundKind.MARGIN:
+            return FixedMargin(self.margin)
+        bound = ToleranceBound(self.confidence, self.content, force_map.conditions.device.error_or_default)
+        bound.require(force_map)
+        return bound
+
+
+class Question(Bounded):
+    """A body area or region, a bound and a kind of contact."""
+
+    contact: Contact = Field(Contact.TRANSIENT, description="Kind of contact.")
+
+
+class Place(Question):
+    """A question about one place."""
+
+    distance_m: Metres = Field(description="Distance from the base z-axis.")
+    height_m: Metres = Field(description="Height above the base.")
+
+
+class State(Place):
+    """A question about one place and speed."""
+
+    speed_mps: MetresPerSecond = Field(description="Speed at contact.")
+
+
+class Resolution(Question):
+    """A question about the whole measured range."""
+
+    places: int = Field(2500, ge=1, le=40_000, description="About how many places, spread evenly.")
+
+
+class ZoneSize(Question):
+    """What an export is made of."""
+
+    zone_m: float = Field(0.05, ge=0.01, le=1, allow_inf_nan=False, description="Largest extent of a zone.")
+    overshoot_mps: float = Field(0.01, ge=0, le=1, allow_inf_nan=False, description="Speed overshoot, subtracted.")
+    position_tolerance_m: float = Field(0.005, ge=0, le=0.1, allow_inf_nan=False, description="Allowed for.")
+
+
+class PathQuestion(Question):
+    """A question about a point, or a path through points, of the contact point in the plane of distance and height."""
+
+    points: str = Field(
+        description="Distance and height of each point [m]: 0.7,0.4;0.7,0.2",
+        pattern=r"^-?\d{1,2}(\.\d{1,6})?,-?\d{1,2}(\.\d{1,6})?(;-?\d{1,2}(\.\d{1,6})?,-?\d{1,2}(\.\d{1,6})?){0,49}$",
+        examples=["0.7,0.4;0.7,0.2"],
+    )
+    programmed_mps: MetresPerSecond | None = Field(None, description="Programmed speed, if any.")
+    acceleration_mps2: float = Field(1.0, gt=0, le=100, allow_inf_nan=False, description="Along the path.")
+    overshoot_mps: float = Field(0.01, ge=0, le=1, allow_inf_nan=False, description="Speed overshoot, subtracted.")
+    position_tolerance_m: float = Field(0.005, ge=0, le=0.1, allow_inf_nan=False, description="Allowed for.")
+
+    @property
+    def places(self) -> list[tuple[float, float]]:
+        """Distance and height of each point [m]."""
+        pairs = (point.split(",") for point in self.points.split(";"))
+        return [(float(d), float(h)) for d, h in pairs]
+
+    @property
+    def programmed(self) -> float:
+        """Programmed speed [m/s]; NaN if none."""
+        return math.nan if self.programmed_mps is None else self.programmed_mps

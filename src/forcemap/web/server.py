@@ -1,0 +1,65 @@
+"""The server of the page, on loopback alone."""
+
+from __future__ import annotations
+
+import errno
+import socket
+from collections.abc import Callable
+from pathlib import Path
+
+from forcemap import InputError, LimitTable
+
+LOOPBACK = "127.0.0.1"
+
+
+def serve(
+    folder: str | Path,
+    *,
+    port: int = 8000,
+    host: str = LOOPBACK,
+    limit_table: LimitTable | None = None,
+    ready: Callable[[str], None] = lambda address: None,
+) -> None:
+    """Serve the page of a folder until it is interrupted.
+
+    Parameters
+    ----------
+    folder : str or Path
+        A campaign's folder or a folder of campaigns.
+    port : int
+        Port; 0 takes a free one.
+    host : str
+        127.0.0.1 or localhost; the page has no password, so no other machine may reach it.
+    limit_table : LimitTable, optional
+        Table of limits; that of ISO/TS 15066:2016 if not given.
+    ready : callable, optional
+        Called with the address of the page.
+
+    Raises
+    ------
+    InputError
+        Another address, a port that is taken, or no such folder.
+    """
+    import uvicorn
+
+    from forcemap.web.app import create_app
+
+    if host not in (LOOPBACK, "localhost"):
+        raise InputError(
+            f"host: found {host!r}, expected {LOOPBACK}; the page has no password and stays on this machine"
+        )
+    app = create_app(folder, limit_table=limit_table)
+    with socket.socket() as listening:
+        listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            listening.bind((LOOPBACK, port))
+        except OSError as error:
+            taken = error.errno == errno.EADDRINUSE
+            message = "it is taken; choose another with --port" if taken else f"cannot be used ({error.strerror})"
+            raise InputError(f"port {port}: {message}") from error
+        listening.listen(128)
+        ready(f"http://{LOOPBACK}:{listening.getsockname()[1]}/")
+        config = uvicorn.Config(
+            app, log_level="error", access_log=False, server_header=False, timeout_graceful_shutdown=5
+        )
+        uvicorn.Server(config).run(sockets=[listening])

@@ -1,0 +1,44 @@
+// The task page: a point or a path that is dragged.
+import { live } from "./live.js";
+import { plane } from "./plane.js";
+import { question } from "./question.js";
+
+const form = document.querySelector("form[data-live]");
+const element = document.getElementById("plane");
+const field = form.elements.points;
+const axes = JSON.parse(element.dataset.axes);
+let asked = "";
+
+function points() {
+  return field.value.split(";").map((each) => each.split(",").map(Number)).filter((each) => each.length === 2 && each.every(Number.isFinite));
+}
+
+function state(list) {
+  field.value = list.map((point) => point.map((value) => value.toFixed(3)).join(",")).join(";");
+  field.dispatchEvent(new Event("input", { bubbles: true }));
+}
+
+const drawn = plane(element, document.getElementById("counts"), axes, state);
+
+function change(list) {
+  state(list);
+  drawn.point(list);
+}
+
+document.getElementById("more").addEventListener("click", () => {
+  const list = points();
+  const [d, h] = list.at(-1) ?? [0, 0];
+  const lower = h - 0.1 > axes.height_m[0] ? h - 0.1 : h + 0.1;
+  if (list.length < 50) change([...list, [d, lower]]);
+});
+document.getElementById("less").addEventListener("click", () => {
+  if (points().length > 1) change(points().slice(0, -1));
+});
+field.addEventListener("input", () => document.activeElement === field && drawn.point(points()));
+
+drawn.point(points());
+live((answers) => {
+  element.classList.toggle("stale", !answers);
+  const address = `${element.dataset.speeds}?${question(form)}`;
+  if (address !== asked) drawn.ask((asked = address));
+});

@@ -1,0 +1,453 @@
+"""The report: complete, valid, self-contained, the same for the same inputs, with the library's numbers in it."""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import os
+import re
+import shutil
+import subprocess
+import sys
+import time
+from html.parser import HTMLParser
+
+import html5lib
+import numpy as np
+import pypdf
+import pytest
+
+import forcemap as fm
+from forcemap.report import report_html, report_pdf
+from pulses import TOML, collect, pulse, save, write_campaign
+
+DATE = "2026-11-21"
+SECTIONS = (
+    "answer", "document", "basis", "robot", "points", "runs", "states", "repeatability", "map", "verdicts", "speeds",
+    "standard", "open", "retest", "signatures", "annex-recordings", "annex-inputs",
+)  # fmt: skip
+VOID = {"meta", "br", "img", "link", "hr", "input"}
+FORBIDDEN = {"script", "iframe", "object", "embed", "form", "base", "link", "foreignObject"}
+EVIL = "\"><script>alert(1)</script><b id=evil>&amp; it's"
+
+
+def write_saturated(folder):
+    """Every recording at the device range."""
+    write_campaign(folder, recorded=False)
+    for seed, name in enumerate(fm.read_plan(folder).recording.tolist()):
+        seconds, force = pulse(900.0, rate=1000.0, seed=seed)
+        save(folder / "recordings" / f"{name}.csv", seconds, np.minimum(force, 500.0))
+    collect(folder)
+
+
+def write_bare(folder):
+    """No condition but the device's range and error."""
+    write_campaign(folder, repeats=2)
+    collect(folder)
+
+
+def write_demo(folder):
+    from forcemap.lab.example_campaigns import simulate_example
+
+    simulate_example("ur10e", folder)
+    collect(folder)
+
+
+def write_table(folder):
+    """impacts.csv and campaign.toml, no recordings."""
+    fm.copy_example("ur10e", folder)
+    for path in folder.iterdir():
+        if path.name not in ("impacts.csv", "campaign.toml"):
+            path.unlink()
+
+
+def write_plan(folder):
+    write_campaign(folder, recorded=False)
+
+
+CASES = {"demo": write_demo, "bare": write_bare, "saturated": write_saturated, "table": write_table, "plan": write_plan}
+LIMITS = {"demo": ("back_of_hand", "temple")}
+
+
+@pytest.fixture(scope="module")
+def reports(tmp_path_factory):
+    """Folder, assessment and page of every case, each made once, when it is first asked for."""
+    made = {}
+
+    def of(case):
+        if case not in made:
+            folder = tmp_path_factory.mktemp("reports") / case
+            CASES[case](folder)
+            limits = [fm.force_limit(name) for name in LIMITS.get(case, ())]
+            assessment = fm.assess_campaign(folder, limits=limits)
+            made[case] = folder, assessment, report_html(assessment, date=DATE)
+        return made[case]
+
+    return of
+
+
+class Reader(HTMLParser):
+    """What a page consists of; fails where a tag is not closed."""
+
+    def __init__(self, page):
+        super().__init__()
+        self.open, self.tags, self.ids, self.attributes, self.text = [], set(), [], [], []
+        self.feed(page)
+        self.close()
+        assert self.open == []
+
+    def handle_starttag(self, tag, attrs):
+        self._seen(tag, attrs)
+        if tag not in VOID:
+            self.open.append(tag)
+
+    def handle_startendtag(self, tag, attrs):
+        self._seen(tag, attrs)
+
+    def _seen(self, tag, attrs):
+        self.tags.add(tag)
+        self.ids += [value for name, value in attrs if name == "id"]
+        self.attributes += [(tag, name, value) for name, value in attrs]
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag, f"</{tag}> at line {self.getpos()[0]}"
+
+    def handle_data(self, data):
+        if not self.open or self.open[-1] != "style":
+            self.text.append(data)
+
+
+def check(page):
+    """Valid, closed, complete, and nothing outside of it is named."""
+    html5lib.HTMLParser(strict=True).parse(page)
+    found = Reader(page)
+    assert len(set(found.ids)) == len(found.ids)
+    assert set(SECTIONS) <= set(found.ids)
+    assert not found.tags & FORBIDDEN
+    for tag, name, value in found.attributes:
+        assert not name.startswith("on"), (tag, name)
+        if name in ("src", "href", "xlink:href", "srcset", "action", "poster", "data"):
+            assert value.startswith(("#", "data:image/png;base64,")), (tag, name, value[:80])
+        if value and value.startswith("#") and name in ("href", "xlink:href"):
+            assert value[1:] in found.ids, value
+        for target in re.findall(r"url\((.*?)\)", value or ""):
+            assert target.startswith("#"), target
+            assert target[1:] in found.ids, target
+    assert "@import" not in page
+    assert not re.search(r"url\((?!#)", page)
+    text = " ".join(" ".join(found.text).split())
+    assert "An estimate from measurements, not a certificate" in text
+    assert "None" not in re.sub(r"None: every|None of the states", "", text)
+    assert not re.search(r"\bnan\b|\binf\b|Missing\(|&lt;|StrEnum", text)
+    return text
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_reports_are_valid_complete_and_self_contained(reports, case):
+    folder, assessment, page = reports(case)
+    text = check(page)
+    assert len(page) < 3e6
+    assert text.count("SIMULATED Simulated impacts") == assessment.simulated
+    assert ("SIMULATED" in text) == assessment.simulated
+    for line in assessment.findings:
+        assert line in text
+    for path in sorted(folder.rglob("*")):
+        if path.is_file() and path.name != "truth.csv":  # what the simulator knows is no input
+            assert hashlib.sha256(path.read_bytes()).hexdigest() in page
+
+
+def test_missing_entries_are_shown_as_missing(reports):
+    rows = dict(facts(reports("bare")[2], "robot"))
+    assert rows.pop("Device range") == "500 N"
+    assert rows.pop("Device error") == "3 N"
+    assert rows.pop("Speed at contact") in ("commanded", "missing")
+    assert set(rows.values()) == {"missing"}, rows
+    assert "Robot: missing" in reports("bare")[2]
+
+
+def test_saturated_recordings_give_no_speed(reports):
+    _, assessment, page = reports("saturated")
+    assert [cells[2] for cells in rows(page, "answer")] == ["NOT CONFIRMED", "NOT CONFIRMED"]
+    assert "m/s, place by place" not in page
+    assert rows(page, "verdicts")[0][1:] == ["27 states", "0 states", "0 states", "0 states"]
+    assert page.count('<svg class="curve"') == len(assessment.states) == 27
+
+
+def test_the_first_page_says_what_is_confirmed_and_what_is_not(reports):
+    _, assessment, page = reports("demo")
+    answers = rows(page, "answer")
+    assert [cells[0] for cells in answers] == [
+        "back of hand, transient", "back of hand, quasi-static", "temple, transient", "temple, quasi-static",
+    ]  # fmt: skip
+    found = assessment.speeds[0]
+    speeds = f"{fm.floor_speed(found.slowest)} to {fm.floor_speed(found.fastest)} m/s, place by place"
+    assert answers[0][1] == "280 N"
+    assert answers[0][2].startswith(f"CONFIRMED at {found.confirmed} of ")
+    assert answers[0][3] == speeds
+    assert answers[0][4].startswith("0.263 m/s")
+    assert [cells[2] for cells in answers[1:]] == ["NOT CONFIRMED", "NOT PERMITTED", "NOT PERMITTED"]
+    assert [cells[1] for cells in answers[2:]] == ["no contact", "no contact"]
+    assert not any("m/s" in cells[3] for cells in answers[1:])
+
+
+def test_numbers_are_those_of_the_library(reports):
+    folder, _, page = reports("demo")
+    dataset = fm.read_dataset(folder)
+    force_map = fm.fit_force_map(dataset)
+    bound, limit = fm.ToleranceBound(device_error=3.0), fm.force_limit("back_of_hand")
+    coefficients = [row for row in rows(page, "map") if row[0] in force_map.form.term_names]
+    assert [row[0] for row in coefficients] == list(force_map.form.term_names)
+    assert [row[1] for row in coefficients] == [f"{value:.4f}" for value in force_map.coefficients]
+    tables = parts(page, "speeds", "table")
+    heads = [text_of(cell) for cell in tables[0].iterfind(".//thead/tr/th")][1:]
+    compared = 0
+    for row in tables[0].iterfind(".//tbody/tr"):
+        height, *cells = [" ".join(text_of(cell).split()) for cell in row]
+        for distance, cell in zip(heads, cells, strict=True):
+            place = float(distance), float(height)
+            answer = fm.safe_speed(force_map, *place, limit=limit, bound=bound, contact=fm.Contact.TRANSIENT)
+            speed = "" if np.isnan(answer.speed) else fm.floor_speed(answer.speed)
+            expected = {"admissible": speed, "capped": f"{speed}capped"}.get(answer.outcome, answer.outcome)
+            assert cell.replace(" ", "") == expected
+            compared += 1
+    assert compared >= 49
+    states = {row[0]: row for row in rows(page, "states")}
+    for i in range(0, len(dataset.states), 13):
+        state = states[dataset.states.name[i]]
+        assert state[3] == fm.floor_speed(dataset.states.speed[i])
+        assert state[6] == ("–" if np.isnan(dataset.states.force[i]) else f"{dataset.states.force[i]:.1f}")
+    accuracy = fm.map_accuracy(force_map, dataset)[0]
+    (row,) = [row for row in rows(page, "map") if row[0] == accuracy.on]
+    assert row[2].startswith(f"{accuracy.max_underestimation_percent:.2f} %")
+
+
+def test_assumptions_stand_beside_every_speed(reports):
+    _, assessment, page = reports("demo")
+    (speeds,) = parts(page, "speeds", None)
+    text = " ".join(text_of(speeds).split())
+    shown = [each for each in assessment.speeds if not isinstance(each.speeds, fm.Missing)]
+    assert len(shown) == 2
+    for each in shown:
+        for line in each.speeds.speeds.statements:
+            assert line in text
+    assert text.count("These speeds hold only under all of this") == len(shown)
+
+
+@pytest.mark.parametrize(
+    "text", [EVIL, "a\u202eb\x7fc", "ﷺ {{ 7*7 }} {% raw %} ${x}"], ids=["tags", "controls", "braces"]
+)
+def test_texts_of_files_are_escaped(tmp_path, text):
+    folder = tmp_path / "<i>cell & more"
+    write_campaign(folder, recorded=False)
+    entry = text.replace("\\", "\\\\").replace('"', '\\"').replace("\u202e", "\\u202E").replace("\x7f", "\\u007F")
+    toml = "".join(
+        f'[{section}]\n{key} = "{entry}"\n'
+        for section, key in (("robot", "model"), ("tool", "name"), ("contact", "site"), ("standard", "edition"))
+    )
+    head, _, device = TOML.partition("[device]")
+    (folder / "campaign.toml").write_text(f'{head}operator = "{entry}"\nnote = "{entry}"\n{toml}[device]{device}')
+    save(folder / "recordings" / "<script>alert(2)<&.csv", *pulse(99.0))
+    page = report_html(fm.assess_campaign(folder), date=DATE)
+    found = Reader(page)
+    html5lib.HTMLParser(strict=True).parse(page)
+    assert "script" not in found.tags
+    assert "evil" not in found.ids
+    assert not re.search("[\u202a-\u202e\x00-\x08\x0b\x0c\x0e-\x1f\x7f]", page)
+    shown = text.replace("\u202e", "\ufffd").replace("\x7f", "\ufffd")
+    assert dict(facts(page, "document"))["Measured by"] == shown
+    assert dict(facts(page, "robot"))["Tool"] == shown
+    assert "<script>alert(2)<&.csv" in "".join(found.text)
+
+
+def test_the_same_inputs_give_the_same_bytes(reports, tmp_path):
+    """In another place, at another time, in another process with another order of hashing; all but the date."""
+    folder, _, page = reports("bare")
+    shutil.copytree(folder, tmp_path / "elsewhere" / "bare")
+    code = (
+        "import sys, forcemap as fm\nfrom forcemap.report import report_html\n"
+        f"sys.stdout.write(report_html(fm.assess_campaign(sys.argv[1]), date={DATE!r}))"
+    )
+    environment = {**os.environ, "PYTHONHASHSEED": "7", "SOURCE_DATE_EPOCH": "1", "TZ": "Asia/Tokyo"}
+    command = [sys.executable, "-c", code, str(tmp_path / "elsewhere" / "bare")]
+    other = subprocess.run(command, env=environment, capture_output=True, check=True).stdout.decode()
+    assert other == page
+
+
+def test_only_the_stated_date_differs(reports):
+    _, assessment, page = reports("saturated")
+    other = report_html(assessment, date="2027-01-05")
+    own = re.compile(r'(?<=forcemap-report-sha256" content=")[0-9a-f]{64}')
+    assert own.sub("", other) == own.sub("", page).replace(DATE, "2027-01-05")
+    assert other != page
+
+
+@pytest.mark.parametrize("date", ["21.11.2026", "2026-02-30", "2026-1-5", "today", "<b>", "2026-11-21\n"])
+def test_a_date_that_is_none(reports, date):
+    with pytest.raises(fm.InputError, match="expected YYYY-MM-DD"):
+        report_html(reports("plan")[1], date=date)
+
+
+@pytest.fixture
+def written(reports, tmp_path):
+    """A campaign with its report."""
+    folder = shutil.copytree(reports("saturated")[0], tmp_path / "cell")
+    (folder / "report.html").write_text(report_html(fm.assess_campaign(folder), date=DATE))
+    return folder
+
+
+def test_verify_says_what_changed(written, ask, forcemap):
+    verify = ("report", "--verify", written / "report.html", written)
+    code, found = ask(*verify)
+    assert code == 0
+    assert found["holds"]
+    assert found["report_intact"]
+    assert (found["changed"], found["vanished"], found["new"]) == ([], [], [])
+    assert found["unchanged"] == 27 + 4
+    assert found["date"] == DATE
+    (written / "impacts.csv").write_text((written / "impacts.csv").read_text() + "\n")
+    (written / "recordings" / "d500-h200-v100-r1.csv").unlink()
+    save(written / "recordings" / "more.csv", *pulse())
+    code, found = ask(*verify)
+    assert code == 1
+    assert not found["holds"]
+    assert found["changed"] == ["impacts.csv"]
+    assert found["vanished"] == ["recordings/d500-h200-v100-r1.csv"]
+    assert found["new"] == ["recordings/more.csv"]
+    _, out, _ = forcemap(*verify)
+    for line in ("Changed since", "Vanished since", "New since", "impacts.csv", "Write the report again"):
+        assert line in out
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [("NOT CONFIRMED", "CONFIRMED"), ("27 states", "0 states"), ('content="forcemap 0', 'content="forcemap 9'),
+     ("</body>", "<p>0.9 m/s</p></body>"), ('data-sha256="', 'data-sha256="0')],
+)  # fmt: skip
+def test_verify_finds_an_altered_report(written, ask, forcemap, old, new):
+    report = written / "report.html"
+    page = report.read_text()
+    assert old in page
+    report.write_text(page.replace(old, new, 1))
+    code, found = ask("report", "--verify", report, written)
+    assert code == 1
+    assert not found["report_intact"]
+    assert "ALTERED" in forcemap("report", "--verify", report, written)[1]
+
+
+def test_verify_that_cannot_tell(written, ask):
+    (written / "note.html").write_text("<!DOCTYPE html><title>note</title>")
+    page = (written / "report.html").read_text()
+    (written / "unsealed.html").write_text(re.sub(r'<meta name="forcemap-report-sha256".*?>', "", page))
+    for name in ("note.html", "unsealed.html", "nothing.html"):
+        code, found = ask("report", "--verify", written / name, written)
+        assert code == 2, name
+        assert found["error"]["file"].endswith(name)
+    assert ask("report", "--verify", written / "report.html", written / "nowhere")[0] == 2
+    assert ask("report", "--verify", written / "report.html", written, "--date", DATE)[0] == 2
+
+
+def test_the_command_writes_one_file_and_changes_nothing_else(reports, ask, tmp_path):
+    folder = shutil.copytree(reports("saturated")[0], tmp_path / "cell")
+    before = {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+    code, found = ask("report", folder, "--date", DATE)
+    assert code == 0
+    assert found["files"] == [str(folder / "report.html")]
+    assert {each["outcome"] for each in found["speeds"]} == {"unconfirmed"}
+    assert "force_map" in found["missing"]
+    after = {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+    assert after.keys() - before.keys() == {folder / "report.html"}
+    assert {path: after[path] for path in before} == before
+    first = (folder / "report.html").read_bytes()
+    assert ask("report", folder, "--date", DATE)[0] == 0
+    assert (folder / "report.html").read_bytes() == first
+
+
+@pytest.mark.parametrize(
+    ("arguments", "part"),
+    [
+        (("-o", "impacts.csv"), "expected .html"),
+        (("-o", "mine.html"), "not overwritten"),
+        (("--date", "soon"), "YYYY-MM-DD"),
+        (("--area", "hnad"), "nearest"),
+        (("--margin", 0.1), "--bound margin"),
+        (("--bound", "margin", "--confidence", 0.9), "--bound tolerance"),
+        (("--limit-table", "mine.csv"), "--area or --region"),
+        (("--step-m", 0), "step"),
+    ],
+)
+def test_errors_are_one_line(reports, ask, monkeypatch, tmp_path, arguments, part):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "mine.html").write_text("my page")
+    code, found = ask("report", reports("plan")[0], *arguments)
+    assert code == 2
+    assert part in found["error"]["message"]
+    assert (tmp_path / "mine.html").read_text() == "my page"
+    assert os.listdir(tmp_path) == ["mine.html"]
+
+
+def pdf_of(page):
+    try:
+        return report_pdf(page)
+    except fm.MissingExtra as error:
+        pytest.skip(str(error))
+
+
+def test_the_pdf_is_the_same_page(reports):
+    page = reports("bare")[2]
+    pages = pypdf.PdfReader(io.BytesIO(pdf_of(page))).pages
+    texts = [" ".join(each.extract_text().split()) for each in pages]
+    assert "What is confirmed" in texts[0]
+    assert "An estimate from measurements, not a certificate" in texts[0]
+    for i, text in enumerate(texts, start=1):
+        assert f"Page {i} of {len(texts)}" in text
+    whole = " ".join(texts)
+    for title in re.findall(r"<h2>(\d+ .*?|Annex.*?)</h2>", page):
+        assert title in whole
+    width, height = (float(side) for side in pages[0].mediabox[2:])
+    assert (width, height) == pytest.approx((595.3, 841.9), abs=0.5)
+
+
+def test_the_pdf_fetches_nothing(reports, tmp_path):
+    """A page with references, as no report has them: neither a file nor an address is opened."""
+    secret = tmp_path / "secret.css"
+    secret.write_text("body::before { content: 'SECRET' }")
+    page = reports("plan")[2].replace("</title>", f'</title><link rel="stylesheet" href="file://{secret}">', 1)
+    text = "".join(each.extract_text() for each in pypdf.PdfReader(io.BytesIO(pdf_of(page))).pages)
+    assert "SECRET" not in text
+
+
+def test_many_recordings(tmp_path, full_size):
+    """2,025 recordings at full size: below 15 MB in below a minute, assessment and page together."""
+    write_campaign(tmp_path / "many", repeats=75 if full_size else 4)
+    collect(tmp_path / "many")
+    start = time.perf_counter()
+    page = report_html(fm.assess_campaign(tmp_path / "many"), date=DATE)
+    seconds = time.perf_counter() - start
+    check(page)
+    recordings = 27 * (75 if full_size else 4)
+    print(f"{recordings} recordings: {seconds:.1f} s, {len(page.encode()) / 1e6:.1f} MB")
+    assert page.count("<polyline") == recordings
+    assert len(page.encode()) < (15e6 if full_size else 3e6)
+    assert seconds < 60
+
+
+def text_of(element):
+    return "".join(element.itertext()).strip()
+
+
+def parts(page, section, tag):
+    """The elements of a tag within a section; the section itself for None."""
+    tree = html5lib.parse(page, namespaceHTMLElements=False)
+    (found,) = tree.iterfind(f".//section[@id='{section}']")
+    return [found] if tag is None else list(found.iter(tag))
+
+
+def rows(page, section):
+    """The cells of every row of the bodies of tables."""
+    bodies = parts(page, section, "tbody")
+    return [[" ".join(text_of(cell).split()) for cell in row] for body in bodies for row in body.iter("tr")]
+
+
+def facts(page, section):
+    """Name and value of a table of facts."""
+    return [(text_of(row[0]), text_of(row[1])) for row in parts(page, section, "tr") if len(row) == 2]

@@ -1,0 +1,321 @@
+"""The page in a real Chromium: what a person sees, with mouse and with keyboard, and what leaves the machine."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+from urllib.parse import urlsplit
+
+import pytest
+
+import forcemap as fm
+from forcemap.lab.example_campaigns import simulate_example
+from web_server import contents, serving
+
+playwright = pytest.importorskip("playwright.sync_api", reason="playwright is missing: pip install 'forcemap[test]'")
+
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="there is no browser; on Debian: apt-get install chromium")
+QUIET = [
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+    *(["--no-sandbox"] if hasattr(os, "geteuid") and os.geteuid() == 0 else []),
+]
+
+
+DOWNLOADED = "net::ERR_ABORTED"  # what Chromium says of a visit that becomes a download
+
+
+@pytest.fixture(scope="module")
+def served(tmp_path_factory):
+    """Address of a page of a campaign that lacks its last recording, its folder, and that recording."""
+    folder = tmp_path_factory.mktemp("served") / "lab"
+    simulate_example("ur10e", folder)
+    last = sorted((folder / "recordings").iterdir())[-1]
+    kept = folder.parent / last.name
+    last.rename(kept)
+    fm.build_dataset(fm.read_campaign(folder))
+    with serving(folder) as (_, address):
+        yield address, folder, kept
+
+
+@pytest.fixture(scope="module")
+def browser():
+    with playwright.sync_playwright() as started:
+        browser = started.chromium.launch(executable_path=CHROMIUM, args=QUIET)
+        yield browser
+        browser.close()
+
+
+@pytest.fixture(params=[(1280, "light"), (390, "dark")], ids=["desk", "phone, dark"])
+def page(request, browser, served):
+    """A page that must not complain and must not ask anybody else."""
+    width, scheme = request.param
+    context = browser.new_context(
+        viewport={"width": width, "height": 844}, color_scheme=scheme, base_url=served[0], accept_downloads=True
+    )
+    page = context.new_page()
+    complaints, hosts = [], set()
+    page.on("console", lambda said: complaints.append(said.text) if said.type == "error" else None)
+    page.on("pageerror", lambda error: complaints.append(str(error)))
+    page.on("requestfailed", lambda failed: failed.failure == DOWNLOADED or complaints.append(failed.url))
+    page.on("request", lambda asked: hosts.add(urlsplit(asked.url).hostname))
+    yield page
+    context.close()
+    assert complaints == []
+    assert hosts <= {"127.0.0.1", None}  # None: data: and blob: addresses
+
+
+@pytest.fixture(scope="module")
+def force_map(served):
+    return fm.fit_force_map(fm.read_dataset(served[1]))
+
+
+def librarys_speed(force_map, distance, height, area="back_of_hand"):
+    limit = fm.force_limit(area)
+    bound = fm.ToleranceBound(device_error=3.0)
+    return fm.safe_speed(force_map, distance, height, limit=limit, bound=bound, contact=fm.Contact.TRANSIENT)
+
+
+def answered(page):
+    """Wait until the page says what belongs to its form."""
+    page.wait_for_selector("body:not(.asking)")
+
+
+def place(page):
+    return [float(page.input_value(f"#{name}")) for name in ("distance_m", "height_m")]
+
+
+@pytest.mark.parametrize("part", ["", "/map", "/speeds", "/compare", "/task", "/downloads"])
+def test_each_page_is_there_within_two_seconds_and_fits(page, part):
+    page.goto(f"/campaigns/lab{part}", wait_until="commit")
+    page.wait_for_selector("h1", timeout=2000)
+    painted = page.evaluate(
+        "new Promise(done => new PerformanceObserver(list => done(list.getEntries()[0].startTime))"
+        ".observe({type: 'paint', buffered: true}))"
+    )
+    assert painted < 2000
+    page.wait_for_load_state("networkidle")
+    assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+    assert page.evaluate(
+        "[...document.querySelectorAll('input,select,textarea')].every(f => f.labels.length || f.ariaLabel)"
+    )
+    names = page.evaluate("[...document.querySelectorAll('[id]')].map(each => each.id)")
+    assert len(names) == len(set(names))
+
+
+def test_a_dropped_recording_is_judged_at_once(page, served):
+    _, folder, kept = served
+    before = contents(folder)
+    page.goto("/campaigns/lab")
+    carried = page.evaluate_handle(
+        "([text, name]) => { const d = new DataTransfer(); d.items.add(new File([text], name)); return d }",
+        [kept.read_text(), kept.name],
+    )
+    page.dispatch_event("#zone", "drop", {"dataTransfer": carried})
+    page.wait_for_selector("#judgement")
+    (impact,) = fm.find_impacts(fm.read_recording(kept))
+    verdict = fm.check_impact(impact, fm.force_limit("back_of_hand"))
+    assert page.inner_text("#judgement") == verdict.outcome.replace("_", " ")
+    assert page.inner_text("#scenario-1") == impact.scenario.words
+    assert page.inner_text(".peak") == f"{impact.peak_force:.1f}"
+    page.wait_for_selector("#curve .scatterlayer .trace")
+    assert contents(folder) == before
+    page.select_option("[name=area]", "face")
+    page.wait_for_selector("#judgement.not_permitted")
+
+
+def test_a_recording_is_added_on_request(page, served):
+    _, folder, kept = served
+    page.goto("/campaigns/lab")
+    assert "344 of 344" in page.inner_text("#swap-state")
+    page.set_input_files("#file", kept)
+    page.click("#add button")
+    page.wait_for_selector("#added strong")
+    assert page.inner_text("#added strong") == kept.name
+    assert (folder / "recordings" / kept.name).read_bytes() == kept.read_bytes()
+    playwright.expect(page.locator("#swap-state")).to_contain_text("345 of 345")
+    (folder / "recordings" / kept.name).unlink()
+    (folder / "recordings.csv").unlink()
+    fm.build_dataset(fm.read_campaign(folder))
+
+
+def test_each_slider_changes_the_speed_to_the_librarys(page, force_map):
+    page.goto("/campaigns/lab/map")
+    for name, value in (("distance_m", 0.8), ("height_m", 0.4), ("distance_m", 0.55), ("speed_mps", 0.25)):
+        page.locator(f"[data-for={name}]").evaluate(
+            "(range, value) => { range.value = value; range.dispatchEvent(new Event('input', {bubbles: true})) }", value
+        )
+        answered(page)
+        at = place(page)
+        expected = librarys_speed(force_map, *at)
+        assert page.inner_text("#speed") == fm.floor_speed(expected.speed)
+        assert f"{at[0]:.3f} m from the base axis, {at[1]:.3f} m high" in page.inner_text("#verdict")
+    speed = float(page.input_value("#speed_mps"))
+    assert page.inner_text("#force") == f"{force_map.predict(*at, speed):.1f}"
+    page.wait_for_selector("#along_speed .scatterlayer .trace")
+    page.fill("#distance_m", "3")
+    answered(page)
+    assert "Outside what was measured" in page.inner_text("#verdict")
+    assert page.locator("#speed").count() == 0
+
+
+def test_the_head_is_refused_with_the_reason(page):
+    page.goto("/campaigns/lab/speeds")
+    page.wait_for_selector("#speed")
+    page.select_option("[name=area]", "face")
+    page.wait_for_selector("#verdict .outcome.not_permitted")
+    assert "is not permitted" in page.inner_text("#verdict")
+    assert page.locator("#speed").count() == 0
+    playwright.expect(page.locator("#counts")).to_contain_text("contact not permitted")
+
+
+def test_a_task_is_dragged_and_outside_is_said(page, force_map):
+    page.goto("/campaigns/lab/task?points=0.8,0.4")
+    speed = librarys_speed(force_map, 0.8, 0.4).speed
+    assert page.inner_text("#speed") == fm.floor_speed(speed)
+    drag(page, 0, 30, 20)
+    answered(page)
+    (moved,) = points(page)
+    assert moved != (0.8, 0.4)
+    assert page.inner_text("#speed") == fm.floor_speed(librarys_speed(force_map, *moved).speed)
+    drag(page, 0, 600, 0)
+    answered(page)
+    assert "outside" in page.inner_text("#verdict")
+    assert page.locator("#speed").count() == 0
+    page.goto("/campaigns/lab/task?points=0.8,0.44;0.8,0.2&programmed_mps=0.3")
+    assert page.locator("#speed").count() == 1
+    drag(page, 1, 0, 300)
+    answered(page)
+    assert "outside" in page.inner_text("#verdict")
+    assert "No permission" in page.inner_text("#verdict")
+    page.click("#more")
+    answered(page)
+    assert len(points(page)) == 3
+
+
+def test_an_answer_never_outlives_its_question(browser, served):
+    page = browser.new_page()
+    page.goto(f"{served[0]}/campaigns/lab/speeds")
+    page.wait_for_selector("#speed")
+    page.fill("#distance_m", "")
+    answered(page)
+    assert page.locator("#speed").count() == 0
+    assert "Distance" in page.inner_text("#verdict")
+    page.fill("#distance_m", "0.8")
+    answered(page)
+    assert page.locator("#speed").count() == 1
+    page.wait_for_load_state("networkidle")
+    page.route("**/speeds?*", lambda route: route.fulfill(status=500, body="<p>nothing</p>", content_type="text/html"))
+    page.fill("#distance_m", "0.7")
+    answered(page)
+    assert page.locator("#speed").count() == 0
+    assert page.locator("#facts dl").count() == 0
+    page.close()
+
+
+def test_the_keyboard_is_enough(page, force_map):
+    page.goto("/campaigns/lab/speeds")
+    page.keyboard.press("Tab")
+    assert page.evaluate("document.activeElement.className") == "skip"
+    for selector, key in (("[data-for=distance_m]", "ArrowRight"), ("[data-for=height_m]", "ArrowUp")):
+        before = place(page)
+        tab_to(page, selector)
+        assert page.evaluate("getComputedStyle(document.activeElement).outlineStyle") != "none"
+        page.keyboard.press(key)
+        answered(page)
+        assert place(page) != before
+    expected = librarys_speed(force_map, *place(page))
+    assert page.inner_text("#speed") == fm.floor_speed(expected.speed)
+    page.goto("/campaigns/lab/task?points=0.8,0.4")
+    page.wait_for_selector(".handle")
+    tab_to(page, ".handle")
+    for _ in range(3):
+        page.keyboard.press("ArrowLeft")
+        answered(page)
+    assert points(page) == [(0.785, 0.4)]
+    page.goto("/campaigns/lab/map")
+    page.wait_for_selector("#workspace[data-points]")
+    tab_to(page, "#workspace")
+    page.keyboard.press("ArrowLeft")
+
+
+def test_the_report_and_the_map_are_taken_away(page, force_map, tmp_path):
+    page.goto("/campaigns/lab/downloads")
+    with page.expect_download() as taken:
+        page.click("text=map.json")
+    taken.value.save_as(tmp_path / "map.json")
+    assert fm.map_sha256(fm.read_map(tmp_path / "map.json")) == fm.map_sha256(force_map)
+    with page.expect_download() as taken:
+        page.click("text=Download the report")
+    taken.value.save_as(tmp_path / "report.html")
+    assert "SIMULATED" in (tmp_path / "report.html").read_text()
+    with page.expect_download() as taken:
+        page.click("text=Download the speeds")
+    assert taken.value.suggested_filename == "speeds.csv"
+
+
+def test_a_hundred_thousand_points_turn_smoothly(page):
+    page.goto("/campaigns/lab/map")
+    page.wait_for_selector("#workspace[data-points]")
+    page.wait_for_selector("#along_speed .scatterlayer .trace")
+    page.wait_for_timeout(500)
+    assert int(page.get_attribute("#workspace", "data-points")) >= 100_000
+    page.locator("#workspace").scroll_into_view_if_needed()
+    box = page.locator("#workspace").bounding_box()
+    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    before = page.locator("#workspace").screenshot()
+    page.evaluate(
+        "() => { let last = performance.now(); window.frames_ms = [];"
+        "const next = now => { frames_ms.push(now - last); last = now; requestAnimationFrame(next) };"
+        "requestAnimationFrame(next) }"
+    )
+    page.mouse.move(x, y)
+    page.mouse.down()
+    for i in range(30):
+        page.mouse.move(x + 3 * i, y + i)
+        page.wait_for_timeout(10)
+    page.mouse.up()
+    frames = page.evaluate("frames_ms.slice(1)")
+    assert len(frames) > 10
+    assert max(frames) < 200
+    assert page.locator("#workspace").screenshot() != before
+
+
+def test_light_and_dark_differ(browser, served):
+    grounds = []
+    for scheme in ("light", "dark"):
+        page = browser.new_page(color_scheme=scheme)
+        page.goto(f"{served[0]}/campaigns/lab")
+        colour = page.evaluate("getComputedStyle(document.body).backgroundColor")
+        grounds.append(sum(map(int, re.findall(r"\d+", colour)[:3])))
+        page.close()
+    assert grounds[0] > 600
+    assert grounds[1] < 150
+
+
+def drag(page, number, right, down):
+    page.wait_for_selector("#counts span")  # the plane is complete
+    handle = page.locator(f"[data-point='{number}'] circle").last
+    handle.scroll_into_view_if_needed()
+    box = handle.bounding_box()
+    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.mouse.move(x + right / 2, y + down / 2)
+    page.mouse.move(x + right, y + down)
+    page.mouse.up()
+
+
+def points(page):
+    return [tuple(map(float, each.split(","))) for each in page.input_value("[name=points]").split(";")]
+
+
+def tab_to(page, selector):
+    for _ in range(80):
+        if page.evaluate("selector => document.activeElement.matches(selector)", selector):
+            return
+        page.keyboard.press("Tab")
+    raise AssertionError(f"{selector} cannot be reached with the Tab key")

@@ -1,0 +1,53 @@
+"""The OpenAPI description against the server: schemathesis asks what it allows and what it does not."""
+
+from __future__ import annotations
+
+import os
+
+import pytest
+import schemathesis
+from hypothesis import given, settings
+from schemathesis import GenerationMode
+from schemathesis.specs.openapi.checks import positive_data_acceptance
+
+import forcemap as fm
+from forcemap.lab.example_campaigns import simulate_example
+from web_server import client_of
+
+EXAMPLES = 100 if os.environ.get("FORCEMAP_VALIDITY") == "full" else 4
+SLOW = {"/api/campaigns/{name}/files/report.html": 4, "/api/campaigns/{name}/files/speeds": 3}
+
+
+@pytest.fixture(scope="module")
+def description(tmp_path_factory):
+    """The description of a server with a campaign of twenty recordings."""
+    root = tmp_path_factory.mktemp("served")
+    simulate_example("ur10e", root / "lab")
+    for path in sorted((root / "lab" / "recordings").iterdir())[20:]:
+        path.unlink()
+    (root / "lab" / "impacts.csv").write_bytes((fm.copy_example("ur10e", root / "ur10e") / "impacts.csv").read_bytes())
+    with client_of(root) as client:
+        yield schemathesis.openapi.from_url(f"{str(client.base_url).rstrip('/')}/api/openapi.json")
+
+
+def test_every_answer_is_as_described(description):
+    operations = [found.ok() for found in description.get_all_operations()]
+    assert len(operations) == 16
+    for operation in operations:
+        of_the_campaign = {"path_parameters": {"name": "lab"}} if "{name}" in operation.path else {}
+        whole = [(GenerationMode.POSITIVE, {}), (GenerationMode.POSITIVE, of_the_campaign)]
+        if any(parameter.location == "query" for parameter in operation.iter_parameters()):
+            whole += [(GenerationMode.NEGATIVE, {}), (GenerationMode.NEGATIVE, of_the_campaign)]
+        for mode, stated in whole:
+            ask(operation, operation.as_strategy(mode, **stated))
+
+
+def ask(operation, cases):
+    """Whether a file is a recording, or a name that of a body area, no description can say: 4xx is an answer, too."""
+
+    @settings(max_examples=max(1, EXAMPLES // SLOW.get(operation.path, 1)), deadline=None, database=None)
+    @given(case=cases)
+    def asked(case):
+        case.call_and_validate(excluded_checks=[positive_data_acceptance])
+
+    asked()
