@@ -250,6 +250,25 @@ def test_the_table_that_campaign_toml_names(copied):
     found = fm.assess_campaign(copied)
     assert [(each.quasi_static, each.transient, each.edition) for each in found.limits] == [(120, 240, "of our own")]
     assert "mine.csv" in [each.path for each in found.inputs]
+    standard = fm.assess_campaign(copied, limits=[fm.force_limit("hand_fingers")])
+    assert any("names the limit table mine.csv, limits used are of ISO/TS 15066" in each for each in standard.findings)
+    assert "mine.csv" in [each.path for each in standard.inputs]
+    own = fm.campaign_limit_table(copied, fm.read_conditions(copied / "campaign.toml"))
+    assert (own.file, own.finding, own.table.edition) == ("mine.csv", "", "of our own")
+    assert any(
+        "limit table that the campaign names: mine.csv" in line for line in found.force_map.conditions.assumptions()
+    )
+
+
+def test_a_report_of_named_areas_uses_the_campaigns_own_table(copied, ask):
+    lines = ("# edition: of our own", "# version: 3", "# source: a test", _HEADER, "palm,Palm,hand_fingers,100,120,2")
+    (copied / "mine.csv").write_text("\n".join(lines) + "\n")
+    (copied / "campaign.toml").write_text(TOML + '[standard]\nlimit_table = "mine.csv"\n')
+    code, _ = ask("report", copied, "--area", "palm")
+    assert code == 0
+    text = (copied / "report.html").read_text()
+    assert "of our own" in text
+    assert "limits used are of" not in text
 
 
 @pytest.mark.parametrize("step", [0.0, -0.1, math.nan, math.inf])

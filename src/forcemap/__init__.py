@@ -6,6 +6,7 @@ from forcemap.assessment.campaign_assessment import CampaignAssessment
 from forcemap.assessment.coefficients import Coefficient
 from forcemap.assessment.contact_model import ContactModel
 from forcemap.assessment.inputs import InputFile, campaign_inputs
+from forcemap.assessment.limit_table import CampaignLimitTable, campaign_limit_table
 from forcemap.assessment.map_assessment import Assessment, assess, map_accuracy
 from forcemap.assessment.missing import Missing
 from forcemap.assessment.place_speeds import OpenPlaces, PlaceSpeeds
@@ -172,6 +173,7 @@ __all__ = [
     "BoundNotAvailable",
     "Campaign",
     "CampaignAssessment",
+    "CampaignLimitTable",
     "CampaignSummary",
     "CensoredImpacts",
     "CensoringEffect",
@@ -291,6 +293,7 @@ __all__ = [
     "body_region",
     "build_dataset",
     "campaign_inputs",
+    "campaign_limit_table",
     "campaign_summary",
     "campaign_text",
     "censoring_effect",

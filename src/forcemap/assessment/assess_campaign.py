@@ -14,8 +14,9 @@ from forcemap.assessment.coefficients import coefficient_intervals
 from forcemap.assessment.contact_model import ContactModel, contact_model
 from forcemap.assessment.findings import conditions_findings, file_findings
 from forcemap.assessment.inputs import campaign_inputs
+from forcemap.assessment.limit_table import campaign_limit_table
 from forcemap.assessment.map_assessment import map_accuracy
-from forcemap.assessment.missing import Missing, attempt, error_words
+from forcemap.assessment.missing import Missing, attempt
 from forcemap.assessment.place_speeds import place_speeds
 from forcemap.assessment.recording_results import JudgedRecordings, judge_recordings
 from forcemap.assessment.state_results import StateResult, state_results
@@ -26,8 +27,8 @@ from forcemap.campaigns.impacts_table import PLAN_FILE, TABLE_FILE, read_dataset
 from forcemap.campaigns.repeatability import Repeatability, repeatability
 from forcemap.campaigns.summary import campaign_summary
 from forcemap.comparisons import Comparison, compare_force_models
-from forcemap.errors import ForcemapError, InputError, UnknownName
-from forcemap.limits.body_areas import LimitTable, read_limit_table, standard_limit_table
+from forcemap.errors import InputError, UnknownName
+from forcemap.limits.body_areas import LimitTable
 from forcemap.limits.force_limits import Contact, ForceLimit, force_limit
 from forcemap.maps.accuracy import Accuracy
 from forcemap.maps.bounds import Bound, ToleranceBound
@@ -93,13 +94,16 @@ def assess_campaign(
         )
     conditions = read_conditions(folder / CAMPAIGN_FILE) if (folder / CAMPAIGN_FILE).exists() else Conditions()
     findings = [] if (folder / CAMPAIGN_FILE).exists() else [f"there is no {CAMPAIGN_FILE}: no condition is stated"]
-    table_file, table_finding = _limit_table(folder, conditions)
-    findings += table_finding
+    own = campaign_limit_table(folder, conditions)
+    findings += [own.finding] if own.finding else []
     chosen = "given by the user"
     if not limits:
-        table = read_limit_table(folder / table_file) if table_file else standard_limit_table()
-        limits, chosen = [_default_limit(table)], "the default: no body area was named"
-        inputs = campaign_inputs(folder, further=[table_file] if table_file else [])
+        limits, chosen = [_default_limit(own.table)], "the default: no body area was named"
+    if own.file:
+        inputs = campaign_inputs(folder, further=[own.file])
+        others = dict.fromkeys(limit.edition for limit in limits if limit.sha256 != own.table.sha256)
+        if others:
+            findings.append(f"campaign.toml names the limit table {own.file}, limits used are of {', '.join(others)}")
     home = campaign if isinstance(campaign, Campaign) else attempt(lambda: read_campaign(folder))
     findings += conditions_findings(conditions, limits)
     findings += [] if isinstance(home, Missing) else file_findings(home)
@@ -156,21 +160,6 @@ def assess_campaign(
             for limit, model in zip(limits, models, strict=True)
         ),
     )
-
-
-def _limit_table(folder: Path, conditions: Conditions) -> tuple[str, list[str]]:
-    """The table of limits that campaign.toml names, if it is a file of the folder; and what is wrong with it."""
-    name = conditions.limit_table
-    if not name.lower().endswith(".csv"):
-        return "", []
-    file = (folder / name).resolve()
-    if not file.is_relative_to(folder.resolve()) or not file.is_file():
-        return "", [f"the limit table {name!r} of campaign.toml is no file of this folder; it was not used"]
-    try:
-        read_limit_table(file)
-    except ForcemapError as error:
-        return "", [f"the limit table of campaign.toml cannot be used: {error_words(error)}; it was not used"]
-    return file.relative_to(folder.resolve()).as_posix(), []
 
 
 def _default_limit(table: LimitTable) -> ForceLimit:

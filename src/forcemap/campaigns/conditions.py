@@ -100,6 +100,10 @@ class Conditions:
             f"safety settings: {self.safety_settings or 'not stated'}",
             f"speed at contact: {self.speed_kind or 'measured or commanded: not stated'}",
         ]
+        if self.limit_table:
+            lines.append(
+                f"limit table that the campaign names: {self.limit_table}; compare it with the limit used here"
+            )
         if self.date and self.device.expired(self.date):
             lines.append(f"CALIBRATION of the force measuring device had expired on {self.date}")
         return ["SIMULATED impacts: not a measurement of any robot", *lines] if self.simulated else lines

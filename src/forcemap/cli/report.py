@@ -12,12 +12,14 @@ from forcemap import (
     CFM_3D,
     Bound,
     CampaignAssessment,
+    Conditions,
     FixedMargin,
     ForceLimit,
     InputError,
     Missing,
     ToleranceBound,
     assess_campaign,
+    campaign_limit_table,
     floor_speed,
     force_limit,
     form_named,
@@ -71,7 +73,7 @@ def report(
     if target.suffix.lower() not in (".html", ".htm"):
         raise InputError("found a name that ends otherwise, expected .html", file=str(target))
     bound = _bound(folder, bound_kind, margin, confidence, content)
-    limits = _limits([*(area or []), *(region or [])], limit_table)
+    limits = _limits(folder, [*(area or []), *(region or [])], limit_table)
     recordings = sum(1 for _ in Path(folder, "recordings").rglob("*"))
     with Progress("recordings judged", recordings) as progress:
         assessment = assess_campaign(
@@ -125,10 +127,15 @@ def _verify(file: str, folder: str, *, as_json: bool) -> int:
     return 0 if found.holds else 1
 
 
-def _limits(names: list[str], limit_table: str | None) -> list[ForceLimit]:
+def _limits(folder: str, names: list[str], limit_table: str | None) -> list[ForceLimit]:
+    """Limits of the areas named, in the table given, else the one that the campaign names."""
     if limit_table and not names:
         raise InputError("limit: --limit-table goes with --area or --region")
-    table = read_limit_table(limit_table) if limit_table else None
+    if limit_table:
+        table = read_limit_table(limit_table)
+    else:
+        stated = Path(folder, "campaign.toml")
+        table = campaign_limit_table(folder, read_conditions(stated) if stated.exists() else Conditions()).table
     return [force_limit(name, table=table) for name in dict.fromkeys(names)]
 
 

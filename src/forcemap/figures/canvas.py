@@ -89,6 +89,6 @@ def finish(figure: Figure, *, simulated: bool, columns: int, also: Sequence[Arti
     if entries:
         figure.legend(list(entries.values()), list(entries), loc="outside lower left", ncols=columns)
     if simulated:
-        box = {"facecolor": YELLOW, "edgecolor": "none", "boxstyle": "square,pad=0.3"}
+        box = {"facecolor": YELLOW, "edgecolor": "none", "boxstyle": "square,pad=0.15"}
         figure.suptitle(SIMULATED, x=0.02, ha="left", fontsize=7.5, fontweight="bold", bbox=box)
     return figure

@@ -46,6 +46,7 @@ def residuals_figure(force_map: ForceMap, dataset: ImpactDataset, *, width: floa
         axes.axhline(0, color="#404040", linewidth=0.8)
         axes.set_ylim(low - room, high + room)
         axes.set_xlabel(words)
+        axes.locator_params(axis="x", nbins=6 if wide else 3)
         if i % 2 == 0:
             axes.set_ylabel("Measured − predicted\n[% of measured]")
         axes.text(0.02, 0.98, "underestimated", transform=axes.transAxes, fontsize=6.5, va="top")

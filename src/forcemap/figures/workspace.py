@@ -53,9 +53,8 @@ def workspace_figure(force_map: ForceMap, dataset: ImpactDataset | None = None, 
     known = np.concatenate([each[np.isfinite(each)] for each in slices])
     scale = Normalize(known.min(), known.max()) if known.size else Normalize(0, 1)
 
-    figure = new_figure(
-        "Predicted force over distance, height and speed", width, (0.68 if is_wide(width) else 1.1) * width
-    )
+    wide = is_wide(width)
+    figure = new_figure("Predicted force over distance, height and speed", width, (0.68 if wide else 1.1) * width)
     axes: Any = figure.add_subplot(projection="3d", computed_zorder=False)
     colours = matplotlib.colormaps[QUANTITY]
     for number, (speed, force) in enumerate(zip(speeds, slices, strict=True)):
@@ -84,9 +83,13 @@ def workspace_figure(force_map: ForceMap, dataset: ImpactDataset | None = None, 
     for set_ticks, places in zip((axes.set_xticks, axes.set_yticks, axes.set_zticks), ticks, strict=True):
         set_ticks(places, [f"{place:.2f}" for place in places])
     axes.view_init(elev=18, azim=-58)
-    axes.set_box_aspect((1, 1, 1.25), zoom=1.0)
+    axes.set_box_aspect((1, 1, 1.25), zoom=0.95 if wide else 0.85)  # its labels need room
     figure.colorbar(
-        ScalarMappable(scale, QUANTITY), ax=axes, label=f"Predicted {FORCE[0].lower()}{FORCE[1:]}", shrink=0.7
+        ScalarMappable(scale, QUANTITY),
+        ax=axes,
+        label=f"Predicted {FORCE[0].lower()}{FORCE[1:]}",
+        shrink=0.7,
+        pad=0.05 if wide else 0.2,
     )
     simulated = force_map.simulated or (dataset is not None and dataset.simulated)
-    return finish(figure, simulated=simulated, columns=3 if is_wide(width) else 1)
+    return finish(figure, simulated=simulated, columns=3 if wide else 1)
