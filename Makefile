@@ -10,7 +10,7 @@ demo: .venv/.app
 	$(BIN)/forcemap demo build/demo
 
 test: .venv/.test
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest -n auto --dist loadfile
 
 check: .venv/.check
 	$(BIN)/ruff check .
