@@ -149,6 +149,7 @@ def test_reports_are_valid_complete_and_self_contained(reports, case):
     assert len(page) < 3e6
     assert text.count("SIMULATED Simulated impacts") == assessment.simulated
     assert ("SIMULATED" in text) == assessment.simulated
+    assert ('content: "SIMULATED"' in page) == assessment.simulated  # at the foot of every printed page
     for line in assessment.findings:
         assert line in text
     for path in sorted(folder.rglob("*")):
