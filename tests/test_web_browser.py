@@ -7,6 +7,7 @@ import re
 import shutil
 from urllib.parse import urlsplit
 
+import pandas as pd
 import pytest
 
 import forcemap as fm
@@ -68,6 +69,14 @@ def page(request, browser, served):
     assert hosts <= {"127.0.0.1", None}  # None: data: and blob: addresses
 
 
+@pytest.fixture
+def single(browser, served):
+    """A page for what does not depend on its size."""
+    page = browser.new_page(base_url=served[0])
+    yield page
+    page.close()
+
+
 @pytest.fixture(scope="module")
 def force_map(served):
     return fm.fit_force_map(fm.read_dataset(served[1]))
@@ -77,6 +86,14 @@ def librarys_speed(force_map, distance, height, area="back_of_hand"):
     limit = fm.force_limit(area)
     bound = fm.ToleranceBound(device_error=3.0)
     return fm.safe_speed(force_map, distance, height, limit=limit, bound=bound, contact=fm.Contact.TRANSIENT)
+
+
+def tasks_speed(force_map, distance, height):
+    """The speed to program at a point, with the usual allowances."""
+    case = {"limit": fm.force_limit("back_of_hand"), "contact": fm.Contact.TRANSIENT}
+    zone = fm.Zones(distance, distance, height, height).grown(fm.Allowance().position)
+    found = fm.zone_speeds(force_map, zone, bound=fm.ToleranceBound(device_error=3.0), **case)
+    return float(found.speed[0]) - fm.Allowance().speed
 
 
 def answered(page):
@@ -174,13 +191,12 @@ def test_the_head_is_refused_with_the_reason(page):
 
 def test_a_task_is_dragged_and_outside_is_said(page, force_map):
     page.goto("/campaigns/lab/task?points=0.8,0.4")
-    speed = librarys_speed(force_map, 0.8, 0.4).speed
-    assert page.inner_text("#speed") == fm.floor_speed(speed)
+    assert page.inner_text("#speed") == fm.floor_speed(tasks_speed(force_map, 0.8, 0.4))
     drag(page, 0, 30, 20)
     answered(page)
     (moved,) = points(page)
     assert moved != (0.8, 0.4)
-    assert page.inner_text("#speed") == fm.floor_speed(librarys_speed(force_map, *moved).speed)
+    assert page.inner_text("#speed") == fm.floor_speed(tasks_speed(force_map, *moved))
     drag(page, 0, 600, 0)
     answered(page)
     assert "outside" in page.inner_text("#verdict")
@@ -214,6 +230,92 @@ def test_an_answer_never_outlives_its_question(browser, served):
     assert page.locator("#speed").count() == 0
     assert page.locator("#facts dl").count() == 0
     page.close()
+
+
+def test_a_late_judgement_does_not_replace_a_newer_one(single, served):
+    held = []
+    single.route("**/judge?*area=back_of_hand*", lambda route: held.append(route))
+    single.goto("/campaigns/lab")
+    single.set_input_files("#file", served[2])
+    until(single, lambda: held)
+    single.select_option("[name=area]", "face")
+    single.wait_for_selector("#judgement.not_permitted")
+    with single.expect_response("**/judge?*area=back_of_hand*"):
+        held[0].continue_()
+    single.wait_for_timeout(200)
+    assert single.get_attribute("#judgement", "class") == "outcome not_permitted"
+    assert "for face" in single.inner_text("#judged")
+    single.unroute("**/judge?*area=back_of_hand*")
+    single.route("**/judge?*area=chest*", lambda route: held.append(route))
+    single.select_option("[name=area]", "chest")
+    until(single, lambda: len(held) == 2)
+    assert single.locator("#judgement").count() == 0
+    assert single.locator("#curve").is_hidden()
+
+
+def test_late_speeds_do_not_replace_newer_ones(single):
+    held = []
+    single.route("**/api/**/speeds?*area=chest*", lambda route: held.append(route))
+    single.goto("/campaigns/lab/speeds")
+    single.wait_for_selector("#counts svg")
+    single.select_option("[name=area]", "chest")
+    until(single, lambda: held)
+    assert "Asking" in single.inner_text("#counts")
+    assert single.locator("#plane g rect").count() == 0
+    single.select_option("[name=area]", "face")
+    playwright.expect(single.locator("#counts")).to_contain_text("contact not permitted")
+    with single.expect_response("**/api/**/speeds?*area=chest*"):
+        held[0].continue_()
+    single.wait_for_timeout(200)
+    assert "contact not permitted" in single.inner_text("#counts")
+
+
+@pytest.mark.parametrize("part", ["speeds", "map"])
+def test_a_page_is_of_one_map(single, served, part):
+    """The campaign's files change: before the plane or the workspace is there, and while the page is open."""
+    folder = served[1]
+    table = (folder / "impacts.csv").read_bytes()
+    plane, legend = {"speeds": ("speeds", "#counts svg"), "map": ("workspace", "#forces svg")}[part]
+    held = []
+    try:
+        single.route(f"**/api/**/{plane}*", lambda route: held.append(route), times=1)
+        single.goto(f"/campaigns/lab/{part}?distance_m=0.8&height_m=0.4")
+        until(single, lambda: held)
+        changed(folder, 0.8)
+        held[0].continue_()
+        single.wait_for_selector(legend)
+        assert single.inner_text(".basis code") == shown_map(folder)
+        before = single.inner_text(legend.split()[0])
+        changed(folder, 0.8)
+        with single.expect_navigation():
+            single.fill("#distance_m", "0.7")
+        single.wait_for_selector(legend)
+        assert single.inner_text(".basis code") == shown_map(folder)
+        assert single.inner_text(legend.split()[0]) != before
+        assert single.input_value("#distance_m") == "0.7"
+    finally:
+        (folder / "impacts.csv").write_bytes(table)
+
+
+def test_going_back_shows_no_answer_to_another_question(single, force_map):
+    single.goto("/campaigns/lab/speeds?distance_m=0.8&height_m=0.4")
+    single.fill("#distance_m", "")
+    answered(single)
+    assert single.locator("#speed").count() == 0
+    single.goto("/campaigns/lab")
+    single.go_back()
+    single.wait_for_load_state()
+    answered(single)
+    stated = single.input_value("#distance_m")
+    expected = [] if stated == "" else [fm.floor_speed(librarys_speed(force_map, float(stated), 0.4).speed)]
+    assert single.locator("#speed").all_inner_texts() == expected
+
+
+def test_speeds_are_cut_like_the_librarys(single):
+    single.goto("/campaigns/lab")
+    speeds = [0.29, 0.57, 0.1599999, 0.2999999999, 0.0005, 1e-9, 0.001, 1.25, 2.0]
+    found = single.evaluate("speeds => import('/static/look.js').then(look => speeds.map(look.floored))", speeds)
+    assert found == [fm.floor_speed(speed) for speed in speeds]
 
 
 def test_the_keyboard_is_enough(page, force_map):
@@ -311,6 +413,26 @@ def drag(page, number, right, down):
 
 def points(page):
     return [tuple(map(float, each.split(","))) for each in page.input_value("[name=points]").split(";")]
+
+
+def until(page, true):
+    for _ in range(200):
+        if true():
+            return
+        page.wait_for_timeout(25)
+    raise AssertionError("nothing happened within five seconds")
+
+
+def changed(folder, factor):
+    """Forces of the campaign's impacts times a factor."""
+    table = pd.read_csv(folder / "impacts.csv", comment="#")
+    table["peak_force_N"] *= factor
+    table.to_csv(folder / "next.csv", index=False)
+    os.replace(folder / "next.csv", folder / "impacts.csv")
+
+
+def shown_map(folder):
+    return fm.map_sha256(fm.fit_force_map(fm.read_dataset(folder)))[:16]
 
 
 def tab_to(page, selector):

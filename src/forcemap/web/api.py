@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+import pathlib
+from typing import Annotated, Any, TypeVar
 
 from fastapi import APIRouter, Path, Query, Request
 from fastapi.responses import Response
@@ -12,15 +13,18 @@ from forcemap.web.campaign_answers import CampaignAnswer, Overview, campaign_ans
 from forcemap.web.comparison_answers import ComparisonAnswer, ComparisonQuestion, comparison_answer
 from forcemap.web.downloads import Export, export_text, report_text, scaling_text
 from forcemap.web.folder import Folder
-from forcemap.web.held import fitted
+from forcemap.web.held import Fitted, fitted
 from forcemap.web.intake import Addition, CollectAnswer, Intake, StoredAnswer, Upload
 from forcemap.web.judgements import FileAnswer, TableAnswer
+from forcemap.web.limits import Limits, limits_of
 from forcemap.web.map_answers import CubeAnswer, MapAnswer, SlicesAnswer, cube_answer, map_answer, slices_answer
 from forcemap.web.path_answers import TaskAnswer, task_answer
-from forcemap.web.question import Bounded, PathQuestion, Place, Resolution, State
+from forcemap.web.question import Area, Bounded, PathQuestion, Place, Resolution, State
 from forcemap.web.refusal import Refused
 from forcemap.web.speed_answers import SpeedAnswer, SpeedMapAnswer, speed_answer, speed_map_answer
+from forcemap.web.turns import Turns
 
+Asked = TypeVar("Asked", bound=Area)
 Name = Annotated[str, Path(description="Name of a campaign: that of its folder.", max_length=255)]
 
 REFUSALS: dict[int | str, dict[str, Any]] = {
@@ -43,9 +47,21 @@ _BODY = {
 }
 
 
-def api_router(folder: Folder, intake: Intake, table: LimitTable | None) -> APIRouter:
+def api_router(folder: Folder, intake: Intake, turns: Turns, table: LimitTable | None) -> APIRouter:
     """The routes of the JSON answers for the campaigns of a folder."""
     router = APIRouter(prefix="/api", responses=REFUSALS)
+
+    def home(name: str) -> tuple[pathlib.Path, Limits]:
+        path = folder.campaign(name)
+        return path, limits_of(path, table)
+
+    def ready(name: str) -> tuple[Fitted, Limits]:
+        path, limits = home(name)
+        return fitted(path), limits
+
+    def asked(name: str, question: Asked) -> tuple[Fitted, Asked, Limits]:
+        found, limits = ready(name)
+        return found, question, limits
 
     @router.get("/campaigns", tags=["campaigns"])
     def campaigns() -> Overview:
@@ -80,32 +96,34 @@ def api_router(folder: Folder, intake: Intake, table: LimitTable | None) -> APIR
     @router.get("/campaigns/{name}/slices", tags=["map"])
     def slices(name: Name, question: Annotated[State, Query()]) -> SlicesAnswer:
         """Slices of the map through a state, and the safe speed at its place."""
-        return slices_answer(fitted(folder.campaign(name)), question, table)
+        found, limits = ready(name)
+        return slices_answer(found, question, limits)
 
-    @router.get("/campaigns/{name}/workspace", tags=["map"])
-    def workspace(name: Name, question: Annotated[Resolution, Query()]) -> CubeAnswer:
+    @router.get("/campaigns/{name}/workspace", tags=["map"], response_model=CubeAnswer)
+    async def workspace(request: Request, name: Name, question: Annotated[Resolution, Query()]) -> Response:
         """Predicted forces over distance, height and speed."""
-        return cube_answer(fitted(folder.campaign(name)), question, table)
+        return await turns.json(request, lambda: cube_answer(*asked(name, question)))
 
     @router.get("/campaigns/{name}/speed", tags=["speeds"])
     def speed(name: Name, question: Annotated[Place, Query()]) -> SpeedAnswer:
         """The safe speed at a place."""
-        return speed_answer(fitted(folder.campaign(name)), question, table)
+        found, limits = ready(name)
+        return speed_answer(found, question, limits)
 
-    @router.get("/campaigns/{name}/speeds", tags=["speeds"])
-    def speeds(name: Name, question: Annotated[Resolution, Query()]) -> SpeedMapAnswer:
+    @router.get("/campaigns/{name}/speeds", tags=["speeds"], response_model=SpeedMapAnswer)
+    async def speeds(request: Request, name: Name, question: Annotated[Resolution, Query()]) -> Response:
         """Safe speeds over the measured range."""
-        return speed_map_answer(fitted(folder.campaign(name)), question, table)
+        return await turns.json(request, lambda: speed_map_answer(*asked(name, question)))
 
-    @router.get("/campaigns/{name}/compare", tags=["map"])
-    def compare(name: Name, question: Annotated[ComparisonQuestion, Query()]) -> ComparisonAnswer:
+    @router.get("/campaigns/{name}/compare", tags=["map"], response_model=ComparisonAnswer)
+    async def compare(request: Request, name: Name, question: Annotated[ComparisonQuestion, Query()]) -> Response:
         """The map beside the 2D map and the standard's contact model."""
-        return comparison_answer(fitted(folder.campaign(name)), question, table)
+        return await turns.json(request, lambda: comparison_answer(*asked(name, question)))
 
-    @router.get("/campaigns/{name}/task", tags=["speeds"])
-    def task(name: Name, question: Annotated[PathQuestion, Query()]) -> TaskAnswer:
+    @router.get("/campaigns/{name}/task", tags=["speeds"], response_model=TaskAnswer)
+    async def task(request: Request, name: Name, question: Annotated[PathQuestion, Query()]) -> Response:
         """A task of one point, or of a path: allowed speeds along it and cycle times."""
-        return task_answer(fitted(folder.campaign(name)), question, table)
+        return await turns.json(request, lambda: task_answer(*asked(name, question)))
 
     @router.get("/campaigns/{name}/files/map.json", tags=["files"], response_class=Response, responses=_file("json"))
     def map_file(name: Name) -> Response:
@@ -113,19 +131,24 @@ def api_router(folder: Folder, intake: Intake, table: LimitTable | None) -> APIR
         return _download(map_text(fitted(folder.campaign(name)).force_map), "map.json")
 
     @router.get("/campaigns/{name}/files/report.html", tags=["files"], response_class=Response, responses=_file("html"))
-    def report(name: Name, question: Annotated[Bounded, Query()]) -> Response:
+    async def report(request: Request, name: Name, question: Annotated[Bounded, Query()]) -> Response:
         """The validation report for one body area."""
-        return _download(report_text(folder.campaign(name), question, table), "report.html")
+
+        def made() -> str:
+            path, limits = home(name)
+            return report_text(path, question, limits)
+
+        return _download(await turns.take(request, made), "report.html")
 
     @router.get("/campaigns/{name}/files/scaling.csv", tags=["files"], response_class=Response, responses=_file("csv"))
-    def scaling(name: Name, question: Annotated[PathQuestion, Query()]) -> Response:
+    async def scaling(request: Request, name: Name, question: Annotated[PathQuestion, Query()]) -> Response:
         """Speed-scaling factors along a path with a programmed speed."""
-        return _download(scaling_text(fitted(folder.campaign(name)), question, table), "scaling.csv")
+        return _download(await turns.take(request, lambda: scaling_text(*asked(name, question))), "scaling.csv")
 
     @router.get("/campaigns/{name}/files/speeds", tags=["files"], response_class=Response, responses=_file("any"))
-    def export(name: Name, question: Annotated[Export, Query()]) -> Response:
+    async def export(request: Request, name: Name, question: Annotated[Export, Query()]) -> Response:
         """Allowed speeds by zone, as a table or a robot program."""
-        return _download(export_text(fitted(folder.campaign(name)), question, table), question.format.file)
+        return _download(await turns.take(request, lambda: export_text(*asked(name, question))), question.format.file)
 
     return router
 

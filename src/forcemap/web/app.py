@@ -18,6 +18,7 @@ from forcemap.web.guard import Guard
 from forcemap.web.intake import Intake
 from forcemap.web.pages import page_router, problem_page
 from forcemap.web.refusal import Refusal, Refused, problem, status_of
+from forcemap.web.turns import Turns
 
 _DESCRIPTION = (
     "Every page of the local web page as JSON. A speed never comes alone: its outcome, limit, bound and assumptions "
@@ -33,7 +34,7 @@ def create_app(folder: str | Path, *, limit_table: LimitTable | None = None) -> 
     folder : str or Path
         What is shown; nothing outside it is read or written.
     limit_table : LimitTable, optional
-        Table of limits; that of ISO/TS 15066:2016 if not given.
+        Table of limits; that which a campaign names, else that of ISO/TS 15066:2016, if not given.
 
     Raises
     ------
@@ -41,7 +42,7 @@ def create_app(folder: str | Path, *, limit_table: LimitTable | None = None) -> 
         There is no such folder.
     """
     served = Folder(folder)
-    intake = Intake(served, limit_table)
+    intake, turns = Intake(served, limit_table), Turns()
     app = FastAPI(
         title="forcemap",
         version=__version__,
@@ -50,8 +51,8 @@ def create_app(folder: str | Path, *, limit_table: LimitTable | None = None) -> 
         docs_url=None,  # they load their script from elsewhere
         redoc_url=None,
     )
-    app.include_router(api_router(served, intake, limit_table))
-    app.include_router(page_router(served, intake, limit_table))
+    app.include_router(api_router(served, intake, turns, limit_table))
+    app.include_router(page_router(served, intake, turns, limit_table))
     app.mount("/static", StaticFiles(packages=[("forcemap.web", "static")]))
 
     @app.get("/plotly.min.js", include_in_schema=False)

@@ -8,8 +8,9 @@ from typing import Any
 
 from pydantic import BaseModel, Field
 
-from forcemap import InputError, LimitTable, body_region, compare_force_models, force_limit, pfl_robot_mass
+from forcemap import InputError, body_region, compare_force_models, pfl_robot_mass
 from forcemap.web.held import Fitted
+from forcemap.web.limits import Limits
 from forcemap.web.map_answers import AccuracyAnswer, accuracy_answer
 from forcemap.web.numbers import number
 from forcemap.web.question import Area
@@ -83,7 +84,7 @@ class ComparisonAnswer(BaseModel):
     assumptions: list[str]
 
 
-def comparison_answer(found: Fitted, question: ComparisonQuestion, table: LimitTable | None) -> ComparisonAnswer:
+def comparison_answer(found: Fitted, question: ComparisonQuestion, limits: Limits) -> ComparisonAnswer:
     """The comparison for a body area or region.
 
     Raises
@@ -91,7 +92,7 @@ def comparison_answer(found: Fitted, question: ComparisonQuestion, table: LimitT
     InputError
         The moving mass is neither given nor stated by the campaign.
     """
-    limit = force_limit(question.area, table=table)
+    limit = limits.of(question.area)
     comparison = compare_force_models(
         found.dataset, **contact_model(found, question), limit=limit if limit.permitted else None
     )
@@ -130,7 +131,7 @@ def comparison_answer(found: Fitted, question: ComparisonQuestion, table: LimitT
         highest_force_N=variation.highest,
         variation_speed_mps=variation.speed,
         bound_words=str(comparison.bound),
-        assumptions=list(comparison.statements),
+        assumptions=[*limits.statements, *comparison.statements],
     )
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from dataclasses import replace
 from enum import StrEnum
 from pathlib import Path
 
@@ -12,12 +13,10 @@ from pydantic import Field
 from forcemap import (
     Allowance,
     FixedMargin,
-    LimitTable,
     RobotTable,
     ToleranceBound,
     assess_campaign,
     compare_force_models,
-    force_limit,
     krl_data,
     krl_source,
     read_conditions,
@@ -30,6 +29,7 @@ from forcemap import (
 )
 from forcemap.web.comparison_answers import ComparisonQuestion, contact_model
 from forcemap.web.held import Fitted
+from forcemap.web.limits import Limits
 from forcemap.web.path_answers import speeds_along
 from forcemap.web.question import Bounded, BoundKind, PathQuestion, ZoneSize
 
@@ -80,7 +80,7 @@ class Export(ZoneSize):
     format: Format = Field(Format.CSV, description="Form of the file.")
 
 
-def export_text(found: Fitted, question: Export, table: LimitTable | None) -> str:
+def export_text(found: Fitted, question: Export, limits: Limits) -> str:
     """The allowed speeds as a file of that form.
 
     Raises
@@ -88,17 +88,17 @@ def export_text(found: Fitted, question: Export, table: LimitTable | None) -> st
     ContactNotPermitted
         The standard permits no contact with the body area.
     """
-    return _WRITERS[question.format](_zones(found, question, table))
+    return _WRITERS[question.format](_zones(found, question, limits))
 
 
-def scaling_text(found: Fitted, question: PathQuestion, table: LimitTable | None) -> str:
+def scaling_text(found: Fitted, question: PathQuestion, limits: Limits) -> str:
     """Speed-scaling factors along a path with a programmed speed, as CSV."""
-    speeds = speeds_along(found, question, table)
-    zones = _zones(found, ZoneSize(**question.model_dump(include=set(ZoneSize.model_fields))), table)
-    return scaling_csv(speeds, zones.provenance.with_statements(speeds.statements))
+    speeds = speeds_along(found, question, limits)
+    zones = _zones(found, ZoneSize(**question.model_dump(include=set(ZoneSize.model_fields))), limits)
+    return scaling_csv(speeds, zones.provenance.with_statements((*limits.statements, *speeds.statements)))
 
 
-def report_text(campaign: Path, question: Bounded, table: LimitTable | None) -> str:
+def report_text(campaign: Path, question: Bounded, limits: Limits) -> str:
     """The validation report of a campaign for one body area.
 
     Raises
@@ -112,10 +112,11 @@ def report_text(campaign: Path, question: Bounded, table: LimitTable | None) -> 
     error = read_conditions(stated).device.error_or_default if stated.exists() else 3.0
     tolerance = ToleranceBound(question.confidence, question.content, error)
     bound = FixedMargin(question.margin) if question.bound is BoundKind.MARGIN else tolerance
-    return report_html(assess_campaign(campaign, limits=[force_limit(question.area, table=table)], bound=bound))
+    found = assess_campaign(campaign, limits=[limits.of(question.area)], bound=bound)
+    return report_html(replace(found, findings=tuple(dict.fromkeys((*limits.statements, *found.findings)))))
 
 
-def comparison_svg(found: Fitted, question: ComparisonQuestion, table: LimitTable | None) -> str:
+def comparison_svg(found: Fitted, question: ComparisonQuestion) -> str:
     """The comparison of force models as a figure."""
     from forcemap.figures import model_comparison_figure, svg
 
@@ -124,11 +125,13 @@ def comparison_svg(found: Fitted, question: ComparisonQuestion, table: LimitTabl
     return svg(model_comparison_figure(comparison, found.dataset, found.force_map, **model))
 
 
-def _zones(found: Fitted, question: ZoneSize, table: LimitTable | None) -> RobotTable:
-    return robot_table(
+def _zones(found: Fitted, question: ZoneSize, limits: Limits) -> RobotTable:
+    table = robot_table(
         found.force_map,
-        limits=[(force_limit(question.area, table=table), question.contact)],
+        limits=[(limits.of(question.area), question.contact)],
         bound=question.bound_of(found.force_map),
         size=question.zone_m,
         allowance=Allowance(speed=question.overshoot_mps, position=question.position_tolerance_m),
     )
+    statements = (*limits.statements, *table.provenance.statements)
+    return replace(table, provenance=replace(table.provenance, statements=statements))

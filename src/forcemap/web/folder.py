@@ -8,7 +8,8 @@ from pathlib import Path
 from forcemap.errors import InputError
 from forcemap.web.refusal import Refusal
 
-_FILES = ("campaign.toml", "plan.csv", "recordings.csv", "impacts.csv", "recordings")
+_FILES = ("campaign.toml", "plan.csv", "recordings.csv", "impacts.csv")
+_FOLDERS = ("recordings", "maps")
 _MARKS = ("campaign.toml", "plan.csv", "impacts.csv")
 
 
@@ -30,10 +31,13 @@ class Folder:
 
     def campaigns(self) -> dict[str, Path]:
         """Folders of the campaigns by name; a folder that is a link is left alone."""
+        return {_shown(folder): folder for folder in self._folders()}
+
+    def _folders(self) -> list[Path]:
         if self.single:
-            return {_shown(self.root): self.root}
+            return [self.root]
         folders = sorted(Path(e.path) for e in os.scandir(self.root) if e.is_dir(follow_symlinks=False))
-        return {_shown(e): e for e in folders if not e.name.startswith(".") and _is_campaign(e)}
+        return [folder for folder in folders if not folder.name.startswith(".") and _is_campaign(folder)]
 
     def campaign(self, name: str) -> Path:
         """The folder of a campaign, looked up by its name, never made from it.
@@ -41,28 +45,42 @@ class Folder:
         Raises
         ------
         Refusal
-            No campaign has the name; or one of its files is a link that leads out of the folder.
+            No campaign has the name, or two have; one of its files is a link that leads out of the folder, or no file.
         """
-        found = self.campaigns().get(name)
-        if found is None:
+        found = [folder for folder in self._folders() if _shown(folder) == name]
+        if not found:
             raise Refusal(404, "not_found", f"no campaign is named {name!r}; the overview lists them")
-        self._require_inside(found)
-        return found
+        if len(found) > 1:
+            raise Refusal(409, "ambiguous", f"{len(found)} folders are shown by the name {name!r}; rename all but one")
+        self._require_files(found[0])
+        return found[0]
 
-    def _require_inside(self, campaign: Path) -> None:
-        for path in (campaign / name for name in _FILES):
-            if path.is_symlink():
-                self._refuse_outside(path)
-        for home, folders, files in os.walk(campaign / "recordings"):
-            for path in (Path(home, name) for name in (*folders, *files)):
-                if path.is_symlink():
-                    self._refuse_outside(path)
+    def _require_files(self, campaign: Path) -> None:
+        for name in _FILES:
+            self._require_file(campaign / name)
+        for folder in _FOLDERS:
+            self._require_inside(campaign / folder)
+            if (campaign / folder).exists() and not (campaign / folder).is_dir():
+                raise Refusal(409, "file", "not a folder, expected one", file=self._below(campaign / folder))
+            for home, folders, files in os.walk(campaign / folder):
+                for name in folders:
+                    self._require_inside(Path(home, name))
+                for name in files:
+                    self._require_file(Path(home, name))
 
-    def _refuse_outside(self, path: Path) -> None:
-        if not path.resolve().is_relative_to(self.root):
-            shown = path.relative_to(self.root).as_posix()
+    def _require_file(self, path: Path) -> None:
+        """Refuse what would be waited for without end, or is no file; a link to nothing is left to the reader."""
+        self._require_inside(path)
+        if path.exists() and not path.is_file():
+            raise Refusal(409, "file", "not a file, expected one", file=self._below(path))
+
+    def _require_inside(self, path: Path) -> None:
+        if path.is_symlink() and not path.resolve().is_relative_to(self.root):
             message = "a link that leads out of the served folder is not followed; put the file itself there"
-            raise Refusal(409, "link", message, file=shown)
+            raise Refusal(409, "link", message, file=self._below(path))
+
+    def _below(self, path: Path) -> str:
+        return path.relative_to(self.root).as_posix()
 
 
 def _shown(folder: Path) -> str:

@@ -15,6 +15,8 @@ from forcemap.web.refusal import Refusal, Refused, problem
 
 _HOST = re.compile(r"(127\.0\.0\.1|localhost)(:\d{1,5})?")
 
+_FETCH = ("sec-fetch-site", "sec-fetch-mode", "sec-fetch-dest")
+
 POLICY = "; ".join(
     (
         "default-src 'none'",
@@ -80,10 +82,18 @@ def _require_own(request: Request) -> None:
     host = request.headers.get("host", "")
     if not _HOST.fullmatch(host):
         raise Refusal(421, "host", "found another host name, expected 127.0.0.1 or localhost; open the address printed")
+    for name in ("host", "origin", *_FETCH):
+        if len(request.headers.getlist(name)) > 1:
+            raise Refusal(403, "origin", f"found {name} more than once, expected it once; nothing was done")
+    origin, (site, *visit) = request.headers.get("origin"), (request.headers.get(name, "") for name in _FETCH)
+    own = site in ("", "same-origin", "none") and (origin is None or origin == f"http://{host}")
     if request.method in ("GET", "HEAD"):
+        path = request.url.path
+        link = visit == ["navigate", "document"] and (path == "/" or path.startswith("/campaigns/"))
+        if not (own or link):
+            raise Refusal(403, "origin", "found a request of another site, expected one of this page")
         return
-    origin, site = request.headers.get("origin"), request.headers.get("sec-fetch-site", "none")
-    if (origin is not None and origin != f"http://{host}") or site not in ("same-origin", "none"):
+    if not own:
         raise Refusal(403, "origin", "found a request of another site, expected one of this page; nothing was done")
     size = request.headers.get("content-length", "0")
     if size.isdecimal() and int(size) > LARGEST_UPLOAD:

@@ -3,15 +3,24 @@
 from __future__ import annotations
 
 import threading
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
+from typing import TypeVar
 
-from forcemap import Accuracy, ForceMap, ImpactDataset, fit_force_map, map_accuracy, read_dataset
+from forcemap import Accuracy, ForceMap, ForcemapError, ImpactDataset, fit_force_map, map_accuracy, read_dataset
 from forcemap.files import file_sha256
 from forcemap.web.refusal import Refusal
 
+_Found = TypeVar("_Found")
+
 _ONE_FIT = threading.Lock()  # the same map is not fitted twice at a time
+_TRIES = 5
+
+
+class _ChangedError(Exception):
+    """The files are no longer those whose hashes were taken."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,9 +46,9 @@ def impacts_of(campaign: Path) -> ImpactDataset:
     Raises
     ------
     Refusal
-        There are none yet.
+        There are none yet, or the files are being changed.
     """
-    return _impacts(campaign, *_contents(campaign))
+    return _settled(_impacts, campaign)
 
 
 def fitted(campaign: Path) -> Fitted:
@@ -48,12 +57,12 @@ def fitted(campaign: Path) -> Fitted:
     Raises
     ------
     Refusal
-        There are no impacts yet.
+        There are no impacts yet, or the files are being changed.
     FitError
         They do not determine a map.
     """
     with _ONE_FIT:
-        return _fitted(campaign, *_contents(campaign))
+        return _settled(_fitted, campaign)
 
 
 def _contents(campaign: Path) -> tuple[str, str]:
@@ -64,9 +73,34 @@ def _contents(campaign: Path) -> tuple[str, str]:
     return file_sha256(table), file_sha256(described) if described.exists() else ""
 
 
+def _settled(read: Callable[[Path, str, str], _Found], campaign: Path) -> _Found:
+    """What is read from files that stay as they are meanwhile."""
+    for _ in range(_TRIES):
+        try:
+            return read(campaign, *_contents(campaign))
+        except _ChangedError:
+            continue
+    message = "its files are changed again and again while they are read; ask again when they stay"
+    raise Refusal(409, "changing", message)
+
+
 @lru_cache(maxsize=16)
-def _impacts(campaign: Path, _table: str, _conditions: str) -> ImpactDataset:
-    return read_dataset(campaign)
+def _impacts(campaign: Path, table: str, conditions: str) -> ImpactDataset:
+    """The impacts of files with these hashes; an error is not kept."""
+    try:
+        dataset = read_dataset(campaign)
+    except ForcemapError:
+        _require_same(campaign, table, conditions)
+        raise
+    if dataset.sha256 != table:
+        raise _ChangedError
+    _require_same(campaign, table, conditions)
+    return dataset
+
+
+def _require_same(campaign: Path, table: str, conditions: str) -> None:
+    if _contents(campaign) != (table, conditions):
+        raise _ChangedError
 
 
 @lru_cache(maxsize=16)

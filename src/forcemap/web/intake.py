@@ -8,20 +8,22 @@ import re
 import secrets
 import threading
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import AsyncIterator, Iterator
+from contextlib import asynccontextmanager, contextmanager
 from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path, PurePosixPath
 
 from fastapi import Request
 from pydantic import BaseModel, Field
+from starlette.requests import ClientDisconnect
 
 from forcemap import Campaign, ForcemapError, InputError, LimitTable, build_dataset, read_campaign
 from forcemap.files import file_sha256
 from forcemap.web.campaign_answers import problem_words
 from forcemap.web.folder import Folder
 from forcemap.web.judgements import FileAnswer, TableAnswer, file_answer, is_table, table_answer
+from forcemap.web.limits import limits_of
 from forcemap.web.question import Area
 from forcemap.web.refusal import Refusal
 
@@ -34,7 +36,11 @@ MOST_RECORDINGS = 5_000
 TYPES = (".csv", ".txt", ".tdms")
 """How the names of files end that are taken; what they hold is judged by the reader."""
 
-_AT_ONCE = 8  # files in memory
+LARGEST_TABLE = 2_000_000
+"""The largest impacts table that is judged [bytes]: some ten thousand impacts."""
+
+_AT_ONCE = 8  # files that arrive or wait
+_JUDGED_AT_ONCE = 2  # a recording of 20 MB takes 140 MB of memory
 _PATIENCE = 60.0  # for a file to arrive [s]
 _STAGED = ".incoming-"
 _STALE = 3600.0  # [s]
@@ -92,6 +98,7 @@ class Intake:
         self._folder = folder
         self._table = table
         self._places = asyncio.Semaphore(_AT_ONCE)
+        self._judging = asyncio.Semaphore(_JUDGED_AT_ONCE)
         self._desks: dict[Path, _Desk] = {}
         for campaign in folder.campaigns().values():
             _sweep(campaign)
@@ -99,16 +106,14 @@ class Intake:
     async def judge(self, request: Request, name: str, file_name: str, question: Area) -> FileAnswer | TableAnswer:
         """Judge a file without storing it."""
         campaign, suffix = self._folder.campaign(name), _suffix(file_name)
-        async with self._places:
-            content = await _received(request)
-            return await asyncio.to_thread(self._judged, campaign, content, suffix, file_name, question)
+        async with self._places, _received(request, campaign, suffix) as staged, self._judging:
+            return await asyncio.to_thread(self._judged, campaign, staged, file_name, question)
 
     async def add(self, request: Request, name: str, file_name: str, run: str | None, question: Area) -> StoredAnswer:
         """Judge a recording, store it as a run of the plan, and collect the campaign."""
         path, suffix = self._folder.campaign(name), _suffix(file_name)
-        async with self._places:
-            content = await _received(request)
-            stored, judgement = await asyncio.to_thread(self._stored, path, content, suffix, file_name, run, question)
+        async with self._places, _received(request, path, suffix) as staged, self._judging:
+            stored, judgement = await asyncio.to_thread(self._stored, path, staged, file_name, run, question)
         problem = await self._collected(path)
         entries = [entry for entry in read_campaign(path).entries if entry.file == stored]
         unused = [entry for entry in entries if entry.use.value != "used"] or entries
@@ -131,28 +136,27 @@ class Intake:
             recordings=len(campaign.entries), used=used, missing=len(campaign.missing), problem=problem
         )
 
-    def _judged(
-        self, campaign: Path, content: bytes, suffix: str, file_name: str, question: Area
-    ) -> FileAnswer | TableAnswer:
-        with _staged(campaign, content, suffix) as staged, _called(staged, file_name):
-            if suffix != ".tdms" and is_table(content):
+    def _judged(self, campaign: Path, staged: Path, file_name: str, question: Area) -> FileAnswer | TableAnswer:
+        with _called(staged, file_name):
+            if staged.suffix != ".tdms" and is_table(staged):
+                if staged.stat().st_size > LARGEST_TABLE:
+                    raise too_large(LARGEST_TABLE)
                 return table_answer(staged, file_name, campaign)
-            return file_answer(staged, file_name, campaign, question, self._table)
+            return file_answer(staged, file_name, campaign, question, limits_of(campaign, self._table))
 
     def _stored(
-        self, path: Path, content: bytes, suffix: str, file_name: str, run: str | None, question: Area
+        self, path: Path, staged: Path, file_name: str, run: str | None, question: Area
     ) -> tuple[str, FileAnswer]:
         campaign = read_campaign(path)
-        if suffix != ".tdms" and is_table(content):
+        if staged.suffix != ".tdms" and is_table(staged):
             message = "this is an impacts table; only recordings are added, the impacts table is made from them"
             raise Refusal(422, "table", message, file=file_name)
-        with _staged(path, content, suffix) as staged:
-            with _called(staged, file_name):
-                judgement = file_answer(staged, file_name, path, question, self._table)
-            with self._desk(path).storing:
-                target = campaign.recordings / _stored_name(campaign, run, file_name, suffix, judgement.sha256)
-                _require_new(campaign, target, judgement.sha256, file_name)
-                _store(staged, target)
+        with _called(staged, file_name):
+            judgement = file_answer(staged, file_name, path, question, limits_of(path, self._table))
+        with self._desk(path).storing:
+            target = campaign.recordings / _stored_name(campaign, run, file_name, staged.suffix, judgement.sha256)
+            _require_new(campaign, target, judgement.sha256, file_name)
+            _store(staged, target)
         return target.name, judgement
 
     def _desk(self, campaign: Path) -> _Desk:
@@ -179,46 +183,45 @@ def _suffix(file_name: str) -> str:
     return suffix
 
 
-async def _received(request: Request) -> bytes:
-    """The body of a request, as far as it is not too large or too slow."""
+@asynccontextmanager
+async def _received(request: Request, campaign: Path, suffix: str) -> AsyncIterator[Path]:
+    """The body of a request as a hidden file beside the campaign's own, never whole in memory, gone afterwards."""
     if request.headers.get("content-type", "").partition(";")[0].strip() != "application/octet-stream":
         message = "expected the file itself as the body, with Content-Type: application/octet-stream"
         raise Refusal(415, "type", message)
-    parts, size = [], 0
+    staged = campaign / f"{_STAGED}{secrets.token_hex(8)}{suffix}"
     try:
-        async with asyncio.timeout(_PATIENCE):
-            async for part in request.stream():
-                size += len(part)
-                if size > LARGEST_UPLOAD:
-                    raise too_large()
-                parts.append(part)
+        await _write(request, staged)
+        yield staged
+    finally:
+        staged.unlink(missing_ok=True)
+
+
+async def _write(request: Request, staged: Path) -> None:
+    """Write the body of a request, as far as it is not too large or too slow."""
+    size = 0
+    try:
+        with staged.open("xb") as stream:
+            async with asyncio.timeout(_PATIENCE):
+                async for part in request.stream():
+                    size += len(part)
+                    if size > LARGEST_UPLOAD:
+                        raise too_large()
+                    stream.write(part)
     except TimeoutError:
         raise Refusal(408, "too_slow", f"the file did not arrive within {_PATIENCE:g} s; send it again") from None
+    except ClientDisconnect:
+        raise Refusal(408, "gone", "the file did not arrive as a whole; send it again") from None
+    except OSError as error:
+        raise InputError(f"cannot be written ({error.strerror})", file=staged.parent.name) from error
     if not size:
         raise Refusal(422, "input", "found an empty file, expected a recording or an impacts table")
-    return b"".join(parts)
 
 
-def too_large() -> Refusal:
+def too_large(most: int = LARGEST_UPLOAD) -> Refusal:
     """The refusal of a file that is too large."""
-    largest = f"{LARGEST_UPLOAD / 1e6:.0f} MB"
+    largest = f"{most / 1e6:.0f} MB"
     return Refusal(413, "too_large", f"found more than {largest}, expected at most {largest}; export a part of it")
-
-
-@contextmanager
-def _staged(campaign: Path, content: bytes, suffix: str) -> Iterator[Path]:
-    """A file beside the campaign's own, hidden, flushed to disk, and gone afterwards."""
-    path = campaign / f"{_STAGED}{secrets.token_hex(8)}{suffix}"
-    try:
-        with path.open("xb") as stream:
-            stream.write(content)
-            stream.flush()
-            os.fsync(stream.fileno())
-        yield path
-    except OSError as error:
-        raise InputError(f"cannot be written ({error.strerror})", file=campaign.name) from error
-    finally:
-        path.unlink(missing_ok=True)
 
 
 @contextmanager
@@ -278,17 +281,24 @@ def _digest_of(path: Path, _changed: int, _size: int) -> str:
 
 
 def _store(staged: Path, target: Path) -> None:
-    """Give a file that is whole its name; one that exists is never replaced."""
-    target.parent.mkdir(exist_ok=True)
+    """Give a file that is whole its name, once it is on the disk; one that exists is never replaced."""
     try:
+        _flush(staged)
+        target.parent.mkdir(exist_ok=True)
         os.link(staged, target)
+        _flush(target.parent)
     except FileExistsError:
         raise Refusal(409, "run_taken", f"{target.name} exists already; add this one as another repeat") from None
-    folder = os.open(target.parent, os.O_RDONLY)
+    except OSError as error:
+        raise InputError(f"cannot be written ({error.strerror})", file=target.name) from error
+
+
+def _flush(path: Path) -> None:
+    descriptor = os.open(path, os.O_RDONLY)
     try:
-        os.fsync(folder)
+        os.fsync(descriptor)
     finally:
-        os.close(folder)
+        os.close(descriptor)
 
 
 def _collect(path: Path) -> str:
@@ -309,5 +319,5 @@ def _collect(path: Path) -> str:
 def _sweep(campaign: Path) -> None:
     """Take away what a killed server was judging."""
     for path in campaign.glob(f"{_STAGED}*"):
-        if not path.is_symlink() and time.time() - path.stat().st_mtime > _STALE:
+        if not path.is_symlink() and path.is_file() and time.time() - path.stat().st_mtime > _STALE:
             path.unlink(missing_ok=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from itertools import pairwise
 from pathlib import Path
 from typing import Any, Literal
@@ -17,14 +18,12 @@ from forcemap import (
     ForceLimit,
     ForcemapError,
     Impact,
-    LimitTable,
     Recording,
     Verdict,
     check_impact,
     check_map,
     find_impacts,
     fit_force_map,
-    force_limit,
     map_accuracy,
     no_impact,
     read_campaign_file,
@@ -33,11 +32,13 @@ from forcemap import (
     repeatability,
 )
 from forcemap.web.held import fitted
+from forcemap.web.limits import Limits
 from forcemap.web.map_answers import AccuracyAnswer, accuracy_answer
 from forcemap.web.numbers import number, numbers
 from forcemap.web.question import Area
 
 _DRAWN = 1500  # samples of a curve that are drawn, its extremes among them
+_DRAWN_OF_ALL = 15_000  # of all curves of a file
 _VERDICTS = ("exceeded", "not_permitted", "cannot_tell", "within")  # gravest first
 
 
@@ -95,7 +96,7 @@ class RecordingAnswer(BaseModel):
 
 
 class FileAnswer(BaseModel):
-    """A file of recordings, judged; the verdict is the gravest of its impacts."""
+    """A file of recordings, judged; the verdict is the gravest of its impacts, notes say what it leaves open."""
 
     kind: Literal["recording"] = "recording"
     file: str
@@ -107,6 +108,7 @@ class FileAnswer(BaseModel):
     quasi_static_limit_N: float | None
     limit_source: str
     device_range_N: float | None
+    notes: list[str]
     recordings: list[RecordingAnswer]
 
 
@@ -126,12 +128,13 @@ class TableAnswer(BaseModel):
     against_reason: str
 
 
-def is_table(content: bytes) -> bool:
+def is_table(path: Path) -> bool:
     """True if the names of an impacts table's columns stand at the beginning of a file."""
-    return b"peak_force_N" in content[:4000]
+    with path.open("rb") as stream:
+        return b"peak_force_N" in stream.read(4000)
 
 
-def file_answer(path: Path, name: str, campaign: Path, question: Area, table: LimitTable | None) -> FileAnswer:
+def file_answer(path: Path, name: str, campaign: Path, question: Area, limits: Limits) -> FileAnswer:
     """A file of recordings, read as its campaign says and called by a name.
 
     Raises
@@ -141,12 +144,15 @@ def file_answer(path: Path, name: str, campaign: Path, question: Area, table: Li
     """
     described = campaign / "campaign.toml"
     conditions, columns = read_campaign_file(described) if described.exists() else (Conditions(), None)
-    limit = force_limit(question.area, table=table)
+    limit = limits.of(question.area)
     recordings = read_recordings(path, columns=columns, device=conditions.device)
     if conditions.date:
         date = {"date": conditions.date}
         recordings = [dataclasses.replace(each, metadata={**each.metadata, **date}) for each in recordings]
-    answers = [_recording(each, name, limit, conditions.channel_frequency_class) for each in recordings]
+    drawn = min(_DRAWN, max(2, _DRAWN_OF_ALL // len(recordings)))
+    answers = [_recording(each, name, limit, conditions.channel_frequency_class, drawn) for each in recordings]
+    unstated = "device range not stated: saturation was judged by the shape of the curves alone"
+    notes = [unstated] if math.isnan(conditions.device.range) else []
     verdicts = {impact.verdict for each in answers for impact in each.impacts}
     if any(not each.impacts for each in answers):
         verdicts.add("cannot_tell")
@@ -160,6 +166,7 @@ def file_answer(path: Path, name: str, campaign: Path, question: Area, table: Li
         quasi_static_limit_N=limit.quasi_static if limit.permitted else None,
         limit_source=str(limit),
         device_range_N=number(conditions.device.range),
+        notes=[*limits.statements, *notes, "pressure is not assessed"],
         recordings=answers,
     )
 
@@ -202,7 +209,9 @@ def table_answer(path: Path, name: str, campaign: Path) -> TableAnswer:
     )
 
 
-def _recording(recording: Recording, name: str, limit: ForceLimit, frequency_class: float) -> RecordingAnswer:
+def _recording(
+    recording: Recording, name: str, limit: ForceLimit, frequency_class: float, drawn: int
+) -> RecordingAnswer:
     impacts = find_impacts(recording, channel_frequency_class=frequency_class)
     contact = impacts[0].contact if impacts else None
     if contact is not None:
@@ -210,7 +219,7 @@ def _recording(recording: Recording, name: str, limit: ForceLimit, frequency_cla
     else:
         force = recording.force if recording.force.ndim == 1 else np.linalg.norm(recording.force, axis=1)
         time = recording.time
-    kept = _drawn(force)
+    kept = _drawn(force, drawn)
     return RecordingAnswer(
         recording=f"{name}#{recording.curve}" if recording.curve else name,
         samples=recording.samples,
@@ -262,11 +271,11 @@ def _judgement(each: Any) -> JudgementAnswer:
     )
 
 
-def _drawn(force: NDArray[Any]) -> NDArray[np.int64]:
+def _drawn(force: NDArray[Any], most: int) -> NDArray[np.int64]:
     """Indices of the samples to draw: the lowest and the highest of each of equal stretches, and both ends."""
-    if force.size <= _DRAWN:
+    if force.size <= most:
         return np.arange(force.size)
-    edges = np.linspace(0, force.size, _DRAWN // 2 + 1).astype(np.int64)
+    edges = np.linspace(0, force.size, most // 2 + 1).astype(np.int64)
     lowest = [start + np.argmin(force[start:stop]) for start, stop in pairwise(edges)]
     highest = [start + np.argmax(force[start:stop]) for start, stop in pairwise(edges)]
     return np.unique([0, *lowest, *highest, force.size - 1])

@@ -9,9 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel
 
-from forcemap import Accuracy, LimitTable, force_limit, map_sha256
+from forcemap import Accuracy, map_sha256
 from forcemap.web.held import Fitted
-from forcemap.web.numbers import number, numbers
+from forcemap.web.limits import Limits
+from forcemap.web.numbers import number, numbers, raised
 from forcemap.web.question import Resolution, State
 from forcemap.web.speed_answers import Basis, SpeedAnswer, basis_of, grid, speed_answer
 
@@ -148,7 +149,7 @@ def map_answer(found: Fitted) -> MapAnswer:
     )
 
 
-def slices_answer(found: Fitted, question: State, table: LimitTable | None) -> SlicesAnswer:
+def slices_answer(found: Fitted, question: State, limits: Limits) -> SlicesAnswer:
     """Slices through a state, the safe speed at its place, and whether its own speed is within it."""
     force_map, bound = found.force_map, question.bound_of(found.force_map)
     at = (question.distance_m, question.height_m, question.speed_mps)
@@ -165,13 +166,13 @@ def slices_answer(found: Fitted, question: State, table: LimitTable | None) -> S
         along = np.linspace(box.lowest[axis], box.highest[axis], _ALONG)
         state = [along if i == axis else np.full(_ALONG, value) for i, value in enumerate(at)]
         predicted, upper = forces(*state)
-        return Line(at=numbers(along, 9), predicted_N=numbers(predicted, 2), bound_N=numbers(upper, 2))
+        return Line(at=numbers(along, 9), predicted_N=numbers(predicted, 2), bound_N=raised(upper, 2))
 
     d, h = grid(found, 10_000)
     at_d, at_h = (np.ascontiguousarray(each) for each in np.meshgrid(d, h, indexing="ij"))
     _, over_places = forces(at_d, at_h, np.full(at_d.shape, question.speed_mps))
     here, upper_here = (float(each[0]) for each in forces(*(np.array([value]) for value in at)))
-    speed = speed_answer(found, question, table)
+    speed = speed_answer(found, question, limits)
     return SlicesAnswer(
         predicted_N=number(here),
         bound_N=number(upper_here),
@@ -182,24 +183,23 @@ def slices_answer(found: Fitted, question: State, table: LimitTable | None) -> S
         along_speed=line(2),
         distance_m=d.tolist(),
         height_m=h.tolist(),
-        place_bound_N=numbers(over_places, 1),
+        place_bound_N=raised(over_places, 1),
         speed=speed,
     )
 
 
-def cube_answer(found: Fitted, question: Resolution, table: LimitTable | None) -> CubeAnswer:
+def cube_answer(found: Fitted, question: Resolution, limits: Limits) -> CubeAnswer:
     """Predicted forces over the workspace."""
     force_map, box = found.force_map, found.force_map.measured_range
     axes = [np.linspace(box.lowest[i], box.highest[i], _CUBE) for i in range(3)]
     d, h, v = (each.ravel() for each in np.meshgrid(*axes, indexing="ij"))
     force = np.where(box.contains(d, h, v), force_map.predict(d, h, v), math.nan)
-    limit = force_limit(question.area, table=table)
     return CubeAnswer(
         distance_m=numbers(axes[0], 4),
         height_m=numbers(axes[1], 4),
         speed_mps=numbers(axes[2], 4),
         force_N=numbers(force, 1),
-        basis=basis_of(found, question, limit, ()),
+        basis=basis_of(found, question, limits, ()),
     )
 
 

@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
+from contextlib import suppress
+from decimal import ROUND_CEILING, Decimal
+from types import MappingProxyType
 from typing import Any, TypeVar
 from urllib.parse import quote, urlencode
 
@@ -18,6 +22,7 @@ from forcemap import (
     LimitTable,
     __version__,
     floor_speed,
+    map_sha256,
     standard_limit_table,
 )
 from forcemap.web.campaign_answers import campaign_answer, overview, problem_words
@@ -26,13 +31,19 @@ from forcemap.web.downloads import Export, Format, comparison_svg
 from forcemap.web.folder import Folder
 from forcemap.web.held import Fitted, fitted
 from forcemap.web.intake import LARGEST_UPLOAD, TYPES, Addition, Intake, Upload
+from forcemap.web.limits import Limits, limits_of
 from forcemap.web.map_answers import map_answer, slices_answer
 from forcemap.web.path_answers import task_answer
 from forcemap.web.question import Area, BoundKind, PathQuestion, Place, Question, State
-from forcemap.web.refusal import status_of
+from forcemap.web.refusal import Refusal, status_of
 from forcemap.web.speed_answers import speed_answer
+from forcemap.web.turns import Turns
 
 _Asked = TypeVar("_Asked", bound=Area)
+
+_MADE_OF = "made_of"
+_MODELS: tuple[type[Area], ...] = (State, PathQuestion, ComparisonQuestion, Export, Addition)
+_KNOWN = {_MADE_OF, *(name for model in _MODELS for name in model.model_fields)}
 
 OUTCOMES = {
     "admissible": "the bound meets the limit at this speed",
@@ -45,15 +56,22 @@ OUTCOMES = {
 """What outcomes mean, in words."""
 
 
-def page_router(folder: Folder, intake: Intake, table: LimitTable | None) -> APIRouter:
+def page_router(folder: Folder, intake: Intake, turns: Turns, table: LimitTable | None) -> APIRouter:
     """The routes of the pages for the campaigns of a folder."""
     router = APIRouter(include_in_schema=False)
-    areas = _areas(table or standard_limit_table())
 
-    def page(request: Request, template: str, name: str, question: Area, **shown: Any) -> Response:
+    def page(request: Request, template: str, name: str, question: Area, limits: Limits, **shown: Any) -> Response:
         path = f"/campaigns/{quote(name, safe='')}"
+        areas = _areas(limits.table or standard_limit_table())
         shown |= {"name": name, "base": path, "question": question, "areas": areas, "single": folder.single}
         return _html(request, template, **shown)
+
+    def ready(name: str) -> tuple[Fitted, Limits, dict[str, Any]]:
+        """Map and limits of a campaign, and what its pages show of them."""
+        path = folder.campaign(name)
+        found, limits = fitted(path), limits_of(path, table)
+        made_of = f"{map_sha256(found.force_map)} {(limits.table or standard_limit_table()).sha256}"
+        return found, limits, {"axes": _axes(found), "made_of": made_of}
 
     @router.get("/")
     def overview_page(request: Request) -> Response:
@@ -64,9 +82,13 @@ def page_router(folder: Folder, intake: Intake, table: LimitTable | None) -> API
 
     @router.get("/campaigns/{name}")
     def campaign_page(request: Request, name: str) -> Response:
-        answer = campaign_answer(name, folder.campaign(name))
+        path = folder.campaign(name)
+        answer, limits = campaign_answer(name, path), Limits(table)
+        with suppress(ForcemapError):  # without a map, judging says it
+            limits = limits_of(path, table)
         taken = {"types": ",".join(TYPES), "largest": LARGEST_UPLOAD}
-        return page(request, "campaign.html", name, _stated(request, Question), answer=answer, taken=taken)
+        question = _stated(request, Question, limits.otherwise)
+        return page(request, "campaign.html", name, question, limits, answer=answer, taken=taken)
 
     @router.post("/campaigns/{name}/judge")
     async def judge(request: Request, name: str) -> Response:
@@ -82,41 +104,56 @@ def page_router(folder: Folder, intake: Intake, table: LimitTable | None) -> API
 
     @router.get("/campaigns/{name}/map")
     def map_page(request: Request, name: str) -> Response:
-        found = fitted(folder.campaign(name))
-        question = _stated(request, State, _middle(found))
-        slices = slices_answer(found, question, table)
-        return page(request, "map.html", name, question, answer=slices, map=map_answer(found), axes=_axes(found))
+        found, limits, shown = ready(name)
+        question = _stated(request, State, limits.otherwise | _middle(found))
+        slices = slices_answer(found, question, limits)
+        return page(request, "map.html", name, question, limits, answer=slices, map=map_answer(found), **shown)
 
     @router.get("/campaigns/{name}/speeds")
     def speeds_page(request: Request, name: str) -> Response:
-        found = fitted(folder.campaign(name))
-        question = _stated(request, Place, _middle(found))
-        return page(
-            request, "speeds.html", name, question, answer=speed_answer(found, question, table), axes=_axes(found)
-        )
+        found, limits, shown = ready(name)
+        question = _stated(request, Place, limits.otherwise | _middle(found))
+        answer = speed_answer(found, question, limits)
+        return page(request, "speeds.html", name, question, limits, answer=answer, **shown)
 
     @router.get("/campaigns/{name}/compare")
-    def compare_page(request: Request, name: str) -> Response:
-        found = fitted(folder.campaign(name))
-        question = _stated(request, ComparisonQuestion)
-        return page(request, "compare.html", name, question, answer=comparison_answer(found, question, table))
+    async def compare_page(request: Request, name: str) -> Response:
+        def made() -> Response:
+            found, limits, shown = ready(name)
+            question = _stated(request, ComparisonQuestion, limits.otherwise)
+            answer = comparison_answer(found, question, limits)
+            return page(request, "compare.html", name, question, limits, answer=answer, **shown)
+
+        return await turns.take(request, made)
 
     @router.get("/campaigns/{name}/compare.svg")
-    def compare_figure(request: Request, name: str) -> Response:
-        found = fitted(folder.campaign(name))
-        return Response(comparison_svg(found, _stated(request, ComparisonQuestion), table), media_type="image/svg+xml")
+    async def compare_figure(request: Request, name: str) -> Response:
+        def made() -> Response:
+            found, limits, shown = ready(name)
+            if request.query_params.get(_MADE_OF, shown[_MADE_OF]) != shown[_MADE_OF]:
+                raise Refusal(409, "changed", "the campaign's files have changed; open the page of the figure again")
+            question = _stated(request, ComparisonQuestion, limits.otherwise)
+            return Response(comparison_svg(found, question), media_type="image/svg+xml")
+
+        return await turns.take(request, made)
 
     @router.get("/campaigns/{name}/task")
-    def task_page(request: Request, name: str) -> Response:
-        found = fitted(folder.campaign(name))
-        question = _stated(request, PathQuestion, {"points": _downwards(found)})
-        return page(request, "task.html", name, question, answer=task_answer(found, question, table), axes=_axes(found))
+    async def task_page(request: Request, name: str) -> Response:
+        def made() -> Response:
+            found, limits, shown = ready(name)
+            question = _stated(request, PathQuestion, limits.otherwise | {"points": _downwards(found)})
+            answer = task_answer(found, question, limits)
+            return page(request, "task.html", name, question, limits, answer=answer, **shown)
+
+        return await turns.take(request, made)
 
     @router.get("/campaigns/{name}/downloads")
     def downloads_page(request: Request, name: str) -> Response:
-        simulated = campaign_answer(name, folder.campaign(name)).simulated
-        question = _stated(request, Export)
-        return page(request, "downloads.html", name, question, formats=list(Format), simulated=simulated)
+        path = folder.campaign(name)
+        limits = limits_of(path, table)
+        question = _stated(request, Export, limits.otherwise)
+        shown = {"formats": list(Format), "simulated": campaign_answer(name, path).simulated}
+        return page(request, "downloads.html", name, question, limits, **shown)
 
     return router
 
@@ -133,9 +170,13 @@ def _html(request: Request, template: str, status: int = 200, **shown: Any) -> H
     return HTMLResponse(_TEMPLATES.get_template(template).render(path=request.url.path, **shown), status)
 
 
-def _stated(request: Request, model: type[_Asked], otherwise: dict[str, Any] | None = None) -> _Asked:
+def _stated(request: Request, model: type[_Asked], otherwise: Mapping[str, Any] = MappingProxyType({})) -> _Asked:
     """The question of an address; what belongs to another page, or was left empty, is as if not stated."""
-    stated = (otherwise or {}) | {key: value for key, value in request.query_params.items() if value != ""}
+    for key, value in request.query_params.items():
+        if key not in _KNOWN:
+            unknown = {"type": "extra_forbidden", "loc": ("query", key), "msg": "no page has it", "input": value}
+            raise RequestValidationError([unknown])
+    stated = dict(otherwise) | {key: value for key, value in request.query_params.items() if value != ""}
     try:
         return model.model_validate({key: value for key, value in stated.items() if key in model.model_fields})
     except ValidationError as error:
@@ -169,7 +210,7 @@ def _axes(found: Fitted) -> dict[str, tuple[float, float, float]]:
     for i, (name, step) in enumerate((("distance_m", 0.005), ("height_m", 0.005), ("speed_mps", 0.001))):
         low, high = float(box.lowest[i]), float(box.highest[i])
         more = max(0.1 * (high - low), step)
-        lowest = max(low - more, step if name == "speed_mps" else low - more)
+        lowest = max(low - more, {"distance_m": 0.0, "speed_mps": step}.get(name, -math.inf))
         axes[name] = (math.floor(lowest / step) * step, math.ceil((high + more) / step) * step, step)
     return {name: (round(low, 3), round(high, 3), step) for name, (low, high, step) in axes.items()}
 
@@ -193,6 +234,11 @@ def _figure(value: float | None, digits: int = 1) -> str:
     return "-" if value is None else f"{value:.{digits}f}"
 
 
+def _raised(force: float | None) -> str:
+    """A bound on a force, never rounded down; a dash where there is none."""
+    return "-" if force is None else str(Decimal(repr(force)).quantize(Decimal("0.1"), rounding=ROUND_CEILING))
+
+
 _TEMPLATES = Environment(
     loader=PackageLoader("forcemap.web"),
     autoescape=True,
@@ -202,6 +248,7 @@ _TEMPLATES = Environment(
 )
 _TEMPLATES.filters |= {
     "figure": _figure,
+    "raised": _raised,
     "speed": lambda value: floor_speed(math.nan if value is None else value),
     "words": _words,
     "query": lambda parameters: urlencode(parameters),

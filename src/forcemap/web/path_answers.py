@@ -2,29 +2,38 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from pydantic import BaseModel
 
 from forcemap import (
     Allowance,
+    ContactNotPermitted,
     CycleTime,
-    LimitTable,
+    InputError,
     PathSpeeds,
+    SpeedOutcome,
     Task,
     TaskSegment,
     ToolPath,
+    Zones,
     floor_speed,
-    force_limit,
     path_speeds,
+    zone_speeds,
 )
 from forcemap.web.held import Fitted
+from forcemap.web.limits import Limits
 from forcemap.web.numbers import number
 from forcemap.web.question import PathQuestion
-from forcemap.web.speed_answers import Basis, basis_of, place_speed
+from forcemap.web.speed_answers import NOT_PERMITTED, Basis, basis_of, place_speed
+
+LONGEST_PATH = 20.0
+"""The longest path that is taken [m]."""
 
 
 class TaskPoint(BaseModel):
-    """A point of a task and the safe speed at it, without the allowances of a path."""
+    """A point of a task and the safe speed at it, without the allowances of a task."""
 
     distance_m: float
     height_m: float
@@ -32,6 +41,17 @@ class TaskPoint(BaseModel):
     reason: str
     speed_mps: float | None
     speed_shown: str
+
+
+class Stop(BaseModel):
+    """A task of one point: the speed to program there, overshoot subtracted, anywhere within the position tolerance."""
+
+    outcome: str
+    reason: str
+    speed_mps: float | None
+    speed_shown: str
+    programmed_speed_mps: float | None
+    too_fast: bool
 
 
 class Piece(BaseModel):
@@ -62,7 +82,7 @@ class Time(BaseModel):
 
 
 class Along(BaseModel):
-    """Allowed speeds along a path; the lowest is that of the pieces with permission."""
+    """Allowed speeds along a path; the lowest is that of the pieces with permission, remarks are its reasons."""
 
     length_m: float
     refused_length_m: float
@@ -70,6 +90,7 @@ class Along(BaseModel):
     permitted: bool
     outcomes: list[str]
     reasons: list[str]
+    remarks: list[str]
     lowest_speed_mps: float | None
     lowest_speed_shown: str
     pieces: list[Piece]
@@ -77,39 +98,87 @@ class Along(BaseModel):
 
 
 class TaskAnswer(BaseModel):
-    """A task: its points, and the path through them if they are two or more."""
+    """A task: its points, and what one of them, or the path through two or more, allows."""
 
     points: list[TaskPoint]
+    point: Stop | None
     path: Along | None
     basis: Basis
 
 
-def task_answer(found: Fitted, question: PathQuestion, table: LimitTable | None) -> TaskAnswer:
+def task_answer(found: Fitted, question: PathQuestion, limits: Limits) -> TaskAnswer:
     """A task of one point, or of a path through points."""
-    limit = force_limit(question.area, table=table)
+    if len(question.places) > 1:
+        speeds = speeds_along(found, question, limits)
+        along, stop, statements = _along(speeds), None, speeds.statements
+    else:
+        along, (stop, statements) = None, _stop(found, question, limits)
     points = []
     for distance, height in question.places:
-        at = place_speed(found, question, distance, height, limit)
+        at = place_speed(found, question, distance, height, limits)
         names = set(TaskPoint.model_fields) - {"distance_m", "height_m"}
         points.append(TaskPoint(distance_m=distance, height_m=height, **{name: getattr(at, name) for name in names}))
-    if len(points) == 1:
-        return TaskAnswer(points=points, path=None, basis=at.basis)
-    speeds = speeds_along(found, question, table)
-    return TaskAnswer(points=points, path=_along(speeds), basis=basis_of(found, question, limit, speeds.statements))
+    return TaskAnswer(points=points, point=stop, path=along, basis=basis_of(found, question, limits, statements))
 
 
-def speeds_along(found: Fitted, question: PathQuestion, table: LimitTable | None) -> PathSpeeds:
-    """The library's answer for a path that runs straight out from the base."""
+def speeds_along(found: Fitted, question: PathQuestion, limits: Limits) -> PathSpeeds:
+    """The library's answer for a path that runs straight out from the base.
+
+    Raises
+    ------
+    InputError
+        The path is longer than any task needs, or has no length.
+    """
     path = ToolPath.through([(d, 0.0, h) for d, h in question.places])
+    length = float(path.lengths.sum())
+    if length > LONGEST_PATH:
+        raise InputError(f"points: found a path of {length:.1f} m, expected at most {LONGEST_PATH:g} m; ask in parts")
     segment = TaskSegment("path", (question.area,), question.contact, question.programmed)
     return path_speeds(
         found.force_map,
         path,
         Task((segment,), question.acceleration_mps2),
         bound=question.bound_of(found.force_map),
-        allowance=Allowance(speed=question.overshoot_mps, position=question.position_tolerance_m),
-        table=table,
+        allowance=_allowance(question),
+        table=limits.table,
     )
+
+
+def _stop(found: Fitted, question: PathQuestion, limits: Limits) -> tuple[Stop, tuple[str, ...]]:
+    """What holds at the one point and as far around it as the robot may be."""
+    allowance, programmed = _allowance(question), number(question.programmed)
+    distance, height = np.array(question.places).T
+    statements: tuple[str, ...] = ()
+    try:
+        zone = zone_speeds(
+            found.force_map,
+            Zones(distance, distance, height, height).grown(allowance.position),
+            limit=limits.of(question.area),
+            bound=question.bound_of(found.force_map),
+            contact=question.contact,
+        )
+    except ContactNotPermitted as error:
+        speed, outcome, reason = math.nan, NOT_PERMITTED, error.message
+    else:
+        speed = float(zone.speed[0]) - allowance.speed
+        outcome, reason, statements = str(zone.outcome[0]), str(zone.reason[0]), zone.statements
+        if speed <= 0:
+            speed, outcome = math.nan, SpeedOutcome.UNCONFIRMED.value
+            reason = "nothing is left once the speed overshoot is subtracted"
+    stop = Stop(
+        outcome=outcome,
+        reason=reason,
+        speed_mps=number(speed),
+        speed_shown=floor_speed(speed),
+        programmed_speed_mps=programmed,
+        too_fast=programmed is not None and not programmed <= speed,
+    )
+    compared = "not stated, so none is compared with the allowed one" if programmed is None else f"{programmed:g} m/s"
+    return stop, (*statements, str(allowance), f"programmed speed: {compared}")
+
+
+def _allowance(question: PathQuestion) -> Allowance:
+    return Allowance(speed=question.overshoot_mps, position=question.position_tolerance_m)
 
 
 def _along(speeds: PathSpeeds) -> Along:
@@ -133,7 +202,7 @@ def _along(speeds: PathSpeeds) -> Along:
         for i in range(len(speeds.path))
     ]
     without = [piece for piece, no in zip(pieces, refused, strict=True) if no]
-    reasons = dict.fromkeys(f"{piece.outcome.replace('_', ' ')}: {piece.reason}" for piece in without)
+    permitted = [piece for piece, no in zip(pieces, refused, strict=True) if not no]
     lowest = speeds.constant.speed
     return Along(
         length_m=float(lengths.sum()),
@@ -141,12 +210,17 @@ def _along(speeds: PathSpeeds) -> Along:
         too_fast_length_m=float(lengths[speeds.too_fast & ~refused].sum()),
         permitted=not refused.any(),
         outcomes=list(dict.fromkeys(piece.outcome for piece in pieces)),
-        reasons=list(reasons),
+        reasons=_reasons(without),
+        remarks=_reasons(permitted),
         lowest_speed_mps=number(lowest),
         lowest_speed_shown=floor_speed(lowest),
         pieces=pieces,
         cycle_times=[_time(each) for each in (speeds.allowed, speeds.standard, speeds.constant, speeds.program)],
     )
+
+
+def _reasons(pieces: list[Piece]) -> list[str]:
+    return list(dict.fromkeys(f"{p.outcome.replace('_', ' ')}: {p.reason}" for p in pieces if p.reason))
 
 
 def _time(found: CycleTime) -> Time:

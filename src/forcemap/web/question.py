@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import math
+import re
 from enum import StrEnum
-from typing import Annotated
+from typing import Annotated, Any, get_args
 from urllib.parse import urlencode
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validator
 
 from forcemap import Bound, Contact, FixedMargin, ForceMap, ToleranceBound
 
 Metres = Annotated[float, Field(ge=-10, le=10, allow_inf_nan=False)]
 MetresPerSecond = Annotated[float, Field(gt=0, le=10, allow_inf_nan=False)]
+
+_NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
+_POINT = r"[0-9]{1,2}(\.[0-9]{1,6})?,-?[0-9]{1,2}(\.[0-9]{1,6})?"
 
 
 class BoundKind(StrEnum):
@@ -28,6 +32,16 @@ class Area(BaseModel):
     model_config = ConfigDict(extra="forbid")
 
     area: str = Field("back_of_hand", description="Body area or body region.", min_length=1, max_length=60)
+
+    @field_validator("*", mode="before")
+    @classmethod
+    def _as_written(cls, value: Any, info: ValidationInfo) -> Any:
+        """A number is digits, a point and an exponent; 1_0 is a slip, not ten."""
+        kind = cls.model_fields[str(info.field_name)].annotation
+        text = any(isinstance(each, type) and issubclass(each, str) for each in (kind, *get_args(kind)))
+        if isinstance(value, str) and not text and not _NUMBER.fullmatch(value):
+            raise ValueError("expected a number such as 0.25")
+        return value
 
     @property
     def query(self) -> str:
@@ -90,7 +104,7 @@ class PathQuestion(Question):
 
     points: str = Field(
         description="Distance and height of each point [m]: 0.7,0.4;0.7,0.2",
-        pattern=r"^-?\d{1,2}(\.\d{1,6})?,-?\d{1,2}(\.\d{1,6})?(;-?\d{1,2}(\.\d{1,6})?,-?\d{1,2}(\.\d{1,6})?){0,49}$",
+        pattern=f"^{_POINT}(;{_POINT}){{0,49}}$",
         examples=["0.7,0.4;0.7,0.2"],
     )
     programmed_mps: MetresPerSecond | None = Field(None, description="Programmed speed, if any.")

@@ -31,7 +31,7 @@ def serve(
     host : str
         127.0.0.1 or localhost; the page has no password, so no other machine may reach it.
     limit_table : LimitTable, optional
-        Table of limits; that of ISO/TS 15066:2016 if not given.
+        Table of limits; that which a campaign names, else that of ISO/TS 15066:2016, if not given.
     ready : callable, optional
         Called with the address of the page.
 

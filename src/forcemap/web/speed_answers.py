@@ -11,17 +11,15 @@ from pydantic import BaseModel
 from forcemap import (
     ContactNotPermitted,
     FixedMargin,
-    ForceLimit,
-    LimitTable,
     SpeedOutcome,
     floor_speed,
-    force_limit,
     many_safe_speeds,
     map_sha256,
     safe_speed,
 )
 from forcemap.web.held import Fitted
-from forcemap.web.numbers import number, numbers
+from forcemap.web.limits import Limits
+from forcemap.web.numbers import floored, number
 from forcemap.web.question import Place, Question, Resolution
 
 NOT_PERMITTED = "not_permitted"
@@ -38,6 +36,7 @@ class Basis(BaseModel):
     bound: dict[str, str | float]
     bound_words: str
     map_sha256: str
+    limits_sha256: str
     simulated: bool
     assumptions: list[str]
 
@@ -77,15 +76,14 @@ class SpeedMapAnswer(BaseModel):
     basis: Basis
 
 
-def speed_answer(found: Fitted, question: Place, table: LimitTable | None) -> SpeedAnswer:
+def speed_answer(found: Fitted, question: Place, limits: Limits) -> SpeedAnswer:
     """The safe speed at the place of a question."""
-    limit = force_limit(question.area, table=table)
-    return place_speed(found, question, question.distance_m, question.height_m, limit)
+    return place_speed(found, question, question.distance_m, question.height_m, limits)
 
 
-def place_speed(found: Fitted, question: Question, distance: float, height: float, limit: ForceLimit) -> SpeedAnswer:
+def place_speed(found: Fitted, question: Question, distance: float, height: float, limits: Limits) -> SpeedAnswer:
     """The safe speed at a place."""
-    force_map = found.force_map
+    force_map, limit = found.force_map, limits.of(question.area)
     place: dict[str, Any] = {"distance_m": distance, "height_m": height}
     bound = question.bound_of(force_map)
     case: dict[str, Any] = {"limit": limit, "contact": question.contact}
@@ -103,7 +101,7 @@ def place_speed(found: Fitted, question: Question, distance: float, height: floa
             speed_shown="-",
             margin_10_speed_mps=None,
             margin_10_outcome=NOT_PERMITTED,
-            basis=basis_of(found, question, limit, ()),
+            basis=basis_of(found, question, limits, ()),
         )
     return SpeedAnswer(
         **place,
@@ -118,13 +116,13 @@ def place_speed(found: Fitted, question: Question, distance: float, height: floa
         bound_force_N=number(speed.bound_force),
         margin_10_speed_mps=number(beside.speed),
         margin_10_outcome=beside.outcome.value,
-        basis=basis_of(found, question, limit, speed.statements),
+        basis=basis_of(found, question, limits, speed.statements),
     )
 
 
-def speed_map_answer(found: Fitted, question: Resolution, table: LimitTable | None) -> SpeedMapAnswer:
+def speed_map_answer(found: Fitted, question: Resolution, limits: Limits) -> SpeedMapAnswer:
     """Safe speeds on a grid over the box around the measured range."""
-    force_map, limit = found.force_map, force_limit(question.area, table=table)
+    force_map, limit = found.force_map, limits.of(question.area)
     d, h = grid(found, question.places)
     at_d, at_h = (np.ascontiguousarray(each) for each in np.meshgrid(d, h, indexing="ij"))
     case: dict[str, Any] = {"limit": limit, "bound": question.bound_of(force_map), "contact": question.contact}
@@ -146,12 +144,12 @@ def speed_map_answer(found: Fitted, question: Resolution, table: LimitTable | No
     return SpeedMapAnswer(
         distance_m=d.tolist(),
         height_m=h.tolist(),
-        speed_mps=numbers(speed, 9),
+        speed_mps=floored(speed, 6),
         outcomes=list(_OUTCOMES),
         outcome=outcome.tolist(),
         counts={name: int(np.sum(outcome == i)) for i, name in enumerate(_OUTCOMES)},
         reason=reason,
-        basis=basis_of(found, question, limit, statements),
+        basis=basis_of(found, question, limits, statements),
     )
 
 
@@ -166,9 +164,9 @@ def grid(found: Fitted, places: int) -> tuple[Any, Any]:
     return axis(box.lowest[0], box.highest[0]), axis(box.lowest[1], box.highest[1])
 
 
-def basis_of(found: Fitted, question: Question, limit: ForceLimit, statements: tuple[str, ...]) -> Basis:
+def basis_of(found: Fitted, question: Question, limits: Limits, statements: tuple[str, ...]) -> Basis:
     """What an answer rests on; without statements of a speed, what the map assumes."""
-    bound = question.bound_of(found.force_map)
+    bound, limit = question.bound_of(found.force_map), limits.of(question.area)
     return Basis(
         area=limit.name,
         contact=question.contact.value,
@@ -177,6 +175,7 @@ def basis_of(found: Fitted, question: Question, limit: ForceLimit, statements: t
         bound=bound.describe(),
         bound_words=str(bound),
         map_sha256=map_sha256(found.force_map),
+        limits_sha256=limit.sha256,
         simulated=found.force_map.simulated,
-        assumptions=list(statements or found.force_map.conditions.assumptions()),
+        assumptions=[*limits.statements, *(statements or found.force_map.conditions.assumptions())],
     )

@@ -8,7 +8,7 @@ const [zone, chosen, judged, curve] = ["zone", "file", "judged", "curve"].map((i
 const add = document.getElementById("add");
 const added = document.getElementById("added");
 const page = form.dataset.base;
-let [file, answer] = [null, null];
+let [file, answer, ticket] = [null, null, 0];
 
 async function send(way, more, body) {
   const query = new URLSearchParams({ area: form.elements.area.value, file: body.name, ...more });
@@ -30,13 +30,14 @@ function show(place, { told, problem }) {
 
 async function judge(next) {
   if (!next) return;
+  const mine = ++ticket;
   file = next;
   answer = null;
   draw();
   if (add) [add.hidden, added.textContent] = [true, ""];
   judged.textContent = `Judging ${file.name} ...`;
   const found = await send("judge", {}, file);
-  if (file !== next) return; // another one was dropped meanwhile
+  if (mine !== ticket) return; // another file or body area is being judged
   show(judged, found);
   const block = document.getElementById("judged-data");
   answer = block && JSON.parse(block.textContent);
@@ -65,8 +66,9 @@ async function draw() {
     traces.push({ x: [impact.onset_s + impact.peak_time_s], y: [impact.peak_force_N], mode: "markers", name: `Phase I peak, impact ${impact.number}`, marker: { symbol: "triangle-down", size: 11, color: "#F0E442", line: { color: ink, width: 1 } } });
   }
   const titles = { xaxis: { title: { text: "Time [s]" } }, yaxis: { title: { text: "Contact force [N]" } } };
+  const shown = answer;
   const { react } = await plotly();
-  react(curve, traces, layout({ ...titles, shapes, annotations }), CONFIG);
+  if (shown === answer) react(curve, traces, layout({ ...titles, shapes, annotations }), CONFIG);
 }
 
 chosen.addEventListener("change", () => judge(chosen.files[0]));
@@ -88,11 +90,12 @@ addEventListener("drop", (event) => event.preventDefault()); // a file dropped b
 add?.addEventListener("submit", async (event) => {
   event.preventDefault();
   const run = add.elements.run.value.trim();
-  added.textContent = `Adding ${file.name} ...`;
-  const found = await send("recordings", run ? { run } : {}, file);
-  show(added, found);
+  const [body, mine] = [file, ticket];
+  added.textContent = `Adding ${body.name} ...`;
+  const found = await send("recordings", run ? { run } : {}, body);
+  show(added, !found.problem || found.problem.includes(body.name) ? found : { problem: `${body.name}: ${found.problem}` });
   if (!found.told) return;
-  add.hidden = true;
+  if (mine === ticket) add.hidden = true;
   put((await fetched(page)).document);
 });
 onThemeChange(draw);

@@ -1,5 +1,6 @@
 // Keeps a page up to date while its form changes: its address is asked again, and what the answer says is put in place.
-// No answer is left standing that does not belong to the form.
+// No answer is left standing that does not belong to the form, and a page is of one map: where an answer is of another,
+// the campaign's files have changed, and the whole page is asked again.
 
 const GONE = "The server does not answer. Is forcemap serve still running?";
 
@@ -7,6 +8,7 @@ export function live(shown = () => {}) {
   const form = document.querySelector("form[data-live]");
   let asking = false;
   let again = false;
+  let asked = stated(rendered(form));
 
   async function ask() {
     document.body.classList.add("asking");
@@ -17,10 +19,12 @@ export function live(shown = () => {}) {
     asking = true;
     do {
       again = false;
-      const address = `${location.pathname}?${new URLSearchParams(new FormData(form))}`;
+      asked = stated(form);
+      const address = `${location.pathname}?${asked}`;
       const page = form.checkValidity() ? await fetched(address) : problem(unfilled(form));
       if (again) continue;
       if (page.answers) history.replaceState(null, "", address);
+      if (page.answers && !ofThisMap(page.document.querySelector("main").dataset.madeOf)) return;
       put(page.document);
       shown(page.answers);
     } while (again);
@@ -38,9 +42,30 @@ export function live(shown = () => {}) {
     event.preventDefault();
     ask();
   });
+  addEventListener("pageshow", (event) => {
+    for (const range of form.querySelectorAll("input[type=range]")) range.value = document.getElementById(range.dataset.for).value;
+    if (event.persisted || stated(form) !== asked) ask(); // a browser that goes back fills in what was there before
+  });
   form.classList.add("scripted");
   shown(true);
   return ask;
+}
+
+// Whether something is of the map and the limits of this page; if not, the page is loaded again.
+export function ofThisMap(madeOf) {
+  if (madeOf === document.querySelector("main").dataset.madeOf) return true;
+  location.reload();
+  return false;
+}
+
+function stated(form) {
+  return String(new URLSearchParams(new FormData(form)));
+}
+
+function rendered(form) {
+  const copy = form.cloneNode(true);
+  copy.reset();
+  return copy;
 }
 
 export async function fetched(address) {

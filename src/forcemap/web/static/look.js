@@ -30,7 +30,9 @@ export function colourBar(low, high) {
 
 // A speed as it is shown: cut to 0.001 m/s, never rounded up.
 export function floored(speed) {
-  return speed === null ? "-" : (Math.floor(speed * 1000 + 1e-6) / 1000).toFixed(3);
+  if (speed === null) return "-";
+  const [whole, part = ""] = (speed < 0.001 ? "0" : String(speed)).split("."); // decimals, as JSON has them
+  return `${whole}.${part.padEnd(3, "0").slice(0, 3)}`;
 }
 
 export function layout(more = {}) {

@@ -1,5 +1,5 @@
 // The map page: the workspace turned by hand, and slices through the state that the sliders name.
-import { data, live } from "./live.js";
+import { data, live, ofThisMap } from "./live.js";
 import { COLOURS, CONFIG, SCALE, colourBar, layout, onThemeChange } from "./look.js";
 import { plotly } from "./plotly.js";
 import { block } from "./workspace.js";
@@ -61,7 +61,9 @@ async function draw(answers) {
 async function fill() {
   const response = await fetch(canvas.dataset.workspace);
   if (!response.ok) return;
-  workspace = block(canvas, await response.json(), data("map-data").states);
+  const cube = await response.json();
+  if (!ofThisMap(`${cube.basis.map_sha256} ${cube.basis.limits_sha256}`)) return;
+  workspace = block(canvas, cube, data("map-data").states);
   workspace.show(Object.values(state()));
   document.getElementById("forces").replaceChildren(...colourBar(...workspace.range.map((force) => `${force.toFixed(0)} N`)));
 }

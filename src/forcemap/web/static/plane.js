@@ -1,4 +1,5 @@
 // The plane of distance and height with the safe speed of each place, and points that are moved in it.
+import { ofThisMap } from "./live.js";
 import { colourBar, floored, make, viridis } from "./look.js";
 
 const WORDS = {
@@ -23,7 +24,7 @@ function ticks(low, high, count) {
 
 // axes: {distance_m: [low, high], height_m: [low, high]}; moved(points, index) is called while a point is dragged.
 export function plane(element, legend, axes, moved) {
-  let [speeds, points] = [null, []];
+  let [speeds, points, asked] = [null, [], ""];
   let scale = null;
   const readout = Object.assign(document.createElement("p"), { className: "note readout" });
 
@@ -44,8 +45,10 @@ export function plane(element, legend, axes, moved) {
     svg.append(make("rect", { ...frame, class: "frame" }), ...axis(d0, d1, h0, h1, right, bottom));
     svg.append(make("g", { class: "points" }));
     svg.addEventListener("pointermove", say);
+    const held = [...element.querySelectorAll(".handle")].indexOf(document.activeElement);
     element.replaceChildren(svg, readout);
     place();
+    if (held >= 0) element.querySelectorAll(".handle")[held]?.focus();
   }
 
   function axis(d0, d1, h0, h1, right, bottom) {
@@ -108,9 +111,8 @@ export function plane(element, legend, axes, moved) {
 
   function grab(event, i) {
     event.preventDefault();
-    const svg = element.querySelector("svg");
     const move = ({ clientX, clientY }) => {
-      const box = svg.getBoundingClientRect();
+      const box = element.querySelector("svg").getBoundingClientRect();
       to(i, scale.d(clientX - box.left), scale.h(clientY - box.top));
     };
     const drop = () => {
@@ -167,22 +169,30 @@ export function plane(element, legend, axes, moved) {
     legend.replaceChildren(...parts);
   }
 
+  function show(found, className, textContent) {
+    speeds = found;
+    readout.textContent = "";
+    if (scale) redraw();
+    if (speeds) explain();
+    else legend.replaceChildren(Object.assign(document.createElement("p"), { className, textContent }));
+  }
+
   new ResizeObserver(redraw).observe(element);
   return {
     point(list) {
       points = list.map((each) => [...each]);
       if (scale) place();
     },
+    // nothing is shown until the answer to the last question is there
     async ask(address) {
-      try {
-        const response = await fetch(address);
-        speeds = response.ok ? await response.json() : null;
-      } catch {
-        speeds = null;
-      }
-      if (scale) redraw();
-      if (speeds) explain();
-      else legend.replaceChildren();
+      if (address === asked) return;
+      asked = address;
+      show(null, "note", "Asking for the speeds of all places ...");
+      const found = await fetch(address).then((response) => (response.ok ? response.json() : null)).catch(() => null);
+      if (address !== asked) return;
+      if (!found) asked = "";
+      if (!found) show(null, "problem", "No speeds of all places: there was no answer.");
+      else if (ofThisMap(`${found.basis.map_sha256} ${found.basis.limits_sha256}`)) show(found);
     },
   };
 }

@@ -8,7 +8,6 @@ const element = document.getElementById("plane");
 const fields = ["distance_m", "height_m"].map((name) => form.elements[name]);
 const ranges = fields.map((field) => form.querySelector(`[data-for=${field.id}]`));
 const axes = Object.fromEntries(ranges.map((range) => [range.dataset.for, [Number(range.min), Number(range.max)]]));
-let asked = "";
 
 const drawn = plane(element, document.getElementById("counts"), axes, ([place]) => {
   fields.forEach((field, i) => {
@@ -20,6 +19,5 @@ const drawn = plane(element, document.getElementById("counts"), axes, ([place]) 
 live((answers) => {
   element.classList.toggle("stale", !answers);
   drawn.point([fields.map((field) => Number(field.value))]);
-  const address = `${element.dataset.speeds}?${question(form)}`;
-  if (address !== asked) drawn.ask((asked = address));
+  drawn.ask(`${element.dataset.speeds}?${question(form)}`);
 });

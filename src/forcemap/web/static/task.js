@@ -7,7 +7,6 @@ const form = document.querySelector("form[data-live]");
 const element = document.getElementById("plane");
 const field = form.elements.points;
 const axes = JSON.parse(element.dataset.axes);
-let asked = "";
 
 function points() {
   return field.value.split(";").map((each) => each.split(",").map(Number)).filter((each) => each.length === 2 && each.every(Number.isFinite));
@@ -39,6 +38,5 @@ field.addEventListener("input", () => document.activeElement === field && drawn.
 drawn.point(points());
 live((answers) => {
   element.classList.toggle("stale", !answers);
-  const address = `${element.dataset.speeds}?${question(form)}`;
-  if (address !== asked) drawn.ask((asked = address));
+  drawn.ask(`${element.dataset.speeds}?${question(form)}`);
 });
