@@ -295,3 +295,10 @@ def test_thinned_curves_keep_their_extremes():
     assert (few_time[0], few_time[-1]) == (time[0], time[-1])
     assert np.all(np.diff(few_time) > 0)
     np.testing.assert_array_equal(few, force[np.searchsorted(time, few_time)])
+
+
+@pytest.mark.parametrize("name", ["a\0b.csv", "a" * 300 + ".csv", "../x.csv", "/etc/x.csv", "recordings/.csv"])
+def test_a_limit_table_that_is_no_file_of_the_folder_is_named_and_not_used(copied, name):
+    found = fm.campaign_limit_table(copied, fm.Conditions(limit_table=name))
+    assert (found.table, found.file) == (fm.standard_limit_table(), "")
+    assert "is no file of this folder; it was not used" in found.finding

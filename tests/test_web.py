@@ -224,6 +224,9 @@ def test_a_task_of_one_point_has_the_allowances(client, measured):
     assert "too fast" in page
     edge = f"{force_map.measured_range.highest[0]},0.3"
     assert asked(client, "ur10e/task", points=edge)["point"]["outcome"] == "outside"
+    face = asked(client, "ur10e/task", points="0.8,0.4", area="face")
+    assert face["point"]["outcome"] == "not_permitted"
+    assert any(line.startswith("SIMULATED") for line in face["basis"]["assumptions"])
     spent = asked(client, "ur10e/task", points="0.8,0.4", overshoot_mps=1)["point"]
     assert (spent["outcome"], spent["speed_mps"]) == ("unconfirmed", None)
     whole = asked(client, "ur10e/task", points="0.8,0.4", overshoot_mps=0, position_tolerance_m=0)

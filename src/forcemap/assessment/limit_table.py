@@ -44,8 +44,12 @@ def campaign_limit_table(folder: str | Path, conditions: Conditions) -> Campaign
     if not name.lower().endswith(".csv"):  # a name in words
         return CampaignLimitTable(standard, "", "")
     home = Path(folder).resolve()
-    file = (home / name).resolve()
-    if not file.is_relative_to(home) or not file.is_file():
+    try:
+        file = (home / name).resolve()
+        inside = file.is_relative_to(home) and file.is_file()
+    except (OSError, ValueError):  # what no file can be named
+        inside = False
+    if not inside:
         finding = f"the limit table {name!r} of campaign.toml is no file of this folder; it was not used"
         return CampaignLimitTable(standard, "", finding)
     try:

@@ -148,7 +148,7 @@ def _stop(found: Fitted, question: PathQuestion, limits: Limits) -> tuple[Stop, 
     """What holds at the one point and as far around it as the robot may be."""
     allowance, programmed = _allowance(question), number(question.programmed)
     distance, height = np.array(question.places).T
-    statements: tuple[str, ...] = ()
+    statements = tuple(found.force_map.conditions.assumptions())
     try:
         zone = zone_speeds(
             found.force_map,
