@@ -282,8 +282,10 @@ def test_demo(ask, forcemap, tmp_path, example):
 
 def test_demo_picks_a_free_folder(forcemap, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
+    (tmp_path / "forcemap-demo").mkdir()
+    (tmp_path / "forcemap-demo" / "mine.txt").write_text("kept")
     assert forcemap("demo")[0] == 0
-    assert forcemap("demo")[0] == 0
+    assert [path.name for path in (tmp_path / "forcemap-demo").iterdir()] == ["mine.txt"]
     assert sorted(p.name for p in tmp_path.iterdir()) == ["forcemap-demo", "forcemap-demo-2"]
 
 

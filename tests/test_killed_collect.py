@@ -80,7 +80,7 @@ def check_files(folder, before, new):
 
 def test_killed_at_random_moments(campaign, full_size):
     folder, added, from_nothing, duration = campaign
-    kills = 50 if full_size else 12
+    kills = 50 if full_size else 8
     delays = np.random.default_rng(SEED).uniform(0, duration, kills)
     for number, delay in enumerate(delays):
         before, new = from_nothing if number % 3 == 0 else added
