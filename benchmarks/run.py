@@ -30,6 +30,7 @@ from forcemap.lab.bench import simulate_impacts, simulate_peaks
 from forcemap.lab.virtual_robot import virtual_robot
 from forcemap.maps.regression import least_squares
 from forcemap.web.held import fitted
+from forcemap.web.limits import Limits
 from forcemap.web.map_answers import slices_answer
 from forcemap.web.question import State
 
@@ -252,7 +253,7 @@ def web():
     with tempfile.TemporaryDirectory() as folder:
         found = fitted(fm.copy_example("ur10e", Path(folder) / "ur10e"))
         question = State(distance_m=0.7, height_m=0.3, speed_mps=0.3)
-        seconds = best(lambda: slices_answer(found, question, None).model_dump_json())
+        seconds = best(lambda: slices_answer(found, question, Limits(None)).model_dump_json())
     yield (
         "web page: a slider's answer, 10^4 places, tolerance bound",
         "a tenth of a second",
