@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import hashlib
 import platform
+import shutil
 import sys
 import tempfile
 import time
@@ -26,15 +27,21 @@ from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import PolynomialFeatures
 
 import forcemap as fm
+from forcemap.errors import ForcemapError
 from forcemap.lab.bench import simulate_impacts, simulate_peaks
 from forcemap.lab.virtual_robot import virtual_robot
 from forcemap.maps.regression import least_squares
+from forcemap.recordings.read import read_recordings
+from forcemap.report import report_html
 from forcemap.web.held import fitted
 from forcemap.web.limits import Limits
 from forcemap.web.map_answers import slices_answer
 from forcemap.web.question import State
 
 DOCUMENT = Path(__file__).parents[1] / "docs" / "benchmarks.md"
+sys.path.insert(
+    0, str(Path(__file__).parents[1] / "tests")
+)  # their campaigns, damaged files and server serve here, too
 
 
 def best(function, repetitions=5):
@@ -172,6 +179,61 @@ def _by_hand(path):
     return path.name, digest, smooth[peak], f.max(), t[peak], onset, t[end], after.max(), after.mean(), impulse
 
 
+def damaged():
+    """The damaged texts of the tests, whole or refused, the slowest of 500: the same text without damage."""
+    from test_damaged_files import DAMAGES, HEADERS, MAPS, lines
+
+    rng = np.random.default_rng(20260501)
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "recording.csv"
+
+        def seconds(content, columns):
+            path.write_bytes(content)
+
+            def read():
+                try:
+                    read_recordings(path, columns=columns)
+                except ForcemapError:
+                    return False
+                return True
+
+            return best(read, 3), read()
+
+        whole, is_read = seconds(lines(rng, ";", ".", "\n", HEADERS[1]), MAPS[1])
+        assert is_read
+        slowest = 0.0
+        for number in range(500):
+            content = lines(rng, ";", ".", "\n", HEADERS[rng.integers(len(HEADERS))])
+            content = DAMAGES[number % len(DAMAGES)](rng, content)
+            slowest = max(slowest, seconds(content, MAPS[rng.integers(len(MAPS))])[0])
+    yield (
+        "damaged recording, the slowest of 500",
+        "the recording without damage",
+        slowest / whole,
+        "at most 10 x as long",
+    )
+
+
+def designs():
+    """18 I-optimal states of a thousand."""
+    rng = np.random.default_rng(1)
+    states = np.column_stack([rng.uniform(*limits, 1000) for limits in ((0.5, 0.9), (0.1, 0.5), (0.2, 0.4))])
+    for form in (fm.CFM_3D, fm.LOG_SPEED):
+        seconds = best(lambda form=form: fm.optimal_states(states, 18, form=form), 3)
+        yield f"18 I-optimal states of a thousand, {form.name}", "2 s", 2 / seconds, "at least 1 x"
+
+
+def reports():
+    """The report of 2,025 recordings, assessment and page together."""
+    from pulses import collect, write_campaign
+
+    with tempfile.TemporaryDirectory() as folder:
+        campaign = write_campaign(Path(folder) / "many", repeats=75)
+        collect(campaign)
+        seconds = best(lambda: report_html(fm.assess_campaign(campaign)), 1)
+    yield "report of 2,025 recordings", "a minute", 60 / seconds, "at least 1 x"
+
+
 def dynamics():
     """Effective mass downwards of 10^5 UR10e configurations, per configuration, against a pinocchio loop over 2000."""
     n, few = 100_000, 2000
@@ -262,10 +324,59 @@ def web():
     )
 
 
+def pages():
+    """The web page in Chromium: until the slowest of its parts is seen; the longest frame while points are turned."""
+    from playwright.sync_api import sync_playwright
+
+    from web_server import serving
+
+    chromium = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+    if chromium is None:
+        return
+    painted = (
+        "new Promise(done => new PerformanceObserver(list => done(list.getEntries()[0].startTime))"
+        ".observe({type: 'paint', buffered: true}))"
+    )
+    frames = (
+        "() => { let last = performance.now(); window.frames_ms = [];"
+        "const next = now => { frames_ms.push(now - last); last = now; requestAnimationFrame(next) };"
+        "requestAnimationFrame(next) }"
+    )
+    with tempfile.TemporaryDirectory() as folder, sync_playwright() as started:
+        fm.copy_example("ur10e", Path(folder) / "ur10e")
+        with serving(folder) as (_, address):
+            page = started.chromium.launch(executable_path=chromium, args=["--no-sandbox"]).new_page(base_url=address)
+            seen = []
+            for part in ("", "/map", "/speeds", "/compare", "/task", "/downloads"):
+                times = []
+                for _ in range(3):
+                    page.goto(f"/campaigns/ur10e{part}")
+                    times.append(page.evaluate(painted) / 1000)
+                seen.append(min(times))
+            page.goto("/campaigns/ur10e/map")
+            page.wait_for_selector("#workspace[data-points]")
+            page.wait_for_load_state("networkidle")
+            page.locator("#workspace").scroll_into_view_if_needed()
+            box = page.locator("#workspace").bounding_box()
+            x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+            longest = []
+            for _ in range(3):
+                page.mouse.move(x, y)
+                page.mouse.down()
+                page.evaluate(frames)
+                for i in range(30):
+                    page.mouse.move(x + 3 * i, y + i)
+                    page.wait_for_timeout(10)
+                longest.append(max(page.evaluate("frames_ms.slice(1)")) / 1000)
+                page.mouse.up()
+    yield "web page: first paint, the slowest of its parts", "2 s", 2 / max(seen), "at least 1 x"
+    yield "web page: longest frame while 10^5 points are turned", "200 ms", 0.2 / min(longest), "at least 1 x"
+
+
 def main() -> None:
     """Run all benchmarks and print or write the table."""
     lines = ["| what | peer | ratio | asked |", "|---|---|---|---|"]
-    for benchmark in (prediction, grid, crossing, fitting, recordings, dynamics, lab, paths, web):
+    for benchmark in BENCHMARKS:
         for what, peer, ratio, asked in benchmark():
             lines.append(f"| {what} | {peer} | {ratio:.1f} | {asked} |")
     processor = next(
@@ -291,6 +402,22 @@ def main() -> None:
         head = DOCUMENT.read_text().split("<!-- table -->")[0]
         DOCUMENT.write_text(f"{head}<!-- table -->\n\n{text}\n")
 
+
+BENCHMARKS = (
+    prediction,
+    grid,
+    crossing,
+    fitting,
+    recordings,
+    damaged,
+    designs,
+    dynamics,
+    lab,
+    paths,
+    reports,
+    web,
+    pages,
+)
 
 if __name__ == "__main__":
     main()

@@ -72,7 +72,7 @@ def simulate(name, rng, *, effect, repeat_sd=1.1, repeats=3, points=None, train=
         state=[f"s{i}" for i in state],
         role=np.where(train, "train", "test")[state],
         censored=censored,
-        conditions=Conditions(device=Device(range=device_range, error=3.0)),
+        conditions=Conditions(device=Device(range=device_range, error=3.0, stiffness=75e3)),
         **options,
     )
     return Campaign(dataset, points, truth, train)

@@ -9,8 +9,8 @@ import numpy as np
 
 import forcemap as fm
 
-DEVICE = fm.Device(range=500.0, error=3.0)
-TOML = 'schema = "forcemap-campaign/1"\n[device]\nrange_N = 500.0\nerror_N = 3.0\n'
+DEVICE = fm.Device(range=500.0, error=3.0, stiffness=75e3)
+TOML = 'schema = "forcemap-campaign/1"\n[device]\nrange_N = 500.0\nerror_N = 3.0\nstiffness_N_per_m = 75000.0\n'
 PLAN = {"distances": (0.5, 0.7, 0.9), "heights": (0.2, 0.3, 0.4), "speeds": (0.1, 0.2, 0.3)}
 
 

@@ -9,6 +9,8 @@ from oracle import DISTANCES, printed_force
 
 import forcemap as fm
 
+QUASI_STATIC = fm.Contact.QUASI_STATIC
+
 MASSES = {"ur10e": 30.0, "kuka-iiwa7-30nm": 20.0, "kuka-iiwa7-10nm": 20.0}
 EFFECTS = {"ur10e": 0.022, "kuka-iiwa7-30nm": 0.033, "kuka-iiwa7-10nm": 0.021}
 HEIGHTS = (0.14, 0.46)
@@ -31,7 +33,7 @@ class Sequence:
 
     @property
     def conditions(self):
-        return fm.Conditions(device=fm.Device(range=self.device_range, error=3.0), moving_mass=MASSES[self.name])
+        return fm.Conditions(device=fm.Device(range=self.device_range, error=3.0, stiffness=75e3), moving_mass=MASSES[self.name])
 
     @property
     def distances(self):
@@ -88,7 +90,9 @@ def released(sequence, limit=140.0):
     """
     axes = np.linspace(*sequence.distances, 38), np.linspace(*HEIGHTS, 33)
     d, h = (axis.ravel() for axis in np.meshgrid(*axes, indexing="ij"))
-    found = fm.safe_speed(fm.fit_force_map(sequence.measured), d, h, limit=limit, bound=fm.ToleranceBound())
+    found = fm.safe_speed(
+        fm.fit_force_map(sequence.measured), d, h, limit=limit, contact=QUASI_STATIC, bound=fm.ToleranceBound()
+    )
     v = np.linspace(0, 0.8, 3201)
     reached = printed_force(sequence.name, d[:, None], h[:, None], v) >= limit
     true_speed = np.where(reached[:, 0], 0.0, v[reached.argmax(axis=1)])

@@ -12,6 +12,8 @@ from scipy import stats
 import forcemap as fm
 from forcemap.errors import BoundNotAvailable
 
+QUASI_STATIC = fm.Contact.QUASI_STATIC
+
 
 def direct(force_map, d, h, v, confidence=0.95, content=0.95, device_error=3.0):
     """The formula: upper = F exp(s sqrt(l) t'), at least F + device error; l and s by plain linear algebra."""
@@ -92,7 +94,7 @@ def test_three_degrees_of_freedom_are_needed(states, accepted):
         assert fm.ToleranceBound().upper(force_map, 0.7, 0.3, 0.3) > force_map.predict(0.7, 0.3, 0.3)
         return
     with pytest.raises(BoundNotAvailable, match=f"found {states - 9} residual degrees"):
-        fm.safe_speed(force_map, 5.0, 5.0, limit=100.0, bound=fm.ToleranceBound())
+        fm.safe_speed(force_map, 5.0, 5.0, limit=100.0, contact=QUASI_STATIC, bound=fm.ToleranceBound())
 
 
 @pytest.mark.parametrize("margin", [-0.01, np.nan, np.inf])
@@ -112,5 +114,5 @@ def test_the_bound_reaches_beyond_ten_percent_where_it_must():
     rng = np.random.default_rng(8)
     force_map = fm.fit_force_map(simulate("ur10e", rng, effect=0.08).dataset)
     assert fm.margins(fm.ToleranceBound(), force_map).max() > 0.10
-    found = fm.safe_speed(force_map, 0.8, 0.4, limit=250.0, bound=fm.ToleranceBound())
+    found = fm.safe_speed(force_map, 0.8, 0.4, limit=250.0, contact=QUASI_STATIC, bound=fm.ToleranceBound())
     assert any("margin is too small" in line for line in found.statements)

@@ -2,22 +2,26 @@
 
 from __future__ import annotations
 
+import os
 import re
 import signal
 import subprocess
 import sys
+import threading
 import time
+from contextlib import contextmanager
 
 import numpy as np
 import pytest
 
 import forcemap as fm
-from pulses import TOML, collect, pulse, register, rows, save, write_campaign
+from pulses import TOML, collect, pulse, register, save, write_campaign
 
 PLAN = ("--distances-m", "0.5,0.9", "--heights-m", "0.2,0.4", "--speeds-mps", "0.1,0.3")
 RUN, OTHER = "d500-h200-v100-r1", "d500-h200-v200-r1"
 COMMANDS = ("plan", "collect", "inspect", "check")
 HAND = ("--area", "back_of_hand")
+DEVICE = ("--device-range-N", 500, "--device-spring-N-per-mm", 75)
 
 
 @pytest.fixture
@@ -148,30 +152,36 @@ class TestCollect:
     def test_watch_picks_up_a_file_and_ends_whole(self, tmp_path):
         folder = write_campaign(tmp_path / "campaign", recorded=False)
         save(folder / "recordings" / f"{RUN}.csv", *pulse(100.0))
-        script = [sys.executable, "-c", "from forcemap.cli import main; main()"]
-        watching = subprocess.Popen(
-            [*script, "collect", folder, "--watch"],
-            text=True,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            # a shell starts what runs in its background with interrupts ignored, which a child would inherit
-            preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
-        )
-        try:
-            wait_for(folder, 1)
-            save(folder / "recordings" / f"{OTHER}.csv", *pulse(110.0))
-            wait_for(folder, 2)
-        finally:
-            watching.send_signal(signal.SIGINT)
-            out, err = watching.communicate(timeout=20)
-        assert watching.returncode in (0, 130)
-        assert "Traceback" not in err
-        assert f"{OTHER}.csv: used" in out
-        assert "missing runs: 25" in out
+        save(tmp_path / "other.csv", *pulse(110.0))
+        with watching(folder) as (process, until, errors):
+            assert f"{RUN}.csv: used" in until("1 impacts; missing runs: 26")
+            os.replace(tmp_path / "other.csv", folder / "recordings" / f"{OTHER}.csv")
+            assert f"{OTHER}.csv: used" in until("2 impacts; missing runs: 25")
+            process.send_signal(signal.SIGINT)
+            assert process.stdout.read() == ""
+            assert process.wait() in (0, 130)
+        assert "Traceback" not in errors.read_text()
         found = (folder / "impacts.csv").read_bytes(), (folder / "recordings.csv").read_bytes()
         collect(folder)
         assert ((folder / "impacts.csv").read_bytes(), (folder / "recordings.csv").read_bytes()) == found
         assert not list(folder.glob(".*"))
+
+    def test_watch_takes_a_file_that_is_complete_whatever_time_it_bears(self, tmp_path):
+        """A file of a machine whose clock is ahead, and one that is written with pauses."""
+        folder = write_campaign(tmp_path / "campaign", recorded=False)
+        for name, peak in ((RUN, 100.0), (OTHER, 110.0)):
+            save(tmp_path / f"{name}.csv", *pulse(peak))
+        ahead, growing = folder / "recordings" / f"{RUN}.csv", folder / "recordings" / f"{OTHER}.csv"
+        os.utime(tmp_path / ahead.name, (time.time() + 36_000,) * 2)
+        os.replace(tmp_path / ahead.name, ahead)
+        with watching(folder) as (_, until, errors):
+            until("1 impacts;")
+            pauses = grow(growing, (tmp_path / growing.name).read_bytes(), pause=0.9, pieces=5)
+            if max(pauses) > 1.4:
+                pytest.skip("the machine stood still, so that a pause was as long as that of a file that is complete")
+            said = until("2 impacts;")
+        assert said.splitlines()[0].split() == [f"{growing.name}:", "used"]
+        assert errors.read_text() == ""
 
     def test_watch_prints_no_json(self, forcemap, tmp_path):
         code, _, err = forcemap("collect", tmp_path, "--watch", "--json")
@@ -179,14 +189,52 @@ class TestCollect:
         assert "leave --json out" in err
 
 
-def wait_for(folder, impacts):
-    """Until the impacts table holds that many rows."""
-    end = time.monotonic() + 30
-    while time.monotonic() < end:
-        if (folder / "impacts.csv").exists() and len(rows(folder / "impacts.csv")) == impacts:
-            return
-        time.sleep(0.05)
-    raise AssertionError(f"no table of {impacts} impacts after 30 s")
+@contextmanager
+def watching(folder):
+    """`collect --watch`: the process, what it says until it has said some words, and the file of what goes wrong."""
+    script = [sys.executable, "-c", "from forcemap.cli import main; main()"]
+    errors = folder.parent / "errors.txt"
+    with errors.open("w") as stderr:
+        process = subprocess.Popen(
+            [*script, "collect", folder, "--watch"],
+            text=True,
+            stdout=subprocess.PIPE,
+            stderr=stderr,
+            # a shell starts what runs in its background with interrupts ignored, which a child would inherit
+            preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
+        )
+    hanging = threading.Timer(300, process.kill)
+
+    def until(words):
+        said = ""
+        for line in process.stdout:
+            said += line
+            if words in line:
+                return said
+        raise AssertionError(f"ended without {words!r}: {said}{errors.read_text()}")
+
+    hanging.start()
+    try:
+        yield process, until, errors
+    finally:
+        hanging.cancel()
+        process.kill()
+        process.wait()
+        process.stdout.close()
+
+
+def grow(path, content, *, pause, pieces):
+    """Write a file piece by piece; how long it stayed as it was after each but the last [s]."""
+    size = len(content) // pieces + 1
+    pauses = []
+    with path.open("wb", buffering=0) as stream:
+        for at in range(0, len(content), size):
+            begin = time.monotonic()
+            if at:
+                time.sleep(pause)
+            stream.write(content[at : at + size])
+            pauses.append(time.monotonic() - begin)
+    return pauses
 
 
 class TestInspect:
@@ -228,7 +276,7 @@ class TestCheck:
         ("peak", "code", "outcome"), [(120.0, 0, "within"), (139.0, 2, "cannot_tell"), (150.0, 1, "exceeded")]
     )
     def test_exit_codes(self, ask, curve_file, peak, code, outcome):
-        found_code, found = ask("check", curve_file(peak=peak), "--limit-N", 140, "--device-range-N", 500)
+        found_code, found = ask("check", curve_file(peak=peak), "--limit-N", 140, *DEVICE)
         assert (found_code, found["outcome"]) == (code, outcome)
         (impact,) = found["impacts"]
         assert impact["outcome"] == outcome
@@ -241,11 +289,11 @@ class TestCheck:
 
     def test_a_named_interpretation_governs(self, ask, forcemap, curve_file):
         path = curve_file(peak=200.0, held=100.0)
-        code, found = ask("check", path, *HAND, "--device-range-N", 500)
+        code, found = ask("check", path, *HAND, *DEVICE)
         assert (code, found["impacts"][0]["interpretation"]) == (1, "by-scenario")
-        code, found = ask("check", path, *HAND, "--device-range-N", 500, "--interpretation", "by-time")
+        code, found = ask("check", path, *HAND, *DEVICE, "--interpretation", "by-time")
         assert (code, found["outcome"]) == (0, "within")
-        _, out, _ = forcemap("check", path, *HAND, "--device-range-N", 500)
+        _, out, _ = forcemap("check", path, *HAND, *DEVICE)
         assert out.startswith("EXCEEDED: 280 N transient, 140 N quasi-static")
         assert "pressure is not assessed" in out
 

@@ -43,7 +43,7 @@ def new_impacts(rng, points, *, factor=1.0, effect=EFFECT, repeats=3, repeat_sd=
         peak_force=np.minimum(force, device_range),
         censored=force >= device_range,
         state=np.repeat([f"n{i}" for i in range(len(points))], repeats),
-        conditions=fm.Conditions(device=fm.Device(range=device_range, error=3.0)),
+        conditions=fm.Conditions(device=fm.Device(range=device_range, error=3.0, stiffness=75e3)),
     )
 
 
@@ -352,7 +352,7 @@ def test_a_map_is_not_said_to_hold_by_what_cannot_show_a_change():
             distance=points[state, 0], height=points[state, 1], speed=points[state, 2],
             peak_force=np.minimum(measured, device_range), censored=measured >= device_range,
             state=[f"n{i}" for i in state],
-            conditions=fm.Conditions(device=fm.Device(range=device_range, error=3.0)),
+            conditions=fm.Conditions(device=fm.Device(range=device_range, error=3.0, stiffness=75e3)),
         )  # fmt: skip
 
     spread = [(0.55, 0.40, 0.21), (0.85, 0.20, 0.30), (0.70, 0.45, 0.38), (0.60, 0.30, 0.22), (0.88, 0.40, 0.39)]

@@ -88,7 +88,8 @@ def test_where_to_measure_next(ask):
         (("speed", "nothing.csv", *AT, "--limit-N", 100), "no such file"),
         (("speed", "ur10e", *AT), "expected one of --area"),
         (("speed", "ur10e", *AT, "--limit-N", 100, "--area", "temple"), "expected one of --area"),
-        (("speed", "ur10e", *AT, "--limit-N", 100, "--contact", "transient"), "--contact"),
+        (("speed", "kuka-iiwa7-30nm", *AT, "--limit-N", 280), "--contact"),
+        (("speed", "ur10e", *AT, "--area", "palm", "--contact", "transient", "--quasi-static-limit-N", 9), "--limit-N"),
         (("speed", "ur10e", *AT, "--area", "back_of_hand"), "--contact transient"),
         (("speed", "ur10e", *AT, "--area", "hnad", "--contact", "transient"), "nearest"),
         (("speed", "ur10e", *AT, "--limit-N", "nan"), "limit"),
@@ -292,7 +293,8 @@ def test_demo_picks_a_free_folder(forcemap, tmp_path, monkeypatch):
 def test_as_a_program():
     """Through the installed script: stdout and stderr apart, the exit code, a closed pipe."""
     script = [sys.executable, "-c", "from forcemap.cli import main; main()"]
-    found = subprocess.run([*script, "speed", "ur10e", "--distance", "0.8", "--height", "0.4", "--limit-N", "140"],
+    found = subprocess.run([*script, "speed", "ur10e", "--distance", "0.8", "--height", "0.4", "--area", "palm",
+                            "--contact", "quasi-static"],
                            capture_output=True, text=True)  # fmt: skip
     assert found.returncode == 1
     assert found.stdout.startswith("no speed")
@@ -322,12 +324,13 @@ def test_results_do_not_overwrite_measurements(forcemap, example_folders, tmp_pa
 def test_phase_two_that_was_not_recorded_stands_beside_the_speed(forcemap, ask, examples, tmp_path):
     columns = examples["ur10e"].to_frame().drop(columns="scenario")
     columns.to_csv(tmp_path / "impacts.csv", index=False)
-    code, found = ask("speed", tmp_path / "impacts.csv", *AT, *HAND, "transient")
+    command = ("speed", tmp_path / "impacts.csv", *AT, "--device-spring-N-per-mm", 75, *HAND)
+    code, found = ask(*command, "transient")
     assert code == 0
     assert "Phase II not measured" in found["reason"]
-    _, out, _ = forcemap("speed", tmp_path / "impacts.csv", *AT, *HAND, "transient")
+    _, out, _ = forcemap(*command, "transient")
     assert "Phase II not measured" in out.splitlines()[1]
-    assert "Phase II" not in ask("speed", tmp_path / "impacts.csv", *AT, *HAND, "quasi-static")[1]["reason"]
+    assert "Phase II" not in ask(*command, "quasi-static")[1]["reason"]
 
 
 def test_repeats_that_disagree_are_named(ask, examples, tmp_path):

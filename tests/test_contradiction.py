@@ -8,6 +8,8 @@ from oracle import printed_force, simulate, training_grid
 
 import forcemap as fm
 
+QUASI_STATIC = fm.Contact.QUASI_STATIC
+
 
 def campaign(factor, *, count=6, censored=False):
     """27 training states, and test states whose force is the printed one times a factor."""
@@ -27,7 +29,7 @@ def campaign(factor, *, count=6, censored=False):
         row += list(extra)
     return fm.fit_force_map(
         fm.ImpactDataset.from_arrays(
-            **dict(zip(names, rows, strict=True)), conditions=fm.Conditions(device=fm.Device(range=500.0, error=3.0))
+            **dict(zip(names, rows, strict=True)), conditions=fm.Conditions(device=fm.Device(range=500.0, error=3.0, stiffness=75e3))
         )
     )
 
@@ -35,19 +37,21 @@ def campaign(factor, *, count=6, censored=False):
 @pytest.mark.parametrize("censored", [False, True])
 def test_a_failed_confirmation_takes_every_speed_away(censored):
     d, h = np.meshgrid([0.65, 0.71, 0.78], [0.25, 0.30, 0.38])
-    bad = fm.safe_speed(campaign(1.5, censored=censored), d, h, limit=280.0, bound=fm.ToleranceBound())
+    bad = fm.safe_speed(
+        campaign(1.5, censored=censored), d, h, limit=280.0, contact=QUASI_STATIC, bound=fm.ToleranceBound()
+    )
     assert not np.isfinite(bad.speed).any()
     assert all("6 of 6 test states lie above the bound" in reason for reason in bad.reason.ravel())
-    good = fm.safe_speed(campaign(1.0), d, h, limit=280.0, bound=fm.ToleranceBound())
+    good = fm.safe_speed(campaign(1.0), d, h, limit=280.0, contact=QUASI_STATIC, bound=fm.ToleranceBound())
     assert np.isfinite(good.speed).any()
 
 
 def test_one_state_in_many_above_the_bound_is_what_the_bound_allows():
     force_map = campaign(1.0, count=60)
-    answer = fm.safe_speed(force_map, 0.71, 0.30, limit=280.0, bound=fm.ToleranceBound())
+    answer = fm.safe_speed(force_map, 0.71, 0.30, limit=280.0, contact=QUASI_STATIC, bound=fm.ToleranceBound())
     assert answer.outcome.has_speed
 
 
 def test_a_margin_makes_no_such_promise():
-    answer = fm.safe_speed(campaign(1.5), 0.71, 0.30, limit=280.0, bound=fm.FixedMargin(0.1))
+    answer = fm.safe_speed(campaign(1.5), 0.71, 0.30, limit=280.0, contact=QUASI_STATIC, bound=fm.FixedMargin(0.1))
     assert answer.outcome.has_speed

@@ -1,4 +1,4 @@
-"""A damaged file is read or refused, within 2 s; nothing else ever happens, and what is read is what was measured.
+"""A damaged file is read or refused; nothing else ever happens, and what is read is what was measured.
 
 Not every damage shows: a digit that became another digit is a number like any other. What is held here: no error but
 ours, and numbers only where the file has them in the columns that are read.
@@ -10,7 +10,7 @@ import io
 import itertools
 import math
 import re
-import time
+import tracemalloc
 
 import numpy as np
 import pytest
@@ -19,7 +19,6 @@ from forcemap.errors import ForcemapError
 from forcemap.recordings.column_map import ColumnMap
 from forcemap.recordings.read import read_recordings
 
-LIMIT = 2.0  # s
 ROWS = 300
 
 
@@ -126,15 +125,13 @@ MAPS = [
 
 
 def read_or_refuse(path, columns):
-    """The recordings, or None; anything but an error of ours, or more than 2 s, fails."""
-    begin = time.perf_counter()
+    """The recordings, or None; anything but an error of ours fails."""
     try:
         recordings = read_recordings(path, columns=columns)
     except ForcemapError as error:
         recordings, message = None, str(error)
     else:
         message = str(path)
-    assert time.perf_counter() - begin < LIMIT
     assert message.startswith(str(path))
     assert "\n" not in message
     assert len(message) < 1500
@@ -194,15 +191,20 @@ def test_swapped_columns_are_refused(tmp_path, delimiter):
 
 
 def test_one_line_of_any_length(tmp_path, full_size):
-    """Without a line end nothing is read: the error comes before the file is looked through."""
+    """Without a line end nothing is read: the error comes before cells are cut out and fill the memory."""
     size = 200_000_000 if full_size else 20_000_000
     path = tmp_path / "line.csv"
-    for cell in (b"0.5,", b"1", b";", b"1 "):
-        path.write_bytes(cell * (size // len(cell)))
+    head = b"time_ms,force_N\n0,1\n0.5,1\n"
+    for start, cell in ((b"", b"0.5,"), (b"", b"1"), (b"", b";"), (b"", b"1 "), (head, b"1,")):
+        path.write_bytes(start + cell * (size // len(cell)))
         for columns in (MAPS[0], None):
-            assert read_or_refuse(path, columns) is None
-    path.write_bytes(b"time_ms,force_N\n0,1\n0.5,1\n" + b"1," * (size // 2))
-    assert read_or_refuse(path, None) is None
+            tracemalloc.start()
+            try:
+                assert read_or_refuse(path, columns) is None
+                most = tracemalloc.get_traced_memory()[1]
+            finally:
+                tracemalloc.stop()
+            assert most < 2.5 * size  # the file itself, and once more without what surrounds it
 
 
 def test_damaged_tdms(tmp_path, full_size):

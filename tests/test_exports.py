@@ -17,6 +17,8 @@ import pytest
 import forcemap as fm
 from robot_programs import Frame, krl_arrays, krl_function, urscript_function, urscript_program
 
+QUASI_STATIC = fm.Contact.QUASI_STATIC
+
 HAND = (fm.force_limit("back_of_hand"), fm.Contact.TRANSIENT)
 DATE = "2026-11-21"
 
@@ -45,13 +47,17 @@ def test_the_table_is_certified_and_floored(table):
         for j in range(table.speed_mmps.shape[1]):
             d = rng.uniform(table.distance_edges[i] - 0.005, table.distance_edges[i + 1] + 0.005, 30)
             h = rng.uniform(table.height_edges[j] - 0.005, table.height_edges[j + 1] + 0.005, 30)
-            found = fm.safe_speed(ur10e, d, h, limit=280.0, bound=fm.FixedMargin(0.10))
+            case = {"limit": 280.0, "contact": QUASI_STATIC, "bound": fm.FixedMargin(0.10)}
+            found = fm.safe_speed(ur10e, d, h, angle=5.0, **case)  # a program looks up places, not directions
             if table.speed_mmps[i, j]:
                 assert table.speed_mmps[i, j] / 1000 + 0.01 <= found.speed.min()
                 assert table.lowest[i, j] - table.speed_mmps[i, j] / 1000 < 0.011 + 1e-9
             else:
                 assert not table.outcome[i, j].has_speed
-    assert 30 < table.permitted < table.speed_mmps.size
+    assert 20 < table.permitted < table.speed_mmps.size
+    straight = fm.robot_table(ur10e, limits=[HAND], bound=fm.FixedMargin(0.10), angle=0.0)
+    assert table.permitted < straight.permitted
+    assert (table.speed_mmps <= straight.speed_mmps).all()
     edges = table.distance_edges
     assert (edges[0], edges[-1]) == (0.525, 0.885)
     np.testing.assert_array_equal(edges, np.round(edges, 3))
@@ -221,7 +227,12 @@ def test_the_documented_urscript_asks_for_a_whole_way(table):
         share = np.linspace(0, 1, 400)[:, None]
         along = np.array(here) * (1 - share) + np.array(there) * share
         safe = fm.safe_speed(
-            ur10e, np.hypot(along[:, 0], along[:, 1]), along[:, 2], limit=280.0, bound=fm.FixedMargin(0.10)
+            ur10e,
+            np.hypot(along[:, 0], along[:, 1]),
+            along[:, 2],
+            limit=280.0,
+            contact=QUASI_STATIC,
+            bound=fm.FixedMargin(0.10),
         )
         refused += speed == 0
         if speed:
@@ -231,12 +242,12 @@ def test_the_documented_urscript_asks_for_a_whole_way(table):
 
 
 def test_the_limit_of_a_zone_is_the_number_that_governs_it():
-    limits = [(300.0, None), (200.0, None)]
+    limits = [(fm.NewtonLimit(force, spring_N_per_m=75e3), None) for force in (300.0, 240.0)]
     table = fm.robot_table(fm.published_map("ur10e"), limits=limits, bound=fm.FixedMargin(0.10), date=DATE)
     rows = list(csv.DictReader(line for line in fm.zones_csv(table).splitlines() if not line.startswith("#")))
     given = [float(row["limit_N"]) for row in rows if float(row["speed_mps"])]
     assert given
-    assert set(given) == {200.0}
+    assert set(given) == {240.0}
 
 
 def test_the_safety_proposal_warns_of_segments_that_it_would_stop(table):
@@ -267,8 +278,9 @@ def test_the_safety_proposal_warns_of_segments_that_it_would_stop(table):
 
 def test_the_strictest_of_several_limits_and_the_gate_hold():
     ur10e, bound = fm.published_map("ur10e"), fm.FixedMargin(0.10)
-    alone = [fm.robot_table(ur10e, limits=[limit], bound=bound) for limit in ((300.0, None), HAND)]
-    both = fm.robot_table(ur10e, limits=[(300.0, None), HAND], bound=bound)
+    own = (fm.NewtonLimit(300.0, spring_N_per_m=75e3), None)
+    alone = [fm.robot_table(ur10e, limits=[limit], bound=bound) for limit in (own, HAND)]
+    both = fm.robot_table(ur10e, limits=[own, HAND], bound=bound)
     np.testing.assert_array_equal(both.speed_mmps, np.minimum(*(each.speed_mmps for each in alone)))
     assert len(both.provenance.limits) == 2
     clamps = fm.robot_table(fm.published_map("kuka-iiwa7-30nm"), limits=[HAND], bound=bound)

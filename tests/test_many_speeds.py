@@ -11,11 +11,13 @@ from oracle import full_grid, simulate
 import forcemap as fm
 from forcemap.maps.measured_range import MeasuredRange
 
+QUASI_STATIC = fm.Contact.QUASI_STATIC
+
 
 def compare(force_map, bound, limit, rng, n=4000):
     d, h = rng.uniform(0.48, 0.93, n), rng.uniform(0.1, 0.5, n)
-    exact = fm.safe_speed(force_map, d, h, limit=limit, bound=bound).speed
-    found = fm.many_safe_speeds(force_map, d, h, limit=limit, bound=bound)
+    exact = fm.safe_speed(force_map, d, h, limit=limit, contact=QUASI_STATIC, bound=bound).speed
+    found = fm.many_safe_speeds(force_map, d, h, limit=limit, contact=QUASI_STATIC, bound=bound)
     np.testing.assert_array_equal(np.isnan(found), np.isnan(exact))
     known = ~np.isnan(exact)
     assert (found[known] <= exact[known]).all()
@@ -51,8 +53,8 @@ def test_a_censored_impact_and_the_gate():
     d = states.distance[places] + rng.uniform(-0.0015, 0.0015, places.size)
     h = states.height[places] + rng.uniform(-0.0015, 0.0015, places.size)
     for limit in (300.0, 390.0):
-        exact = fm.safe_speed(force_map, d, h, limit=limit, bound=fm.ToleranceBound()).speed
-        found = fm.many_safe_speeds(force_map, d, h, limit=limit, bound=fm.ToleranceBound())
+        exact = fm.safe_speed(force_map, d, h, limit=limit, contact=QUASI_STATIC, bound=fm.ToleranceBound()).speed
+        found = fm.many_safe_speeds(force_map, d, h, limit=limit, contact=QUASI_STATIC, bound=fm.ToleranceBound())
         np.testing.assert_array_equal(np.isnan(found), np.isnan(exact))
     hand = {"limit": fm.force_limit("back_of_hand"), "contact": fm.Contact.TRANSIENT, "bound": fm.FixedMargin()}
     assert np.isnan(fm.many_safe_speeds(fm.published_map("kuka-iiwa7-30nm"), [[0.8]], [[0.4, 0.3]], **hand)).all()
@@ -61,4 +63,6 @@ def test_a_censored_impact_and_the_gate():
 @pytest.mark.parametrize("place", [(np.nan, 0.4), (0.8, np.inf), ([0.8, 0.7], [0.1, 0.2, 0.3])])
 def test_places_that_are_none(place):
     with pytest.raises(fm.InputError, match="place"):
-        fm.many_safe_speeds(fm.published_map("ur10e"), *place, limit=280.0, bound=fm.FixedMargin())
+        fm.many_safe_speeds(
+            fm.published_map("ur10e"), *place, limit=280.0, contact=QUASI_STATIC, bound=fm.FixedMargin()
+        )

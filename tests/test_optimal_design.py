@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import time
 
 import numpy as np
 import pytest
@@ -41,10 +40,8 @@ def test_a_small_design_is_the_best_of_all(n):
 
 
 @pytest.mark.parametrize("form", [fm.CFM_3D, fm.LOG_SPEED], ids=lambda form: form.name)
-def test_18_of_a_thousand_in_two_seconds_and_better_than_random(form, thousand):
-    start = time.perf_counter()
+def test_18_of_a_thousand_are_better_than_random(form, thousand):
     found = fm.optimal_states(thousand, 18, form=form)
-    assert time.perf_counter() - start < 2.0
     assert len(set(found.index.tolist())) == 18
     np.testing.assert_array_equal(thousand[found.index], found.states)
     rng = np.random.default_rng(2)

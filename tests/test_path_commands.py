@@ -112,7 +112,7 @@ def test_place_says_why_no_position_is_permitted(capsys, tmp_path):
     assert run(["place", "ur10e", "table.csv", *HAND, "--step-m", "0.1"]) == 1
     text = capsys.readouterr().out
     assert "NO POSITION has permission for the whole path; most, 50 %" in text
-    assert "lift: 0.050 m not downward, the motion points more than 15 degrees away" in text
+    assert "lift: 0.050 m not downward, the motion points more than 5 degrees away" in text
     assert "contact_possible = false" in text
     found = result(capsys, "place", "ur10e", "table.csv", *HAND, "--step-m", "0.1", code=1)
     assert [(each["segment"], each["outcome"]) for each in found["refusals"]] == [("lift", "not_downward")]
@@ -151,7 +151,10 @@ def test_export_writes_what_it_prints(form, capsys, tmp_path):
     printed = capsys.readouterr().out
     assert run([*command, "-o", "out.txt"]) == 0
     said = capsys.readouterr().out
-    assert "36 of 56 zones permitted, up to 0.065 m/s slower than their fastest corner; not safety-rated" in said
+    assert "24 of 56 zones permitted, up to 0.056 m/s slower than their fastest corner; not safety-rated" in said
+    assert run([*command, "--angle-deg", "0"]) == 0  # motion along the map's direction alone
+    assert "forces raised by 14 %" not in capsys.readouterr().out
+    assert "forces raised by 14 %" in printed
     assert (tmp_path / "out.txt").read_text() == printed
     assert "2026-11-21" in printed
     assert run([*command, "-o", "out.txt"]) == 0  # an earlier result may be replaced
@@ -190,7 +193,7 @@ BAD = {
     "another tool, exported": (["export", "ur10e", "--format", "csv", "--task", "tool.toml"], "tool"),
     "another direction": (["export", "ur10e", "--format", "urscript", "--task", "direction.toml"], "direction"),
     "a step of nothing": (["path", "ur10e", "path.csv", *HAND, "--step-m", "0"], "step"),
-    "an angle": (["path", "ur10e", "path.csv", *HAND, "--angle-deg", "45"], "expected one from 0 to 30"),
+    "an angle": (["path", "ur10e", "path.csv", *HAND, "--angle-deg", "45"], "expected from 0 to 5"),
     "a tolerance": (["path", "ur10e", "path.csv", *HAND, "--position-tolerance-m", "nan"], "position tolerance"),
     "a date": (["export", "ur10e", "--format", "csv", *HAND, "--date", "tomorrow"], "date"),
     "scaling without a path": (["export", "ur10e", "--format", "scaling", *HAND], "--path"),

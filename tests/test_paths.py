@@ -98,16 +98,30 @@ def test_a_press_downwards_gets_the_speeds_of_its_places():
 
 
 def test_directions_other_than_the_maps_are_named_and_get_nothing():
-    points = [[0.8, 0, 0.4], [0.8, 0, 0.3], [0.7, 0, 0.3], [0.7, 0, 0.4], [0.72, 0, 0.3]]
+    points = [
+        [0.8, 0, 0.4],
+        [0.8, 0, 0.3],
+        [0.7, 0, 0.3],
+        [0.7, 0, 0.4],
+        [0.708, 0, 0.3],
+        [0.69, 0, 0.4],
+        [0.7, 0, 0.3],
+    ]
     found = fm.path_speeds(
         fm.published_map("ur10e"), fm.ToolPath.through(points), HAND, bound=fm.FixedMargin(), step=1.0, allowance=BARE
     )
-    assert found.outcome.tolist() == ["admissible", "not_downward", "not_downward", "admissible"]
-    assert np.isnan(found.speed[1:3]).all()
+    sideways = ["not_downward"] * 2
+    assert found.outcome.tolist() == ["admissible", *sideways, "admissible", *sideways]  # the fourth by 4.6 degrees
+    assert np.isnan(found.speed[[1, 2, 4, 5]]).all()
+    assert "off the map's direction the bound is raised by 14 %" in found.statements
+    tilted = fm.Segments(points[3], points[4])
+    case = {"limit": fm.force_limit("back_of_hand"), "contact": "transient", "bound": fm.FixedMargin()}
+    off, along = (fm.zone_speeds(fm.published_map("ur10e"), tilted, **case, angle=a).speed[0] for a in (4.6, 0.0))
+    assert found.speed[3] == off < along - 0.02
     assert math.isnan(found.allowed.duration)
     assert found.allowed.permitted_duration > 0
     narrow = fm.path_speeds(
-        fm.published_map("ur10e"), fm.ToolPath.through(points), HAND, bound=fm.FixedMargin(), step=1.0, angle=5.0
+        fm.published_map("ur10e"), fm.ToolPath.through(points), HAND, bound=fm.FixedMargin(), step=1.0, angle=4.0
     )
     assert narrow.outcome[3] == "not_downward"
     up = fm.path_speeds(fm.published_map("ur10e"), press(top=0.3, bottom=0.4), HAND, bound=fm.FixedMargin())
@@ -211,9 +225,9 @@ def test_property_speeds_commanded_piece_by_piece_enter_no_piece_too_fast(seed):
     assert (free == 0.3).all()
 
 
-@pytest.mark.parametrize("angle", [31.0, 89.0, -1.0, math.nan])
+@pytest.mark.parametrize("angle", [5.1, 89.0, -1.0, math.nan])
 def test_motion_in_another_direction_cannot_be_asked_for(angle):
-    with pytest.raises(fm.InputError, match="from 0 to 30"):
+    with pytest.raises(fm.InputError, match="from 0 to 5"):
         fm.path_speeds(fm.published_map("ur10e"), press(), HAND, bound=fm.FixedMargin(), angle=angle)
 
 
@@ -335,17 +349,17 @@ def test_joint_motion_gets_no_more_than_the_true_motion_allows(tmp_path):
     robot = robot_named("ur10e")
     reach = fm.inverse_kinematics(robot, [[0.8, 0.0, 0.44], [0.8, 0.0, 0.34]])
     q = reach.positions.copy()
-    q[1, 0] += 0.05
+    q[1, 0] += 0.006
     path = fm.read_path(joint_file(tmp_path, q), robot=robot)
     ur10e, bound = fm.published_map("ur10e"), fm.FixedMargin(0.10)
-    found = fm.path_speeds(ur10e, path, HAND, bound=bound, allowance=BARE, angle=30.0, step=1.0)
+    found = fm.path_speeds(ur10e, path, HAND, bound=bound, allowance=BARE, step=1.0)
     assert found.speed.size == len(path) >= 10
     true = forward_kinematics(robot, q[0] + (q[1] - q[0]) * np.linspace(0, 1, 4001)[:, None]).position
-    at = fm.safe_speed(ur10e, np.hypot(true[:, 0], true[:, 1]), true[:, 2], limit=280.0, bound=bound).speed
+    at = fm.safe_speed(ur10e, np.hypot(true[:, 0], true[:, 1]), true[:, 2], limit=280.0, bound=bound, angle=5.0).speed
     share = np.linspace(0, 1, 4001) * len(path)
     for i in np.flatnonzero(~found.refused):
         assert found.speed[i] <= at[(share >= i) & (share <= i + 1)].min()
-    assert (~found.refused).sum() > 0.8 * len(path)
+    assert 0.5 * len(path) < (~found.refused).sum() < len(path)
 
 
 def test_joint_motion_that_pieces_cannot_follow_is_refused(tmp_path):

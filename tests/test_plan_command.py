@@ -10,7 +10,7 @@ import forcemap as fm
 from pulses import pulse, rows, save
 
 RANGES = ("--distances-m", "0.52,0.89", "--heights-m", "0.14,0.46")
-CELL = (*RANGES, "--moving-mass-kg", 30, "--device-range-N", 500)
+CELL = (*RANGES, "--moving-mass-kg", 30, "--device-range-N", 500, "--device-spring-N-per-mm", 75)
 HAND = ("--area", "back_of_hand", "--contact", "transient")
 
 
@@ -192,12 +192,12 @@ def test_a_confirming_impact_that_clamps_does_not_pass(ask, measured):
 
 
 def test_a_limit_without_any_speed_leads_to_more_measurements(ask, forcemap, measured):
-    code, found = ask("plan", "--confirm", measured, "--limit-N", 60)
+    code, found = ask("plan", "--confirm", measured, "--limit-N", 60, "--contact", "quasi-static")
     assert (code, found["files"], found["runs"]) == (1, [], [])
     assert "no place has a speed for 60 N" in found["reason"]
-    code, out, _ = forcemap("plan", "--confirm", measured, "--limit-N", 60)
+    code, out, _ = forcemap("plan", "--confirm", measured, "--limit-N", 60, "--contact", "quasi-static")
     assert code == 1
-    assert f"forcemap plan {measured} --next --limit-N 60" in out
+    assert f"forcemap plan {measured} --next --limit-N 60 --contact quasi-static" in out
 
 
 def test_the_next_step_is_the_whole_command(ask, forcemap, measured, tmp_path):

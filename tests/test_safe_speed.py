@@ -14,6 +14,8 @@ from oracle import full_grid, printed_force, simulate, training_grid
 import forcemap as fm
 from forcemap.maps.measured_range import MeasuredRange
 
+QUASI_STATIC = fm.Contact.QUASI_STATIC
+
 STEP = 1e-4
 ADMISSIBLE, CAPPED = fm.SpeedOutcome.ADMISSIBLE, fm.SpeedOutcome.CAPPED
 UNCONFIRMED, OUTSIDE = fm.SpeedOutcome.UNCONFIRMED, fm.SpeedOutcome.OUTSIDE
@@ -73,7 +75,7 @@ def test_against_brute_force():
         for bound in (fm.FixedMargin(rng.uniform(0, 0.3)), fm.ToleranceBound(rng.uniform(0.5, 0.99), 0.95)):
             if isinstance(bound, fm.ToleranceBound) and force_map.fit is None:
                 continue
-            found = fm.safe_speed(force_map, d, h, limit=limits, bound=bound)
+            found = fm.safe_speed(force_map, d, h, limit=limits, contact=QUASI_STATIC, bound=bound)
             given_one = np.isin(found.outcome, (ADMISSIBLE, CAPPED))
             at_speed = bound.upper(force_map, d[given_one], h[given_one], found.speed[given_one])
             assert (at_speed <= limits[given_one] * (1 + 1e-9)).all()
@@ -96,9 +98,9 @@ def test_scalars_and_arrays_agree_exactly():
     for name, force_map in [("ur10e", fm.published_map("ur10e")), *fitted_maps(rng)]:
         bound = fm.FixedMargin(0.1) if force_map.fit is None else fm.ToleranceBound()
         d, h, limits = rng.uniform(0.5, 0.95, 40), rng.uniform(0.1, 0.5, 40), rng.uniform(60, 490, 40)
-        many = fm.safe_speed(force_map, d, h, limit=limits, bound=bound)
+        many = fm.safe_speed(force_map, d, h, limit=limits, contact=QUASI_STATIC, bound=bound)
         for i in range(40):
-            one = fm.safe_speed(force_map, d[i], h[i], limit=limits[i], bound=bound)
+            one = fm.safe_speed(force_map, d[i], h[i], limit=limits[i], contact=QUASI_STATIC, bound=bound)
             assert isinstance(one.speed, float)
             assert isinstance(one.outcome, fm.SpeedOutcome)
             assert one.outcome is many.outcome[i], name
@@ -120,21 +122,28 @@ def test_shapes_broadcast():
 def test_extrapolated_speed_is_where_the_continued_bound_rises_to_the_limit():
     ur10e = fm.published_map("ur10e")
     for margin in (0.0, 0.10):
-        found = fm.safe_speed(ur10e, 0.8, 0.4, limit=140.0, bound=fm.FixedMargin(margin))
+        found = fm.safe_speed(ur10e, 0.8, 0.4, limit=140.0, contact=QUASI_STATIC, bound=fm.FixedMargin(margin))
         assert found.outcome is UNCONFIRMED
         crossing = ur10e.crossing_speed(0.8, 0.4, 140 / (1 + margin))
         assert found.extrapolated_speed == pytest.approx(crossing, abs=1e-6)
         assert found.extrapolated_speed <= crossing
-    assert fm.safe_speed(ur10e, 0.52, 0.14, limit=140.0, bound=fm.FixedMargin()).extrapolated_speed == 0.0
-    assert math.isnan(fm.safe_speed(ur10e, 0.8, 0.4, limit=280.0, bound=fm.FixedMargin()).extrapolated_speed)
-    assert math.isnan(fm.safe_speed(ur10e, 0.2, 0.4, limit=140.0, bound=fm.FixedMargin()).extrapolated_speed)
+    assert (
+        fm.safe_speed(ur10e, 0.52, 0.14, limit=140.0, contact=QUASI_STATIC, bound=fm.FixedMargin()).extrapolated_speed
+        == 0.0
+    )
+    assert math.isnan(
+        fm.safe_speed(ur10e, 0.8, 0.4, limit=280.0, contact=QUASI_STATIC, bound=fm.FixedMargin()).extrapolated_speed
+    )
+    assert math.isnan(
+        fm.safe_speed(ur10e, 0.2, 0.4, limit=140.0, contact=QUASI_STATIC, bound=fm.FixedMargin()).extrapolated_speed
+    )
 
 
 def test_extrapolated_speed_of_a_logarithmic_map():
     rng = np.random.default_rng(2)
     force_map = fm.fit_force_map(simulate("ur10e", rng, effect=0.02).dataset, form=fm.LOG_SPEED)
     bound = fm.ToleranceBound()
-    found = fm.safe_speed(force_map, 0.8, 0.4, limit=140.0, bound=bound)
+    found = fm.safe_speed(force_map, 0.8, 0.4, limit=140.0, contact=QUASI_STATIC, bound=bound)
     assert found.outcome is UNCONFIRMED
     assert 0 < found.extrapolated_speed < 0.2
     assert bound.upper(force_map, 0.8, 0.4, found.extrapolated_speed) == pytest.approx(140, abs=0.01)
@@ -143,20 +152,26 @@ def test_extrapolated_speed_of_a_logarithmic_map():
 def test_equality_is_admissible():
     ur10e = fm.published_map("ur10e")
     at_lowest = ur10e.predict(0.8, 0.4, 0.2)
-    assert fm.safe_speed(ur10e, 0.8, 0.4, limit=at_lowest, bound=fm.FixedMargin(0.0)).speed == pytest.approx(
-        0.2, abs=1e-6
-    )
+    assert fm.safe_speed(
+        ur10e, 0.8, 0.4, limit=at_lowest, contact=QUASI_STATIC, bound=fm.FixedMargin(0.0)
+    ).speed == pytest.approx(0.2, abs=1e-6)
     assert (
-        fm.safe_speed(ur10e, 0.8, 0.4, limit=at_lowest * (1 - 1e-9), bound=fm.FixedMargin(0.0)).outcome is UNCONFIRMED
+        fm.safe_speed(
+            ur10e, 0.8, 0.4, limit=at_lowest * (1 - 1e-9), contact=QUASI_STATIC, bound=fm.FixedMargin(0.0)
+        ).outcome
+        is UNCONFIRMED
     )
     at_highest = ur10e.predict(0.8, 0.4, 0.4)
-    assert fm.safe_speed(ur10e, 0.8, 0.4, limit=at_highest, bound=fm.FixedMargin(0.0)).outcome is CAPPED
+    assert (
+        fm.safe_speed(ur10e, 0.8, 0.4, limit=at_highest, contact=QUASI_STATIC, bound=fm.FixedMargin(0.0)).outcome
+        is CAPPED
+    )
 
 
 @pytest.mark.parametrize("limit", [0.0, -140.0, math.nan, math.inf, 497.1, 1e6])
 def test_limits_that_cannot_be_confirmed(limit):
     with pytest.raises(fm.InputError, match="limit"):
-        fm.safe_speed(fm.published_map("ur10e"), 0.8, 0.4, limit=limit, bound=fm.FixedMargin())
+        fm.safe_speed(fm.published_map("ur10e"), 0.8, 0.4, limit=limit, contact=QUASI_STATIC, bound=fm.FixedMargin())
 
 
 def test_saturation_bounds_the_limit_without_a_stated_device():
@@ -164,13 +179,13 @@ def test_saturation_bounds_the_limit_without_a_stated_device():
     dataset = simulate("ur10e", rng, effect=0.02, device_range=400.0).dataset
     force_map = fm.fit_force_map(replace(dataset, conditions=fm.Conditions()))
     with pytest.raises(fm.InputError, match="397"):
-        fm.safe_speed(force_map, 0.8, 0.4, limit=398.0, bound=fm.ToleranceBound())
+        fm.safe_speed(force_map, 0.8, 0.4, limit=398.0, contact=QUASI_STATIC, bound=fm.ToleranceBound())
 
 
 @pytest.mark.parametrize("place", [(math.nan, 0.4), (0.8, math.nan), (math.inf, 0.4)])
 def test_a_place_that_is_none_is_an_error(place):
     with pytest.raises(fm.InputError, match="place"):
-        fm.safe_speed(fm.published_map("ur10e"), *place, limit=140.0, bound=fm.FixedMargin())
+        fm.safe_speed(fm.published_map("ur10e"), *place, limit=140.0, contact=QUASI_STATIC, bound=fm.FixedMargin())
 
 
 def test_contact_goes_with_a_body_area():
@@ -178,8 +193,10 @@ def test_contact_goes_with_a_body_area():
     ur10e = fm.published_map("ur10e")
     with pytest.raises(fm.InputError, match="contact"):
         fm.safe_speed(ur10e, 0.8, 0.4, limit=fm.force_limit("back_of_hand"), **options)
-    with pytest.raises(fm.InputError, match="contact"):
-        fm.safe_speed(ur10e, 0.8, 0.4, limit=140.0, contact=fm.Contact.TRANSIENT, **options)
+    with pytest.raises(fm.InputError, match="go with a limit in newtons"):
+        fm.safe_speed(
+            ur10e, 0.8, 0.4, limit=fm.force_limit("palm"), contact="transient", quasi_static_limit=1.0, **options
+        )
 
 
 @pytest.mark.parametrize("area", ["temple", "middle_of_forehead", "masticatory_muscle", "skull_forehead", "face"])
@@ -203,6 +220,7 @@ def with_phase_two(scenario, phase2_force=None, role=None):
             scenario=scenario,
             phase2_force=phase2_force,
             role=role,
+            device_stiffness=75e3,
         )
     )
 
@@ -264,7 +282,7 @@ def test_property_no_speed_outside_what_was_measured(seed, limit):
     campaign = simulate("ur10e", rng, effect=0.03, points=points, train=np.ones(40, bool), device_range=900.0)
     force_map = fm.fit_force_map(campaign.dataset)
     d, h = rng.uniform(0.4, 1, 60), rng.uniform(0, 0.6, 60)
-    found = fm.safe_speed(force_map, d, h, limit=limit, bound=fm.ToleranceBound())
+    found = fm.safe_speed(force_map, d, h, limit=limit, contact=QUASI_STATIC, bound=fm.ToleranceBound())
     for i in np.flatnonzero(~np.isnan(found.speed)):
         assert force_map.measured_range.contains(*np.array([[d[i]], [h[i]], [found.speed[i]]]))[0]
 
@@ -275,10 +293,10 @@ def test_one_slow_and_one_fast_impact_do_not_open_those_speeds_elsewhere():
     train = np.ones(len(points), bool)
     dataset = simulate("kuka-iiwa7-10nm", rng, effect=0.02, points=points, train=train).dataset
     force_map = fm.fit_force_map(dataset)
-    far = fm.safe_speed(force_map, 0.86, 0.14, limit=120.0, bound=fm.ToleranceBound())
+    far = fm.safe_speed(force_map, 0.86, 0.14, limit=120.0, contact=QUASI_STATIC, bound=fm.ToleranceBound())
     assert (far.lowest_measured_speed, far.highest_measured_speed) == (0.2, 0.4)
     assert far.outcome is UNCONFIRMED
-    fast = fm.safe_speed(force_map, 0.56, 0.46, limit=490.0, bound=fm.ToleranceBound())
+    fast = fm.safe_speed(force_map, 0.56, 0.46, limit=490.0, contact=QUASI_STATIC, bound=fm.ToleranceBound())
     assert fast.speed <= 0.4
 
 
@@ -302,13 +320,15 @@ def test_speed_map_and_its_fastest_place():
     np.testing.assert_array_equal(d, [0.55, 0.60, 0.65, 0.70, 0.75, 0.80, 0.85])
     np.testing.assert_array_equal(h, [0.15, 0.20, 0.25, 0.30, 0.35, 0.40, 0.45])
     assert [axis.tolist() for axis in fm.measured_grid(ur10e, 2.0)] == [[pytest.approx(0.705)], [pytest.approx(0.3)]]
-    speeds = fm.speed_map(ur10e, d, h, limit=280.0, bound=fm.FixedMargin())
+    speeds = fm.speed_map(ur10e, d, h, limit=280.0, contact=QUASI_STATIC, bound=fm.FixedMargin())
     assert speeds.speeds.speed.shape == (d.size, h.size)
     distance, height, speed = speeds.fastest
     assert speed == np.nanmax(speeds.speeds.speed)
-    assert speed == fm.safe_speed(ur10e, distance, height, limit=280.0, bound=fm.FixedMargin()).speed
+    assert (
+        speed == fm.safe_speed(ur10e, distance, height, limit=280.0, contact=QUASI_STATIC, bound=fm.FixedMargin()).speed
+    )
     assert sum(speeds.counts.values()) == d.size * h.size
-    assert fm.speed_map(ur10e, d, h, limit=100.0, bound=fm.FixedMargin()).fastest is None
+    assert fm.speed_map(ur10e, d, h, limit=100.0, contact=QUASI_STATIC, bound=fm.FixedMargin()).fastest is None
     for step in (0.0, -1.0, math.nan, 1e-7):
         with pytest.raises(fm.InputError, match="step"):
             fm.measured_grid(ur10e, step)

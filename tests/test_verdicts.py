@@ -43,7 +43,8 @@ def judged(verdict):
     [(136.9, WITHIN), (137.1, CANNOT_TELL), (139.0, CANNOT_TELL), (142.9, CANNOT_TELL), (143.5, EXCEEDED)],
 )
 def test_the_devices_error_is_added_before_a_force_counts_as_within(peak, outcome):
-    verdict = fm.check_impact(impact_of(*pulse(peak)), 140.0)
+    verdict = fm.check_impact(impact_of(*pulse(peak)), 140.0, spring_N_per_m=75e3)
+    assert verdict.warnings == ()
     assert {judgement.outcome for judgement in verdict.judgements} == {outcome}
     assert verdict.outcome is outcome
     assert verdict.device_error == 3.0
@@ -134,12 +135,12 @@ def spoilt(number):
     """A drawn curve of which the peak cannot be known: too few samples, cut off by the device, or no baseline."""
     whole = curve(SEED, number)
     rng = np.random.default_rng([SEED, number])
-    time, force, device = whole.time, whole.force - whole.force[0], fm.Device(range=1000.0, error=3.0)
+    time, force, device = whole.time, whole.force - whole.force[0], fm.Device(range=1000.0, error=3.0, stiffness=75e3)
     if number % 3 == 0:
         kept = np.arange(rng.integers(10), time.size, max(2, whole.phase1_samples // 8))
         return recording(time[kept], force[kept], device=device)
     if number % 3 == 1:
-        device = fm.Device(range=rng.uniform(0.3, 0.9) * whole.shape.peak, error=3.0)
+        device = fm.Device(range=rng.uniform(0.3, 0.9) * whole.shape.peak, error=3.0, stiffness=75e3)
         return recording(time, np.minimum(force, device.range), device=device)
     kept = time >= whole.onset - rng.uniform(0, 0.002)
     return recording(time[kept], force[kept], device=device)

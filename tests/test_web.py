@@ -6,12 +6,13 @@ import http.client
 import json
 import os
 import re
+import select
 import shutil
 import signal
+import socket
 import threading
-import time
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import suppress
+from contextlib import ExitStack
 from pathlib import Path
 from urllib.parse import quote, urlencode, urlsplit
 
@@ -23,7 +24,7 @@ import pytest
 import forcemap as fm
 from forcemap.cli.app import run
 from forcemap.lab.example_campaigns import simulate_example
-from web_server import client_of, contents, serving
+from web_server import PATIENCE, client_of, contents, serving
 
 PLAIN = {"content-type": "application/octet-stream"}
 PLACE = {"distance_m": 0.8, "height_m": 0.4}
@@ -167,6 +168,7 @@ def test_bounds_are_never_rounded_down(client, measured):
         assert known
         assert all(bound.upper(force_map, *state) <= upper + 1e-6 for state, upper in known)
     places = answer["place_bound_N"]
+    assert (len(places), {len(column) for column in places}) == (100, {100})
     rows = [(i, j) for i in range(len(places)) for j in range(len(places[0])) if places[i][j] is not None]
     for i, j in rows[::20]:
         assert bound.upper(force_map, answer["distance_m"][i], answer["height_m"][j], 0.3) <= places[i][j]
@@ -297,7 +299,8 @@ def test_judging_says_what_it_leaves_open(upload, half_done):
     notes = upload("judge", content, f"{name}.csv").json()["notes"]
     unstated = "device range not stated: saturation was judged by the shape of the curves alone"
     assert notes == [unstated, "pressure is not assessed"]
-    page = httpx.post(f"{upload.base}/campaigns/half/judge?file={name}.csv", content=content, headers=PLAIN).text
+    address = f"{upload.base}/campaigns/half/judge?file={name}.csv"
+    page = httpx.post(address, content=content, headers=PLAIN, timeout=PATIENCE, trust_env=False).text
     assert all(note in page for note in notes)
 
 
@@ -518,23 +521,26 @@ def test_other_sites_cannot_ask_but_may_link(client, site):
 
 
 def test_light_answers_do_not_wait_behind_heavy_ones(measured):
+    """The heavy ones are asked first, all of them: the order of answers counts, not when they come."""
     points = ";".join(f"0.8,{0.44 if i % 2 else 0.2}" for i in range(50))
-    done = []
+    with serving(measured) as (_, address), ExitStack() as stack:
+        host = urlsplit(address)
 
-    def heavy():
-        with suppress(httpx.HTTPError):  # the server is killed before most are answered
-            httpx.get(f"{address}/api/campaigns/ur10e/task", params={"points": points}, timeout=60, trust_env=False)
-            done.append(True)
+        def ask(way, **query):
+            connection = stack.enter_context(socket.create_connection((host.hostname, host.port), timeout=PATIENCE))
+            head = f"GET /api/campaigns/ur10e/{way}?{urlencode(query)} HTTP/1.1\r\nhost: {host.netloc}\r\n\r\n"
+            connection.sendall(head.encode())
+            return connection
 
-    with ThreadPoolExecutor(60) as crowd, serving(measured) as (_, address):
-        light = f"{address}/api/campaigns/ur10e/speed"
-        httpx.get(light, params=PLACE, timeout=60, trust_env=False)
-        for _ in range(45):
-            crowd.submit(heavy)
-        time.sleep(0.3)
-        assert httpx.get(light, params=PLACE, timeout=60, trust_env=False).status_code == 200
-        answered = len(done)
-    assert answered <= 10
+        def status(connection):
+            return int(connection.recv(1000).split()[1])
+
+        assert status(ask("speed", **PLACE)) == 200  # the map is fitted
+        heavy = [ask("task", points=points) for _ in range(45)]
+        assert status(ask("speed", **PLACE)) == 200
+        answered = select.select(heavy, [], [], 0)[0]
+        assert len(answered) <= 10
+        assert {status(each) for each in heavy[:2]} == {200}
 
 
 def test_long_paths_are_refused(client):
@@ -557,10 +563,10 @@ def test_large_files_do_not_fill_the_memory(half_done):
             return int(re.search(rf"{key}:\s+(\d+) kB", Path(f"/proc/{process.pid}/status").read_text())[1]) / 1000
 
         send = f"{address}/api/campaigns/half/judge?file=large.csv"
-        assert httpx.get(f"{address}/api/campaigns/half", trust_env=False).status_code == 200
+        assert httpx.get(f"{address}/api/campaigns/half", timeout=PATIENCE, trust_env=False).status_code == 200
         before = memory("VmRSS")
         crowd_asks = [
-            crowd.submit(httpx.post, send, content=content, headers=PLAIN, timeout=60, trust_env=False)
+            crowd.submit(httpx.post, send, content=content, headers=PLAIN, timeout=PATIENCE, trust_env=False)
             for _ in range(5)
         ]
         assert {each.result().status_code for each in crowd_asks} == {200}
@@ -617,12 +623,12 @@ def test_what_is_no_file_is_not_waited_for(measured, tmp_path):
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         make(folder / name)
     with client_of(tmp_path) as client:
-        campaigns = client.get("/api/campaigns", timeout=5).json()["campaigns"]
+        campaigns = client.get("/api/campaigns").json()["campaigns"]
         assert len(campaigns) == len(odd)
         for campaign in campaigns:
             assert "not a file" in campaign["problem"]
             for page in ("/api/campaigns/{}", "/api/campaigns/{}/map", "/campaigns/{}/downloads"):
-                answer = client.get(page.format(campaign["name"]), timeout=5)
+                answer = client.get(page.format(campaign["name"]))
                 assert answer.status_code == 409
                 assert "not a file" in answer.text
 
@@ -767,21 +773,11 @@ def test_an_interrupt_ends_it_and_a_taken_port_is_said(measured, capsys):
     with serving(measured) as (process, address):
         assert run(["serve", str(measured), "--port", str(urlsplit(address).port)]) == 2
         assert "choose another with --port" in capsys.readouterr().err
+        assert httpx.get(address, timeout=PATIENCE, trust_env=False).status_code in (200, 307)  # it has started
         process.send_signal(signal.SIGINT)
-        assert process.wait(10) == 0
+        assert process.wait(PATIENCE) == 0
     assert run(["serve", str(measured / "nothing")]) == 2
     assert "there is no such folder" in capsys.readouterr().err
-
-
-def test_a_slider_is_answered_in_time(client):
-    """Bound over 10^4 places with the tolerance bound, below 100 ms."""
-
-    def answered(height):
-        start = time.perf_counter()
-        assert len(asked(client, "ur10e/slices", distance_m=0.7, height_m=height, speed_mps=0.3)["height_m"]) == 100
-        return time.perf_counter() - start
-
-    assert min(answered(0.2 + 0.01 * i) for i in range(8)) < 0.1
 
 
 def test_parallel_uploads_lose_nothing(half_done):
@@ -813,12 +809,11 @@ def test_a_killed_server_loses_nothing(half_done):
         except (OSError, http.client.HTTPException):
             return
         done[run] = status
+        if len(done) >= 12:
+            process.kill()
 
     with serving(folder.parent) as (process, address), ThreadPoolExecutor(8) as crowd:
-        sent = [crowd.submit(send, run) for run in some]
-        while len(done) < 12 and not all(each.done() for each in sent):
-            time.sleep(0.005)
-        process.kill()
+        list(crowd.map(send, some))
     assert 12 <= len(done) < 60
     stored = {path.stem: path.read_bytes() for path in (folder / "recordings").iterdir()}
     assert all(content == later.get(name, content) for name, content in stored.items())
@@ -828,7 +823,7 @@ def test_a_killed_server_loses_nothing(half_done):
 
 
 def post(address, run, content):
-    connection = http.client.HTTPConnection(urlsplit(address).netloc, timeout=120)
+    connection = http.client.HTTPConnection(urlsplit(address).netloc, timeout=PATIENCE)
     try:
         connection.request("POST", f"/api/campaigns/half/recordings?file={run}.csv", body=content, headers=PLAIN)
         answer = connection.getresponse()

@@ -12,7 +12,7 @@ from schemathesis.specs.openapi.checks import positive_data_acceptance
 
 import forcemap as fm
 from forcemap.lab.example_campaigns import simulate_example
-from web_server import client_of
+from web_server import PATIENCE, client_of
 
 EXAMPLES = 100 if os.environ.get("FORCEMAP_VALIDITY") == "full" else 4
 SLOW = {"/api/campaigns/{name}/files/report.html": 4, "/api/campaigns/{name}/files/speeds": 3}
@@ -48,6 +48,6 @@ def ask(operation, cases):
     @settings(max_examples=max(1, EXAMPLES // SLOW.get(operation.path, 1)), deadline=None, database=None)
     @given(case=cases)
     def asked(case):
-        case.call_and_validate(excluded_checks=[positive_data_acceptance])
+        case.call_and_validate(timeout=PATIENCE, excluded_checks=[positive_data_acceptance])
 
     asked()

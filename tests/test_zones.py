@@ -14,6 +14,8 @@ from oracle import full_grid, simulate, training_grid
 import forcemap as fm
 from forcemap.maps.measured_range import MeasuredRange
 
+QUASI_STATIC = fm.Contact.QUASI_STATIC
+
 OUTSIDE, UNCONFIRMED = fm.SpeedOutcome.OUTSIDE, fm.SpeedOutcome.UNCONFIRMED
 ADMISSIBLE, CAPPED = fm.SpeedOutcome.ADMISSIBLE, fm.SpeedOutcome.CAPPED
 
@@ -59,13 +61,14 @@ def in_zones(zones, count):
 
 def against_sampling(force_map, bound, zones, samples, limit, close=math.inf):
     """Outcomes; refusal where a sample is refused, never above the slowest sample, and as close as asked."""
-    found = fm.zone_speeds(force_map, zones, limit=limit, bound=bound)
+    found = fm.zone_speeds(force_map, zones, limit=limit, contact=QUASI_STATIC, bound=bound)
     samples = list(samples)
     at = fm.safe_speed(
         force_map,
         np.array([d for d, _ in samples]),
         np.array([h for _, h in samples]),
         limit=np.asarray(limit)[..., None] if np.ndim(limit) else limit,
+        contact=QUASI_STATIC,
         bound=bound,
     )
     for i in range(len(zones)):
@@ -131,16 +134,16 @@ def peak_map():
 def test_corners_are_no_certificate():
     force_map, bound = peak_map(), fm.FixedMargin(0.0)
     zone = fm.Zones(0.65, 0.75, 0.25, 0.35)
-    corners = fm.safe_speed(force_map, *zone.probes, limit=280.0, bound=bound)
+    corners = fm.safe_speed(force_map, *zone.probes, limit=280.0, contact=QUASI_STATIC, bound=bound)
     assert (corners.speed == 0.4).all()
-    middle = fm.safe_speed(force_map, 0.7, 0.3, limit=280.0, bound=bound)
-    found = fm.zone_speeds(force_map, zone, limit=280.0, bound=bound)
+    middle = fm.safe_speed(force_map, 0.7, 0.3, limit=280.0, contact=QUASI_STATIC, bound=bound)
+    found = fm.zone_speeds(force_map, zone, limit=280.0, contact=QUASI_STATIC, bound=bound)
     assert middle.speed - 0.003 < found.speed[0] <= middle.speed < 0.25
     assert found.spread[0] > 0.15
-    refused = fm.zone_speeds(force_map, zone, limit=265.0, bound=bound)
+    refused = fm.zone_speeds(force_map, zone, limit=265.0, contact=QUASI_STATIC, bound=bound)
     assert refused.outcome[0] is UNCONFIRMED
     segment = fm.Segments([0.6, 0.0, 0.2], [0.8, 0.0, 0.4])
-    across = fm.zone_speeds(force_map, segment, limit=280.0, bound=bound)
+    across = fm.zone_speeds(force_map, segment, limit=280.0, contact=QUASI_STATIC, bound=bound)
     assert middle.speed - 0.003 < across.speed[0] <= middle.speed
 
 
@@ -157,8 +160,8 @@ def test_tangential_segments_are_judged_by_their_middle():
     ur10e, bound = fm.published_map("ur10e"), fm.FixedMargin(0.10)
     for shift, outcome in ((0.0, True), (-1e-4, False)):
         segment = fm.Segments([0.52 + shift, -0.15, 0.44], [0.52 + shift, 0.15, 0.44])
-        found = fm.zone_speeds(ur10e, segment, limit=280.0, bound=bound)
-        ends = fm.safe_speed(ur10e, np.hypot(0.52 + shift, 0.15), 0.44, limit=280.0, bound=bound)
+        found = fm.zone_speeds(ur10e, segment, limit=280.0, contact=QUASI_STATIC, bound=bound)
+        ends = fm.safe_speed(ur10e, np.hypot(0.52 + shift, 0.15), 0.44, limit=280.0, contact=QUASI_STATIC, bound=bound)
         assert ends.outcome.has_speed
         assert found.outcome[0].has_speed is outcome
         assert found.outcome[0] is OUTSIDE or found.speed[0] < ends.speed - 0.005
@@ -209,14 +212,24 @@ def test_an_impact_above_the_device_range_refuses_the_zone_it_lies_in():
     bound = fm.ToleranceBound()
     zones = fm.Zones([0.70, 0.7575, 0.70], [0.746, 0.78, 0.746], [0.35, 0.35, 0.40], [0.40, 0.39, 0.45])
     contradicted = censored_at((0.752, 0.36), 0.22)
-    found = fm.zone_speeds(contradicted, zones, limit=300.0, bound=bound)
+    found = fm.zone_speeds(contradicted, zones, limit=300.0, contact=QUASI_STATIC, bound=bound)
     assert [outcome.has_speed for outcome in found.outcome] == [True, True, True]
-    wide = fm.zone_speeds(contradicted, fm.Zones(0.70, 0.78, 0.35, 0.40), limit=300.0, bound=bound)
+    wide = fm.zone_speeds(
+        contradicted, fm.Zones(0.70, 0.78, 0.35, 0.40), limit=300.0, contact=QUASI_STATIC, bound=bound
+    )
     assert wide.outcome[0] is UNCONFIRMED
     assert "reached at least 500 N" in wide.reason[0]
-    crossing = fm.zone_speeds(contradicted, fm.Segments([0.70, 0.0, 0.36], [0.78, 0.0, 0.36]), limit=300.0, bound=bound)
+    crossing = fm.zone_speeds(
+        contradicted, fm.Segments([0.70, 0.0, 0.36], [0.78, 0.0, 0.36]), limit=300.0, contact=QUASI_STATIC, bound=bound
+    )
     assert crossing.outcome[0] is UNCONFIRMED
-    faster = fm.zone_speeds(censored_at((0.752, 0.36), 0.4), fm.Zones(0.70, 0.78, 0.35, 0.40), limit=300.0, bound=bound)
+    faster = fm.zone_speeds(
+        censored_at((0.752, 0.36), 0.4),
+        fm.Zones(0.70, 0.78, 0.35, 0.40),
+        limit=300.0,
+        contact=QUASI_STATIC,
+        bound=bound,
+    )
     assert faster.outcome[0].has_speed  # the bound itself allows no such speed there
 
 
@@ -229,7 +242,11 @@ def test_a_measured_impact_beyond_the_limit_stands_in_the_reason():
         role=["train"] * len(d) + ["test"],
     )  # fmt: skip
     found = fm.zone_speeds(
-        fm.fit_force_map(dataset), fm.Zones(0.7, 0.78, 0.35, 0.4), limit=300.0, bound=fm.ToleranceBound()
+        fm.fit_force_map(dataset),
+        fm.Zones(0.7, 0.78, 0.35, 0.4),
+        limit=300.0,
+        contact=QUASI_STATIC,
+        bound=fm.ToleranceBound(),
     )
     assert found.outcome[0].has_speed
     assert "measured 350 N in the zone at 0.21 m/s" in found.reason[0]
@@ -242,7 +259,7 @@ def test_property_a_part_is_never_slower_than_the_whole(seed, limit):
     ur10e, bound = fm.published_map("ur10e"), fm.FixedMargin(0.10)
     d, h = np.sort(rng.uniform(0.52, 0.89, 4)), np.sort(rng.uniform(0.14, 0.46, 4))
     zones = fm.Zones([d[0], d[1]], [d[3], d[2]], [h[0], h[1]], [h[3], h[2]])
-    whole, part = fm.zone_speeds(ur10e, zones, limit=limit, bound=bound).speed
+    whole, part = fm.zone_speeds(ur10e, zones, limit=limit, contact=QUASI_STATIC, bound=bound).speed
     assert math.isnan(whole) or part >= whole * 0.996 - 0.0003
 
 
@@ -264,11 +281,15 @@ def test_what_is_no_zone(make, words):
 
 def test_limits_of_zones_are_one_or_one_each():
     zones = fm.zone_grid(fm.published_map("ur10e").measured_range, 0.1)
-    one = fm.zone_speeds(fm.published_map("ur10e"), zones, limit=300.0, bound=fm.FixedMargin())
-    each = fm.zone_speeds(fm.published_map("ur10e"), zones, limit=np.full(len(zones), 300.0), bound=fm.FixedMargin())
+    one = fm.zone_speeds(fm.published_map("ur10e"), zones, limit=300.0, contact=QUASI_STATIC, bound=fm.FixedMargin())
+    each = fm.zone_speeds(
+        fm.published_map("ur10e"), zones, limit=np.full(len(zones), 300.0), contact=QUASI_STATIC, bound=fm.FixedMargin()
+    )
     np.testing.assert_array_equal(one.speed, each.speed)
     with pytest.raises(fm.InputError, match="one limit for each"):
-        fm.zone_speeds(fm.published_map("ur10e"), zones, limit=[300.0, 200.0], bound=fm.FixedMargin())
+        fm.zone_speeds(
+            fm.published_map("ur10e"), zones, limit=[300.0, 200.0], contact=QUASI_STATIC, bound=fm.FixedMargin()
+        )
 
 
 def test_another_bound_cannot_be_enclosed():
@@ -283,7 +304,9 @@ def test_another_bound_cannot_be_enclosed():
             return {}
 
     with pytest.raises(fm.InputError, match="enclosed"):
-        fm.zone_speeds(fm.published_map("ur10e"), fm.Zones(0.7, 0.75, 0.3, 0.35), limit=300.0, bound=Guess())
+        fm.zone_speeds(
+            fm.published_map("ur10e"), fm.Zones(0.7, 0.75, 0.3, 0.35), limit=300.0, contact=QUASI_STATIC, bound=Guess()
+        )
 
 
 def test_zones_tile_the_measured_range():

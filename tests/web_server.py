@@ -13,6 +13,8 @@ import uvicorn
 
 from forcemap.web.app import create_app
 
+PATIENCE = 300.0  # s; ends what hangs, and nothing that is slow
+
 
 @contextmanager
 def serving(folder):
@@ -40,7 +42,7 @@ def client_of(folder):
         thread.start()
         address = f"http://127.0.0.1:{listening.getsockname()[1]}"
         try:
-            with httpx.Client(base_url=address, timeout=60, follow_redirects=True, trust_env=False) as client:
+            with httpx.Client(base_url=address, timeout=PATIENCE, follow_redirects=True, trust_env=False) as client:
                 yield client
         finally:
             server.should_exit = True

@@ -12,6 +12,7 @@ from forcemap.assessment.missing import Missing
 from forcemap.assessment.place_speeds import OpenPlaces, PlaceSpeeds
 from forcemap.assessment.recording_results import JudgedRecordings, RecordingResult
 from forcemap.assessment.state_results import StateResult
+from forcemap.campaigns.binding import Binding, BindingState
 from forcemap.campaigns.build import build_dataset
 from forcemap.campaigns.campaign import Campaign, read_campaign
 from forcemap.campaigns.conditions import Conditions, read_campaign_file, read_conditions
@@ -65,6 +66,7 @@ from forcemap.errors import (
     FitError,
     ForcemapError,
     InputError,
+    NotReleasable,
     RankDeficient,
     RecordingError,
     TooFewStates,
@@ -81,7 +83,8 @@ from forcemap.impacts.phases import classify_contact
 from forcemap.impacts.scenario import ContactScenario
 from forcemap.limits.body_areas import LimitTable, body_region, read_limit_table, standard_limit_table
 from forcemap.limits.covers import Estimate, cover_estimate, payload_estimate
-from forcemap.limits.force_limits import Contact, ForceLimit, force_limit
+from forcemap.limits.device_spring import DeviceSuitability, device_suitability
+from forcemap.limits.force_limits import Contact, ForceLimit, NewtonLimit, force_limit
 from forcemap.limits.pfl import (
     pfl_contact_force,
     pfl_energy,
@@ -93,6 +96,7 @@ from forcemap.limits.pfl import (
 from forcemap.many_speeds import many_safe_speeds
 from forcemap.maps.accuracy import Accuracy, force_map_accuracy, leave_one_state_out
 from forcemap.maps.bounds import Bound, FixedMargin, ToleranceBound, margins
+from forcemap.maps.direction import WIDEST_ANGLE, direction_vector
 from forcemap.maps.fit import CensoredImpacts, fit_force_map
 from forcemap.maps.force_map import ForceMap
 from forcemap.maps.form_comparison import (
@@ -121,7 +125,6 @@ from forcemap.maps.selection import (
 )
 from forcemap.maps.terms import Term
 from forcemap.mass_comparison import MassComparison, MassExplanation, compare_effective_mass
-from forcemap.paths.direction import direction_vector
 from forcemap.paths.path_file import read_path
 from forcemap.paths.path_speeds import CycleTime, PathSpeeds, PieceOutcome, path_speeds
 from forcemap.paths.task import Task, TaskSegment, one_segment_task, read_task
@@ -166,9 +169,12 @@ __all__ = [
     "PUBLISHED_MAPS",
     "ROBOTS",
     "STABLE_SHARE",
+    "WIDEST_ANGLE",
     "Accuracy",
     "Allowance",
     "Assessment",
+    "Binding",
+    "BindingState",
     "Bound",
     "BoundNotAvailable",
     "Campaign",
@@ -194,6 +200,7 @@ __all__ = [
     "DesignedPlan",
     "DesignedStates",
     "Device",
+    "DeviceSuitability",
     "DriveInertia",
     "EffectiveMass",
     "Elbow",
@@ -232,7 +239,9 @@ __all__ = [
     "MassOutcome",
     "MeasurementPlan",
     "Missing",
+    "NewtonLimit",
     "NextMeasurements",
+    "NotReleasable",
     "OpenPlaces",
     "Outlier",
     "PathSpeeds",
@@ -307,6 +316,7 @@ __all__ = [
     "confirm_plan",
     "copy_example",
     "cover_estimate",
+    "device_suitability",
     "direction_vector",
     "effective_mass",
     "extend_plan",

@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from forcemap.errors import InputError
-from forcemap.limits.force_limits import Contact, ForceLimit
+from forcemap.limits.force_limits import Contact, ForceLimit, NewtonLimit
 from forcemap.maps.bounds import Bound
 from forcemap.maps.enclosures import Patches, enclose
 from forcemap.maps.force_map import ForceMap
 from forcemap.maps.range_enclosure import highest_measured_speed, lowest_measured_speeds
 from forcemap.speeds import SAME_PLACE, SafeSpeed, SpeedOutcome, safe_speed
+from forcemap.usable_limits import usable_limit
 from forcemap.zones import Regions
 
 FloatArray = NDArray[np.float64]
@@ -53,6 +54,12 @@ class ZoneSpeeds:
         The force limit used [N].
     statements : tuple of str
         What the speeds depend on, a line each.
+    warnings : tuple of str
+        What must be said before the speeds, a line each.
+    refusal : str
+        Why no zone has a speed, whatever the bound; empty if nothing forbids it.
+    export_refusal : str
+        Why nothing may be exported or released of them; empty if nothing forbids it.
     """
 
     speed: FloatArray
@@ -62,6 +69,9 @@ class ZoneSpeeds:
     reason: NDArray[np.object_]
     limit: FloatArray
     statements: tuple[str, ...]
+    warnings: tuple[str, ...] = ()
+    refusal: str = ""
+    export_refusal: str = ""
 
     @property
     def spread(self) -> FloatArray:
@@ -79,9 +89,12 @@ def zone_speeds(
     force_map: ForceMap,
     zones: Regions,
     *,
-    limit: ForceLimit | ArrayLike,
+    limit: ForceLimit | NewtonLimit | ArrayLike,
     bound: Bound,
     contact: Contact | None = None,
+    quasi_static_limit: float | None = None,
+    spring_N_per_m: float | None = None,
+    angle: float = 0.0,
 ) -> ZoneSpeeds:
     """A speed for each zone that exceeds the safe speed at no place in it.
 
@@ -95,12 +108,12 @@ def zone_speeds(
         The map.
     zones : Zones or Segments
         Intervals of distance and height, or straight segments in space.
-    limit : float, array or ForceLimit
+    limit : float, array, NewtonLimit or ForceLimit
         As in `safe_speed`; an array has one limit for each zone.
     bound : Bound
         `FixedMargin` or `ToleranceBound`.
-    contact : Contact, optional
-        Kind of contact, for a ForceLimit.
+    contact, quasi_static_limit, spring_N_per_m, angle : optional
+        As in `safe_speed`.
 
     Returns
     -------
@@ -125,8 +138,13 @@ def zone_speeds(
     """
     n = len(zones)
     distance, height = zones.probes
-    at = safe_speed(force_map, distance, height, limit=_each(limit, n), bound=bound, contact=contact)
-    newtons = np.broadcast_to(np.asarray(at.limit, dtype=np.float64), distance.shape)[:, 0].copy()
+    stated = {"contact": contact, "quasi_static_limit": quasi_static_limit, "spring_N_per_m": spring_N_per_m}
+    case: dict[str, Any] = {"limit": _each(limit, n), "bound": bound, **stated, "angle": angle}
+    at = safe_speed(force_map, distance, height, **case)
+    newtons, level = (
+        np.broadcast_to(np.asarray(force, dtype=np.float64), distance.shape)[:, 0].copy()
+        for force in (at.limit, usable_limit(force_map, **case).level)
+    )
     highest = force_map.measured_range.speeds(*zones.extremes(force_map.measured_range))[1].min(axis=1)
     snapped = np.isin(highest, force_map.measured_range.points[:, 2])
     highest = np.where(snapped, highest, highest - 1e-12)
@@ -140,26 +158,30 @@ def zone_speeds(
     first = (at.outcome == SpeedOutcome.UNCONFIRMED).argmax(axis=1)
     reason[refused] = at.reason[np.arange(n), first][refused]
     contradicted = np.zeros(n, dtype=np.bool_)
-    for words, where in _contradictions(force_map, zones, newtons, bound):
+    for words, where in _contradictions(force_map, zones, level, bound):
         where &= ~(outside | refused)
         contradicted |= where
         reason[where] = words
     open_ = np.flatnonzero(~(outside | refused | contradicted))
-    found = _divided(force_map, zones, open_, np.log(newtons), bound, highest, at.speed.min(axis=1))
+    found = _divided(force_map, zones, open_, np.log(level), bound, highest, at.speed.min(axis=1))
     known = np.isfinite(found)
     given = open_[known]
     capped = found[known] >= highest[given]
     speed[given] = np.where(capped, highest[given], np.maximum(found[known] - _ROOT, 0.0))
     for kind, mask in ((SpeedOutcome.CAPPED, capped), (SpeedOutcome.ADMISSIBLE, ~capped)):
         outcome[given[mask]], reason[given[mask]] = kind, _REASONS[kind]
-    for words, where in _measured_above(force_map, zones, newtons, speed):
+    for words, where in _measured_above(force_map, zones, level, speed):
         reason[where] = [f"{why}; but {words}" for why in reason[where]]
     fastest = np.where(np.isnan(speed), np.nan, at.speed.max(axis=1))
-    return ZoneSpeeds(speed, outcome, fastest, highest, reason, newtons, _statements(at))
+    return ZoneSpeeds(
+        speed, outcome, fastest, highest, reason, newtons, _statements(at), at.warnings, at.refusal, at.export_refusal
+    )
 
 
-def _each(limit: ForceLimit | ArrayLike, n: int) -> ForceLimit | Any:
+def _each(limit: ForceLimit | NewtonLimit | ArrayLike, n: int) -> ForceLimit | NewtonLimit | Any:
     """A numeric limit as a column, one row for each zone."""
+    if isinstance(limit, NewtonLimit):
+        return replace(limit, force=_each(limit.force, n))
     if isinstance(limit, ForceLimit) or np.ndim(limit) == 0:
         return limit
     if np.shape(limit) != (n,):

@@ -334,7 +334,7 @@ def _allowed(
     cases: list[tuple[float, Contact | None, str]] = (
         [(limit.force(contact), contact, f"{limit}, {contact}") for contact in Contact]
         if isinstance(limit, ForceLimit)
-        else [(limit, None, "given in newtons")]
+        else [(limit, Contact.QUASI_STATIC, "given in newtons, counted as quasi-static")]
     )
     allowed = []
     for newtons, contact, source in cases:

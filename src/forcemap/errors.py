@@ -12,6 +12,7 @@
     │   └── RankDeficient
     ├── BoundNotAvailable                the map cannot carry the bound asked for
     ├── ContactNotPermitted              the standard permits no contact there (head)
+    ├── NotReleasable                    what speeds rest on does not carry a program or a release
     └── MissingExtra                     an optional dependency is not installed
 
 A message says what was found, what was expected and what to do; the numbers stay as attributes.
@@ -117,6 +118,12 @@ class ContactNotPermitted(ForcemapError):
     """The standard permits no contact with this body area, so no limit and no speed follow from it."""
 
     kind = "not_permitted"
+
+
+class NotReleasable(ForcemapError):
+    """What the speeds rest on may be looked at, but carries no robot program and no release."""
+
+    kind = "not_releasable"
 
 
 class MissingExtra(ForcemapError):

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from forcemap.errors import InputError
-from forcemap.limits.force_limits import Contact, ForceLimit
+from forcemap.limits.force_limits import Contact, ForceLimit, NewtonLimit
 from forcemap.maps.bounds import Bound
 from forcemap.maps.enclosures import enclose
 from forcemap.maps.force_map import ForceMap
 from forcemap.maps.range_enclosure import highest_measured_speed, lowest_measured_speeds
-from forcemap.speeds import SAME_PLACE, contradiction, safe_speed, usable_limit
+from forcemap.speeds import SAME_PLACE, contradiction, safe_speed
+from forcemap.usable_limits import usable_limit
 from forcemap.zones import zone_grid
 
 FloatArray = NDArray[np.float64]
@@ -31,9 +33,11 @@ def many_safe_speeds(
     distance: ArrayLike,
     height: ArrayLike,
     *,
-    limit: ForceLimit | float,
+    limit: ForceLimit | NewtonLimit | float,
     bound: Bound,
     contact: Contact | None = None,
+    quasi_static_limit: float | None = None,
+    spring_N_per_m: float | None = None,
 ) -> FloatArray:
     """Speeds that exceed the safe speed nowhere and lie less than 0.2 mm/s below it; NaN where there is none.
 
@@ -47,12 +51,12 @@ def many_safe_speeds(
         The map.
     distance, height : array
         Places [m], of shapes that broadcast.
-    limit : float or ForceLimit
+    limit : float, NewtonLimit or ForceLimit
         As in `safe_speed`.
     bound : Bound
         `FixedMargin` or `ToleranceBound`.
-    contact : Contact, optional
-        Kind of contact, for a ForceLimit.
+    contact, quasi_static_limit, spring_N_per_m : optional
+        As in `safe_speed`.
 
     Returns
     -------
@@ -68,9 +72,11 @@ def many_safe_speeds(
     BoundNotAvailable
         The map cannot carry the bound.
     """
-    newtons, refusal, _, _ = usable_limit(force_map, limit, contact)
-    refusal = refusal or contradiction(force_map, bound)
-    if np.ndim(newtons):
+    stated = {"contact": contact, "quasi_static_limit": quasi_static_limit, "spring_N_per_m": spring_N_per_m}
+    case: dict[str, Any] = {"limit": limit, "bound": bound, **stated}
+    usable = usable_limit(force_map, **case)
+    refusal, level = usable.refusal or contradiction(force_map, bound), usable.level
+    if np.ndim(level):
         raise InputError("limit: expected one limit for all places")
     cells = zone_grid(force_map.measured_range, _CELL)
     whole = cells.patches(np.arange(len(cells)), np.tile([0.0, 1.0, 0.0, 1.0], (len(cells), 1)))
@@ -94,14 +100,14 @@ def many_safe_speeds(
         at = [np.clip(np.searchsorted(a, p, "right") - 1, 0, a.size - 1) for a, p in zip(axes, (x, y), strict=True)]
         cell = at[0] * axes[1].size + at[1]
         slow = ~(flattest[cell] > 0) | ~np.isfinite(steepest[cell])
-        for d_state, h_state in _contradicting(force_map, newtons):
+        for d_state, h_state in _contradicting(force_map, level):
             slow |= (np.abs(x - d_state) <= 2 * SAME_PLACE) & (np.abs(y - h_state) <= 2 * SAME_PLACE)
         quick = np.flatnonzero(~slow)
         slopes = (flattest[cell[quick]], steepest[cell[quick]])
         found = np.empty(x.size)
-        found[quick] = _crossings(force_map, bound, x[quick], y[quick], np.log(newtons), *slopes)
+        found[quick] = _crossings(force_map, bound, x[quick], y[quick], np.log(level), *slopes)
         if slow.any():
-            found[slow] = safe_speed(force_map, x[slow], y[slow], limit=limit, bound=bound, contact=contact).speed
+            found[slow] = safe_speed(force_map, x[slow], y[slow], **case).speed
         speed[part] = found
     return speed.reshape(d.shape)
 

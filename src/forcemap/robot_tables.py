@@ -14,10 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forcemap.certified_speeds import ZoneSpeeds, zone_speeds
-from forcemap.errors import InputError
+from forcemap.errors import InputError, NotReleasable
 from forcemap.files import file_sha256
-from forcemap.limits.force_limits import Contact, ForceLimit
+from forcemap.limits.force_limits import Contact, ForceLimit, NewtonLimit
 from forcemap.maps.bounds import Bound
+from forcemap.maps.direction import WIDEST_ANGLE, direction_vector
 from forcemap.maps.force_map import ForceMap
 from forcemap.maps.map_file import map_sha256
 from forcemap.speeds import SpeedOutcome, floor_speed
@@ -48,6 +49,8 @@ class Provenance:
         What was subtracted.
     statements : tuple of str
         Assumptions, a line each.
+    warnings : tuple of str
+        What must be said first, a line each.
     impacts_table, impacts_table_sha256 : str
         The impacts table that the map was fitted to; empty for a published map.
     map_file, map_file_sha256 : str
@@ -62,6 +65,7 @@ class Provenance:
     bound_forces: tuple[float, ...]
     allowance: Allowance
     statements: tuple[str, ...]
+    warnings: tuple[str, ...] = ()
     impacts_table: str = ""
     impacts_table_sha256: str = ""
     map_file: str = ""
@@ -97,6 +101,8 @@ class RobotTable:
         The force limit that gives the lowest speed [N].
     provenance : Provenance
         What the speeds rest on.
+    refusal : str
+        Why no zone has a speed, whatever the bound; empty if nothing forbids it.
     """
 
     distance_edges: FloatArray
@@ -108,6 +114,7 @@ class RobotTable:
     spread: FloatArray
     limit: FloatArray
     provenance: Provenance
+    refusal: str = ""
 
     @property
     def permitted(self) -> int:
@@ -132,16 +139,18 @@ class RobotTable:
 def robot_table(
     force_map: ForceMap,
     *,
-    limits: Sequence[tuple[ForceLimit | float, Contact | None]],
+    limits: Sequence[tuple[ForceLimit | NewtonLimit | float, Contact | None]],
     bound: Bound,
     size: float = 0.05,
     allowance: Allowance | None = None,
     date: str | None = None,
+    angle: float = WIDEST_ANGLE,
 ) -> RobotTable:
     """One speed for each zone of the workspace, the strictest of several limits, ready for a robot's program.
 
-    The zones tile the measured range, drawn in by the position tolerance; each speed holds for the zone and a margin of
-    that tolerance around it, less the speed overshoot, floored to 0.001 m/s.
+    A program looks up places, not directions, so the speeds hold for motion within `angle` of the map's direction: off
+    it the bound is raised by 14 %. The zones tile the measured range, drawn in by the position tolerance; each speed
+    holds for the zone and a margin of that tolerance around it, less the speed overshoot, floored to 0.001 m/s.
 
     Parameters
     ----------
@@ -157,6 +166,8 @@ def robot_table(
         What the robot may deviate; `Allowance()` if not given.
     date : str, optional
         Date of the export, YYYY-MM-DD; today if not given.
+    angle : float
+        How far the program's motions may point away from the map's direction [deg], at most 5; 0 for along it alone.
 
     Returns
     -------
@@ -165,7 +176,10 @@ def robot_table(
     Raises
     ------
     InputError
-        No limit, a size out of range, a date that is none, or a range too small for the tolerance.
+        No limit, a size out of range, a date that is none, a range too small for the tolerance, or a campaign that does
+        not state a direction that motion can be compared with.
+    NotReleasable
+        A weak bound, a limit in newtons without its spring, or an impacts table that is not what its recordings gave.
     ContactNotPermitted
         The standard permits no contact with a body area.
     BoundNotAvailable
@@ -173,13 +187,20 @@ def robot_table(
     """
     if not limits:
         raise InputError("limits: expected at least one")
+    direction_vector(force_map.conditions.direction, whose="the campaign")
     allowance = Allowance() if allowance is None else allowance
     low, high = force_map.measured_range.lowest, force_map.measured_range.highest
     edges = [_edges(float(low[i]) + allowance.position, float(high[i]) - allowance.position, size) for i in (0, 1)]
     near, bottom = np.meshgrid(edges[0][:-1], edges[1][:-1], indexing="ij")
     far, top = np.meshgrid(edges[0][1:], edges[1][1:], indexing="ij")
     zones = Zones(near.ravel(), far.ravel(), bottom.ravel(), top.ravel()).grown(allowance.position)
-    found = [zone_speeds(force_map, zones, limit=limit, bound=bound, contact=contact) for limit, contact in limits]
+    found = [
+        zone_speeds(force_map, zones, limit=limit, bound=bound, contact=contact, angle=angle)
+        for limit, contact in limits
+    ]
+    for each in found:
+        if each.export_refusal:
+            raise NotReleasable(f"nothing is exported: {each.export_refusal}")
     governing = np.argmin([np.where(np.isnan(each.speed), -np.inf, each.speed) for each in found], axis=0)
 
     def strictest(name: str) -> NDArray[np.object_]:
@@ -201,6 +222,7 @@ def robot_table(
         strictest("spread").astype(np.float64),
         strictest("limit").astype(np.float64),
         provenance(force_map, found, bound, allowance, date),
+        next((each.refusal for each in found if each.refusal), ""),
     )
 
 
@@ -222,6 +244,7 @@ def provenance(
         bound_forces=tuple(float(each.limit[0]) for each in found),
         allowance=allowance,
         statements=(),
+        warnings=tuple(dict.fromkeys(line for each in found for line in each.warnings)),
         impacts_table="" if fit is None else fit.table,
         impacts_table_sha256="" if fit is None else fit.table_sha256,
     ).with_statements((*statements, ONLY_AS_MEASURED))

@@ -13,11 +13,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from forcemap.errors import InputError
-from forcemap.limits.force_limits import Contact, ForceLimit
+from forcemap.limits.force_limits import Contact, ForceLimit, NewtonLimit
 from forcemap.maps.bounds import Bound, ToleranceBound, margins
 from forcemap.maps.exceedance import first_exceedance
 from forcemap.maps.force_map import ForceMap
 from forcemap.maps.saturation import saturation_doubt
+from forcemap.usable_limits import usable_limit
 
 FloatArray = NDArray[np.float64]
 
@@ -82,6 +83,12 @@ class SafeSpeed:
         The force limit used [N].
     statements : tuple of str
         What the speeds depend on, a line each.
+    warnings : tuple of str
+        What must be said before the speeds, a line each.
+    refusal : str
+        Why no place has a speed, whatever the bound; empty if nothing forbids it.
+    export_refusal : str
+        Why nothing may be exported or released of them; empty if nothing forbids it.
     """
 
     speed: Any
@@ -94,6 +101,9 @@ class SafeSpeed:
     reason: Any
     limit: Any
     statements: tuple[str, ...]
+    warnings: tuple[str, ...] = ()
+    refusal: str = ""
+    export_refusal: str = ""
 
 
 def safe_speed(
@@ -101,9 +111,12 @@ def safe_speed(
     distance: ArrayLike,
     height: ArrayLike,
     *,
-    limit: ForceLimit | ArrayLike,
+    limit: ForceLimit | NewtonLimit | ArrayLike,
     bound: Bound,
     contact: Contact | None = None,
+    quasi_static_limit: float | None = None,
+    spring_N_per_m: float | None = None,
+    angle: float = 0.0,
 ) -> SafeSpeed:
     """Highest speed at which the bound on the force stays within a limit, as far as measurements reach.
 
@@ -112,7 +125,10 @@ def safe_speed(
     speed measured there; else `admissible`, the speed at which B crosses the limit (to 1e-6 m/s, never above).
 
     A transient limit is used only where Phase II allows it: if impacts clamp, are undetermined, or leave a force
-    above the quasi-static limit, every place inside is `unconfirmed` with that reason.
+    above the quasi-static limit, every place inside is `unconfirmed` with that reason; a limit in newtons opens no
+    gate. So is every place inside where the device's spring is softer than 0.9 of the body area's or not stated, and
+    where the impacts table is not what its recordings gave. A spring from 0.9 to 1 of the area's raises the bound by
+    the root of their ratio.
 
     Parameters
     ----------
@@ -120,13 +136,20 @@ def safe_speed(
         The map.
     distance, height : float or array
         Places [m]; they and a numeric limit broadcast.
-    limit : float, array or ForceLimit
-        Force limit [N], positive, finite and not above the device range less its error; or the limits of a body
-        area together with `contact`.
+    limit : float, array, NewtonLimit or ForceLimit
+        Force limit [N], positive, finite and not above the device range less its error (where no range is stated, the
+        largest force that was measured); or the limits of a body area together with `contact`.
     bound : Bound
         `FixedMargin` or `ToleranceBound`.
     contact : Contact, optional
-        Kind of contact, for a ForceLimit.
+        Kind of contact. With a limit in newtons it may be left out only for a map whose impacts are all known to be
+        over within 0.5 s.
+    quasi_static_limit : float, optional
+        With a transient limit in newtons, its quasi-static part [N]; expected where a Phase II force was recorded.
+    spring_N_per_m : float, optional
+        With a limit in newtons, the spring constant [N/m] of the body part it is meant for.
+    angle : float
+        How far the motion may point away from the map's direction [deg], at most 5; off it the bound is raised by 14 %.
 
     Returns
     -------
@@ -135,7 +158,7 @@ def safe_speed(
     Raises
     ------
     InputError
-        A place that is not finite, a limit outside its range, or `contact` missing or without a ForceLimit.
+        A place that is not finite, a limit or angle outside its range, or `contact` or `quasi_static_limit` missing.
     ContactNotPermitted
         The standard permits no contact with the body area.
     BoundNotAvailable
@@ -148,15 +171,20 @@ def safe_speed(
     >>> result.outcome.value, round(result.speed, 4)
     ('admissible', 0.3212)
     """
-    newtons, refusal, unseen, limit_words = usable_limit(force_map, limit, contact)
-    if isinstance(bound, type) or not isinstance(bound, Bound):
-        raise InputError(f"bound: found {bound!r}, expected FixedMargin or ToleranceBound")
-    bound.require(force_map)
-    refusal = refusal or contradiction(force_map, bound)
+    usable = usable_limit(
+        force_map,
+        limit,
+        bound=bound,
+        contact=contact,
+        quasi_static_limit=quasi_static_limit,
+        spring_N_per_m=spring_N_per_m,
+        angle=angle,
+    )
+    refusal = usable.refusal or contradiction(force_map, bound)
     if np.ma.is_masked(distance) or np.ma.is_masked(height):
         raise InputError("place: found masked entries, expected numbers")
     try:
-        arrays = [np.asarray(value, dtype=np.float64) for value in (distance, height, newtons)]
+        arrays = [np.asarray(value, dtype=np.float64) for value in (distance, height, usable.level)]
         shape = np.broadcast_shapes(*(array.shape for array in arrays))
     except (TypeError, ValueError) as error:
         raise InputError(f"place: expected numbers, and arrays that broadcast: {error}") from None
@@ -164,22 +192,31 @@ def safe_speed(
     if not (np.isfinite(d).all() and np.isfinite(h).all()):
         raise InputError("place: found a distance or height that is not a finite number, expected metres")
     parts = [_safe_speed(force_map, d[part], h[part], level[part], bound, refusal) for part in _parts(d.size)]
-    if unseen:
+    if usable.unseen:
         for part in parts:
-            part[-1][:] = [f"{reason}; {unseen}" for reason in part[-1]]
+            part[-1][:] = [f"{reason}; {usable.unseen}" for reason in part[-1]]
     columns = [np.concatenate(column).reshape(shape) for column in zip(*parts, strict=True)]
     values: dict[str, Any] = {
         name: column if shape else column.item() for name, column in zip(_COLUMNS, columns, strict=True)
     }
+    values["bound_force"] = usable.raised * values["bound_force"]
     statements = (
         *force_map.conditions.assumptions(),
         f"map: {force_map.source}",
         force_map.phase_two.statement(),
-        limit_words,
+        usable.words,
         f"bound: {bound}",
+        *usable.statements,
         *_warnings(force_map, bound),
     )
-    return SafeSpeed(**values, limit=newtons, statements=statements)
+    return SafeSpeed(
+        **values,
+        limit=usable.newtons,
+        statements=statements,
+        warnings=usable.warnings,
+        refusal=refusal,
+        export_refusal=usable.export_refusal,
+    )
 
 
 def contradiction(force_map: ForceMap, bound: Bound) -> str:
@@ -217,44 +254,6 @@ def floor_speed(speed: float) -> str:
 
 def _parts(size: int) -> Iterator[slice]:
     return (slice(start, start + _PLACES_AT_ONCE) for start in range(0, max(size, 1), _PLACES_AT_ONCE))
-
-
-def usable_limit(
-    force_map: ForceMap, limit: ForceLimit | ArrayLike, contact: Contact | None
-) -> tuple[Any, str, str, str]:
-    """The limit in newtons, why Phase II forbids it, what of Phase II was not seen, and the limit in words."""
-    newtons: Any
-    refusal, unseen = "", ""
-    error = force_map.conditions.device.error_or_default
-    if isinstance(limit, ForceLimit):
-        if contact is None:
-            raise InputError("contact: expected transient or quasi-static, which of the limits of a body area to use")
-        newtons = limit.force(contact)
-        words = f"limit: {newtons:g} N, {contact} contact, {limit}"
-        if Contact.parse(contact) is Contact.TRANSIENT:
-            why = force_map.phase_two.transient_refusal(limit.quasi_static, error)
-            refusal = f"no transient limit may be used: {why}" if why else ""
-            unseen = "" if force_map.phase_two.complete else force_map.phase_two.statement()
-        else:
-            refusal = force_map.phase_two.quasi_static_refusal(newtons, error)
-    else:
-        if contact is not None:
-            raise InputError("contact: expected none with a limit in newtons; it chooses between those of a body area")
-        array = np.asarray(limit, dtype=np.float64)
-        newtons = array if array.shape else float(array)
-        words = "limit: given in newtons by the user; whether Phase II allows a transient one was not judged"
-        if array.size and np.issubdtype(array.dtype, np.floating) and not np.isnan(array).any():
-            refusal = force_map.phase_two.quasi_static_refusal(float(array.min()), error)
-    found = np.asarray(newtons)
-    if np.ma.is_masked(limit) or not np.all((found > 0) & (found < np.inf)):
-        raise InputError("force limit: found a value that is not positive and finite, expected newtons")
-    highest = force_map.device_range - error
-    if np.any(found > highest):
-        raise InputError(
-            f"force limit: found {found.max():g} N, expected at most {highest:g} N, the range of the measuring "
-            f"device less its error; nothing above was ever measured"
-        )
-    return newtons, refusal, unseen, words
 
 
 def _safe_speed(

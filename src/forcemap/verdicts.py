@@ -6,7 +6,6 @@ governs unless one is named.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from enum import StrEnum
 
@@ -16,8 +15,9 @@ from numpy.typing import NDArray
 from forcemap.errors import InputError
 from forcemap.impacts.impact import TRANSIENT_TIME, Impact
 from forcemap.impacts.quality import UNKNOWN_PEAK
-from forcemap.impacts.scenario import ContactScenario
-from forcemap.limits.force_limits import ForceLimit
+from forcemap.impacts.scenario import BARRING, ContactScenario
+from forcemap.limits.device_spring import DEVICE_ALONE, DeviceSuitability, device_suitability
+from forcemap.limits.force_limits import Contact, ForceLimit, NewtonLimit
 
 FloatArray = NDArray[np.float64]
 
@@ -93,6 +93,8 @@ class Verdict:
         What is added to the force before it counts as within a limit [N].
     raw_force, corrected_force, filtered_force : float
         Phase I peak: largest sample, corrected for noise, and low-passed [N]; NaN if not low-passed.
+    warnings : tuple of str
+        What must be said before the outcome, a line each.
     """
 
     impact: Impact
@@ -102,6 +104,7 @@ class Verdict:
     raw_force: float
     corrected_force: float
     filtered_force: float
+    warnings: tuple[str, ...] = ()
 
     @property
     def outcome(self) -> VerdictOutcome:
@@ -109,20 +112,36 @@ class Verdict:
         return self.governing.outcome
 
 
-def check_impact(impact: Impact, limit: ForceLimit | float, *, interpretation: Interpretation | None = None) -> Verdict:
+def check_impact(
+    impact: Impact,
+    limit: ForceLimit | NewtonLimit | float,
+    *,
+    interpretation: Interpretation | None = None,
+    contact: Contact | None = None,
+    quasi_static_limit: float | None = None,
+    spring_N_per_m: float | None = None,
+) -> Verdict:
     """Check an impact against a limit.
 
     It is within the limit only if force + device error <= limit at every instant; it exceeds it if force - device
     error > limit at some instant; between the two, and where the recording does not show the force (saturated,
-    unresolved, no baseline, ended too early), the answer is "cannot tell".
+    unresolved, no baseline, ended too early), the answer is "cannot tell". So it is where the device's spring is softer
+    than 0.9 of the body area's, or not stated; one from 0.9 to 1 raises the force by the root of their ratio before it
+    counts as within.
 
     Parameters
     ----------
     impact : Impact
-    limit : ForceLimit or float
-        Limits of a body area, or one limit for all of the contact [N].
+    limit : ForceLimit, NewtonLimit or float
+        Limits of a body area; or a limit in newtons [N], for all of the contact unless its quasi-static part is given.
     interpretation : Interpretation, optional
         The one that governs; the strictest if not given.
+    contact : Contact, optional
+        Quasi-static: that limit holds for all of the contact. Of a limit in newtons it tells which kind it is: an
+        impact that clamps, or of undetermined scenario, is within it only if it is the quasi-static one, or that part
+        is given.
+    quasi_static_limit, spring_N_per_m : float, optional
+        As in `safe_speed`, with a limit in newtons.
 
     Returns
     -------
@@ -133,9 +152,10 @@ def check_impact(impact: Impact, limit: ForceLimit | float, *, interpretation: I
     ContactNotPermitted
         The standard permits no contact there.
     InputError
-        A limit that is not positive and finite.
+        A limit that is not positive and finite, or figures that go with one in newtons beside a body area.
     """
-    transient, quasi_static = _newtons(limit)
+    found = _limits_of(impact, limit, contact, quasi_static_limit, spring_N_per_m)
+    transient, quasi_static = found.transient, found.quasi_static
     error = impact.recording.device.error_or_default
     after, force, allowance = _force_over_time(impact)
     judgements = tuple(
@@ -147,7 +167,7 @@ def check_impact(impact: Impact, limit: ForceLimit | float, *, interpretation: I
             allowance,
             limit_line(impact, each, after, transient, quasi_static),
             error,
-            quasi_static,
+            found,
         )
         for each in Interpretation
     )
@@ -161,6 +181,7 @@ def check_impact(impact: Impact, limit: ForceLimit | float, *, interpretation: I
         raw_force=impact.raw_peak_force,
         corrected_force=impact.peak_force,
         filtered_force=impact.filtered_peak_force,
+        warnings=found.warnings,
     )
 
 
@@ -191,13 +212,46 @@ def limit_line(
 _SEVERITY = {VerdictOutcome.WITHIN: 0, VerdictOutcome.CANNOT_TELL: 1, VerdictOutcome.EXCEEDED: 2}
 
 
-def _newtons(limit: ForceLimit | float) -> tuple[float, float]:
+@dataclass(frozen=True)
+class _Limits:
+    """The limits of an impact [N], what the device's spring makes of forces, and why nothing can be within."""
+
+    transient: float
+    quasi_static: float
+    device: DeviceSuitability
+    unnamed: str = ""
+    warnings: tuple[str, ...] = ()
+
+
+def _limits_of(
+    impact: Impact,
+    limit: ForceLimit | NewtonLimit | float,
+    contact: Contact | None,
+    quasi_static: float | None,
+    spring: float | None,
+) -> _Limits:
+    stiffness, kind = impact.recording.device.stiffness, None if contact is None else Contact.parse(contact)
     if isinstance(limit, ForceLimit):
-        return limit.transient, limit.quasi_static
-    newtons = float(limit)
-    if not 0 < newtons < math.inf:
-        raise InputError(f"limit: found {newtons:g} N, expected a positive finite number")
-    return newtons, newtons
+        if quasi_static is not None or spring is not None:
+            raise InputError("limit: quasi_static_limit and spring_N_per_m go with a limit in newtons")
+        suits = device_suitability(limit.name, limit.stiffness, stiffness)
+        warnings = (limit.head_statement,) if limit.head_statement else ()
+        whole = kind is Contact.QUASI_STATIC
+        return _Limits(limit.quasi_static if whole else limit.transient, limit.quasi_static, suits, warnings=warnings)
+    stated = NewtonLimit.of(limit, quasi_static, spring)
+    if np.ndim(stated.force):
+        raise InputError("limit: expected one limit in newtons")
+    suits, warnings = DeviceSuitability(1.0, "", ""), (DEVICE_ALONE,)
+    if stated.spring_N_per_m is not None:
+        suits, warnings = device_suitability("the limit", stated.spring_N_per_m, stiffness), ()
+    held = stated.force if stated.quasi_static is None else stated.quasi_static
+    unnamed = ""
+    if stated.quasi_static is None and kind is not Contact.QUASI_STATIC and impact.scenario in BARRING:
+        unnamed = (
+            f"the contact is {impact.scenario.words}, and nothing tells whether {stated.force:g} N are its "
+            "quasi-static limit; state that (--quasi-static-limit-N, quasi_static_limit=), or --contact quasi-static"
+        )
+    return _Limits(stated.force, held, suits, unnamed, warnings)
 
 
 def _force_over_time(impact: Impact) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -218,14 +272,14 @@ def _judge(
     allowance: FloatArray,
     line: FloatArray,
     error: float,
-    quasi_static: float,
+    limits: _Limits,
 ) -> Judgement:
-    doubts = error + allowance
-    severity = np.where(force - doubts > line, 2, np.where(force + doubts > line, 1, 0))
+    doubts, raised = error + allowance, limits.device.raised
+    severity = np.where(force - doubts > line, 2, np.where(raised * (force + doubts) > line, 1, 0))
     gravest = severity == severity.max()
     nearest = int(np.where(gravest, force / line, -np.inf).argmax())  # by the share of the limit it takes
     worst, limit = float(force[nearest]), float(line[nearest])
-    hidden = _hidden(impact, quasi_static - error)
+    hidden = limits.device.refusal or _hidden(impact, limits.quasi_static / raised - error) or limits.unnamed
     at_least = "at least " if hidden and worst >= impact.raw_peak_force else ""
     if severity[nearest] == 2:
         outcome, reason = VerdictOutcome.EXCEEDED, f"{at_least}{worst:.1f} N exceed the limit of {limit:g} N"
@@ -234,6 +288,7 @@ def _judge(
     elif severity[nearest] == 1:
         what = f"the device's error of {error:g} N"
         what += f" and {allowance[nearest]:.1f} N that drift may hide" if allowance[nearest] >= 0.05 else ""
+        what += f" ({limits.device.statement})" if raised > 1 else ""
         outcome, reason = VerdictOutcome.CANNOT_TELL, f"cannot tell: {worst:.1f} N lie within {what} of {limit:g} N"
     else:
         outcome = VerdictOutcome.WITHIN

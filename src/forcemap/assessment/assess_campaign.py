@@ -31,7 +31,7 @@ from forcemap.errors import InputError, UnknownName
 from forcemap.limits.body_areas import LimitTable
 from forcemap.limits.force_limits import Contact, ForceLimit, force_limit
 from forcemap.maps.accuracy import Accuracy
-from forcemap.maps.bounds import Bound, ToleranceBound
+from forcemap.maps.bounds import Bound, ToleranceBound, weakness
 from forcemap.maps.fit import fit_force_map
 from forcemap.maps.force_map import ForceMap
 from forcemap.maps.forms import CFM_2D, CFM_3D, Form
@@ -119,6 +119,10 @@ def assess_campaign(
     force_map = dataset if isinstance(dataset, Missing) else attempt(lambda: fit_force_map(dataset, form=form))
     bound = bound or ToleranceBound(device_error=conditions.device.error_or_default)
     carried = force_map if isinstance(force_map, Missing) else attempt(lambda: _carried(force_map, bound))
+    if not isinstance(dataset, Missing) and dataset.binding.reason:
+        findings.append(dataset.binding.reason)
+    if not isinstance(force_map, Missing) and (weak := weakness(bound, force_map)):
+        findings.insert(0, weak)
     models = tuple(attempt(partial(contact_model, conditions, limit)) for limit in limits)
     return CampaignAssessment(
         name=folder.resolve().name,

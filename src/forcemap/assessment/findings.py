@@ -14,8 +14,10 @@ from forcemap.campaigns.campaign import Campaign
 from forcemap.campaigns.conditions import CAMPAIGN_FILE, Conditions
 from forcemap.campaigns.impacts_table import TABLE_FILE
 from forcemap.campaigns.plan import PLAN_FILE
+from forcemap.campaigns.register import REGISTER_FILE
 from forcemap.errors import ForcemapError
 from forcemap.files import file_sha256, read_bytes
+from forcemap.limits.device_spring import device_suitability
 from forcemap.limits.force_limits import ForceLimit
 
 
@@ -33,7 +35,11 @@ class _Elsewhere(Campaign):
 
 def conditions_findings(conditions: Conditions, limits: Sequence[ForceLimit]) -> list[str]:
     """What the stated conditions contradict or leave open that every result hangs on."""
-    found = []
+    found = [limit.head_statement for limit in limits if limit.head_statement]
+    for limit in limits:
+        suits = device_suitability(limit.name, limit.stiffness, conditions.device.stiffness)
+        if limit.permitted and suits.refusal:
+            found.append(f"no speed and no verdict within limits for {limit.name}: {suits.refusal}")
     if conditions.date and conditions.device.expired(conditions.date):
         found.append(f"the calibration of the force measuring device had expired on {conditions.date}")
     if math.isnan(conditions.device.range):
@@ -72,9 +78,9 @@ def _table_findings(campaign: Campaign) -> list[str]:
     if not campaign.table_file.exists():
         return [f"there is no {TABLE_FILE}: run forcemap collect"]
     with tempfile.TemporaryDirectory() as home:
-        for file in (campaign.folder / CAMPAIGN_FILE, campaign.folder / PLAN_FILE, campaign.register_file):
-            if file.exists():
-                shutil.copyfile(file, Path(home, file.name))
+        for name in (CAMPAIGN_FILE, PLAN_FILE, REGISTER_FILE):
+            if (campaign.folder / name).exists():
+                shutil.copyfile(campaign.folder / name, Path(home, name))
         elsewhere = _Elsewhere(**(vars(campaign) | {"folder": Path(home), "raw": campaign.recordings}))
         try:
             build_dataset(elsewhere)

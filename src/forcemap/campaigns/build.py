@@ -11,23 +11,26 @@ from typing import Any
 
 import numpy as np
 
+from forcemap.campaigns.binding import impact_sha256
 from forcemap.campaigns.campaign import Campaign
 from forcemap.campaigns.dataset import ImpactDataset
 from forcemap.campaigns.impacts_table import TABLE_FILE, read_dataset
-from forcemap.campaigns.register import Entry, Use, write_register
+from forcemap.campaigns.register import Entry, Use, register_text
 from forcemap.campaigns.remark import REMARK, not_in_table
-from forcemap.campaigns.table import csv_text
-from forcemap.errors import CampaignFileError, InputError, RecordingError
-from forcemap.files import file_sha256, write_atomically
+from forcemap.campaigns.table import csv_text, read_table
+from forcemap.errors import CampaignFileError, InputError, RecordingError, TableError
+from forcemap.files import file_sha256, read_bytes, sha256, write_atomically
 from forcemap.impacts.detect import find_impacts, force_without_impact, no_impact
 from forcemap.impacts.impact import Impact, Quality
 from forcemap.impacts.quality import UNKNOWN_PEAK
-from forcemap.impacts.scenario import ContactScenario
+from forcemap.impacts.scenario import BARRING, ContactScenario
 from forcemap.recordings.read import read_recordings
 from forcemap.recordings.recording import Recording
 
 Progress = Callable[[int, int], None]
 
+_NOTE = ".collecting"
+_NEARLY_ALL = 0.9  # of a table's rows
 _SPEEDS_APART = 1.5  # a measured speed may differ from the planned one by this factor
 _COLUMNS = (
     "state_id",
@@ -51,7 +54,8 @@ def build_dataset(campaign: Campaign, *, progress: Progress | None = None) -> Im
     """Read, judge and register every recording of a campaign, and write its impacts table.
 
     Writes `recordings.csv` and `impacts.csv`, each in one step; raw files are never touched. The same folder gives
-    the same bytes, and a recording keeps its row when others are added.
+    the same bytes, and a recording keeps its row when others are added. The register holds the hash of every row of the
+    table, and the conditions under which each recording was first registered, which are never rewritten.
 
     Parameters
     ----------
@@ -67,7 +71,8 @@ def build_dataset(campaign: Campaign, *, progress: Progress | None = None) -> Im
     Raises
     ------
     CampaignFileError
-        The device range is not stated; a registered file has changed or is gone; there are no recordings.
+        The device range is not stated; a registered file has changed or is gone; there are no recordings; the impacts
+        table that is there was not written by this function, so that it would be lost.
     TableError
         No recording gave an impact that can be used, or the impacts contradict each other.
     """
@@ -84,25 +89,28 @@ def build_dataset(campaign: Campaign, *, progress: Progress | None = None) -> Im
         )
     known = _known(campaign, files)
     runs = _Runs.of(campaign)
+    now = campaign.conditions.measured_under()
     order = [*known, *(file for file in files if file not in known)]
     entries: list[Entry] = []
     rows: list[dict[str, str]] = []
     for done, file in enumerate(order, start=1):
         for entry, row in _judge_file(campaign, file, known.get(file, []), runs):
-            entries.append(entry)
             rows += [row] if row else []
+            sealed = impact_sha256(row) if row else ""
+            entries.append(dataclasses.replace(entry, impact_sha256=sealed, conditions=now | dict(entry.conditions)))
         if progress:
             progress(done, len(order))
-    now = file_sha256(campaign.register_file) if campaign.register_file.exists() else ""
-    if now != campaign.register_sha256:
+    there = file_sha256(campaign.register_file) if campaign.register_file.exists() else ""
+    if there != campaign.register_sha256:
         raise CampaignFileError(
             "was changed meanwhile, so nothing was written; run it again", file=str(campaign.register_file)
         )
     remark = not_in_table(entries)
     rows = [row | {REMARK: remark} for row in rows]
-    write_register(entries, campaign.register_file)
     used = tuple(c for c in (*_COLUMNS, REMARK) if any(row[c] for row in rows) or c not in ("base_angle_deg", REMARK))
-    write_atomically(campaign.table_file, csv_text({column: [row[column] for row in rows] for column in used}))
+    register, table = register_text(entries), csv_text({column: [row[column] for row in rows] for column in used})
+    _require_own(campaign, table)
+    _write_together(campaign, register, table)
     if not rows:
         raise CampaignFileError(
             f"none of {len(entries)} recordings gave an impact that can be used; "
@@ -110,6 +118,53 @@ def build_dataset(campaign: Campaign, *, progress: Progress | None = None) -> Im
             file=str(campaign.folder / TABLE_FILE),
         )
     return read_dataset(campaign.folder)
+
+
+def _require_own(campaign: Campaign, text: str) -> None:
+    """Refuse to replace an impacts table that was not written here: it would be lost.
+
+    The register knows the rows of its own table. Without one, as where a person deleted it to register anew, a table is
+    taken for one of the recordings that are there if it has the columns that are written here and nearly all of its
+    rows name one of them.
+    """
+    if not campaign.table_file.exists():
+        return
+    content = read_bytes(campaign.table_file)
+    if content == text.encode() or sha256(content) in _being_replaced(campaign):
+        return
+    known = {entry.impact_sha256 for entry in campaign.entries} - {""}
+    try:
+        rows = read_table(content, TABLE_FILE, what="impact").texts
+    except TableError:
+        rows = [{}]
+    if known:
+        own = all(impact_sha256(row) in known for row in rows)
+    else:
+        files = {file.lower() for file in campaign.files()}
+        named = sum(row.get("recording", "").partition("#")[0].lower() in files for row in rows)
+        own = {*_COLUMNS} - {"base_angle_deg"} <= rows[0].keys() and named >= _NEARLY_ALL * len(rows)
+    if not own:
+        raise CampaignFileError(
+            "forcemap collect did not write this table, or it was changed since, so it is not replaced; move it away "
+            "or rename it, then run forcemap collect again",
+            file=str(campaign.table_file),
+        )
+
+
+def _write_together(campaign: Campaign, register: str, table: str) -> None:
+    """Write both files; a note beside them tells, after a kill between the two, which table was being replaced."""
+    note = campaign.folder / _NOTE
+    replaced = file_sha256(campaign.table_file) if campaign.table_file.exists() else ""
+    write_atomically(note, "\n".join({*_being_replaced(campaign), replaced, sha256(table)}))
+    write_atomically(campaign.register_file, register)
+    write_atomically(campaign.table_file, table)
+    note.unlink(missing_ok=True)
+
+
+def _being_replaced(campaign: Campaign) -> list[str]:
+    """Hashes of tables that a killed run was replacing, or wrote."""
+    note = campaign.folder / _NOTE
+    return read_bytes(note).decode(errors="replace").split() if note.exists() else []
 
 
 _UNNAMED: dict[str, Any] = {"state_id": "", "repeat": 0}
@@ -281,8 +336,7 @@ def _judge(
 
 def _gravest(scenarios: list[ContactScenario]) -> ContactScenario:
     """The scenario that bars the transient limit, if an impact has one; else that of the first."""
-    barring = (ContactScenario.WITH_CLAMPING, ContactScenario.UNDETERMINED)
-    return next((each for each in barring if each in scenarios), scenarios[0])
+    return next((each for each in BARRING if each in scenarios), scenarios[0])
 
 
 def _fresh(entry: Entry, digest: str, use: Use, reason: str) -> Entry:
@@ -297,6 +351,7 @@ def _fresh(entry: Entry, digest: str, use: Use, reason: str) -> Entry:
         exclude=entry.exclude,
         use=use,
         reason=reason,
+        conditions=entry.conditions,
     )
 
 

@@ -40,6 +40,9 @@ _PLAUSIBLE = {
     "base_angle_deg": (-3600.0, 3600.0, "degrees from -3600 to 3600"),
 }
 
+NUMBERS = tuple(_PLAUSIBLE)
+"""The columns that hold numbers with a unit."""
+
 
 @dataclass(frozen=True)
 class Where:

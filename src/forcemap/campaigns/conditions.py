@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 import tomllib
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Mapping
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -108,13 +109,32 @@ class Conditions:
             lines.append(f"CALIBRATION of the force measuring device had expired on {self.date}")
         return ["SIMULATED impacts: not a measurement of any robot", *lines] if self.simulated else lines
 
+    def with_device_stiffness(self, stiffness: float | None) -> Conditions:
+        """The same with the spring constant of the device [N/m], if one is given and none is stated.
+
+        Raises
+        ------
+        InputError
+            Another one is stated.
+        """
+        if stiffness is None or self.device.stiffness == stiffness:
+            return self
+        if not math.isnan(self.device.stiffness):
+            raise InputError(
+                f"device spring: found {stiffness / 1000:g} N/mm, but campaign.toml states "
+                f"{self.device.stiffness / 1000:g} N/mm (device.stiffness_N_per_m); give one of them"
+            )
+        return replace(self, device=replace(self.device, stiffness=stiffness))
+
+    def measured_under(self) -> dict[str, str]:
+        """What is stated of robot, tool, contact and device, as texts by entry: what a map holds for."""
+        return {entry: condition_text(entry, value) for entry, value in _stated(self) if entry in MEASURED_UNDER}
+
     def to_tables(self) -> dict[str, Any]:
         """The stated entries as the tables of campaign.toml (SI units in the names)."""
         tables: dict[str, Any] = {}
-        for (section, key), name in _ENTRIES.items():
-            value = _entry(self, name)
-            if value == "" or value is False or (isinstance(value, float) and math.isnan(value)):
-                continue
+        for entry, value in _stated(self):
+            section, _, key = entry.rpartition(".")
             (tables.setdefault(section, {}) if section else tables)[key] = value
         return tables
 
@@ -211,6 +231,30 @@ _ENTRIES = {
     ("standard", "edition"): "standard_edition",
     ("standard", "limit_table"): "limit_table",
 }
+
+MEASURED_UNDER = (
+    "simulated",
+    *(f"{section}.{key}" for section, key in _ENTRIES if section in ("robot", "tool", "contact")),
+    *(f"device.{key}" for key in ("model", "range_N", "error_N", "stiffness_N_per_m")),
+)
+"""Entries of campaign.toml that say what was measured, and so what a map holds for."""
+
+
+def condition_text(entry: str, value: Any) -> str:
+    """A stated condition as a text, numbers by their value: a spreadsheet may have written them otherwise."""
+    section, _, key = entry.rpartition(".")
+    if isinstance(_entry(Conditions(), _ENTRIES[section, key]), float):
+        with suppress(ValueError):
+            return repr(float(str(value).replace(",", ".")))
+    return str(value)
+
+
+def _stated(conditions: Conditions) -> Iterator[tuple[str, Any]]:
+    """Every entry that is stated, such as `tool.name`, with its value."""
+    for (section, key), name in _ENTRIES.items():
+        value = _entry(conditions, name)
+        if value != "" and value is not False and not (isinstance(value, float) and math.isnan(value)):
+            yield f"{section}.{key}" if section else key, value
 
 
 def _entry(conditions: Conditions, name: str) -> Any:

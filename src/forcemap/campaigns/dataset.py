@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from forcemap.campaigns import columns
+from forcemap.campaigns.binding import NOT_BESIDE, Binding, BindingState
 from forcemap.campaigns.conditions import Conditions
 from forcemap.campaigns.phase_two import PhaseTwo
 from forcemap.campaigns.state import States, StateTolerance, identify_states
@@ -21,7 +22,16 @@ from forcemap.impacts.scenario import ContactScenario
 if TYPE_CHECKING:
     import pandas as pd
 
-__all__ = ["Conditions", "ContactScenario", "ImpactDataset", "PhaseTwo", "StateTolerance", "States"]
+__all__ = [
+    "Binding",
+    "BindingState",
+    "Conditions",
+    "ContactScenario",
+    "ImpactDataset",
+    "PhaseTwo",
+    "StateTolerance",
+    "States",
+]
 
 FloatArray = NDArray[np.float64]
 
@@ -70,6 +80,8 @@ class ImpactDataset:
         What all impacts of the table, censored and test ones too, say of Phase II; a selection keeps it.
     device_range : float
         Device range [N]: as stated, and never above a force at which it saturated; NaN if nothing tells.
+    binding : Binding
+        Whether the table is what its recordings gave.
     """
 
     distance: FloatArray
@@ -93,6 +105,7 @@ class ImpactDataset:
     sha256: str = ""
     phase_two: PhaseTwo = field(default_factory=PhaseTwo)
     device_range: float = math.nan
+    binding: Binding = field(default_factory=Binding)
 
     @classmethod
     def from_arrays(
@@ -113,6 +126,7 @@ class ImpactDataset:
         flags: ArrayLike | None = None,
         extra: Mapping[str, Sequence[str]] | None = None,
         conditions: Conditions | None = None,
+        device_stiffness: float | None = None,
         tolerance: StateTolerance | None = None,
         source: str = "",
         sha256: str = "",
@@ -120,8 +134,9 @@ class ImpactDataset:
     ) -> ImpactDataset:
         """Check arrays of shape (n,) and group their impacts into states; units as in the class.
 
-        Without `state`, impacts within the tolerance of each other form a state. `rows` are the line numbers
-        that errors name; without it the first impact is row 1.
+        Without `state`, impacts within the tolerance of each other form a state. `device_stiffness` [N/m] states the
+        spring of the measuring device where `conditions` do not. `rows` are the line numbers that errors name; without
+        it the first impact is row 1.
 
         Raises
         ------
@@ -131,7 +146,7 @@ class ImpactDataset:
             (state, repeat) twice; repeats of a state further apart than the tolerance, or a factor of 3 apart in
             force; one state under two names.
         """
-        conditions = conditions or Conditions()
+        conditions = (conditions or Conditions()).with_device_stiffness(device_stiffness)
         tolerance = tolerance or StateTolerance.stated(conditions.place_tolerance, conditions.speed_tolerance)
         n = np.atleast_1d(np.asarray(distance, dtype=object)).size
         where = columns.Where(source, list(rows) if rows is not None else list(range(1, n + 1)))
@@ -156,7 +171,7 @@ class ImpactDataset:
             checked["peak_force_N"],
             f"less than the device range of {device_range:g} N, or censored true",
         )
-        words = columns.texts("flags", flags, n, where)
+        words, recordings = columns.texts("flags", flags, n, where), columns.texts("recording", recording, n, where)
         unmarked = np.array(["saturat" in word.lower() for word in words]) & ~is_censored
         where.refuse(unmarked, "flags", words, "censored true where a flag says saturated")
         for name in set(extra or {}) & columns.COLUMNS.keys():
@@ -184,7 +199,7 @@ class ImpactDataset:
             base_angle=checked["base_angle_deg"],
             phase2_force=checked["phase2_force_N"],
             scenario=scenarios,
-            recording=columns.texts("recording", recording, n, where),
+            recording=recordings,
             flags=words,
             extra={name: tuple(str(value) for value in values) for name, values in (extra or {}).items()},
             conditions=conditions,
@@ -194,6 +209,7 @@ class ImpactDataset:
             sha256=sha256,
             phase_two=PhaseTwo.of(scenarios, checked["phase2_force_N"], checked["peak_force_N"]),
             device_range=float(np.fmin(device_range, saturated.min() if saturated.size else math.nan)),
+            binding=NOT_BESIDE if any(recordings) else Binding(),
         )
 
     def __repr__(self) -> str:

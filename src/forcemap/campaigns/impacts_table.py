@@ -10,7 +10,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from forcemap.campaigns.columns import COLUMNS
+from forcemap.campaigns.binding import binding_of
+from forcemap.campaigns.columns import COLUMNS, NUMBERS
 from forcemap.campaigns.conditions import CAMPAIGN_FILE, Conditions, read_conditions
 from forcemap.campaigns.dataset import ImpactDataset, StateTolerance
 from forcemap.campaigns.remark import REMARK, including
@@ -30,19 +31,22 @@ _DECISIVE = {  # words in a column's name that tell what it decides
     "scenario": ("scenario", "clamp"),
     "phase2_force_N": ("phase2", "phaseii"),
 }
-_NUMBERS = (*_REQUIRED, "base_angle_deg", "phase2_force_N")
 _TRUTH = {"true": True, "1": True, "false": False, "0": False, "": False}
 
 
 def read_dataset(
-    path: str | Path, *, tolerance: StateTolerance | None = None, conditions: Conditions | None = None
+    path: str | Path,
+    *,
+    tolerance: StateTolerance | None = None,
+    conditions: Conditions | None = None,
+    device_stiffness: float | None = None,
 ) -> ImpactDataset:
     """Read an impacts table: a CSV file, or a campaign folder that holds `impacts.csv`.
 
     Commas with decimal points, or semicolons (tabs) with decimal points or commas; a byte-order mark is accepted.
     A `campaign.toml` beside the table says what the impacts were measured under; the column
     `not_in_table`, which `build_dataset` writes, what was discarded: that one of those clamped counts against a
-    transient limit too.
+    transient limit too. Whether the table is what its recordings gave stands in `binding`.
 
     Parameters
     ----------
@@ -52,6 +56,8 @@ def read_dataset(
         How far repeats of a state may lie apart; 5 mm and 10 mm/s if not given.
     conditions : Conditions, optional
         Used in place of the campaign.toml beside the table.
+    device_stiffness : float, optional
+        Spring constant of the measuring device [N/m], where campaign.toml does not state it.
 
     Returns
     -------
@@ -78,8 +84,9 @@ def read_dataset(
             message = "found a header and no impact, expected at least one"
             raise TableError(message, file=table.name, row=cells.header_row)
         dataset = ImpactDataset.from_arrays(
-            **_arguments(cells.with_decimal_points(_NUMBERS)),
+            **_arguments(cells.with_decimal_points(NUMBERS)),
             conditions=conditions,
+            device_stiffness=device_stiffness,
             tolerance=tolerance,
             source=table.name,
             sha256=sha256(content),
@@ -87,7 +94,8 @@ def read_dataset(
         )
     except TableError as error:  # name the file as it was given; the dataset keeps its bare name
         raise TableError(error.message, file=str(table), row=error.row, column=error.column) from None
-    return _with_remark(dataset, str(table))
+    binding = binding_of(table, cells.texts, dataset.conditions)
+    return _with_remark(replace(dataset, binding=binding), str(table))
 
 
 def _with_remark(dataset: ImpactDataset, file: str) -> ImpactDataset:
@@ -190,7 +198,7 @@ def _arguments(table: Table) -> dict[str, Any]:
         if column not in columns:
             continue
         cells = columns[column]
-        if column in _NUMBERS:
+        if column in NUMBERS:
             arguments[argument] = table.numbers(column, required=column in _REQUIRED)
         elif column == "repeat":
             arguments[argument] = table.whole_numbers(column)
@@ -212,7 +220,7 @@ def _cells(dataset: ImpactDataset) -> dict[str, list[str]]:
     columns: dict[str, list[str]] = {}
     for column, name in COLUMNS.items():
         values = getattr(dataset, name)
-        if column in _NUMBERS:
+        if column in NUMBERS:
             cells = ["" if math.isnan(value) else repr(value) for value in values.tolist()]
         elif column == "censored":
             cells = ["true" if value else "false" for value in values]

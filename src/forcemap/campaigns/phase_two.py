@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from forcemap.impacts.scenario import ContactScenario
+from forcemap.impacts.scenario import BARRING, ContactScenario
 
 
 @dataclass(frozen=True)
@@ -82,11 +82,16 @@ class PhaseTwo:
         """True if Phase II is known of every impact."""
         return self.recorded and not self.unrecorded
 
-    def transient_refusal(self, quasi_static_limit: float, device_error: float) -> str:
+    @property
+    def barred(self) -> int:
+        """Number of impacts that clamp or are of undetermined scenario."""
+        return sum(self.scenarios.get(each, 0) for each in BARRING)
+
+    def transient_refusal(self, quasi_static_limit: float, device_error: float, raised: float = 1.0) -> str:
         """Why no transient limit may be used, in words; empty if nothing speaks against it.
 
         Clamping or an undetermined scenario forbids it, and so does a Phase II force that may lie above the
-        quasi-static limit [N], the device's error [N] added.
+        quasi-static limit [N], the device's error [N] added, times the factor `raised` for the device's spring.
         """
         clamping = self.scenarios.get(ContactScenario.WITH_CLAMPING, 0)
         undetermined = self.scenarios.get(ContactScenario.UNDETERMINED, 0)
@@ -94,16 +99,16 @@ class PhaseTwo:
             *([f"impacts that clamp: {clamping}"] if clamping else []),
             *([f"impacts of undetermined scenario: {undetermined}"] if undetermined else []),
         ]
-        if self.largest_force + device_error > quasi_static_limit:
+        if raised * (self.largest_force + device_error) > quasi_static_limit:
             reasons.append(
                 f"a Phase II force of {self.largest_force:.1f} N (device error {device_error:g} N) "
                 f"may exceed the quasi-static limit of {quasi_static_limit:g} N"
             )
         return "; ".join(reasons)
 
-    def quasi_static_refusal(self, quasi_static_limit: float, device_error: float) -> str:
+    def quasi_static_refusal(self, quasi_static_limit: float, device_error: float, raised: float = 1.0) -> str:
         """Why a map of Phase I peaks cannot confirm the quasi-static limit [N]; empty if nothing speaks against it."""
-        if self.above_peak and self.largest_force + device_error > quasi_static_limit:
+        if self.above_peak and raised * (self.largest_force + device_error) > quasi_static_limit:
             return (
                 f"Phase II forces, up to {self.largest_force:.1f} N, exceed the Phase I peaks the map is fitted to "
                 f"(impacts: {self.above_peak})"

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from pathlib import Path
 
+from forcemap.campaigns.conditions import MEASURED_UNDER, condition_text
 from forcemap.campaigns.table import csv_text, read_table
 from forcemap.errors import InputError, TableError, nearest_names
-from forcemap.files import read_bytes, write_atomically
+from forcemap.files import read_bytes, sha256, write_atomically
 from forcemap.impacts.scenario import ContactScenario
 
 REGISTER_FILE = "recordings.csv"
@@ -54,6 +55,12 @@ class Entry:
         Phase I peak corrected for noise, its largest sample, and the largest force after 0.5 s [N].
     flags : str
         Quality flags with their figures.
+    impact_sha256 : str
+        Hash of its row in the impacts table; empty if it is not used.
+    conditions : mapping of str to str
+        What campaign.toml stated of the measurement when it was first registered, by entry such as `tool.name`.
+    row_sha256 : str
+        Hash of this row as it was written; another one shows that a person changed it since.
     """
 
     file: str
@@ -70,6 +77,9 @@ class Entry:
     raw_peak_force: float = math.nan
     phase2_force: float = math.nan
     flags: str = ""
+    impact_sha256: str = ""
+    conditions: Mapping[str, str] = field(default_factory=dict)
+    row_sha256: str = ""
 
     @property
     def name(self) -> str:
@@ -92,7 +102,10 @@ _COLUMNS = {
     "raw_peak_force_N": "raw_peak_force",
     "phase2_force_N": "phase2_force",
     "flags": "flags",
+    "impact_sha256": "impact_sha256",
 }
+_ROW_SHA256 = "row_sha256"
+_KNOWN = (*_COLUMNS, *MEASURED_UNDER, _ROW_SHA256)
 _NUMBERS = ("speed_mps", "peak_force_N", "raw_peak_force_N", "phase2_force_N")
 
 
@@ -106,8 +119,8 @@ def read_register(path: str | Path) -> tuple[Entry, ...]:
     """
     table = read_table(read_bytes(path), str(path), what="recording")
     for name in table.columns:
-        if name not in _COLUMNS:
-            near = ", ".join(nearest_names(name, _COLUMNS, 2))
+        if name not in _KNOWN:
+            near = ", ".join(nearest_names(name, _KNOWN, 2))
             message = f"unknown column, the nearest known ones are {near}; rename it or take it out"
             raise TableError(message, file=str(path), row=table.header_row, column=name)
     if "file" not in table.columns:
@@ -120,9 +133,12 @@ def read_register(path: str | Path) -> tuple[Entry, ...]:
     }
     entries: dict[str, Entry] = {}
     for i in range(n):
-        values = {_COLUMNS[name]: column[i] for name, column in cells.items()}
+        values = {_COLUMNS.get(name, name): column[i] for name, column in cells.items() if name not in MEASURED_UNDER}
+        stated = {
+            name: condition_text(name, cells[name][i]) for name in MEASURED_UNDER if name in cells and cells[name][i]
+        }
         try:
-            entry = _entry(values)
+            entry = replace(_entry(values), conditions=stated)
         except InputError as error:
             raise TableError(error.message, file=str(path), row=table.rows[i], column=error.column) from None
         if entry.name in entries or not entry.file:
@@ -133,6 +149,22 @@ def read_register(path: str | Path) -> tuple[Entry, ...]:
     return tuple(entries.values())
 
 
+def register_text(entries: Iterable[Entry]) -> str:
+    """A register as CSV."""
+    rows = list(entries)
+    cells = {column: [_cell(column, getattr(row, name)) for row in rows] for column, name in _COLUMNS.items()}
+    for name in MEASURED_UNDER:
+        if any(row.conditions.get(name) for row in rows):
+            cells[name] = [row.conditions.get(name, "") for row in rows]
+    return csv_text(cells | {_ROW_SHA256: [row_sha256(row) for row in rows]})
+
+
+def row_sha256(entry: Entry) -> str:
+    """Hash of what a row of the register says."""
+    cells = {column: _cell(column, getattr(entry, name)) for column, name in _COLUMNS.items()} | dict(entry.conditions)
+    return sha256("\n".join(f"{column}={cell}" for column, cell in cells.items() if cell))[:16]
+
+
 def write_register(entries: Iterable[Entry], path: str | Path) -> None:
     """Write a register as CSV.
 
@@ -141,9 +173,7 @@ def write_register(entries: Iterable[Entry], path: str | Path) -> None:
     InputError
         The file cannot be written.
     """
-    rows = list(entries)
-    cells = {column: [_cell(column, getattr(row, name)) for row in rows] for column, name in _COLUMNS.items()}
-    write_atomically(path, csv_text(cells))
+    write_atomically(path, register_text(entries))
 
 
 def _entry(values: dict[str, str | float]) -> Entry:

@@ -11,7 +11,7 @@ import numpy as np
 from forcemap.campaigns.phase_two import PhaseTwo
 from forcemap.campaigns.register import Entry, Use
 from forcemap.errors import InputError
-from forcemap.impacts.scenario import ContactScenario
+from forcemap.impacts.scenario import BARRING, ContactScenario
 
 REMARK = "not_in_table"
 """Column of the impacts table with the same remark in every row, so that it goes wherever the table goes."""
@@ -30,8 +30,7 @@ def not_in_table(entries: Iterable[Entry]) -> str:
     parts += [] if math.isnan(force) else [f"{_FORCE}={force:.2f}"]
     above = sum(entry.phase2_force > np.fmax(entry.peak_force, 0.0) for entry in counted)  # no peak: without an impact
     parts += [f"{_ABOVE}={above}"] if above else []
-    barred = (ContactScenario.WITH_CLAMPING, ContactScenario.UNDETERMINED)
-    excluded = sum(entry.scenario in barred for entry in out if entry.use is Use.EXCLUDED)
+    excluded = sum(entry.scenario in BARRING for entry in out if entry.use is Use.EXCLUDED)
     unreadable = sum(entry.use is Use.UNREADABLE for entry in out)
     parts += [f"{_EXCLUDED}={excluded}"] if excluded else []
     parts += [f"{_UNREADABLE}={unreadable}"] if unreadable else []

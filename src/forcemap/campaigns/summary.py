@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 from forcemap.campaigns.campaign import Campaign
@@ -106,6 +107,7 @@ def _asked(campaign: Campaign) -> list[tuple[str, str]]:
         ("contact.site", conditions.contact_site),
         ("contact.direction", conditions.direction),
         ("contact.speed", conditions.speed_kind),
+        ("device.stiffness_N_per_m", "" if math.isnan(conditions.device.stiffness) else "stated"),
         ("device.calibrated", conditions.device.calibrated or conditions.device.calibration_expires),
         ("date", conditions.date),
     ]

@@ -43,6 +43,11 @@ class Table:
     header_row: int
     delimiter: str
 
+    @property
+    def texts(self) -> list[dict[str, str]]:
+        """Every row as a text for each column."""
+        return [dict(zip(self.columns, row, strict=True)) for row in zip(*self.columns.values(), strict=True)]
+
     def numbers(self, column: str, *, required: bool) -> list[float]:
         """A column of numbers; NaN for an empty cell unless required."""
         cells = self.columns[column]

@@ -30,7 +30,7 @@ _COMMENTS = {
         "model": "",
         "range_N": "REQUIRED: largest force it can measure",
         "error_N": "largest error of a reading; 3 if not stated",
-        "stiffness_N_per_m": "spring constant",
+        "stiffness_N_per_m": "spring constant, 75000 for 75 N/mm; REQUIRED for limits of body areas",
         "calibrated": "date of the last calibration",
         "calibration_expires": "one year after it if not stated",
         "channel_frequency_class": "low-pass reported beside the raw curve, for example 180",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -10,10 +11,12 @@ import typer
 
 from forcemap import (
     Campaign,
+    Contact,
     ForceLimit,
     ForcemapError,
     InputError,
     Interpretation,
+    NewtonLimit,
     Verdict,
     VerdictOutcome,
     check_impact,
@@ -32,7 +35,17 @@ from forcemap.cli.column_options import (
     recordings_from,
 )
 from forcemap.cli.impact_results import VERDICT_HEADER, limit_line_words, verdict_result, verdict_row
-from forcemap.cli.options import Area, Json, LimitN, LimitTable, Region
+from forcemap.cli.options import (
+    Area,
+    DeviceSpring,
+    Json,
+    LimitN,
+    LimitSpring,
+    LimitTable,
+    QuasiStaticN,
+    Region,
+    stiffness,
+)
 from forcemap.cli.output import Progress, emit, listing, table
 from forcemap.files import file_sha256
 
@@ -44,6 +57,12 @@ def check(
     area: Area = None,
     region: Region = None,
     newtons: LimitN = None,
+    quasi_static: QuasiStaticN = None,
+    limit_spring: LimitSpring = None,
+    contact: Annotated[
+        Contact | None,
+        typer.Option("--contact", help="quasi-static: that limit for all of the contact; with --limit-N which it is."),
+    ] = None,
     limit_table: LimitTable = None,
     interpretation: Annotated[
         Interpretation | None,
@@ -53,6 +72,7 @@ def check(
     column: Columns = None,
     device_range: DeviceRange = None,
     device_error: DeviceError = None,
+    device_spring: DeviceSpring = None,
     frequency_class: FrequencyClass = None,
     as_json: Json = False,
 ) -> int:
@@ -62,11 +82,12 @@ def check(
 
     Example: forcemap check run7.csv --area back_of_hand --device-range-N 500
     """
-    limit = _limit(area, region, newtons, limit_table)
+    limit = _limit(area, region, newtons, limit_table, quasi_static, limit_spring)
     if isinstance(limit, ForceLimit) and not limit.permitted:
         reason = f"contact with {limit.name} is not permitted in {limit.edition}: no force is within a limit"
         emit({"outcome": "not_permitted", "reason": reason, "limit_source": str(limit)}, [reason], as_json=as_json)
         return 1
+    judge = partial(check_impact, limit=limit, interpretation=interpretation, contact=contact)
     verdicts: list[Verdict] = []
     unjudged: list[tuple[str, str]] = []
     simulated = stated = False
@@ -79,7 +100,7 @@ def check(
         for done, file in enumerate(files, start=1):
             try:
                 recordings, conditions = recordings_from(
-                    file, campaign or (source if home else None), column, device_range, device_error
+                    file, campaign or (source if home else None), column, device_range, device_error, device_spring
                 )
             except ForcemapError as error:
                 if len(files) == 1:
@@ -94,7 +115,7 @@ def check(
                 if f"{file}#{recording.curve}" in excluded:
                     continue
                 impacts = find_impacts(recording, channel_frequency_class=wanted)
-                verdicts += [check_impact(impact, limit, interpretation=interpretation) for impact in impacts]
+                verdicts += [judge(impact) for impact in impacts]
                 unjudged += [] if impacts else [(recording.name, no_impact(recording))]
             progress.show(done)
     outcomes = [verdict.outcome for verdict in verdicts]
@@ -105,10 +126,12 @@ def check(
         if unjudged or not verdicts or VerdictOutcome.CANNOT_TELL in outcomes
         else VerdictOutcome.WITHIN
     )
+    warnings = list(dict.fromkeys(line for verdict in verdicts for line in verdict.warnings))
     result: dict[str, Any] = {
         "outcome": worst.value,
         "limit": limit_line_words(limit),
         "simulated": simulated,
+        "warnings": warnings,
         "counts": {outcome.value: outcomes.count(outcome) for outcome in VerdictOutcome} | {"unjudged": len(unjudged)},
         "impacts": [verdict_result(verdict) for verdict in verdicts],
         "unjudged": [{"recording": name, "reason": reason} for name, reason in unjudged],
@@ -118,18 +141,27 @@ def check(
     closing = listing("Excluded by a person, not judged", [f"{entry.name}: {entry.exclude}" for entry in out])
     notes = closing if out else []
     notes += [] if stated else ["device range not stated: saturation was judged by the shape of the curves alone"]
-    emit(result, [*_lines(worst, verdicts, unjudged, limit, simulated), *notes], as_json=as_json)
+    emit(result, [*warnings, *_lines(worst, verdicts, unjudged, limit, simulated), *notes], as_json=as_json)
     return {VerdictOutcome.WITHIN: 0, VerdictOutcome.EXCEEDED: 1, VerdictOutcome.CANNOT_TELL: 2}[worst]
 
 
-def _limit(area: str | None, region: str | None, newtons: float | None, limit_table: str | None) -> ForceLimit | float:
+def _limit(
+    area: str | None,
+    region: str | None,
+    newtons: float | None,
+    limit_table: str | None,
+    quasi_static: float | None,
+    spring: float | None,
+) -> ForceLimit | NewtonLimit:
     name = area or region
     if sum(option is not None for option in (area, region, newtons)) != 1 or name == "":
         raise InputError("limit: expected one of --area, --region or --limit-N")
     if newtons is not None:
         if limit_table is not None:
             raise InputError("limit: --limit-table goes with --area or --region, not with --limit-N")
-        return newtons
+        return NewtonLimit(newtons, quasi_static, stiffness(spring))
+    if quasi_static is not None or spring is not None:
+        raise InputError("limit: --quasi-static-limit-N and --limit-spring-N-per-mm go with --limit-N")
     assert name is not None
     return force_limit(name, table=read_limit_table(limit_table) if limit_table else None)
 
@@ -161,7 +193,7 @@ def _lines(
     worst: VerdictOutcome,
     verdicts: list[Verdict],
     unjudged: list[tuple[str, str]],
-    limit: ForceLimit | float,
+    limit: ForceLimit | NewtonLimit,
     simulated: bool,
 ) -> list[str]:
     lines = ["SIMULATED recordings: not a measurement of any robot"] if simulated else []

@@ -25,7 +25,7 @@ from forcemap.cli.options import Json
 from forcemap.cli.output import Progress, emit, emit_error, listing
 
 _SHOWN = 12  # lines of a list
-_STEADY = 1.5  # a file that is still being written is younger than this [s]
+_STEADY = 1.5  # files that stay as they are for so long are complete [s]
 
 
 def collect(
@@ -57,16 +57,22 @@ def _collect(folder: str) -> tuple[Campaign, ImpactDataset]:
 
 
 def _watch(folder: str) -> None:
-    """Collect whenever files have been added and are complete, and say what is missing."""
-    seen: set[str] = set()
+    """Collect whenever files have been added and are complete, and say what is missing.
+
+    Files are complete once they have stayed as they are, by this program's own clock: the time a file bears may be that
+    of another machine.
+    """
+    seen: dict[str, tuple[int, int]] = {}
+    collected, since = seen, time.monotonic()
     print(f"watching {read_campaign(folder).recordings}; Ctrl-C ends", flush=True)
     while True:
         campaign = read_campaign(folder)
-        files = campaign.files()
-        young = [file for file in files if time.time() - _changed(campaign.recordings / file) < _STEADY]
-        if set(files) != seen and not young:
-            new = sorted(set(files) - seen)
-            seen = set(files)
+        files = {file: _state(campaign.recordings / file) for file in campaign.files()}
+        if files != seen:
+            seen, since = files, time.monotonic()
+        elif files != collected and time.monotonic() - since >= _STEADY:
+            new = sorted(file for file in files if files[file] != collected.get(file))
+            collected = files
             try:
                 campaign, dataset = _collect(folder)
                 judged = {entry.file: entry for entry in campaign.entries}
@@ -79,11 +85,13 @@ def _watch(folder: str) -> None:
         time.sleep(0.5)
 
 
-def _changed(path: Path) -> float:
+def _state(path: Path) -> tuple[int, int]:
+    """Size and time of a file, as long as it is there."""
     try:
-        return path.stat().st_mtime
+        status = path.stat()
     except OSError:
-        return 0.0
+        return 0, 0
+    return status.st_size, status.st_mtime_ns
 
 
 def _missing_words(missing: list[str]) -> str:

@@ -9,6 +9,7 @@ from typing import Annotated, Any
 import typer
 
 from forcemap import ColumnMap, Conditions, Device, InputError, Recording, read_campaign_file, read_recordings
+from forcemap.cli.options import stiffness
 
 Columns = Annotated[
     list[str] | None,
@@ -46,6 +47,7 @@ def recordings_from(
     entries: list[str] | None,
     device_range: float | None,
     device_error: float | None,
+    device_spring: float | None = None,
 ) -> tuple[list[Recording], Conditions]:
     """The recordings of a file, and the conditions of the campaign it belongs to; simulated if either says so.
 
@@ -58,6 +60,7 @@ def recordings_from(
     conditions, columns = read_campaign_file(described) if described.exists() else (Conditions(), None)
     if entries:
         columns = ColumnMap.from_table(dict(_entry(each) for each in entries))
+    conditions = conditions.with_device_stiffness(stiffness(device_spring))
     device = device_with(conditions.device, device_range, device_error)
     recordings = read_recordings(file, columns=columns, device=device)
     if conditions.date:

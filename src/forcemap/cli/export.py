@@ -10,14 +10,15 @@ from typing import Annotated
 import typer
 
 from forcemap import (
+    WIDEST_ANGLE,
     Contact,
     ContactNotPermitted,
     ForceLimit,
     InputError,
+    NewtonLimit,
     PathSpeeds,
     RobotTable,
     Task,
-    direction_vector,
     krl_data,
     krl_source,
     path_speeds,
@@ -36,11 +37,14 @@ from forcemap.cli.options import (
     Confidence,
     ContactKind,
     Content,
+    DeviceSpring,
     FormName,
     Json,
     LimitN,
+    LimitSpring,
     LimitTable,
     Margin,
+    QuasiStaticN,
     Region,
     Source,
     bound_from,
@@ -89,9 +93,17 @@ def export(
     region: Region = None,
     contact: ContactKind = None,
     limit_newtons: LimitN = None,
+    quasi_static: QuasiStaticN = None,
+    limit_spring: LimitSpring = None,
     limit_table: LimitTable = None,
     path: Annotated[str | None, typer.Option("--path", help="Path (CSV), for --format scaling or safety.")] = None,
     size: Annotated[float, typer.Option("--zone-m", help="Largest extent of a zone.")] = 0.05,
+    angle: Annotated[
+        float,
+        typer.Option(
+            "--angle-deg", help="How far motions may point away from the map's direction, at most 5."
+        ),
+    ] = WIDEST_ANGLE,
     overshoot: Overshoot = 0.01,
     tolerance: PositionTolerance = 0.005,
     date: Annotated[str | None, typer.Option("--date", help="Date in the head, YYYY-MM-DD; default today.")] = None,
@@ -100,6 +112,7 @@ def export(
     confidence: Confidence = None,
     content: Content = None,
     form: FormName = None,
+    device_spring: DeviceSpring = None,
     output: Annotated[
         str | None, typer.Option("-o", "--output", help="File to write, in a folder that exists; for krl the folder.")
     ] = None,
@@ -109,9 +122,8 @@ def export(
 
     Example: forcemap export impacts.csv --format urscript --area back_of_hand --contact transient -o speeds.script
     """
-    force_map, _ = force_map_from(source, form)
+    force_map, _ = force_map_from(source, form, device_spring)
     bound = bound_from(force_map, bound_kind, margin, confidence, content)
-    direction_vector(force_map.conditions.direction, whose="the campaign")
     if path is None and format is Format.SCALING:
         raise InputError("path: --format scaling needs --path, the path that it scales")
     if path is not None and format not in (Format.SCALING, Format.SAFETY):
@@ -119,23 +131,29 @@ def export(
     if output is not None:
         _require_folder(Path(output) if format is Format.KRL else Path(output).parent)
     table = table_of_limits(limit_table)
-    limits: list[tuple[ForceLimit | float, Contact | None]]
+    limits: list[tuple[ForceLimit | NewtonLimit | float, Contact | None]]
     stated: Task | None = None
     if task is not None:
-        if any(option is not None for option in (area, region, contact, limit_newtons)):
+        if any(option is not None for option in (area, region, contact, limit_newtons, quasi_static, limit_spring)):
             raise InputError("task: the task file states areas and contact; give it alone")
         stated = read_task(task, table=table)
         stated.require_same(force_map.conditions)
         limits = limits_of(stated, table)
     else:
-        limits = [limit_from(area, region, limit_newtons, contact, limit_table)]
+        limits = [limit_from(area, region, limit_newtons, contact, limit_table, quasi_static, limit_spring)]
     allowance = allowance_from(overshoot, tolerance)
     try:
-        zones = robot_table(force_map, limits=limits, bound=bound, size=size, allowance=allowance, date=date)
+        zones = robot_table(
+            force_map, limits=limits, bound=bound, size=size, allowance=allowance, date=date, angle=angle
+        )
     except ContactNotPermitted as error:
         result = {"outcome": "not_permitted", "reason": error.message, "zones": [], "written": []}
         emit(result, [f"nothing is exported: {error.message}"], as_json=as_json)
         raise typer.Exit(1) from None
+    if zones.refusal:  # a program of zeros would only cover an earlier one
+        result = zones_result(zones) | {"outcome": "unconfirmed", "reason": zones.refusal, "written": []}
+        emit(result, [f"nothing is exported: {zones.refusal}"], as_json=as_json)
+        raise typer.Exit(1)
     if source.lower().endswith(".json"):
         zones = replace(zones, provenance=zones.provenance.of_file(source))
     speeds: PathSpeeds | None = None
@@ -144,7 +162,7 @@ def export(
         if limit_newtons is not None:
             raise InputError("limit: --path goes with --task, --area or --region")
         asked = task_from(task, tool_path.names, area, region, contact, None, table)
-        speeds = path_speeds(force_map, tool_path, asked, bound=bound, allowance=allowance, table=table)
+        speeds = path_speeds(force_map, tool_path, asked, bound=bound, allowance=allowance, angle=angle, table=table)
     if speeds is not None and format is Format.SCALING:
         provenance = zones.provenance.with_statements(speeds.statements)
         result = scaling_result(speeds, provenance)
@@ -161,7 +179,8 @@ def export(
         print("\n".join(files.values()), end="")
     else:
         lines = [f"{words}; not safety-rated, to be confirmed before use", *(f"written to {file}" for file in written)]
-        lines = [*(line for line in head_lines(zones.provenance)[:1] if line == SIMULATED), *lines]
+        simulated = [line for line in head_lines(zones.provenance)[:1] if line == SIMULATED]
+        lines = [*simulated, *zones.provenance.warnings, *lines]
         emit(result | {"written": written}, lines, as_json=as_json)
     raise typer.Exit(0 if permitted else 1)
 

@@ -18,7 +18,7 @@ from forcemap import (
 from forcemap.cli.change_results import censoring_lines, censoring_result, censoring_summary
 from forcemap.cli.fit_errors import too_few_states_named
 from forcemap.cli.form_results import selection_lines, selection_refusal, selection_result
-from forcemap.cli.options import FormName, Json, Table, fitted
+from forcemap.cli.options import DeviceSpring, FormName, Json, Table, fitted
 from forcemap.cli.output import emit, write_result
 from forcemap.cli.results import accuracy_lines, fit_lines, fit_result, repeats_lines
 
@@ -26,6 +26,7 @@ from forcemap.cli.results import accuracy_lines, fit_lines, fit_result, repeats_
 def fit(
     table: Table,
     form: FormName = None,
+    device_spring: DeviceSpring = None,
     discard_censored: Annotated[
         bool,
         typer.Option("--discard-censored", help="Discard impacts above the device range, as the paper does."),
@@ -48,14 +49,17 @@ def fit(
     """
     impacts = CensoredImpacts.DISCARD if discard_censored else CensoredImpacts.AT_LEAST
     with too_few_states_named(table, form):
-        dataset, force_map = fitted(table, form, impacts)
+        dataset, force_map = fitted(table, form, impacts, device_spring=device_spring)
     accuracy = map_accuracy(force_map, dataset)[0]
     if output:
         write_result(output, map_text(force_map), mark='"schema": "forcemap-map/')
     doubt = saturation_doubt(dataset.peak_force, dataset.state, censored=int(dataset.censored.sum()))
     lines = ["SIMULATED impacts: not a measurement of any robot"] if dataset.simulated else []
+    binding = force_map.binding
+    lines += [binding.reason] if binding.reason else []
     lines += [doubt] if doubt else []
     result = fit_result(force_map, accuracy)
+    result |= {"binding": {"state": binding.state.value, "reason": binding.reason or None}}
     result |= {"disagreeing_repeats": dataset.disagreeing_repeats, "saturation_doubt": doubt or None}
     selected: list[str] = []
     if select:

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from forcemap import ForceLimit, Impact, Judgement, Recording, Verdict, VerdictOutcome
+from forcemap import ForceLimit, Impact, Judgement, NewtonLimit, Recording, Verdict, VerdictOutcome
 from forcemap.cli.text_plot import text_plot
 
 _FIGURES = {
@@ -162,8 +162,10 @@ def verdict_row(verdict: Verdict) -> list[str]:
 VERDICT_HEADER = ["recording", "outcome", "force", "limit", "margin", "", "at", "interpretation"]
 
 
-def limit_line_words(limit: ForceLimit | float) -> str:
+def limit_line_words(limit: ForceLimit | NewtonLimit) -> str:
     """The limits that a check uses."""
     if isinstance(limit, ForceLimit):
         return f"{limit.transient:g} N transient, {limit.quasi_static:g} N quasi-static: {limit}"
-    return f"{limit:g} N throughout"
+    if limit.quasi_static is not None:
+        return f"{limit.force:g} N transient, {limit.quasi_static:g} N quasi-static, given by the user"
+    return f"{limit.force:g} N throughout"

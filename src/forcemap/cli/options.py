@@ -22,6 +22,7 @@ from forcemap import (
     ForceMap,
     ImpactDataset,
     InputError,
+    NewtonLimit,
     ToleranceBound,
     fit_force_map,
     force_limit,
@@ -60,8 +61,20 @@ FormName = Annotated[
 ]
 Area = Annotated[str | None, typer.Option("--area", help="Body area, for example back_of_hand.")]
 Region = Annotated[str | None, typer.Option("--region", help="Body region: the lowest limit of its areas.")]
-ContactKind = Annotated[Contact | None, typer.Option("--contact", help="Kind of contact, with --area or --region.")]
+ContactKind = Annotated[Contact | None, typer.Option("--contact", help="Kind of contact.")]
 LimitN = Annotated[float | None, typer.Option("--limit-N", help="Force limit in newtons, in place of an area.")]
+QuasiStaticN = Annotated[
+    float | None,
+    typer.Option("--quasi-static-limit-N", help="Quasi-static part of a transient --limit-N, for Phase II forces."),
+]
+LimitSpring = Annotated[
+    float | None,
+    typer.Option("--limit-spring-N-per-mm", help="Spring constant of the body part that --limit-N is meant for."),
+]
+DeviceSpring = Annotated[
+    float | None,
+    typer.Option("--device-spring-N-per-mm", help="Spring constant of the device, where no campaign.toml states it."),
+]
 LimitTable = Annotated[str | None, typer.Option("--limit-table", help="Your own table of limits (CSV).")]
 BoundOption = Annotated[
     BoundKind | None,
@@ -88,13 +101,18 @@ BodyOption = Annotated[
 ]
 
 
-def force_map_from(source: str, form: str | None) -> tuple[ForceMap, Accuracy | None]:
+def force_map_from(
+    source: str, form: str | None, device_spring: float | None = None
+) -> tuple[ForceMap, Accuracy | None]:
     """The map a source stands for: a published one, a map file, or a table whose train rows are fitted.
 
-    With its accuracy: on the table's test states, else with each state left out; None where neither can be.
+    `device_spring` [N/mm] states the device's spring of a table without campaign.toml. With the map's accuracy: on the
+    table's test states, else with each state left out; None where neither can be.
     """
     if form and (source in PUBLISHED_MAPS or source.lower().endswith(".json")):
         raise InputError("form: --form goes with an impacts table; a map has its own form")
+    if device_spring is not None and (source in PUBLISHED_MAPS or source.lower().endswith(".json")):
+        raise InputError("device spring: --device-spring-N-per-mm goes with an impacts table; a map states its own")
     if source in PUBLISHED_MAPS and not Path(source).exists():
         return published_map(source), None
     if not Path(source).exists():
@@ -104,16 +122,27 @@ def force_map_from(source: str, form: str | None) -> tuple[ForceMap, Accuracy | 
         with contextlib.suppress(InputError):  # a published map, or as many states as coefficients
             return force_map, leave_one_state_out(force_map)
         return force_map, None
-    dataset, force_map = fitted(source, form)
+    dataset, force_map = fitted(source, form, device_spring=device_spring)
     return force_map, map_accuracy(force_map, dataset)[0]
 
 
 def fitted(
-    table: str, form: str | None, impacts: CensoredImpacts = CensoredImpacts.AT_LEAST
+    table: str,
+    form: str | None,
+    impacts: CensoredImpacts = CensoredImpacts.AT_LEAST,
+    *,
+    device_spring: float | None = None,
 ) -> tuple[ImpactDataset, ForceMap]:
     """The impacts of a table or campaign folder, and the map fitted to its train rows."""
-    dataset = read_dataset(table)
+    dataset = read_dataset(table, device_stiffness=stiffness(device_spring))
     return dataset, fit_force_map(dataset, form=form_named(form or CFM_3D.name), impacts=impacts)
+
+
+def stiffness(spring: float | None) -> float | None:
+    """A spring constant in N/mm as N/m."""
+    if spring is not None and not 0 < spring < 10_000:
+        raise InputError(f"spring: found {spring:g}, expected N/mm above 0 and below 10000 (75000 N/m are 75 N/mm)")
+    return None if spring is None else 1000 * spring
 
 
 def limit_from(
@@ -122,15 +151,19 @@ def limit_from(
     newtons: float | None,
     contact: Contact | None,
     limit_table: str | None,
-) -> tuple[ForceLimit | float, Contact | None]:
+    quasi_static: float | None = None,
+    spring: float | None = None,
+) -> tuple[ForceLimit | NewtonLimit, Contact | None]:
     """The limit that the options name, and the kind of contact."""
     name = area or region
     if sum(option is not None for option in (area, region, newtons)) != 1 or name == "":
         raise InputError("limit: expected one of --area, --region or --limit-N")
     if newtons is not None:
-        if contact is not None or limit_table is not None:
-            raise InputError("limit: --contact and --limit-table go with --area or --region, not with --limit-N")
-        return newtons, None
+        if limit_table is not None:
+            raise InputError("limit: --limit-table goes with --area or --region, not with --limit-N")
+        return NewtonLimit(newtons, quasi_static, stiffness(spring)), contact
+    if quasi_static is not None or spring is not None:
+        raise InputError("limit: --quasi-static-limit-N and --limit-spring-N-per-mm go with --limit-N")
     if contact is None:
         raise InputError("contact: expected --contact transient or --contact quasi-static")
     assert name is not None

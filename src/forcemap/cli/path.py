@@ -6,13 +6,14 @@ from typing import Annotated
 
 import typer
 
-from forcemap import map_sha256, path_speeds
+from forcemap import WIDEST_ANGLE, map_sha256, path_speeds
 from forcemap.cli.options import (
     Area,
     BoundOption,
     Confidence,
     ContactKind,
     Content,
+    DeviceSpring,
     FormName,
     Json,
     LimitTable,
@@ -50,8 +51,8 @@ def path(
     acceleration: Acceleration = None,
     step: Annotated[float, typer.Option("--step-m", help="Longest piece that gets one speed.")] = 0.02,
     angle: Annotated[
-        float, typer.Option("--angle-deg", help="How far a motion may point away from the map's direction, at most 30.")
-    ] = 15.0,
+        float, typer.Option("--angle-deg", help="How far a motion may point away from the map's direction, at most 5.")
+    ] = WIDEST_ANGLE,
     overshoot: Overshoot = 0.01,
     tolerance: PositionTolerance = 0.005,
     robot: RobotOption = None,
@@ -63,6 +64,7 @@ def path(
     confidence: Confidence = None,
     content: Content = None,
     form: FormName = None,
+    device_spring: DeviceSpring = None,
     as_json: Json = False,
 ) -> None:
     """Give the speeds allowed along a path, where it must slow down and why, and the cycle time.
@@ -72,7 +74,7 @@ def path(
 
     Example: forcemap path impacts.csv path.csv --task task.toml
     """
-    force_map, _ = force_map_from(source, form)
+    force_map, _ = force_map_from(source, form, device_spring)
     bound = bound_from(force_map, bound_kind, margin, confidence, content)
     tool_path = path_from(file, robot, base, tip, offset)
     table = table_of_limits(limit_table)
@@ -88,6 +90,6 @@ def path(
     )
     basis = {"bound": bound.describe(), "map_sha256": map_sha256(force_map)}
     lines = [f"Allowed speeds along {file}: {len(speeds.path)} pieces, {speeds.path.lengths.sum():.3f} m", ""]
-    lines = [*simulated_line(speeds.statements), *lines, *path_lines(speeds)]
+    lines = [*simulated_line(speeds.statements), *speeds.warnings, *lines, *path_lines(speeds)]
     emit(path_result(speeds) | basis, lines, as_json=as_json)
     raise typer.Exit(1 if speeds.too_fast.any() else 0)

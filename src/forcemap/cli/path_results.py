@@ -43,6 +43,7 @@ def path_result(speeds: PathSpeeds) -> dict[str, Any]:
         "cycle_times": [_cycle_time(getattr(speeds, rule)) for rule in _RULES],
         "speed_overshoot_mps": speeds.allowance.speed,
         "position_tolerance_m": speeds.allowance.position,
+        "warnings": list(speeds.warnings),
         "assumptions": list(speeds.statements),
     }
 
@@ -137,6 +138,7 @@ def places_result(places: TaskPlaces) -> dict[str, Any]:
             for j, h in enumerate(places.height)
         ],
         "refusals": [] if places.best is not None else refusals(places.closest_speeds),
+        "warnings": list(places.closest_speeds.warnings),
         "assumptions": list(places.statements),
     }
 

@@ -13,6 +13,7 @@ from forcemap.cli.options import (
     Confidence,
     ContactKind,
     Content,
+    DeviceSpring,
     FormName,
     Json,
     LimitTable,
@@ -55,6 +56,7 @@ def place(
     confidence: Confidence = None,
     content: Content = None,
     form: FormName = None,
+    device_spring: DeviceSpring = None,
     as_json: Json = False,
 ) -> None:
     """Find where to put the table: the cycle time of a task at every position in the measured range.
@@ -63,7 +65,7 @@ def place(
 
     Example: forcemap place impacts.csv table_path.csv --area back_of_hand --contact transient --step-m 0.1
     """
-    force_map, _ = force_map_from(source, form)
+    force_map, _ = force_map_from(source, form, device_spring)
     bound = bound_from(force_map, bound_kind, margin, confidence, content)
     tool_path = path_from(file, None, None, None, None)
     table = table_of_limits(limit_table)
@@ -79,6 +81,7 @@ def place(
             table=table,
             progress=progress.show,
         )
+    lines = [*simulated_line(places.statements), *places.closest_speeds.warnings, *places_lines(places)]
     basis = {"bound": bound.describe(), "map_sha256": map_sha256(force_map)}
-    emit(places_result(places) | basis, [*simulated_line(places.statements), *places_lines(places)], as_json=as_json)
+    emit(places_result(places) | basis, lines, as_json=as_json)
     raise typer.Exit(0 if places.best else 1)

@@ -15,10 +15,12 @@ from forcemap import (
     Conditions,
     Design,
     Device,
+    ForceLimit,
     ForceMap,
     InputError,
     MeasurementPlan,
     StandardExpectation,
+    device_suitability,
     form_named,
     plan_measurements,
     read_conditions,
@@ -27,6 +29,7 @@ from forcemap.cli.column_options import device_with
 from forcemap.cli.options import (
     Area,
     ContactKind,
+    DeviceSpring,
     FormName,
     Json,
     LimitN,
@@ -36,6 +39,7 @@ from forcemap.cli.options import (
     Region,
     force_map_from,
     limit_from,
+    stiffness,
 )
 from forcemap.cli.output import emit, listing
 from forcemap.cli.plan_confirm import confirm_released
@@ -104,6 +108,7 @@ def plan(
         float | None, typer.Option("--device-range-N", help="Largest force the device can measure.")
     ] = None,
     device_error: Annotated[float | None, typer.Option("--device-error-N", help="Largest error of a reading.")] = None,
+    device_spring: DeviceSpring = None,
     moving_mass: MovingMass = None,
     payload: Payload = None,
     expected: Annotated[
@@ -140,7 +145,8 @@ def plan(
         "--limit-table": limit_table,
     }
     if confirm:
-        stated = (distances, heights, speeds, reach, device_range, device_error, moving_mass, payload, expected)
+        device = (device_range, device_error, device_spring)
+        stated = (distances, heights, speeds, reach, *device, moving_mass, payload, expected)
         if any(value is not None for value in stated) or base_angles or design is not Design.TRAINING:
             raise InputError("plan: --confirm takes places, speeds and device from the campaign; give the limit alone")
         limit, contact = limit_from(area, region, newtons, contact, limit_table)
@@ -158,7 +164,9 @@ def plan(
     if go_on:
         if reach is not None or base_angles or design is not Design.TRAINING:
             raise InputError("plan: --next chooses the states itself; leave out --design, --reach-m, --base-angles-deg")
-        conditions = _conditions(target / "campaign.toml", device_range, device_error, moving_mass, payload)
+        conditions = _conditions(
+            target / "campaign.toml", device_range, device_error, device_spring, moving_mass, payload
+        )
         limit, contact = limit_from(area, region, newtons, contact, limit_table)
         options: dict[str, Any] = {
             name: _figures(name, text)
@@ -198,11 +206,16 @@ def plan(
     if (target / "plan.csv").exists():
         raise InputError("the folder has a plan already; name a new folder, or move the plan away", file=folder)
     toml = target / "campaign.toml"
-    conditions = _conditions(toml, device_range, device_error, moving_mass, payload)
-    to_confirm = math.nan
+    conditions = _conditions(toml, device_range, device_error, device_spring, moving_mass, payload)
+    to_confirm, doubts = math.nan, []
     if area or region or newtons is not None:
         found, kind = limit_from(area, region, newtons, contact, limit_table)
-        to_confirm = found if isinstance(found, float) else found.force(kind) if kind else math.nan
+        if isinstance(found, ForceLimit):
+            to_confirm = found.force(kind) if kind else math.nan
+            suits = device_suitability(found.name, found.stiffness, conditions.device.stiffness)
+            doubts = [f"no speed will be confirmed for {found.name}: {suits.refusal}"] if suits.refusal else []
+        else:
+            to_confirm = float(found.force)
     made = plan_measurements(
         _figures("distances", distances),
         _figures("heights", heights),
@@ -217,6 +230,7 @@ def plan(
         states=states,
         form=form_named(form or CFM_3D.name),
     )
+    made = dataclasses.replace(made, warnings=(*doubts, *made.warnings))
     files = write_campaign(target, made, made, conditions)
     designed = {"design_note": made.note, "expected_bound_width": made.bound_width}
     lines = [*([made.note] if made.note else []), *_lines(folder, made, files)]
@@ -234,13 +248,19 @@ def _word(value: object) -> str:
 
 
 def _conditions(
-    toml: Path, device_range: float | None, device_error: float | None, moving_mass: float | None, payload: float | None
+    toml: Path,
+    device_range: float | None,
+    device_error: float | None,
+    device_spring: float | None,
+    moving_mass: float | None,
+    payload: float | None,
 ) -> Conditions:
     """The conditions of a campaign.toml that is there, with what the options add to it."""
     conditions = read_conditions(toml) if toml.exists() else Conditions()
+    device = conditions.with_device_stiffness(stiffness(device_spring)).device
     stated = dataclasses.replace(
         conditions,
-        device=device_with(conditions.device, device_range, device_error),
+        device=device_with(device, device_range, device_error),
         moving_mass=conditions.moving_mass if moving_mass is None else moving_mass,
         payload=conditions.payload if payload is None else payload,
     )

@@ -17,6 +17,7 @@ from forcemap import (
     ForceLimit,
     ForceMap,
     ForcemapError,
+    NewtonLimit,
     Use,
     VerdictOutcome,
     check_impact,
@@ -47,7 +48,7 @@ _GRAVITY = (VerdictOutcome.WITHIN, VerdictOutcome.CANNOT_TELL, VerdictOutcome.EX
 
 def confirm_released(
     source: str,
-    limit: ForceLimit | float,
+    limit: ForceLimit | NewtonLimit,
     contact: Contact | None,
     impacts: int | None,
     form: str | None,
@@ -100,31 +101,32 @@ def _written(campaign: Campaign, found: ConfirmationPlan) -> list[str]:
 
 
 def _checked(
-    campaign: Campaign, limit: ForceLimit | float, contact: Contact | None
+    campaign: Campaign, limit: ForceLimit | NewtonLimit, contact: Contact | None
 ) -> dict[str, tuple[bool | None, str]]:
     """Whether the recordings of confirming runs are within the limit (as `forcemap check`), and why."""
     confirming = ConfirmationPlan.among(campaign.plan)
     states = set(campaign.plan.state_id[confirming].tolist())
     runs = {name.lower(): name for name in campaign.plan.recording[confirming].tolist()}
-    force = limit.quasi_static if isinstance(limit, ForceLimit) and contact is Contact.QUASI_STATIC else limit
     checked: dict[str, tuple[bool | None, str]] = {}
     for entry in campaign.entries:
         run = runs.get(PurePosixPath(entry.file).stem.lower()) or runs.get(entry.curve.lower())
         if entry.use is Use.USED and entry.state_id in states:
-            checked[entry.name] = _checked_recording(campaign, entry, force)
+            checked[entry.name] = _checked_recording(campaign, entry, limit, contact)
         elif entry.use is not Use.USED and (run or entry.state_id in states):
             checked[run or f"{entry.state_id}-r{entry.repeat}"] = (None, f"{entry.use}: {entry.reason}")
     return checked
 
 
-def _checked_recording(campaign: Campaign, entry: Entry, limit: ForceLimit | float) -> tuple[bool | None, str]:
+def _checked_recording(
+    campaign: Campaign, entry: Entry, limit: ForceLimit | NewtonLimit, contact: Contact | None
+) -> tuple[bool | None, str]:
     path, device = campaign.recordings / entry.file, campaign.conditions.device
     try:
         recordings = read_recordings(path, columns=campaign.columns, device=device)
     except ForcemapError as error:
         return None, str(error)
     verdicts = [
-        check_impact(impact, limit)
+        check_impact(impact, limit, contact=contact)
         for recording in recordings
         if recording.curve == entry.curve and recording.sha256 == entry.sha256
         for impact in find_impacts(recording)

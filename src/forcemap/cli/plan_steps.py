@@ -25,6 +25,7 @@ from forcemap import (
     ImpactDataset,
     InputError,
     MeasurementPlan,
+    NewtonLimit,
     NextMeasurements,
     campaign_text,
     extend_plan,
@@ -45,7 +46,7 @@ _SHEET_WIDTH = 100
 def go_on_measuring(
     folder: str,
     conditions: Conditions,
-    limit: ForceLimit | float,
+    limit: ForceLimit | NewtonLimit,
     contact: Contact | None,
     options: dict[str, Any],
     expectation: Expectation | None,

@@ -93,6 +93,7 @@ def write_report(assessment: CampaignAssessment, target: Path, date: str | None,
     """Write a report, and as a PDF beside it if asked for; the names of the files."""
     from forcemap.report import report_html, report_pdf
 
+    _require_same_areas(assessment, target)
     beside = target.with_suffix(".pdf")
     if pdf and beside.exists() and not read_bytes(beside).startswith(_PDF):
         raise InputError("this is another file, not an earlier report; choose another name", file=str(beside))
@@ -102,6 +103,24 @@ def write_report(assessment: CampaignAssessment, target: Path, date: str | None,
     if pdf:
         write_atomically(beside, printed)
     return [str(target), *([str(beside)] if pdf else [])]
+
+
+def _require_same_areas(assessment: CampaignAssessment, target: Path) -> None:
+    """Refuse to replace a report that was made for other body areas: it would be lost."""
+    from forcemap.report import made_for, read_seal
+
+    if not target.exists():
+        return
+    try:
+        earlier = read_seal(read_bytes(target), str(target)).made_for
+    except InputError:  # no report that says so: `write_result` judges it
+        return
+    if earlier != made_for(assessment.limits):
+        raise InputError(
+            f"this report was made for {earlier or 'body areas that it does not state'}, not for "
+            f"{made_for(assessment.limits)}; it is not replaced, name another file with -o or move it away",
+            file=str(target),
+        )
 
 
 def _verify(file: str, folder: str, *, as_json: bool) -> int:

@@ -17,6 +17,7 @@ from forcemap import (
     ForceLimit,
     ForceMap,
     ImpactDataset,
+    NewtonLimit,
     SafeSpeed,
     SpeedMap,
     ToleranceBound,
@@ -200,28 +201,28 @@ def _allowances(force_map: ForceMap) -> tuple[float, float] | None:
     return 100 * float(shares.min()), 100 * float(shares.max())
 
 
-def limit_result(limit: ForceLimit | float, contact: Contact | None) -> dict[str, Any]:
+def limit_result(limit: ForceLimit | NewtonLimit, contact: Contact | None) -> dict[str, Any]:
     """A force limit for JSON; limit_N is null where contact is not permitted."""
     if isinstance(limit, ForceLimit):
         newtons = limit.force(contact) if limit.permitted and contact else None
         source = f"{limit}, {', '.join(limit.areas)}; {limit.source}"
         return {"limit_N": newtons, "limit_source": source, "contact": contact}
-    return {"limit_N": limit, "limit_source": "given by the user in newtons", "contact": contact}
+    return {"limit_N": limit.force, "limit_source": "given by the user in newtons", "contact": contact}
 
 
-def limit_words(limit: ForceLimit | float, contact: Contact | None) -> str:
+def limit_words(limit: ForceLimit | NewtonLimit, contact: Contact | None) -> str:
     """A force limit in words."""
     if isinstance(limit, ForceLimit):
         force = f"{limit.force(contact):g} N" if limit.permitted and contact else "contact not permitted"
         return f"{force}, {contact} contact, {limit}"
-    return f"{limit:g} N, given by the user"
+    return f"{limit.force:g} N{f', {contact} contact' if contact else ''}, given by the user"
 
 
 def speed_map_result(
     speeds: SpeedMap,
     force_map: ForceMap,
     accuracy: Accuracy | None,
-    limit: ForceLimit | float,
+    limit: ForceLimit | NewtonLimit,
     contact: Contact | None,
     bound: Bound,
 ) -> dict[str, Any]:
@@ -233,6 +234,7 @@ def speed_map_result(
         "map_sha256": map_sha256(force_map),
         "counts": speeds.counts,
         "fastest": None if speeds.fastest is None else dict(zip(keys, speeds.fastest, strict=True)),
+        "warnings": list(speeds.speeds.warnings),
         "places": speed_map_places(speeds),
         "accuracy": None if accuracy is None else accuracy_result(accuracy),
         "assumptions": list(speeds.speeds.statements),
@@ -240,7 +242,7 @@ def speed_map_result(
 
 
 def speed_map_table(
-    speeds: SpeedMap, force_map: ForceMap, limit: ForceLimit | float, contact: Contact | None, bound: Bound
+    speeds: SpeedMap, force_map: ForceMap, limit: ForceLimit | NewtonLimit, contact: Contact | None, bound: Bound
 ) -> str:
     """A speed map as CSV, with all that its speeds rest on in every row."""
     basis = {"limit": limit_words(limit, contact), "bound": str(bound), "map": force_map.source}

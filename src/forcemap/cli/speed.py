@@ -23,11 +23,14 @@ from forcemap.cli.options import (
     Confidence,
     ContactKind,
     Content,
+    DeviceSpring,
     FormName,
     Json,
     LimitN,
+    LimitSpring,
     LimitTable,
     Margin,
+    QuasiStaticN,
     Region,
     Source,
     bound_from,
@@ -46,20 +49,23 @@ def speed(
     region: Region = None,
     contact: ContactKind = None,
     limit_newtons: LimitN = None,
+    quasi_static: QuasiStaticN = None,
+    limit_spring: LimitSpring = None,
     limit_table: LimitTable = None,
     bound_kind: BoundOption = None,
     margin: Margin = None,
     confidence: Confidence = None,
     content: Content = None,
     form: FormName = None,
+    device_spring: DeviceSpring = None,
     as_json: Json = False,
 ) -> None:
     """Give the highest speed at a place that the measurements confirm for a force limit.
 
     Example: forcemap speed ur10e --distance 0.8 --height 0.4 --area back_of_hand --contact transient
     """
-    force_map, accuracy = force_map_from(source, form)
-    limit, contact = limit_from(area, region, limit_newtons, contact, limit_table)
+    force_map, accuracy = force_map_from(source, form, device_spring)
+    limit, contact = limit_from(area, region, limit_newtons, contact, limit_table, quasi_static, limit_spring)
     bound = bound_from(force_map, bound_kind, margin, confidence, content)
     result: dict[str, Any] = {
         "outcome": "not_permitted",
@@ -74,6 +80,7 @@ def speed(
         "lowest_measured_speed_mps": None,
         "highest_measured_speed_mps": None,
         "measure_next": None,
+        "warnings": [],
         "distance_m": distance,
         "height_m": height,
         "accuracy": None if accuracy is None else accuracy_result(accuracy),
@@ -81,8 +88,9 @@ def speed(
         "map_sha256": map_sha256(force_map),
     }
     try:
-        found = safe_speed(force_map, distance, height, limit=limit, bound=bound, contact=contact)
-        with_margin = safe_speed(force_map, distance, height, limit=limit, bound=FixedMargin(0.10), contact=contact)
+        case: dict[str, Any] = {"limit": limit, "contact": contact}
+        found = safe_speed(force_map, distance, height, bound=bound, **case)
+        with_margin = safe_speed(force_map, distance, height, bound=FixedMargin(0.10), **case)
     except ContactNotPermitted as error:
         result["reason"] = error.message
         emit(result, [f"no speed: {error.message}"], as_json=as_json)
@@ -98,6 +106,7 @@ def speed(
         "lowest_measured_speed_mps": found.lowest_measured_speed,
         "highest_measured_speed_mps": found.highest_measured_speed,
         "measure_next": _measure_next(found, distance, height),
+        "warnings": list(found.warnings),
         "assumptions": list(found.statements),
     }
     emit(
@@ -127,6 +136,7 @@ def _lines(
     head = f"{floor_speed(found.speed)} m/s" if has_speed else "no speed"
     forces = f": {found.bound_force:.1f} N at this speed, predicted {found.predicted_force:.1f} N" if has_speed else ""
     lines = [
+        *found.warnings,
         f"{head} at d = {result['distance_m']:.6g} m, h = {result['height_m']:.6g} m: {found.outcome}",
         f"  {found.reason}",
         f"  limit    {limit}",

@@ -14,11 +14,14 @@ from forcemap.cli.options import (
     Confidence,
     ContactKind,
     Content,
+    DeviceSpring,
     FormName,
     Json,
     LimitN,
+    LimitSpring,
     LimitTable,
     Margin,
+    QuasiStaticN,
     Region,
     Source,
     bound_from,
@@ -45,6 +48,8 @@ def speed_map(
     region: Region = None,
     contact: ContactKind = None,
     limit_newtons: LimitN = None,
+    quasi_static: QuasiStaticN = None,
+    limit_spring: LimitSpring = None,
     limit_table: LimitTable = None,
     step: Annotated[float, typer.Option("--step-m", help="Distance between places [m].")] = 0.05,
     bound_kind: BoundOption = None,
@@ -52,6 +57,7 @@ def speed_map(
     confidence: Confidence = None,
     content: Content = None,
     form: FormName = None,
+    device_spring: DeviceSpring = None,
     output: Annotated[str | None, typer.Option("-o", "--output", help="Write a .csv or .json file.")] = None,
     as_json: Json = False,
 ) -> None:
@@ -61,8 +67,8 @@ def speed_map(
     """
     if output and not output.endswith((".csv", ".json")):
         raise InputError("found a name that ends otherwise, expected .csv or .json", file=output)
-    force_map, accuracy = force_map_from(source, form)
-    limit, contact = limit_from(area, region, limit_newtons, contact, limit_table)
+    force_map, accuracy = force_map_from(source, form, device_spring)
+    limit, contact = limit_from(area, region, limit_newtons, contact, limit_table, quasi_static, limit_spring)
     bound = bound_from(force_map, bound_kind, margin, confidence, content)
     distance, height = measured_grid(force_map, step)
     try:
@@ -78,6 +84,7 @@ def speed_map(
         text = speed_map_table(speeds, *basis) if as_csv else json_text(result) + "\n"
         write_result(output, text, mark="distance_m,height_m,outcome" if as_csv else '"limit_N"')
     lines = [
+        *speeds.speeds.warnings,
         f"Safe speeds, {limit_words(limit, contact)}",
         f"bound: {bound}",
         "",

@@ -13,6 +13,7 @@ from forcemap import (
     ForceLimit,
     InputError,
     LimitTable,
+    NewtonLimit,
     Robot,
     Task,
     TaskSegment,
@@ -85,7 +86,7 @@ def task_from(
     return Task(segments, 1.0 if acceleration is None else acceleration)
 
 
-def limits_of(task: Task, table: LimitTable | None) -> list[tuple[ForceLimit | float, Contact | None]]:
+def limits_of(task: Task, table: LimitTable | None) -> list[tuple[ForceLimit | NewtonLimit | float, Contact | None]]:
     """Every limit that holds somewhere in a task, with its contact."""
     pairs = dict.fromkeys((area, segment.contact) for segment in task.segments for area in segment.areas)
     return [(force_limit(area, table=table), contact) for area, contact in pairs]

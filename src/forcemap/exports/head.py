@@ -21,6 +21,7 @@ def head_lines(provenance: Provenance) -> list[str]:
     """The head as lines of text; what a campaign states cannot add one."""
     lines = [
         *([SIMULATED] if any(line.startswith("SIMULATED") for line in provenance.statements) else []),
+        *provenance.warnings,
         "allowed speeds of the contact point, made by forcemap",
         NOT_SAFETY_RATED,
         WHO_CONFIRMS,
@@ -69,6 +70,7 @@ def head_result(provenance: Provenance) -> dict[str, Any]:
         "bound": provenance.bound,
         "speed_overshoot_mps": provenance.allowance.speed,
         "position_tolerance_m": provenance.allowance.position,
+        "warnings": [one_line(line) for line in provenance.warnings],
         "assumptions": [one_line(line) for line in provenance.statements],
     }
 

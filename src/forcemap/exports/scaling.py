@@ -8,7 +8,7 @@ import math
 from decimal import ROUND_FLOOR, Decimal
 from typing import Any
 
-from forcemap.errors import InputError
+from forcemap.errors import InputError, NotReleasable
 from forcemap.exports.head import cell, head_lines, head_result, one_line
 from forcemap.paths.path_speeds import PathSpeeds
 from forcemap.robot_tables import Provenance
@@ -51,7 +51,11 @@ def scaling_result(speeds: PathSpeeds, provenance: Provenance) -> dict[str, Any]
     ------
     InputError
         The path has no programmed speed.
+    NotReleasable
+        What the speeds rest on carries no program.
     """
+    if speeds.export_refusal:
+        raise NotReleasable(f"nothing is exported: {speeds.export_refusal}")
     if any(math.isnan(value) for value in speeds.programmed.tolist()):
         raise InputError(
             "scaling: the path has no programmed speed; give times (time_s) in the path, or speed_mps in the task"

@@ -35,7 +35,7 @@ def speed_map_csv(speed_map: SpeedMap, *, basis: dict[str, str]) -> str:
     writer.writerow(
         ["distance_m", "height_m", "outcome", *_SPEEDS, *_FORCES, "limit_N", "reason", *basis, "assumptions"]
     )
-    assumptions = cell("; ".join(speed_map.speeds.statements))
+    assumptions = cell("; ".join((*speed_map.speeds.warnings, *speed_map.speeds.statements)))
     stated = [cell(value) for value in basis.values()]
     for place in _places(speed_map):
         speeds = [floor_speed(place[column]).replace("-", "") for column in _SPEEDS]

@@ -38,3 +38,7 @@ class ContactScenario(StrEnum):
 
 
 _SHORT = {ContactScenario.WITH_CLAMPING: "clamping", ContactScenario.WITHOUT_CLAMPING: "no_clamping"}
+
+
+BARRING = (ContactScenario.WITH_CLAMPING, ContactScenario.UNDETERMINED)
+"""Scenarios that forbid the transient limit: the contact clamps, or may."""

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from forcemap.errors import InputError
 from forcemap.lab.course import STEP, Impacting, first_peaks, force_course, phase_one_peaks
+from forcemap.lab.impactor import DOWN
 from forcemap.lab.virtual_robot import VirtualRobot
 
 FloatArray = NDArray[np.float64]
@@ -75,11 +76,12 @@ def simulate_impacts(
     height: ArrayLike,
     speed: ArrayLike,
     *,
+    direction: ArrayLike = DOWN,
     device_stiffness: float = DEVICE_STIFFNESS,
     duration: float = 1.0,
     step: float = STEP,
 ) -> SimulatedImpacts:
-    """Simulate impacts straight down on a measuring device.
+    """Simulate impacts on a measuring device, straight down or in another direction.
 
     Parameters
     ----------
@@ -87,6 +89,9 @@ def simulate_impacts(
         The robot.
     distance, height, speed : float or array
         Place [m] and speed at contact [m/s]; they broadcast.
+    direction : array, shape (3,) or (n, 3)
+        Where the contact point moves, seen from the vertical plane through the base z-axis and the place: outward,
+        sideways, up; straight down if not given. Of any length. The device lies across it.
     device_stiffness : float
         Spring constant of the device [N/m].
     duration, step : float
@@ -95,13 +100,13 @@ def simulate_impacts(
     Raises
     ------
     InputError
-        A place that the robot cannot reach, or a figure outside its range.
+        A place that the robot cannot reach, a figure outside its range, or a direction that is none.
     """
     if not step <= duration < 60:
         raise InputError(f"duration: found {duration:g} s, expected at least a step and less than a minute")
     _check_step(step)
     d, h, v = _states(distance, height, speed)
-    impacting = _impacting(robot, d, h, device_stiffness)
+    impacting = _impacting(robot, d, h, direction, device_stiffness)
     force = force_course(impacting, v, duration=duration, step=step)
     return SimulatedImpacts(d, h, v, np.arange(len(force), dtype=np.float64) * step, force, first_peaks(force))
 
@@ -112,6 +117,7 @@ def simulate_peaks(
     height: ArrayLike,
     speed: ArrayLike,
     *,
+    direction: ArrayLike = DOWN,
     device_stiffness: float = DEVICE_STIFFNESS,
     step: float = STEP,
 ) -> FloatArray:
@@ -123,6 +129,9 @@ def simulate_peaks(
         The robot.
     distance, height, speed : float or array
         Place [m] and speed at contact [m/s]; they broadcast.
+    direction : array, shape (3,) or (n, 3)
+        Where the contact point moves, seen from the vertical plane through the base z-axis and the place: outward,
+        sideways, up; straight down if not given. Of any length. The device lies across it.
     device_stiffness : float
         Spring constant of the device [N/m].
     step : float
@@ -131,11 +140,11 @@ def simulate_peaks(
     Raises
     ------
     InputError
-        A place that the robot cannot reach, or a figure outside its range.
+        A place that the robot cannot reach, a figure outside its range, or a direction that is none.
     """
     _check_step(step)
     d, h, v = _states(distance, height, speed)
-    return phase_one_peaks(_impacting(robot, d, h, device_stiffness), v, step=step)
+    return phase_one_peaks(_impacting(robot, d, h, direction, device_stiffness), v, step=step)
 
 
 def _check_step(step: float) -> None:
@@ -153,7 +162,17 @@ def _states(distance: ArrayLike, height: ArrayLike, speed: ArrayLike) -> tuple[F
     return d, h, v
 
 
-def _impacting(robot: VirtualRobot, d: FloatArray, h: FloatArray, device_stiffness: float) -> Impacting:
-    """Every place is posed once, however many impacts it sees."""
-    places, place = np.unique(np.column_stack([d, h]), axis=0, return_inverse=True)
-    return robot.impacting(robot.posed_at(*places.T), device_stiffness).at(place.ravel())
+def _impacting(
+    robot: VirtualRobot, d: FloatArray, h: FloatArray, direction: ArrayLike, device_stiffness: float
+) -> Impacting:
+    """Every place is posed once for a direction, however many impacts it sees."""
+    try:
+        along = np.broadcast_to(np.asarray(direction, dtype=np.float64), (d.size, 3))
+    except ValueError:
+        raise InputError(f"direction: found the shape {np.shape(direction)}, expected (3,) or ({d.size}, 3)") from None
+    length = np.linalg.norm(along, axis=1, keepdims=True)
+    if not np.all((length > 0) & (length < np.inf)):
+        raise InputError("direction: found one without length or with a number that is not finite")
+    approaches, which = np.unique(np.column_stack([d, h, along / length]), axis=0, return_inverse=True)
+    posed = robot.posed_at(approaches[:, 0], approaches[:, 1])
+    return robot.impacting(posed, device_stiffness, approaches[:, 2:]).at(which.ravel())

@@ -16,12 +16,12 @@ from forcemap.errors import InputError
 
 FloatArray = NDArray[np.float64]
 
-_DOWN = np.array([0.0, 0.0, -1.0])
+DOWN = np.array([0.0, 0.0, -1.0])
 
 
 @dataclass(frozen=True, eq=False)
 class Impactor:
-    """Robots in their postures at contact, moving straight down; mass matrix and Jacobian stay what they are there.
+    """Robots in their postures at contact, moving straight; mass matrix and Jacobian stay what they are there.
 
     The servo of every joint has a stiffness and a damping in proportion to its own inertia A_ii, A the mass matrix with
     the drives. So the joints' motion falls apart into modes that only the contact couples:
@@ -46,14 +46,15 @@ class Impactor:
     joint_lever: FloatArray
 
     @classmethod
-    def of(cls, mass: FloatArray, rates: FloatArray, turning: FloatArray) -> Self:
+    def of(cls, mass: FloatArray, rates: FloatArray, turning: FloatArray, direction: FloatArray = DOWN) -> Self:
         """From mass matrices with drives (batch, n, n) and what the joints move: the contact point (3, n, batch)
-        [m/rad] and the tool's orientation (3, n, batch) [1].
+        [m/rad] and the tool's orientation (3, n, batch) [1]; and where it moves, unit vectors (batch, 3) or one (3,).
         """
-        lever = rates[2] * -1.0  # along the direction down
+        along = np.broadcast_to(direction, (rates.shape[-1], 3))
+        lever = (rates * along.T[:, None]).sum(axis=0)
         path = np.concatenate([rates, turning])
-        wanted = np.concatenate([_DOWN, np.zeros(3)])
-        motion = (np.linalg.pinv(np.moveaxis(path, -1, 0)) @ wanted).T  # of the joints, the tool's orientation kept
+        wanted = np.concatenate([along, np.zeros_like(along)], axis=1)[..., None]
+        motion = (np.linalg.pinv(np.moveaxis(path, -1, 0)) @ wanted)[..., 0].T  # the tool's orientation kept
         motion /= (lever * motion).sum(axis=0)
         inertia = np.sqrt(np.diagonal(mass, axis1=1, axis2=2))  # (batch, n)
         # eigenvectors of the scaled matrix are those of its inverse; the shares are one over the eigenvalues
@@ -78,9 +79,9 @@ class Posed:
     rates: FloatArray
     turning: FloatArray
 
-    def with_drives(self, drive_inertia: FloatArray) -> Impactor:
-        """The robots with the inertia of their drives [kg m^2], shape (n,)."""
-        return Impactor.of(self.mass + np.diag(drive_inertia), self.rates, self.turning)
+    def with_drives(self, drive_inertia: FloatArray, direction: FloatArray = DOWN) -> Impactor:
+        """The robots with the inertia of their drives [kg m^2], shape (n,), moving along unit vectors (batch, 3)."""
+        return Impactor.of(self.mass + np.diag(drive_inertia), self.rates, self.turning, direction)
 
 
 def posed(
@@ -114,5 +115,5 @@ def posed(
             f"d = {d[i]:g} m, h = {h[i]:g} m; leave them out of the plan"
         )
     posture = posture_of(robot, reach.positions.T)
-    rates = posture.rates(contact_point(robot, posture) + contact_radius * _DOWN[:, None])
+    rates = posture.rates(contact_point(robot, posture) + contact_radius * DOWN[:, None])
     return Posed(np.moveaxis(posture_mass_matrix(robot, posture), -1, 0), rates, posture.turning)

@@ -16,7 +16,7 @@ from forcemap.dynamics.robots import robot_named
 from forcemap.errors import InputError, UnknownName
 from forcemap.lab.contact import ContactLayer
 from forcemap.lab.course import Impacting, Servo
-from forcemap.lab.impactor import Posed, posed
+from forcemap.lab.impactor import DOWN, Posed, posed
 from forcemap.lab.reaction import Reaction, ReactionKind
 
 FloatArray = NDArray[np.float64]
@@ -153,11 +153,12 @@ class VirtualRobot:
             contact_radius=self.contact_radius,
         )
 
-    def impacting(self, places: Posed, device_stiffness: float) -> Impacting:
-        """The robot at places, on a device with this spring constant [N/m]."""
+    def impacting(self, places: Posed, device_stiffness: float, direction: FloatArray = DOWN) -> Impacting:
+        """The robot at places, moving along unit vectors (batch, 3), on a device with this spring constant [N/m]."""
         assert self.robot.drive_inertia is not None
         contact = ContactLayer(device_stiffness, self.pad_stiffness, self.pad_damping)
-        return Impacting(places.with_drives(self.robot.drive_inertia.values), self.servo, contact, self.reaction)
+        impactor = places.with_drives(self.robot.drive_inertia.values, direction)
+        return Impacting(impactor, self.servo, contact, self.reaction)
 
     def _changed(self, change: str, **fields: Any) -> Self:
         return replace(self, **fields, changes=(*self.changes, change))

@@ -10,14 +10,26 @@ from functools import lru_cache
 from importlib import resources
 from pathlib import Path
 
-from forcemap.errors import TableError, UnknownName
+from forcemap.errors import InputError, TableError, UnknownName
 from forcemap.files import read_bytes, sha256
 
 _PRESSURE, _FORCE, _FACTOR = "quasi_static_pressure_N_per_cm2", "quasi_static_force_N", "transient_factor"
 _AREA_COLUMNS = ("area", "name", "region", _PRESSURE, _FORCE, _FACTOR)
 _PASCALS = 1e4  # Pa in 1 N/cm^2
 _MAX_FIGURE = 2000.0  # [N], [N/cm^2]: several times the largest of the standard
-_MAX_TRANSIENT_FACTOR = 2.0  # the standard's; a larger one is a slip
+MAX_TRANSIENT_FACTOR = 2.0
+"""The standard's transient over quasi-static limit; a larger one is a slip."""
+
+_SIDES = ("_dominant", "_nondominant")
+_HEAD_REGIONS = ("skull_forehead", "face")
+_HEAD_WORDS = frozenset(
+    re.findall(
+        r"\w+",
+        "head skull cranium forehead face temple masticatory jaw chin cheek nose mouth lip eye ear scalp occiput "
+        "kopf schädel schaedel stirn gesicht schläfe schlaefe kaumuskel kiefer kinn wange nase mund lippe auge ohr",
+    )
+)
+_PERMITTED_BY = re.compile(r"permitted by \S.*\S", re.IGNORECASE)
 
 
 @dataclass(frozen=True)
@@ -42,6 +54,17 @@ class BodyArea:
     quasi_static_force: float
     quasi_static_pressure: float
     transient_factor: float
+
+    @property
+    def head(self) -> bool:
+        """True for the head: by its region, or by a word of its name; the standard permits no contact there."""
+        words = {*self.area.split("_"), *identifier(self.name).split("_")}
+        return self.region in _HEAD_REGIONS or not _HEAD_WORDS.isdisjoint(words)
+
+    @property
+    def base(self) -> str:
+        """The identifier without its side."""
+        return self.area.removesuffix(_SIDES[0]).removesuffix(_SIDES[1])
 
 
 @dataclass(frozen=True)
@@ -75,6 +98,8 @@ class LimitTable:
         Edition of the standard; where the figures come from; version of the table.
     sha256 : str
         SHA-256 of the file.
+    head_contact : str
+        What the file says permits contact with the head, in its own words; empty if it does not say so.
     """
 
     areas: Mapping[str, BodyArea]
@@ -82,6 +107,7 @@ class LimitTable:
     source: str
     version: str
     sha256: str
+    head_contact: str = ""
 
     @property
     def regions(self) -> list[str]:
@@ -95,15 +121,21 @@ class LimitTable:
         ------
         UnknownName
             Neither an area nor a region has the name.
+        InputError
+            The table has one side of an area alone, and the name stands for both.
         """
-        wanted = _identifier(name)
-        found = [
-            area
-            for area in self.areas.values()
-            if wanted in (area.area, area.region, area.area.removesuffix("_dominant").removesuffix("_nondominant"))
-        ]
+        wanted = identifier(name)
+        found = [area for area in self.areas.values() if wanted in (area.area, area.region, area.base)]
         if not found:
             raise UnknownName("body area or region", name, [*self.areas, *self.regions])
+        for area in found:
+            sides = [side for side in _SIDES if area.area.endswith(side)]
+            other = [area.base + side for side in _SIDES if side not in sides]
+            if sides and wanted == area.base and not {area.base, *other} & self.areas.keys():
+                raise InputError(
+                    f"body area: {name} stands for both sides, and {self.edition} has {area.area} without {other[0]}; "
+                    f"name {area.area}, or add the other side to the table"
+                )
         return found
 
 
@@ -117,13 +149,15 @@ def read_limit_table(path: str | Path) -> LimitTable:
     """Read a user's own table of limits.
 
     A CSV file with the columns area, name, region, quasi_static_pressure_N_per_cm2, quasi_static_force_N and
-    transient_factor; lines "# edition: ...", "# source: ..." and "# version: ..." may stand before the header.
+    transient_factor; lines "# edition: ...", "# source: ..." and "# version: ..." may stand before the header. An area
+    of the head stays closed whatever its factor, unless a line "# head_contact: permitted by ..." names the source that
+    permits it.
 
     Raises
     ------
     TableError
-        A column is missing, an area stands twice, a limit is not positive, or a transient factor is neither 0 nor
-        from 1 to 2.
+        A column is missing, an area stands twice, a limit is not positive, a transient factor is neither 0 nor
+        from 1 to 2, or what permits contact with the head is not named.
     """
     return _limit_table(read_bytes(path), Path(path).name)
 
@@ -166,14 +200,14 @@ def _limit_table(content: bytes, file: str) -> LimitTable:
                 raise TableError("the cell or column is missing", file=file, row=row_number, column=column)
         numbers = {column: _number(row[column], file, row_number, column) for column in (_PRESSURE, _FORCE, _FACTOR)}
         factor = numbers[_FACTOR]
-        if factor != 0 and not 1 <= factor <= _MAX_TRANSIENT_FACTOR:
+        if factor != 0 and not 1 <= factor <= MAX_TRANSIENT_FACTOR:
             raise TableError(
-                f"found {factor:g}, expected 0 (contact not permitted) or a factor from 1 to {_MAX_TRANSIENT_FACTOR:g}",
+                f"found {factor:g}, expected 0 (contact not permitted) or a factor from 1 to {MAX_TRANSIENT_FACTOR:g}",
                 file=file,
                 row=row_number,
                 column=_FACTOR,
             )
-        name, region = _identifier(row["area"]), _identifier(row["region"])
+        name, region = identifier(row["area"]), identifier(row["region"])
         if name in areas or not name or not region:
             raise TableError(
                 f"found {name!r}, expected every area once and named, with its region",
@@ -188,10 +222,23 @@ def _limit_table(content: bytes, file: str) -> LimitTable:
         source=facts.get("source", file),
         version=facts.get("version", "not stated"),
         sha256=sha256(content),
+        head_contact=_head_contact(facts.get("head_contact", ""), file),
     )
 
 
-def _identifier(name: str) -> str:
+def _head_contact(words: str, file: str) -> str:
+    """What permits contact with the head, if the file names it; anything but a source is refused."""
+    if words and not _PERMITTED_BY.fullmatch(words):
+        raise TableError(
+            f'found {words!r}, expected "permitted by" and the source that permits contact with the head, or no such '
+            "line",
+            file=file,
+            column="head_contact",
+        )
+    return words
+
+
+def identifier(name: str) -> str:
     """A name as identifiers are written: small letters and underscores."""
     return "_".join(name.lower().replace("-", " ").replace("_", " ").split())
 

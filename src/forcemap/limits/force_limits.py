@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
 
 from forcemap.errors import ContactNotPermitted, InputError
-from forcemap.limits.body_areas import LimitTable, standard_limit_table
+from forcemap.limits.body_areas import BodyArea, LimitTable, body_regions, identifier, standard_limit_table
 
 
 class Contact(StrEnum):
@@ -48,6 +53,15 @@ class ForceLimit:
         Pressure limits as tabulated [Pa].
     edition, source, version, sha256 : str
         Of the table.
+    stiffness : float
+        Largest spring constant of the areas' regions [N/m], which a measuring device must have; NaN if the standard
+        does not have one of the regions.
+    lacking : tuple of str
+        Where the name is a region: areas that the standard has in it and a user's table does not.
+    head : bool
+        True if one of the areas is of the head.
+    head_contact : str
+        Where the limit is one of the head: what a user's table says permits contact there. The standard permits none.
     """
 
     name: str
@@ -61,6 +75,10 @@ class ForceLimit:
     source: str
     version: str
     sha256: str
+    stiffness: float = math.nan
+    lacking: tuple[str, ...] = ()
+    head: bool = False
+    head_contact: str = ""
 
     @property
     def quasi_static(self) -> float:
@@ -91,14 +109,74 @@ class ForceLimit:
         return self.transient if Contact.parse(contact) is Contact.TRANSIENT else self.quasi_static
 
     def __str__(self) -> str:
-        return f"{self.name} in {self.edition} (table version {self.version})"
+        words = f"{self.name} in {self.edition} (table version {self.version})"
+        lacking = f"this table lacks {', '.join(self.lacking)} of the region" if self.lacking else ""
+        return "; ".join(part for part in (words, lacking, self.head_statement) if part)
+
+    @property
+    def head_statement(self) -> str:
+        """What every answer says of a limit for the head; empty for other areas."""
+        if not (self.permitted and self.head_contact):
+            return ""
+        return f"HEAD: the standard permits no contact there; this table does, by its own words: {self.head_contact}"
 
     def _require_permitted(self) -> None:
         if not self.permitted:
+            closed = self.head and self.tabulated_transient > 0
+            why = "an area of the head, and the table names nothing that permits it" if closed else "transient factor 0"
             raise ContactNotPermitted(
-                f"contact with {self.name} is not permitted (transient factor 0 in {self.edition}), "
+                f"contact with {self.name} is not permitted ({why} in {self.edition}), "
                 "so no limit and no speed follow; keep the robot from reaching it"
             )
+
+
+@dataclass(frozen=True)
+class NewtonLimit:
+    """A force limit as a user states it in newtons; it opens no gate that a body area's limit would not.
+
+    Parameters
+    ----------
+    force : float or array
+        The limit [N].
+    quasi_static : float, optional
+        Its quasi-static part [N], not above the limit, where that is the transient one.
+    spring_N_per_m : float, optional
+        Spring constant of the body part it is meant for [N/m]; without it the limit holds for the measuring device
+        alone.
+
+    Raises
+    ------
+    InputError
+        A figure that is not positive and finite, or a quasi-static part above the limit.
+    """
+
+    force: Any
+    quasi_static: float | None = None
+    spring_N_per_m: float | None = None
+
+    def __post_init__(self) -> None:
+        array = np.asarray(self.force, dtype=np.float64)
+        usable = (array > 0) & (array < np.inf)
+        if np.ma.is_masked(self.force) or not usable.all():
+            found = "a masked entry" if usable.all() else f"{array[~usable].flat[0]:g} N"
+            raise InputError(f"limit: found {found}, expected a positive finite number")
+        object.__setattr__(self, "force", array if array.shape else float(array))
+        part, spring = self.quasi_static, self.spring_N_per_m
+        if part is not None and not (part > 0 and np.all(part <= array)):
+            raise InputError(
+                f"quasi-static limit: found {part:g} N, expected newtons above 0 and not above the transient limit"
+            )
+        if spring is not None and not 1000 <= spring < math.inf:
+            raise InputError(f"spring of the limit: found {spring:g} N/m, expected at least 1000 (75 N/mm is 75000)")
+
+    @classmethod
+    def of(cls, limit: NewtonLimit | ArrayLike, quasi_static: float | None, spring: float | None) -> NewtonLimit:
+        """A limit in newtons with what is stated beside it; nothing may be stated twice."""
+        if not isinstance(limit, NewtonLimit):
+            return cls(limit, quasi_static, spring)
+        if quasi_static is not None or spring is not None:
+            raise InputError("limit: found figures beside a NewtonLimit, expected them in it")
+        return limit
 
 
 def force_limit(area_or_region: str, *, table: LimitTable | None = None) -> ForceLimit:
@@ -130,7 +208,7 @@ def force_limit(area_or_region: str, *, table: LimitTable | None = None) -> Forc
     return ForceLimit(
         name=area_or_region,
         areas=tuple(area.area for area in areas),
-        permitted=all(area.transient_factor > 0 for area in areas),
+        permitted=all(area.transient_factor > 0 and (not area.head or table.head_contact != "") for area in areas),
         tabulated_quasi_static=min(area.quasi_static_force for area in areas),
         tabulated_transient=min(area.quasi_static_force * area.transient_factor for area in areas),
         tabulated_quasi_static_pressure=min(area.quasi_static_pressure for area in areas),
@@ -139,4 +217,23 @@ def force_limit(area_or_region: str, *, table: LimitTable | None = None) -> Forc
         source=table.source,
         version=table.version,
         sha256=table.sha256,
+        stiffness=_largest_stiffness({area.region for area in areas}),
+        lacking=_lacking(areas, area_or_region),
+        head=any(area.head for area in areas),
+        head_contact=table.head_contact if any(area.head for area in areas) else "",
     )
+
+
+def _lacking(areas: list[BodyArea], name: str) -> tuple[str, ...]:
+    """Areas of the standard's region of that name that are not among these."""
+    if any(identifier(name) != area.region for area in areas):
+        return ()
+    there = {area.area for area in areas}
+    region = [area for area in standard_limit_table().areas.values() if area.region == identifier(name)]
+    return tuple(area.area for area in region if not {area.area, area.base} & there)
+
+
+def _largest_stiffness(regions: set[str]) -> float:
+    """Largest spring constant of the regions [N/m]; NaN if the standard does not have one of them."""
+    known = body_regions()
+    return max(known[region].stiffness for region in regions) if regions <= known.keys() else math.nan

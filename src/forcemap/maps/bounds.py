@@ -163,6 +163,24 @@ class ToleranceBound:
         )
 
 
+def weakness(bound: Bound, force_map: ForceMap) -> str:
+    """Why a bound promises less than the usual ones, to be said first; empty if it does not.
+
+    The usual ones are the paper's + 10 % and 95 % confidence for 95 % of states, with 3 N where the device's error is
+    not stated. Nothing is exported with a weaker bound.
+    """
+    if isinstance(bound, FixedMargin) and bound.margin < FixedMargin().margin:
+        return f"WEAK BOUND: {bound}, less than the paper's + 10 %: to look at, not to release"
+    if not isinstance(bound, ToleranceBound):
+        return ""
+    usual, error = ToleranceBound(), force_map.conditions.device.error
+    if bound.confidence < usual.confidence or bound.content < usual.content:
+        return f"WEAK BOUND: {bound}, less than 95 and 95 %: to look at, not to release"
+    if math.isnan(error) and bound.device_error < usual.device_error:
+        return f"WEAK BOUND: a device error of {bound.device_error:g} N that campaign.toml does not state"
+    return ""
+
+
 def margins(bound: Bound, force_map: ForceMap) -> FloatArray:
     """How far a bound lies above the prediction at the measured states, as a share of it, shape (m,).
 

@@ -97,6 +97,7 @@ def fit_force_map(
         phase_two=dataset.phase_two,
         conditions=replace(dataset.conditions, simulated=dataset.simulated),
         device_range=dataset.device_range,
+        binding=dataset.binding,
         source=f"fitted to {dataset.source or 'arrays'}",
     )
 

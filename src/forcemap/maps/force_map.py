@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from forcemap._version import __version__
-from forcemap.campaigns.dataset import Conditions, PhaseTwo, States
+from forcemap.campaigns.dataset import Binding, Conditions, PhaseTwo, States
 from forcemap.errors import InputError
 from forcemap.maps.blocks import in_blocks
 from forcemap.maps.censored import CensoredRegression
@@ -111,6 +111,8 @@ class ForceMap:
         What the impacts were measured under.
     device_range : float
         Range of the force measuring device [N]; NaN if nothing tells.
+    binding : Binding
+        Whether the impacts table was what its recordings gave when the map was fitted.
     source : str
         Where the coefficients come from.
     software : str
@@ -125,6 +127,7 @@ class ForceMap:
     phase_two: PhaseTwo = field(default_factory=PhaseTwo)
     conditions: Conditions = field(default_factory=Conditions)
     device_range: float = math.nan
+    binding: Binding = field(default_factory=Binding)
     source: str = ""
     software: str = f"forcemap {__version__}"
 
@@ -213,6 +216,14 @@ class ForceMap:
     def simulated(self) -> bool:
         """True if the map rests on simulated impacts."""
         return self.conditions.simulated
+
+    @property
+    def highest_force(self) -> float:
+        """Range of the device [N]; where none is stated, the largest force that was measured, NaN if none was."""
+        if not math.isnan(self.device_range) or self.fit is None:
+            return self.device_range
+        groups = (self.fit.states, self.fit.left_out, self.fit.test)
+        return float(np.fmax.reduce(np.concatenate([[math.nan], *(group.highest for group in groups)])))
 
     @cached_property
     def rises_with_speed(self) -> bool:

@@ -10,17 +10,28 @@ from typing import Any
 
 import numpy as np
 
-from forcemap.campaigns.dataset import Conditions, ContactScenario, PhaseTwo, States
+from forcemap.campaigns.dataset import Binding, BindingState, Conditions, ContactScenario, PhaseTwo, States
 from forcemap.errors import ForcemapError, MapFileError
 from forcemap.files import read_bytes, sha256, write_atomically
-from forcemap.maps.censored import CensoredRegression, weighted_regression
+from forcemap.maps.censored import CensoredRegression, censored_regression, weighted_regression
 from forcemap.maps.fit import state_data
 from forcemap.maps.force_map import Fit, ForceMap
 from forcemap.maps.forms import Form
 from forcemap.maps.measured_range import MeasuredRange
+from forcemap.maps.published import PUBLISHED_MAPS, published_map
 from forcemap.maps.regression import Regression, least_squares
 
 SCHEMA = "forcemap-map/1"
+
+_NOT_STATED = Binding(
+    BindingState.UNBOUND,
+    "UNBOUND impacts: the map file does not say whether its impacts were what their recordings gave; fit it again",
+)
+_SAME = 1e-6
+"""How far ln F by the coefficients of a map file may lie from what its states give."""
+
+_SAME_CENSORED = 1e-5
+"""The same for a censored fit, whose maximum is found in steps; ten times that, as a share, for its scatter."""
 
 # column of the file -> field of States
 _STATE_COLUMNS = {
@@ -110,6 +121,7 @@ def _to_content(force_map: ForceMap) -> dict[str, Any]:
             "excluded": force_map.phase_two.excluded,
         },
         "device_range_N": _null(force_map.device_range),
+        "binding": {"state": force_map.binding.state.value, "reason": force_map.binding.reason},
         "campaign": force_map.conditions.to_tables(),
     }
     if force_map.fit is None:
@@ -178,7 +190,7 @@ def _from_content(content: dict[str, Any]) -> ForceMap:
             table=str(statistics["impacts_table"]),
             table_sha256=str(statistics["impacts_table_sha256"]),
         )
-    return ForceMap(
+    force_map = ForceMap(
         name=str(content["name"]),
         form=form,
         coefficients=coefficients,
@@ -193,9 +205,39 @@ def _from_content(content: dict[str, Any]) -> ForceMap:
         ),
         conditions=conditions,
         device_range=_nan(content["device_range_N"]),
+        binding=_binding(content),
         source=str(content["source"]),
         software=str(content["software"]),
     )
+    if fit is None:
+        _require_published(force_map)
+    return force_map
+
+
+def _require_published(force_map: ForceMap) -> None:
+    """Refuse a map without measured states that is not one of the paper's: nothing would tell where it comes from."""
+    if force_map.name in PUBLISHED_MAPS:
+        printed = published_map(force_map.name)
+        same = (
+            np.array_equal(force_map.coefficients, printed.coefficients)
+            and force_map.form.term_names == printed.form.term_names
+            and np.array_equal(force_map.measured_range.points, printed.measured_range.points)
+            and force_map.phase_two == printed.phase_two
+            and force_map.device_range == printed.device_range
+            and force_map.conditions.to_tables() == printed.conditions.to_tables()
+        )
+        if same:
+            return
+    raise MapFileError(
+        "a map without measured states, and not as it was published; fit it to its impacts table", column="fit"
+    )
+
+
+def _binding(content: dict[str, Any]) -> Binding:
+    """The state of the binding; a file of an earlier version does not hold it."""
+    if "binding" not in content:
+        return _NOT_STATED
+    return Binding(BindingState(content["binding"]["state"]), str(content["binding"]["reason"]))
 
 
 def _censored_statistics(between_states: Regression) -> dict[str, Any]:
@@ -209,19 +251,37 @@ def _censored_statistics(between_states: Regression) -> dict[str, Any]:
 
 
 def _regression(form: Form, states: States, coefficients: Any, statistics: dict[str, Any]) -> Regression:
-    """The fit again: R^-1 from the states, the coefficients to the last bit as they were written."""
+    """The fit again: R^-1 from the states, the coefficients to the last bit as they were written.
+
+    A file whose coefficients its own states do not give is refused: for least squares the coefficients, for a censored
+    fit these and all that widens the bound, each found again from the states.
+    """
     if "state_weights" not in statistics:
         design = form.design(states.distance, states.height, states.speed)
-        return replace(least_squares(design, states.log_force), coefficients=coefficients)
+        found = least_squares(design, states.log_force)
+        _require_given("coefficients", design @ (found.coefficients - coefficients), _SAME)
+        return replace(found, coefficients=coefficients)
     if float(statistics["degrees_of_freedom"]) > len(states) - coefficients.size:
         raise MapFileError("more degrees of freedom than states less coefficients", column="degrees_of_freedom")
-    return weighted_regression(
+    stated = weighted_regression(
         state_data(form, states, float(statistics["repeat_variance_ln"])),
         coefficients=coefficients,
         weights=np.array(statistics["state_weights"], dtype=np.float64),
         deviation=float(statistics["state_sd_ln"]),
         freedom=float(statistics["degrees_of_freedom"]),
     )
+    again = censored_regression(state_data(form, states, stated.repeat_variance))
+    _require_given("coefficients", stated.design @ (again.coefficients - coefficients), _SAME_CENSORED)
+    _require_given("state_sd_ln", stated.deviation / again.deviation - 1, 10 * _SAME_CENSORED)
+    _require_given("degrees_of_freedom", stated.freedom / again.freedom - 1, 10 * _SAME_CENSORED)
+    _require_given("state_weights", stated.weights - again.weights, 10 * _SAME_CENSORED)
+    return stated
+
+
+def _require_given(entry: str, difference: Any, most: float) -> None:
+    """Refuse an entry that differs from what the states give."""
+    if not np.all(np.abs(difference) <= most):
+        raise MapFileError("not what the measured states of the file give; fit the map again", column=entry)
 
 
 def _states_to_columns(states: States) -> dict[str, list[Any]]:

@@ -23,6 +23,8 @@ _OPTIONAL = ("time_s", "segment")
 _OTHER_UNIT = re.compile(r"(x|y|z|distance|height)(_(mm|cm|in|inch))?|(time|t)(_(ms|min))?", re.ASCII)
 _JOINT = re.compile(r"joint_(\d+)_(rad|deg)", re.ASCII)
 _STRAIGHT = 1e-4  # [m]; how far a joint motion may bend away from the piece that stands for it
+_TURNING = 1.0  # [deg]; how far the motion is to point away from the piece that stands for it, where that can be had
+_MOST_TURNED = 200  # pieces of a row for that
 _TURN, _SLIDE = np.radians(5.0), 0.01  # [rad], [m]; the most that a joint moves in a piece
 _MOST_PIECES = 1_000_000
 _FULL_TURNS = 4 * np.pi  # [rad]; beyond it a figure in radians is in degrees
@@ -127,7 +129,8 @@ def _joint_path(
             f"found a position beyond the limits of {robot.name}", file=table.file, row=table.rows[row],
             column=f"joint_{joint + 1}_{unit}",
         )  # fmt: skip
-    counts = _straight_pieces(robot, q)
+    bend = _bends(robot, q)
+    counts = _straight_pieces(robot, q, bend)
     if counts.sum() > _MOST_PIECES:
         raise InputError(
             f"joints: the motion bends so much that {_MOST_PIECES:,} straight pieces do not follow it within "
@@ -142,16 +145,22 @@ def _joint_path(
         raise InputError("path: expected times that are finite and rise from row to row")
     times = np.append(clock[row] + np.diff(clock)[row] * share, clock[-1])
     path = ToolPath.timed(points, (*(names[i] for i in row), ""), times, table.file, rows=np.append(row, row[-1]))
-    path = replace(path, deviation=_STRAIGHT)
+    assert path.rows is not None
+    arc = (bend / (8 * counts**2))[
+        path.rows
+    ]  # an arc of height e leaves its chord l at most by the angle whose sine is 4 e / l
+    ratio = 4 * arc / path.lengths
+    turning = np.where(ratio < 1, np.degrees(np.arcsin(np.minimum(ratio, 1.0))), 180.0)
+    path = replace(path, deviation=_STRAIGHT, turning=turning)
     return path if time is not None else replace(path, time=None, wait=None, rows=None)
 
 
-def _straight_pieces(robot: Robot, q: FloatArray) -> NDArray[np.int64]:
-    """Into how many equal parts each joint motion is cut so that none bends away from its chord, shape (rows - 1,).
+def _bends(robot: Robot, q: FloatArray) -> FloatArray:
+    """Largest second derivative of the contact point's way over each joint motion [m], shape (rows - 1,).
 
-    While the joints move by D, the contact point p stays within max |p''| / 8 of its chord. Its second derivatives are
-    a_i x dp/dq_j for a turning joint i up to j, so |p''| <= sum_j D_j L_j (D_j + 2 sum_i<j D_i) over turning joints,
-    with L_j the longest lever of joint j: a proof, where samples of a symmetric motion may all lie on the chord.
+    While the joints move by D, the second derivatives of the contact point p are a_i x dp/dq_j for a turning joint i up
+    to j, so |p''| <= sum_j D_j L_j (D_j + 2 sum_i<j D_i) over turning joints, with L_j the longest lever of joint j: a
+    proof, where samples of a symmetric motion may all lie on the chord.
     """
     slides = np.array([joint.kind is JointKind.PRISMATIC for joint in robot.joints])
     tip = robot.flange.position + robot.flange.rotation @ robot.contact_offset
@@ -161,6 +170,20 @@ def _straight_pieces(robot: Robot, q: FloatArray) -> NDArray[np.int64]:
     lever = np.where(slides, 1.0, np.cumsum(reach[::-1])[::-1])
     moved = np.abs(np.diff(q, axis=0))
     turned = np.where(slides, 0.0, moved)
-    bend = np.sum(moved * lever * (2 * np.cumsum(turned, axis=1) - turned), axis=1)
+    return np.asarray(np.sum(moved * lever * (2 * np.cumsum(turned, axis=1) - turned), axis=1))
+
+
+def _straight_pieces(robot: Robot, q: FloatArray, bend: FloatArray) -> NDArray[np.int64]:
+    """Into how many equal parts each joint motion is cut so that none bends away from its chord, shape (rows - 1,).
+
+    The contact point stays within max |p''| / 8 of the chord of a part, and its motion points away from the chord by at
+    most max |p''| / 2 over the chord's length.
+    """
+    slides = np.array([joint.kind is JointKind.PRISMATIC for joint in robot.joints])
+    moved = np.abs(np.diff(q, axis=0))
+    lengths = np.linalg.norm(np.diff(forward_kinematics(robot, q).position, axis=0), axis=1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        turned = np.nan_to_num(bend / (2 * np.tan(np.radians(_TURNING)) * lengths), posinf=_MOST_TURNED)
     parts = np.maximum(np.sqrt(bend / (8 * _STRAIGHT)), (moved / np.where(slides, _SLIDE, _TURN)).max(axis=1))
+    parts = np.maximum(parts, np.minimum(turned, _MOST_TURNED))
     return np.asarray(np.maximum(1, np.ceil(np.minimum(parts, 2 * _MOST_PIECES) - 1e-9)), dtype=np.int64)

@@ -14,7 +14,7 @@ from forcemap.errors import InputError, UnknownName, nearest_names
 from forcemap.files import read_bytes
 from forcemap.limits.body_areas import LimitTable
 from forcemap.limits.force_limits import Contact, force_limit
-from forcemap.paths.direction import direction_vector
+from forcemap.maps.direction import direction_vector
 
 SCHEMA = "forcemap-task/1"
 

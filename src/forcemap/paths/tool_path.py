@@ -38,6 +38,8 @@ class ToolPath:
         Between which two rows of the program's times each piece lies; None if every piece has its own.
     deviation : float
         How far the way that is driven may lie beside these pieces [m]: a joint motion is cut into straight ones.
+    turning : array, shape (n,) or None
+        How far the motion may point away from each piece [deg] for the same reason; None if nowhere.
 
     Raises
     ------
@@ -53,6 +55,7 @@ class ToolPath:
     wait: FloatArray | None = None
     rows: Indices | None = None
     deviation: float = 0.0
+    turning: FloatArray | None = None
 
     def __post_init__(self) -> None:
         if self.points.ndim != 2 or self.points.shape[1] != 3 or len(self.points) < 2:
@@ -128,6 +131,12 @@ class ToolPath:
         """Unit vector of motion on each piece, shape (n, 3)."""
         return np.asarray(np.diff(self.points, axis=0) / self.lengths[:, None])
 
+    def angles_from(self, direction: FloatArray) -> FloatArray:
+        """How far the motion may point away from a unit vector on each piece [deg], shape (n,)."""
+        along = self.directions @ direction
+        across = np.linalg.norm(self.directions - along[:, None] * direction, axis=1)
+        return np.asarray(np.degrees(np.arctan2(across, along)) + (0.0 if self.turning is None else self.turning))
+
     @property
     def pieces(self) -> Segments:
         """The pieces as segments."""
@@ -191,7 +200,8 @@ class ToolPath:
             if self.wait is not None:
                 wait = np.append(np.where(whole, self.wait[piece], 0.0), self.wait[-1])
         names = tuple(self.names[i] for i in piece)
-        return ToolPath(points, names, time, self.source, wait, rows, self.deviation)
+        turning = None if self.turning is None else self.turning[piece]
+        return ToolPath(points, names, time, self.source, wait, rows, self.deviation, turning)
 
     def moved(self, offset: ArrayLike) -> ToolPath:
         """The path shifted by an offset, shape (3,) [m]."""

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from forcemap.campaigns.dataset import ImpactDataset, PhaseTwo
 from forcemap.campaigns.plan import MeasurementPlan
 from forcemap.campaigns.state import StateTolerance
-from forcemap.errors import InputError
-from forcemap.limits.force_limits import Contact, ForceLimit
-from forcemap.maps.bounds import Bound
+from forcemap.errors import InputError, NotReleasable
+from forcemap.limits.force_limits import Contact, ForceLimit, NewtonLimit
+from forcemap.maps.bounds import Bound, weakness
 from forcemap.maps.force_map import Fit, ForceMap
 from forcemap.planning.confirmation_result import ConfirmationResult, Confirmed, judge_confirmation
 from forcemap.planning.confirmation_states import any_above, contradictions, no_repeats, spread, worth_confirming
@@ -119,7 +119,7 @@ class ConfirmationPlan:
 
 def confirm_plan(
     force_map: ForceMap,
-    limit: ForceLimit | float,
+    limit: ForceLimit | NewtonLimit | float,
     *,
     bound: Bound,
     contact: Contact | None = None,
@@ -135,12 +135,12 @@ def confirm_plan(
     ----------
     force_map : ForceMap
         The map whose speeds are to be released.
-    limit : float or ForceLimit
+    limit : float, NewtonLimit or ForceLimit
         Force limit [N]; or the limits of a body area together with `contact`.
     bound : Bound
         The bound that released the speeds.
     contact : Contact, optional
-        Kind of contact, for a ForceLimit.
+        Kind of contact, as in `safe_speed`.
     impacts : int, optional
         How many, at least 2, 6 if not given; more if more are planned already for these speeds.
     planned : MeasurementPlan, optional
@@ -156,6 +156,8 @@ def confirm_plan(
         Fewer than 2 impacts are asked for.
     BoundNotAvailable
         The map cannot carry the bound.
+    NotReleasable
+        A weak bound.
 
     Examples
     --------
@@ -168,6 +170,8 @@ def confirm_plan(
         isinstance(impacts, bool) or not isinstance(impacts, int | np.integer) or int(impacts) < 2
     ):
         raise InputError(f"impacts: found {impacts!r}, expected a whole number of at least 2")
+    if weak := weakness(bound, force_map):
+        raise NotReleasable(f"nothing is released: {weak}")
     conditions = force_map.conditions
     tolerance = StateTolerance.stated(conditions.place_tolerance, conditions.speed_tolerance)
     lowest, highest = force_map.measured_range.lowest, force_map.measured_range.highest
@@ -213,6 +217,7 @@ def confirm_plan(
         expected_from=f"map {force_map.name!r}",
     )
     plan = _slow_to_fast(kept, added)
+    warnings = [*released.warnings, *warnings]
     refusal = ""
     if not usable.any():
         refusal = _refusal(released.reason, newtons)

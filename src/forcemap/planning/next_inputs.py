@@ -4,40 +4,41 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from forcemap.campaigns.conditions import Conditions
-from forcemap.campaigns.dataset import ImpactDataset
+from forcemap.campaigns.dataset import Binding, ImpactDataset, PhaseTwo
 from forcemap.errors import InputError
-from forcemap.limits.force_limits import Contact, ForceLimit
+from forcemap.limits.force_limits import Contact, ForceLimit, NewtonLimit
 from forcemap.planning.expectation import Expectation, StandardExpectation
 from forcemap.planning.places import FloatArray
+from forcemap.usable_limits import UsableLimit, limit_for
 
 _SPEED_STEP = 0.02  # [m/s]
 
 
-def newtons_of(limit: ForceLimit | float, contact: Contact | None) -> float:
-    """The limit in newtons."""
-    if isinstance(limit, ForceLimit):
-        if contact is None:
-            raise InputError("contact: expected transient or quasi-static, which of the limits of a body area to use")
-        return limit.force(contact)
-    if contact is not None:
-        raise InputError("contact: expected none with a limit in newtons; it chooses between those of a body area")
-    if not 0 < limit < math.inf:
-        raise InputError(f"limit: found {limit:g} N, expected a positive finite number")
-    return float(limit)
-
-
-def phase_two_refusal(dataset: ImpactDataset | None, limit: ForceLimit | float, contact: Contact | None) -> str:
-    """Why Phase II forbids the limit, whatever else is measured; empty if nothing is known to."""
-    if dataset is None or not isinstance(limit, ForceLimit) or contact is None:
-        return ""
-    error = dataset.conditions.device.error_or_default
-    if Contact.parse(contact) is Contact.TRANSIENT:
-        return dataset.phase_two.transient_refusal(limit.quasi_static, error)
-    return dataset.phase_two.quasi_static_refusal(limit.quasi_static, error)
+def limit_to_confirm(
+    limit: ForceLimit | NewtonLimit | float,
+    contact: Contact | None,
+    conditions: Conditions,
+    dataset: ImpactDataset | None,
+) -> UsableLimit:
+    """The limit, and what of the impacts so far forbids it; one in newtons counts as quasi-static unless named."""
+    stated = limit if isinstance(limit, ForceLimit) else NewtonLimit.of(limit, None, None)
+    if isinstance(stated, NewtonLimit) and np.ndim(stated.force):
+        raise InputError("limit: expected one limit in newtons")
+    usable = limit_for(
+        stated,
+        contact,
+        conditions,
+        phase_two=PhaseTwo() if dataset is None else dataset.phase_two,
+        binding=Binding() if dataset is None else dataset.binding,
+    )
+    if dataset is None and math.isnan(conditions.device.stiffness):  # can be stated until there is a map
+        return replace(usable, refusal="")
+    return usable
 
 
 def check_budget(

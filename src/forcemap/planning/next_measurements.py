@@ -15,7 +15,7 @@ from forcemap.campaigns.dataset import ImpactDataset
 from forcemap.campaigns.plan import MeasurementPlan
 from forcemap.campaigns.state import States, StateTolerance
 from forcemap.errors import BoundNotAvailable, FitError, InputError
-from forcemap.limits.force_limits import Contact, ForceLimit
+from forcemap.limits.force_limits import Contact, ForceLimit, NewtonLimit
 from forcemap.maps.bounds import MIN_DEGREES_OF_FREEDOM, ToleranceBound
 from forcemap.maps.exceedance import first_exceedance
 from forcemap.maps.fit import fit_force_map
@@ -27,8 +27,7 @@ from forcemap.planning.next_inputs import (
     check_budget,
     expectation_of,
     highest_force,
-    newtons_of,
-    phase_two_refusal,
+    limit_to_confirm,
     speeds_between,
 )
 from forcemap.planning.next_outlook import Outlook
@@ -99,7 +98,7 @@ class NextMeasurements:
 
 def next_measurements(
     measured: ImpactDataset | Conditions,
-    limit: ForceLimit | float,
+    limit: ForceLimit | NewtonLimit | float,
     *,
     contact: Contact | None = None,
     distances: Sequence[float] = (),
@@ -184,7 +183,8 @@ def next_measurements(
     conditions = measured.conditions if isinstance(measured, ImpactDataset) else measured
     if not isinstance(bound, ToleranceBound):
         raise InputError(f"bound: found {bound!r}, expected a ToleranceBound: a margin does not tell what is gained")
-    newtons = newtons_of(limit, contact)
+    usable = limit_to_confirm(limit, contact, conditions, dataset)
+    newtons, level = float(usable.newtons), float(usable.level)
     slowest, fastest = check_budget(speeds, batch, states, repeats, least_gain)
     highest = highest_force(conditions, dataset, largest_force, newtons)
     place_range = PlaceRange.of(distances, heights, known)
@@ -196,10 +196,10 @@ def next_measurements(
     left = (max(_BUDGET, so_far + _FURTHER) if states is None else states) - so_far
     force_map, no_bound = _map_with_bound(dataset, form, bound)
     targets = place_range.grid(_PLACES)
-    now = _Now.of(force_map, targets, newtons, bound)
+    now = _Now.of(force_map, targets, level, bound)
 
-    if refusal := phase_two_refusal(dataset, limit, contact):
-        return now.stop(Stop.LIMIT_NOT_USABLE, f"Phase II forbids this limit: {refusal}")
+    if usable.refusal:
+        return now.stop(Stop.LIMIT_NOT_USABLE, f"this limit cannot be confirmed: {usable.refusal}")
     ladder: Ladder
     warnings: tuple[str, ...] = ()
     if force_map is None or known is None or seen is None:
@@ -217,9 +217,9 @@ def next_measurements(
         reason = f"opening: {no_bound}"
     else:
         ladder = BoundLadder(force_map, bound, highest, seen, place_range, tolerance)
-        reach = _reach(force_map, targets, _AIM * newtons, slowest, fastest)
+        reach = _reach(force_map, targets, _AIM * level, slowest, fastest)
         can = ~np.isnan(reach)
-        hopeless = _hopeless(bound.upper(force_map, targets[:, 0], targets[:, 1], slowest) > newtons, newtons, slowest)
+        hopeless = _hopeless(bound.upper(force_map, targets[:, 0], targets[:, 1], slowest) > level, newtons, slowest)
         if not can.any():
             nowhere = f"{newtons:g} N is expected nowhere to be confirmed at {slowest:g} m/s or more"
             return now.stop(Stop.NOTHING_TO_GAIN, f"{nowhere}: {hopeless}" if hopeless else nowhere)
@@ -231,7 +231,7 @@ def next_measurements(
         if not len(planned):
             within = f"no state is left whose bound stays within {highest:g} N"
             return now.stop(Stop.OUT_OF_REACH, f"{within}{_saturated(seen)}")
-        outlook = Outlook(force_map, bound, targets, newtons, fastest)
+        outlook = Outlook(force_map, bound, targets, level, fastest)
         before, all_after = outlook.speeds(planned[:0]), outlook.speeds(planned)
         raised = max(float(np.mean(all_after - before)), 0.0)
         gain = (
@@ -251,7 +251,13 @@ def next_measurements(
     order = np.lexsort((chosen[:, 1], -chosen[:, 0], chosen[:, 2]))
     chosen = chosen[order]
     return NextMeasurements(
-        plan=runs_of(chosen, repeats, ladder.expected(chosen), expected_from=ladder.source(chosen), warnings=warnings),
+        plan=runs_of(
+            chosen,
+            repeats,
+            ladder.expected(chosen),
+            expected_from=ladder.source(chosen),
+            warnings=(*(usable.statements if math.isnan(conditions.device.stiffness) else ()), *warnings),
+        ),
         stop=None,
         reason=reason,
         upper_force=np.repeat(ladder.upper(chosen), repeats),
@@ -278,7 +284,9 @@ class _Now:
         """From a map that carries the bound; without one nothing is confirmed."""
         if force_map is None:
             return cls(np.zeros(len(places), dtype=np.bool_), math.nan)
-        found = safe_speed(force_map, *places.T, limit=limit, bound=bound)
+        if limit > force_map.highest_force - force_map.conditions.device.error_or_default:
+            return cls(np.zeros(len(places), dtype=np.bool_), 0.0, force_map.simulated)
+        found = safe_speed(force_map, *places.T, limit=limit, bound=bound, contact=Contact.QUASI_STATIC)
         speed = np.nan_to_num(found.speed)
         return cls(~np.isnan(found.speed), float(speed.mean()), force_map.simulated)
 

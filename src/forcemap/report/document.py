@@ -22,7 +22,7 @@ from forcemap.errors import InputError
 from forcemap.limits.force_limits import Contact
 from forcemap.report.curves import highest_force, state_curve
 from forcemap.report.pictures import Pictures
-from forcemap.report.seal import MARK, quoted, seal, seal_tag
+from forcemap.report.seal import MARK, made_for, quoted, seal, seal_tag
 from forcemap.speeds import floor_speed
 from forcemap.verdicts import Interpretation, VerdictOutcome
 
@@ -62,6 +62,7 @@ def report_html(assessment: CampaignAssessment, *, date: str | None = None) -> s
             date=_date(date),
             mark=MARK,
             seal_tag=Markup(seal_tag()),
+            limits_made_for=made_for(assessment.limits),
             inputs_sha256=inputs_sha256(assessment.inputs),
             pictures=Pictures(assessment),
             headlines=[_headline(each) for each in assessment.speeds],

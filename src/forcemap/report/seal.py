@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import os
 import re
+from collections.abc import Iterable
 from dataclasses import dataclass
 from html.parser import HTMLParser
 from urllib.parse import quote, unquote_to_bytes
 
 from forcemap.errors import InputError
 from forcemap.files import sha256
+from forcemap.limits.force_limits import ForceLimit
 
 MARK = "forcemap-report/1"
 """Schema of the page; it stands within its first 4000 bytes."""
@@ -30,12 +32,20 @@ class Sealed:
         SHA-256 of every input by its path below the campaign's folder.
     intact : bool
         True if the page is as it was written.
+    made_for : str
+        The body areas it was made for, as `made_for` names them; empty if it does not say.
     """
 
     software: str
     date: str
     inputs: dict[str, str]
     intact: bool
+    made_for: str = ""
+
+
+def made_for(limits: Iterable[ForceLimit]) -> str:
+    """The body areas of a report, each with the version of its table of limits."""
+    return ", ".join(sorted(f"{limit.name} ({limit.edition}, {limit.sha256[:12]})" for limit in limits))
 
 
 def seal_tag() -> str:
@@ -77,6 +87,7 @@ def read_seal(content: bytes, file: str) -> Sealed:
         date=found.meta.get("forcemap-date", ""),
         inputs=found.inputs,
         intact=sha256(page.replace(_SEAL.format(own), seal_tag(), 1)) == own,
+        made_for=found.meta.get("forcemap-limits", ""),
     )
 
 

@@ -164,9 +164,8 @@ _PLAIN = "text/plain; charset=utf-8"
 
 def _file(kind: str) -> dict[int | str, dict[str, Any]]:
     kinds = {*_TYPES.values(), _PLAIN} if kind == "any" else {_TYPES[kind]}
-    return {
-        200: {"content": {each: {"schema": {"type": "string"}} for each in sorted(kinds)}, "description": "A file."}
-    }
+    schemas = {each: {"schema": {"type": "object" if each == _TYPES["json"] else "string"}} for each in sorted(kinds)}
+    return {200: {"content": schemas, "description": "A file."}}
 
 
 def _download(text: str, file: str) -> Response:

@@ -65,19 +65,24 @@ def fitted(campaign: Path) -> Fitted:
         return _settled(_fitted, campaign)
 
 
-def _contents(campaign: Path) -> tuple[str, str]:
-    table, described = campaign / "impacts.csv", campaign / "campaign.toml"
-    if not table.exists():
+_Contents = tuple[str, ...]
+
+_FILES = ("impacts.csv", "campaign.toml", "recordings.csv")  # what a map rests on
+
+
+def _contents(campaign: Path) -> _Contents:
+    """SHA-256 of the files that a map rests on; empty for one that is not there."""
+    if not (campaign / _FILES[0]).exists():
         message = "there are no impacts yet, so no map; add recordings, or run forcemap collect"
         raise Refusal(409, "no_impacts", message)
-    return file_sha256(table), file_sha256(described) if described.exists() else ""
+    return tuple(file_sha256(campaign / name) if (campaign / name).exists() else "" for name in _FILES)
 
 
-def _settled(read: Callable[[Path, str, str], _Found], campaign: Path) -> _Found:
+def _settled(read: Callable[[Path, _Contents], _Found], campaign: Path) -> _Found:
     """What is read from files that stay as they are meanwhile."""
     for _ in range(_TRIES):
         try:
-            return read(campaign, *_contents(campaign))
+            return read(campaign, _contents(campaign))
         except _ChangedError:
             continue
     message = "its files are changed again and again while they are read; ask again when they stay"
@@ -85,26 +90,26 @@ def _settled(read: Callable[[Path, str, str], _Found], campaign: Path) -> _Found
 
 
 @lru_cache(maxsize=16)
-def _impacts(campaign: Path, table: str, conditions: str) -> ImpactDataset:
+def _impacts(campaign: Path, contents: _Contents) -> ImpactDataset:
     """The impacts of files with these hashes; an error is not kept."""
     try:
         dataset = read_dataset(campaign)
     except ForcemapError:
-        _require_same(campaign, table, conditions)
+        _require_same(campaign, contents)
         raise
-    if dataset.sha256 != table:
+    if dataset.sha256 != contents[0]:
         raise _ChangedError
-    _require_same(campaign, table, conditions)
+    _require_same(campaign, contents)
     return dataset
 
 
-def _require_same(campaign: Path, table: str, conditions: str) -> None:
-    if _contents(campaign) != (table, conditions):
+def _require_same(campaign: Path, contents: _Contents) -> None:
+    if _contents(campaign) != contents:
         raise _ChangedError
 
 
 @lru_cache(maxsize=16)
-def _fitted(campaign: Path, table: str, conditions: str) -> Fitted:
-    dataset = _impacts(campaign, table, conditions)
+def _fitted(campaign: Path, contents: _Contents) -> Fitted:
+    dataset = _impacts(campaign, contents)
     force_map = fit_force_map(dataset)
     return Fitted(dataset, force_map, map_accuracy(force_map, dataset))

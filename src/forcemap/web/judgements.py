@@ -166,9 +166,13 @@ def file_answer(path: Path, name: str, campaign: Path, question: Area, limits: L
         quasi_static_limit_N=limit.quasi_static if limit.permitted else None,
         limit_source=str(limit),
         device_range_N=number(conditions.device.range),
-        notes=[*limits.statements, *notes, "pressure is not assessed"],
+        notes=[*_head_words(limit), *limits.statements, *notes, "pressure is not assessed"],
         recordings=answers,
     )
+
+
+def _head_words(limit: ForceLimit) -> list[str]:
+    return [limit.head_statement] if limit.head_statement else []
 
 
 def table_answer(path: Path, name: str, campaign: Path) -> TableAnswer:

@@ -110,15 +110,17 @@ def task_answer(found: Fitted, question: PathQuestion, limits: Limits) -> TaskAn
     """A task of one point, or of a path through points."""
     if len(question.places) > 1:
         speeds = speeds_along(found, question, limits)
-        along, stop, statements = _along(speeds), None, speeds.statements
+        along, stop, statements, warnings = _along(speeds), None, speeds.statements, speeds.warnings
     else:
-        along, (stop, statements) = None, _stop(found, question, limits)
+        along, (stop, statements, warnings) = None, _stop(found, question, limits)
     points = []
     for distance, height in question.places:
         at = place_speed(found, question, distance, height, limits)
         names = set(TaskPoint.model_fields) - {"distance_m", "height_m"}
         points.append(TaskPoint(distance_m=distance, height_m=height, **{name: getattr(at, name) for name in names}))
-    return TaskAnswer(points=points, point=stop, path=along, basis=basis_of(found, question, limits, statements))
+    return TaskAnswer(
+        points=points, point=stop, path=along, basis=basis_of(found, question, limits, statements, warnings)
+    )
 
 
 def speeds_along(found: Fitted, question: PathQuestion, limits: Limits) -> PathSpeeds:
@@ -144,11 +146,12 @@ def speeds_along(found: Fitted, question: PathQuestion, limits: Limits) -> PathS
     )
 
 
-def _stop(found: Fitted, question: PathQuestion, limits: Limits) -> tuple[Stop, tuple[str, ...]]:
-    """What holds at the one point and as far around it as the robot may be."""
+def _stop(found: Fitted, question: PathQuestion, limits: Limits) -> tuple[Stop, tuple[str, ...], tuple[str, ...]]:
+    """What holds at the one point and as far around it as the robot may be; what it rests on, what is said first."""
     allowance, programmed = _allowance(question), number(question.programmed)
     distance, height = np.array(question.places).T
-    statements = tuple(found.force_map.conditions.assumptions())
+    statements: tuple[str, ...] = tuple(found.force_map.conditions.assumptions())
+    warnings: tuple[str, ...] = ()
     try:
         zone = zone_speeds(
             found.force_map,
@@ -161,7 +164,8 @@ def _stop(found: Fitted, question: PathQuestion, limits: Limits) -> tuple[Stop, 
         speed, outcome, reason = math.nan, NOT_PERMITTED, error.message
     else:
         speed = float(zone.speed[0]) - allowance.speed
-        outcome, reason, statements = str(zone.outcome[0]), str(zone.reason[0]), zone.statements
+        outcome, reason = str(zone.outcome[0]), str(zone.reason[0])
+        statements, warnings = zone.statements, zone.warnings
         if speed <= 0:
             speed, outcome = math.nan, SpeedOutcome.UNCONFIRMED.value
             reason = "nothing is left once the speed overshoot is subtracted"
@@ -174,7 +178,7 @@ def _stop(found: Fitted, question: PathQuestion, limits: Limits) -> tuple[Stop, 
         too_fast=programmed is not None and not programmed <= speed,
     )
     compared = "not stated, so none is compared with the allowed one" if programmed is None else f"{programmed:g} m/s"
-    return stop, (*statements, str(allowance), f"programmed speed: {compared}")
+    return stop, (*statements, str(allowance), f"programmed speed: {compared}"), warnings
 
 
 def _allowance(question: PathQuestion) -> Allowance:

@@ -38,6 +38,7 @@ class Basis(BaseModel):
     map_sha256: str
     limits_sha256: str
     simulated: bool
+    warnings: list[str]
     assumptions: list[str]
 
 
@@ -116,7 +117,7 @@ def place_speed(found: Fitted, question: Question, distance: float, height: floa
         bound_force_N=number(speed.bound_force),
         margin_10_speed_mps=number(beside.speed),
         margin_10_outcome=beside.outcome.value,
-        basis=basis_of(found, question, limits, speed.statements),
+        basis=basis_of(found, question, limits, speed.statements, speed.warnings),
     )
 
 
@@ -130,15 +131,15 @@ def speed_map_answer(found: Fitted, question: Resolution, limits: Limits) -> Spe
     try:
         speed = many_safe_speeds(force_map, at_d, at_h, **case)
         middle = safe_speed(force_map, float(d.mean()), float(h.mean()), **case)
-        reason, statements = "", middle.statements
+        reason, statements, warnings = middle.refusal, middle.statements, middle.warnings
         outcome = np.full(speed.shape, _OUTCOMES.index(SpeedOutcome.ADMISSIBLE))
         outcome[speed >= high] = _OUTCOMES.index(SpeedOutcome.CAPPED)
         outcome[np.isnan(speed)] = _OUTCOMES.index(SpeedOutcome.UNCONFIRMED)
-        if middle.outcome is SpeedOutcome.UNCONFIRMED:
+        if not reason and middle.outcome is SpeedOutcome.UNCONFIRMED:
             reason = middle.reason
     except ContactNotPermitted as error:
         speed = np.full(at_d.shape, math.nan)
-        reason, statements = error.message, ()
+        reason, statements, warnings = error.message, (), ()
         outcome = np.full(speed.shape, _OUTCOMES.index(NOT_PERMITTED))
     outcome[np.isnan(high)] = _OUTCOMES.index(SpeedOutcome.OUTSIDE)
     return SpeedMapAnswer(
@@ -149,7 +150,7 @@ def speed_map_answer(found: Fitted, question: Resolution, limits: Limits) -> Spe
         outcome=outcome.tolist(),
         counts={name: int(np.sum(outcome == i)) for i, name in enumerate(_OUTCOMES)},
         reason=reason,
-        basis=basis_of(found, question, limits, statements),
+        basis=basis_of(found, question, limits, statements, warnings),
     )
 
 
@@ -164,8 +165,10 @@ def grid(found: Fitted, places: int) -> tuple[Any, Any]:
     return axis(box.lowest[0], box.highest[0]), axis(box.lowest[1], box.highest[1])
 
 
-def basis_of(found: Fitted, question: Question, limits: Limits, statements: tuple[str, ...]) -> Basis:
-    """What an answer rests on; without statements of a speed, what the map assumes."""
+def basis_of(
+    found: Fitted, question: Question, limits: Limits, statements: tuple[str, ...], warnings: tuple[str, ...] = ()
+) -> Basis:
+    """What an answer rests on; without statements of a speed, what the map assumes. Warnings are said first."""
     bound, limit = question.bound_of(found.force_map), limits.of(question.area)
     return Basis(
         area=limit.name,
@@ -177,5 +180,6 @@ def basis_of(found: Fitted, question: Question, limits: Limits, statements: tupl
         map_sha256=map_sha256(found.force_map),
         limits_sha256=limit.sha256,
         simulated=found.force_map.simulated,
+        warnings=list(warnings),
         assumptions=[*limits.statements, *(statements or found.force_map.conditions.assumptions())],
     )

@@ -1,0 +1,563 @@
+"""What must let no speed through, looked for at every face: library, commands, page, report, zones, paths, exports.
+
+Each case changes one thing about a campaign that gives speeds everywhere; then none of the faces may give one, and each
+says why.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+
+import numpy as np
+import pytest
+
+import forcemap as fm
+from pulses import TOML, collect, rows, write_campaign
+from web_server import client_of
+
+HAND = fm.force_limit("back_of_hand")
+OPTIONS = ("--area", "back_of_hand", "--contact", "quasi-static")
+CASE = {"limit": HAND, "contact": fm.Contact.QUASI_STATIC, "bound": fm.ToleranceBound()}
+DOWN = TOML + '[contact]\ndirection = "down"\nsite = "flange"\n[robot]\nsafety_settings = "A"\nmoving_mass_kg = 30.0\n'
+PLACE = {"distance_m": 0.85, "height_m": 0.25}
+QUESTION = {"area": "back_of_hand", "contact": "quasi-static"}
+
+
+@pytest.fixture(scope="module")
+def sound(tmp_path_factory):
+    """A campaign that was collected, beside a path and a task file."""
+    home = tmp_path_factory.mktemp("doors")
+    folder = write_campaign(home / "cell", toml=DOWN)
+    collect(folder)
+    (home / "press.csv").write_text("x_m,y_m,z_m\n0.85,0,0.3\n0.85,0,0.22\n")
+    (home / "table.csv").write_text("x_m,y_m,z_m\n0.05,0,0.1\n0.05,0,0.02\n")
+    return folder
+
+
+@pytest.fixture
+def cell(sound, tmp_path, monkeypatch):
+    shutil.copytree(sound.parent, tmp_path, dirs_exist_ok=True)
+    monkeypatch.chdir(tmp_path)
+    return tmp_path / "cell"
+
+
+def library(folder):
+    """(has a speed, why) of every kind of speed that the library gives."""
+    force_map = fm.fit_force_map(fm.read_dataset(folder))
+    found = fm.safe_speed(force_map, 0.85, 0.25, **CASE)
+    yield "speed", found.outcome.has_speed, found.reason
+    grid = fm.speed_map(force_map, *fm.measured_grid(force_map, 0.05), **CASE)
+    yield "speed map", grid.fastest is not None, str(grid.speeds.reason)
+    many = fm.many_safe_speeds(force_map, [0.85, 0.7], [0.25, 0.3], **CASE)
+    yield "many speeds", bool(np.isfinite(many).any()), found.reason
+    zones = fm.zone_speeds(force_map, fm.Zones([0.8, 0.6], [0.85, 0.65], [0.22, 0.3], [0.27, 0.35]), **CASE)
+    yield "zones", bool(np.isfinite(zones.speed).any()), str(zones.reason)
+    path = fm.ToolPath.through([[0.85, 0, 0.3], [0.85, 0, 0.22]])
+    task = fm.one_segment_task("path", ("back_of_hand",), fm.Contact.QUASI_STATIC)
+    speeds = fm.path_speeds(force_map, path, task, bound=CASE["bound"])
+    yield "path", not speeds.refused.all(), str(speeds.reason)
+    places = fm.place_task(force_map, fm.ToolPath.through([[0.05, 0, 0.1], [0.05, 0, 0.02]]), task,
+                           bound=CASE["bound"], step=0.1)  # fmt: skip
+    yield "place", bool(places.permitted.any()), str(places.closest_speeds.reason)
+    fm.write_map(force_map, folder.parent / "again.json")
+    again = fm.safe_speed(fm.read_map(folder.parent / "again.json"), 0.85, 0.25, **CASE)
+    yield "map file", again.outcome.has_speed, again.reason
+    confirm = fm.confirm_plan(force_map, HAND, bound=CASE["bound"], contact=fm.Contact.QUASI_STATIC)
+    yield "confirm", not confirm.refusal, confirm.refusal
+    try:
+        table = fm.robot_table(force_map, limits=[(HAND, fm.Contact.QUASI_STATIC)], bound=CASE["bound"])
+        yield "robot table", table.permitted > 0, table.refusal
+    except fm.NotReleasable as error:
+        yield "robot table", False, error.message
+
+
+def commands(folder, forcemap):
+    for name, arguments in (
+        ("speed", ("speed", folder, "--distance", 0.85, "--height", 0.25, *OPTIONS)),
+        ("speed-map", ("speed-map", folder, *OPTIONS)),
+        ("path", ("path", folder, "press.csv", *OPTIONS)),
+        ("place", ("place", folder, "table.csv", *OPTIONS, "--step-m", 0.1)),
+        ("plan --confirm", ("plan", "--confirm", folder, *OPTIONS)),
+    ):
+        code, out, err = forcemap(*arguments)
+        yield name, code == 0, out + err
+    for kind in ("csv", "urscript", "krl", "safety"):
+        target = folder.parent / kind
+        target.mkdir()
+        code, out, err = forcemap(
+            "export", folder, "--format", kind, *OPTIONS, "-o", target if kind == "krl" else target / "out"
+        )
+        assert bool(list(target.iterdir())) == (code == 0)
+        yield f"export {kind}", code == 0, out + err
+    code, out, err = forcemap("report", folder, "--area", "back_of_hand", "-o", folder.parent / "report.html")
+    assert code == 0
+    page = (folder.parent / "report.html").read_text()
+    answer = re.search(r"back of hand, quasi-static</th>.*?</tr>", page, re.S)[0]
+    yield "report", "NOT CONFIRMED" not in answer, re.sub("<[^>]*>", " ", page)
+
+
+def page(folder):
+    base = f"/api/campaigns/{folder.name}"
+    with client_of(folder.parent) as client:
+        speed = client.get(f"{base}/speed", params=QUESTION | PLACE).json()
+        yield "page: speed", speed["speed_mps"] is not None, speed["reason"]
+        speeds = client.get(f"{base}/speeds", params=QUESTION | {"places": 100}).json()
+        some = any(v is not None for row in speeds["speed_mps"] for v in row)
+        yield "page: speeds", some, speeds["reason"]
+        for points in ("0.85,0.25", "0.85,0.3;0.85,0.22"):
+            task = client.get(f"{base}/task", params=QUESTION | {"points": points}).json()
+            given = task["point"]["speed_mps"] if task["point"] else task["path"]["lowest_speed_mps"]
+            yield f"page: task {points}", given is not None, json.dumps(task)
+        export = client.get(f"{base}/files/speeds", params=QUESTION | {"format": "json"})
+        given = export.status_code == 200 and any(zone["speed_mps"] for zone in export.json()["zones"])
+        yield "page: export", given, export.text
+
+
+def faces(folder, forcemap):
+    return [*library(folder), *commands(folder, forcemap), *page(folder)]
+
+
+def state(folder, old, new):
+    path = folder / "campaign.toml"
+    assert old in path.read_text()
+    path.write_text(path.read_text().replace(old, new))
+
+
+def soft_device(folder):
+    state(folder, "stiffness_N_per_m = 75000.0", "stiffness_N_per_m = 25000.0")
+    collect_anew(folder)
+    return "spring of 25 N/mm is softer than 0.9 of the 75 N/mm of back_of_hand"
+
+
+def no_device(folder):
+    state(folder, "stiffness_N_per_m = 75000.0", "")
+    collect_anew(folder)
+    return "the spring of the measuring device is not stated"
+
+
+def lower_forces(folder):
+    table = folder / "impacts.csv"
+    lines = table.read_text().splitlines()
+    at = lines[0].split(",").index("peak_force_N")
+    cells = [line.split(",") for line in lines[1:]]
+    edited = [",".join([*row[:at], f"{0.85 * float(row[at]):.2f}", *row[at + 1 :]]) for row in cells]
+    table.write_text("\n".join([lines[0], *edited]) + "\n")
+    return "impacts.csv is not what forcemap collect wrote"
+
+
+def one_force_lower(folder):
+    table = folder / "impacts.csv"
+    peak = rows(table)[5]["peak_force_N"]
+    table.write_text(table.read_text().replace(peak, f"{0.9 * float(peak):.2f}", 1))
+    return "impacts.csv is not what forcemap collect wrote"
+
+
+def a_row_less(folder):
+    table = folder / "impacts.csv"
+    table.write_text("".join(table.read_text().splitlines(keepends=True)[:-1]))
+    return "impacts.csv is not what forcemap collect wrote"
+
+
+def an_exclusion(folder):
+    register = folder / "recordings.csv"
+    lines = register.read_text().splitlines()
+    at = lines[0].split(",").index("exclude")
+    row = lines[3].split(",")
+    register.write_text("\n".join([*lines[:3], ",".join([*row[:at], "slipped", *row[at + 1 :]]), *lines[4:]]) + "\n")
+    return "recordings.csv was changed since forcemap collect wrote it"
+
+
+def other_settings(folder):
+    state(folder, 'safety_settings = "A"', 'safety_settings = "B"')
+    return "robot.safety_settings was 'A' when 27 of the recordings were registered, campaign.toml says 'B'"
+
+
+def other_settings_collected_again(folder):
+    said = other_settings(folder)
+    collect(folder)
+    return said
+
+
+def collect_anew(folder):
+    """As if it had been measured so."""
+    (folder / "recordings.csv").unlink()
+    collect(folder)
+
+
+DOORS = (
+    soft_device, no_device, lower_forces, one_force_lower, a_row_less, an_exclusion, other_settings,
+    other_settings_collected_again,
+)  # fmt: skip
+
+
+def test_a_sound_campaign_has_speeds_at_every_face(cell, forcemap):
+    found = faces(cell, forcemap)
+    assert [name for name, has_speed, _ in found if not has_speed] == []
+    assert len(found) == 24
+
+
+@pytest.mark.parametrize("door", DOORS, ids=lambda door: door.__name__)
+def test_no_face_gives_a_speed(cell, forcemap, door):
+    why = door(cell)
+    found = faces(cell, forcemap)
+    assert [name for name, has_speed, _ in found if has_speed] == []
+    flat = [(name, " ".join(said.replace("&#39;", "'").split())) for name, _, said in found]
+    unfinished = "planned states without an impact"  # is said before
+    assert [name for name, said in flat if why not in said and unfinished not in said] == []
+    assert len(found) == 24
+
+
+def test_a_clamping_robot_has_no_transient_speed_in_newtons_either(forcemap, ask, tmp_path):
+    """The published KUKA clamped in all 369 impacts."""
+    kuka, at = fm.published_map("kuka-iiwa7-30nm"), ("--distance", 0.8, "--height", 0.4)
+    bound = fm.FixedMargin()
+    with pytest.raises(fm.InputError, match="contact"):
+        fm.safe_speed(kuka, 0.8, 0.4, limit=280.0, bound=bound)
+    for limit in (280.0, fm.NewtonLimit(280.0, 140.0, 75e3), HAND):
+        case = {"limit": limit, "contact": fm.Contact.TRANSIENT, "bound": bound}
+        found = fm.safe_speed(kuka, 0.8, 0.4, **case)
+        assert found.outcome is fm.SpeedOutcome.UNCONFIRMED
+        assert "impacts that clamp: 369" in found.reason
+        assert np.isnan(fm.zone_speeds(kuka, fm.Zones(0.8, 0.82, 0.4, 0.42), **case).speed).all()
+        assert np.isnan(fm.many_safe_speeds(kuka, 0.8, 0.4, **case)).all()
+        assert fm.speed_map(kuka, [0.8], [0.4], **case).fastest is None
+    assert forcemap("speed", "kuka-iiwa7-30nm", *at, "--limit-N", 280)[0] == 2
+    for contact in ("transient", "quasi-static"):
+        options = ("--limit-N", 280, "--contact", contact)
+        code, found = ask("speed", "kuka-iiwa7-30nm", *at, *options)
+        assert (code, found["outcome"]) == ((1, "unconfirmed") if contact == "transient" else (0, "admissible"))
+        assert forcemap("speed-map", "kuka-iiwa7-30nm", *options)[0] == code
+        program = tmp_path / f"{contact}.script"
+        assert forcemap("export", "kuka-iiwa7-30nm", "--format", "urscript", *options, "-o", program)[0] == 2
+        assert not program.exists()
+    options = ("--limit-N", 280, "--contact", "transient", "--limit-spring-N-per-mm", 75)
+    assert forcemap("export", "kuka-iiwa7-30nm", "--format", "urscript", *options, "-o", program)[0] == 1
+    assert not program.exists()
+
+
+def test_a_limit_in_newtons_needs_what_phase_two_is_held_against(examples):
+    """One recorded Phase II force, and a transient limit needs its quasi-static part; unnamed it counts for both."""
+    ur10e = examples["ur10e"]
+    frame = ur10e.to_frame()
+    calm = fm.fit_force_map(ur10e)
+    assert fm.safe_speed(calm, 0.8, 0.4, limit=280.0, bound=fm.ToleranceBound()).outcome.has_speed
+    for force, unnamed, part, permitted in (
+        (20.0, True, 140.0, True),
+        (138.5, False, 140.0, False),
+        (138.5, False, 150.0, True),
+    ):
+        frame["phase2_force_N"] = force
+        held = fm.fit_force_map(fm.ImpactDataset.from_frame(frame, conditions=ur10e.conditions))
+        case = {"limit": 280.0, "bound": fm.ToleranceBound()}
+        if unnamed:
+            assert fm.safe_speed(held, 0.8, 0.4, **case).outcome.has_speed
+        else:
+            with pytest.raises(fm.InputError, match="contact"):
+                fm.safe_speed(held, 0.8, 0.4, **case)
+        with pytest.raises(fm.InputError, match="quasi-static limit"):
+            fm.safe_speed(held, 0.8, 0.4, **case, contact="transient")
+        found = fm.safe_speed(held, 0.8, 0.4, **case, contact="transient", quasi_static_limit=part)
+        assert found.outcome.has_speed == permitted
+        assert ("no transient limit" in found.reason) != permitted
+    unknown = fm.fit_force_map(fm.ImpactDataset.from_frame(frame.drop(columns=["scenario", "phase2_force_N"]),
+                                                           conditions=ur10e.conditions))  # fmt: skip
+    with pytest.raises(fm.InputError, match="Phase II not measured"):
+        fm.safe_speed(unknown, 0.8, 0.4, **case)
+    assert "Phase II not measured" in fm.safe_speed(unknown, 0.8, 0.4, **case, contact="transient").reason
+    for options, words in (
+        ({"contact": "transient", "quasi_static_limit": 281.0}, "quasi-static limit"),
+        ({"contact": "transient", "quasi_static_limit": 0.0}, "quasi-static limit"),
+        ({"contact": "quasi-static", "quasi_static_limit": 140.0}, "quasi-static itself"),
+        ({"contact": "transient", "spring_N_per_m": 75.0}, "75 N/mm is 75000"),
+    ):
+        with pytest.raises(fm.InputError, match=words):
+            fm.safe_speed(calm, 0.8, 0.4, **case, **options)
+
+
+@pytest.mark.parametrize(
+    ("device", "area"), [(70e3, "back_of_hand"), (67.5e3, "palm"), (24e3, "chest"), (9e3, "abdomen")]
+)
+def test_a_slightly_soft_device_raises_the_bound_by_the_root(examples, device, area):
+    limit = fm.force_limit(area)
+    as_wide = {"contact": "transient", "bound": fm.ToleranceBound()}
+    ur10e = examples["ur10e"]
+    frame, cell = ur10e.to_frame(), fm.Device(range=500.0, error=3.0, stiffness=device)
+    soft = fm.fit_force_map(fm.ImpactDataset.from_frame(frame, conditions=fm.Conditions(device=cell)))
+    raised = (limit.stiffness / device) ** 0.5
+    found = fm.safe_speed(soft, 0.8, 0.4, limit=limit, **as_wide)
+    force = limit.transient / raised
+    alike = fm.safe_speed(soft, 0.8, 0.4, limit=force, **as_wide)
+    assert found.speed == alike.speed < fm.safe_speed(soft, 0.8, 0.4, limit=limit.transient, **as_wide).speed
+    assert found.bound_force == pytest.approx(limit.transient, abs=1e-3)
+    assert found.bound_force == pytest.approx(raised * alike.bound_force, rel=1e-12)
+    zone = fm.Zones(0.8, 0.81, 0.4, 0.41)
+    assert fm.zone_speeds(soft, zone, limit=limit, **as_wide).speed <= found.speed
+    assert any(f"raised by {100 * (raised - 1):.1f} %" in line for line in found.statements)
+    softer = fm.Conditions(device=fm.Device(range=500.0, error=3.0, stiffness=0.9 * limit.stiffness - 1))
+    refused = fm.safe_speed(
+        fm.fit_force_map(fm.ImpactDataset.from_frame(frame, conditions=softer)), 0.8, 0.4, limit=limit, **as_wide
+    )
+    assert refused.outcome is fm.SpeedOutcome.UNCONFIRMED
+    assert np.isnan(refused.extrapolated_speed)
+
+
+def test_verdicts_know_the_spring(cell, ask):
+    file = cell / "recordings" / "d500-h200-v100-r1.csv"
+    impact = fm.find_impact(fm.read_recording(file, device=fm.Device(range=500.0, error=3.0, stiffness=75e3)))
+    assert fm.check_impact(impact, HAND).outcome is fm.VerdictOutcome.WITHIN
+    for spring, words in ((25e3, "25 N/mm is softer than 0.9 of the 75 N/mm"), (np.nan, "not stated")):
+        device = fm.Device(range=500.0, error=3.0, stiffness=spring)
+        soft = fm.find_impact(fm.read_recording(file, device=device))
+        verdict = fm.check_impact(soft, HAND)
+        assert verdict.outcome is fm.VerdictOutcome.CANNOT_TELL
+        assert words in verdict.governing.reason
+        low = fm.NewtonLimit(20.0, spring_N_per_m=75e3)
+        assert (
+            fm.check_impact(soft, low).outcome is fm.VerdictOutcome.EXCEEDED
+        )  # too low a reading exceeds all the same
+    peak = impact.verdict_peak_force
+    slightly = fm.find_impact(fm.read_recording(file, device=fm.Device(range=500.0, error=3.0, stiffness=70e3)))
+    raised = (75 / 70) ** 0.5
+    for limit, outcome in ((raised * (peak + 3.0) + 0.1, "within"), (raised * (peak + 3.0) - 0.1, "cannot_tell")):
+        assert fm.check_impact(slightly, limit, spring_N_per_m=75e3).outcome == outcome
+        assert fm.check_impact(slightly, limit).outcome == "within"
+    assert ask("check", file, "--area", "back_of_hand")[0] == 0  # its campaign.toml states the spring
+    state(cell, "stiffness_N_per_m = 75000.0", "stiffness_N_per_m = 25000.0")
+    code, found = ask("check", file, "--area", "back_of_hand")
+    assert (code, found["outcome"]) == (2, "cannot_tell")
+    assert ask("check", cell, "--area", "back_of_hand")[0] == 2
+    with client_of(cell.parent) as client:
+        answer = client.post(
+            f"/api/campaigns/{cell.name}/judge",
+            params={"area": "back_of_hand", "file": "run.csv"},
+            content=file.read_bytes(),
+            headers={"content-type": "application/octet-stream"},
+        )
+    assert answer.json()["verdict"] == "cannot_tell"
+
+
+def test_a_limit_in_newtons_makes_no_clamping_impact_within(ask, tmp_path):
+    from pulses import pulse, save
+
+    save(tmp_path / "run.csv", *pulse(200.0, held=100.0))
+    device = ("--device-range-N", 500, "--device-spring-N-per-mm", 75)
+    for options, code in (
+        ((), 2),
+        (("--quasi-static-limit-N", 140), 1),
+        (("--quasi-static-limit-N", 240), 0),
+        (("--contact", "quasi-static"), 0),
+        (("--contact", "transient"), 2),
+    ):
+        assert ask("check", tmp_path / "run.csv", "--limit-N", 280, *options, *device)[0] == code, options
+    warned = ask("check", tmp_path / "run.csv", "--limit-N", 280, *device)[1]["warnings"]
+    assert warned[0].startswith("LIMIT FOR THE DEVICE ALONE")
+
+
+@pytest.mark.parametrize(
+    "weak", [("--bound", "margin", "--margin", 0), ("--bound", "margin", "--margin", 0.05), ("--confidence", 0.5),
+             ("--content", 0.9)],
+)  # fmt: skip
+def test_weak_bounds_are_said_first_and_not_exported(cell, ask, forcemap, weak):
+    at = ("--distance", 0.85, "--height", 0.25)
+    assert forcemap("speed", cell, *at, *OPTIONS, *weak)[1].startswith("WEAK BOUND")
+    assert forcemap("speed-map", cell, *OPTIONS, *weak)[1].startswith("WEAK BOUND")
+    assert ask("speed", cell, *at, *OPTIONS, *weak)[1]["warnings"][0].startswith("WEAK BOUND")
+    assert "WEAK BOUND" in forcemap("path", cell, "press.csv", *OPTIONS, *weak)[1].splitlines()[0]
+    assert "WEAK BOUND" in forcemap("place", cell, "table.csv", *OPTIONS, "--step-m", 0.1, *weak)[1].splitlines()[0]
+    target = cell.parent / "out"
+    code, _, err = forcemap("export", cell, "--format", "urscript", *OPTIONS, *weak, "-o", target)
+    assert (code, target.exists()) == (2, False)
+    assert "nothing is exported: WEAK BOUND" in err
+    forcemap("report", cell, "--area", "back_of_hand", *weak, "-o", cell.parent / "weak.html")
+    assert re.search(r"WEAK BOUND", (cell.parent / "weak.html").read_text())
+    names = {"--bound": "bound", "--margin": "margin", "--confidence": "confidence", "--content": "content"}
+    asked = {names[name]: value for name, value in zip(weak[::2], weak[1::2], strict=True)}
+    with client_of(cell.parent) as client:
+        base = f"/api/campaigns/{cell.name}"
+        answer = client.get(f"{base}/speed", params=QUESTION | PLACE | asked).json()
+        assert answer["basis"]["warnings"][0].startswith("WEAK BOUND")
+        shown = client.get(f"/campaigns/{cell.name}/speeds", params=QUESTION | PLACE | asked).text
+        assert shown.index("WEAK BOUND") < shown.index('class="figure"')
+        assert client.get(f"{base}/files/speeds", params=QUESTION | asked).status_code == 409
+        path = {"points": "0.85,0.3;0.85,0.22", "programmed_mps": 0.2}
+        assert client.get(f"{base}/files/scaling.csv", params=QUESTION | asked | path).status_code == 409
+    force_map = fm.fit_force_map(fm.read_dataset(cell))
+    with pytest.raises(fm.NotReleasable):
+        fm.confirm_plan(force_map, HAND, bound=fm.FixedMargin(0.0), contact=fm.Contact.QUASI_STATIC)
+
+
+def test_collect_replaces_no_table_that_it_did_not_write(tmp_path, forcemap):
+    folder = fm.copy_example("ur10e", tmp_path / "cell")
+    before = (folder / "impacts.csv").read_bytes()
+    assert before.count(b"\n") == 346
+    fm.write_plan(fm.plan_measurements((0.5, 0.7, 0.9), (0.2, 0.3, 0.4), (0.1, 0.2, 0.3), repeats=1), folder)
+    from pulses import pulse, save
+
+    save(folder / "recordings" / "d500-h200-v100-r1.csv", *pulse(150.0))
+    with (folder / "campaign.toml").open("a") as stream:
+        stream.write('\n[recordings]\ntime = "time_s"\nforce = "force_N"\n')
+    code, _, err = forcemap("collect", folder)
+    assert (code, (folder / "impacts.csv").read_bytes()) == (2, before)
+    assert "did not write this table" in err
+    with client_of(folder.parent) as client:
+        text = (folder / "recordings" / "d500-h200-v100-r1.csv").read_bytes().replace(b"\n0.", b"\n0.0", 1)
+        answer = client.post(f"/api/campaigns/{folder.name}/recordings",
+                             params={"file": "d700-h200-v100-r1.csv", "area": "back_of_hand"}, content=text,
+                             headers={"content-type": "application/octet-stream"})  # fmt: skip
+        assert "did not write this table" in answer.text
+    assert (folder / "impacts.csv").read_bytes() == before
+
+
+def test_an_edited_table_is_not_replaced_either(cell):
+    lower_forces(cell)
+    before = (cell / "impacts.csv").read_bytes()
+    with pytest.raises(fm.InputError, match="did not write this table, or it was changed since"):
+        collect(cell)
+    assert (cell / "impacts.csv").read_bytes() == before
+    (cell / "impacts.csv").rename(cell / "edited.csv")
+    assert collect(cell).binding.state is fm.BindingState.BOUND
+
+
+def test_a_report_for_another_area_is_not_replaced(cell, forcemap):
+    assert forcemap("report", cell, "--area", "back_of_hand")[0] == 0
+    before = (cell / "report.html").read_bytes()
+    code, _, err = forcemap("report", cell, "--area", "chest")
+    assert (code, (cell / "report.html").read_bytes()) == (2, before)
+    assert "made for back_of_hand" in err
+    assert forcemap("report", cell, "--area", "back_of_hand")[0] == 0
+    assert forcemap("report", cell, "--area", "chest", "-o", cell / "chest.html")[0] == 0
+
+
+def test_what_is_stated_later_completes_the_conditions_and_what_was_stated_stays(cell):
+    state(cell, 'site = "flange"\n', 'site = "flange"\nspeed = "measured"\n')
+    assert fm.read_dataset(cell).binding.state is fm.BindingState.BOUND  # it was not stated then
+    collect(cell)
+    assert {row["contact.speed"] for row in rows(cell / "recordings.csv")} == {"measured"}
+    state(cell, 'speed = "measured"', 'speed = "commanded"')
+    assert "contact.speed was 'measured'" in fm.read_dataset(cell).binding.reason
+    collect(cell)
+    assert {row["contact.speed"] for row in rows(cell / "recordings.csv")} == {"measured"}
+    text = (cell / "recordings.csv").read_text()
+    (cell / "recordings.csv").write_text(text.replace(",measured,", ",,"))  # a person: it was mistaken then
+    collect(cell)
+    assert fm.read_dataset(cell).binding.state is fm.BindingState.BOUND
+
+
+def test_a_spreadsheet_that_writes_numbers_otherwise_breaks_nothing(cell):
+    table, register = cell / "impacts.csv", cell / "recordings.csv"
+    for path in (table, register):
+        body = path.read_text().replace(",0.30,", ",0.3,").replace(".00,", ".0,")
+        path.write_text(body)
+    assert fm.read_dataset(cell).binding.state is fm.BindingState.BOUND
+
+
+def test_a_table_without_its_register_is_unbound_and_says_so(cell, ask):
+    (cell / "recordings.csv").unlink()
+    code, found = ask("speed", cell, "--distance", 0.85, "--height", 0.25, *OPTIONS)
+    assert (code, found["warnings"][0][:7]) == (0, "UNBOUND")
+    assert ask("fit", cell, "-o", cell.parent / "map.json")[1]["binding"]["state"] == "unbound"
+    assert fm.read_map(cell.parent / "map.json").binding.state is fm.BindingState.UNBOUND
+    program = cell.parent / "out.script"
+    assert ask("export", cell, "--format", "urscript", *OPTIONS, "-o", program)[0] == 0
+    assert "UNBOUND" in program.read_text()
+
+
+def test_a_map_file_whose_coefficients_its_states_do_not_give_is_refused(examples, tmp_path):
+    from hashlib import sha256
+
+    path = tmp_path / "map.json"
+
+    def forge(force_map, change):
+        fm.write_map(force_map, path)
+        content = json.loads(path.read_text())
+        content.pop("content_sha256")
+        change(content)
+        text = json.dumps(content, indent=1) + "\n"
+        content["content_sha256"] = sha256(text.encode()).hexdigest()
+        path.write_text(json.dumps(content, indent=1) + "\n")
+        return fm.read_map(path)
+
+    def shift(content):
+        content["coefficients"][0] -= 1e-4
+
+    plain = fm.fit_force_map(examples["kuka-iiwa7-10nm"])
+    censored = fm.fit_force_map(examples["ur10e"])
+    assert censored.require_fit().censored_fit
+    for force_map in (plain, censored, fm.published_map("ur10e")):
+        forge(force_map, lambda content: None)
+        with pytest.raises(fm.InputError, match=r"states|as it was published"):
+            forge(force_map, shift)
+    for entry in ("state_sd_ln", "degrees_of_freedom"):
+        with pytest.raises(fm.InputError, match=r"not what the measured states|more degrees of freedom"):
+            forge(censored, lambda content, entry=entry: content["fit"].update({entry: 1.1 * content["fit"][entry]}))
+    with pytest.raises(fm.InputError, match="not what the measured states"):
+        forge(censored, lambda content: content["fit"].update(state_sd_ln=0.5 * content["fit"]["state_sd_ln"]))
+    clamping = fm.published_map("kuka-iiwa7-30nm")
+    with pytest.raises(fm.InputError, match="as it was published"):
+        forge(clamping, lambda content: content["phase_two"].update(scenarios={"unconstrained": 369}))
+
+
+HEADER = "area,name,region,quasi_static_pressure_N_per_cm2,quasi_static_force_N,transient_factor"
+
+
+def test_the_head_stays_closed_in_a_users_table(tmp_path, ask, cell):
+    path = tmp_path / "ours.csv"
+    for row in (
+        "temple,Temple,skull_forehead,110,130,2",
+        "stirn,Stirn,skull_forehead,110,130,1",
+        "middle_of_forehead,Forehead,hand_fingers,110,130,2",
+        "part_7,Left cheek,hand_fingers,110,130,2",
+    ):
+        area = row.split(",")[0]
+        path.write_text(f"{HEADER}\n{row}\n")
+        limit = fm.force_limit(area, table=fm.read_limit_table(path))
+        assert not limit.permitted
+        with pytest.raises(fm.ContactNotPermitted, match="head"):
+            _ = limit.transient
+        at = ("speed", cell, "--distance", 0.85, "--height", 0.25, "--area", area, "--contact", "transient")
+        code, found = ask(*at, "--limit-table", path)
+        assert (code, found["outcome"], found["speed_mps"]) == (1, "not_permitted", None)
+        path.write_text(f"# head_contact: permitted by DGUV study 7/2031, table 3\n{HEADER}\n{row}\n")
+        limit = fm.force_limit(area, table=fm.read_limit_table(path))
+        assert limit.permitted
+        assert "DGUV study 7/2031" in str(limit)
+        code, found = ask(*at, "--limit-table", path)
+        assert any("HEAD" in line and "DGUV study" in line for line in found["warnings"])
+    for words in ("yes", "permitted", "permitted by", "no"):
+        path.write_text(f"# head_contact: {words}\n{HEADER}\ntemple,Temple,skull_forehead,110,130,2\n")
+        with pytest.raises(fm.InputError, match="permitted by"):
+            fm.read_limit_table(path)
+    path.write_text(f"{HEADER}\nseventh_neck_vertebra,Seventh neck vertebra,neck,210,150,2\n")
+    assert fm.force_limit("neck", table=fm.read_limit_table(path)).permitted
+
+
+def test_one_side_does_not_serve_for_both_and_a_region_is_its_lowest(tmp_path):
+    path = tmp_path / "ours.csv"
+    one = "back_of_hand_dominant,B,hand_fingers,200,440,2"
+    path.write_text(f"{HEADER}\n{one}\n")
+    table = fm.read_limit_table(path)
+    with pytest.raises(fm.InputError, match="without back_of_hand_nondominant"):
+        fm.force_limit("back_of_hand", table=table)
+    assert fm.force_limit("back_of_hand_dominant", table=table).quasi_static == 440.0
+    assert "lacks" in str(fm.force_limit("hand_fingers", table=table))
+    path.write_text(
+        f"{HEADER}\n{one}\nback_of_hand_nondominant,B,hand_fingers,190,140,1.5\npalm,P,hand_fingers,190,130,2\n"
+    )
+    table = fm.read_limit_table(path)
+    both, region = (fm.force_limit(name, table=table) for name in ("back_of_hand", "hand_fingers"))
+    assert (both.quasi_static, both.transient) == (140.0, 210.0)
+    assert (region.quasi_static, region.transient) == (130.0, 210.0)
+
+
+def test_without_a_stated_range_nothing_above_the_largest_force_is_confirmed(examples):
+    frame = examples["kuka-iiwa7-10nm"].to_frame()
+    frame = frame[~frame["censored"]]
+    force_map = fm.fit_force_map(fm.ImpactDataset.from_frame(frame))
+    highest = frame["peak_force_N"].max()
+    case = {"contact": "quasi-static", "bound": fm.ToleranceBound()}
+    fm.safe_speed(force_map, 0.7, 0.3, limit=highest - 3.0, **case)
+    for limit in (highest - 2.9, highest + 50):
+        with pytest.raises(fm.InputError, match="largest force that was measured"):
+            fm.safe_speed(force_map, 0.7, 0.3, limit=limit, **case)
