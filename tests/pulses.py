@@ -43,7 +43,7 @@ def truth(distance, height, speed):
     return 60.0 + 500.0 * speed * (1.2 - distance / 2 + 0.3 * height)
 
 
-def write_campaign(folder, *, repeats=1, recorded=True, toml=TOML):
+def write_campaign(folder, *, repeats=1, recorded=True, toml=TOML, seed=0):
     """A folder with campaign.toml and plan.csv (27 states), with a recording of each run if `recorded`."""
     folder = Path(folder)
     (folder / "recordings").mkdir(parents=True)
@@ -52,7 +52,7 @@ def write_campaign(folder, *, repeats=1, recorded=True, toml=TOML):
     fm.write_plan(plan, folder)
     for i, name in enumerate(plan.recording.tolist() if recorded else []):
         peak = truth(plan.distance[i], plan.height[i], plan.speed[i])
-        save(folder / "recordings" / f"{name}.csv", *pulse(peak, rate=1000.0, seed=i))
+        save(folder / "recordings" / f"{name}.csv", *pulse(peak, rate=1000.0, seed=1000 * seed + i))
     return folder
 
 

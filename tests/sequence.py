@@ -33,7 +33,9 @@ class Sequence:
 
     @property
     def conditions(self):
-        return fm.Conditions(device=fm.Device(range=self.device_range, error=3.0, stiffness=75e3), moving_mass=MASSES[self.name])
+        return fm.Conditions(
+            device=fm.Device(range=self.device_range, error=3.0, stiffness=75e3), moving_mass=MASSES[self.name]
+        )
 
     @property
     def distances(self):

@@ -263,12 +263,14 @@ def test_demo(ask, forcemap, tmp_path, example):
         "speeds-transient.json", "summary.txt", "truth.csv", f"recordings/ ({len(raw)} files)",
     }  # fmt: skip
     campaign, dataset = fm.read_campaign(folder), fm.read_dataset(folder)
-    assert len(raw) == len(campaign.plan) == len(campaign.entries) == len(dataset)
-    assert {entry.use for entry in campaign.entries} == {fm.Use.USED}
-    assert campaign.missing == []
+    assert len(raw) == len(campaign.plan) == len(campaign.entries)
+    lost = [entry for entry in campaign.entries if entry.use is not fm.Use.USED]
+    assert len(lost) <= 0.01 * len(raw)  # a robot that pushes on until it reacts: its flat top may have been cut off
+    assert all("or be cut off" in entry.reason for entry in lost)
+    assert len(campaign.missing) == len(lost) == len(raw) - len(dataset)
     bundled = fm.read_dataset(fm.copy_example(example, tmp_path / "bundled"))
     runs = [set(zip(each.state, each.repeat, strict=True)) for each in (dataset, bundled)]
-    assert runs[0] == runs[1]
+    assert runs[0] | {(entry.state_id, entry.repeat) for entry in lost} == runs[1]
     published = fm.published_map(example).predict(dataset.distance, dataset.height, dataset.speed)
     whole = ~dataset.censored
     np.testing.assert_allclose(dataset.peak_force[whole], published[whole], rtol=0.17)

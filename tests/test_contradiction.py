@@ -29,7 +29,8 @@ def campaign(factor, *, count=6, censored=False):
         row += list(extra)
     return fm.fit_force_map(
         fm.ImpactDataset.from_arrays(
-            **dict(zip(names, rows, strict=True)), conditions=fm.Conditions(device=fm.Device(range=500.0, error=3.0, stiffness=75e3))
+            **dict(zip(names, rows, strict=True)),
+            conditions=fm.Conditions(device=fm.Device(range=500.0, error=3.0, stiffness=75e3)),
         )
     )
 

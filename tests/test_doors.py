@@ -6,6 +6,7 @@ says why.
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import re
 import shutil
@@ -166,7 +167,7 @@ def an_exclusion(folder):
     at = lines[0].split(",").index("exclude")
     row = lines[3].split(",")
     register.write_text("\n".join([*lines[:3], ",".join([*row[:at], "slipped", *row[at + 1 :]]), *lines[4:]]) + "\n")
-    return "recordings.csv was changed since forcemap collect wrote it"
+    return "recordings.csv was changed since it was written"
 
 
 def other_settings(folder):
@@ -180,6 +181,20 @@ def other_settings_collected_again(folder):
     return said
 
 
+def faster_plan(folder):
+    """Speeds of plan.csv raised, as if every recording had been made so, and collected again."""
+    planned = fm.read_campaign(folder).plan
+    plan = folder / "plan.csv"
+    lines = plan.read_text().splitlines()
+    at = lines[0].split(",").index("speed_mps")
+    cells = [line.split(",") for line in lines[1:]]
+    assert len(planned) == len(cells)
+    edited = [",".join([*row[:at], f"{1.3 * float(row[at]):.4g}", *row[at + 1 :]]) for row in cells]
+    plan.write_text("\n".join([lines[0], *edited]) + "\n")
+    collect(folder)
+    return "plan.csv now says"
+
+
 def collect_anew(folder):
     """As if it had been measured so."""
     (folder / "recordings.csv").unlink()
@@ -188,7 +203,7 @@ def collect_anew(folder):
 
 DOORS = (
     soft_device, no_device, lower_forces, one_force_lower, a_row_less, an_exclusion, other_settings,
-    other_settings_collected_again,
+    other_settings_collected_again, faster_plan,
 )  # fmt: skip
 
 
@@ -494,6 +509,19 @@ def test_a_map_file_whose_coefficients_its_states_do_not_give_is_refused(example
             forge(censored, lambda content, entry=entry: content["fit"].update({entry: 1.1 * content["fit"][entry]}))
     with pytest.raises(fm.InputError, match="not what the measured states"):
         forge(censored, lambda content: content["fit"].update(state_sd_ln=0.5 * content["fit"]["state_sd_ln"]))
+
+    def lower_all(content):
+        """Coefficients and the means they were fitted to, but not the forces beside them."""
+        content["coefficients"][0] -= 0.2
+        logs = content["measured_states"]["mean_ln_force"]
+        content["measured_states"]["mean_ln_force"] = [log and log - 0.2 for log in logs]
+
+    with pytest.raises(fm.InputError, match="do not belong together"):
+        forge(plain, lower_all)
+    with pytest.raises(fm.InputError, match="negative count"):
+        forge(plain, lambda content: content["phase_two"].update(unrecorded=-5))
+    with pytest.raises(fm.InputError, match="different lengths"):
+        forge(plain, lambda content: content["measured_states"]["highest_N"].pop())
     clamping = fm.published_map("kuka-iiwa7-30nm")
     with pytest.raises(fm.InputError, match="as it was published"):
         forge(clamping, lambda content: content["phase_two"].update(scenarios={"unconstrained": 369}))
@@ -507,7 +535,7 @@ def test_the_head_stays_closed_in_a_users_table(tmp_path, ask, cell):
     for row in (
         "temple,Temple,skull_forehead,110,130,2",
         "stirn,Stirn,skull_forehead,110,130,1",
-        "middle_of_forehead,Forehead,hand_fingers,110,130,2",
+        "middle,Forehead,hand_fingers,110,130,2",
         "part_7,Left cheek,hand_fingers,110,130,2",
     ):
         area = row.split(",")[0]
@@ -561,3 +589,170 @@ def test_without_a_stated_range_nothing_above_the_largest_force_is_confirmed(exa
     for limit in (highest - 2.9, highest + 50):
         with pytest.raises(fm.InputError, match="largest force that was measured"):
             fm.safe_speed(force_map, 0.7, 0.3, limit=limit, **case)
+
+
+def test_a_column_map_that_reads_other_forces_breaks_the_table(tmp_path):
+    """Counts of a newton, read as four fifths of it from the second time on; until the first is restored."""
+    toml = DOWN + '[recordings]\ntime = "time_s"\nforce = "channel"\nforce_unit = "counts"\nnewtons_per_count = {}\n'
+    folder = write_campaign(tmp_path / "counts", toml=toml.format(1.0))
+    for file in (folder / "recordings").iterdir():
+        file.write_text(file.read_text().replace("force_N", "channel"))
+    collect(folder)
+    before = fm.safe_speed(fm.fit_force_map(fm.read_dataset(folder)), 0.85, 0.25, **CASE)
+    assert before.outcome.has_speed
+    for _ in range(2):
+        (folder / "campaign.toml").write_text(toml.format(0.8))
+        found = fm.safe_speed(fm.fit_force_map(collect(folder)), 0.85, 0.25, **CASE)
+        assert found.outcome is fm.SpeedOutcome.UNCONFIRMED
+        assert "newtons_per_count = 0.8" in found.reason
+    (folder / "campaign.toml").write_text(toml.format(1.0))
+    assert fm.safe_speed(fm.fit_force_map(collect(folder)), 0.85, 0.25, **CASE).speed == before.speed
+
+
+def test_a_column_map_that_reads_the_same_changes_nothing(cell):
+    before = (cell / "impacts.csv").read_bytes()
+    with (cell / "campaign.toml").open("a") as toml:
+        toml.write('[recordings]\ntime = "time_s"\nforce = "force_N"\n')
+    collect(cell)
+    assert (cell / "impacts.csv").read_bytes() == before
+    assert fm.read_dataset(cell).binding.state == "bound"
+
+
+def test_a_slip_in_the_column_map_loses_no_table(cell, forcemap):
+    """The table stays, and everything is as before once the slip is mended."""
+    before, good = (cell / "impacts.csv").read_bytes(), (cell / "campaign.toml").read_text()
+    (cell / "campaign.toml").write_text(good + '[recordings]\ntime = "time_s"\nforce = "force_X"\n')
+    assert forcemap("collect", cell)[0] == 2
+    assert (cell / "impacts.csv").read_bytes() == before
+    assert fm.read_dataset(cell).binding.state == "broken"
+    (cell / "campaign.toml").write_text(good)
+    assert forcemap("collect", cell)[0] == 0
+    assert (cell / "impacts.csv").read_bytes() == before
+    assert fm.read_dataset(cell).binding.state == "bound"
+    (cell / "recordings.csv").unlink()
+    (cell / "impacts.csv").write_text(before.decode().splitlines()[0] + "\n")  # a header alone is nothing to lose
+    collect(cell)
+    assert (cell / "impacts.csv").read_bytes() == before
+
+
+def test_an_unreadable_file_may_be_exported_again_and_a_used_one_not(cell, forcemap):
+    first = cell / "recordings" / "d500-h200-v100-r1.csv"
+    good = first.read_text()
+    assert forcemap("collect", cell)[0] == 0
+    first.write_text(good.replace("\n", "\nnan,nan\n", 2))
+    assert "changed since it was registered" in forcemap("collect", cell)[2]
+    (cell / "recordings.csv").unlink()
+    (cell / "impacts.csv").unlink()
+    assert forcemap("collect", cell)[0] == 0
+    assert "unreadable" in (cell / "recordings.csv").read_text()
+    first.write_text(good)
+    assert forcemap("collect", cell)[0] == 0
+    assert "unreadable" not in (cell / "recordings.csv").read_text()
+    assert fm.read_dataset(cell).binding.state == "bound"
+
+
+def test_a_column_that_a_person_added_is_not_lost(cell, forcemap):
+    table = cell / "impacts.csv"
+    lines = table.read_text().splitlines()
+    table.write_text("\n".join([lines[0] + ",comment", *(line + ",seen" for line in lines[1:])]) + "\n")
+    assert forcemap("collect", cell)[0] == 2
+    assert "seen" in table.read_text()
+
+
+def test_a_broken_table_does_not_say_that_a_map_holds(cell, forcemap, tmp_path):
+    """New impacts, 25 % higher, edited down to what the map predicts; and a device with a softer spring."""
+    fm.write_map(fm.fit_force_map(fm.read_dataset(cell)), tmp_path / "map.json")
+    again = write_campaign(tmp_path / "again", toml=DOWN, seed=3)
+    collect(again)
+    check = ("evaluate", again, "--against", tmp_path / "map.json")
+    code, out, _ = forcemap(*check)
+    assert code == 0, out
+    table = again / "impacts.csv"
+    peak = rows(table)[5]["peak_force_N"]
+    sound = table.read_text()
+    table.write_text(sound.replace(peak, f"{0.99 * float(peak):.2f}", 1))
+    code, out, _ = forcemap(*check)
+    assert code == 2
+    assert "not what forcemap collect wrote" in out
+    table.write_text(sound)
+    state(again, "stiffness_N_per_m = 75000.0", "stiffness_N_per_m = 25000.0")
+    collect_anew(again)
+    code, out, _ = forcemap(*check)
+    assert code == 2
+    assert "softer spring" in out
+
+
+def test_a_margin_that_the_impacts_speak_against_is_weak(examples, forcemap, tmp_path):
+    """A program is not written with + 10 % where the tolerance bound lies higher, or test states above it."""
+    frame, conditions = examples["ur10e"].to_frame(), examples["ur10e"].conditions
+    scatter = np.random.default_rng(7).normal(0.9, 0.05, 400)
+    frame["peak_force_N"] *= scatter[frame["state_id"].astype("category").cat.codes]
+    force_map = fm.fit_force_map(fm.ImpactDataset.from_frame(frame, conditions=conditions))
+    bound = fm.FixedMargin()
+    case = {"limit": HAND, "contact": fm.Contact.TRANSIENT, "bound": bound}
+    found = fm.safe_speed(force_map, 0.8, 0.4, **case)
+    assert found.outcome.has_speed
+    assert found.warnings[0].startswith("WEAK BOUND: prediction + 10 %, but the tolerance bound exceeds it at")
+    with pytest.raises(fm.NotReleasable, match="WEAK BOUND"):
+        fm.robot_table(force_map, limits=[(HAND, fm.Contact.TRANSIENT)], bound=bound)
+    wide = fm.FixedMargin(1.0)
+    assert not fm.safe_speed(force_map, 0.8, 0.4, **case | {"bound": wide}).warnings
+    assert not fm.safe_speed(fm.published_map("ur10e"), 0.8, 0.4, **case).warnings
+
+
+def test_a_bound_of_another_class_is_weak(examples):
+    class Half(fm.FixedMargin):
+        def upper(self, force_map, *where):
+            return 0.5 * force_map.predict(*where)
+
+    force_map = fm.fit_force_map(examples["ur10e"])
+    case = {"limit": HAND, "contact": fm.Contact.TRANSIENT, "bound": Half()}
+    assert fm.safe_speed(force_map, 0.8, 0.4, **case).warnings[0].startswith("WEAK BOUND")
+    with pytest.raises(fm.NotReleasable, match="WEAK BOUND"):
+        fm.robot_table(force_map, limits=[(HAND, fm.Contact.TRANSIENT)], bound=Half())
+    with pytest.raises(fm.NotReleasable, match="WEAK BOUND"):
+        fm.confirm_plan(force_map, HAND, bound=Half(), contact=fm.Contact.TRANSIENT)
+
+
+def test_a_part_of_a_table_says_that_it_is_one(cell):
+    dataset = fm.read_dataset(cell)
+    part = dataset.select(dataset.peak_force < dataset.peak_force.max())
+    found = fm.safe_speed(fm.fit_force_map(part), 0.85, 0.25, **CASE)
+    assert found.warnings[0].startswith("SELECTED impacts, 26 of their table")
+    whole = dataset.select(np.ones(len(dataset), dtype=bool))
+    assert not fm.safe_speed(fm.fit_force_map(whole), 0.85, 0.25, **CASE).warnings
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["Head/neck", "Kopf/Hals", "(Face)", "Face, left", "Head.", "'Temple'", "temples", "eyes", "eyebrow", "jawbone",
+     "Hinterkopf", "Oberkiefer", "Gesichtshaut", "Schla\u0308fe", "ｆａｃｅ", "fa\u200bce", "nasal bone"],
+)  # fmt: skip
+def test_the_head_stays_closed_however_it_is_written(tmp_path, name):
+    table = tmp_path / "limits.csv"
+    head = "area,name,region,quasi_static_pressure_N_per_cm2,quasi_static_force_N,transient_factor\n"
+    for row in (f'mine,"{name}",neck,110,130,2', f'"{name}",mine,neck,110,130,2'):
+        table.write_text(head + row + "\n")
+        limits = fm.read_limit_table(table)
+        (area,) = limits.areas
+        assert not fm.force_limit(area, table=limits).permitted
+        assert not fm.force_limit("neck", table=limits).permitted
+
+
+def test_an_area_of_the_standard_keeps_its_region(tmp_path):
+    """The region tells the spring that the device must have: 75 N/mm for the hand, 10 for the abdomen."""
+    table = tmp_path / "limits.csv"
+    head = "area,name,region,quasi_static_pressure_N_per_cm2,quasi_static_force_N,transient_factor\n"
+    table.write_text(head + "back_of_hand_dominant,B,abdomen,190,140,2\n")
+    with pytest.raises(fm.InputError, match="expected hand_fingers"):
+        fm.read_limit_table(table)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [{"tabulated_transient": np.nan}, {"tabulated_quasi_static": np.inf}, {"tabulated_transient": 400.0},
+     {"tabulated_transient": 100.0}, {"stiffness": 75.0}, {"stiffness": 0.0}, {"stiffness": np.inf}],
+)  # fmt: skip
+def test_a_limit_made_by_hand_is_held_to_the_same(change):
+    with pytest.raises(fm.InputError, match="limit of back_of_hand"):
+        dataclasses.replace(HAND, **change)

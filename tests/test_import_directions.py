@@ -33,7 +33,7 @@ LIBRARY = {
     "places": {"campaigns", "maps", "limits", "dynamics", "speeds", "zones", "certified_speeds", "paths"},
     "comparisons": {"campaigns", "maps", "limits", "dynamics", "speeds", "speed_maps"},
     "mass_comparison": {"campaigns", "maps", "dynamics"},
-    "changes": {"campaigns", "maps"},
+    "changes": {"campaigns", "maps", "limits.device_spring"},
     "lab": {"recordings", "campaigns", "dynamics"},
     "exports": {"speeds", "speed_maps", "robot_tables", "paths"},
 }

@@ -10,11 +10,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from forcemap.errors import InputError
 from forcemap.limits.force_limits import Contact, ForceLimit, NewtonLimit
-from forcemap.maps.bounds import Bound
+from forcemap.maps.bounds import Bound, contradiction
 from forcemap.maps.enclosures import enclose
 from forcemap.maps.force_map import ForceMap
 from forcemap.maps.range_enclosure import highest_measured_speed, lowest_measured_speeds
-from forcemap.speeds import SAME_PLACE, contradiction, safe_speed
+from forcemap.speeds import SAME_PLACE, safe_speed
 from forcemap.usable_limits import usable_limit
 from forcemap.zones import zone_grid
 

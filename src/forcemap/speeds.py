@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from forcemap.errors import InputError
 from forcemap.limits.force_limits import Contact, ForceLimit, NewtonLimit
-from forcemap.maps.bounds import Bound, ToleranceBound, margins
+from forcemap.maps.bounds import Bound, ToleranceBound, contradiction, margins
 from forcemap.maps.exceedance import first_exceedance
 from forcemap.maps.force_map import ForceMap
 from forcemap.maps.saturation import saturation_doubt
@@ -217,26 +217,6 @@ def safe_speed(
         refusal=refusal,
         export_refusal=usable.export_refusal,
     )
-
-
-def contradiction(force_map: ForceMap, bound: Bound) -> str:
-    """Why the test states of a map contradict a tolerance bound; empty if they do not.
-
-    Of k states above a bound for the share `content` of states: refused where so many or more are as improbable as
-    1 %, by the binomial distribution.
-    """
-    if force_map.fit is None or not isinstance(bound, ToleranceBound):
-        return ""
-    states = force_map.fit.test
-    if not len(states):
-        return ""
-    from scipy.special import bdtrc
-
-    upper = bound.upper(force_map, states.distance, states.height, states.speed)
-    beyond = int(np.sum(np.fmax(states.force, np.nan_to_num(states.at_least)) > upper))
-    if beyond and bdtrc(beyond - 1, len(states), 1 - bound.content) < 0.01:
-        return f"{beyond} of {len(states)} test states lie above the bound: the map does not hold"
-    return ""
 
 
 def floor_speed(speed: float) -> str:

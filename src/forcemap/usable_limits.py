@@ -90,8 +90,8 @@ def usable_limit(
     tilted = (
         f"motion up to {angle:g} degrees off the map's direction: forces raised by {100 * (off_axis - 1):.0f} %"
         if off_axis > 1
-        else f"motion along the map's direction; up to {WIDEST_ANGLE:g} degrees off it forces count "
-        f"{100 * (RAISED_OFF_AXIS - 1):.0f} % higher, beyond that no speed holds"
+        else f"ONLY for motion straight along the map's direction: up to {WIDEST_ANGLE:g} degrees off it forces count "
+        f"{100 * (RAISED_OFF_AXIS - 1):.0f} % higher, which is not in this speed; beyond that no speed holds"
     )
     return replace(
         usable,

@@ -123,11 +123,11 @@ def check_impact(
 ) -> Verdict:
     """Check an impact against a limit.
 
-    It is within the limit only if force + device error <= limit at every instant; it exceeds it if force - device
-    error > limit at some instant; between the two, and where the recording does not show the force (saturated,
-    unresolved, no baseline, ended too early), the answer is "cannot tell". So it is where the device's spring is softer
-    than 0.9 of the body area's, or not stated; one from 0.9 to 1 raises the force by the root of their ratio before it
-    counts as within.
+    It is within the limit only if force + device error <= limit at every instant, with what its peak may have risen
+    between two samples; it exceeds it if force - device error > limit at some instant; between the two, and where the
+    recording does not show the force (saturated, unresolved, no baseline, ended too early), the answer is "cannot
+    tell". So it is where the device's spring is softer than 0.9 of the body area's, or not stated; one from 0.9 to 1
+    raises the force by the root of their ratio before it counts as within.
 
     Parameters
     ----------
@@ -157,16 +157,13 @@ def check_impact(
     found = _limits_of(impact, limit, contact, quasi_static_limit, spring_N_per_m)
     transient, quasi_static = found.transient, found.quasi_static
     error = impact.recording.device.error_or_default
-    after, force, allowance = _force_over_time(impact)
+    course = _Course.of(impact, found.device, error)
     judgements = tuple(
         _judge(
             impact,
             each,
-            after,
-            force,
-            allowance,
-            limit_line(impact, each, after, transient, quasi_static),
-            error,
+            course,
+            limit_line(impact, each, course.after, transient, quasi_static),
             found,
         )
         for each in Interpretation
@@ -254,47 +251,64 @@ def _limits_of(
     return _Limits(stated.force, held, suits, unnamed, warnings)
 
 
-def _force_over_time(impact: Impact) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Time after onset [s], force [N] with the larger of the peaks, and what drift may hide after Phase I [N]."""
-    after, force = impact.curve()
-    after, force = after.copy(), force.copy()
-    peak = int(np.abs(after - (impact.peak_time - impact.onset)).argmin())
-    force[peak] = max(force[peak], impact.verdict_peak_force)
-    allowance = impact.contact.drift_allowance(after + impact.onset)
-    return after, force, np.where(after > impact.phase1_end - impact.onset, allowance, 0.0)
+@dataclass(frozen=True)
+class _Course:
+    """Force over time after onset [s], [N], what it is at least and at most, and what lies between, arrays (n,)."""
+
+    after: FloatArray
+    force: FloatArray
+    least: FloatArray
+    most: FloatArray
+    error: float
+    drift: FloatArray
+    unseen: FloatArray
+
+    @classmethod
+    def of(cls, impact: Impact, device: DeviceSuitability, error: float) -> _Course:
+        """With the largest of its peaks, what drift may hide after Phase I, and what may lie between samples."""
+        after, force = impact.curve()
+        after, force = after.copy(), force.copy()
+        peak = int(np.abs(after - (impact.peak_time - impact.onset)).argmin())
+        force[peak] = max(force[peak], impact.verdict_peak_force)
+        allowance = impact.contact.drift_allowance(after + impact.onset)
+        drift, unseen = np.where(after > impact.phase1_end - impact.onset, allowance, 0.0), np.zeros_like(force)
+        unseen[peak] = impact.unseen_force
+        most = device.raised * (force + error + drift + unseen)
+        return cls(after, force, force - error - drift, most, error, drift, unseen)
+
+    def doubt(self, at: int) -> str:
+        """What is added to the force at a sample before it counts as within."""
+        what = [f"the device's error of {self.error:g} N"]
+        what += [f"{self.drift[at]:.1f} N that drift may hide"] if self.drift[at] >= 0.05 else []
+        what += [f"{self.unseen[at]:.1f} N that may lie between samples"] if self.unseen[at] >= 0.05 else []
+        return ", ".join(what[:-1]) + " and " * (len(what) > 1) + what[-1]
 
 
 def _judge(
-    impact: Impact,
-    interpretation: Interpretation,
-    after: FloatArray,
-    force: FloatArray,
-    allowance: FloatArray,
-    line: FloatArray,
-    error: float,
-    limits: _Limits,
+    impact: Impact, interpretation: Interpretation, course: _Course, line: FloatArray, limits: _Limits
 ) -> Judgement:
-    doubts, raised = error + allowance, limits.device.raised
-    severity = np.where(force - doubts > line, 2, np.where(raised * (force + doubts) > line, 1, 0))
+    severity = np.where(course.least > line, 2, np.where(course.most <= line, 0, 1))
     gravest = severity == severity.max()
-    nearest = int(np.where(gravest, force / line, -np.inf).argmax())  # by the share of the limit it takes
-    worst, limit = float(force[nearest]), float(line[nearest])
-    hidden = limits.device.refusal or _hidden(impact, limits.quasi_static / raised - error) or limits.unnamed
+    nearest = int(np.where(gravest, course.force / line, -np.inf).argmax())  # by the share of the limit it takes
+    worst, limit = float(course.force[nearest]), float(line[nearest])
+    hidden = limits.device.refusal or _hidden(impact, limits.quasi_static / limits.device.raised - course.error)
+    hidden = hidden or limits.unnamed
     at_least = "at least " if hidden and worst >= impact.raw_peak_force else ""
     if severity[nearest] == 2:
         outcome, reason = VerdictOutcome.EXCEEDED, f"{at_least}{worst:.1f} N exceed the limit of {limit:g} N"
     elif hidden:
         outcome, reason = VerdictOutcome.CANNOT_TELL, f"cannot tell: {hidden}"
     elif severity[nearest] == 1:
-        what = f"the device's error of {error:g} N"
-        what += f" and {allowance[nearest]:.1f} N that drift may hide" if allowance[nearest] >= 0.05 else ""
-        what += f" ({limits.device.statement})" if raised > 1 else ""
+        what = course.doubt(nearest)
+        what += f" ({limits.device.statement})" if limits.device.raised > 1 else ""
         outcome, reason = VerdictOutcome.CANNOT_TELL, f"cannot tell: {worst:.1f} N lie within {what} of {limit:g} N"
     else:
         outcome = VerdictOutcome.WITHIN
-        reason = f"{worst:.1f} N and the device's error of {error:g} N stay within {limit:g} N"
+        reason = f"{worst:.1f} N and {course.doubt(nearest)} stay within {limit:g} N"
     margin = limit - worst
-    return Judgement(interpretation, outcome, worst, limit, margin, 100 * margin / limit, float(after[nearest]), reason)
+    return Judgement(
+        interpretation, outcome, worst, limit, margin, 100 * margin / limit, float(course.after[nearest]), reason
+    )
 
 
 def _hidden(impact: Impact, before: float) -> str:

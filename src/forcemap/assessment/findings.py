@@ -93,7 +93,7 @@ def _table_findings(campaign: Campaign) -> list[str]:
     where = f"first in row {rows[0]}" if rows else f"{len(ours) - 1} impacts, not {len(made) - 1}"
     return [
         f"{TABLE_FILE} is NOT what its recordings give ({where}): changed by hand, or plan.csv, campaign.toml or the "
-        f"software changed since; results are those of {TABLE_FILE} as it is, run forcemap collect"
+        f"software changed since; results are those of {TABLE_FILE} as it is"
     ]
 
 

@@ -14,7 +14,7 @@ from enum import StrEnum
 from pathlib import Path
 
 from forcemap.campaigns.columns import COLUMNS, NUMBERS
-from forcemap.campaigns.conditions import CAMPAIGN_FILE, Conditions
+from forcemap.campaigns.conditions import CAMPAIGN_FILE, MEASURED_UNDER, Conditions
 from forcemap.campaigns.register import REGISTER_FILE, Entry, Use, read_register, row_sha256
 from forcemap.campaigns.remark import REMARK, not_in_table
 from forcemap.errors import InputError
@@ -48,13 +48,14 @@ class Binding:
     @property
     def refusal(self) -> str:
         """Why no speed may rest on the table; empty if nothing speaks against it."""
-        return self.reason if self.state is BindingState.BROKEN else ""
+        return (self.reason or _UNKNOWN) if self.state is BindingState.BROKEN else ""
 
 
+_UNKNOWN = "the impacts are not what their recordings gave"
 NOT_BESIDE = Binding(
     BindingState.UNBOUND,
     f"UNBOUND impacts: the register of their recordings ({REGISTER_FILE}) is not beside them, so nothing tells whether "
-    "the peaks are what the recordings gave",
+    f"the peaks are what the recordings gave; put {REGISTER_FILE} there, too",
 )
 
 
@@ -88,9 +89,13 @@ def binding_of(table: Path, rows: Sequence[Mapping[str, str]], conditions: Condi
     used = {entry.name: entry for entry in entries if entry.use is Use.USED}
     if not used and not any(names):
         return Binding()  # typed by hand, beside recordings of which none was used
+    if not any(entry.row_sha256 for entry in entries):
+        return _broken(f"{REGISTER_FILE} does not bind {table.name} to its recordings yet: run forcemap collect")
     edited = [entry.file for entry in entries if entry.row_sha256 != row_sha256(entry)]
     if edited:
-        return _broken(f"{REGISTER_FILE} was changed since forcemap collect wrote it ({_first(edited)}): run it again")
+        return _broken(
+            f"{REGISTER_FILE} was changed since it was written ({_first(edited)}): run forcemap collect again"
+        )
     other = [name for row, name in zip(rows, names, strict=True) if not _same(row, used.get(name))]
     other += [name for name in used if name not in names]
     if other or {row.get(REMARK, "") for row in rows} != {not_in_table(entries)}:
@@ -100,9 +105,16 @@ def binding_of(table: Path, rows: Sequence[Mapping[str, str]], conditions: Condi
         )
     changes = _changes(list(used.values()), conditions.measured_under())
     if changes:
+        columns = ", ".join(dict.fromkeys(key for key, _ in changes))
         return _broken(
-            f"{'; '.join(changes)}: a map holds only for what was measured; restore {CAMPAIGN_FILE} or measure again "
-            f"(where it was mistaken then, empty these cells of {REGISTER_FILE} and run forcemap collect)"
+            f"{'; '.join(words for _, words in changes)}. If it was changed on the robot, measure again; if it was "
+            f"mistaken before, empty the column {columns} of {REGISTER_FILE} and run forcemap collect"
+        )
+    moved = [entry for entry in used.values() if entry.changed]
+    if moved:
+        return _broken(
+            f"{_first([entry.file for entry in moved])}: {moved[0].changed}. Restore it; if it was mistaken before, "
+            f"empty that column of {REGISTER_FILE}; then run forcemap collect"
         )
     return Binding(BindingState.BOUND)
 
@@ -120,14 +132,20 @@ def _first(names: Sequence[str]) -> str:
     return f"{names[0] or 'a row without recording'}{more}" if names else ""
 
 
-def _changes(used: Sequence[Entry], now: Mapping[str, str]) -> list[str]:
-    """What is stated otherwise than when recordings of the table were first registered."""
+def _changes(used: Sequence[Entry], now: Mapping[str, str]) -> list[tuple[str, str]]:
+    """What is stated otherwise than when recordings of the table were first registered: the entry, and in words."""
     then = Counter(
-        (key, value) for entry in used for key, value in entry.conditions.items() if value and now.get(key) != value
+        (key, entry.conditions[key])
+        for entry in used
+        for key in MEASURED_UNDER
+        if entry.conditions.get(key) and now.get(key) != entry.conditions[key]
     )
     return [
-        f"{key} was {value!r} when {count} of the recordings were registered, {CAMPAIGN_FILE} "
-        + (f"says {now[key]!r}" if key in now else "does not state it")
+        (
+            key,
+            f"{key} was {value!r} when {count} of the recordings were registered, {CAMPAIGN_FILE} "
+            + (f"says {now[key]!r}" if key in now else "does not state it"),
+        )
         for (key, value), count in then.items()
     ]
 

@@ -13,9 +13,11 @@ import numpy as np
 
 from forcemap.campaigns.binding import impact_sha256
 from forcemap.campaigns.campaign import Campaign
+from forcemap.campaigns.conditions import CAMPAIGN_FILE
 from forcemap.campaigns.dataset import ImpactDataset
 from forcemap.campaigns.impacts_table import TABLE_FILE, read_dataset
-from forcemap.campaigns.register import Entry, Use, register_text
+from forcemap.campaigns.plan import PLAN_FILE
+from forcemap.campaigns.register import PLANNED, READ_WITH, Entry, Use, register_text
 from forcemap.campaigns.remark import REMARK, not_in_table
 from forcemap.campaigns.table import csv_text, read_table
 from forcemap.errors import CampaignFileError, InputError, RecordingError, TableError
@@ -24,6 +26,7 @@ from forcemap.impacts.detect import find_impacts, force_without_impact, no_impac
 from forcemap.impacts.impact import Impact, Quality
 from forcemap.impacts.quality import UNKNOWN_PEAK
 from forcemap.impacts.scenario import BARRING, ContactScenario
+from forcemap.recordings.column_map import ColumnMap
 from forcemap.recordings.read import read_recordings
 from forcemap.recordings.recording import Recording
 
@@ -96,8 +99,7 @@ def build_dataset(campaign: Campaign, *, progress: Progress | None = None) -> Im
     for done, file in enumerate(order, start=1):
         for entry, row in _judge_file(campaign, file, known.get(file, []), runs):
             rows += [row] if row else []
-            sealed = impact_sha256(row) if row else ""
-            entries.append(dataclasses.replace(entry, impact_sha256=sealed, conditions=now | dict(entry.conditions)))
+            entries.append(_sealed(entry, row, now | (_basis(campaign, runs, entry) if row else {})))
         if progress:
             progress(done, len(order))
     there = file_sha256(campaign.register_file) if campaign.register_file.exists() else ""
@@ -109,15 +111,48 @@ def build_dataset(campaign: Campaign, *, progress: Progress | None = None) -> Im
     rows = [row | {REMARK: remark} for row in rows]
     used = tuple(c for c in (*_COLUMNS, REMARK) if any(row[c] for row in rows) or c not in ("base_angle_deg", REMARK))
     register, table = register_text(entries), csv_text({column: [row[column] for row in rows] for column in used})
-    _require_own(campaign, table)
-    _write_together(campaign, register, table)
     if not rows:
+        write_atomically(campaign.register_file, register)
         raise CampaignFileError(
             f"none of {len(entries)} recordings gave an impact that can be used; "
             f"{campaign.register_file.name} says why of each, the first: {entries[0].reason}",
             file=str(campaign.folder / TABLE_FILE),
         )
+    _require_own(campaign, table)
+    _write_together(campaign, register, table)
     return read_dataset(campaign.folder)
+
+
+def _basis(campaign: Campaign, runs: _Runs, entry: Entry) -> dict[str, str]:
+    """What the row of a recording rests on beside its file: its place in the plan, and how the file is read."""
+    plan, i = campaign.plan, runs.states[entry.state_id]
+    place = f"{plan.distance[i]:.12g} m, {plan.height[i]:.12g} m, {plan.speed[i]:.12g} m/s, {plan.role[i]}"
+    fields = dataclasses.fields(ColumnMap) if campaign.columns else ()
+    stated = {each.name: (getattr(campaign.columns, each.name), each.default) for each in fields}
+    words = ", ".join(f"{name} = {value}" for name, (value, usual) in stated.items() if str(value) != str(usual))
+    read = f"{entry.raw_peak_force:.2f} N {entry.scenario}"
+    return {PLANNED: f"{entry.state_id}: {place}", READ_WITH: f"{words or 'no entries'}: {read}"}
+
+
+def _sealed(entry: Entry, row: dict[str, str] | None, now: dict[str, str]) -> Entry:
+    """The entry with the hash of its row, what was so when it was first used, and what is otherwise now."""
+    then = dict(entry.conditions)
+    if not row:
+        return dataclasses.replace(entry, conditions=now | then)
+    if then.get(PLANNED, "").partition(": ")[0] != entry.state_id:
+        then.pop(PLANNED, None)  # a person says that it is another run
+    changed = []
+    if then.get(PLANNED, now[PLANNED]) != now[PLANNED]:
+        changed.append(f"{PLANNED} was {then[PLANNED]!r}, {PLAN_FILE} now says {now[PLANNED]!r}")
+    before, after = (text.rpartition(": ") for text in (then.get(READ_WITH, now[READ_WITH]), now[READ_WITH]))
+    if before[0] != after[0] and before[2] != after[2]:  # other entries that read the same are no change
+        changed.append(
+            f"{READ_WITH} was {before[0]!r} and gave {before[2]}, [recordings] of {CAMPAIGN_FILE} now "
+            f"{after[0]!r} gives {after[2]}"
+        )
+    return dataclasses.replace(
+        entry, impact_sha256=impact_sha256(row), changed="; ".join(changed), conditions=now | then
+    )
 
 
 def _require_own(campaign: Campaign, text: str) -> None:
@@ -142,7 +177,8 @@ def _require_own(campaign: Campaign, text: str) -> None:
     else:
         files = {file.lower() for file in campaign.files()}
         named = sum(row.get("recording", "").partition("#")[0].lower() in files for row in rows)
-        own = {*_COLUMNS} - {"base_angle_deg"} <= rows[0].keys() and named >= _NEARLY_ALL * len(rows)
+        own = not rows or ({*_COLUMNS} - {"base_angle_deg"} <= rows[0].keys() and named >= _NEARLY_ALL * len(rows))
+    own = own and all(row.keys() <= {*_COLUMNS, REMARK} for row in rows)
     if not own:
         raise CampaignFileError(
             "forcemap collect did not write this table, or it was changed since, so it is not replaced; move it away "
@@ -252,7 +288,8 @@ def _judge_file(
         where = f"row {error.row}, " if error.row is not None else ""
         unreadable = f"{where}{error.message}"
     for entry in known:
-        if entry.sha256 and entry.sha256 != digest:
+        never_used = entry.use is Use.UNREADABLE and not entry.impact_sha256
+        if entry.sha256 and entry.sha256 != digest and not never_used:
             raise CampaignFileError(
                 f"the file has changed since it was registered ({entry.sha256[:12]}... then, {digest[:12]}... now); "
                 f"restore it; a new measurement of the same run takes another repeat as its name (-r4), or delete its "
@@ -260,7 +297,9 @@ def _judge_file(
                 file=str(path),
             )
     if unreadable:
-        yield from ((_fresh(entry, digest, Use.UNREADABLE, unreadable), None) for entry in known or [Entry(file=file)])
+        for entry in known or [Entry(file=file)]:
+            fresh = _fresh(entry, digest, Use.UNREADABLE, unreadable)
+            yield dataclasses.replace(fresh, impact_sha256=entry.impact_sha256), None  # it gave one before
         return
     names = [recording.curve for recording in recordings]
     for curve in by_curve:

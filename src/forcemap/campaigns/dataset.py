@@ -79,7 +79,8 @@ class ImpactDataset:
     phase_two : PhaseTwo
         What all impacts of the table, censored and test ones too, say of Phase II; a selection keeps it.
     device_range : float
-        Device range [N]: as stated, and never above a force at which it saturated; NaN if nothing tells.
+        Device range [N]: as stated, and no more than the lowest force at which it saturated, or the highest force that
+        it read if that is more; NaN if nothing tells.
     binding : Binding
         Whether the table is what its recordings gave.
     """
@@ -164,7 +165,6 @@ class ImpactDataset:
         checked = {column: columns.numbers(column, values, n, where) for column, values in numbers.items()}
         is_censored = columns.truths(censored, n, where)
         device_range = conditions.device.range
-        saturated = checked["peak_force_N"][is_censored]
         where.refuse(
             (checked["peak_force_N"] >= device_range) & ~is_censored,
             "peak_force_N",
@@ -208,7 +208,7 @@ class ImpactDataset:
             source=source,
             sha256=sha256,
             phase_two=PhaseTwo.of(scenarios, checked["phase2_force_N"], checked["peak_force_N"]),
-            device_range=float(np.fmin(device_range, saturated.min() if saturated.size else math.nan)),
+            device_range=_usable_range(device_range, checked["peak_force_N"], is_censored),
             binding=NOT_BESIDE if any(recordings) else Binding(),
         )
 
@@ -222,7 +222,7 @@ class ImpactDataset:
     def select(self, mask: NDArray[np.bool_]) -> ImpactDataset:
         """The impacts where `mask`, shape (n,), is true; states keep their names.
 
-        What all impacts of the table say of Phase II stays known.
+        What all impacts of the table say of Phase II stays known. A part of a table is no longer bound.
 
         Raises
         ------
@@ -237,7 +237,11 @@ class ImpactDataset:
         values = {name: getattr(self, name) for name in self.__dataclass_fields__}
         arrays = {name: value[kept] for name, value in values.items() if isinstance(value, np.ndarray)}
         extra = {name: tuple(column[i] for i in kept) for name, column in self.extra.items()}
-        return ImpactDataset(**(values | arrays | {"extra": extra}))
+        part = {
+            "extra": extra,
+            "binding": self.binding if kept.size == len(self) else _selected(self.binding, kept.size),
+        }
+        return ImpactDataset(**(values | arrays | part))
 
     @property
     def train(self) -> ImpactDataset:
@@ -303,3 +307,18 @@ class ImpactDataset:
         from forcemap.campaigns.impacts_table import from_frame
 
         return from_frame(frame, **options)
+
+
+def _selected(binding: Binding, count: int) -> Binding:
+    """The binding of some impacts of a table: what the others say against a map of these is lost."""
+    if binding.state is BindingState.BROKEN:
+        return binding
+    return Binding(BindingState.UNBOUND, f"SELECTED impacts, {count} of their table: the others do not count")
+
+
+def _usable_range(stated: float, peak_force: FloatArray, censored: NDArray[np.bool_]) -> float:
+    """The device range [N] by what was stated and by what was read."""
+    if not censored.any():
+        return stated
+    highest_read = peak_force[~censored].max(initial=-math.inf)
+    return float(np.fmin(stated, max(peak_force[censored].min(), highest_read)))

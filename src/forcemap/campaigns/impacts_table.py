@@ -77,11 +77,12 @@ def read_dataset(
     if conditions is None:
         beside = table.parent / CAMPAIGN_FILE
         conditions = read_conditions(beside) if beside.exists() else Conditions()
+    cells = None
     try:
         cells = read_table(content, table.name, what="impact")
         _require_columns(list(cells.columns), table.name, cells.header_row)
         if not cells.rows:
-            message = "found a header and no impact, expected at least one"
+            message = "found a header and no impact, expected at least one; forcemap collect says why of each recording"
             raise TableError(message, file=table.name, row=cells.header_row)
         dataset = ImpactDataset.from_arrays(
             **_arguments(cells.with_decimal_points(NUMBERS)),
@@ -93,7 +94,9 @@ def read_dataset(
             rows=cells.rows,
         )
     except TableError as error:  # name the file as it was given; the dataset keeps its bare name
-        raise TableError(error.message, file=str(table), row=error.row, column=error.column) from None
+        changed = binding_of(table, cells.texts, conditions).refusal if cells else ""
+        message = f"{error.message}; and {changed}" if changed else error.message
+        raise TableError(message, file=str(table), row=error.row, column=error.column) from None
     binding = binding_of(table, cells.texts, dataset.conditions)
     return _with_remark(replace(dataset, binding=binding), str(table))
 

@@ -58,7 +58,12 @@ class Entry:
     impact_sha256 : str
         Hash of its row in the impacts table; empty if it is not used.
     conditions : mapping of str to str
-        What campaign.toml stated of the measurement when it was first registered, by entry such as `tool.name`.
+        What campaign.toml stated of the measurement when it was first registered, by entry such as `tool.name`; and
+        from when it was first used, `planned`, its place in the plan, and `read_with`, the entries of [recordings]
+        and what they gave.
+    changed : str
+        How its place in the plan, or the way its file is read, differs from when it was first used; empty if it does
+        not.
     row_sha256 : str
         Hash of this row as it was written; another one shows that a person changed it since.
     """
@@ -78,6 +83,7 @@ class Entry:
     phase2_force: float = math.nan
     flags: str = ""
     impact_sha256: str = ""
+    changed: str = ""
     conditions: Mapping[str, str] = field(default_factory=dict)
     row_sha256: str = ""
 
@@ -103,9 +109,12 @@ _COLUMNS = {
     "phase2_force_N": "phase2_force",
     "flags": "flags",
     "impact_sha256": "impact_sha256",
+    "changed": "changed",
 }
+PLANNED, READ_WITH = "planned", "read_with"
 _ROW_SHA256 = "row_sha256"
-_KNOWN = (*_COLUMNS, *MEASURED_UNDER, _ROW_SHA256)
+_SEALED = (*MEASURED_UNDER, PLANNED, READ_WITH)
+_KNOWN = (*_COLUMNS, *_SEALED, _ROW_SHA256)
 _NUMBERS = ("speed_mps", "peak_force_N", "raw_peak_force_N", "phase2_force_N")
 
 
@@ -133,9 +142,11 @@ def read_register(path: str | Path) -> tuple[Entry, ...]:
     }
     entries: dict[str, Entry] = {}
     for i in range(n):
-        values = {_COLUMNS.get(name, name): column[i] for name, column in cells.items() if name not in MEASURED_UNDER}
+        values = {_COLUMNS.get(name, name): column[i] for name, column in cells.items() if name not in _SEALED}
         stated = {
-            name: condition_text(name, cells[name][i]) for name in MEASURED_UNDER if name in cells and cells[name][i]
+            name: condition_text(name, cells[name][i]) if name in MEASURED_UNDER else str(cells[name][i])
+            for name in _SEALED
+            if name in cells and cells[name][i]
         }
         try:
             entry = replace(_entry(values), conditions=stated)
@@ -153,7 +164,7 @@ def register_text(entries: Iterable[Entry]) -> str:
     """A register as CSV."""
     rows = list(entries)
     cells = {column: [_cell(column, getattr(row, name)) for row in rows] for column, name in _COLUMNS.items()}
-    for name in MEASURED_UNDER:
+    for name in _SEALED:
         if any(row.conditions.get(name) for row in rows):
             cells[name] = [row.conditions.get(name, "") for row in rows]
     return csv_text(cells | {_ROW_SHA256: [row_sha256(row) for row in rows]})

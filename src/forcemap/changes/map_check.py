@@ -21,6 +21,7 @@ from forcemap.changes.residual_tests import (
     residual_tests,
 )
 from forcemap.errors import BoundNotAvailable, InputError
+from forcemap.limits.device_spring import device_suitability
 from forcemap.maps.bounds import MIN_DEGREES_OF_FREEDOM
 from forcemap.maps.fit import repeat_variance
 from forcemap.maps.force_map import Fit, ForceMap
@@ -255,6 +256,7 @@ def check_map(force_map: ForceMap, dataset: ImpactDataset, *, error_probability:
         )
         for i, name in enumerate(states.name)
     )
+    outcome, reason, next_step = _gated(outcome, reason, next_step, _not_comparable(force_map, dataset))
     if moved.any():
         names = [each.state for each in checked if each.moved]
         more = f" and {len(names) - _NAMED} more" if len(names) > _NAMED else ""
@@ -275,6 +277,26 @@ def check_map(force_map: ForceMap, dataset: ImpactDataset, *, error_probability:
         left_out=left_out,
         statements=_check_statements(force_map, fit, dataset, states, error_probability),
     )
+
+
+def _not_comparable(force_map: ForceMap, dataset: ImpactDataset) -> str:
+    """Why no agreement of the new impacts with the map may count; empty if nothing speaks against it."""
+    for of, binding in (("the map", force_map.binding), ("the new impacts", dataset.binding)):
+        if binding.refusal:
+            return f"{of}: {binding.refusal}"
+    then, now = force_map.conditions.device.stiffness, dataset.conditions.device.stiffness
+    if not (math.isnan(then) or math.isnan(now)) and device_suitability("the map", then, now).refusal:
+        return (
+            f"the new impacts were measured with a device of {now / 1000:g} N/mm, the map with one of {then / 1000:g} "
+            "N/mm: a softer spring hides a force that rose"
+        )
+    return ""
+
+
+def _gated(outcome: MapOutcome, reason: str, next_step: str, against: str) -> tuple[MapOutcome, str, str]:
+    if not against or outcome is not MapOutcome.HOLDS:
+        return outcome, reason, next_step
+    return MapOutcome.CANNOT_TELL, f"cannot tell: {against}", "mend that, then check again"
 
 
 def _fit_of(force_map: ForceMap) -> Fit:
@@ -421,12 +443,16 @@ def _check_statements(
     force_map: ForceMap, fit: Fit, dataset: ImpactDataset, states: States, error_probability: float
 ) -> tuple[str, ...]:
     simulated = dataset.simulated or force_map.simulated
+    bindings = (("the map", force_map.binding), ("the new impacts", dataset.binding))
+    not_stated = math.isnan(dataset.conditions.device.stiffness)
     percent = 100 * error_probability
     fewest = int(np.min(states.impacts + states.censored, initial=fit.repeats[0]))
     error = float(np.fmax(dataset.conditions.device.error_or_default, force_map.conditions.device.error_or_default))
     saturated = [name for name, n in zip(states.name, states.censored, strict=True) if n]
     return (
         *(["SIMULATED impacts: not a measurement of any robot"] if simulated else []),
+        *(f"{of}: {each.reason}" for of, each in bindings if each.reason),
+        *(["the spring of the device that the new impacts were measured with is not stated"] if not_stated else []),
         f"map: {force_map.source}, {force_map.form.name}, {len(fit.states)} states, state-to-state SD "
         f"{100 * fit.state_sd:.2f} % with {fit.between_states.degrees_of_freedom:.1f} degrees of freedom",
         f"error probability {percent:g} % in all: {percent * MEAN_SHARE:g} % for the mean, {percent * WHOLE_SHARE:g} % "

@@ -109,6 +109,7 @@ def _result(
     return {
         "folder": str(campaign.folder),
         "simulated": dataset.simulated,
+        "binding": {"state": dataset.binding.state.value, "reason": dataset.binding.reason},
         "recordings": summary.recordings,
         "used": summary.used,
         "states": len(dataset.states),
@@ -157,6 +158,9 @@ def _result(
 
 def _lines(campaign: Campaign, dataset: ImpactDataset, summary: CampaignSummary, scatter: Repeatability) -> list[str]:
     lines = ["SIMULATED recordings: not a measurement of any robot"] if dataset.simulated else []
+    lines += [f"NO SPEED from these impacts: {dataset.binding.refusal}"] if dataset.binding.refusal else []
+    if math.isnan(dataset.conditions.device.stiffness):
+        lines += ["NO SPEED for a body area yet: campaign.toml does not state the device's spring, stiffness_N_per_m"]
     lines += [
         f"{summary.recordings} recordings: {summary.used} used, in {len(dataset.states)} states; "
         f"{int(dataset.censored.sum())} of them reached the device range (censored)"

@@ -100,9 +100,7 @@ def export(
     size: Annotated[float, typer.Option("--zone-m", help="Largest extent of a zone.")] = 0.05,
     angle: Annotated[
         float,
-        typer.Option(
-            "--angle-deg", help="How far motions may point away from the map's direction, at most 5."
-        ),
+        typer.Option("--angle-deg", help="How far motions may point away from the map's direction, at most 5."),
     ] = WIDEST_ANGLE,
     overshoot: Overshoot = 0.01,
     tolerance: PositionTolerance = 0.005,
@@ -174,6 +172,7 @@ def export(
         files = _files(format, zones, stated, speeds)
         permitted = zones.permitted > 0
         words = f"{zones.permitted} of {zones.speed_mmps.size} zones permitted{_price(zones)}"
+    words += "" if angle else ", for motion straight along the map's direction ONLY"
     written = [] if output is None else _write(output, files)
     if output is None and not as_json:
         print("\n".join(files.values()), end="")

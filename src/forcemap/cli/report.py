@@ -106,7 +106,7 @@ def write_report(assessment: CampaignAssessment, target: Path, date: str | None,
 
 
 def _require_same_areas(assessment: CampaignAssessment, target: Path) -> None:
-    """Refuse to replace a report that was made for other body areas: it would be lost."""
+    """Refuse to replace a report that was made for other body areas or another bound: it would be lost."""
     from forcemap.report import made_for, read_seal
 
     if not target.exists():
@@ -115,10 +115,11 @@ def _require_same_areas(assessment: CampaignAssessment, target: Path) -> None:
         earlier = read_seal(read_bytes(target), str(target)).made_for
     except InputError:  # no report that says so: `write_result` judges it
         return
-    if earlier != made_for(assessment.limits):
+    wanted = made_for(assessment)
+    if earlier != wanted:
         raise InputError(
-            f"this report was made for {earlier or 'body areas that it does not state'}, not for "
-            f"{made_for(assessment.limits)}; it is not replaced, name another file with -o or move it away",
+            f"this report was made for {earlier or 'body areas that it does not state'}, not for {wanted}; "
+            "it is not replaced, name another file with -o or move it away",
             file=str(target),
         )
 

@@ -72,6 +72,9 @@ class Impact:
         Largest sample of Phase I [N].
     filtered_peak_force : float
         Phase I peak of the low-passed curve [N]; NaN if no channel frequency class was given.
+    unseen_force : float
+        How far the force may have risen above the largest sample between the samples of Phase I [N]: no
+        impact is within a limit that this reaches.
     peak_time, phase1_end : float
         Time of the peak and end of Phase I [s].
     phase1_width : float
@@ -120,6 +123,7 @@ class Impact:
     peak_force: float
     raw_peak_force: float
     filtered_peak_force: float
+    unseen_force: float
     peak_time: float
     phase1_end: float
     phase1_width: float

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forcemap.impacts.baseline import ContactForce
+from forcemap.impacts.clipping import tops, unseen_force
 from forcemap.impacts.impact import TRANSIENT_TIME, Impact
 from forcemap.impacts.phases import GAP, PhaseOne, end_level, first_peak, hold_force, onset_time, scenario_of
 from forcemap.impacts.quality import EARLY, flags_of
@@ -128,6 +129,7 @@ def measure(recording: Recording, start: Start, last: int, number: int) -> Impac
         end=float(contact.time[last]),
         raw_peak_force=one.raw_force,
         filtered_peak_force=math.nan,
+        unseen_force=0.0,
         peak_time=float(contact.time[start.first + one.peak]),
         phase1_end=phase1_end,
         phase1_width=one.width,
@@ -144,7 +146,9 @@ def measure(recording: Recording, start: Start, last: int, number: int) -> Impac
         force_before=float(before.max()) if before.size else 0.0,
         **figures,
     )
-    return dataclasses.replace(impact, flags=flags_of(impact, before, smooth + contact.drift_allowance(time)))
+    found = tops(impact)
+    flags = flags_of(impact, found, before, smooth + contact.drift_allowance(time))
+    return dataclasses.replace(impact, flags=flags, unseen_force=unseen_force(impact, found))
 
 
 def _longest_gap(after: FloatArray, above: NDArray[np.bool_]) -> float:

@@ -15,8 +15,8 @@ than 5 % too low, and a simulated robot that retreats or holds departs from the 
 
 
 DEVICE_ALONE = (
-    "LIMIT FOR THE DEVICE ALONE: the spring of the body part that it is meant for is not stated "
-    "(--limit-spring-N-per-mm, spring_N_per_m=)"
+    "LIMIT FOR THE DEVICE ALONE, not for a body part: state the spring of the part that it is meant for "
+    "(--limit-spring-N-per-mm, spring_N_per_m=); until then nothing is exported"
 )
 """What every answer says first of a limit in newtons without a spring."""
 
@@ -56,8 +56,8 @@ def device_suitability(area: str, area_stiffness: float, device_stiffness: float
 
     Examples
     --------
-    >>> device_suitability("back_of_hand", 75e3, 25e3).refusal
-    "the device's spring of 25 N/mm is softer than 0.9 of the 75 N/mm of back_of_hand, so its forces read too low"
+    >>> device_suitability("back_of_hand", 75e3, 25e3).refusal.partition("; ")[2]
+    'measure with 67.5 N/mm or more'
     >>> round(device_suitability("back_of_hand", 75e3, 70e3).raised, 4)
     1.0351
     """
@@ -70,13 +70,14 @@ def device_suitability(area: str, area_stiffness: float, device_stiffness: float
     wanted = f"the {area_stiffness / 1000:g} N/mm of {area}"
     if math.isnan(device_stiffness):
         refusal = (
-            f"the spring of the measuring device is not stated, and {wanted} need one as stiff; state "
-            "device.stiffness_N_per_m in campaign.toml, or --device-spring-N-per-mm"
+            f"the spring of the measuring device is not stated, and {wanted} need one about as stiff; state "
+            "device.stiffness_N_per_m in campaign.toml, or --device-spring-N-per-mm (device_stiffness= in Python)"
         )
         return DeviceSuitability(1.0, refusal, refusal)
     device = f"the device's spring of {device_stiffness / 1000:g} N/mm"
     if device_stiffness < SOFTEST * area_stiffness:
-        refusal = f"{device} is softer than {SOFTEST:g} of {wanted}, so its forces read too low"
+        refusal = f"{device} is softer than {SOFTEST:g} of {wanted}, so its forces read too low; measure with "
+        refusal += f"{SOFTEST * area_stiffness / 1000:g} N/mm or more"
         return DeviceSuitability(1.0, refusal, refusal)
     if device_stiffness < area_stiffness:
         raised = math.sqrt(area_stiffness / device_stiffness)

@@ -11,7 +11,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from forcemap.errors import ContactNotPermitted, InputError
-from forcemap.limits.body_areas import BodyArea, LimitTable, body_regions, identifier, standard_limit_table
+from forcemap.limits.body_areas import (
+    MAX_TRANSIENT_FACTOR,
+    BodyArea,
+    LimitTable,
+    body_regions,
+    identifier,
+    standard_limit_table,
+)
 
 
 class Contact(StrEnum):
@@ -79,6 +86,20 @@ class ForceLimit:
     lacking: tuple[str, ...] = ()
     head: bool = False
     head_contact: str = ""
+
+    def __post_init__(self) -> None:
+        quasi_static, transient = self.tabulated_quasi_static, self.tabulated_transient
+        lowest = quasi_static if self.permitted else 0.0
+        if not (0 < quasi_static < math.inf and lowest <= transient <= MAX_TRANSIENT_FACTOR * quasi_static):
+            raise InputError(
+                f"limit of {self.name}: found {quasi_static:g} N quasi-static and {transient:g} N transient, expected "
+                f"positive newtons, and the transient limit from 1 to {MAX_TRANSIENT_FACTOR:g} times the other"
+            )
+        if not (math.isnan(self.stiffness) or 1000 <= self.stiffness < math.inf):
+            raise InputError(
+                f"limit of {self.name}: found a spring of {self.stiffness:g} N/m, expected at least 1000 (75 N/mm is "
+                "75000)"
+            )
 
     @property
     def quasi_static(self) -> float:

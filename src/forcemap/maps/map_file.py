@@ -190,6 +190,9 @@ def _from_content(content: dict[str, Any]) -> ForceMap:
             table=str(statistics["impacts_table"]),
             table_sha256=str(statistics["impacts_table_sha256"]),
         )
+    counts = [*phase_two["scenarios"].values(), *(phase_two[key] for key in ("unrecorded", "above_peak"))]
+    if min(counts) < 0 or _nan(phase_two["largest_force_N"]) < 0:
+        raise MapFileError("found a negative count or force", column="phase_two")
     force_map = ForceMap(
         name=str(content["name"]),
         form=form,
@@ -300,7 +303,27 @@ def _states_from_columns(columns: dict[str, list[Any]]) -> States:
             fields[field] = tuple(columns[column])
         else:
             fields[field] = np.array([_nan(value) for value in columns[column]], dtype=kind)
-    return States(**fields)
+    if len({len(values) for values in fields.values()}) != 1:
+        raise MapFileError("found columns of different lengths, expected a cell for every state", column="states")
+    states = States(**fields)
+    _require_means(states)
+    return states
+
+
+def _require_means(states: States) -> None:
+    """Refuse states whose mean ln F cannot be that of impacts with this mean and this highest force.
+
+    A mean of logarithms is no larger than the logarithm of the mean, and below it by less than n ln(highest / mean)
+    (unless one of n repeats is a hundred times below the others).
+    """
+    read = states.impacts > 0
+    force, highest = states.force[read], states.highest[read]
+    below = np.log(force) - states.log_force[read]
+    possible = (highest >= force * (1 - 1e-9)) & (below >= -1e-9)
+    possible &= below <= states.impacts[read] * np.log(np.maximum(highest / force, 1.0)) + 1e-9
+    if not possible.all():
+        name = states.name[int(np.flatnonzero(read)[~possible][0])]
+        raise MapFileError(f"state {name}: found forces that do not belong together", column="mean_ln_force")
 
 
 def _null(value: float) -> float | None:

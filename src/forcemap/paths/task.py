@@ -45,6 +45,8 @@ class TaskSegment:
     speed: float = math.nan
 
     def __post_init__(self) -> None:
+        if self.contact is not None:
+            object.__setattr__(self, "contact", Contact.parse(self.contact))
         if (self.contact is None) != (not self.areas):
             raise InputError(f"segment {self.name!r}: expected body areas and a kind of contact, or neither")
         if not (math.isnan(self.speed) or 0 < self.speed < math.inf):

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterable
 from dataclasses import dataclass
 from html.parser import HTMLParser
 from urllib.parse import quote, unquote_to_bytes
 
+from forcemap.assessment.campaign_assessment import CampaignAssessment
+from forcemap.assessment.missing import Missing
 from forcemap.errors import InputError
 from forcemap.files import sha256
-from forcemap.limits.force_limits import ForceLimit
 
 MARK = "forcemap-report/1"
 """Schema of the page; it stands within its first 4000 bytes."""
@@ -43,9 +43,11 @@ class Sealed:
     made_for: str = ""
 
 
-def made_for(limits: Iterable[ForceLimit]) -> str:
-    """The body areas of a report, each with the version of its table of limits."""
-    return ", ".join(sorted(f"{limit.name} ({limit.edition}, {limit.sha256[:12]})" for limit in limits))
+def made_for(assessment: CampaignAssessment) -> str:
+    """The body areas of a report, each with the version of its table of limits, and its bound."""
+    areas = sorted(f"{limit.name} ({limit.edition}, {limit.sha256[:12]})" for limit in assessment.limits)
+    bound = assessment.bound
+    return f"{', '.join(areas)}; {'no bound' if isinstance(bound, Missing) else bound}"
 
 
 def seal_tag() -> str:

@@ -2,12 +2,22 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Any
 
 from pydantic import BaseModel
 
-from forcemap import Campaign, ForcemapError, Use, campaign_summary, read_campaign, read_conditions, repeatability
+from forcemap import (
+    Campaign,
+    ForcemapError,
+    ImpactDataset,
+    Use,
+    campaign_summary,
+    read_campaign,
+    read_conditions,
+    repeatability,
+)
 from forcemap.web.folder import Folder
 from forcemap.web.held import fitted, impacts_of
 from forcemap.web.numbers import number
@@ -111,12 +121,21 @@ def _line(folder: Folder, name: str) -> CampaignLine:
             figures |= {"planned_runs": len(campaign.plan), "missing_runs": len(campaign.missing)}
             figures |= {"recordings": len(campaign.entries), "used": used}
         dataset = impacts_of(path)
-        figures |= {"states": len(dataset.states), "simulated": dataset.simulated}
+        figures |= {"states": len(dataset.states), "simulated": dataset.simulated, "problem": _doubt(dataset)}
         force_map = fitted(path).force_map
         figures["map"] = f"{force_map.form.name}, {len(force_map.require_fit().states)} states"
     except ForcemapError as error:
         figures["problem"] = problem_words(error)
     return CampaignLine(**figures)
+
+
+def _doubt(dataset: ImpactDataset) -> str:
+    """What every speed of these impacts will say first, or why there will be none; empty if nothing."""
+    if dataset.binding.refusal:
+        return f"No speed will be given: {dataset.binding.refusal}"
+    if math.isnan(dataset.conditions.device.stiffness):
+        return "No speed will be given for a body area: the device's spring (stiffness_N_per_m) is not stated"
+    return dataset.binding.reason
 
 
 def campaign_answer(name: str, path: Path) -> CampaignAnswer:
@@ -164,6 +183,7 @@ def _planned(path: Path) -> dict[str, Any]:
         forces = dict(zip(dataset.states.name, dataset.states.force.tolist(), strict=True))
         found |= {
             "simulated": dataset.simulated,
+            "problem": _doubt(dataset),
             "states": _states(campaign, forces),
             "flags": summary.flags,
             "not_stated": list(summary.not_stated),
@@ -188,6 +208,7 @@ def _table_only(path: Path) -> dict[str, Any]:
     figures = (states.distance, states.height, states.speed, states.force, states.impacts + states.censored)
     return {
         "simulated": dataset.simulated,
+        "problem": _doubt(dataset),
         "conditions": _conditions(dataset.conditions),
         "phase_two": dataset.phase_two.statement(),
         "repeatability_sd_percent": number(repeatability(dataset).mean_sd_percent),
