@@ -6,6 +6,7 @@ says why.
 
 from __future__ import annotations
 
+import csv
 import dataclasses
 import json
 import re
@@ -605,7 +606,18 @@ def test_a_column_map_that_reads_other_forces_breaks_the_table(tmp_path):
         found = fm.safe_speed(fm.fit_force_map(collect(folder)), 0.85, 0.25, **CASE)
         assert found.outcome is fm.SpeedOutcome.UNCONFIRMED
         assert "newtons_per_count = 0.8" in found.reason
+    register = folder / "recordings.csv"
+    kept = register.read_text()
+    at = kept.splitlines()[0].split(",").index("read_with")
+    with register.open(newline="") as stream:
+        cells = list(csv.reader(stream))
+    with register.open("w", newline="") as stream:
+        csv.writer(stream).writerows([cells[0], *([*row[:at], "", *row[at + 1 :]] for row in cells[1:])])
+    assert fm.read_dataset(folder).binding.state == "broken"
+    assert collect(folder).binding.state == "bound"  # a person says that 0.8 is right, and was from the first
     (folder / "campaign.toml").write_text(toml.format(1.0))
+    assert collect(folder).binding.state == "broken"
+    register.write_text(kept)
     assert fm.safe_speed(fm.fit_force_map(collect(folder)), 0.85, 0.25, **CASE).speed == before.speed
 
 
@@ -712,6 +724,20 @@ def test_a_bound_of_another_class_is_weak(examples):
         fm.robot_table(force_map, limits=[(HAND, fm.Contact.TRANSIENT)], bound=Half())
     with pytest.raises(fm.NotReleasable, match="WEAK BOUND"):
         fm.confirm_plan(force_map, HAND, bound=Half(), contact=fm.Contact.TRANSIENT)
+
+
+def test_a_table_without_the_names_of_its_recordings_is_not_typed_by_hand(cell):
+    table, register = cell / "impacts.csv", cell / "recordings.csv"
+    with table.open(newline="") as stream:
+        cells = list(csv.reader(stream))
+    at = cells[0].index("recording")
+    with table.open("w", newline="") as stream:
+        csv.writer(stream).writerows([*row[:at], *row[at + 1 :]] for row in cells)
+    assert fm.read_dataset(cell).binding.state == "broken"
+    register.write_text(register.read_text().splitlines()[0] + "\n")
+    assert fm.read_dataset(cell).binding.state == "unbound"
+    register.unlink()
+    assert fm.read_dataset(cell).binding.state == "unbound"
 
 
 def test_a_part_of_a_table_says_that_it_is_one(cell):

@@ -355,3 +355,12 @@ def test_repeatability(made, dataset):
     pooled = series(axes, f"all states pooled: {found.within_state_sd:.2f} N")
     assert set(pooled[1]) == {found.within_state_sd}
     assert axes.get_ylabel() == "SD of repeats [N]"
+
+
+@pytest.mark.parametrize("width", [0.17, 0.085])
+def test_what_must_be_said_first_stands_above_the_speeds(force_map, width):
+    case = {"limit": fm.force_limit(HAND), "contact": fm.Contact.TRANSIENT, "bound": fm.FixedMargin(0.0)}
+    weak = fm.speed_map(force_map, *fm.measured_grid(force_map, 0.1), **case)
+    (first,) = weak.speeds.warnings
+    said = figures.safe_speed_figure(weak, width=width).get_suptitle()
+    assert said.replace("\n", " ") == f"{SIMULATED} {first}"

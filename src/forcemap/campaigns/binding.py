@@ -80,15 +80,16 @@ def binding_of(table: Path, rows: Sequence[Mapping[str, str]], conditions: Condi
     """
     register = table.parent / REGISTER_FILE
     names = [row.get("recording", "") for row in rows]
+    collected = any({"raw_peak_N", REMARK} & row.keys() for row in rows)  # columns that only collect writes
     if not register.exists():
-        return NOT_BESIDE if any(names) else Binding()
+        return NOT_BESIDE if any(names) or collected else Binding()
     try:
         entries = read_register(register)
     except InputError as error:
         return _broken(f"{REGISTER_FILE} cannot be used: {error.message}")
     used = {entry.name: entry for entry in entries if entry.use is Use.USED}
     if not used and not any(names):
-        return Binding()  # typed by hand, beside recordings of which none was used
+        return NOT_BESIDE if collected else Binding()  # typed by hand, beside recordings of which none was used
     if not any(entry.row_sha256 for entry in entries):
         return _broken(f"{REGISTER_FILE} does not bind {table.name} to its recordings yet: run forcemap collect")
     edited = [entry.file for entry in entries if entry.row_sha256 != row_sha256(entry)]

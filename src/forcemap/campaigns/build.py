@@ -17,7 +17,7 @@ from forcemap.campaigns.conditions import CAMPAIGN_FILE
 from forcemap.campaigns.dataset import ImpactDataset
 from forcemap.campaigns.impacts_table import TABLE_FILE, read_dataset
 from forcemap.campaigns.plan import PLAN_FILE
-from forcemap.campaigns.register import PLANNED, READ_WITH, Entry, Use, register_text
+from forcemap.campaigns.register import FIRST_READ, PLANNED, READ_WITH, Entry, Use, register_text
 from forcemap.campaigns.remark import REMARK, not_in_table
 from forcemap.campaigns.table import csv_text, read_table
 from forcemap.errors import CampaignFileError, InputError, RecordingError, TableError
@@ -130,8 +130,11 @@ def _basis(campaign: Campaign, runs: _Runs, entry: Entry) -> dict[str, str]:
     fields = dataclasses.fields(ColumnMap) if campaign.columns else ()
     stated = {each.name: (getattr(campaign.columns, each.name), each.default) for each in fields}
     words = ", ".join(f"{name} = {value}" for name, (value, usual) in stated.items() if str(value) != str(usual))
-    read = f"{entry.raw_peak_force:.2f} N {entry.scenario}"
-    return {PLANNED: f"{entry.state_id}: {place}", READ_WITH: f"{words or 'no entries'}: {read}"}
+    return {
+        PLANNED: f"{entry.state_id}: {place}",
+        READ_WITH: words or "no entries",
+        FIRST_READ: f"{entry.raw_peak_force:.2f} N, {entry.scenario}",
+    }
 
 
 def _sealed(entry: Entry, row: dict[str, str] | None, now: dict[str, str]) -> Entry:
@@ -139,20 +142,20 @@ def _sealed(entry: Entry, row: dict[str, str] | None, now: dict[str, str]) -> En
     then = dict(entry.conditions)
     if not row:
         return dataclasses.replace(entry, conditions=now | then)
-    if then.get(PLANNED, "").partition(": ")[0] != entry.state_id:
+    if not then.get(PLANNED, "").startswith(f"{entry.state_id}: "):
         then.pop(PLANNED, None)  # a person says that it is another run
+    if READ_WITH not in then:
+        then.pop(FIRST_READ, None)
+    was = now | then
     changed = []
-    if then.get(PLANNED, now[PLANNED]) != now[PLANNED]:
-        changed.append(f"{PLANNED} was {then[PLANNED]!r}, {PLAN_FILE} now says {now[PLANNED]!r}")
-    before, after = (text.rpartition(": ") for text in (then.get(READ_WITH, now[READ_WITH]), now[READ_WITH]))
-    if before[0] != after[0] and before[2] != after[2]:  # other entries that read the same are no change
+    if was[PLANNED] != now[PLANNED]:
+        changed.append(f"{PLANNED} was {was[PLANNED]!r}, {PLAN_FILE} now says {now[PLANNED]!r}")
+    if was[READ_WITH] != now[READ_WITH] and was[FIRST_READ] != now[FIRST_READ]:  # in other words the same is no change
         changed.append(
-            f"{READ_WITH} was {before[0]!r} and gave {before[2]}, [recordings] of {CAMPAIGN_FILE} now "
-            f"{after[0]!r} gives {after[2]}"
+            f"{READ_WITH} was {was[READ_WITH]!r} and gave {was[FIRST_READ]}, [recordings] of {CAMPAIGN_FILE} now "
+            f"{now[READ_WITH]!r} gives {now[FIRST_READ]}"
         )
-    return dataclasses.replace(
-        entry, impact_sha256=impact_sha256(row), changed="; ".join(changed), conditions=now | then
-    )
+    return dataclasses.replace(entry, impact_sha256=impact_sha256(row), changed="; ".join(changed), conditions=was)
 
 
 def _require_own(campaign: Campaign, text: str) -> None:

@@ -59,8 +59,8 @@ class Entry:
         Hash of its row in the impacts table; empty if it is not used.
     conditions : mapping of str to str
         What campaign.toml stated of the measurement when it was first registered, by entry such as `tool.name`; and
-        from when it was first used, `planned`, its place in the plan, and `read_with`, the entries of [recordings]
-        and what they gave.
+        from when it was first used, `planned`, its place in the plan, `read_with`, the entries of [recordings], and
+        `first_read`, what they gave.
     changed : str
         How its place in the plan, or the way its file is read, differs from when it was first used; empty if it does
         not.
@@ -111,9 +111,9 @@ _COLUMNS = {
     "impact_sha256": "impact_sha256",
     "changed": "changed",
 }
-PLANNED, READ_WITH = "planned", "read_with"
+PLANNED, READ_WITH, FIRST_READ = "planned", "read_with", "first_read"
 _ROW_SHA256 = "row_sha256"
-_SEALED = (*MEASURED_UNDER, PLANNED, READ_WITH)
+_SEALED = (*MEASURED_UNDER, PLANNED, READ_WITH, FIRST_READ)
 _KNOWN = (*_COLUMNS, *_SEALED, _ROW_SHA256)
 _NUMBERS = ("speed_mps", "peak_force_N", "raw_peak_force_N", "phase2_force_N")
 

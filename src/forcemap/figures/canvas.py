@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import textwrap
 import threading
 import warnings
 from collections.abc import Callable, Iterator, Sequence
@@ -19,6 +20,7 @@ from forcemap.figures.style import COLUMN_WIDTH, PAGE_WIDTH, RC, YELLOW
 P = ParamSpec("P")
 R = TypeVar("R")
 
+_SIGNS_PER_INCH = 15  # of bold letters of 7.5 points
 SIMULATED = "SIMULATED: not a measurement of any robot"
 
 _INCH = 0.0254
@@ -78,8 +80,10 @@ def plain(text: str, longest: int = 60) -> str:
     return shown if len(shown) <= longest else f"{shown[: longest - 1]}…"
 
 
-def finish(figure: Figure, *, simulated: bool, columns: int, also: Sequence[Artist] = ()) -> Figure:
-    """Put one legend for all panels beneath them, `also` entries included, and SIMULATED above where it is so."""
+def finish(
+    figure: Figure, *, simulated: bool, columns: int, also: Sequence[Artist] = (), first: Sequence[str] = ()
+) -> Figure:
+    """Put one legend for all panels beneath them, `also` entries included; above SIMULATED and what is said `first`."""
     entries: dict[str, Any] = {}
     for axes in figure.axes:
         handles, words = axes.get_legend_handles_labels()
@@ -88,7 +92,10 @@ def finish(figure: Figure, *, simulated: bool, columns: int, also: Sequence[Arti
     entries |= {str(each.get_label()): each for each in also}
     if entries:
         figure.legend(list(entries.values()), list(entries), loc="outside lower left", ncols=columns)
-    if simulated:
+    lines = [*([SIMULATED] if simulated else []), *(plain(each, 400) for each in first)]
+    if lines:
+        across = int(_SIGNS_PER_INCH * figure.get_figwidth())
+        said = "\n".join(line for each in lines for line in textwrap.wrap(each, across))
         box = {"facecolor": YELLOW, "edgecolor": "none", "boxstyle": "square,pad=0.15"}
-        figure.suptitle(SIMULATED, x=0.02, ha="left", fontsize=7.5, fontweight="bold", bbox=box)
+        figure.suptitle(said, x=0.02, ha="left", fontsize=7.5, fontweight="bold", bbox=box)
     return figure

@@ -62,7 +62,7 @@ def path_speeds_figure(path_speeds: PathSpeeds, *, profile: TimeLaw | None = Non
     axes.set_ylim(bottom=0)
     _name_segments(axes, path.names, along)
     simulated = any(line.startswith("SIMULATED") for line in path_speeds.statements)
-    return finish(figure, simulated=simulated, columns=2 if wide else 1, also=patches)
+    return finish(figure, simulated=simulated, columns=2 if wide else 1, also=patches, first=path_speeds.warnings)
 
 
 def _draw_outcomes(axes: Axes, path_speeds: PathSpeeds, along: FloatArray) -> list[Patch]:

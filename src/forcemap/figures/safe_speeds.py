@@ -55,7 +55,7 @@ def safe_speed_figure(speed_map: SpeedMap, *, width: float = PAGE_WIDTH) -> Figu
     axes.set(xlabel=DISTANCE, ylabel=HEIGHT, xlim=(x[0], x[-1]), ylim=(y[0], y[-1]))
     axes.set_title(_words(speed_map, 100 if wide else 46), fontsize=7 if wide else 6.5)
     simulated = any(line.startswith("SIMULATED") for line in speeds.statements)
-    return finish(figure, simulated=simulated, columns=2 if wide else 1, also=legend)
+    return finish(figure, simulated=simulated, columns=2 if wide else 1, also=legend, first=speeds.warnings)
 
 
 def _write_speeds(axes: Axes, speed_map: SpeedMap) -> None:

@@ -74,6 +74,9 @@ class ToolPath:
             )
         if len(self.names) != len(self.points) - 1:
             raise InputError("path: expected one segment name for each piece")
+        turning = np.zeros(1) if self.turning is None else np.asarray(self.turning)
+        if not (0 <= self.deviation < np.inf and np.isfinite(turning).all() and np.all(turning >= 0)):
+            raise InputError("path: expected a deviation and turnings that are finite and not below 0")
         moving = self._moving_times
         if moving is not None and not (np.isfinite(moving).all() and np.all(moving > 0)):
             raise InputError("path: expected times that are finite and rise from point to point")
