@@ -521,6 +521,8 @@ def test_a_map_file_whose_coefficients_its_states_do_not_give_is_refused(example
         forge(plain, lower_all)
     with pytest.raises(fm.InputError, match="negative count"):
         forge(plain, lambda content: content["phase_two"].update(unrecorded=-5))
+    with pytest.raises(fm.InputError, match="at least one impact"):
+        forge(plain, lambda content: content["measured_states"].update(impacts=[0] * len(plain.require_fit().states)))
     with pytest.raises(fm.InputError, match="different lengths"):
         forge(plain, lambda content: content["measured_states"]["highest_N"].pop())
     clamping = fm.published_map("kuka-iiwa7-30nm")

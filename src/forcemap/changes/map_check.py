@@ -296,7 +296,7 @@ def _not_comparable(force_map: ForceMap, dataset: ImpactDataset) -> str:
 def _gated(outcome: MapOutcome, reason: str, next_step: str, against: str) -> tuple[MapOutcome, str, str]:
     if not against or outcome is not MapOutcome.HOLDS:
         return outcome, reason, next_step
-    return MapOutcome.CANNOT_TELL, f"cannot tell: {against}", "mend that, then check again"
+    return MapOutcome.CANNOT_TELL, against, "mend that, then check again"
 
 
 def _fit_of(force_map: ForceMap) -> Fit:

@@ -316,6 +316,8 @@ def _require_means(states: States) -> None:
     A mean of logarithms is no larger than the logarithm of the mean, and below it by less than n ln(highest / mean)
     (unless one of n repeats is a hundred times below the others).
     """
+    if np.any((states.impacts < 0) | (states.censored < 0) | (states.impacts + states.censored < 1)):
+        raise MapFileError("expected at least one impact in every state", column="impacts")
     read = states.impacts > 0
     force, highest = states.force[read], states.highest[read]
     below = np.log(force) - states.log_force[read]
