@@ -332,7 +332,7 @@ def test_tilted_pieces_keep_lower_limits_on_slow_campaigns(preset, tmp_path, ful
     """Below 0.2 m/s a robot may notice an impact or not, so that its force jumps where it tilts by a degree."""
     limits = (140, 180, 215, 260) if preset == "ur10e-like" else (140, 160, 190, 240)
     for slowest in (0.05, 0.1, 0.15) if full_size else (0.1,):
-        found = trial(preset, 0.0, 1000 if full_size else 150, [SEED, 2], tmp_path, limits=limits, slowest=slowest)
+        found = trial(preset, 0.0, 1000 if full_size else 75, [SEED, 2], tmp_path, limits=limits, slowest=slowest)
         tilts = found.permitted.angle > 0.01
         print(f"| {preset} | {slowest:g} | {words('', found.ratio[tilts])} | {words('', found.ratio[~tilts])} |")
         assert tilts.sum() > 20
