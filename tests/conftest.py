@@ -2,11 +2,13 @@ from __future__ import annotations
 
 import json
 import os
+from pathlib import Path
 
 import pytest
 from hypothesis import HealthCheck, settings
 
 import forcemap as fm
+from real_data import FOLDER, REASON
 
 settings.register_profile("forcemap", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("forcemap")
@@ -16,6 +18,14 @@ settings.load_profile("forcemap")
 def full_size() -> bool:
     """True under `make validity`: the long runs at full size."""
     return os.environ.get("FORCEMAP_VALIDITY") == "full"
+
+
+@pytest.fixture(scope="session")
+def real_data() -> Path:
+    """Folder of real recordings."""
+    if not FOLDER.is_dir():
+        pytest.skip(REASON)
+    return FOLDER
 
 
 @pytest.fixture(scope="session")

@@ -168,18 +168,21 @@ class TestCollect:
 
     def test_watch_takes_a_file_that_is_complete_whatever_time_it_bears(self, tmp_path):
         """A file of a machine whose clock is ahead, and one that is written with pauses."""
-        folder = write_campaign(tmp_path / "campaign", recorded=False)
-        for name, peak in ((RUN, 100.0), (OTHER, 110.0)):
-            save(tmp_path / f"{name}.csv", *pulse(peak))
-        ahead, growing = folder / "recordings" / f"{RUN}.csv", folder / "recordings" / f"{OTHER}.csv"
-        os.utime(tmp_path / ahead.name, (time.time() + 36_000,) * 2)
-        os.replace(tmp_path / ahead.name, ahead)
-        with watching(folder) as (_, until, errors):
-            until("1 impacts;")
-            pauses = grow(growing, (tmp_path / growing.name).read_bytes(), pause=0.9, pieces=5)
-            if max(pauses) > 1.4:
-                pytest.skip("the machine stood still, so that a pause was as long as that of a file that is complete")
-            said = until("2 impacts;")
+        for attempt in range(
+            5
+        ):  # a pause as long as that of a complete file, where the machine stood still, tells nothing
+            folder = write_campaign(tmp_path / f"{attempt}" / "campaign", recorded=False)
+            for name, peak in ((RUN, 100.0), (OTHER, 110.0)):
+                save(tmp_path / f"{name}.csv", *pulse(peak))
+            ahead, growing = folder / "recordings" / f"{RUN}.csv", folder / "recordings" / f"{OTHER}.csv"
+            os.utime(tmp_path / ahead.name, (time.time() + 36_000,) * 2)
+            os.replace(tmp_path / ahead.name, ahead)
+            with watching(folder) as (_, until, errors):
+                until("1 impacts;")
+                pauses = grow(growing, (tmp_path / growing.name).read_bytes(), pause=0.9, pieces=5)
+                said = until("2 impacts;") if max(pauses) <= 1.4 else ""
+            if said:
+                break
         assert said.splitlines()[0].split() == [f"{growing.name}:", "used"]
         assert errors.read_text() == ""
 

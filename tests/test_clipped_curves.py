@@ -6,10 +6,8 @@ measured while more than 5 % too low; of whole ones at most 2 % are lost.
 
 from __future__ import annotations
 
-import os
 from collections import Counter, defaultdict
 from itertools import chain
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -23,7 +21,6 @@ from pulses import half_sine
 
 SEED = 202651
 DEVICE = fm.Device(range=100_000.0, error=3.0, stiffness=75_000.0)
-REAL = Path(os.environ.get("FORCEMAP_REAL_DATA", "no-such-folder")) / "dummy_impact"
 KINDS = ("single", "narrow with a tail", "double", "ringing", "clamping", "bouncing")
 UNKNOWN = {"unresolved", "no_baseline", "reversed", "oblique", "offset", "unquiet", "cut_off", "gap"}
 TOO_LOW = 0.95
@@ -124,11 +121,11 @@ def thinned(number):
     return kind, time[first::every], true[first::every], true_peak(force)
 
 
-def real_curves():
+def real_curves(folder):
     """Time, force and peak of the impacts on dummies, with a quiet lead: most have next to none."""
     columns = {"time": "time_ms", "time_unit": "ms", "force": "force_N", "curve": "speed_m_s_label"}
     curves = []
-    for number, path in enumerate(sorted(REAL.glob("*.csv"))):
+    for number, path in enumerate(sorted(folder.glob("*.csv"))):
         for recording in fm.read_recordings(path, columns=columns, device=DEVICE):
             rng = np.random.default_rng([SEED, number, 2])
             start = int(np.argmax(recording.force > 0.1 * recording.force.max()))
@@ -144,10 +141,8 @@ def real_curves():
 
 
 @pytest.fixture(scope="module")
-def real():
-    if not REAL.is_dir():
-        pytest.skip("FORCEMAP_REAL_DATA names no folder")
-    curves = real_curves()
+def real(real_data):
+    curves = real_curves(real_data / "dummy_impact")
     assert len(curves) >= 4
     return curves
 

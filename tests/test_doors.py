@@ -621,6 +621,23 @@ def test_a_column_map_that_reads_other_forces_breaks_the_table(tmp_path):
     assert fm.safe_speed(fm.fit_force_map(collect(folder)), 0.85, 0.25, **CASE).speed == before.speed
 
 
+def test_a_sampling_rate_that_moves_phase_two_breaks_the_table(tmp_path):
+    """The same largest reading and scenario; another force is left after 0.5 s."""
+    toml = DOWN + '[recordings]\nforce = "force_N"\nsampling_rate_Hz = {}\n'
+    folder = write_campaign(tmp_path / "rate", toml=toml.format(1000))
+    for file in (folder / "recordings").iterdir():
+        time, force = np.loadtxt(file, delimiter=",", skiprows=1).T
+        left = 45.0 * np.exp(-time) * np.clip((time - 0.03) / 0.03, 0, 1)
+        file.write_text("force_N\n" + "".join(f"{each:.3f}\n" for each in force + left))
+    first = collect(folder)
+    assert first.binding.state == "bound"
+    (folder / "campaign.toml").write_text(toml.format(800))
+    second = collect(folder)
+    assert (second.scenario == first.scenario).all()
+    assert abs(second.phase_two.largest_force - first.phase_two.largest_force) > 0.1
+    assert second.binding.state == "broken"
+
+
 def test_a_column_map_that_reads_the_same_changes_nothing(cell):
     before = (cell / "impacts.csv").read_bytes()
     with (cell / "campaign.toml").open("a") as toml:

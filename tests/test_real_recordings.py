@@ -2,19 +2,13 @@
 
 from __future__ import annotations
 
-import os
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 import forcemap as fm
+from real_data import FOLDER, needs_real_data
 
-FOLDER = Path(os.environ.get("FORCEMAP_REAL_DATA", "no-such-folder"))
-pytestmark = [
-    pytest.mark.real_data,
-    pytest.mark.skipif(not FOLDER.is_dir(), reason="FORCEMAP_REAL_DATA names no folder"),
-]
+pytestmark = [pytest.mark.real_data, needs_real_data]
 DEVICE = fm.Device(range=10_000.0, error=3.0)
 ARM = sorted((FOLDER / "ur_clamp").glob("*.csv"))
 ARM_COLUMNS = {"time": 1, "time_unit": "ms", "force": [20, 21, 22]}

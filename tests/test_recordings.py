@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import io
 import itertools
-import os
 from dataclasses import replace
 from datetime import date
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -587,14 +585,6 @@ class TestFiles:
             stream.truncate(500_000_001)  # a hole: it takes no room
         with pytest.raises(RecordingError, match="found 500 MB, expected at most 500 MB"):
             read_recordings(tmp_path / "large.csv", columns=PLAIN)
-
-
-@pytest.fixture(scope="module")
-def real_data():
-    folder = os.environ.get("FORCEMAP_REAL_DATA")
-    if not folder or not Path(folder).is_dir():
-        pytest.skip("FORCEMAP_REAL_DATA names no folder of real recordings")
-    return Path(folder)
 
 
 @pytest.mark.real_data

@@ -96,7 +96,7 @@ from forcemap.limits.pfl import (
 from forcemap.many_speeds import many_safe_speeds
 from forcemap.maps.accuracy import Accuracy, force_map_accuracy, leave_one_state_out
 from forcemap.maps.bounds import Bound, FixedMargin, ToleranceBound, margins
-from forcemap.maps.direction import WIDEST_ANGLE, direction_vector
+from forcemap.maps.direction import WIDEST_ANGLE, direction_vector, raised_off_axis
 from forcemap.maps.fit import CensoredImpacts, fit_force_map
 from forcemap.maps.force_map import ForceMap
 from forcemap.maps.form_comparison import (
@@ -366,6 +366,7 @@ __all__ = [
     "principal_effective_masses",
     "provenance",
     "published_map",
+    "raised_off_axis",
     "read_campaign",
     "read_campaign_file",
     "read_conditions",

@@ -15,7 +15,6 @@ from forcemap.maps.enclosures import Patches, enclose
 from forcemap.maps.force_map import ForceMap
 from forcemap.maps.range_enclosure import highest_measured_speed, lowest_measured_speeds
 from forcemap.speeds import SAME_PLACE, SafeSpeed, SpeedOutcome, safe_speed
-from forcemap.usable_limits import usable_limit
 from forcemap.zones import Regions
 
 FloatArray = NDArray[np.float64]
@@ -143,7 +142,7 @@ def zone_speeds(
     at = safe_speed(force_map, distance, height, **case)
     newtons, level = (
         np.broadcast_to(np.asarray(force, dtype=np.float64), distance.shape)[:, 0].copy()
-        for force in (at.limit, usable_limit(force_map, **case).level)
+        for force in (at.limit, at.limit / at.raised)
     )
     highest = force_map.measured_range.speeds(*zones.extremes(force_map.measured_range))[1].min(axis=1)
     snapped = np.isin(highest, force_map.measured_range.points[:, 2])

@@ -89,6 +89,8 @@ class SafeSpeed:
         Why no place has a speed, whatever the bound; empty if nothing forbids it.
     export_refusal : str
         Why nothing may be exported or released of them; empty if nothing forbids it.
+    raised : float
+        Factor by which the bound was raised, for the device's spring and for motion off the map's direction.
     """
 
     speed: Any
@@ -104,6 +106,7 @@ class SafeSpeed:
     warnings: tuple[str, ...] = ()
     refusal: str = ""
     export_refusal: str = ""
+    raised: float = 1.0
 
 
 def safe_speed(
@@ -216,6 +219,7 @@ def safe_speed(
         warnings=usable.warnings,
         refusal=refusal,
         export_refusal=usable.export_refusal,
+        raised=usable.raised,
     )
 
 

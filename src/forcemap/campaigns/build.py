@@ -133,7 +133,8 @@ def _basis(campaign: Campaign, runs: _Runs, entry: Entry) -> dict[str, str]:
     return {
         PLANNED: f"{entry.state_id}: {place}",
         READ_WITH: words or "no entries",
-        FIRST_READ: f"{entry.raw_peak_force:.2f} N, {entry.scenario}",
+        FIRST_READ: f"{entry.raw_peak_force:.2f} N, {entry.scenario}"
+        + ("" if math.isnan(entry.phase2_force) else f", {entry.phase2_force:.2f} N in Phase II"),
     }
 
 

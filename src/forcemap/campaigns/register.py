@@ -11,7 +11,7 @@ from pathlib import Path
 from forcemap.campaigns.conditions import MEASURED_UNDER, condition_text
 from forcemap.campaigns.table import csv_text, read_table
 from forcemap.errors import InputError, TableError, nearest_names
-from forcemap.files import read_bytes, sha256, write_atomically
+from forcemap.files import read_bytes, sha256
 from forcemap.impacts.scenario import ContactScenario
 
 REGISTER_FILE = "recordings.csv"
@@ -174,17 +174,6 @@ def row_sha256(entry: Entry) -> str:
     """Hash of what a row of the register says."""
     cells = {column: _cell(column, getattr(entry, name)) for column, name in _COLUMNS.items()} | dict(entry.conditions)
     return sha256("\n".join(f"{column}={cell}" for column, cell in cells.items() if cell))[:16]
-
-
-def write_register(entries: Iterable[Entry], path: str | Path) -> None:
-    """Write a register as CSV.
-
-    Raises
-    ------
-    InputError
-        The file cannot be written.
-    """
-    write_atomically(path, register_text(entries))
 
 
 def _entry(values: dict[str, str | float]) -> Entry:

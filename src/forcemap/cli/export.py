@@ -22,6 +22,7 @@ from forcemap import (
     krl_data,
     krl_source,
     path_speeds,
+    raised_off_axis,
     read_task,
     robot_table,
     safety_proposal,
@@ -172,7 +173,7 @@ def export(
         files = _files(format, zones, stated, speeds)
         permitted = zones.permitted > 0
         words = f"{zones.permitted} of {zones.speed_mmps.size} zones permitted{_price(zones)}"
-    words += "" if angle else ", for motion straight along the map's direction ONLY"
+    words += "" if raised_off_axis(angle) > 1 else ", for motion straight along the map's direction ONLY"
     written = [] if output is None else _write(output, files)
     if output is None and not as_json:
         print("\n".join(files.values()), end="")

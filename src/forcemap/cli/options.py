@@ -35,6 +35,9 @@ from forcemap import (
     read_map,
 )
 
+STIFFEST = 1000.0
+"""Largest spring constant that is taken for one in N/mm; the standard's are 10 to 150, 9000 would be one in N/m."""
+
 
 class BoundKind(StrEnum):
     """Upper bounds that can be asked for."""
@@ -140,8 +143,10 @@ def fitted(
 
 def stiffness(spring: float | None) -> float | None:
     """A spring constant in N/mm as N/m."""
-    if spring is not None and not 0 < spring < 10_000:
-        raise InputError(f"spring: found {spring:g}, expected N/mm above 0 and below 10000 (75000 N/m are 75 N/mm)")
+    if spring is not None and not 0 < spring <= STIFFEST:
+        raise InputError(
+            f"spring: found {spring:g}, expected N/mm above 0 and up to {STIFFEST:g} (75000 N/m are 75 N/mm)"
+        )
     return None if spring is None else 1000 * spring
 
 
