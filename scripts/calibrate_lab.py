@@ -17,15 +17,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from forcemap import published_map
+from forcemap.arrays import FloatArray
 from forcemap.lab.bench import DEVICE_STIFFNESS
 from forcemap.lab.course import Impacting, first_peaks, force_course, phase_one_peaks
 from forcemap.lab.virtual_robot import VirtualRobot, virtual_robot, virtual_robot_of
-
-FloatArray = NDArray[np.float64]
 
 SEED = 20211
 RANDOM_STARTS = 5

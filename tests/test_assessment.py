@@ -11,7 +11,7 @@ import pytest
 import scipy.stats
 
 import forcemap as fm
-from forcemap.assessment.recording_results import thinned
+from forcemap.verdicts.recording_results import thinned
 from pulses import TOML, collect, pulse, save, write_campaign
 
 MASS = "[robot]\nmoving_mass_kg = 30.0\n"

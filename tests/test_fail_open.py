@@ -12,7 +12,7 @@ from oracle import printed_force, simulate, training_grid
 
 import forcemap as fm
 from forcemap.errors import TableError
-from forcemap.maps.exceedance import first_exceedance
+from forcemap.speeds.exceedance import first_exceedance
 
 QUASI_STATIC = fm.Contact.QUASI_STATIC
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.optimize import brentq
 
 import forcemap as fm
-from forcemap.maps.blocks import BLOCK
+from forcemap.arrays import BLOCK
 
 
 def any_map(form, coefficients):

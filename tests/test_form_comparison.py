@@ -24,7 +24,7 @@ from forcemap import (
     fit_force_map,
     leave_one_state_out,
 )
-from forcemap.maps.form_comparison import COMPARED_FORMS, EUCLIDEAN_2D, compare_forms
+from forcemap.comparisons.forms import COMPARED_FORMS, EUCLIDEAN_2D, compare_forms
 
 EFFECTS = dict(zip(PRINTED, (0.022, 0.033, 0.021), strict=True))
 
@@ -195,7 +195,7 @@ def test_wholly_censored_states_count_where_they_are_underestimated():
 
 def test_a_form_that_is_worse_where_the_device_was_saturated_is_not_recommended():
     """Alike but for what the device cut off: clearly better below its range, and too low above it."""
-    from forcemap.maps.form_comparison import _clearly_better
+    from forcemap.comparisons.forms import _clearly_better
 
     dataset = campaign("ur10e", device_range=400.0)
     results = by_name(compare_forms(dataset))

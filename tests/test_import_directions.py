@@ -12,42 +12,30 @@ import pytest
 import forcemap
 
 ROOT = Path(forcemap.__file__).parent
-EVERYWHERE = {"errors", "files", "_version"}
-LIBRARY = {
+GROUND = {"errors", "files", "arrays", "csv_table", "_version"}
+ROOMS: dict[str, set[str]] = {
     "recordings": set(),
     "limits": set(),
     "dynamics": set(),
     "impacts": {"recordings"},
     "campaigns": {"recordings", "impacts"},
     "maps": {"campaigns.dataset"},
-    "verdicts": {"recordings", "impacts", "limits"},
-    "usable_limits": {"maps", "limits", "campaigns.dataset"},
-    "speeds": {"maps", "limits", "usable_limits"},
-    "speed_maps": {"maps", "limits", "speeds"},
-    "zones": {"maps"},
-    "certified_speeds": {"maps", "limits", "speeds", "usable_limits", "zones"},
-    "robot_tables": {"maps", "limits", "speeds", "zones", "certified_speeds"},
-    "many_speeds": {"maps", "limits", "speeds", "usable_limits", "zones"},
-    "planning": {"campaigns", "maps", "limits", "dynamics", "speeds", "speed_maps", "usable_limits"},
-    "paths": {"campaigns", "maps", "limits", "dynamics", "speeds", "zones", "certified_speeds"},
-    "places": {"campaigns", "maps", "limits", "dynamics", "speeds", "zones", "certified_speeds", "paths"},
-    "comparisons": {"campaigns", "maps", "limits", "dynamics", "speeds", "speed_maps"},
-    "mass_comparison": {"campaigns", "maps", "dynamics"},
-    "changes": {"campaigns", "maps", "limits.device_spring"},
-    "lab": {"recordings", "campaigns", "dynamics"},
-    "exports": {"speeds", "speed_maps", "robot_tables", "paths"},
+    "speeds": {"maps", "limits", "campaigns.dataset"},
+    "verdicts": {"recordings", "impacts", "campaigns", "limits"},
+    "planning": {"campaigns", "maps", "limits", "speeds"},
+    "comparisons": {"campaigns", "maps", "limits", "dynamics", "speeds"},
+    "paths": {"campaigns", "maps", "limits", "dynamics", "speeds"},
+    "lab": {"recordings", "campaigns", "dynamics"},  # never what it checks
+    "exports": {"maps", "limits", "speeds", "paths"},
 }
-LIBRARY["assessment"] = set(LIBRARY) - {"lab", "exports"}
-FACES = {"cli": {"", "exports", "report", "figures", "web", "lab"}, "web": {"", "exports", "report", "figures"}}
-FACES["report"] = {"assessment", "figures", "campaigns", "limits", "speeds", "comparisons", "verdicts"}  # result types
-# figures draw results: result types alone
-FACES["figures"] = {"recordings", "impacts", "campaigns", "maps", "limits", "dynamics", "speeds", "speed_maps"} | {
-    "comparisons",
-    "mass_comparison",
-    "paths",
-    "planning",
+ROOMS["assessment"] = set(ROOMS) - {"lab", "exports"}
+FACES = {
+    "figures": set(ROOMS) - {"lab", "exports", "assessment"},  # result types
+    "report": {"assessment", "figures", "campaigns", "limits", "speeds", "comparisons", "verdicts"},  # result types
+    "web": {"", "exports", "report", "figures"},
+    "cli": {"", "exports", "report", "figures", "web", "lab"},
 }
-ALLOWED = LIBRARY | FACES
+ALLOWED = ROOMS | FACES
 FACE_PACKAGES = {"matplotlib", "jinja2", "fastapi", "uvicorn", "typer", "rich", "plotly", "starlette", "pydantic"}
 LIBRARY_PACKAGES = {"numpy", "scipy", "pandas", "defusedxml", "nptdms"} | set(sys.stdlib_module_names)
 
@@ -76,7 +64,7 @@ SOURCES = sorted(path for path in ROOT.rglob("*.py") if path != ROOT / "__init__
 @pytest.mark.parametrize("path", SOURCES, ids=lambda path: str(path.relative_to(ROOT)))
 def test_rooms_import_as_allowed(path):
     room = room_of(path)
-    if room in EVERYWHERE:
+    if room in GROUND:
         assert all(not name.startswith("forcemap.") or name == "forcemap.errors" for name, _ in imports(path))
         return
     assert room in ALLOWED, f"{room} is a room without a row in the table"
@@ -86,10 +74,26 @@ def test_rooms_import_as_allowed(path):
             assert room in FACES or package in LIBRARY_PACKAGES, f"{path}:{line}: {name} in a library room"
             continue
         target = inner.split(".")[0]
-        if target == room or target in EVERYWHERE:
+        if target == room or target in GROUND:
             continue
         allowed = ALLOWED[room]
         assert target in allowed or inner in allowed, f"{path}:{line}: {room} imports {name}"
+
+
+def test_no_circle_of_imports():
+    """Imports inside functions and for types alone count, too."""
+    names = {".".join(("forcemap", *path.relative_to(ROOT).with_suffix("").parts)): path for path in SOURCES}
+    after = {name: {each for each, _ in imports(path) if each in names} for name, path in names.items()}
+    while free := [name for name, needed in after.items() if not needed & after.keys()]:
+        for name in free:
+            del after[name]
+    assert not after, f"circles among {sorted(after)}"
+
+
+def test_each_type_of_array_is_defined_once():
+    text = "".join(path.read_text() for path in SOURCES)
+    assert text.count("\nFloatArray = ") == 1
+    assert text.count("NDArray[np.float64]") == 1
 
 
 def test_the_package_itself_does_not_import_the_lab():

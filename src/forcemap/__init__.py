@@ -10,7 +10,6 @@ from forcemap.assessment.limit_table import CampaignLimitTable, campaign_limit_t
 from forcemap.assessment.map_assessment import Assessment, assess, map_accuracy
 from forcemap.assessment.missing import Missing
 from forcemap.assessment.place_speeds import OpenPlaces, PlaceSpeeds
-from forcemap.assessment.recording_results import JudgedRecordings, RecordingResult
 from forcemap.assessment.state_results import StateResult
 from forcemap.campaigns.binding import Binding, BindingState
 from forcemap.campaigns.build import build_dataset
@@ -20,15 +19,35 @@ from forcemap.campaigns.dataset import ImpactDataset, PhaseTwo, States, StateTol
 from forcemap.campaigns.examples import EXAMPLE_CAMPAIGNS, copy_example
 from forcemap.campaigns.impacts_table import read_dataset, write_dataset
 from forcemap.campaigns.plan import MeasurementPlan, read_plan, write_plan
-from forcemap.campaigns.register import Entry, Use
+from forcemap.campaigns.recordings_table import Entry, Use
 from forcemap.campaigns.repeatability import Outlier, Repeatability, repeatability
 from forcemap.campaigns.summary import CampaignSummary, StateContact, campaign_summary
 from forcemap.campaigns.template import campaign_text
-from forcemap.certified_speeds import ZoneSpeeds, zone_speeds
-from forcemap.changes.censoring_effect import CensoringEffect, censoring_effect
-from forcemap.changes.map_check import LeftOutState, MapCheck, MapOutcome, StateCheck, check_map
-from forcemap.changes.map_comparison import MapComparison, RatioAt, compare_maps
-from forcemap.comparisons import Comparison, compare_force_models
+from forcemap.comparisons.censoring_effect import CensoringEffect, censoring_effect
+from forcemap.comparisons.effective_mass import MassComparison, MassExplanation, compare_effective_mass
+from forcemap.comparisons.force_models import Comparison, compare_force_models
+from forcemap.comparisons.forms import (
+    COMPARED_FORMS,
+    EUCLIDEAN_2D,
+    EuclideanForm,
+    FormComparison,
+    FormResult,
+    RefusedForm,
+    compare_forms,
+)
+from forcemap.comparisons.map_check import LeftOutState, MapCheck, MapOutcome, StateCheck, check_map
+from forcemap.comparisons.selection import (
+    PAPER_COUNTS,
+    STABLE_SHARE,
+    SelectionStability,
+    SelectionStep,
+    TermSelection,
+    TermSignificance,
+    TermSurvival,
+    select_terms,
+    selection_stability,
+)
+from forcemap.comparisons.two_maps import MapComparison, RatioAt, compare_maps
 from forcemap.dynamics.drive_inertia import DriveInertia
 from forcemap.dynamics.effective_mass import EffectiveMass, MassOutcome, effective_mass, standard_effective_mass
 from forcemap.dynamics.ellipsoid import PrincipalMasses, mean_effective_mass, principal_effective_masses
@@ -72,6 +91,7 @@ from forcemap.errors import (
     TooFewStates,
 )
 from forcemap.exports.krl import krl_data, krl_source
+from forcemap.exports.robot_table import Provenance, RobotTable, provenance, robot_table
 from forcemap.exports.safety_proposal import safety_proposal
 from forcemap.exports.scaling import scaling_csv, scaling_result
 from forcemap.exports.speed_table import speed_map_csv, speed_map_places
@@ -93,51 +113,29 @@ from forcemap.limits.pfl import (
     pfl_robot_mass,
     pfl_speed_limit,
 )
-from forcemap.many_speeds import many_safe_speeds
 from forcemap.maps.accuracy import Accuracy, force_map_accuracy, leave_one_state_out
 from forcemap.maps.bounds import Bound, FixedMargin, ToleranceBound, margins
 from forcemap.maps.direction import WIDEST_ANGLE, direction_vector, raised_off_axis
 from forcemap.maps.fit import CensoredImpacts, fit_force_map
 from forcemap.maps.force_map import ForceMap
-from forcemap.maps.form_comparison import (
-    COMPARED_FORMS,
-    EUCLIDEAN_2D,
-    EuclideanForm,
-    FormComparison,
-    FormResult,
-    RefusedForm,
-    compare_forms,
-)
 from forcemap.maps.forms import CFM_2D, CFM_3D, FULL_CUBIC, LOG_SPEED, Form, form_named
 from forcemap.maps.map_file import map_sha256, map_text, read_map, write_map
 from forcemap.maps.published import PUBLISHED_MAPS, published_map
 from forcemap.maps.saturation import saturation_doubt
-from forcemap.maps.selection import (
-    PAPER_COUNTS,
-    STABLE_SHARE,
-    SelectionStability,
-    SelectionStep,
-    TermSelection,
-    TermSignificance,
-    TermSurvival,
-    select_terms,
-    selection_stability,
-)
 from forcemap.maps.terms import Term
-from forcemap.mass_comparison import MassComparison, MassExplanation, compare_effective_mass
 from forcemap.paths.path_file import read_path
 from forcemap.paths.path_speeds import CycleTime, PathSpeeds, PieceOutcome, path_speeds
+from forcemap.paths.table_positions import TaskPlaces, place_task, table_positions
 from forcemap.paths.task import Task, TaskSegment, one_segment_task, read_task
 from forcemap.paths.time_law import TimeLaw, time_law
 from forcemap.paths.tool_path import ToolPath
-from forcemap.places import TaskPlaces, place_task, table_positions
-from forcemap.planning.confirmation import ConfirmationPlan, confirm_plan
-from forcemap.planning.confirmation_result import ConfirmationResult, Confirmed, ConfirmingImpact
+from forcemap.planning.confirm.confirmation import ConfirmationPlan, ConfirmationResult, Confirmed, ConfirmingImpact
+from forcemap.planning.confirm.plan import confirm_plan
 from forcemap.planning.design import Design
 from forcemap.planning.designed_plan import DesignedPlan
 from forcemap.planning.expectation import Expectation, StandardExpectation
 from forcemap.planning.measurements import plan_measurements
-from forcemap.planning.next_measurements import NextMeasurements, Stop, next_measurements
+from forcemap.planning.next.measurements import NextMeasurements, Stop, next_measurements
 from forcemap.planning.optimal_states import DesignedStates, optimal_states
 from forcemap.planning.run_sheet import run_sheet
 from forcemap.planning.runs import extend_plan
@@ -145,11 +143,13 @@ from forcemap.recordings.column_map import ColumnMap
 from forcemap.recordings.device import Device
 from forcemap.recordings.read import read_recording, read_recordings
 from forcemap.recordings.recording import Recording
-from forcemap.robot_tables import Provenance, RobotTable, provenance, robot_table
-from forcemap.speed_maps import SpeedMap, measured_grid, speed_map
-from forcemap.speeds import SafeSpeed, SpeedOutcome, floor_speed, safe_speed
-from forcemap.verdicts import Interpretation, Judgement, Verdict, VerdictOutcome, check_impact
-from forcemap.zones import Allowance, Segments, Zones, zone_grid
+from forcemap.speeds.many_speeds import many_safe_speeds
+from forcemap.speeds.safe_speed import SafeSpeed, SpeedOutcome, floor_speed, safe_speed
+from forcemap.speeds.speed_map import SpeedMap, measured_grid, speed_map
+from forcemap.speeds.zone_speeds import ZoneSpeeds, zone_speeds
+from forcemap.speeds.zones import Allowance, Segments, Zones, zone_grid
+from forcemap.verdicts.recording_results import JudgedRecordings, RecordingResult
+from forcemap.verdicts.verdict import Interpretation, Judgement, Verdict, VerdictOutcome, check_impact
 
 __all__ = [
     "CFM_2D",

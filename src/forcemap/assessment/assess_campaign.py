@@ -18,7 +18,6 @@ from forcemap.assessment.limit_table import campaign_limit_table
 from forcemap.assessment.map_assessment import map_accuracy
 from forcemap.assessment.missing import Missing, attempt
 from forcemap.assessment.place_speeds import place_speeds
-from forcemap.assessment.recording_results import JudgedRecordings, judge_recordings
 from forcemap.assessment.state_results import StateResult, state_results
 from forcemap.campaigns.campaign import Campaign, read_campaign
 from forcemap.campaigns.conditions import CAMPAIGN_FILE, Conditions, read_conditions
@@ -26,7 +25,7 @@ from forcemap.campaigns.dataset import ImpactDataset
 from forcemap.campaigns.impacts_table import PLAN_FILE, TABLE_FILE, read_dataset
 from forcemap.campaigns.repeatability import Repeatability, repeatability
 from forcemap.campaigns.summary import campaign_summary
-from forcemap.comparisons import Comparison, compare_force_models
+from forcemap.comparisons.force_models import Comparison, compare_force_models
 from forcemap.errors import InputError, UnknownName
 from forcemap.limits.body_areas import LimitTable
 from forcemap.limits.force_limits import Contact, ForceLimit, force_limit
@@ -35,6 +34,7 @@ from forcemap.maps.bounds import Bound, ToleranceBound, weakness
 from forcemap.maps.fit import fit_force_map
 from forcemap.maps.force_map import ForceMap
 from forcemap.maps.forms import CFM_2D, CFM_3D, Form
+from forcemap.verdicts.recording_results import JudgedRecordings, judge_recordings
 
 DEFAULT_AREA = "hand_fingers"
 """Body region that is assessed where none is named."""

@@ -9,18 +9,18 @@ from forcemap.assessment.contact_model import ContactModel
 from forcemap.assessment.inputs import InputFile
 from forcemap.assessment.missing import Missing
 from forcemap.assessment.place_speeds import PlaceSpeeds
-from forcemap.assessment.recording_results import JudgedRecordings
 from forcemap.assessment.state_results import StateResult
 from forcemap.campaigns.campaign import Campaign
 from forcemap.campaigns.conditions import Conditions
 from forcemap.campaigns.dataset import ImpactDataset
 from forcemap.campaigns.repeatability import Repeatability
 from forcemap.campaigns.summary import CampaignSummary
-from forcemap.comparisons import Comparison
+from forcemap.comparisons.force_models import Comparison
 from forcemap.limits.force_limits import ForceLimit
 from forcemap.maps.accuracy import Accuracy
 from forcemap.maps.bounds import Bound
 from forcemap.maps.force_map import ForceMap
+from forcemap.verdicts.recording_results import JudgedRecordings
 
 
 @dataclass(frozen=True, eq=False)

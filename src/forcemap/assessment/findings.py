@@ -14,7 +14,7 @@ from forcemap.campaigns.campaign import Campaign
 from forcemap.campaigns.conditions import CAMPAIGN_FILE, Conditions
 from forcemap.campaigns.impacts_table import TABLE_FILE
 from forcemap.campaigns.plan import PLAN_FILE
-from forcemap.campaigns.register import REGISTER_FILE
+from forcemap.campaigns.recordings_table import REGISTER_FILE
 from forcemap.errors import ForcemapError
 from forcemap.files import file_sha256, read_bytes
 from forcemap.limits.device_spring import device_suitability

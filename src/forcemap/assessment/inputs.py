@@ -10,7 +10,7 @@ from pathlib import Path
 from forcemap.campaigns.campaign import RECORDINGS_FOLDER
 from forcemap.campaigns.conditions import CAMPAIGN_FILE
 from forcemap.campaigns.impacts_table import PLAN_FILE, TABLE_FILE
-from forcemap.campaigns.register import REGISTER_FILE
+from forcemap.campaigns.recordings_table import REGISTER_FILE
 from forcemap.errors import InputError
 from forcemap.files import file_sha256, sha256
 

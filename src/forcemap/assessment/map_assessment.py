@@ -6,7 +6,7 @@ import contextlib
 from dataclasses import dataclass
 
 from forcemap.campaigns.dataset import ImpactDataset
-from forcemap.comparisons import Comparison, compare_force_models
+from forcemap.comparisons.force_models import Comparison, compare_force_models
 from forcemap.errors import InputError
 from forcemap.limits.force_limits import Contact, ForceLimit
 from forcemap.maps.accuracy import Accuracy, force_map_accuracy, leave_one_state_out
@@ -14,7 +14,7 @@ from forcemap.maps.bounds import Bound
 from forcemap.maps.fit import fit_force_map
 from forcemap.maps.force_map import ForceMap
 from forcemap.maps.forms import CFM_3D, Form
-from forcemap.speed_maps import SpeedMap, measured_grid, speed_map
+from forcemap.speeds.speed_map import SpeedMap, measured_grid, speed_map
 
 
 @dataclass(frozen=True, eq=False)

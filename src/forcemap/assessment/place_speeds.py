@@ -16,9 +16,9 @@ from forcemap.campaigns.plan import MeasurementPlan
 from forcemap.limits.force_limits import Contact, ForceLimit
 from forcemap.maps.bounds import Bound, ToleranceBound
 from forcemap.maps.force_map import ForceMap
-from forcemap.planning.next_measurements import NextMeasurements, next_measurements
-from forcemap.speed_maps import SpeedMap, measured_grid, speed_map
-from forcemap.speeds import SpeedOutcome
+from forcemap.planning.next.measurements import NextMeasurements, next_measurements
+from forcemap.speeds.safe_speed import SpeedOutcome
+from forcemap.speeds.speed_map import SpeedMap, measured_grid, speed_map
 
 
 @dataclass(frozen=True)

@@ -8,12 +8,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from forcemap.assessment.recording_results import RecordingResult, gravest_judgement
 from forcemap.campaigns.dataset import ImpactDataset
 from forcemap.campaigns.repeatability import Repeatability
 from forcemap.impacts.scenario import ContactScenario
 from forcemap.maps.force_map import ForceMap
-from forcemap.verdicts import Judgement
+from forcemap.verdicts.recording_results import RecordingResult, gravest_judgement
+from forcemap.verdicts.verdict import Judgement
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from pathlib import Path
 
 from forcemap.campaigns.columns import COLUMNS, NUMBERS
 from forcemap.campaigns.conditions import CAMPAIGN_FILE, MEASURED_UNDER, Conditions
-from forcemap.campaigns.register import REGISTER_FILE, Entry, Use, read_register, row_sha256
+from forcemap.campaigns.recordings_table import REGISTER_FILE, Entry, Use, read_register, row_sha256
 from forcemap.campaigns.remark import REMARK, not_in_table
 from forcemap.errors import InputError
 from forcemap.files import sha256

@@ -17,9 +17,9 @@ from forcemap.campaigns.conditions import CAMPAIGN_FILE
 from forcemap.campaigns.dataset import ImpactDataset
 from forcemap.campaigns.impacts_table import TABLE_FILE, read_dataset
 from forcemap.campaigns.plan import PLAN_FILE
-from forcemap.campaigns.register import FIRST_READ, PLANNED, READ_WITH, Entry, Use, register_text
+from forcemap.campaigns.recordings_table import FIRST_READ, PLANNED, READ_WITH, Entry, Use, register_text
 from forcemap.campaigns.remark import REMARK, not_in_table
-from forcemap.campaigns.table import csv_text, read_table
+from forcemap.csv_table import csv_text, read_table
 from forcemap.errors import CampaignFileError, InputError, RecordingError, TableError
 from forcemap.files import file_sha256, read_bytes, sha256, write_atomically
 from forcemap.impacts.detect import find_impacts, force_without_impact, no_impact

@@ -8,7 +8,7 @@ from pathlib import Path
 from forcemap.campaigns.conditions import CAMPAIGN_FILE, Conditions, read_campaign_file
 from forcemap.campaigns.impacts_table import TABLE_FILE
 from forcemap.campaigns.plan import PLAN_FILE, MeasurementPlan, read_plan
-from forcemap.campaigns.register import REGISTER_FILE, Entry, Use, read_register
+from forcemap.campaigns.recordings_table import REGISTER_FILE, Entry, Use, read_register
 from forcemap.campaigns.state import StateTolerance
 from forcemap.errors import CampaignFileError, InputError
 from forcemap.files import file_sha256

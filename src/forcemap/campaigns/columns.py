@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+import difflib
 import math
+import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from forcemap.arrays import FloatArray, Indices, Mask, Objects
 from forcemap.errors import InputError, TableError
 from forcemap.impacts.scenario import ContactScenario
-
-FloatArray = NDArray[np.float64]
 
 # column of the table -> argument of ImpactDataset.from_arrays, which is also the field of ImpactDataset
 COLUMNS = {
@@ -42,6 +44,15 @@ _PLAUSIBLE = {
 
 NUMBERS = tuple(_PLAUSIBLE)
 """The columns that hold numbers with a unit."""
+
+REQUIRED = tuple(COLUMNS)[:4]
+"""The columns that every table has."""
+_DECISIVE = {  # words in a column's name that tell what it decides
+    "censored": ("censored", "zensiert", "saturat", "clipped", "overload", "overrange"),
+    "scenario": ("scenario", "clamp"),
+    "phase2_force_N": ("phase2", "phaseii"),
+}
+_TRUTH = {"true": True, "1": True, "false": False, "0": False, "": False}
 
 
 @dataclass(frozen=True)
@@ -104,7 +115,7 @@ def texts(column: str, values: ArrayLike | None, n: int, where: Where, default: 
     return np.where(texts == "", default, texts)
 
 
-def truths(values: ArrayLike | None, n: int, where: Where) -> NDArray[np.bool_]:
+def truths(values: ArrayLike | None, n: int, where: Where) -> Mask:
     """True and false, shape (n,); false without the column."""
     if values is None:
         return np.zeros(n, dtype=np.bool_)
@@ -113,7 +124,7 @@ def truths(values: ArrayLike | None, n: int, where: Where) -> NDArray[np.bool_]:
     return array.astype(np.bool_)
 
 
-def scenarios(values: Any, n: int, where: Where) -> NDArray[np.object_]:
+def scenarios(values: Any, n: int, where: Where) -> Objects:
     """Contact scenarios, shape (n,); None where a cell is empty."""
     result = np.full(n, None, dtype=object)
     if values is None:
@@ -131,7 +142,7 @@ def scenarios(values: Any, n: int, where: Where) -> NDArray[np.object_]:
     return result
 
 
-def refuse_other_units(force: FloatArray, censored: NDArray[np.bool_], names: NDArray[np.str_], where: Where) -> None:
+def refuse_other_units(force: FloatArray, censored: Mask, names: NDArray[np.str_], where: Where) -> None:
     """Repeats of a state agree within percents; a factor of 3 is another unit (kgf, lbf) or another impact."""
     measured = np.flatnonzero(~censored)
     if measured.size == 0:
@@ -150,7 +161,7 @@ def refuse_other_units(force: FloatArray, censored: NDArray[np.bool_], names: ND
         )
 
 
-def repeats(values: ArrayLike | None, names: NDArray[np.str_], where: Where) -> NDArray[np.int64]:
+def repeats(values: ArrayLike | None, names: NDArray[np.str_], where: Where) -> Indices:
     """Repeat numbers, counted in order of rows where they are not given; (state, repeat) must be unique."""
     if values is None:
         counts: dict[str, int] = {}
@@ -173,3 +184,55 @@ def repeats(values: ArrayLike | None, names: NDArray[np.str_], where: Where) -> 
             )
         first[key] = position
     return repeats
+
+
+def require_columns(header: Sequence[str], file: str, row: int | None = None) -> None:
+    """Refuse a header without a required column, with one twice, or with one whose name is a slip of another."""
+    for name in header:
+        if header.count(name) > 1:
+            raise TableError(f"found column {name!r} twice, expected it once", file=file, row=row, column=name)
+        meant = _meant(name)
+        if meant:
+            raise TableError(
+                f"found a column {name!r} that would not be read; name it {meant!r} if that is what it holds, "
+                "else give it a name that differs more",
+                file=file,
+                row=row,
+                column=name,
+            )
+    for name in REQUIRED:
+        if name not in header:
+            unknown = [column for column in header if column not in COLUMNS]
+            near = difflib.get_close_matches(name, unknown, n=1, cutoff=0.6)
+            similar = f"; {near[0]!r} may be it: convert to the unit in the name and rename it" if near else ""
+            if len(header) == 1:
+                similar = "; expected commas, semicolons or tabs between columns"
+            raise TableError(
+                f"the column is missing, expected at least {', '.join(REQUIRED)}{similar}",
+                file=file,
+                row=row,
+                column=name,
+            )
+
+
+def _meant(name: str) -> str:
+    """The optional column that an unknown column's name is a slip of; empty if none is.
+
+    A saturated or clamping impact in a column that nobody reads would be taken for a good one.
+    """
+    if name in COLUMNS or name == "not_in_table":
+        return ""
+    plain = re.sub(r"[^a-z0-9]", "", name.lower())
+    for column in COLUMNS:
+        known = re.sub(r"[^a-z0-9]", "", column.lower())
+        slip = difflib.SequenceMatcher(None, plain, known).ratio() > 0.85 and column not in REQUIRED
+        if plain == known or slip or any(word in plain for word in _DECISIVE.get(column, ())):
+            return column
+    return ""
+
+
+def truth(cell: str, file: str, row: int) -> bool:
+    """A cell of the column `censored`."""
+    if cell.lower() not in _TRUTH:
+        raise TableError(f"found {cell!r}, expected true or false", file=file, row=row, column="censored")
+    return _TRUTH[cell.lower()]

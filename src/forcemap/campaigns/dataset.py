@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from forcemap.arrays import FloatArray, Indices, Mask, Objects
 from forcemap.campaigns import columns
 from forcemap.campaigns.binding import NOT_BESIDE, Binding, BindingState
 from forcemap.campaigns.conditions import Conditions
 from forcemap.campaigns.phase_two import PhaseTwo
+from forcemap.campaigns.remark import REMARK, including
 from forcemap.campaigns.state import States, StateTolerance, identify_states
 from forcemap.errors import InputError, TableError
 from forcemap.impacts.scenario import ContactScenario
@@ -32,8 +34,6 @@ __all__ = [
     "StateTolerance",
     "States",
 ]
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -90,12 +90,12 @@ class ImpactDataset:
     speed: FloatArray
     peak_force: FloatArray
     state: NDArray[np.str_]
-    repeat: NDArray[np.int64]
+    repeat: Indices
     role: NDArray[np.str_]
-    censored: NDArray[np.bool_]
+    censored: Mask
     base_angle: FloatArray
     phase2_force: FloatArray
-    scenario: NDArray[np.object_]
+    scenario: Objects
     recording: NDArray[np.str_]
     flags: NDArray[np.str_]
     extra: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
@@ -219,7 +219,7 @@ class ImpactDataset:
     def __len__(self) -> int:
         return int(self.distance.size)
 
-    def select(self, mask: NDArray[np.bool_]) -> ImpactDataset:
+    def select(self, mask: Mask) -> ImpactDataset:
         """The impacts where `mask`, shape (n,), is true; states keep their names.
 
         What all impacts of the table say of Phase II stays known. A part of a table is no longer bound.
@@ -291,9 +291,11 @@ class ImpactDataset:
 
     def to_frame(self) -> pd.DataFrame:
         """The impacts as a pandas DataFrame with the columns of the impacts table."""
-        from forcemap.campaigns.impacts_table import to_frame
+        import pandas as pd
 
-        return to_frame(self)
+        frame = {column: getattr(self, name) for column, name in columns.COLUMNS.items()}
+        frame["scenario"] = [None if scenario is None else scenario.value for scenario in self.scenario]
+        return pd.DataFrame(frame | {name: list(values) for name, values in self.extra.items()})
 
     @classmethod
     def from_frame(cls, frame: pd.DataFrame, **options: Any) -> ImpactDataset:
@@ -304,9 +306,30 @@ class ImpactDataset:
         TableError
             As `from_arrays`, and for missing columns.
         """
-        from forcemap.campaigns.impacts_table import from_frame
+        columns.require_columns([str(column) for column in frame.columns], "data frame")
+        cells: dict[str, Any] = {str(name): frame[name].to_numpy() for name in frame.columns}
+        for name in cells.keys() & {"state_id", "role", "scenario", "recording", "flags"}:
+            missing = frame[name].isna().tolist()
+            cells[name] = [None if absent else cell for cell, absent in zip(cells[name], missing, strict=True)]
+        if "censored" in cells and cells["censored"].dtype != bool:
+            cells["censored"] = [
+                columns.truth(str(cell), "data frame", i + 1) for i, cell in enumerate(cells["censored"])
+            ]
+        known: dict[str, Any] = {arg: cells[column] for column, arg in columns.COLUMNS.items() if column in cells}
+        extra = {name: [str(cell) for cell in values] for name, values in cells.items() if name not in columns.COLUMNS}
+        return cls.from_arrays(**known, extra=extra, **options).with_remark("data frame")
 
-        return from_frame(frame, **options)
+    def with_remark(self, file: str) -> ImpactDataset:
+        """The self with what its table says of impacts that are not in it."""
+        remarks = set(self.extra.get(REMARK, ()))
+        if not remarks:
+            return self
+        if len(remarks) > 1:
+            raise TableError("found several remarks, expected the same in every row", file=file, column=REMARK)
+        try:
+            return replace(self, phase_two=including(self.phase_two, remarks.pop()))
+        except InputError as error:
+            raise TableError(error.message, file=file, column=REMARK) from None
 
 
 def _selected(binding: Binding, count: int) -> Binding:
@@ -316,7 +339,7 @@ def _selected(binding: Binding, count: int) -> Binding:
     return Binding(BindingState.UNBOUND, f"SELECTED impacts, {count} of their table: the others do not count")
 
 
-def _usable_range(stated: float, peak_force: FloatArray, censored: NDArray[np.bool_]) -> float:
+def _usable_range(stated: float, peak_force: FloatArray, censored: Mask) -> float:
     """The device range [N] by what was stated and by what was read."""
     if not censored.any():
         return stated

@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from forcemap.arrays import FloatArray, Objects
 from forcemap.impacts.scenario import BARRING, ContactScenario
 
 
@@ -37,9 +37,7 @@ class PhaseTwo:
     excluded: int = 0
 
     @classmethod
-    def of(
-        cls, scenario: NDArray[np.object_], phase2_force: NDArray[np.float64], peak_force: NDArray[np.float64]
-    ) -> PhaseTwo:
+    def of(cls, scenario: Objects, phase2_force: FloatArray, peak_force: FloatArray) -> PhaseTwo:
         """Count contact scenarios (None is not recorded) and forces [N] (NaN is not recorded), shape (n,)."""
         recorded = [each for each in scenario if each is not None]
         forces = phase2_force[~np.isnan(phase2_force)]

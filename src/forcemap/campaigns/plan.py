@@ -10,17 +10,17 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from forcemap.arrays import FloatArray, Indices
 from forcemap.campaigns import columns
 from forcemap.campaigns.impacts_table import PLAN_FILE
 from forcemap.campaigns.state import StateTolerance, identify_states
-from forcemap.campaigns.table import csv_text, read_table
+from forcemap.csv_table import csv_text, read_table
 from forcemap.errors import TableError, nearest_names
 from forcemap.files import read_bytes, write_atomically
 from forcemap.recordings.device import Device
 
 __all__ = ["PLAN_FILE", "Device", "MeasurementPlan", "read_plan", "write_plan"]
 
-FloatArray = NDArray[np.float64]
 
 _REMARK = "#"
 
@@ -62,7 +62,7 @@ class MeasurementPlan:
     """
 
     state_id: NDArray[np.str_]
-    repeat: NDArray[np.int64]
+    repeat: Indices
     role: NDArray[np.str_]
     distance: FloatArray
     height: FloatArray

@@ -9,7 +9,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from forcemap.campaigns.phase_two import PhaseTwo
-from forcemap.campaigns.register import Entry, Use
+from forcemap.campaigns.recordings_table import Entry, Use
 from forcemap.errors import InputError
 from forcemap.impacts.scenario import BARRING, ContactScenario
 

@@ -7,12 +7,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from forcemap.arrays import FloatArray, Indices, Mask
 from forcemap.campaigns.dataset import ImpactDataset
-
-FloatArray = NDArray[np.float64]
-Members = NDArray[np.int64]
 
 _SAME_ANGLE = 1.0  # [deg]
 _FALSE_ALARMS = 0.02  # share of campaigns with nothing but noise in which any repeat is named
@@ -73,7 +70,7 @@ class Circle:
     state: str
     angle: FloatArray
     force: FloatArray
-    impacts: NDArray[np.int64]
+    impacts: Indices
     censored: int
     difference: float
     difference_percent: float
@@ -132,8 +129,8 @@ class Repeatability:
     """
 
     state: tuple[str, ...]
-    impacts: NDArray[np.int64]
-    censored: NDArray[np.int64]
+    impacts: Indices
+    censored: Indices
     mean: FloatArray
     sd: FloatArray
     max_sd: float
@@ -188,7 +185,7 @@ def repeatability(dataset: ImpactDataset) -> Repeatability:
     )
 
 
-def _by_state(dataset: ImpactDataset, names: tuple[str, ...]) -> list[Members]:
+def _by_state(dataset: ImpactDataset, names: tuple[str, ...]) -> list[Indices]:
     """Impacts of every state, in the order of the names."""
     order = np.argsort(dataset.state, kind="stable")
     found, first = np.unique(dataset.state[order], return_index=True)
@@ -196,13 +193,13 @@ def _by_state(dataset: ImpactDataset, names: tuple[str, ...]) -> list[Members]:
     return [groups[name] for name in names]
 
 
-def _angle(dataset: ImpactDataset, member: Members) -> FloatArray:
+def _angle(dataset: ImpactDataset, member: Indices) -> FloatArray:
     """Base angles from 0 up to 360 [deg]; NaN where neither the impact nor the campaign states one."""
     angle = dataset.base_angle[member]
     return np.asarray(np.where(np.isnan(angle), dataset.conditions.base_angle, angle) % 360)
 
 
-def _by_angle(dataset: ImpactDataset, member: Members) -> list[Members]:
+def _by_angle(dataset: ImpactDataset, member: Indices) -> list[Indices]:
     """Impacts of a state by base angle, ascending; those without one last."""
     angle = _angle(dataset, member)
     order = np.argsort(angle, kind="stable")  # NaN last
@@ -222,7 +219,7 @@ def _sd(cells: list[FloatArray]) -> float:
     return math.sqrt(squares / freedom) if freedom else math.nan
 
 
-def _components(values: FloatArray, cells: list[list[Members]]) -> tuple[float, float]:
+def _components(values: FloatArray, cells: list[list[Indices]]) -> tuple[float, float]:
     """Standard deviations within and between states: one-way random effects by the method of moments.
 
     With n_i impacts in state i, N in k states: E[MSB] = s_w^2 + n_0 s_b^2, n_0 = (N - sum n_i^2 / N) / (k - 1)
@@ -241,7 +238,7 @@ def _components(values: FloatArray, cells: list[list[Members]]) -> tuple[float, 
     return within, math.sqrt(max(0.0, (between_squares - within**2) / float(effective)))
 
 
-def _outliers(dataset: ImpactDataset, cells: list[Members]) -> list[Outlier]:
+def _outliers(dataset: ImpactDataset, cells: list[Indices]) -> list[Outlier]:
     """Repeats further from the median of the others of their cell than device error and noise explain.
 
     The noise is that of the campaign: the median difference of two repeats, which outliers hardly move, both in
@@ -259,7 +256,7 @@ def _outliers(dataset: ImpactDataset, cells: list[Members]) -> list[Outlier]:
     least = dataset.conditions.device.error_or_default
     noise, log_noise = quantile * _robust_sd(force, cells), quantile * _robust_sd(log_force, cells)
 
-    def beyond(apart: FloatArray, log_apart: FloatArray, others: int) -> NDArray[np.bool_]:
+    def beyond(apart: FloatArray, log_apart: FloatArray, others: int) -> Mask:
         # SD of a value less the median of others, in units of the noise; of up to two the median is the mean.
         spread = math.sqrt(1 + (1 if others < 3 else math.pi / 2) / others)
         return np.asarray((np.abs(apart) > max(least, noise * spread)) & (np.abs(log_apart) > log_noise * spread))
@@ -292,13 +289,13 @@ def _outlier(dataset: ImpactDataset, impact: int, others: float) -> Outlier:
     )
 
 
-def _robust_sd(values: FloatArray, cells: list[Members]) -> float:
+def _robust_sd(values: FloatArray, cells: list[Indices]) -> float:
     """Standard deviation of repeats from the median absolute difference of two in a cell (Shamos 1976)."""
     pairs = [np.abs(np.subtract.outer(values[cell], values[cell])[np.triu_indices(cell.size, 1)]) for cell in cells]
     return float(np.median(np.concatenate(pairs))) / (0.6744897501960817 * math.sqrt(2))
 
 
-def _symmetry(dataset: ImpactDataset, names: tuple[str, ...], angles: list[list[Members]]) -> Symmetry | None:
+def _symmetry(dataset: ImpactDataset, names: tuple[str, ...], angles: list[list[Indices]]) -> Symmetry | None:
     stated = [[each for each in groups if not np.isnan(_angle(dataset, each)[0])] for groups in angles]
     circles = [_circle(dataset, name, groups) for name, groups in zip(names, stated, strict=True) if len(groups) > 1]
     if not circles:
@@ -308,7 +305,7 @@ def _symmetry(dataset: ImpactDataset, names: tuple[str, ...], angles: list[list[
     return Symmetry(tuple(circles), _largest(difference), _mean(difference), _largest(percent), _mean(percent))
 
 
-def _circle(dataset: ImpactDataset, name: str, groups: list[Members]) -> Circle:
+def _circle(dataset: ImpactDataset, name: str, groups: list[Indices]) -> Circle:
     measured = [each[~dataset.censored[each]] for each in groups]
     force = np.array([dataset.peak_force[each].mean() if each.size else math.nan for each in measured])
     told = force[~np.isnan(force)]

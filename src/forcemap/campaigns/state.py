@@ -8,10 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from forcemap.arrays import FloatArray, Indices, Mask
 from forcemap.campaigns.columns import Where
 from forcemap.errors import InputError
-
-FloatArray = NDArray[np.float64]
 
 _COLUMNS = ("distance_m", "height_m", "speed_mps")
 
@@ -70,8 +69,8 @@ class States:
     speed: FloatArray
     force: FloatArray
     log_force: FloatArray
-    impacts: NDArray[np.int64]
-    censored: NDArray[np.int64]
+    impacts: Indices
+    censored: Indices
     at_least: FloatArray
     highest: FloatArray
 
@@ -83,7 +82,7 @@ class States:
         speed: FloatArray,
         peak_force: FloatArray,
         name: NDArray[np.str_],
-        censored: NDArray[np.bool_],
+        censored: Mask,
     ) -> States:
         """Average impacts, arrays of shape (n,), over their states; the order of the impacts does not matter."""
         order = np.lexsort((speed, height, distance, peak_force, name))
@@ -107,7 +106,7 @@ class States:
     def __len__(self) -> int:
         return len(self.name)
 
-    def select(self, index: NDArray[np.bool_] | NDArray[np.int64]) -> States:
+    def select(self, index: Mask | Indices) -> States:
         """The states that an index or a mask of shape (m,) picks."""
         kept = np.flatnonzero(index) if index.dtype == np.bool_ else index
         names = tuple(self.name[i] for i in kept)
@@ -161,7 +160,7 @@ def identify_states(
     return names[index]
 
 
-def _clusters(scaled: FloatArray) -> NDArray[np.int64]:
+def _clusters(scaled: FloatArray) -> Indices:
     """Number of the cluster of every point; points within 1 of each other in every coordinate are linked."""
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
@@ -180,7 +179,7 @@ def _clusters(scaled: FloatArray) -> NDArray[np.int64]:
 
 def _refuse_wide_states(
     coordinates: FloatArray,
-    index: NDArray[np.int64],
+    index: Indices,
     names: NDArray[np.str_],
     tolerance: StateTolerance,
     where: Where,
@@ -214,7 +213,7 @@ def _refuse_wide_states(
 def _refuse_copies(
     coordinates: FloatArray,
     role: NDArray[np.str_],
-    index: NDArray[np.int64],
+    index: Indices,
     names: NDArray[np.str_],
     tolerance: StateTolerance,
     where: Where,
@@ -247,14 +246,14 @@ def _refuse_copies(
             )
 
 
-def _largest(values: FloatArray, index: NDArray[np.int64], size: int) -> FloatArray:
+def _largest(values: FloatArray, index: Indices, size: int) -> FloatArray:
     """Largest value by group, NaN for an empty one."""
     largest = np.full(size, -np.inf)
     np.maximum.at(largest, index, values)
     return np.where(np.isinf(largest), np.nan, largest)
 
 
-def _means(values: FloatArray, index: NDArray[np.int64], size: int) -> FloatArray:
+def _means(values: FloatArray, index: Indices, size: int) -> FloatArray:
     """Means by group, NaN for an empty one; equal values give exactly that value."""
     lowest = np.full(size, np.inf)
     np.minimum.at(lowest, index, values)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from forcemap.campaigns.campaign import Campaign
 from forcemap.campaigns.dataset import ImpactDataset, PhaseTwo
-from forcemap.campaigns.register import Entry, Use
+from forcemap.campaigns.recordings_table import Entry, Use
 from forcemap.impacts.scenario import ContactScenario
 
 

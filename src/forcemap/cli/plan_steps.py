@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 import typer
-from numpy.typing import NDArray
 
 from forcemap import (
     PUBLISHED_MAPS,
@@ -36,6 +35,7 @@ from forcemap import (
     run_sheet,
     write_plan,
 )
+from forcemap.arrays import Mask
 from forcemap.cli.output import emit, table
 from forcemap.files import write_atomically
 
@@ -98,7 +98,7 @@ def waiting_runs(campaign: Campaign) -> MeasurementPlan | None:
     return runs_where(campaign.plan, missing) if missing.any() else None
 
 
-def runs_where(plan: MeasurementPlan, mask: NDArray[np.bool_]) -> MeasurementPlan:
+def runs_where(plan: MeasurementPlan, mask: Mask) -> MeasurementPlan:
     """The runs of a plan that a mask picks."""
     columns: dict[str, Any] = {name: each[mask] for name, each in vars(plan).items() if isinstance(each, np.ndarray)}
     return replace(plan, **columns)
@@ -175,7 +175,7 @@ def _with_device(dataset: ImpactDataset, stated: Conditions) -> ImpactDataset:
     return replace(dataset, conditions=conditions, device_range=float(np.fmin(device.range, dataset.device_range)))
 
 
-def refuse_waiting(campaign: Campaign, runs: NDArray[np.bool_], dataset: ImpactDataset | None, what: str) -> None:
+def refuse_waiting(campaign: Campaign, runs: Mask, dataset: ImpactDataset | None, what: str) -> None:
     """Refuse to go on while states of the runs have no impact."""
     states = set() if dataset is None else set(dataset.state.tolist())
     waiting = [name for name in dict.fromkeys(campaign.plan.state_id[runs].tolist()) if name not in states]

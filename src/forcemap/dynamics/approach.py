@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from forcemap.arrays import FloatArray
 from forcemap.dynamics.kinematics import Posture, contact_jacobian, contact_point, cross, posture_of
 from forcemap.dynamics.robot import Robot
-
-FloatArray = NDArray[np.float64]
 
 _GOAL = 1e-10  # iterated down to this where it goes, so that results do not scatter within the tolerance
 _STEPS = 120

@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from forcemap.arrays import FloatArray
 from forcemap.errors import InputError
 
 
@@ -27,7 +28,7 @@ class DriveInertia:
         A figure that is not finite or below zero.
     """
 
-    values: NDArray[np.float64]
+    values: FloatArray
     source: str
 
     def __post_init__(self) -> None:

@@ -7,13 +7,12 @@ from enum import StrEnum
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from forcemap.arrays import FloatArray, Mask, Objects
 from forcemap.dynamics.cholesky import whiten
 from forcemap.dynamics.drive_inertia import DriveInertia, as_drive_inertia
 from forcemap.errors import InputError
-
-FloatArray = NDArray[np.float64]
 
 # Lengths of J^T u over that of J: below the first only rounding is left; below the second, a thousandth of a degree
 # in the posture changes the effective mass by more than its size.
@@ -117,9 +116,7 @@ def effective_mass(
     return EffectiveMass(float(value[0]), outcome[0], drives)
 
 
-def mass_along(
-    j: FloatArray, m: FloatArray, u: FloatArray, drives: DriveInertia | None
-) -> tuple[FloatArray, NDArray[np.object_]]:
+def mass_along(j: FloatArray, m: FloatArray, u: FloatArray, drives: DriveInertia | None) -> tuple[FloatArray, Objects]:
     """Values and outcomes of `effective_mass` for arrays that are known to be good, the batch on the last axis."""
     lever = (u[:, None] * j).sum(axis=0)
     mobility = (whiten(with_drives(m, drives), lever[:, None]) ** 2).sum(axis=(0, 1))
@@ -168,7 +165,7 @@ def unit_direction(direction: ArrayLike, dimensions: int) -> FloatArray:
     return np.asarray(u / length)
 
 
-def unreachable_as_outcome(mass: EffectiveMass, reached: NDArray[np.bool_]) -> EffectiveMass:
+def unreachable_as_outcome(mass: EffectiveMass, reached: Mask) -> EffectiveMass:
     """The same masses, NaN and `unreachable` where a place was not reached."""
     value = np.where(reached, mass.value, np.nan)
     outcome = np.array(mass.outcome, dtype=object)
@@ -178,7 +175,7 @@ def unreachable_as_outcome(mass: EffectiveMass, reached: NDArray[np.bool_]) -> E
     return EffectiveMass(float(value), outcome.item(), mass.drive_inertia)
 
 
-def named_masses(motion: FloatArray, size: FloatArray, mobility: FloatArray) -> tuple[FloatArray, NDArray[np.object_]]:
+def named_masses(motion: FloatArray, size: FloatArray, mobility: FloatArray) -> tuple[FloatArray, Objects]:
     """Values and outcomes from how J^T u compares with J, and the mobility u^T J M^-1 J^T u."""
     lost = motion <= _SINGULAR * size
     outcome = _OUTCOMES[lost.astype(int) + (motion <= _NO_MOTION * size)]

@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from forcemap.arrays import FloatArray, Objects
 from forcemap.dynamics.cholesky import whiten
 from forcemap.dynamics.drive_inertia import DriveInertia, as_drive_inertia
 from forcemap.dynamics.effective_mass import (
@@ -17,8 +18,6 @@ from forcemap.dynamics.effective_mass import (
     named_masses,
     with_drives,
 )
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,7 +38,7 @@ class PrincipalMasses:
 
     value: FloatArray
     direction: FloatArray
-    outcome: NDArray[np.object_]
+    outcome: Objects
     drive_inertia: DriveInertia | None
 
 

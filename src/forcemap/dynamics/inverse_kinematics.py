@@ -7,15 +7,14 @@ from enum import StrEnum
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from forcemap.arrays import FloatArray, Mask
 from forcemap.dynamics.approach import approach
 from forcemap.dynamics.effective_mass import unit_direction
 from forcemap.dynamics.kinematics import joint_positions
 from forcemap.dynamics.robot import JointKind, Robot
 from forcemap.errors import InputError
-
-FloatArray = NDArray[np.float64]
 
 DOWN = (0.0, 0.0, -1.0)
 
@@ -111,7 +110,7 @@ def inverse_kinematics(
     return Reach(q[:, 0], outcome, float(errors[0, 0]), float(errors[1, 0]))
 
 
-def reach_outcomes(reached: NDArray[np.bool_]) -> Any:
+def reach_outcomes(reached: Mask) -> Any:
     """The name of each; an array of them for an array."""
     return np.array([ReachOutcome.UNREACHABLE, ReachOutcome.REACHED], dtype=object)[reached.astype(int)]
 
@@ -157,5 +156,5 @@ def _inside(robot: Robot, q: FloatArray) -> FloatArray:
     return np.clip(q, robot.lower, robot.upper)
 
 
-def _within(errors: FloatArray) -> NDArray[np.bool_]:
+def _within(errors: FloatArray) -> Mask:
     return np.asarray((errors[0] < _PLACE_TOLERANCE) & (errors[1] < _ANGLE_TOLERANCE))

@@ -5,13 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from forcemap.arrays import FloatArray
 from forcemap.dynamics.rigid_body import cross_matrix
 from forcemap.dynamics.robot import Joint, JointKind, Robot
 from forcemap.errors import InputError
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

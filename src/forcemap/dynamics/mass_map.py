@@ -6,8 +6,9 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from forcemap.arrays import FloatArray
 from forcemap.dynamics.drive_inertia import DriveInertia
 from forcemap.dynamics.effective_mass import EffectiveMass
 from forcemap.dynamics.inverse_kinematics import DOWN
@@ -16,8 +17,6 @@ from forcemap.dynamics.planar_places import PLANAR_DOWN, planar_effective_mass_a
 from forcemap.dynamics.robot import Robot
 from forcemap.dynamics.robot_mass import robot_effective_mass_at
 from forcemap.errors import InputError
-
-FloatArray = NDArray[np.float64]
 
 _STILL = 1e-6  # a change of the logarithm that is none
 

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from forcemap.arrays import FloatArray
 from forcemap.dynamics.kinematics import Posture, cross, joint_positions, posture_of
 from forcemap.dynamics.robot import Robot
-
-FloatArray = NDArray[np.float64]
 
 
 def mass_matrix(robot: Robot, positions: ArrayLike) -> FloatArray:

@@ -7,12 +7,11 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from forcemap.arrays import FloatArray
 from forcemap.dynamics.effective_mass import standard_effective_mass
 from forcemap.errors import InputError
-
-FloatArray = NDArray[np.float64]
 
 # The paper's arm, "inspired by the UR10e": upper arm, forearm, last link.
 PAPER_LENGTHS = (0.5, 0.45, 0.05)

@@ -7,15 +7,14 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from forcemap.arrays import FloatArray
 from forcemap.dynamics.drive_inertia import DriveInertia
 from forcemap.dynamics.effective_mass import EffectiveMass, effective_mass, unreachable_as_outcome
 from forcemap.dynamics.inverse_kinematics import ReachOutcome, reach_outcomes
 from forcemap.dynamics.planar_arm import Elbow, PlanarArm, planar_jacobian, planar_mass_matrix
 from forcemap.errors import InputError
-
-FloatArray = NDArray[np.float64]
 
 PLANAR_DOWN = (0.0, -1.0)
 

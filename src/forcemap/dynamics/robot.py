@@ -7,14 +7,13 @@ from enum import StrEnum
 from typing import Self
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from forcemap.arrays import FloatArray
 from forcemap.dynamics.drive_inertia import DriveInertia, as_drive_inertia
 from forcemap.dynamics.effective_mass import standard_effective_mass
 from forcemap.dynamics.rigid_body import Body, Frame, moved_body, united
 from forcemap.errors import InputError
-
-FloatArray = NDArray[np.float64]
 
 
 class JointKind(StrEnum):

@@ -7,8 +7,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from forcemap.arrays import FloatArray
 from forcemap.dynamics.rigid_body import NOTHING, Body, Frame, cross_matrix, moved_body
 from forcemap.dynamics.robot import JointKind
 from forcemap.dynamics.xml_tree import Element
@@ -28,7 +28,7 @@ class JointEntry:
     parent: str
     child: str
     origin: Frame
-    axis: NDArray[np.float64]
+    axis: FloatArray
     lower: float
     upper: float
     mimics: bool
@@ -117,7 +117,7 @@ def joint_entry(joint: Element, links: Iterable[str], file: str) -> JointEntry:
     )
 
 
-def _axis(joint: Element, file: str) -> NDArray[np.float64]:
+def _axis(joint: Element, file: str) -> FloatArray:
     element = joint.first("axis")
     axis = np.array([1.0, 0.0, 0.0]) if element is None else np.array(_three(element, "xyz", file))
     length = np.linalg.norm(axis)

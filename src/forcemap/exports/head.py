@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from forcemap.robot_tables import Provenance
+from forcemap.exports.robot_table import Provenance
 
 NOT_SAFETY_RATED = (
     "NOT SAFETY-RATED: an estimate from measurements, looked up by an ordinary program; the robot's own safety "

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from forcemap.exports.robot_table import RobotTable
 from forcemap.exports.zones import head_comment
-from forcemap.robot_tables import RobotTable
 
 _FUNCTION = """\
 GLOBAL DEFFCT REAL FORCEMAP_SPEED(P:IN)

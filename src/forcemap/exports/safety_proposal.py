@@ -8,9 +8,9 @@ from collections.abc import Iterator
 import numpy as np
 
 from forcemap.exports.head import head_lines, one_line
+from forcemap.exports.robot_table import RobotTable
 from forcemap.paths.path_speeds import PathSpeeds
 from forcemap.paths.task import Task
-from forcemap.robot_tables import RobotTable
 
 
 def safety_proposal(table: RobotTable, *, task: Task | None = None, speeds: PathSpeeds | None = None) -> str:

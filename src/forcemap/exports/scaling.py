@@ -10,9 +10,9 @@ from typing import Any
 
 from forcemap.errors import InputError, NotReleasable
 from forcemap.exports.head import cell, head_lines, head_result, one_line
+from forcemap.exports.robot_table import Provenance
 from forcemap.paths.path_speeds import PathSpeeds
-from forcemap.robot_tables import Provenance
-from forcemap.speeds import floor_speed
+from forcemap.speeds.safe_speed import floor_speed
 
 _PLACES = ("from_x_m", "from_y_m", "from_z_m", "to_x_m", "to_y_m", "to_z_m")
 _SPEEDS = ("programmed_speed_mps", "allowed_speed_mps", "commanded_speed_mps")

@@ -8,8 +8,8 @@ import math
 from typing import Any
 
 from forcemap.exports.head import cell
-from forcemap.speed_maps import SpeedMap
-from forcemap.speeds import floor_speed
+from forcemap.speeds.safe_speed import floor_speed
+from forcemap.speeds.speed_map import SpeedMap
 
 _SPEEDS = {
     "speed_mps": "speed",

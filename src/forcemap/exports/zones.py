@@ -8,7 +8,7 @@ import math
 from typing import Any
 
 from forcemap.exports.head import cell, commented, head_lines, head_result, one_line
-from forcemap.robot_tables import RobotTable
+from forcemap.exports.robot_table import RobotTable
 
 _COLUMNS = (
     "distance_from_m",

@@ -5,11 +5,9 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import Patch, Rectangle
-from numpy.typing import NDArray
 
+from forcemap.arrays import FloatArray, Mask
 from forcemap.figures.style import Look
-
-FloatArray = NDArray[np.float64]
 
 _ALONE = 0.05  # a single place is drawn as wide as this [m]
 
@@ -23,7 +21,7 @@ def edges(axis: FloatArray) -> FloatArray:
     return np.concatenate([[2 * places[0] - inner[0]], inner, [2 * places[-1] - inner[-1]]])
 
 
-def hatch_cells(axes: Axes, x: FloatArray, y: FloatArray, chosen: NDArray[np.bool_], look: Look) -> Patch:
+def hatch_cells(axes: Axes, x: FloatArray, y: FloatArray, chosen: Mask, look: Look) -> Patch:
     """Draw a look over the chosen cells, shape (n, m), between edges x, (n + 1,), and y, (m + 1,); and for a legend."""
     for i, column in enumerate(chosen):
         runs = np.flatnonzero(np.diff(np.concatenate([[False], column, [False]]).astype(np.int8)))

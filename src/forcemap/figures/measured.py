@@ -6,13 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 from matplotlib.axes import Axes
-from numpy.typing import NDArray
 
+from forcemap.arrays import FloatArray, Mask
 from forcemap.campaigns.dataset import ImpactDataset, States, StateTolerance
 from forcemap.figures.style import CENSORED, TEST, TRAIN, Look
 from forcemap.maps.force_map import ForceMap
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,6 +69,6 @@ def middle(values: FloatArray) -> float:
     return float(values[values.size // 2])
 
 
-def near(values: FloatArray, held: float, tolerance: float) -> NDArray[np.bool_]:
+def near(values: FloatArray, held: float, tolerance: float) -> Mask:
     """True where a value is the one held, but for the tolerance."""
     return np.asarray(np.abs(values - held) <= tolerance * (1 + 1e-9))

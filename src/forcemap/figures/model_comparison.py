@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
+from forcemap.arrays import FloatArray
 from forcemap.campaigns.dataset import ImpactDataset
-from forcemap.comparisons import Comparison
+from forcemap.comparisons.force_models import Comparison
 from forcemap.figures.canvas import finish, in_our_settings, is_wide, new_figure, panels
 from forcemap.figures.measured import Measured, draw_forces, levels, middle, near
 from forcemap.figures.style import (
@@ -28,8 +28,6 @@ from forcemap.figures.style import (
 )
 from forcemap.limits.pfl import pfl_contact_force
 from forcemap.maps.force_map import ForceMap
-
-FloatArray = NDArray[np.float64]
 
 _AXES = (DISTANCE, HEIGHT)
 _LOOKS = {"CFM_2D": MAP_2D, "CFM_2D per height": MAP_2D_PER_HEIGHT, "contact model": STANDARD}

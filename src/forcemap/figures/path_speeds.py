@@ -8,15 +8,13 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
-from numpy.typing import NDArray
 
+from forcemap.arrays import FloatArray
 from forcemap.errors import InputError
 from forcemap.figures.canvas import finish, in_our_settings, is_wide, new_figure, plain
 from forcemap.figures.style import ALLOWED, COMMANDED, PAGE_WIDTH, PIECES, PROFILE, PROGRAMMED, SPEED, Look
 from forcemap.paths.path_speeds import CycleTime, PathSpeeds
 from forcemap.paths.time_law import TimeLaw
-
-FloatArray = NDArray[np.float64]
 
 
 @in_our_settings

@@ -12,8 +12,8 @@ from matplotlib.figure import Figure
 from forcemap.figures.canvas import finish, in_our_settings, is_wide, new_figure, plain
 from forcemap.figures.cells import edges, hatch_cells
 from forcemap.figures.style import DISTANCE, HEIGHT, OUTCOMES, PAGE_WIDTH, QUANTITY
-from forcemap.speed_maps import SpeedMap
-from forcemap.speeds import SpeedOutcome, floor_speed
+from forcemap.speeds.safe_speed import SpeedOutcome, floor_speed
+from forcemap.speeds.speed_map import SpeedMap
 
 _MOST_IN_WORDS = 150  # places of a grid whose speeds are written into it
 

@@ -14,7 +14,7 @@ from matplotlib.path import Path
 
 from forcemap.dynamics.effective_mass import MassOutcome
 from forcemap.paths.path_speeds import PieceOutcome
-from forcemap.speeds import SpeedOutcome
+from forcemap.speeds.safe_speed import SpeedOutcome
 
 COLUMN_WIDTH = 0.08
 """Width of a figure in a column [m]: panels stand below each other."""

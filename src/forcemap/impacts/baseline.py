@@ -6,11 +6,9 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from forcemap.arrays import FloatArray, Mask
 from forcemap.recordings.recording import Recording
-
-FloatArray = NDArray[np.float64]
 
 LEAST_SAMPLES = 6  # of a baseline
 LEAST_DURATION = 0.010  # of a baseline [s]
@@ -160,7 +158,7 @@ class _Line:
     level: float
     slope: float
     slope_sd: float
-    quiet: NDArray[np.bool_]
+    quiet: Mask
 
 
 def _quiet_line(time: FloatArray, force: FloatArray, resolution: float) -> _Line:
@@ -184,7 +182,7 @@ def _quiet_line(time: FloatArray, force: FloatArray, resolution: float) -> _Line
     return line
 
 
-def _line(time: FloatArray, force: FloatArray, quiet: NDArray[np.bool_], resolution: float) -> _Line:
+def _line(time: FloatArray, force: FloatArray, quiet: Mask, resolution: float) -> _Line:
     t, f = time[quiet], force[quiet]
     middle, level = float(t.mean()), float(f.mean())
     lever = t - middle

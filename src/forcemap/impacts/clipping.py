@@ -17,12 +17,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from forcemap.arrays import FloatArray
 from forcemap.impacts.impact import Impact
 from forcemap.impacts.smooth import moving_mean
-
-FloatArray = NDArray[np.float64]
 
 # Tried on tests/test_clipped_curves.py and tests/curves.py with other seeds than theirs, and on the real recordings.
 _NEAR = 0.10  # share of the largest reading that counts as near the top: a parabola there, and clear of noise

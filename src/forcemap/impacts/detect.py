@@ -6,7 +6,6 @@ import dataclasses
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from forcemap.errors import InputError
 from forcemap.impacts.baseline import ContactForce, contact_force, noise_sd
@@ -14,8 +13,6 @@ from forcemap.impacts.impact import Impact
 from forcemap.impacts.measure import Start, found_start, measure
 from forcemap.impacts.smooth import low_pass, moving_mean
 from forcemap.recordings.recording import Recording
-
-FloatArray = NDArray[np.float64]
 
 _RISE_TIME = 0.05  # an impact raises the force within this time [s]
 _LEAST_RISE = 8.0  # by at least this much [N]

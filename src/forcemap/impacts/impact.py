@@ -7,13 +7,11 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 import numpy as np
-from numpy.typing import NDArray
 
+from forcemap.arrays import FloatArray
 from forcemap.impacts.baseline import ContactForce
 from forcemap.impacts.scenario import ContactScenario
 from forcemap.recordings.recording import Recording
-
-FloatArray = NDArray[np.float64]
 
 TRANSIENT_TIME = 0.5  # the transient limit holds for this long after the onset of contact [s] (ISO/TS 15066)
 

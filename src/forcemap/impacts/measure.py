@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from forcemap.arrays import FloatArray, Mask
 from forcemap.impacts.baseline import ContactForce
 from forcemap.impacts.clipping import tops, unseen_force
 from forcemap.impacts.impact import TRANSIENT_TIME, Impact
@@ -17,8 +17,6 @@ from forcemap.impacts.phases import GAP, PhaseOne, end_level, first_peak, hold_f
 from forcemap.impacts.quality import EARLY, flags_of
 from forcemap.impacts.smooth import mean_interval, moving_mean
 from forcemap.recordings.recording import Recording
-
-FloatArray = NDArray[np.float64]
 
 _SMOOTHING = 0.004  # of the force after Phase I [s]
 _LEAD = 0.01  # the foot of the rise is looked for from so long before it, or half the rise [s]
@@ -151,7 +149,7 @@ def measure(recording: Recording, start: Start, last: int, number: int) -> Impac
     return dataclasses.replace(impact, flags=flags, unseen_force=unseen_force(impact, found))
 
 
-def _longest_gap(after: FloatArray, above: NDArray[np.bool_]) -> float:
+def _longest_gap(after: FloatArray, above: Mask) -> float:
     """Longest time without a sample up to 0.7 s after onset [s]: where a force acts beside it, else if over 50 ms."""
     steps = np.diff(after)
     least = max(GAP, 3.0 * mean_interval(after))

@@ -5,13 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from forcemap.arrays import FloatArray
 from forcemap.impacts.impact import TRANSIENT_TIME, Impact
 from forcemap.impacts.scenario import ContactScenario
 from forcemap.impacts.smooth import mean_interval, moving_mean
-
-FloatArray = NDArray[np.float64]
 
 GAP = 0.02  # without a sample for longer while a force acts, nobody knows what it did [s]
 END_WINDOW = 0.0125  # the end rule looks at the last 10 to 15 ms of a recording [s]

@@ -6,15 +6,13 @@ import math
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
+from forcemap.arrays import FloatArray
 from forcemap.impacts.baseline import ContactForce
 from forcemap.impacts.clipping import Top, samples_across
 from forcemap.impacts.impact import TRANSIENT_TIME, Flag, Impact, Quality
 from forcemap.impacts.smooth import mean_interval
 from forcemap.recordings.recording import Recording
-
-FloatArray = NDArray[np.float64]
 
 LEAST_SAMPLES = 16  # across Phase I, for its peak to be known
 LEAST_EARLY_SAMPLES = 10  # in the first 50 ms of contact, whatever the apparent width of Phase I

@@ -5,11 +5,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from forcemap.arrays import FloatArray
 from forcemap.errors import InputError
-
-FloatArray = NDArray[np.float64]
 
 
 def moving_mean(values: FloatArray, samples: int) -> FloatArray:

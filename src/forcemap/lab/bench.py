@@ -6,14 +6,13 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from forcemap.arrays import FloatArray
 from forcemap.errors import InputError
 from forcemap.lab.course import STEP, Impacting, first_peaks, force_course, phase_one_peaks
 from forcemap.lab.impactor import DOWN
 from forcemap.lab.virtual_robot import VirtualRobot
-
-FloatArray = NDArray[np.float64]
 
 DEVICE_STIFFNESS = 75_000.0  # [N/m], of the paper's device (section IV-B)
 _TRANSIENT = (0.5, 0.7)  # where the lab reads what is held, after contact [s]

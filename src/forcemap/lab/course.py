@@ -9,12 +9,11 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
+from forcemap.arrays import FloatArray
 from forcemap.errors import InputError
 from forcemap.lab.contact import ContactLayer
 from forcemap.lab.impactor import Impactor
 from forcemap.lab.reaction import Reaction
-
-FloatArray = NDArray[np.float64]
 
 STEP = 2e-4  # [s]; longer ones are refused
 FALLEN = 0.9  # Phase I is over once the force has fallen below this share of its running maximum

@@ -8,13 +8,12 @@ from typing import Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from forcemap.arrays import FloatArray
 from forcemap.dynamics.inverse_kinematics import ReachOutcome, inverse_kinematics, places_in_plane
 from forcemap.dynamics.kinematics import contact_point, posture_of
 from forcemap.dynamics.mass_matrix import posture_mass_matrix
 from forcemap.dynamics.robot import Robot
 from forcemap.errors import InputError
-
-FloatArray = NDArray[np.float64]
 
 DOWN = np.array([0.0, 0.0, -1.0])
 

@@ -11,8 +11,8 @@ import numpy as np
 from forcemap.campaigns.campaign import RECORDINGS_FOLDER
 from forcemap.campaigns.conditions import CAMPAIGN_FILE, Conditions
 from forcemap.campaigns.plan import MeasurementPlan, write_plan
-from forcemap.campaigns.table import csv_text
 from forcemap.campaigns.template import campaign_text
+from forcemap.csv_table import csv_text
 from forcemap.errors import InputError
 from forcemap.files import write_atomically
 from forcemap.lab.bench import SimulatedImpacts, simulate_impacts

@@ -6,14 +6,12 @@ import math
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from forcemap.arrays import FloatArray
 from forcemap.errors import InputError
 from forcemap.recordings.column_map import ColumnMap
 from forcemap.recordings.device import Device
 from forcemap.recordings.units import TimeUnit
-
-FloatArray = NDArray[np.float64]
 
 COLUMNS = ColumnMap(time="time_ms", time_unit=TimeUnit.MILLISECONDS, force="force_N")
 """How the files are written, as [recordings] of campaign.toml states it."""

@@ -9,8 +9,9 @@ from importlib import resources
 from typing import Any, Self
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from forcemap.arrays import FloatArray
 from forcemap.dynamics.robot import Robot
 from forcemap.dynamics.robots import robot_named
 from forcemap.errors import InputError, UnknownName
@@ -18,8 +19,6 @@ from forcemap.lab.contact import ContactLayer
 from forcemap.lab.course import Impacting, Servo
 from forcemap.lab.impactor import DOWN, Posed, posed
 from forcemap.lab.reaction import Reaction, ReactionKind
-
-FloatArray = NDArray[np.float64]
 
 PRESETS = ("ur10e-like", "iiwa7-like-30nm", "iiwa7-like-10nm")
 

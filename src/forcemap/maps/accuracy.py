@@ -5,15 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from forcemap.arrays import FloatArray
 from forcemap.campaigns.dataset import ImpactDataset, States
 from forcemap.errors import InputError
 from forcemap.maps.censored import CensoredRegression, left_out_levels
 from forcemap.maps.fit import state_data
 from forcemap.maps.force_map import ForceMap
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

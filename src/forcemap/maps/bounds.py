@@ -8,13 +8,11 @@ from functools import lru_cache
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from forcemap.arrays import FloatArray, in_blocks
 from forcemap.errors import BoundNotAvailable, InputError
-from forcemap.maps.blocks import in_blocks
 from forcemap.maps.force_map import ForceMap
-
-FloatArray = NDArray[np.float64]
 
 MIN_DEGREES_OF_FREEDOM = 3
 """Residual degrees of freedom between states below which no tolerance bound is given."""

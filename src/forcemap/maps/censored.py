@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
+from forcemap.arrays import FloatArray, Indices
 from forcemap.errors import FitError
-from forcemap.maps.regression import FloatArray, Regression, least_squares
+from forcemap.maps.regression import Regression, least_squares
 
 _NODES = 128  # of the quadrature over the force of a censored state
 _WIDE = 8.5  # standard deviations beyond which a normal distribution counts as empty
@@ -37,8 +37,8 @@ class StateData:
 
     design: FloatArray
     mean: FloatArray
-    impacts: NDArray[np.int64]
-    censored: NDArray[np.int64]
+    impacts: Indices
+    censored: Indices
     threshold: FloatArray
     repeat_variance: float
 
@@ -252,7 +252,7 @@ def _log_likelihood(
 
 
 def _reached(
-    m: FloatArray, sd: FloatArray, threshold: FloatArray, noise: float, count: NDArray[np.int64]
+    m: FloatArray, sd: FloatArray, threshold: FloatArray, noise: float, count: Indices
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """ln G and its two derivatives in m, G(m) = E[ Phi((eta - c) / noise)^count ], eta ~ N(m, sd^2), shape (k,).
 
@@ -285,7 +285,7 @@ def _reached(
     return np.log(total) + largest, first / sd, (second - 1.0 - first**2) / sd**2
 
 
-def _mode(m: FloatArray, sd: FloatArray, threshold: FloatArray, noise: float, count: NDArray[np.int64]) -> FloatArray:
+def _mode(m: FloatArray, sd: FloatArray, threshold: FloatArray, noise: float, count: Indices) -> FloatArray:
     """Where exp(-(eta - m)^2 / 2 sd^2) Phi((eta - c) / noise)^count is largest, by Newton's method, shape (k,)."""
     from scipy.special import log_ndtr
 

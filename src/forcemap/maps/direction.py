@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from forcemap.arrays import FloatArray
 from forcemap.errors import InputError
-
-FloatArray = NDArray[np.float64]
 
 WIDEST_ANGLE = 5.0
 """How far a motion may point away from the map's direction [deg]; beyond, nothing was measured."""

@@ -8,18 +8,16 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from forcemap._version import __version__
+from forcemap.arrays import FloatArray, in_blocks
 from forcemap.campaigns.dataset import Binding, Conditions, PhaseTwo, States
 from forcemap.errors import InputError
-from forcemap.maps.blocks import in_blocks
 from forcemap.maps.censored import CensoredRegression
 from forcemap.maps.forms import Form
 from forcemap.maps.measured_range import MeasuredRange
 from forcemap.maps.regression import Regression
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,13 +7,11 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from forcemap.arrays import FloatArray
 from forcemap.errors import InputError, UnknownName
 from forcemap.maps.speed_profile import SpeedProfile, horner
 from forcemap.maps.terms import Term
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -5,9 +5,8 @@ from __future__ import annotations
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from forcemap.arrays import FloatArray, Mask
 
 TOLERANCE = 1e-9
 """A place or speed this close to the hull belongs to it [m, m/s]."""
@@ -75,7 +74,7 @@ class MeasuredRange:
         low, high = np.where(low > high, middle, low), np.where(low > high, middle, high)
         return np.where(inside, self._snap(low), np.nan), np.where(inside, self._snap(high), np.nan)
 
-    def contains(self, distance: FloatArray, height: FloatArray, speed: FloatArray) -> NDArray[np.bool_]:
+    def contains(self, distance: FloatArray, height: FloatArray, speed: FloatArray) -> Mask:
         """True where the state lies in the hull; arrays of one shape."""
         low, high = self.speeds(distance, height)
         return np.asarray((low - TOLERANCE <= speed) & (speed <= high + TOLERANCE))

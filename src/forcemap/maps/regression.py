@@ -7,11 +7,9 @@ from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
+from forcemap.arrays import FloatArray
 from forcemap.errors import RankDeficient, TooFewStates
-
-FloatArray = NDArray[np.float64]
 
 MAX_CONDITION = 1e8
 """Condition number of the design, columns scaled to length 1, above which it counts as rank deficient."""

@@ -6,11 +6,9 @@ import re
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from forcemap.arrays import FloatArray
 from forcemap.errors import InputError
-
-FloatArray = NDArray[np.float64]
 
 _FACTOR = re.compile(r"(d|h|v|ln\(v\))(?:\^([1-9]\d?))?")
 _FIELDS = {"d": "distance", "h": "height", "v": "speed", "ln(v)": "log_speed"}

@@ -7,16 +7,14 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
-from forcemap.campaigns.table import Table, read_table
+from forcemap.arrays import FloatArray, Indices
+from forcemap.csv_table import Table, read_table
 from forcemap.dynamics.kinematics import forward_kinematics
 from forcemap.dynamics.robot import JointKind, Robot
 from forcemap.errors import InputError, TableError
 from forcemap.files import read_bytes
 from forcemap.paths.tool_path import ToolPath
-
-FloatArray = NDArray[np.float64]
 
 _LAYOUTS = (("x_m", "y_m", "z_m"), ("distance_m", "height_m"))
 _OPTIONAL = ("time_s", "segment")
@@ -173,7 +171,7 @@ def _bends(robot: Robot, q: FloatArray) -> FloatArray:
     return np.asarray(np.sum(moved * lever * (2 * np.cumsum(turned, axis=1) - turned), axis=1))
 
 
-def _straight_pieces(robot: Robot, q: FloatArray, bend: FloatArray) -> NDArray[np.int64]:
+def _straight_pieces(robot: Robot, q: FloatArray, bend: FloatArray) -> Indices:
     """Into how many equal parts each joint motion is cut so that none bends away from its chord, shape (rows - 1,).
 
     The contact point stays within max |p''| / 8 of the chord of a part, and its motion points away from the chord by at

@@ -7,9 +7,8 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 import numpy as np
-from numpy.typing import NDArray
 
-from forcemap.certified_speeds import zone_speeds
+from forcemap.arrays import FloatArray, Indices, Mask, Objects
 from forcemap.errors import ContactNotPermitted
 from forcemap.limits.body_areas import LimitTable, body_region, standard_limit_table
 from forcemap.limits.force_limits import Contact, ForceLimit, force_limit
@@ -20,10 +19,8 @@ from forcemap.maps.force_map import ForceMap
 from forcemap.paths.task import Task
 from forcemap.paths.time_law import braking_speeds, time_law
 from forcemap.paths.tool_path import ToolPath
-from forcemap.zones import ONLY_AS_MEASURED, Allowance, Segments, Zones
-
-FloatArray = NDArray[np.float64]
-Mask = NDArray[np.bool_]
+from forcemap.speeds.zone_speeds import zone_speeds
+from forcemap.speeds.zones import ONLY_AS_MEASURED, Allowance, Segments, Zones
 
 CORNER_ANGLE = 10.0
 """A path that turns by more than this comes to rest there [deg]."""
@@ -106,9 +103,9 @@ class PathSpeeds:
 
     path: ToolPath
     speed: FloatArray
-    outcome: NDArray[np.object_]
-    reason: NDArray[np.object_]
-    governed_by: NDArray[np.object_]
+    outcome: Objects
+    reason: Objects
+    governed_by: Objects
     limit: FloatArray
     programmed: FloatArray
     allowed: CycleTime
@@ -269,16 +266,16 @@ class _Strictest:
     speed: FloatArray
     limit: FloatArray
     standard: FloatArray
-    outcome: NDArray[np.object_]
-    reason: NDArray[np.object_]
-    governed_by: NDArray[np.object_]
+    outcome: Objects
+    reason: Objects
+    governed_by: Objects
     statements: dict[str, None]
     warnings: dict[str, None]
     export_refusal: str = ""
 
     def take(
-        self, at: NDArray[np.int64], speed: FloatArray, outcome: list[PieceOutcome], reason: list[str], limit: float
-    ) -> NDArray[np.int64]:
+        self, at: Indices, speed: FloatArray, outcome: list[PieceOutcome], reason: list[str], limit: float
+    ) -> Indices:
         """Keep what is stricter than what is known, and say where that is."""
         stricter = np.flatnonzero(speed < self.speed[at])
         self.speed[at[stricter]], self.limit[at[stricter]] = speed[stricter], limit
@@ -319,13 +316,13 @@ def _take_speeds(
     found: _Strictest,
     force_map: ForceMap,
     path: ToolPath,
-    at: NDArray[np.int64],
+    at: Indices,
     limit: ForceLimit,
     contact: Contact,
     bound: Bound,
     allowance: Allowance,
     angle: float,
-) -> NDArray[np.int64]:
+) -> Indices:
     """Hold one body area against pieces up to `angle` [deg] off the map's direction; where it is the strictest."""
     some, beside = Segments(path.points[at], path.points[at + 1]), allowance.position + path.deviation
     zones: Segments | Zones = some.zones.grown(beside) if beside > 0 else some

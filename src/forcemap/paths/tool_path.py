@@ -6,13 +6,11 @@ from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from forcemap.arrays import FloatArray, Indices
 from forcemap.errors import InputError
-from forcemap.zones import Segments
-
-FloatArray = NDArray[np.float64]
-Indices = NDArray[np.int64]
+from forcemap.speeds.zones import Segments
 
 _FARTHEST = 10.0  # [m]; no arm reaches further, so the figure is in another unit
 _STANDING = 1e-6  # [m]; points this close are one place

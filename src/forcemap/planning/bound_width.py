@@ -5,13 +5,11 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from forcemap.arrays import FloatArray
 from forcemap.errors import RankDeficient
 from forcemap.maps.forms import Form
 from forcemap.planning.optimal_exchange import whitening
-
-FloatArray = NDArray[np.float64]
 
 STATE_SD = 0.025
 """State effect that widths are stated for where none was measured: the paper's robots show 2.1 to 3.3 %."""

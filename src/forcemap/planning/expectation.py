@@ -7,13 +7,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from forcemap.arrays import FloatArray
 from forcemap.errors import InputError
 from forcemap.limits.pfl import pfl_contact_force, pfl_robot_mass
 from forcemap.maps.force_map import ForceMap
-
-FloatArray = NDArray[np.float64]
 
 STANDARD_FACTOR = 2.0
 """The published maps predict up to 1.88 times the contact model's force on their own grids."""

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from forcemap.arrays import FloatArray, Mask
 from forcemap.campaigns.state import States, StateTolerance
 from forcemap.maps.bounds import Bound
 from forcemap.maps.force_map import ForceMap
@@ -30,7 +30,7 @@ from forcemap.planning.measured_before import (
     saturated_before,
     slowest_nearby,
 )
-from forcemap.planning.places import FloatArray, PlaceRange
+from forcemap.planning.places import PlaceRange
 
 _RUNG = 1.5  # how many times faster than what was measured there
 _FIRST_RUNG = 3.0  # the same before there is a bound; and than the slowest state nearby, where nothing was measured
@@ -46,7 +46,7 @@ class Ladder(Protocol):
     def upper(self, states: FloatArray) -> FloatArray:
         """What the force is not expected to exceed [N], shape (n,)."""
 
-    def allows(self, states: FloatArray) -> NDArray[np.bool_]:
+    def allows(self, states: FloatArray) -> Mask:
         """Which states may be measured, shape (n,)."""
 
     def source(self, states: FloatArray) -> str:
@@ -133,7 +133,7 @@ class OpeningLadder:
             model = np.minimum(model, told.max(axis=1))
         return np.asarray(np.where(apart.min(axis=1) < SAME_PLACE, nearest, np.maximum(model, nearest)))
 
-    def allows(self, states: FloatArray) -> NDArray[np.bool_]:
+    def allows(self, states: FloatArray) -> Mask:
         """Which states may be measured, shape (n,)."""
         allowed = (self.expected(states) <= self.limit) | (states[:, 2] <= self.slowest)
         fastest: FloatArray | float = self.slowest
@@ -204,7 +204,7 @@ class BoundLadder:
             f"within {1000 * NEAR:g} mm at a lower speed contradicts it, that impact's force in proportion to speed"
         )
 
-    def allows(self, states: FloatArray) -> NDArray[np.bool_]:
+    def allows(self, states: FloatArray) -> Mask:
         """Which states may be measured, shape (n,)."""
         nearby = slowest_nearby(states, self.seen, self.place_range)
         rung = np.minimum(_RUNG * self._measured(states)[1], _FIRST_RUNG * nearby)

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from forcemap.arrays import FloatArray, Mask
 from forcemap.campaigns.state import States, StateTolerance
-from forcemap.planning.places import FloatArray, PlaceRange
+from forcemap.planning.places import PlaceRange
 
 NEAR = 0.05
 """[m]; a place this close is near enough to speak for another one."""
@@ -54,9 +54,7 @@ def raised_by_measured(
     return np.asarray(np.where(contradicted, np.maximum(upper, raised), upper))
 
 
-def saturated_before(
-    states: FloatArray, known: States, place_range: PlaceRange, tolerance: StateTolerance
-) -> NDArray[np.bool_]:
+def saturated_before(states: FloatArray, known: States, place_range: PlaceRange, tolerance: StateTolerance) -> Mask:
     """Which states, shape (n, 3), are as fast as an impact that saturated the device there, or nearby farther out."""
     full = known.select(known.censored > 0)
     apart = np.hypot(states[:, :1] - full.distance, states[:, 1:2] - full.height)
@@ -77,7 +75,7 @@ def slowest_nearby(states: FloatArray, known: States, place_range: PlaceRange) -
     return np.asarray(np.where(nearest < SAME_PLACE, np.inf, slowest))
 
 
-def _before(states: FloatArray, known: States, tolerance: StateTolerance) -> NDArray[np.bool_]:
+def _before(states: FloatArray, known: States, tolerance: StateTolerance) -> Mask:
     """Which known states lie near states, at no higher speed, shape (n, m)."""
     apart = np.hypot(states[:, :1] - known.distance, states[:, 1:2] - known.height)
     near = apart <= max(NEAR, 1.5 * tolerance.place) + 1e-9

@@ -7,8 +7,9 @@ import math
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from forcemap.arrays import FloatArray
 from forcemap.campaigns.plan import Device
 from forcemap.campaigns.state import StateTolerance
 from forcemap.errors import InputError
@@ -18,8 +19,6 @@ from forcemap.planning.designed_plan import DesignedPlan, design_note
 from forcemap.planning.expectation import Expectation, expected_at, source_of
 from forcemap.planning.optimal_states import DesignedStates, optimal_states
 from forcemap.planning.plan_warnings import FEW_STATES, few_states, refuse_few, unchecked, unconfirmed
-
-FloatArray = NDArray[np.float64]
 
 
 def plan_measurements(

@@ -5,12 +5,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from forcemap.arrays import FloatArray, Indices, Mask
 from forcemap.campaigns.state import StateTolerance
 from forcemap.errors import RankDeficient
-
-FloatArray = NDArray[np.float64]
 
 _SWEEPS = 30  # over all states of a design; ten settle nearly every one
 _RIDGE = 1e-6  # share of the information of the mean state that keeps a start with too few states invertible
@@ -21,12 +19,12 @@ class Apart:
 
     def __init__(self, points: FloatArray, known: FloatArray, tolerance: StateTolerance) -> None:
         self._scaled = points / tolerance.scale
-        self._near: dict[int, NDArray[np.bool_]] = {}
+        self._near: dict[int, Mask] = {}
         self.free = np.ones(len(points), dtype=np.bool_)
         for state in known / tolerance.scale:
             self.free &= np.abs(self._scaled - state).max(axis=1) > 1
 
-    def near(self, index: int) -> NDArray[np.bool_]:
+    def near(self, index: int) -> Mask:
         """Candidates that are repeats of one, itself included."""
         if index not in self._near:
             self._near[index] = (np.abs(self._scaled - self._scaled[index]) <= 1).all(axis=1)
@@ -37,11 +35,11 @@ class Exchange:
     """The search; rows of x are whitened, so that sums of squares are of one size."""
 
     def __init__(
-        self, x: FloatArray, known: FloatArray, moment: FloatArray, apart: Apart, must: NDArray[np.int64], n: int
+        self, x: FloatArray, known: FloatArray, moment: FloatArray, apart: Apart, must: Indices, n: int
     ) -> None:
         self._x, self._known, self._moment, self._apart, self._must, self._n = x, known, moment, apart, must, n
 
-    def from_start(self, rng: np.random.Generator) -> tuple[float, NDArray[np.int64]]:
+    def from_start(self, rng: np.random.Generator) -> tuple[float, Indices]:
         """The criterion and the design that the exchange reaches from a random one; infinite if there is none."""
         x, free = self._x, self._apart.free.copy()
         for one in self._must.tolist():
@@ -74,7 +72,7 @@ class Exchange:
             return math.inf, index
         return float(np.trace(np.linalg.solve(information, self._moment))), index
 
-    def _best(self, rest: FloatArray, free: NDArray[np.bool_], current: int) -> int:
+    def _best(self, rest: FloatArray, free: Mask, current: int) -> int:
         """The free candidate that lowers the criterion most, given the information of the other states."""
         inverse = np.linalg.inv(rest)
         both = self._x @ np.hstack([inverse @ self._moment @ inverse, inverse])

@@ -6,15 +6,14 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from forcemap.arrays import FloatArray, Indices
 from forcemap.campaigns.state import StateTolerance
 from forcemap.errors import InputError, RankDeficient, TooFewStates
 from forcemap.maps.forms import CFM_3D, Form
 from forcemap.planning.bound_width import STATE_SD, mean_width
 from forcemap.planning.optimal_exchange import Apart, Exchange, whitening
-
-FloatArray = NDArray[np.float64]
 
 _STARTS = 8  # random designs the exchange starts from
 
@@ -38,7 +37,7 @@ class DesignedStates:
         Standard deviation of the state effect that the width is stated for, about a share of the force.
     """
 
-    index: NDArray[np.int64]
+    index: Indices
     states: FloatArray
     mean_variance: float
     bound_width: float

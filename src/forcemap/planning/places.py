@@ -6,12 +6,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from forcemap.arrays import FloatArray, Mask
 from forcemap.campaigns.state import States
 from forcemap.errors import InputError
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -56,7 +54,7 @@ class PlaceRange:
         places = self.grid(count)
         return np.column_stack([np.repeat(places, speeds.size, axis=0), np.tile(speeds, len(places))])
 
-    def corners(self, states: FloatArray) -> NDArray[np.bool_]:
+    def corners(self, states: FloatArray) -> Mask:
         """Which states lie at a corner of the range, shape (n,)."""
         ends = [np.isin(states[:, i], ends) for i, ends in enumerate((self.distances, self.heights))]
         return np.asarray(ends[0] & ends[1])

@@ -6,8 +6,8 @@ import math
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
+from forcemap.arrays import FloatArray
 from forcemap.campaigns.plan import Device
 from forcemap.errors import InputError
 from forcemap.maps.bounds import MIN_DEGREES_OF_FREEDOM
@@ -16,8 +16,6 @@ from forcemap.maps.forms import Form
 from forcemap.planning.bound_width import STATE_SD, expected_width
 from forcemap.planning.design import Design
 from forcemap.planning.expectation import Expectation, StandardExpectation, expected_at, factor_of
-
-FloatArray = NDArray[np.float64]
 
 FEW_STATES = 18
 """Twice the nine coefficients of the default map; fewer leave a wide bound."""

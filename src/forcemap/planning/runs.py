@@ -6,11 +6,10 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from forcemap.arrays import FloatArray, Indices, Mask
 from forcemap.campaigns.plan import MeasurementPlan
 from forcemap.errors import InputError
-from forcemap.planning.places import FloatArray
 
 _ARRAYS = ("state_id", "repeat", "role", "distance", "height", "speed", "base_angle", "expected_force")
 
@@ -58,7 +57,7 @@ def extend_plan(plan: MeasurementPlan, more: MeasurementPlan) -> MeasurementPlan
     return replace(more, **joined)
 
 
-def select_runs(plan: MeasurementPlan, index: NDArray[np.bool_] | NDArray[np.int64]) -> MeasurementPlan:
+def select_runs(plan: MeasurementPlan, index: Mask | Indices) -> MeasurementPlan:
     """The runs of a plan that a mask, or numbers in their order, pick."""
     picked: dict[str, Any] = {name: getattr(plan, name)[index] for name in _ARRAYS}
     return replace(plan, **picked)

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from forcemap.arrays import FloatArray
 from forcemap.errors import RecordingError
 from forcemap.files import sha256
 from forcemap.recordings.column_map import ColumnMap
@@ -17,8 +17,6 @@ from forcemap.recordings.layout import Layout, find_layout
 from forcemap.recordings.number_block import NumberBlock, read_numbers
 from forcemap.recordings.recording import Recording
 from forcemap.recordings.sampling import check_sampling, in_newtons, in_seconds
-
-FloatArray = NDArray[np.float64]
 
 _BYTE_ORDER_MARK = b"\xef\xbb\xbf"
 

@@ -7,14 +7,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from forcemap.arrays import FloatArray
 from forcemap.errors import RecordingError
 from forcemap.recordings.cells import LONGEST_LINE, text_of
 from forcemap.recordings.layout import Layout
 from forcemap.recordings.plain_numbers import plain_numbers
-
-FloatArray = NDArray[np.float64]
 
 _CHUNK = 1 << 22
 # ASCII digits only: other scripts' digits, grouped thousands and a text such as "nan" are no numbers

@@ -6,11 +6,9 @@ What is read here is what that reader reads: `tests/test_recordings.py` compares
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from forcemap.arrays import FloatArray
 from forcemap.recordings.layout import Layout
-
-FloatArray = NDArray[np.float64]
 
 _COMMA, _LINE_END, _POINT, _PLUS, _MINUS, _ZERO = b",\n.+-0"
 _COMMA_FOR_LINE_END = bytes.maketrans(b"\n", b",")

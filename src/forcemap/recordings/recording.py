@@ -7,12 +7,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from forcemap.arrays import FloatArray
 from forcemap.errors import RecordingError
 from forcemap.recordings.device import Device
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,13 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from forcemap.arrays import FloatArray
 from forcemap.errors import RecordingError
 from forcemap.recordings.column_map import ColumnMap
 from forcemap.recordings.units import ForceUnit
-
-FloatArray = NDArray[np.float64]
 
 _LONGEST_TIME = 1e9  # s
 _LARGEST_FORCE = 1e6  # N

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from forcemap.arrays import FloatArray
 from forcemap.errors import MissingExtra, RecordingError
 from forcemap.files import sha256
 from forcemap.recordings.column_map import ALL_COLUMNS, ColumnMap
@@ -22,8 +22,6 @@ from forcemap.recordings.units import force_unit_in, time_unit_in
 
 if TYPE_CHECKING:
     from nptdms import TdmsChannel, TdmsFile  # type: ignore[import-untyped]
-
-FloatArray = NDArray[np.float64]
 
 
 def read_tdms(content: bytes, columns: ColumnMap | None, *, file: str, device: Device) -> list[Recording]:

@@ -6,13 +6,11 @@ from collections.abc import Sequence
 
 import numpy as np
 from markupsafe import Markup, escape
-from numpy.typing import NDArray
 
-from forcemap.assessment.recording_results import RecordingResult
-from forcemap.campaigns.register import Use
+from forcemap.arrays import FloatArray
+from forcemap.campaigns.recordings_table import Use
 from forcemap.limits.force_limits import ForceLimit
-
-FloatArray = NDArray[np.float64]
+from forcemap.verdicts.recording_results import RecordingResult
 
 _WIDTH, _HEIGHT = 340, 120
 _LEFT, _BREAK, _RIGHT, _TOP, _BOTTOM = 34, 206, 334, 8, 100

@@ -17,14 +17,14 @@ from forcemap.assessment.inputs import inputs_sha256
 from forcemap.assessment.missing import Missing
 from forcemap.assessment.place_speeds import PlaceSpeeds
 from forcemap.assessment.state_results import StateResult
-from forcemap.campaigns.register import Use
+from forcemap.campaigns.recordings_table import Use
 from forcemap.errors import InputError
 from forcemap.limits.force_limits import Contact
 from forcemap.report.curves import highest_force, state_curve
 from forcemap.report.pictures import Pictures
 from forcemap.report.seal import MARK, made_for, quoted, seal, seal_tag
-from forcemap.speeds import floor_speed
-from forcemap.verdicts import Interpretation, VerdictOutcome
+from forcemap.speeds.safe_speed import floor_speed
+from forcemap.verdicts.verdict import Interpretation, VerdictOutcome
 
 _COLUMNS_AT_ONCE = 9  # of a speed table, so that it fits on a page
 

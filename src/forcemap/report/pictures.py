@@ -13,7 +13,7 @@ from forcemap.assessment.campaign_assessment import CampaignAssessment
 from forcemap.assessment.contact_model import ContactModel
 from forcemap.assessment.missing import Missing
 from forcemap.assessment.place_speeds import PlaceSpeeds
-from forcemap.comparisons import Comparison
+from forcemap.comparisons.force_models import Comparison
 from forcemap.errors import ForcemapError
 from forcemap.figures import (
     force_evolution_figure,

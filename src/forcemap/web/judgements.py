@@ -31,6 +31,7 @@ from forcemap import (
     read_recordings,
     repeatability,
 )
+from forcemap.arrays import Indices
 from forcemap.web.held import fitted
 from forcemap.web.limits import Limits
 from forcemap.web.map_answers import AccuracyAnswer, accuracy_answer
@@ -275,7 +276,7 @@ def _judgement(each: Any) -> JudgementAnswer:
     )
 
 
-def _drawn(force: NDArray[Any], most: int) -> NDArray[np.int64]:
+def _drawn(force: NDArray[Any], most: int) -> Indices:
     """Indices of the samples to draw: the lowest and the highest of each of equal stretches, and both ends."""
     if force.size <= most:
         return np.arange(force.size)

@@ -8,6 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from forcemap.arrays import FloatArray
+
 
 def number(value: Any) -> float | None:
     """A figure, or None where there is none."""
@@ -29,7 +31,7 @@ def raised(values: NDArray[Any], digits: int) -> list[Any]:
     return _listed(-_cut(-np.asarray(values, dtype=np.float64), digits))
 
 
-def _cut(values: NDArray[np.float64], digits: int) -> NDArray[np.float64]:
+def _cut(values: FloatArray, digits: int) -> FloatArray:
     scale = 10.0**digits
     steps = np.floor(values * scale)
     steps = np.where(steps / scale > values, steps - 1, steps)  # the product may have been rounded up

@@ -1,0 +1,205 @@
+"""The register of a campaign's recordings, `recordings.csv`: what each file is, and what became of it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from enum import StrEnum
+from pathlib import Path
+
+from forcemap.campaigns.conditions import MEASURED_UNDER, condition_text
+from forcemap.csv_table import csv_text, read_table
+from forcemap.errors import InputError, TableError, nearest_names
+from forcemap.files import read_bytes, sha256
+from forcemap.impacts.scenario import ContactScenario
+
+REGISTER_FILE = "recordings.csv"
+
+
+class Use(StrEnum):
+    """What became of a recording."""
+
+    USED = "used"
+    DISCARDED = "discarded"
+    EXCLUDED = "excluded"
+    UNASSIGNED = "unassigned"
+    UNREADABLE = "unreadable"
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One recording of a campaign.
+
+    Parameters
+    ----------
+    file, curve : str
+        Path below the folder of recordings, with slashes; name of the curve in a file of several.
+    sha256 : str
+        Of the file.
+    state_id : str
+        The state it belongs to; empty if nothing tells.
+    repeat : int
+        Number of the repeat; 0 if nothing tells.
+    speed : float
+        Speed at contact as measured [m/s]; NaN: as planned.
+    exclude : str
+        Why a person took it out; empty if nobody did.
+    use : Use
+        What became of it.
+    reason : str
+        Why it is not used.
+    scenario : ContactScenario or None
+        What was found to follow Phase I; None without an impact.
+    peak_force, raw_peak_force, phase2_force : float
+        Phase I peak corrected for noise, its largest sample, and the largest force after 0.5 s [N].
+    flags : str
+        Quality flags with their figures.
+    impact_sha256 : str
+        Hash of its row in the impacts table; empty if it is not used.
+    conditions : mapping of str to str
+        What campaign.toml stated of the measurement when it was first registered, by entry such as `tool.name`; and
+        from when it was first used, `planned`, its place in the plan, `read_with`, the entries of [recordings], and
+        `first_read`, what they gave.
+    changed : str
+        How its place in the plan, or the way its file is read, differs from when it was first used; empty if it does
+        not.
+    row_sha256 : str
+        Hash of this row as it was written; another one shows that a person changed it since.
+    """
+
+    file: str
+    curve: str = ""
+    sha256: str = ""
+    state_id: str = ""
+    repeat: int = 0
+    speed: float = math.nan
+    exclude: str = ""
+    use: Use = Use.UNASSIGNED
+    reason: str = ""
+    scenario: ContactScenario | None = None
+    peak_force: float = math.nan
+    raw_peak_force: float = math.nan
+    phase2_force: float = math.nan
+    flags: str = ""
+    impact_sha256: str = ""
+    changed: str = ""
+    conditions: Mapping[str, str] = field(default_factory=dict)
+    row_sha256: str = ""
+
+    @property
+    def name(self) -> str:
+        """The file, and the curve if it holds several."""
+        return f"{self.file}#{self.curve}" if self.curve else self.file
+
+
+_COLUMNS = {
+    "file": "file",
+    "curve": "curve",
+    "sha256": "sha256",
+    "state_id": "state_id",
+    "repeat": "repeat",
+    "speed_mps": "speed",
+    "exclude": "exclude",
+    "use": "use",
+    "reason": "reason",
+    "scenario": "scenario",
+    "peak_force_N": "peak_force",
+    "raw_peak_force_N": "raw_peak_force",
+    "phase2_force_N": "phase2_force",
+    "flags": "flags",
+    "impact_sha256": "impact_sha256",
+    "changed": "changed",
+}
+PLANNED, READ_WITH, FIRST_READ = "planned", "read_with", "first_read"
+_ROW_SHA256 = "row_sha256"
+_SEALED = (*MEASURED_UNDER, PLANNED, READ_WITH, FIRST_READ)
+_KNOWN = (*_COLUMNS, *_SEALED, _ROW_SHA256)
+_NUMBERS = ("speed_mps", "peak_force_N", "raw_peak_force_N", "phase2_force_N")
+
+
+def read_register(path: str | Path) -> tuple[Entry, ...]:
+    """Read a register; a person may have edited `state_id`, `repeat`, `speed_mps` and `exclude`, and added rows.
+
+    Raises
+    ------
+    TableError
+        Not a table; an unknown column; a cell that cannot be used; the same recording twice.
+    """
+    table = read_table(read_bytes(path), str(path), what="recording")
+    for name in table.columns:
+        if name not in _KNOWN:
+            near = ", ".join(nearest_names(name, _KNOWN, 2))
+            message = f"unknown column, the nearest known ones are {near}; rename it or take it out"
+            raise TableError(message, file=str(path), row=table.header_row, column=name)
+    if "file" not in table.columns:
+        message = "the column is missing, expected the names of the recordings"
+        raise TableError(message, file=str(path), row=table.header_row, column="file")
+    table = table.with_decimal_points(_NUMBERS)
+    n = len(table.rows)
+    cells: dict[str, Sequence[str | float]] = {
+        name: table.numbers(name, required=False) if name in _NUMBERS else table.columns[name] for name in table.columns
+    }
+    entries: dict[str, Entry] = {}
+    for i in range(n):
+        values = {_COLUMNS.get(name, name): column[i] for name, column in cells.items() if name not in _SEALED}
+        stated = {
+            name: condition_text(name, cells[name][i]) if name in MEASURED_UNDER else str(cells[name][i])
+            for name in _SEALED
+            if name in cells and cells[name][i]
+        }
+        try:
+            entry = replace(_entry(values), conditions=stated)
+        except InputError as error:
+            raise TableError(error.message, file=str(path), row=table.rows[i], column=error.column) from None
+        if entry.name in entries or not entry.file:
+            found = "an empty cell" if not entry.file else f"{entry.name!r} twice"
+            message = f"found {found}, expected each recording once"
+            raise TableError(message, file=str(path), row=table.rows[i], column="file")
+        entries[entry.name] = entry
+    return tuple(entries.values())
+
+
+def register_text(entries: Iterable[Entry]) -> str:
+    """A register as CSV."""
+    rows = list(entries)
+    cells = {column: [_cell(column, getattr(row, name)) for row in rows] for column, name in _COLUMNS.items()}
+    for name in _SEALED:
+        if any(row.conditions.get(name) for row in rows):
+            cells[name] = [row.conditions.get(name, "") for row in rows]
+    return csv_text(cells | {_ROW_SHA256: [row_sha256(row) for row in rows]})
+
+
+def row_sha256(entry: Entry) -> str:
+    """Hash of what a row of the register says."""
+    cells = {column: _cell(column, getattr(entry, name)) for column, name in _COLUMNS.items()} | dict(entry.conditions)
+    return sha256("\n".join(f"{column}={cell}" for column, cell in cells.items() if cell))[:16]
+
+
+def _entry(values: dict[str, str | float]) -> Entry:
+    """An entry from the cells of its row."""
+    repeat = str(values.get("repeat", "")) or "0"
+    if not (repeat.isascii() and repeat.isdigit() and len(repeat) < 10):
+        raise InputError(f"found {repeat!r}, expected a whole number or an empty cell", column="repeat")
+    speed = values.get("speed", math.nan)
+    if isinstance(speed, float) and not (math.isnan(speed) or 0 < speed <= 10):
+        raise InputError(f"found {speed:g}, expected metres per second above 0 and up to 10", column="speed_mps")
+    exclude = str(values.get("exclude", "")).lower()
+    if exclude in ("no", "false", "0", "-", "none", "nein", "n"):
+        raise InputError(
+            f"found {exclude!r}, expected a reason, or an empty cell to keep the recording", column="exclude"
+        )
+    if values.get("use") and not values.get("sha256"):
+        raise InputError("the cell is empty; delete the whole row to register the file anew", column="sha256")
+    use = str(values.get("use", "")) or Use.UNASSIGNED
+    if use not in set(Use):
+        raise InputError(f"found {use!r}, expected one of {', '.join(Use)} or an empty cell", column="use")
+    scenario = str(values.get("scenario", ""))
+    parsed = {"repeat": int(repeat), "use": Use(use), "scenario": ContactScenario.parse(scenario) if scenario else None}
+    return Entry(**{**values, **parsed})  # type: ignore[arg-type]
+
+
+def _cell(column: str, value: object) -> str:
+    if value is None or (isinstance(value, float) and math.isnan(value)) or (column == "repeat" and value == 0):
+        return ""
+    return f"{value:.2f}" if column.endswith("_N") else str(value)

@@ -1,0 +1,238 @@
+"""Forces over the workspace beside F = v sqrt(k m_u), the force that effective mass alone would give (paper, II-C)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from forcemap.arrays import FloatArray
+from forcemap.campaigns.dataset import ImpactDataset
+from forcemap.dynamics.effective_mass import EffectiveMass
+from forcemap.dynamics.inverse_kinematics import DOWN
+from forcemap.dynamics.robot import Robot
+from forcemap.dynamics.robot_mass import robot_effective_mass_at
+from forcemap.errors import InputError
+from forcemap.maps.force_map import ForceMap
+
+_LEAST_PLACES = 4  # below it a rank correlation says nothing
+_SAME_SPEED = 0.01  # states of a map within it are of one speed [m/s]
+
+
+@dataclass(frozen=True, eq=False)
+class MassExplanation:
+    """What one effective mass says of the forces.
+
+    Parameters
+    ----------
+    name : str
+        Which effective mass: of the links alone, or with which drive inertia.
+    mass : EffectiveMass
+        Effective mass at the places [kg], NaN with a named outcome where there is none.
+    force : array, shape (n,)
+        F = v sqrt(k m_u) [N].
+    ratio : array, shape (n,)
+        Force of the map or measurement over it.
+    rank_correlation : float
+        Spearman's, between the forces and F; NaN where F is constant.
+    explained_share : float
+        Share of the variance of ln force that F explains; negative if the mean of ln force says more.
+    explained_share_scaled : float
+        The same for F times the one factor that fits best.
+    """
+
+    name: str
+    mass: EffectiveMass
+    force: FloatArray
+    ratio: FloatArray
+    rank_correlation: float
+    explained_share: float
+    explained_share_scaled: float
+
+    @property
+    def places(self) -> int:
+        """Places with an effective mass."""
+        return int(np.isfinite(self.force).sum())
+
+    @property
+    def ratio_spread(self) -> float:
+        """Largest over smallest ratio: 1 if effective mass explained how the force depends on the place."""
+        return float(np.nanmax(self.ratio) / np.nanmin(self.ratio))
+
+
+@dataclass(frozen=True, eq=False)
+class MassComparison:
+    """Forces at one speed beside what effective mass would give. It is no prediction, and no speed follows from it.
+
+    Parameters
+    ----------
+    on : str
+        Where the forces come from.
+    robot : str
+        The robot whose effective mass it is.
+    speed : float
+        The speed [m/s].
+    stiffness : float
+        Spring constant k of the contact [N/m].
+    distance, height : array, shape (n,)
+        The places [m].
+    measured_force : array, shape (n,)
+        Forces of the map or the measurement [N].
+    measured_mass : array, shape (n,)
+        Effective mass that the forces would take, (F / v)^2 / k [kg].
+    explanations : tuple of MassExplanation
+        Links alone; with drive inertia, if the robot has it.
+    statements : tuple of str
+        What the comparison depends on.
+    """
+
+    on: str
+    robot: str
+    speed: float
+    stiffness: float
+    distance: FloatArray
+    height: FloatArray
+    measured_force: FloatArray
+    measured_mass: FloatArray
+    explanations: tuple[MassExplanation, ...]
+    statements: tuple[str, ...]
+
+    @property
+    def force_spread(self) -> float:
+        """Largest over smallest force."""
+        return float(self.measured_force.max() / self.measured_force.min())
+
+
+def compare_effective_mass(
+    forces: ForceMap | ImpactDataset,
+    robot: Robot,
+    *,
+    stiffness: float = 75_000.0,
+    speed: float | None = None,
+    tool_direction: ArrayLike = DOWN,
+) -> MassComparison:
+    """Compare the forces of a map, or measured ones, with F = v sqrt(k m_u) at one speed over the workspace.
+
+    Parameters
+    ----------
+    forces : ForceMap or ImpactDataset
+        A map, taken at its measured places; or impacts, taken at the states of that speed below the device range.
+    robot : Robot
+        The robot, with its tool; with drive inertia the links alone are compared, too.
+    stiffness : float
+        Spring constant of the contact [N/m]; that of the paper's device if not given.
+    speed : float, optional
+        Speed [m/s]; the middle measured one if not given.
+    tool_direction : array, shape (3,)
+        Where the z axis of the flange points; down if not given. The impact goes down.
+
+    Raises
+    ------
+    InputError
+        A stiffness or speed outside its range, a speed that was not measured, or fewer than four places with an
+        effective mass.
+    """
+    if not 1000 <= stiffness < np.inf:
+        raise InputError(f"stiffness: found {stiffness:g} N/m, expected at least 1000: it is not in N/mm")
+    at = _of_map(forces, speed) if isinstance(forces, ForceMap) else _of_states(forces, speed)
+    variants = [("links alone", replace(robot, drive_inertia=None))]
+    if robot.drive_inertia is not None:
+        variants.append(("with drive inertia", robot))
+    masses = [
+        (name, robot_effective_mass_at(each, at.distance, at.height, tool_direction=tool_direction))
+        for name, each in variants
+    ]
+    return MassComparison(
+        on=at.on,
+        robot=robot.name,
+        speed=at.typical_speed,
+        stiffness=stiffness,
+        distance=at.distance,
+        height=at.height,
+        measured_force=at.force,
+        measured_mass=(at.force / at.speed) ** 2 / stiffness,
+        explanations=tuple(_explanation(name, mass, at, stiffness) for name, mass in masses),
+        statements=(
+            *forces.conditions.assumptions(),
+            f"forces of {at.on} at {at.typical_speed:g} m/s, spring constant {stiffness / 1000:g} N/mm",
+            f"{robot.name}: posture nearest to its reference, load {robot.load:g} kg; both change its effective mass",
+            *(mass.assumption for _, mass in masses),
+            "effective mass does not predict the force: no speed follows from it",
+        ),
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class _Forces:
+    """Where forces come from; places [m], speeds [m/s], forces [N], shape (n,)."""
+
+    on: str
+    distance: FloatArray
+    height: FloatArray
+    speed: FloatArray
+    force: FloatArray
+
+    @property
+    def typical_speed(self) -> float:
+        return float(np.median(self.speed))
+
+
+def _of_map(force_map: ForceMap, speed: float | None) -> _Forces:
+    """At the map's measured places."""
+    points = force_map.measured_range.points
+    chosen = _measured_speed(points[:, 2], _SAME_SPEED, speed)
+    d, h = np.unique(points[np.abs(points[:, 2] - chosen) <= _SAME_SPEED, :2], axis=0).T
+    forces = np.asarray(force_map.predict(d, h, chosen))
+    return _Forces(f"map {force_map.name} at its measured places", d, h, np.full(d.size, chosen), forces)
+
+
+def _of_states(dataset: ImpactDataset, speed: float | None) -> _Forces:
+    """At the measured states below the device range."""
+    states, tolerance = dataset.states.uncensored, dataset.tolerance.speed
+    here = states.select(np.abs(states.speed - _measured_speed(states.speed, tolerance, speed)) <= tolerance)
+    return _Forces("measured states", here.distance, here.height, here.speed, here.force)
+
+
+def _measured_speed(speeds: FloatArray, tolerance: float, wanted: float | None) -> float:
+    """The measured speed asked for, else the middle one of those measured at most places."""
+    if wanted is not None:
+        near = np.abs(speeds - wanted)
+        if not near.min() <= tolerance:
+            known = ", ".join(f"{speed:g}" for speed in np.unique(np.round(speeds, 3)))
+            raise InputError(f"speed: found {wanted:g} m/s, expected a measured one: {known}")
+        return float(speeds[near.argmin()])
+    levels, counts = np.unique(np.round(speeds / max(tolerance, 1e-6)), return_counts=True)
+    most = levels[counts == counts.max()]
+    middle = most[most.size // 2] * max(tolerance, 1e-6)
+    return float(speeds[np.abs(speeds - middle).argmin()])
+
+
+def _explanation(name: str, mass: EffectiveMass, at: _Forces, stiffness: float) -> MassExplanation:
+    measured, force = at.force, at.speed * np.sqrt(stiffness * mass.value)
+    known = np.isfinite(force)
+    if known.sum() < _LEAST_PLACES:
+        raise InputError(
+            f"found {int(known.sum())} places with an effective mass ({name}), expected at least {_LEAST_PLACES}; "
+            "the robot does not reach the others with this tool direction"
+        )
+    misfit = np.log(measured[known] / force[known])
+    variance = float(np.var(np.log(measured[known])))
+    shares = [1 - part / variance if variance > 0 else np.nan for part in (np.mean(misfit**2), np.var(misfit))]
+    return MassExplanation(
+        name=name,
+        mass=mass,
+        force=force,
+        ratio=measured / force,
+        rank_correlation=_rank_correlation(force[known], measured[known]),
+        explained_share=float(shares[0]),
+        explained_share_scaled=float(shares[1]),
+    )
+
+
+def _rank_correlation(force: FloatArray, measured: FloatArray) -> float:
+    if np.ptp(force) <= 1e-9 * force.max() or np.ptp(measured) == 0:
+        return float("nan")
+    from scipy.stats import spearmanr
+
+    return float(spearmanr(force, measured).statistic)

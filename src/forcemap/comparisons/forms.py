@@ -1,0 +1,378 @@
+"""Forms compared by leave-one-state-out on the same states, with a recommendation and its reason."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from forcemap.arrays import FloatArray
+from forcemap.campaigns.dataset import ImpactDataset, States
+from forcemap.errors import BoundNotAvailable, FitError, InputError
+from forcemap.maps.accuracy import Accuracy, left_out_predictions
+from forcemap.maps.bounds import Bound, ToleranceBound, margins
+from forcemap.maps.fit import fit_force_map
+from forcemap.maps.force_map import ForceMap
+from forcemap.maps.forms import CFM_2D, CFM_3D, FULL_CUBIC, LOG_SPEED, Form
+from forcemap.maps.measured_range import MeasuredRange
+
+CLEARLY_LOWER = 0.90
+"""A form is clearly better only if its left-out error is at most this share of the default's."""
+
+SIGNIFICANCE = 0.01
+"""And only if the paired comparison finds it better at this level, divided by the number of forms compared."""
+
+ABOVE = 1.5
+"""How far above the highest measured speed the rise with speed is checked, as a factor."""
+
+
+@dataclass(frozen=True)
+class EuclideanForm:
+    """The map the paper considered and rejected: ln F = b0 + b1 v + b2 r + b3 r^2, r = sqrt(d^2 + h^2) (section II-B).
+
+    Not a `Form`, since r is no product of powers of d and h: it is fitted as CFM_2D to impacts whose distance is r
+    and whose height is 0, and serves for comparison alone.
+    """
+
+    name: str = "EUCLIDEAN_2D"
+
+
+EUCLIDEAN_2D = EuclideanForm()
+"""The rejected Euclidean-distance map."""
+
+_EUCLIDEAN_NOTE = "terms 1, v, r, r^2 with r = sqrt(d^2 + h^2); for comparison only: rejected by the paper"
+
+COMPARED_FORMS: tuple[Form | EuclideanForm, ...] = (CFM_2D, EUCLIDEAN_2D, CFM_3D, LOG_SPEED, FULL_CUBIC)
+"""Forms compared if none are named."""
+
+
+@dataclass(frozen=True)
+class FormResult:
+    """How one form does on states that it was not fitted to.
+
+    Parameters
+    ----------
+    form : Form or EuclideanForm
+        The form.
+    accuracy : Accuracy
+        Errors at each state when fitted to the others.
+    error_percent, underestimation_percent : float
+        Root mean square over the states of the left-out error of ln F, and of its dangerous side [%].
+    censored_underestimation_percent : float
+        Root mean square over the wholly censored states of how far ln F is predicted below the force they reached at
+        least [%]; 0 without such states.
+    mean_bound_percent, max_bound_percent : float
+        How far the bound lies above the prediction at the measured states [%]; NaN if the form cannot carry it.
+    rises_inside, rises_above : bool
+        True if the prediction nowhere falls with speed in the box around the measured states, and in that box
+        continued to 1.5 times its highest speed.
+    p_better : float
+        One-sided p value of the paired comparison with the reference: small if this form is better; NaN for the
+        reference itself.
+    note : str
+        What to know of it.
+    """
+
+    form: Form | EuclideanForm
+    accuracy: Accuracy
+    error_percent: float
+    underestimation_percent: float
+    censored_underestimation_percent: float
+    mean_bound_percent: float
+    max_bound_percent: float
+    rises_inside: bool
+    rises_above: bool
+    p_better: float
+    note: str
+
+
+@dataclass(frozen=True)
+class RefusedForm:
+    """A form that these impacts cannot be compared on.
+
+    Parameters
+    ----------
+    form : Form or EuclideanForm
+        The form.
+    reason : str
+        Why, in words.
+    """
+
+    form: Form | EuclideanForm
+    reason: str
+
+
+@dataclass(frozen=True)
+class FormComparison:
+    """Forms compared on the same left-out states.
+
+    Parameters
+    ----------
+    results : tuple of FormResult
+        The forms that could be fitted, in the order given.
+    refused : tuple of RefusedForm
+        The others.
+    recommended : Form or None
+        The default unless another is clearly better; None if no form carries the bound, so that no safe speed follows
+        from any.
+    reasons : tuple of str
+        Why, in words.
+    states : int
+        Number of uncensored states compared on.
+    bound : Bound
+        The bound whose width is given.
+    statements : tuple of str
+        What the comparison depends on, a line each.
+    """
+
+    results: tuple[FormResult, ...]
+    refused: tuple[RefusedForm, ...]
+    recommended: Form | None
+    reasons: tuple[str, ...]
+    states: int
+    bound: Bound
+    statements: tuple[str, ...]
+
+    @property
+    def reason(self) -> str:
+        """The reasons in one line."""
+        return "; ".join(self.reasons)
+
+
+@dataclass(frozen=True, eq=False)
+class _Fitted:
+    """A fitted form and the forces [N] it predicts at the states left out, by their name."""
+
+    form: Form | EuclideanForm
+    force_map: ForceMap
+    left_out: dict[str, float]
+
+
+def compare_forms(
+    dataset: ImpactDataset, *, forms: Sequence[Form | EuclideanForm] | None = None, bound: Bound | None = None
+) -> FormComparison:
+    """Compare forms by predicting each state with role train from the others, all forms on the same states.
+
+    The default CFM_3D (the first of the forms where it is not among them or cannot be fitted) is recommended unless
+    another form is clearly better: a root-mean-square left-out error of ln F at least 10 % lower, a lower one on the
+    dangerous side too, wholly censored states not underestimated more, a one-sided paired t test over the states of
+    the squared errors significant at 1 % divided by the number of other forms, no fall with speed inside the measured
+    range where the default has none, and a bound where the default has one. If no form carries the bound, none is
+    recommended. A form is not compared where half of its states or more cannot be left out.
+
+    Parameters
+    ----------
+    dataset : ImpactDataset
+        The impacts.
+    forms : sequence of Form or EuclideanForm, optional
+        Forms to compare; CFM_2D, EUCLIDEAN_2D, CFM_3D, LOG_SPEED and FULL_CUBIC if not given.
+    bound : Bound, optional
+        Bound whose width is compared; ToleranceBound() if not given.
+
+    Returns
+    -------
+    FormComparison
+
+    Raises
+    ------
+    InputError
+        No form, a name twice, the Euclidean-distance map alone, or what is no bound.
+    FitError
+        No form can be fitted and compared.
+    """
+    forms = COMPARED_FORMS if forms is None else tuple(forms)
+    bound = ToleranceBound() if bound is None else bound
+    if isinstance(bound, type) or not isinstance(bound, Bound):
+        raise InputError(f"bound: found {bound!r}, expected FixedMargin or ToleranceBound")
+    names = [form.name for form in forms]
+    if len(set(names)) < len(names) or not any(isinstance(form, Form) for form in forms):
+        raise InputError(f"forms: found {', '.join(names) or 'none'}, expected at least one form and none twice")
+    fitted: list[_Fitted] = []
+    refused: list[RefusedForm] = []
+    for form in forms:
+        try:
+            fitted.append(_fit(form, dataset))
+        except FitError as error:
+            refused.append(RefusedForm(form, error.message))
+    usable = [each.form for each in fitted if isinstance(each.form, Form)]
+    if not usable:
+        found = "; ".join(f"{each.form.name}: {each.reason}" for each in refused)
+        raise FitError(f"no form can be compared: {found}", file=dataset.source or None)
+    reference = CFM_3D if CFM_3D in usable else usable[0]
+    states = _common_states(dataset, fitted)
+    errors = {each.form.name: _log_errors(each, states) for each in fitted}
+    measured = len(states.uncensored)
+    wholly_censored = int(np.sum(dataset.train.states.impacts == 0))
+    results = tuple(_result(each, states, errors, reference, bound) for each in fitted)
+    recommended, reasons = _recommend(results, reference, refused)
+    return FormComparison(
+        results=results,
+        refused=tuple(refused),
+        recommended=recommended,
+        reasons=reasons,
+        states=measured,
+        bound=bound,
+        statements=(
+            *fitted[0].force_map.conditions.assumptions(),
+            f"states with role train, each predicted from the others: {measured}, the same for all forms",
+            "a form chosen by these figures is flattered by them a little: test it on states of role test",
+            f"wholly censored states: {wholly_censored}, of which {len(states) - measured} are compared, and only by "
+            "whether they are predicted below the force they reached at least",
+            f"width of the bound at all fitted states: {bound}",
+        ),
+    )
+
+
+def _fit(form: Form | EuclideanForm, dataset: ImpactDataset) -> _Fitted:
+    if isinstance(form, Form):
+        force_map = fit_force_map(dataset, form=form)
+    else:
+        radius = np.hypot(dataset.distance, dataset.height)
+        moved = replace(dataset, distance=radius, height=np.zeros_like(radius))
+        force_map = fit_force_map(moved, form=CFM_2D)
+    predicted = left_out_predictions(force_map)
+    names = force_map.require_fit().states.name
+    left_out = {name: force for name, force in zip(names, predicted.tolist(), strict=True) if 0 < force < math.inf}
+    if 2 * len(left_out) <= len(names):
+        raise FitError(
+            f"found {len(left_out)} of {len(names)} states that can be left out, expected more than half; measure "
+            "more states or choose a form with fewer terms"
+        )
+    return _Fitted(form, force_map, left_out)
+
+
+def _common_states(dataset: ImpactDataset, fitted: Sequence[_Fitted]) -> States:
+    """The states that every form predicts when they are left out, wholly censored ones too."""
+    states = dataset.train.states
+    common = states.select(np.array([all(name in each.left_out for each in fitted) for name in states.name]))
+    if (measured := len(common.uncensored)) < 3:
+        raise FitError(
+            f"found {measured} uncensored states that every form can leave out, expected at least 3; measure more "
+            "states or compare forms with fewer terms",
+            file=dataset.source or None,
+        )
+    return common
+
+
+def _log_errors(fitted: _Fitted, states: States) -> FloatArray:
+    """Left-out prediction of ln F less its measured mean, by uncensored state."""
+    states = states.uncensored
+    return np.log([fitted.left_out[name] for name in states.name]) - states.log_force
+
+
+def _result(
+    fitted: _Fitted, states: States, errors: dict[str, FloatArray], reference: Form, bound: Bound
+) -> FormResult:
+    force_map, error = fitted.force_map, errors[fitted.form.name]
+    predicted = np.array([fitted.left_out[name] for name in states.name])
+    skipped = len(force_map.require_fit().states.uncensored) - error.size
+    notes = [] if isinstance(fitted.form, Form) else [_EUCLIDEAN_NOTE]
+    try:
+        width = 100 * margins(bound, force_map)
+        mean_bound, max_bound = float(width.mean()), float(width.max())
+    except BoundNotAvailable as refusal:
+        mean_bound = max_bound = math.nan
+        notes.append(f"no bound: {refusal.message}")
+    points = force_map.measured_range.points
+    further = MeasuredRange(np.vstack([points, points * (1.0, 1.0, ABOVE)]))
+    return FormResult(
+        form=fitted.form,
+        accuracy=Accuracy.of(predicted, states, on="leave-one-state-out", skipped=skipped),
+        error_percent=100 * _root_mean_square(error),
+        underestimation_percent=100 * _root_mean_square(np.minimum(error, 0.0)),
+        censored_underestimation_percent=100 * _root_mean_square(np.minimum(_below_reached(predicted, states), 0.0)),
+        mean_bound_percent=mean_bound,
+        max_bound_percent=max_bound,
+        rises_inside=force_map.rises_with_speed,
+        rises_above=replace(force_map, measured_range=further).rises_with_speed,
+        p_better=math.nan if fitted.form == reference else _p_better(error, errors[reference.name]),
+        note="; ".join(notes),
+    )
+
+
+def _below_reached(predicted: FloatArray, states: States) -> FloatArray:
+    """Prediction of ln F less what was reached at least, by wholly censored state."""
+    wholly = states.impacts == 0
+    return np.asarray(np.log(predicted[wholly] / states.at_least[wholly]))
+
+
+def _root_mean_square(values: FloatArray) -> float:
+    return float(np.sqrt(np.mean(values**2))) if values.size else 0.0
+
+
+def _p_better(error: FloatArray, of_reference: FloatArray) -> float:
+    """One-sided p value of a paired t test that the squared errors are not smaller than the reference's."""
+    from scipy.special import stdtr
+
+    gain = of_reference**2 - error**2
+    deviation = float(gain.std(ddof=1))
+    if deviation == 0:
+        return 0.0 if gain[0] > 0 else 1.0
+    return float(stdtr(gain.size - 1, -gain.mean() / deviation * math.sqrt(gain.size)))
+
+
+def _recommend(
+    results: Sequence[FormResult], reference: Form, refused: Sequence[RefusedForm]
+) -> tuple[Form | None, tuple[str, ...]]:
+    """The reference unless another form is clearly better; of several, the one with the lowest error."""
+    (standard,) = [each for each in results if each.form == reference]
+    others = [each for each in results if each.form != reference and isinstance(each.form, Form)]
+    words = [f"{each.form.name} cannot be fitted ({each.reason})" for each in refused if each.form == CFM_3D]
+    if not any(_bounded(each) for each in (standard, *others)):
+        tried = ", ".join(each.form.name for each in (standard, *others))
+        words.append(f"no form carries a bound on these states ({tried}), so no safe speed follows from any")
+        return None, (*words, f"{reference.name}: {standard.note}")
+    level = SIGNIFICANCE / max(1, len(others))
+    better = [each for each in others if _clearly_better(each, standard, level)]
+    why = "the default" if reference == CFM_3D else "the first form that can be compared"
+    if better:
+        best = min(better, key=lambda each: each.error_percent)
+        assert isinstance(best.form, Form)
+        words.append(
+            f"{best.form.name} is clearly better than {reference.name}: left-out error {best.error_percent:.2f} % "
+            f"against {standard.error_percent:.2f} %, p = {best.p_better:#.3g} state by state"
+        )
+        return best.form, (*words, *_unbounded(best))
+    words.append(f"{reference.name}, {why}: left-out error {standard.error_percent:.2f} %; no form is clearly better")
+    words += _unbounded(standard)
+    for each in others:
+        comparison = "lower" if each.error_percent < standard.error_percent else "not lower"
+        words.append(f"{each.form.name} has {each.error_percent:.2f} %, {comparison}, p = {each.p_better:#.3g}")
+        if each.rises_inside < standard.rises_inside:
+            words[-1] += ", and falls with speed inside the measured range"
+        if not _censored_no_worse(each, standard):
+            words[-1] += ", and underestimates wholly censored states more"
+        if _bounded(each) < _bounded(standard):
+            words[-1] += ", and carries no bound"
+    if not standard.rises_above:
+        words.append(f"{reference.name} falls with speed above the measured speeds, where no speed is given")
+    return reference, tuple(words)
+
+
+def _bounded(each: FormResult) -> bool:
+    return math.isfinite(each.mean_bound_percent)
+
+
+def _unbounded(each: FormResult) -> list[str]:
+    return [] if _bounded(each) else [f"{each.form.name} carries no bound on so few states: no safe speed follows"]
+
+
+def _censored_no_worse(each: FormResult, standard: FormResult) -> bool:
+    """No more of the wholly censored states below what they reached at least, and no farther."""
+    return (
+        each.accuracy.censored_underestimated <= standard.accuracy.censored_underestimated
+        and each.censored_underestimation_percent <= standard.censored_underestimation_percent
+    )
+
+
+def _clearly_better(each: FormResult, standard: FormResult, level: float) -> bool:
+    return (
+        each.error_percent <= CLEARLY_LOWER * standard.error_percent
+        and each.underestimation_percent < standard.underestimation_percent
+        and _censored_no_worse(each, standard)
+        and each.p_better < level
+        and each.rises_inside >= standard.rises_inside
+        and _bounded(each) >= _bounded(standard)
+    )

@@ -1,0 +1,159 @@
+"""Two maps beside each other, over the range that both have measured."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from forcemap.arrays import FloatArray
+from forcemap.comparisons.differences import differences
+from forcemap.errors import InputError
+from forcemap.maps.force_map import ForceMap
+from forcemap.maps.map_file import map_sha256
+
+_GRID = 33  # values along each axis of the common range
+
+
+@dataclass(frozen=True)
+class RatioAt:
+    """The ratio of two maps at a state.
+
+    Parameters
+    ----------
+    ratio : float
+        Force of the other map over that of the one.
+    distance, height, speed : float
+        Where [m], [m], [m/s].
+    one_force, other_force : float
+        What they predict [N].
+    """
+
+    ratio: float
+    distance: float
+    height: float
+    speed: float
+    one_force: float
+    other_force: float
+
+
+@dataclass(frozen=True)
+class MapComparison:
+    """Two maps over the range that both have measured.
+
+    Parameters
+    ----------
+    one, other : str
+        What the maps are, in words: form, source, states, what became of censored impacts, start of the SHA-256.
+    same : bool
+        True if they are the same map: their files would be equal, byte by byte.
+    mean_ratio, geometric_mean_ratio : float
+        Mean over the common range of the other map's force over the one's.
+    smallest, largest : RatioAt
+        The extremes and where they are.
+    higher_share : float
+        Share of the common range in which the other map is the higher one.
+    points : int
+        Points compared, evenly over the common range.
+    lowest, highest : tuple of float
+        Box around them: distance [m], height [m], speed [m/s].
+    statements : tuple of str
+        What the comparison depends on, a line each.
+    """
+
+    one: str
+    other: str
+    same: bool
+    mean_ratio: float
+    geometric_mean_ratio: float
+    smallest: RatioAt
+    largest: RatioAt
+    higher_share: float
+    points: int
+    lowest: tuple[float, float, float]
+    highest: tuple[float, float, float]
+    statements: tuple[str, ...]
+
+
+def compare_maps(one: ForceMap, other: ForceMap) -> MapComparison:
+    """Compare two maps over the measured range they have in common, on a dense grid.
+
+    Parameters
+    ----------
+    one, other : ForceMap
+        The maps; ratios are the other's force over the one's.
+
+    Returns
+    -------
+    MapComparison
+
+    Raises
+    ------
+    InputError
+        The measured ranges have nothing in common.
+
+    Examples
+    --------
+    >>> from forcemap import compare_maps, published_map
+    >>> round(compare_maps(published_map("kuka-iiwa7-30nm"), published_map("kuka-iiwa7-10nm")).mean_ratio, 2)
+    0.95
+    """
+    ranges = (one.measured_range, other.measured_range)
+    lowest = np.max([each.lowest for each in ranges], axis=0)
+    highest = np.min([each.highest for each in ranges], axis=0)
+    axes = [np.unique(np.linspace(low, max(low, high), _GRID)) for low, high in zip(lowest, highest, strict=True)]
+    grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+
+    def common(points: FloatArray) -> FloatArray:
+        return points[np.logical_and.reduce([each.contains(*points.T) for each in ranges])]
+
+    evenly = common(grid)
+    corners = common(np.vstack([each.points for each in ranges]))  # a grid misses the corners of a hull
+    if not len(evenly) or np.any(lowest > highest + 1e-9):
+        raise InputError(
+            f"found no state that both maps have measured: {_range_words(one)} and {_range_words(other)}; "
+            "expected ranges that overlap"
+        )
+    ratio = other.predict(*evenly.T) / one.predict(*evenly.T)
+    points = np.vstack([evenly, corners])
+    forces = np.column_stack([one.predict(*points.T), other.predict(*points.T)])
+    ratios = forces[:, 1] / forces[:, 0]
+    smallest, largest = (
+        RatioAt(float(ratios[i]), *points[i].tolist(), *forces[i].tolist()) for i in (ratios.argmin(), ratios.argmax())
+    )
+    simulated = one.simulated or other.simulated
+    return MapComparison(
+        one=_words(one),
+        other=_words(other),
+        same=map_sha256(one) == map_sha256(other),
+        mean_ratio=float(ratio.mean()),
+        geometric_mean_ratio=float(np.exp(np.log(ratio).mean())),
+        smallest=smallest,
+        largest=largest,
+        higher_share=float(np.mean(ratio > 1)),
+        points=len(evenly),
+        lowest=(float(evenly[:, 0].min()), float(evenly[:, 1].min()), float(evenly[:, 2].min())),
+        highest=(float(evenly[:, 0].max()), float(evenly[:, 1].max()), float(evenly[:, 2].max())),
+        statements=(
+            *(["SIMULATED impacts: not a measurement of any robot"] if simulated else []),
+            "predictions are compared, without their bounds: a difference within the scatter of the maps is none",
+            *differences(one.conditions, other.conditions, ("the one", "the other")),
+        ),
+    )
+
+
+def _words(force_map: ForceMap) -> str:
+    fit = force_map.fit
+    states = "published" if fit is None else f"{len(fit.states)} states"
+    if fit is not None and fit.censored_samples:
+        used = "count as at least that force" if fit.censored_fit else "discarded"
+        states += f", {fit.censored_samples} impacts above the device range {used}"
+    return f"{force_map.form.name} {force_map.source}, {states}, SHA-256 {map_sha256(force_map)[:8]}"
+
+
+def _range_words(force_map: ForceMap) -> str:
+    low, high = force_map.measured_range.lowest, force_map.measured_range.highest
+    return (
+        f"{force_map.name} d {low[0]:g} to {high[0]:g} m, h {low[1]:g} to {high[1]:g} m, "
+        f"v {low[2]:g} to {high[2]:g} m/s"
+    )

@@ -1,0 +1,183 @@
+"""Where to put the table: the cycle time of a task at every position of its table in the measured range."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from forcemap.arrays import FloatArray
+from forcemap.errors import InputError
+from forcemap.limits.body_areas import LimitTable
+from forcemap.maps.bounds import Bound
+from forcemap.maps.force_map import ForceMap
+from forcemap.paths.path_speeds import PathSpeeds, PieceOutcome, path_speeds
+from forcemap.paths.task import Task
+from forcemap.paths.tool_path import ToolPath
+from forcemap.speeds.zones import Allowance
+
+_MOST_PLACES = 20_000
+
+
+@dataclass(frozen=True, eq=False)
+class TaskPlaces:
+    """Cycle times of a task over positions of its table.
+
+    Parameters
+    ----------
+    distance, height : array, shapes (n,), (m,)
+        Distance of the table's frame from the base z-axis and its height above the base [m].
+    duration : array, shape (n, m)
+        Cycle time at the allowed speeds [s]; NaN where any piece of the path has no permission.
+    standard_duration : array, shape (n, m)
+        Cycle time at the standard's one speed at the same positions [s]; NaN as there.
+    permitted : array, shape (n, m)
+        Share of the path's length that has permission.
+    best_speeds : PathSpeeds or None
+        Speeds of the path at the best position; None if no position is permitted as a whole.
+    most_permitted : tuple of float
+        (distance, height, share of the path) of the position with the largest permitted share [m, m, 1]; of several,
+        one that leaves the measured range least.
+    closest_speeds : PathSpeeds
+        Speeds of the path at that position: why the rest is refused.
+    statements : tuple of str
+        What the cycle times depend on, a line each.
+    """
+
+    distance: FloatArray
+    height: FloatArray
+    duration: FloatArray
+    standard_duration: FloatArray
+    permitted: FloatArray
+    best_speeds: PathSpeeds | None
+    most_permitted: tuple[float, float, float]
+    closest_speeds: PathSpeeds
+    statements: tuple[str, ...]
+
+    @property
+    def best(self) -> tuple[float, float, float] | None:
+        """(distance, height, cycle time) of the fastest position [m, m, s]; None if none is permitted as a whole."""
+        if np.isnan(self.duration).all():
+            return None
+        i, j = np.unravel_index(np.nanargmin(self.duration), self.duration.shape)
+        return float(self.distance[i]), float(self.height[j]), float(self.duration[i, j])
+
+    @property
+    def sensitivity(self) -> list[tuple[float, float, float]]:
+        """(shift in distance, shift in height, change of cycle time) of the best position's neighbours [m, m, s].
+
+        NaN where the neighbour is not permitted as a whole.
+        """
+        if self.best is None:
+            return []
+        i, j = np.unravel_index(np.nanargmin(self.duration), self.duration.shape)
+        found = []
+        for a, b in ((i - 1, j), (i + 1, j), (i, j - 1), (i, j + 1)):
+            if 0 <= a < self.distance.size and 0 <= b < self.height.size:
+                shift = (self.distance[a] - self.distance[i], self.height[b] - self.height[j])
+                found.append((float(shift[0]), float(shift[1]), float(self.duration[a, b] - self.duration[i, j])))
+        return found
+
+
+def place_task(
+    force_map: ForceMap,
+    path: ToolPath,
+    task: Task,
+    *,
+    bound: Bound,
+    step: float = 0.05,
+    allowance: Allowance | None = None,
+    table: LimitTable | None = None,
+    progress: Callable[[int], None] | None = None,
+) -> TaskPlaces:
+    """Cycle times of a task over positions of the table it is done on.
+
+    The path is given in the frame of the table: x away from the base, y across, z up. The frame is put in front of the
+    base at every multiple of `step` at which the path comes into the box around the measured range.
+
+    Parameters
+    ----------
+    force_map : ForceMap
+        The map.
+    path : ToolPath
+        The path in the frame of the table.
+    task : Task
+        Body areas and contact of each segment.
+    bound : Bound
+        `FixedMargin` or `ToleranceBound`.
+    step : float
+        Distance between positions [m].
+    allowance : Allowance, optional
+        What the robot may deviate; `Allowance()` if not given.
+    table : LimitTable, optional
+        Table of limits; that of ISO/TS 15066:2016 if not given.
+    progress : callable, optional
+        Called with the number of positions done.
+
+    Returns
+    -------
+    TaskPlaces
+
+    Raises
+    ------
+    InputError
+        As `path_speeds`, and for a step that is not positive, or one that makes more than 20 000 positions.
+    UnknownName
+        The table of limits does not have a body area.
+    BoundNotAvailable
+        The map cannot carry the bound.
+    """
+    distance, height = table_positions(force_map, path, step)
+    duration, standard, permitted = np.full((3, distance.size, height.size), np.nan)
+    best: PathSpeeds | None = None
+    closest: tuple[tuple[float, float], tuple[float, float], PathSpeeds] | None = None
+    statements: tuple[str, ...] = ()
+    for number, (i, j) in enumerate(np.ndindex(duration.shape), start=1):
+        moved = path.moved(np.array([distance[i], 0.0, height[j]]))
+        found = path_speeds(force_map, moved, task, bound=bound, allowance=allowance, table=table)
+        duration[i, j] = found.allowed.duration
+        standard[i, j] = found.standard.duration
+        lengths = found.path.lengths
+        permitted[i, j] = lengths[~found.refused].sum() / lengths.sum()
+        rank = (float(permitted[i, j]), -float(lengths[found.outcome == PieceOutcome.OUTSIDE].sum()))
+        if closest is None or rank > closest[0]:
+            closest = (rank, (float(distance[i]), float(height[j])), found)
+        if not math.isnan(duration[i, j]) and (best is None or duration[i, j] < best.allowed.duration):
+            best = found
+        if best is found or len(found.statements) > len(statements):
+            statements = found.statements
+        if progress is not None:
+            progress(number)
+    assert closest is not None
+    most = (*closest[1], closest[0][0])
+    return TaskPlaces(distance, height, duration, standard, permitted, best, most, closest[2], statements)
+
+
+def table_positions(force_map: ForceMap, path: ToolPath, step: float) -> tuple[FloatArray, FloatArray]:
+    """Distances and heights [m] of a table's frame, multiples of `step`, at which the path comes into the range's box.
+
+    Raises
+    ------
+    InputError
+        A step that is not positive and finite, or that makes no or more than 20 000 positions.
+    """
+    low, high = force_map.measured_range.lowest, force_map.measured_range.highest
+    distance = _positions(low[0] - path.points[:, 0].max(), high[0] - path.points[:, 0].min(), step)
+    height = _positions(low[1] - path.points[:, 2].max(), high[1] - path.points[:, 2].min(), step)
+    distance = distance[distance >= 0]
+    total = distance.size * height.size
+    if not 0 < total <= _MOST_PLACES:
+        raise InputError(f"step: found {step:g} m, which makes {total} positions, expected from 1 to {_MOST_PLACES}")
+    return distance, height
+
+
+def _positions(low: float, high: float, step: float) -> FloatArray:
+    """Multiples of the step from low to high [m]."""
+    if not 0 < step < np.inf:
+        raise InputError(f"step: found {step:g} m, expected a positive finite number")
+    first, last = math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9)
+    if last - first > _MOST_PLACES:
+        raise InputError(f"step: found {step:g} m, expected one that makes at most {_MOST_PLACES} positions")
+    return np.round(step * np.arange(first, last + 1), 12)

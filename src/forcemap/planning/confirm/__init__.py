@@ -1,0 +1,1 @@
+"""Which impacts confirm released speeds, and what they said."""

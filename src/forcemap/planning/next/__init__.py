@@ -1,0 +1,1 @@
+"""What to measure next, slow to fast, for a limit."""

@@ -1,0 +1,75 @@
+"""Confirmed speeds to expect from further states, before they are measured."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from forcemap.arrays import FloatArray, Mask
+from forcemap.maps.bounds import ToleranceBound
+from forcemap.maps.force_map import ForceMap
+from forcemap.maps.measured_range import MeasuredRange
+from forcemap.planning.bound_width import tolerance_factor
+
+_STEP = 0.0025  # [m/s]
+
+
+class Outlook:
+    """Speeds that a map confirms, and that it would confirm with further states, if they measured what it predicts.
+
+    On a grid of speeds, for comparisons alone: `safe_speed` is what permits a speed.
+
+    Parameters
+    ----------
+    force_map : ForceMap
+        A fitted map.
+    bound : ToleranceBound
+    places : array
+        (distance, height) [m], shape (n, 2).
+    limit : float
+        Force limit [N].
+    fastest : float
+        Up to which speeds are looked at [m/s].
+    """
+
+    def __init__(
+        self, force_map: ForceMap, bound: ToleranceBound, places: FloatArray, limit: float, fastest: float
+    ) -> None:
+        self._map, self._bound, self._limit = force_map, bound, limit
+        speeds = np.arange(1, math.ceil(fastest / _STEP) + 2) * _STEP
+        self._places, self._speeds = places, speeds
+        states = np.repeat(places, speeds.size, axis=0), np.tile(speeds, len(places))
+        columns = states[0][:, 0], states[0][:, 1], states[1]
+        self._force = force_map.predict(*columns)
+        self._design = force_map.form.design(*columns)
+        triangle = np.linalg.inv(force_map.require_fit().between_states.inverse_triangle)
+        self._information = triangle.T @ triangle
+
+    def speeds(self, further: FloatArray) -> FloatArray:
+        """Confirmed speed at every place with further states, shape (m, 3); 0 where there is none [m/s]."""
+        fit = self._map.require_fit()
+        x = self._map.form.design(*further.T) if len(further) else np.zeros((0, self._design.shape[1]))
+        inverse = np.linalg.inv(self._information + x.T @ x)
+        leverage = np.maximum((self._design @ inverse * self._design).sum(axis=1), 1e-9)
+        factor = tolerance_factor(
+            leverage,
+            fit.between_states.degrees_of_freedom + len(further),
+            confidence=self._bound.confidence,
+            content=self._bound.content,
+        )
+        upper = self._force * np.exp(np.minimum(fit.state_sd * factor, 50.0))
+        upper = np.maximum(upper, self._force + self._bound.device_error)
+        upper = upper.reshape(len(self._places), self._speeds.size)
+        points = self._map.measured_range.points
+        reach = MeasuredRange(np.vstack([points, further]) if len(further) else points)
+        low, high = reach.speeds(self._places[:, 0], self._places[:, 1])
+        beyond = self._exceeds(upper, low)
+        first = np.where(beyond.any(axis=1), beyond.argmax(axis=1), self._speeds.size)
+        speed = np.minimum(np.append(0.0, self._speeds)[first], high)
+        return np.where(np.isnan(low) | (speed < low), 0.0, speed)
+
+    def _exceeds(self, upper: FloatArray, low: FloatArray) -> Mask:
+        """Speeds at which the bound exceeds the limit, from the lowest measured one up."""
+        measured = self._speeds[None, :] >= np.nan_to_num(low)[:, None] - _STEP
+        return np.asarray((upper > self._limit) & measured)

@@ -1,0 +1,247 @@
+"""How large a bound on the force can be anywhere on a patch of places and an interval of speeds: never too low.
+
+ln F and the leverage are polynomials in place and in v (or ln v). On a patch their Bernstein coefficients enclose them:
+no value lies outside the smallest and the largest coefficient (Lane and Riesenfeld 1981, Bounds on a polynomial,
+https://doi.org/10.1007/BF01941490), and the gap closes with the square of the patch's size.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from forcemap.arrays import FloatArray, Indices
+from forcemap.errors import InputError
+from forcemap.maps.bounds import Bound, FixedMargin, ToleranceBound
+from forcemap.maps.force_map import ForceMap
+from forcemap.speeds.tolerance_steps import ToleranceSteps
+
+_STEPS = 8  # parts of the speed interval that are certified one by one
+_HALVINGS = 12  # of the first part that is not: a thousandth of a millimetre per second
+_ROUNDING = 1e-15
+
+
+@dataclass(frozen=True, eq=False)
+class Patches:
+    """Parallelograms of places: corner + s first + t second for s and t from 0 to 1.
+
+    Parameters
+    ----------
+    corner, first, second : array, shape (n, 2)
+        Distance and height of a corner, and the two edges from it [m].
+    """
+
+    corner: FloatArray
+    first: FloatArray
+    second: FloatArray
+
+    def __len__(self) -> int:
+        return len(self.corner)
+
+    def places(self, s: FloatArray, t: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Distances and heights [m] at the parameters s, shape (a,), and t, shape (b,), each of shape (n, a, b)."""
+        corner, first, second = (part.T[:, :, None, None] for part in (self.corner, self.first, self.second))
+        distance, height = corner + first * s[:, None] + second * t
+        return distance, height
+
+    @property
+    def corners(self) -> tuple[FloatArray, FloatArray]:
+        """Distances and heights [m] of the four corners, each of shape (n, 4)."""
+        ends = np.array([0.0, 1.0])
+        distance, height = self.places(ends, ends)
+        return distance.reshape(len(self), 4), height.reshape(len(self), 4)
+
+
+@dataclass(frozen=True, eq=False)
+class BoundEnclosure:
+    """Bernstein coefficients of ln F and of the leverage on patches and intervals of speed.
+
+    Parameters
+    ----------
+    log_force : array, shape (n, m, k)
+        Coefficients of ln F; the last axis is that of speed.
+    leverage : array, shape (n, m', k')
+        Coefficients of the leverage; no coefficients for a bound that does not use it.
+    low, high : array, shape (n,)
+        The interval, of v [m/s] or of ln v.
+    logarithmic : bool
+        True if the interval is of ln v.
+    margin : float
+        Logarithm of the fixed factor on the force.
+    tolerance : ToleranceSteps or None
+        The allowance of a tolerance bound.
+    """
+
+    log_force: FloatArray
+    leverage: FloatArray
+    low: FloatArray
+    high: FloatArray
+    logarithmic: bool
+    margin: float
+    tolerance: ToleranceSteps | None
+
+    def largest(self, start: FloatArray, stop: FloatArray) -> FloatArray:
+        """At least ln of the bound on each patch, between shares of the interval from 0 to 1, shape (n,)."""
+        log_force = _part(self.log_force, start, stop).max(axis=(1, 2))
+        if self.tolerance is None:
+            return np.asarray(log_force + self.margin)
+        leverage = _part(self.leverage, start, stop).max(axis=(1, 2))
+        return self.tolerance.largest(log_force, leverage)
+
+    @property
+    def smallest(self) -> FloatArray:
+        """At most ln of the bound on each whole patch and interval, shape (n,)."""
+        log_force = self.log_force.min(axis=(1, 2))
+        return log_force + self.margin - 1e-9 if self.tolerance is None else self.tolerance.smallest(log_force)
+
+    @property
+    def slopes(self) -> tuple[FloatArray, FloatArray]:
+        """At most the smallest, at least the largest slope of ln of the bound over v or ln v, each of shape (n,).
+
+        Where the first is positive the bound rises with speed on the whole patch and interval.
+        """
+        parts = [self._slopes_between(i / _STEPS, (i + 1) / _STEPS) for i in range(_STEPS)]
+        return np.min([least for least, _ in parts], axis=0), np.max([most for _, most in parts], axis=0)
+
+    def _slopes_between(self, start: float, stop: float) -> tuple[FloatArray, FloatArray]:
+        ends = (np.full(self.low.size, start), np.full(self.low.size, stop))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            scale = 1 / ((self.high - self.low) * (stop - start))
+        log_force = _part(self.log_force, *ends)
+        least, most = (slope * scale for slope in _slopes(log_force))
+        if self.tolerance is None:
+            return least - 1e-9, most + 1e-9
+        leverage = _part(self.leverage, *ends)
+        falls, rises = (slope * scale for slope in _slopes(leverage))
+        down, up = self.tolerance.slopes(falls, rises, leverage.min(axis=(1, 2)), leverage.max(axis=(1, 2)))
+        shrunk = least * self.tolerance.share(log_force.min(axis=(1, 2)))  # of ln(F + error)
+        return np.minimum(np.minimum(least, shrunk), least + down) - 1e-9, np.maximum(most, most + up) + 1e-9
+
+    def speed(self, share: FloatArray) -> FloatArray:
+        """The speed [m/s] at a share of the interval, shape (n,)."""
+        value = self.low + (self.high - self.low) * share
+        return np.exp(value) if self.logarithmic else value
+
+    def certified(self, log_limit: FloatArray) -> FloatArray:
+        """A speed [m/s] up to which, from the low end, the bound stays within a limit on the whole patch; NaN if none.
+
+        It is a lower bound: the bound may stay within the limit for longer.
+        """
+        start = np.zeros(self.low.size)
+        within = self.largest(start, start) <= log_limit
+        open_ = within.copy()
+        stop = np.ones(self.low.size)
+        for step in range(_STEPS):
+            ahead = np.full(self.low.size, (step + 1) / _STEPS)
+            reached = open_ & (self.largest(start, ahead) <= log_limit)
+            stop = np.where(open_ & ~reached, ahead, stop)
+            open_ = reached
+            start = np.where(reached, ahead, start)
+            if not open_.any():
+                break
+        halve = np.flatnonzero(within & (start < 1))
+        part = self.select(halve)
+        below, above = start[halve], stop[halve]
+        for _ in range(_HALVINGS):
+            middle = 0.5 * (below + above)
+            reached = part.largest(below, middle) <= log_limit[halve]
+            below, above = np.where(reached, middle, below), np.where(reached, above, middle)
+        start[halve] = below
+        return np.where(within, self.speed(start), np.nan)
+
+    def select(self, which: Indices) -> BoundEnclosure:
+        """The enclosure on some of the patches."""
+        fields = (self.log_force[which], self.leverage[which], self.low[which], self.high[which])
+        return BoundEnclosure(*fields, self.logarithmic, self.margin, self.tolerance)
+
+
+def enclose(force_map: ForceMap, bound: Bound, patches: Patches, low: FloatArray, high: FloatArray) -> BoundEnclosure:
+    """Enclose a bound on patches, shape (n,), and intervals of speed [m/s], shape (n,).
+
+    Raises
+    ------
+    InputError
+        A bound of another kind than FixedMargin and ToleranceBound, of which nothing can be certified.
+    BoundNotAvailable
+        The map cannot carry the bound.
+    """
+    bound.require(force_map)
+    logarithmic = force_map.form.logarithmic
+    first, last = (np.log(low), np.log(high)) if logarithmic else (low, high)
+    degrees = _degrees(force_map)
+
+    def coefficients(function: str, times: int) -> FloatArray:
+        numbers = [times * degree for degree in degrees]
+        s, t, u = (_nodes(number) for number in numbers)
+        distance, height = patches.places(s, t)
+        at = first[:, None] + (last - first)[:, None] * u
+        speed = (np.exp(at) if logarithmic else at)[:, None, None, :]
+        with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+            values = getattr(force_map, function)(distance[..., None], height[..., None], speed)
+            return _bernstein(np.log(values) if function == "predict" else values, numbers)
+
+    log_force = coefficients("predict", 1)
+    nothing = np.empty((len(patches), 0, 0))
+    if isinstance(bound, FixedMargin):
+        return BoundEnclosure(log_force, nothing, first, last, logarithmic, math.log1p(bound.margin), None)
+    if isinstance(bound, ToleranceBound):
+        tolerance = ToleranceSteps.of(bound, force_map)
+        leverage = coefficients("leverage", 2)
+        return BoundEnclosure(log_force, leverage, first, last, logarithmic, 0.0, tolerance)
+    raise InputError(f"bound: found {bound!r}, expected FixedMargin or ToleranceBound, which alone can be enclosed")
+
+
+def _degrees(force_map: ForceMap) -> tuple[int, int, int]:
+    """Degrees of ln F along the first and second edge of a patch, and along v or ln v."""
+    terms = force_map.form.terms
+    along_any = max(term.distance + term.height for term in terms)
+    along_axis = max(max(term.distance, term.height) for term in terms)
+    return along_any, along_axis, 1 if force_map.form.logarithmic else force_map.form.speed_degree
+
+
+def _bernstein(values: FloatArray, degrees: list[int]) -> FloatArray:
+    """Coefficients (n, a * b, c) from values (n, a, b, c) at the nodes, moved apart by what rounding may hide."""
+    shift = _ROUNDING * (1 + np.abs(values).max(axis=(1, 2, 3), initial=0.0))
+    for axis, degree in enumerate(degrees, start=1):
+        inverse = _to_bernstein(degree)
+        values = np.moveaxis(np.moveaxis(values, axis, -1) @ inverse.T, -1, axis)
+        shift = shift * np.abs(inverse).sum(axis=1).max()
+    n, a, b, c = values.shape
+    return np.asarray(values.reshape(n, a * b, c) + 10 * shift[:, None, None])
+
+
+@lru_cache(maxsize=64)
+def _nodes(degree: int) -> FloatArray:
+    """Chebyshev points of [0, 1], at which a polynomial of that degree is read without losing digits."""
+    return np.asarray(0.5 - 0.5 * np.cos(np.pi * (np.arange(degree + 1) + 0.5) / (degree + 1)))
+
+
+def _basis(degree: int, x: FloatArray) -> FloatArray:
+    """Bernstein polynomials at x, shape (..., degree + 1)."""
+    columns = [math.comb(degree, i) * x**i * (1 - x) ** (degree - i) for i in range(degree + 1)]
+    return np.stack(columns, axis=-1)
+
+
+@lru_cache(maxsize=64)
+def _to_bernstein(degree: int) -> FloatArray:
+    return np.asarray(np.linalg.inv(_basis(degree, _nodes(degree))))
+
+
+def _part(coefficients: FloatArray, start: FloatArray, stop: FloatArray) -> FloatArray:
+    """Coefficients between shares of the interval of speed, shape (n, m, k)."""
+    degree = coefficients.shape[2] - 1
+    nodes = start[:, None] + (stop - start)[:, None] * _nodes(degree)
+    change = _to_bernstein(degree) @ _basis(degree, nodes)
+    return np.asarray(coefficients @ change.transpose(0, 2, 1))
+
+
+def _slopes(coefficients: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """At most the smallest, at least the largest derivative over the share of the interval, each of shape (n,)."""
+    degree = coefficients.shape[2] - 1
+    if degree == 0:
+        return np.zeros(len(coefficients)), np.zeros(len(coefficients))
+    change = degree * np.diff(coefficients, axis=2)
+    return np.asarray(change.min(axis=(1, 2))), np.asarray(change.max(axis=(1, 2)))

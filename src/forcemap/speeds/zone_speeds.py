@@ -1,0 +1,288 @@
+"""A speed for a whole zone or segment: a lower bound of the safe speeds at all places in it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from forcemap.arrays import FloatArray, Indices, Mask, Objects
+from forcemap.errors import InputError
+from forcemap.limits.force_limits import Contact, ForceLimit, NewtonLimit
+from forcemap.maps.bounds import Bound
+from forcemap.maps.force_map import ForceMap
+from forcemap.speeds.enclosures import Patches, enclose
+from forcemap.speeds.range_enclosure import highest_measured_speed, lowest_measured_speeds
+from forcemap.speeds.safe_speed import SAME_PLACE, SafeSpeed, SpeedOutcome, safe_speed
+from forcemap.speeds.zones import Regions
+
+_ROUNDS = 7  # halvings of a zone at most
+_GAP_SHARE, _GAP_SPEED = 0.003, 0.0002  # how close to the safe speeds found a zone's speed is to come; [m/s]
+_ROOT = 2e-6  # [m/s]; safe_speed may lie this far below a crossing
+_PATCHES_AT_ONCE = 8192
+
+_OUTSIDE = "the zone lies partly outside the measured range"
+_UNCONFIRMED = "somewhere in the zone the bound may exceed the limit already at the lowest speed measured there"
+_REASONS = {
+    SpeedOutcome.CAPPED: "everywhere in the zone the highest speed measured there is admissible; this is the lowest",
+    SpeedOutcome.ADMISSIBLE: "nowhere in the zone does the bound exceed the limit up to this speed",
+}
+
+
+@dataclass(frozen=True, eq=False)
+class ZoneSpeeds:
+    """One speed for each zone or segment, in their order.
+
+    Parameters
+    ----------
+    speed : array, shape (n,)
+        A lower bound of the safe speeds of all places of the zone [m/s], unrounded; NaN if the zone is refused.
+    outcome : array of SpeedOutcome, shape (n,)
+        `outside` if any part of the zone is, `unconfirmed` if any part is or may be.
+    fastest_probe : array, shape (n,)
+        Largest safe speed among the corners or ends [m/s]; NaN where one of them has none.
+    highest_measured_speed : array, shape (n,)
+        Lowest of the highest measured speeds in the zone [m/s]; NaN outside.
+    reason : array of str, shape (n,)
+        Why, in words.
+    limit : array, shape (n,)
+        The force limit used [N].
+    statements : tuple of str
+        What the speeds depend on, a line each.
+    warnings : tuple of str
+        What must be said before the speeds, a line each.
+    refusal : str
+        Why no zone has a speed, whatever the bound; empty if nothing forbids it.
+    export_refusal : str
+        Why nothing may be exported or released of them; empty if nothing forbids it.
+    """
+
+    speed: FloatArray
+    outcome: Objects
+    fastest_probe: FloatArray
+    highest_measured_speed: FloatArray
+    reason: Objects
+    limit: FloatArray
+    statements: tuple[str, ...]
+    warnings: tuple[str, ...] = ()
+    refusal: str = ""
+    export_refusal: str = ""
+
+    @property
+    def spread(self) -> FloatArray:
+        """What the zone's size costs [m/s]: how much faster its fastest corner is; NaN where it is refused."""
+        return np.asarray(self.fastest_probe - self.speed)
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """Number of zones of each outcome."""
+        outcomes = self.outcome.tolist()
+        return {outcome.value: outcomes.count(outcome) for outcome in SpeedOutcome}
+
+
+def zone_speeds(
+    force_map: ForceMap,
+    zones: Regions,
+    *,
+    limit: ForceLimit | NewtonLimit | ArrayLike,
+    bound: Bound,
+    contact: Contact | None = None,
+    quasi_static_limit: float | None = None,
+    spring_N_per_m: float | None = None,
+    angle: float = 0.0,
+) -> ZoneSpeeds:
+    """A speed for each zone that exceeds the safe speed at no place in it.
+
+    The bound is enclosed from above on patches that cover the zone, and the patches are cut until the speed is within
+    0.3 % of the safe speeds found; it is a proof, not a sample. A zone is refused as a whole if any part of it lies
+    outside the measured range or is unconfirmed, or if a censored impact contradicts a speed in it.
+
+    Parameters
+    ----------
+    force_map : ForceMap
+        The map.
+    zones : Zones or Segments
+        Intervals of distance and height, or straight segments in space.
+    limit : float, array, NewtonLimit or ForceLimit
+        As in `safe_speed`; an array has one limit for each zone.
+    bound : Bound
+        `FixedMargin` or `ToleranceBound`.
+    contact, quasi_static_limit, spring_N_per_m, angle : optional
+        As in `safe_speed`.
+
+    Returns
+    -------
+    ZoneSpeeds
+
+    Raises
+    ------
+    InputError
+        As `safe_speed`, and for limits that are not one for each zone.
+    ContactNotPermitted
+        The standard permits no contact with the body area.
+    BoundNotAvailable
+        The map cannot carry the bound.
+
+    Examples
+    --------
+    >>> from forcemap import FixedMargin, Zones, published_map
+    >>> zone = Zones(0.78, 0.82, 0.38, 0.42)
+    >>> found = zone_speeds(published_map("ur10e"), zone, limit=280.0, bound=FixedMargin(0.10))
+    >>> found.outcome[0].value, round(float(found.speed[0]), 3)
+    ('admissible', 0.306)
+    """
+    n = len(zones)
+    distance, height = zones.probes
+    stated = {"contact": contact, "quasi_static_limit": quasi_static_limit, "spring_N_per_m": spring_N_per_m}
+    case: dict[str, Any] = {"limit": _each(limit, n), "bound": bound, **stated, "angle": angle}
+    at = safe_speed(force_map, distance, height, **case)
+    newtons, level = (
+        np.broadcast_to(np.asarray(force, dtype=np.float64), distance.shape)[:, 0].copy()
+        for force in (at.limit, at.limit / at.raised)
+    )
+    highest = force_map.measured_range.speeds(*zones.extremes(force_map.measured_range))[1].min(axis=1)
+    snapped = np.isin(highest, force_map.measured_range.points[:, 2])
+    highest = np.where(snapped, highest, highest - 1e-12)
+
+    speed = np.full(n, np.nan)
+    outcome, reason = np.empty((2, n), dtype=object)
+    outcome[:], reason[:] = SpeedOutcome.UNCONFIRMED, _UNCONFIRMED
+    outside = np.isnan(highest) | (at.outcome == SpeedOutcome.OUTSIDE).any(axis=1)
+    refused = (at.outcome == SpeedOutcome.UNCONFIRMED).any(axis=1) & ~outside
+    outcome[outside], reason[outside] = SpeedOutcome.OUTSIDE, _OUTSIDE
+    first = (at.outcome == SpeedOutcome.UNCONFIRMED).argmax(axis=1)
+    reason[refused] = at.reason[np.arange(n), first][refused]
+    contradicted = np.zeros(n, dtype=np.bool_)
+    for words, where in _contradictions(force_map, zones, level, bound):
+        where &= ~(outside | refused)
+        contradicted |= where
+        reason[where] = words
+    open_ = np.flatnonzero(~(outside | refused | contradicted))
+    found = _divided(force_map, zones, open_, np.log(level), bound, highest, at.speed.min(axis=1))
+    known = np.isfinite(found)
+    given = open_[known]
+    capped = found[known] >= highest[given]
+    speed[given] = np.where(capped, highest[given], np.maximum(found[known] - _ROOT, 0.0))
+    for kind, mask in ((SpeedOutcome.CAPPED, capped), (SpeedOutcome.ADMISSIBLE, ~capped)):
+        outcome[given[mask]], reason[given[mask]] = kind, _REASONS[kind]
+    for words, where in _measured_above(force_map, zones, level, speed):
+        reason[where] = [f"{why}; but {words}" for why in reason[where]]
+    fastest = np.where(np.isnan(speed), np.nan, at.speed.max(axis=1))
+    return ZoneSpeeds(
+        speed, outcome, fastest, highest, reason, newtons, _statements(at), at.warnings, at.refusal, at.export_refusal
+    )
+
+
+def _each(limit: ForceLimit | NewtonLimit | ArrayLike, n: int) -> ForceLimit | NewtonLimit | Any:
+    """A numeric limit as a column, one row for each zone."""
+    if isinstance(limit, NewtonLimit):
+        return replace(limit, force=_each(limit.force, n))
+    if isinstance(limit, ForceLimit) or np.ndim(limit) == 0:
+        return limit
+    if np.shape(limit) != (n,):
+        raise InputError(f"limit: found the shape {np.shape(limit)}, expected one limit for each of {n} zones")
+    return np.asarray(limit)[:, None]
+
+
+def _statements(at: SafeSpeed) -> tuple[str, ...]:
+    return (*at.statements, "one speed for a whole zone: a lower bound of the safe speeds at all places in it")
+
+
+def _divided(
+    force_map: ForceMap,
+    zones: Regions,
+    open_: Indices,
+    log_limit: FloatArray,
+    bound: Bound,
+    cap: FloatArray,
+    at_probes: FloatArray,
+) -> FloatArray:
+    """Certified speed of the open zones, shape (m,), from patches cut where it is not yet close; -inf if refused."""
+    goal = np.minimum(at_probes, cap)
+    found = np.full(len(zones), np.inf)
+    which, part = open_, np.tile([0.0, 1.0, 0.0, 1.0], (open_.size, 1))
+    for remaining in range(_ROUNDS, -1, -1):
+        if not which.size:
+            break
+        speed = _certified(force_map, zones.patches(which, part), bound, log_limit[which], cap[which])
+        cut = speed < goal[which] * (1 - _GAP_SHARE) - _GAP_SPEED if remaining else np.zeros(which.size, np.bool_)
+        np.minimum.at(found, which[~cut], speed[~cut])
+        which, part = which[cut], part[cut]
+        middle = _middle(zones.patches(which, part))
+        np.minimum.at(goal, which, _certified(force_map, middle, bound, log_limit[which], cap[which]))
+        hopeless = np.isneginf(goal) & np.isin(np.arange(len(zones)), which)
+        found[hopeless] = -np.inf
+        keep = ~hopeless[which]
+        halves = zones.halves(part[keep])
+        which, part = np.tile(which[keep], len(halves)), halves.reshape(-1, 4)
+    return np.asarray(found[open_])
+
+
+def _middle(patches: Patches) -> Patches:
+    """The middle of each patch, as a patch without extent: whether cutting can help."""
+    nothing = np.zeros_like(patches.first)
+    return Patches(patches.corner + 0.5 * (patches.first + patches.second), nothing, nothing)
+
+
+def _certified(
+    force_map: ForceMap, patches: Patches, bound: Bound, log_limit: FloatArray, cap: FloatArray
+) -> FloatArray:
+    """A speed up to the cap certified on each patch, shape (n,); -inf where not even the lowest measured one is."""
+    speeds = [np.empty(0)]
+    for start in range(0, len(patches), _PATCHES_AT_ONCE):
+        at = slice(start, start + _PATCHES_AT_ONCE)
+        patch = Patches(patches.corner[at], patches.first[at], patches.second[at])
+        least, most = lowest_measured_speeds(force_map.measured_range, *patch.corners)
+        top = np.maximum(cap[at], most)
+        speed = enclose(force_map, bound, patch, least, top).certified(log_limit[at])
+        enough = speed >= np.minimum(most, top)
+        speeds.append(np.where(enough, np.minimum(speed, cap[at]), -np.inf))
+    return np.concatenate(speeds)
+
+
+def _contradictions(force_map: ForceMap, zones: Regions, limit: FloatArray, bound: Bound) -> list[tuple[str, Mask]]:
+    """Zones in which an impact above the device range contradicts a speed, and the words.
+
+    As `safe_speed` does at each place within 1 mm, unless the bound itself exceeds the limit there at the speed of the
+    state, so that no place is given that speed.
+    """
+    found = []
+    for name, d, h, v, newtons in _states(force_map, "at_least"):
+        where = zones.touching(d, h, SAME_PLACE) & (limit < newtons)
+        if not where.any():
+            continue
+        corner = np.array([[d - SAME_PLACE, h - SAME_PLACE]])
+        patch = Patches(corner, np.array([[2 * SAME_PLACE, 0.0]]), np.array([[0.0, 2 * SAME_PLACE]]))
+        if highest_measured_speed(force_map.measured_range, *patch.corners)[0] < v:
+            continue
+        if lowest_measured_speeds(force_map.measured_range, *patch.corners)[1][0] <= v + 1e-7:
+            least = enclose(force_map, bound, patch, np.array([v]), np.array([v])).smallest[0]
+            where &= ~(least > np.log(limit))
+        found.append((f"state {name} reached at least {newtons:g} N in the zone at {v:g} m/s", where))
+    return found
+
+
+def _measured_above(
+    force_map: ForceMap, zones: Regions, limit: FloatArray, speed: FloatArray
+) -> list[tuple[str, Mask]]:
+    """Zones in which a measured impact exceeded the limit at or below the speed given, and the words."""
+    return [
+        (f"state {name} measured {newtons:g} N in the zone at {v:g} m/s", where)
+        for name, d, h, v, newtons in _states(force_map, "highest")
+        if (where := zones.touching(d, h, SAME_PLACE) & (limit < newtons) & (speed >= v)).any()
+    ]
+
+
+def _states(force_map: ForceMap, force: str) -> list[tuple[str, float, float, float, float]]:
+    """Name, place [m], speed [m/s] and force [N] of all states of the campaign that have such a force."""
+    if force_map.fit is None:
+        return []
+    groups = (force_map.fit.states, force_map.fit.left_out, force_map.fit.test)
+    rows = [
+        row
+        for group in groups
+        for row in zip(group.name, group.distance, group.height, group.speed, getattr(group, force), strict=True)
+    ]
+    return [(str(name), float(d), float(h), float(v), float(f)) for name, d, h, v, f in rows if not np.isnan(f)]

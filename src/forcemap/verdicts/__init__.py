@@ -1,0 +1,1 @@
+"""Impact x limit -> verdict."""
