@@ -30,10 +30,11 @@ ROOMS: dict[str, set[str]] = {
 }
 ROOMS["assessment"] = set(ROOMS) - {"lab", "exports"}
 FACES = {
+    "answers": set(ROOMS) - {"lab"},  # result types
     "figures": set(ROOMS) - {"lab", "exports", "assessment"},  # result types
     "report": {"assessment", "figures", "campaigns", "limits", "speeds", "comparisons", "verdicts"},  # result types
-    "web": {"", "exports", "report", "figures"},
-    "cli": {"", "exports", "report", "figures", "web", "lab"},
+    "web": {"", "answers", "exports", "report", "figures"},
+    "cli": {"", "answers", "exports", "report", "figures", "web", "lab"},
 }
 ALLOWED = ROOMS | FACES
 FACE_PACKAGES = {"matplotlib", "jinja2", "fastapi", "uvicorn", "typer", "rich", "plotly", "starlette", "pydantic"}

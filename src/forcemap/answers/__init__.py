@@ -1,0 +1,1 @@
+"""Results -> one pydantic model each: `--json` prints it, the page's /api serves the same, a schema describes it."""
