@@ -26,7 +26,7 @@ print(f"Phase II at most {impact.phase2_force:.1f} N; no contact below {impact.f
 # against the limits of a body area, under every interpretation of the standard
 hand = fm.force_limit("back_of_hand")
 verdict = fm.check_impact(impact, hand)
-print(f"{verdict.outcome}: {verdict.governing.reason}")
+print(f"{verdict.outcome}: {fm.sentence(verdict.governing.reason)}")
 for judgement in verdict.judgements:
     print(
         f"  {judgement.interpretation}: {judgement.outcome}, {judgement.force:.1f} N against {judgement.limit:g} N "
@@ -39,7 +39,7 @@ summary = fm.campaign_summary(fm.read_campaign(folder), dataset)
 print(
     f"{summary.used} of {summary.recordings} recordings used, in {len(dataset.states)} states; flags: {summary.flags}"
 )
-print(summary.phase_two.statement())
+print(fm.sentence(summary.phase_two.finding))
 
 scatter = fm.repeatability(dataset)
 print(f"standard deviation of repeats: {scatter.mean_sd:.1f} N on average, {scatter.max_sd:.1f} N at most")

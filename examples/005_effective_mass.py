@@ -32,4 +32,4 @@ for each in comparison.explanations:
         f"{each.name}: force / F from {each.ratio.min():.2f} to {each.ratio.max():.2f}, rank correlation "
         f"{each.rank_correlation:.2f}, {100 * each.explained_share_scaled:.0f} % of ln F explained with one factor"
     )
-print(comparison.statements[-1])
+print(fm.sentence(comparison.statements[-1]))

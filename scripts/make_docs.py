@@ -10,7 +10,8 @@ import ast
 import importlib
 import inspect
 import re
-from collections.abc import Callable
+import typing
+from collections.abc import Callable, Iterator
 from enum import Enum
 from functools import cache
 from pathlib import Path
@@ -25,15 +26,15 @@ PACKAGES = ("forcemap", "forcemap.figures")
 API_PAGES = {
     "Recordings, impacts, verdicts": ("recordings", "impacts", "verdicts"),
     "Campaigns and plans": ("campaigns", "planning"),
-    "Maps and bounds": ("maps", "changes"),
+    "Maps and bounds": ("maps",),
     "Limits of the standard": ("limits",),
-    "Safe speeds": ("speeds", "speed_maps", "many_speeds", "zones", "certified_speeds", "robot_tables"),
-    "Paths and places": ("paths", "places"),
-    "Comparisons and assessment": ("comparisons", "mass_comparison", "assessment"),
+    "Safe speeds": ("speeds",),
+    "Paths and places": ("paths",),
+    "Comparisons and assessment": ("comparisons", "assessment"),
     "Effective mass": ("dynamics",),
     "Exports": ("exports",),
     "Figures": ("figures",),
-    "Errors": ("errors",),
+    "Findings and errors": ("findings", "answers", "errors"),
 }
 
 COMMANDS_HEAD = """# Commands
@@ -47,8 +48,8 @@ stderr, and with `--json` one JSON object.
 
 API_HEAD = """# Python
 
-Every public name of `forcemap`; a name that is not here is not public. SI units; arrays broadcast; a scalar in gives a
-float out.
+Every public name of `forcemap`, and the types that their results are made of, which a program reads but need not name;
+a name that is not here is not public. SI units; arrays broadcast; a scalar in gives a float out.
 
 """
 
@@ -88,12 +89,12 @@ def api_pages() -> dict[str, str]:
     """A page for each group of rooms, with the directives that put the docstrings there, and an overview."""
     pages_of_rooms = {room: title for title, rooms in API_PAGES.items() for room in rooms}
     grouped: dict[str, list[str]] = {title: [] for title in API_PAGES}
-    for name, home in public_names().items():
+    for name, home in [*public_names().items(), *((name, name) for name in result_types())]:
         grouped[pages_of_rooms[home.split(".")[1]]].append(name)
     overview, made = API_HEAD, {}
     for title, names in grouped.items():
         path = f"{title.lower().replace(',', '').replace(' ', '-')}.md"
-        rows = "".join(f"| [`{name.removeprefix('forcemap.')}`][{name}] | {_summary(name)} |\n" for name in names)
+        rows = "".join(f"| [`{_shown(name)}`][{name}] | {_summary(name)} |\n" for name in names)
         overview += f"## [{title}]({path})\n\n| name | what |\n|---|---|\n{rows}\n"
         made[f"api/{path}"] = f"# {title}\n\n" + "".join(f"::: {name}\n\n{_values(name)}" for name in names)
     return {"api/index.md": overview, **made}
@@ -118,8 +119,9 @@ def figures_page() -> str:
 
 
 def project_pages() -> dict[str, str]:
-    """The pages that lie beside the README."""
-    return {f"{name.lower()}.md": (ROOT / f"{name}.md").read_text() for name in ("CONTRIBUTING", "CHANGELOG")}
+    """The pages that lie beside the README, their links into docs/ as links beside them."""
+    texts = {name: (ROOT / f"{name}.md").read_text() for name in ("CONTRIBUTING", "CHANGELOG")}
+    return {f"{name.lower()}.md": text.replace("](docs/", "](") for name, text in texts.items()}
 
 
 @cache
@@ -133,6 +135,36 @@ def public_names() -> dict[str, str]:
         names = [name for name in package.__all__ if not name.startswith("__")]
         found |= {f"{package.__name__}.{name}": homes[name] for name in names}
     return found
+
+
+@cache
+def result_types() -> list[str]:
+    """Types that public functions give, and their fields in turn, that are no public names themselves."""
+    public = [_value(name) for name in public_names()]
+    named = {each for each in public if inspect.isclass(each)}
+    waiting: list[Any] = [each for each in public if inspect.isclass(each) or inspect.isfunction(each)]
+    further: set[type] = set()
+    while waiting:
+        each = waiting.pop()
+        hints = typing.get_type_hints(each)
+        for hint in [hints.get("return")] if inspect.isfunction(each) else hints.values():
+            new = set(_classes(hint)) - named - further
+            further |= new
+            waiting += new
+    return sorted(f"{each.__module__}.{each.__name__}" for each in further)
+
+
+def _classes(hint: Any) -> Iterator[type]:
+    """Our classes in a type annotation, such as those of `tuple[A | None, ...]`."""
+    if inspect.isclass(hint) and hint.__module__.startswith("forcemap."):
+        yield hint
+    for argument in typing.get_args(hint):
+        yield from _classes(argument)
+
+
+def _shown(name: str) -> str:
+    """A public name without its package, a type of results by its own name."""
+    return name.removeprefix("forcemap.") if name in public_names() else name.rpartition(".")[2]
 
 
 def linked(markdown: str) -> str:

@@ -11,6 +11,8 @@ import pytest
 import scipy.stats
 
 import forcemap as fm
+from forcemap.answers.words import sentence, sentences
+from forcemap.findings import FindingKind
 from forcemap.verdicts.recording_results import thinned
 from pulses import TOML, collect, pulse, save, write_campaign
 
@@ -151,7 +153,7 @@ def remove_the_conditions(folder):
 def let_calibration_expire(folder):
     toml = TOML.replace("[device]", "date = 2026-06-30\n[device]\ncalibrated = 2025-01-31")
     (folder / "campaign.toml").write_text(toml)
-    return "calibration of the force measuring device had expired on 2026-06-30"
+    return "CALIBRATION of the force measuring device had expired on 2026-06-30"
 
 
 def forget_the_range(folder):
@@ -191,7 +193,7 @@ def test_what_does_not_fit_is_said(copied, damage):
     said = damage(copied)
     before = contents(copied)
     found = fm.assess_campaign(copied)
-    assert any(said in line for line in found.findings), found.findings
+    assert any(said in line for line in sentences(found.findings)), found.findings
     assert contents(copied) == before
     assert found.simulated == ("SIMULATED" in said)
 
@@ -201,7 +203,7 @@ def test_a_changed_recording_is_not_judged(copied):
     results = {each.entry.file: each for each in fm.assess_campaign(copied).recordings.results}
     changed = results["d500-h200-v100-r1.csv"]
     assert changed.judgements == (None,)
-    assert "CHANGED" in changed.not_judged
+    assert changed.not_judged.kind is FindingKind.FILE_CHANGED
     assert changed.force.size == 0
 
 
@@ -251,12 +253,19 @@ def test_the_table_that_campaign_toml_names(copied):
     assert [(each.quasi_static, each.transient, each.edition) for each in found.limits] == [(120, 240, "of our own")]
     assert "mine.csv" in [each.path for each in found.inputs]
     standard = fm.assess_campaign(copied, limits=[fm.force_limit("hand_fingers")])
-    assert any("names the limit table mine.csv, limits used are of ISO/TS 15066" in each for each in standard.findings)
+    assert any(
+        "names the limit table mine.csv, limits used are of ISO/TS 15066" in each
+        for each in sentences(standard.findings)
+    )
+    (other,) = [each for each in standard.findings if each.kind is fm.FindingKind.OTHER_LIMITS]
+    assert other.figure("table") == "mine.csv"
+    assert other.figure("editions").startswith("ISO/TS 15066")
     assert "mine.csv" in [each.path for each in standard.inputs]
     own = fm.campaign_limit_table(copied, fm.read_conditions(copied / "campaign.toml"))
-    assert (own.file, own.finding, own.table.edition) == ("mine.csv", "", "of our own")
+    assert (own.file, own.finding, own.table.edition) == ("mine.csv", None, "of our own")
     assert any(
-        "limit table that the campaign names: mine.csv" in line for line in found.force_map.conditions.assumptions()
+        "limit table that the campaign names: mine.csv" in line
+        for line in sentences(found.force_map.conditions.findings)
     )
 
 
@@ -301,4 +310,5 @@ def test_thinned_curves_keep_their_extremes():
 def test_a_limit_table_that_is_no_file_of_the_folder_is_named_and_not_used(copied, name):
     found = fm.campaign_limit_table(copied, fm.Conditions(limit_table=name))
     assert (found.table, found.file) == (fm.standard_limit_table(), "")
-    assert "is no file of this folder; it was not used" in found.finding
+    assert found.finding.kind is fm.FindingKind.OWN_LIMITS_MISSING
+    assert "is no file of this folder; it was not used" in sentence(found.finding)

@@ -10,6 +10,7 @@ from oracle import simulate, training_grid
 from scipy import stats
 
 import forcemap as fm
+from forcemap.answers.words import assumptions
 from forcemap.errors import BoundNotAvailable
 
 QUASI_STATIC = fm.Contact.QUASI_STATIC
@@ -115,4 +116,4 @@ def test_the_bound_reaches_beyond_ten_percent_where_it_must():
     force_map = fm.fit_force_map(simulate("ur10e", rng, effect=0.08).dataset)
     assert fm.margins(fm.ToleranceBound(), force_map).max() > 0.10
     found = fm.safe_speed(force_map, 0.8, 0.4, limit=250.0, contact=QUASI_STATIC, bound=fm.ToleranceBound())
-    assert any("margin is too small" in line for line in found.statements)
+    assert any("margin is too small" in line for line in assumptions([found.basis]))

@@ -10,6 +10,7 @@ import pytest
 
 import forcemap as fm
 from curves import curve
+from forcemap.answers.words import sentence
 from forcemap.errors import CampaignFileError
 from pulses import TOML, collect, half_sine, pulse, register, rows, save, truth, write_campaign
 
@@ -299,7 +300,7 @@ def test_a_discarded_recording_that_clamps_bars_the_transient_limit(tmp_path, do
     assert register(folder)[f"{name}.csv"]["use"] in ("discarded", "unassigned")
     assert found.outcome is fm.SpeedOutcome.UNCONFIRMED
     assert math.isnan(found.speed)
-    assert "clamp" in found.reason
+    assert "clamp" in sentence(found.reason)
     edit_register(folder, {f"{name}.csv": {"exclude": "pressed by hand to try the device"}})
     assert speed_at(folder).outcome in (fm.SpeedOutcome.ADMISSIBLE, fm.SpeedOutcome.CAPPED)
 

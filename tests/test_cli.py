@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import json
+import re
 import subprocess
 import sys
 from decimal import Decimal
@@ -13,6 +14,7 @@ import numpy as np
 import pytest
 
 import forcemap as fm
+from forcemap.answers.words import assumptions
 
 SPEED_KEYS = {
     "outcome", "reason", "speed_mps", "extrapolated_speed_mps", "limit_N", "limit_source", "contact", "bound",
@@ -23,6 +25,13 @@ FIT_KEYS = {
     "form", "terms", "coefficients", "standard_errors", "states", "states_left_out", "samples", "censored_samples",
     "repeats", "rmse_N", "rmse_ln", "r_squared", "state_sd_percent", "accuracy",
 }  # fmt: skip
+
+
+def unwrapped(out):
+    """What was printed, without the line breaks."""
+    return " ".join(out.split())
+
+
 COMMANDS = ("demo", "fit", "evaluate", "compare", "limits", "speed", "speed-map")
 
 
@@ -276,7 +285,10 @@ def test_demo(ask, forcemap, tmp_path, example):
     whole = ~dataset.censored
     np.testing.assert_allclose(dataset.peak_force[whole], published[whole], rtol=0.17)
     summary = (folder / "summary.txt").read_text()
-    assert "SIMULATED" in summary
+    lines = summary.splitlines()
+    assert lines[1] == "SIMULATED impacts: not a measurement of any robot"
+    assert lines[2].startswith("back_of_hand, transient, 280 N: ")
+    assert max(map(len, lines)) <= 100
     assert "contact model" in summary
     assert fm.read_map(folder / "maps" / "cfm_3d.json").fit
     code, out, err = forcemap("demo", folder)
@@ -332,7 +344,7 @@ def test_phase_two_that_was_not_recorded_stands_beside_the_speed(forcemap, ask, 
     assert code == 0
     assert "Phase II not measured" in found["reason"]
     _, out, _ = forcemap(*command, "transient")
-    assert "Phase II not measured" in out.splitlines()[1]
+    assert "Phase II not measured" in out.splitlines()[2]
     assert "Phase II" not in ask(*command, "quasi-static")[1]["reason"]
 
 
@@ -342,6 +354,25 @@ def test_a_spring_in_newtons_a_metre_is_no_spring_in_newtons_a_millimetre(forcem
     code, _, err = forcemap("speed", example_folders["ur10e"], *AT, *newtons, option, 9000)
     assert code == 2
     assert "up to 1000" in err
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        ("speed", "ur10e"),
+        ("check", "impacts.csv"),
+        ("speed-map", "ur10e"),
+        ("path", "ur10e", "p.csv"),
+        ("confirm", "c"),
+    ],
+    ids=lambda command: command[0],
+)
+@pytest.mark.parametrize("option", ["--area", "--region", "--area=9000", "--limit-table"])
+def test_a_number_is_no_body_area(forcemap, command, option):
+    """Taken as newtons it would permit what the area does not."""
+    code, _, err = forcemap(*command, option, *([] if "=" in option else [9000]))
+    assert code == 2
+    assert "found 9000" in err
 
 
 def test_repeats_that_disagree_are_named(ask, examples, tmp_path):
@@ -357,7 +388,7 @@ def test_the_head_in_compare_and_the_version(ask, forcemap, example_folders):
     assert forcemap("--version")[1] == f"forcemap {fm.__version__}\n"
 
 
-@pytest.mark.parametrize("arguments", [("--form", "CFM_2D"), ("--confidence", 0.9)])
+@pytest.mark.parametrize("arguments", [("--form", "CFM_2D"), ("--limit-table", "mine.csv")])
 def test_options_that_would_be_ignored_are_refused(forcemap, arguments):
     code, _, err = forcemap("speed", "ur10e", *AT, "--limit-N", 200, *arguments)
     assert code == 2
@@ -396,6 +427,7 @@ def test_fit_select_reports_and_changes_nothing(ask, forcemap, example_folders, 
     assert len(selection["survival"]) == 19
     assert selection["stable"] is False
     _, out, _ = forcemap("fit", example_folders["ur10e"], "--select")
+    out = unwrapped(out)
     assert "19, 13, 8" in out
     assert "not stable" in out
     assert "the fit above does not use it" in out
@@ -527,7 +559,8 @@ def test_forces_that_share_the_largest_value_are_pointed_out(ask, forcemap, exam
     assert f"{words}: was the device saturated? mark them censored\n" in forcemap("fit", path)[1]
     assert ask("fit", path)[1]["saturation_doubt"].startswith(words)
     force_map = fm.fit_force_map(fm.read_dataset(path))
-    statements = fm.safe_speed(force_map, 0.7, 0.3, limit=300.0, bound=fm.ToleranceBound()).statements
+    basis = fm.safe_speed(force_map, 0.7, 0.3, limit=300.0, bound=fm.ToleranceBound()).basis
+    statements = assumptions([basis])
     assert any("states share the largest force, 450 N" in line for line in statements)
     frame.assign(censored=frame["peak_force_N"] == 450.0).to_csv(path, index=False)
     assert ask("fit", path)[1]["saturation_doubt"] is None
@@ -551,7 +584,7 @@ def test_select_says_at_once_that_it_needs_a_full_grid_and_concludes_on_one(
     fm.write_dataset(examples["ur10e"].train, tmp_path / "impacts.csv")
     lines = forcemap("fit", tmp_path / "impacts.csv", "--select")[1].splitlines()
     assert lines[1].startswith("Term selection needs a full grid (plan --design full-grid): the training states alone")
-    assert "cannot tell 20 coefficients" in lines[1]
+    assert "cannot tell 20 coefficients" in unwrapped("\n".join(lines[1:3]))
     assert "Conclusion: which terms" in forcemap("fit", example_folders["ur10e"], "--select")[1]
 
 
@@ -565,13 +598,13 @@ def test_maps_that_are_compared_are_told_apart(ask, forcemap, example_folders, t
     one, other = tmp_path / "one.json", tmp_path / "other.json"
     forcemap("fit", example_folders["ur10e"], "-o", one)
     forcemap("fit", example_folders["ur10e"], "--discard-censored", "-o", other)
-    out = forcemap("compare", one, other)[1]
+    out = unwrapped(forcemap("compare", one, other)[1])
     for path, words in (
         (one, "27 states, 9 impacts above the device range count as at least that force"),
         (other, "24 states, 9 impacts above the device range discarded"),
     ):
         sha256 = fm.map_sha256(fm.read_map(path))[:8]
-        assert f"{path}: CFM_3D fitted to impacts.csv, {words}, SHA-256 {sha256}\n" in out
+        assert f"{path}: CFM_3D fitted to impacts.csv, {words}, SHA-256 {sha256}" in out
     assert "-0.0 %" not in out
     out = forcemap("compare", one, example_folders["ur10e"])[1]
     assert out.endswith("\nthe same map\n")
@@ -611,7 +644,8 @@ def test_the_answer_to_against_counts_and_groups_what_is_left_out(forcemap, exam
     frame.loc[far, "speed_mps"] += 0.5
     frame.to_csv(table, index=False)
     out = forcemap("evaluate", table, "--against", path)[1]
-    lines = out.splitlines()
+    lines = re.sub(r"\n    +(?=\S)", " ", out).splitlines()
+    out = unwrapped(out)
     assert f", on {len(names) - 2} of {len(names)} states, 2 left out: no change found" in lines[1]
     assert lines[2].startswith("next: ")
     assert out.count("outside the measured range of the map") == 1

@@ -10,6 +10,7 @@ from oracle import simulate
 from scipy.stats import kendalltau
 
 import forcemap as fm
+from forcemap.answers.words import sentence
 
 HAND = {"robot_mass": 15.0, "body_mass": math.inf, "stiffness": 75e3}
 
@@ -91,7 +92,7 @@ def test_what_each_allows(comparison):
     assert rows["contact model", 280.0].highest == pytest.approx(0.2640, abs=5e-5)
     assert rows["contact model", 280.0].confirmed == 0
     assert rows["CFM_3D", 140.0].confirmed == 0
-    assert "lowest speed" in rows["CFM_3D", 140.0].note
+    assert "lowest speed" in sentence(rows["CFM_3D", 140.0].note)
     assert rows["CFM_3D", 280.0].confirmed > 0
     assert rows["CFM_3D", 280.0].highest > 0.30
 
@@ -118,7 +119,7 @@ def test_clamping_forbids_transient_speeds_here_too(examples):
     )
     row = next(row for row in comparison.allowed if row.model == "CFM_3D" and row.limit == 280.0)
     assert row.confirmed == 0
-    assert "clamp" in row.note
+    assert "clamp" in sentence(row.note)
 
 
 def test_the_head_is_refused(campaign):
@@ -130,15 +131,4 @@ def test_limits_above_the_device_range_are_noted_not_given(campaign):
     comparison = fm.compare_force_models(campaign.dataset, **HAND, limit=498.0)
     row = next(row for row in comparison.allowed if row.model == "CFM_3D")
     assert math.isnan(row.highest)
-    assert "device" in row.note
-
-
-def test_assessment(examples):
-    assessment = fm.assess(
-        examples["ur10e"], limit=fm.force_limit("back_of_hand"), bound=fm.ToleranceBound(), **HAND, step=0.1
-    )
-    assert set(assessment.speed_maps) == set(fm.Contact)
-    assert assessment.accuracy[0].on == "test states"
-    fastest = assessment.speed_maps[fm.Contact.TRANSIENT].fastest
-    assert fastest is not None
-    assert fastest[2] > 0.3
+    assert "device" in sentence(row.note)

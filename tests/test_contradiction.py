@@ -7,6 +7,7 @@ import pytest
 from oracle import printed_force, simulate, training_grid
 
 import forcemap as fm
+from forcemap.answers.words import sentence
 
 QUASI_STATIC = fm.Contact.QUASI_STATIC
 
@@ -42,7 +43,7 @@ def test_a_failed_confirmation_takes_every_speed_away(censored):
         campaign(1.5, censored=censored), d, h, limit=280.0, contact=QUASI_STATIC, bound=fm.ToleranceBound()
     )
     assert not np.isfinite(bad.speed).any()
-    assert all("6 of 6 test states lie above the bound" in reason for reason in bad.reason.ravel())
+    assert all("6 of 6 test states lie above the bound" in sentence(reason) for reason in bad.reason.ravel())
     good = fm.safe_speed(campaign(1.0), d, h, limit=280.0, contact=QUASI_STATIC, bound=fm.ToleranceBound())
     assert np.isfinite(good.speed).any()
 

@@ -129,6 +129,13 @@ def test_the_python_pages_have_every_public_name_and_what_it_is(pages):
 
 
 @builds
+@pytest.mark.parametrize("name", ["ZoneSpeeds", "JudgedRecordings", "PhaseTwo", "BodyRegion"])
+def test_the_types_that_results_are_made_of_are_in_the_reference(pages, name):
+    anchors = set().union(*(page.anchors for where, page in pages.items() if where.startswith("api/")))
+    assert [each for each in anchors if each.endswith(f".{name}")]
+
+
+@builds
 def test_words_of_the_pages_lead_to_the_reference(pages):
     assert any(link.endswith("#forcemap.safe_speed") for link in pages["equations.html"].links)
     assert any(link.endswith("commands.html#forcemap-fit") for link in pages["your_device_files.html"].links)

@@ -206,16 +206,17 @@ def test_every_entry_of_task_toml_is_documented(tmp_path):
 
 
 def test_every_entry_of_campaign_toml_is_documented():
-    from forcemap.campaigns.conditions import _ENTRIES
+    from forcemap.campaigns.conditions import ENTRIES
     from forcemap.recordings.column_map import _KEYS
 
     fields = {field.name for field in dataclasses.fields(forcemap.Conditions)}
-    assert {name.partition(".")[0] for name in _ENTRIES.values()} == fields
-    known = {"schema", *(f"{section}.{key}".strip(".") for section, key in _ENTRIES)}
+    assert {name.partition(".")[0] for name, _ in ENTRIES.values()} == fields
+    known = {"schema", *ENTRIES}
     assert set(first_cells("docs/campaign_file.md", "campaign.toml")) == known | {f"recordings.{key}" for key in _KEYS}
     (text,) = toml_blocks(ROOT / "docs" / "campaign_file.md")
     shown = tomllib.loads(text)
-    for section, key in _ENTRIES:
+    for entry in ENTRIES:
+        section, _, key = entry.rpartition(".")
         assert key in (shown[section] if section else shown), key
 
 

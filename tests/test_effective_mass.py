@@ -9,9 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from forcemap.dynamics.drive_inertia import DriveInertia
-from forcemap.dynamics.effective_mass import MassOutcome, effective_mass, standard_effective_mass
-from forcemap.dynamics.ellipsoid import mean_effective_mass, principal_effective_masses
+from forcemap.dynamics.effective_mass import DriveInertia, MassOutcome, effective_mass, standard_effective_mass
 from forcemap.errors import InputError
 
 DOWN = [0.0, 0.0, -1.0]
@@ -91,49 +89,6 @@ def test_directions_that_are_nearly_lost_are_named():
     assert outcome(1e-7).outcome is MassOutcome.SINGULAR
     assert outcome(1e-15).outcome is MassOutcome.NO_MOTION
     assert math.isnan(outcome(1e-7).value)
-
-
-@given(seeds, st.sampled_from([2, 3]))
-def test_principal_masses_are_the_ellipsoid(seed, k):
-    rng = np.random.default_rng(seed)
-    j, m = arm(rng, (4,), k)
-    axes = principal_effective_masses(j, m)
-    expected = 1 / np.linalg.eigvalsh(j @ np.linalg.inv(m) @ np.swapaxes(j, 1, 2))[..., ::-1]
-    np.testing.assert_allclose(axes.value, expected, rtol=1e-7)
-    for i in range(k):
-        np.testing.assert_allclose(effective_mass(j, m, axes.direction[:, i]).value, axes.value[:, i], rtol=1e-8)
-    any_direction = effective_mass(j, m, rng.normal(size=k)).value
-    assert np.all(any_direction >= axes.value[:, 0] * (1 - 1e-9))
-    assert np.all(any_direction <= axes.value[:, -1] * (1 + 1e-9))
-
-
-def test_principal_axes_without_motion_are_named():
-    axes = principal_effective_masses([[0.0, 0.0], [0.0, 0.0], [2.0, 1.0]], [[3.0, 1.0], [1.0, 1.0]])
-    assert axes.outcome.tolist() == ["regular", "no_motion", "no_motion"]
-    assert np.isnan(axes.value[1:]).all()
-    mean = mean_effective_mass([[0.0, 0.0], [0.0, 0.0], [2.0, 1.0]], [[3.0, 1.0], [1.0, 1.0]])
-    assert mean.outcome is MassOutcome.SINGULAR
-    assert math.isnan(mean.value)
-
-
-def test_the_mean_over_directions_is_that_of_quadrature():
-    rng = np.random.default_rng(5)
-    j, m = arm(rng)
-    nodes, weights = np.polynomial.legendre.leggauss(400)
-    turn = np.arange(800) * 2 * np.pi / 800
-    ring = np.sqrt(1 - nodes**2)[:, None]
-    u = np.stack([ring * np.cos(turn), ring * np.sin(turn), np.repeat(nodes[:, None], 800, axis=1)], axis=-1)
-    over_sphere = (effective_mass(j, m, u).value.mean(axis=1) * weights).sum() / 2
-    assert mean_effective_mass(j, m).value == pytest.approx(over_sphere, rel=1e-9)
-    flat = np.stack([np.cos(turn), np.sin(turn)], axis=-1)
-    assert mean_effective_mass(j[:2], m).value == pytest.approx(effective_mass(j[:2], m, flat).value.mean(), rel=1e-9)
-    many, matrices = arm(rng, (2, 3))
-    drives = np.full(6, 0.5)
-    means = mean_effective_mass(many, matrices, drive_inertia=drives)
-    assert means.value.shape == (2, 3)
-    one = mean_effective_mass(many[1, 2], matrices[1, 2], drive_inertia=drives)
-    assert means.value[1, 2] == pytest.approx(one.value)
-    assert one.drive_inertia is not None
 
 
 def test_the_standards_effective_mass():

@@ -136,7 +136,7 @@ def test_scaling_brakes_before_a_slower_piece():
     task = fm.Task(segments, acceleration=2.0)
     ur10e, bound = fm.published_map("ur10e"), fm.FixedMargin(0.10)
     speeds = fm.path_speeds(ur10e, fm.ToolPath(points, ("carry", "press")), task, bound=bound)
-    basis = fm.robot_table(ur10e, limits=[HAND], bound=bound, date=DATE).provenance.with_statements(speeds.statements)
+    basis = fm.robot_table(ur10e, limits=[HAND], bound=bound, date=DATE).provenance.of_path(speeds)
     pieces = fm.scaling_result(speeds, basis)["pieces"]
     driven = np.array([piece["scaling"] * piece["programmed_speed_mps"] for piece in pieces])
     last = max(i for i, piece in enumerate(pieces) if piece["segment"] == "carry")
@@ -164,7 +164,7 @@ def test_texts_of_a_campaign_stay_in_their_line_of_every_format(poses):
     points = fm.ToolPath.through([[0.8, 0, 0.44], [0.8, 0, 0.3]], name="=cmd|'/c calc'!A0\nx")
     task = fm.one_segment_task(points.names[0], ("back_of_hand",), fm.Contact.TRANSIENT, speed=0.35)
     speeds = fm.path_speeds(evil, points, task, bound=bound)
-    basis = table.provenance.with_statements(speeds.statements)
+    basis = table.provenance.of_path(speeds)
     lines = len(head_lines(table.provenance))
     texts = {
         "csv": fm.zones_csv(table), "urscript": fm.urscript(table), "dat": fm.krl_data(table),
@@ -282,13 +282,15 @@ def test_the_strictest_of_several_limits_and_the_gate_hold():
     alone = [fm.robot_table(ur10e, limits=[limit], bound=bound) for limit in (own, HAND)]
     both = fm.robot_table(ur10e, limits=[own, HAND], bound=bound)
     np.testing.assert_array_equal(both.speed_mmps, np.minimum(*(each.speed_mmps for each in alone)))
-    assert len(both.provenance.limits) == 2
+    assert len(both.provenance.limits_N) == 2
     clamps = fm.robot_table(fm.published_map("kuka-iiwa7-30nm"), limits=[HAND], bound=bound)
     assert clamps.permitted == 0
     assert "nothing to configure" in fm.safety_proposal(clamps)
     assert urscript_function(fm.urscript(clamps), "forcemap_speed")([0.8, 0.0, 0.4, 0, 0, 0]) == 0
-    with pytest.raises(fm.ContactNotPermitted):
-        fm.robot_table(ur10e, limits=[(fm.force_limit("temple"), fm.Contact.TRANSIENT)], bound=bound)
+    head = fm.robot_table(ur10e, limits=[(fm.force_limit("temple"), fm.Contact.TRANSIENT), HAND], bound=bound)
+    assert head.refusal.kind is fm.FindingKind.NOT_PERMITTED
+    assert head.permitted == 0
+    assert set(head.outcome.ravel()) == {"not_permitted"}
 
 
 def test_the_safety_proposal_names_a_block_of_permitted_zones(table):
@@ -315,7 +317,7 @@ def test_scaling_factors_keep_the_program_within_the_allowed_speeds():
     task = fm.one_segment_task("path", ("back_of_hand",), fm.Contact.TRANSIENT, speed=0.35)
     speeds = fm.path_speeds(ur10e, fm.ToolPath.through(points), task, bound=bound)
     table = fm.robot_table(ur10e, limits=[HAND], bound=bound, date=DATE)
-    basis = table.provenance.with_statements(speeds.statements)
+    basis = table.provenance.of_path(speeds)
     pieces = fm.scaling_result(speeds, basis)["pieces"]
     assert {piece["outcome"] for piece in pieces} == {"admissible", "not_downward"}
     driven = [piece["scaling"] * 0.35 for piece in pieces]

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import forcemap as fm
+from forcemap.answers.words import assumptions, sentence
 from forcemap.errors import CampaignFileError, RecordingError, TableError
 from pulses import TOML, collect, half_sine, pulse, recording, register, rows, save, write_campaign
 
@@ -202,7 +203,7 @@ def test_discarded_clamping_goes_wherever_the_table_goes(folder, move):
     found = speed(MOVED[move](clamping(folder)))
     assert found.outcome is fm.SpeedOutcome.UNCONFIRMED
     assert np.isnan(found.speed)
-    assert "impacts that clamp: 1" in found.reason
+    assert "impacts that clamp: 1" in sentence(found.reason)
 
 
 def test_use_is_found_anew_whatever_the_register_says(folder):
@@ -217,36 +218,52 @@ def test_a_data_frame_keeps_what_its_table_says(folder):
     assert again.phase_two == dataset.phase_two
 
 
+CLAMPED = "unused_constrained_with_clamping"
+
+
 @pytest.mark.parametrize(
-    "remark",
+    ("column", "cell"),
     [
-        "constrained_with_clamping",
-        "constrained_with_clamping=some",
-        "clamped=1",
-        "constrained_with_clamping=-1",
-        "constrained_with_clamping=0.9",
-        "unreadable=0.5",
-        "constrained_with_clamping: 1",
-        "largest_force_N=nan",
-        "all is well",
+        *((CLAMPED, cell) for cell in ("", "some", "-1", "0.9", "1 or 2", "nan")),
+        ("unused_unreadable", "0.5"),
+        ("unused_phase2_force_N", "nan"),
+        ("unused_phase2_force_N", "-3"),
+        ("not_in_table", "constrained_with_clamping=1"),  # as older versions wrote it
     ],
 )
-def test_a_garbled_remark_is_refused(folder, remark):
-    edit(clamping(folder) / "impacts.csv", lambda _, row: row.update(not_in_table=remark))
+def test_garbled_figures_of_unused_recordings_are_refused(folder, column, cell):
+    edit(clamping(folder) / "impacts.csv", lambda _, row: row.update({column: cell}))
     with pytest.raises(TableError) as caught:
         fm.read_dataset(folder)
-    assert caught.value.column == "not_in_table"
+    assert caught.value.column == column
+    assert "forcemap collect" in str(caught.value)
 
 
-@pytest.mark.parametrize("remark", ["", "unconstrained=1"])
-def test_a_remark_that_differs_between_rows_is_refused(folder, remark):
-    def change(number, row):
-        row["not_in_table"] = remark if number == 3 else row["not_in_table"]
-
-    edit(clamping(folder) / "impacts.csv", change)
-    with pytest.raises(TableError, match="several remarks") as caught:
+def test_figures_of_unused_recordings_that_differ_between_rows_are_refused(folder):
+    edit(clamping(folder) / "impacts.csv", lambda number, row: row.update({CLAMPED: "0"} if number == 3 else {}))
+    with pytest.raises(TableError, match="several figures") as caught:
         fm.read_dataset(folder)
-    assert caught.value.column == "not_in_table"
+    assert caught.value.column == CLAMPED
+
+
+def test_one_of_the_columns_of_unused_recordings_cannot_just_be_deleted(folder):
+    edit(clamping(folder) / "impacts.csv", lambda _, row: row.pop(CLAMPED))
+    with pytest.raises(TableError, match="the column is missing") as caught:
+        fm.read_dataset(folder)
+    assert caught.value.column == CLAMPED
+
+
+@pytest.mark.parametrize("registered", [True, False])
+def test_a_table_that_lost_what_it_says_of_unused_recordings_permits_nothing(folder, registered):
+    def lose(_, row):
+        for name in [name for name in row if name.startswith("unused_")]:
+            del row[name]
+
+    edit(clamping(folder) / "impacts.csv", lose)
+    if not registered:
+        (folder / "recordings.csv").unlink()
+    assert fm.read_dataset(folder).binding.state is fm.BindingState.BROKEN
+    assert speed(folder).outcome is fm.SpeedOutcome.UNCONFIRMED
 
 
 @pytest.mark.parametrize("exclude", ["", "pressed by hand"])
@@ -504,10 +521,10 @@ def test_a_slow_clamp_without_an_impact_counts(folder):
     assert "no impact found" in register(folder)[f"{AGAIN}.csv"]["reason"]
     transient = speed(folder)
     assert transient.outcome is fm.SpeedOutcome.UNCONFIRMED
-    assert "a Phase II force of 4" in transient.reason
+    assert "a Phase II force of 4" in sentence(transient.reason)
     quasi_static = speed(folder, contact=fm.Contact.QUASI_STATIC)
     assert quasi_static.outcome is fm.SpeedOutcome.UNCONFIRMED
-    assert "exceed the Phase I peaks" in quasi_static.reason
+    assert "exceed the Phase I peaks" in sentence(quasi_static.reason)
     assert speed(folder, limit=200.0, contact=None).outcome is fm.SpeedOutcome.UNCONFIRMED
 
 
@@ -515,7 +532,7 @@ def test_an_unreadable_file_makes_phase_two_incomplete(folder):
     (folder / "recordings" / f"{AGAIN}.csv").write_text("time_s,force_N\n0.0,1.0\n0.1,broken\n")
     dataset = collect(folder)
     assert not dataset.phase_two.complete
-    assert "Phase II not measured for 1 impacts" in speed(folder).reason
+    assert "Phase II not measured for 1 impacts" in sentence(speed(folder).reason)
 
 
 def test_a_limit_in_newtons_meets_forces_after_phase_one(empty, ask):
@@ -536,7 +553,7 @@ def test_an_expired_calibration_is_said_everywhere(folder, ask):
     assert len(flags) == 27
     assert all("calibration_expired" in each for each in flags)
     collect(folder)
-    assert any("had expired on 2025-06-01" in line for line in speed(folder).statements)
+    assert any("had expired on 2025-06-01" in line for line in assumptions([speed(folder).basis]))
 
 
 @pytest.mark.parametrize(("duration", "first"), [(0.045, 0.020), (0.04, 0.018), (0.01, 0.004)])

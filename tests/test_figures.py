@@ -19,6 +19,7 @@ from PIL import Image
 
 import forcemap as fm
 from forcemap import figures
+from forcemap.answers.words import warnings
 from pulses import pulse, save
 
 DISTANCE, HEIGHT, SPEED, FORCE = "Distance [m]", "Height [m]", "Speed [m/s]", "Force [N]"
@@ -361,6 +362,6 @@ def test_repeatability(made, dataset):
 def test_what_must_be_said_first_stands_above_the_speeds(force_map, width):
     case = {"limit": fm.force_limit(HAND), "contact": fm.Contact.TRANSIENT, "bound": fm.FixedMargin(0.0)}
     weak = fm.speed_map(force_map, *fm.measured_grid(force_map, 0.1), **case)
-    (first,) = weak.speeds.warnings
+    (first,) = warnings([weak.speeds.basis])
     said = figures.safe_speed_figure(weak, width=width).get_suptitle()
     assert said.replace("\n", " ") == f"{SIMULATED} {first}"

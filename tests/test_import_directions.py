@@ -12,7 +12,7 @@ import pytest
 import forcemap
 
 ROOT = Path(forcemap.__file__).parent
-GROUND = {"errors", "files", "arrays", "csv_table", "_version"}
+GROUND = {"errors", "files", "arrays", "csv_table", "findings", "_version"}
 ROOMS: dict[str, set[str]] = {
     "recordings": set(),
     "limits": set(),
@@ -26,13 +26,13 @@ ROOMS: dict[str, set[str]] = {
     "comparisons": {"campaigns", "maps", "limits", "dynamics", "speeds"},
     "paths": {"campaigns", "maps", "limits", "dynamics", "speeds"},
     "lab": {"recordings", "campaigns", "dynamics"},  # never what it checks
-    "exports": {"maps", "limits", "speeds", "paths"},
+    "exports": {"campaigns", "maps", "limits", "speeds", "paths", "answers.words"},
 }
 ROOMS["assessment"] = set(ROOMS) - {"lab", "exports"}
 FACES = {
     "answers": set(ROOMS) - {"lab"},  # result types
-    "figures": set(ROOMS) - {"lab", "exports", "assessment"},  # result types
-    "report": {"assessment", "figures", "campaigns", "limits", "speeds", "comparisons", "verdicts"},  # result types
+    "figures": set(ROOMS) - {"lab", "exports", "assessment"} | {"answers.words"},  # result types
+    "report": {"answers.words", "assessment", "figures", "campaigns", "limits", "speeds", "comparisons", "verdicts"},
     "web": {"", "answers", "exports", "report", "figures"},
     "cli": {"", "answers", "exports", "report", "figures", "web", "lab"},
 }

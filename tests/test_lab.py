@@ -13,7 +13,7 @@ import pytest
 
 import forcemap as fm
 from forcemap.lab.bench import SimulatedImpacts, SimulatedScenario, simulate_impacts, simulate_peaks
-from forcemap.lab.contact import ContactLayer
+from forcemap.lab.course import ContactLayer
 from forcemap.lab.reaction import Reaction, ReactionKind
 from forcemap.lab.simulated_campaign import simulate_campaign
 from forcemap.lab.simulated_device import PAPER_DEVICE, SimulatedDevice

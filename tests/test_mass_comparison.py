@@ -7,6 +7,7 @@ import pytest
 from scipy.stats import spearmanr
 
 import forcemap as fm
+from forcemap.answers.words import sentences
 from forcemap.cli.app import run
 
 OUT = (1.0, 0.0, 0.0)
@@ -46,7 +47,7 @@ def test_what_the_docs_say_of_the_ur10e(ur10e):
     assert 0.2 < driven.explained_share_scaled < 0.35
     assert driven.ratio.min() > 1.1
     assert driven.ratio_spread > 2
-    statements = fm.compare_effective_mass(fm.published_map("ur10e"), ur10e).statements
+    statements = sentences(fm.compare_effective_mass(fm.published_map("ur10e"), ur10e).statements)
     assert any("does not predict" in line for line in statements)
     assert any("not included" in line for line in statements)
 
@@ -70,7 +71,7 @@ def test_forces_that_follow_effective_mass_are_explained_wholly(ur10e):
 def test_measured_states_of_an_example(examples, ur10e):
     found = fm.compare_effective_mass(examples["ur10e"], ur10e, speed=0.2)
     assert found.on == "measured states"
-    assert found.statements[0].startswith("SIMULATED")
+    assert sentences(found.statements)[0].startswith("SIMULATED")
     assert found.distance.size == (np.abs(examples["ur10e"].states.speed - 0.2) < 0.01).sum()
 
 

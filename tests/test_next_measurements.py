@@ -9,7 +9,9 @@ import pytest
 from oracle import printed_force, training_grid
 
 import forcemap as fm
+from forcemap.answers.words import sentences
 from forcemap.errors import ContactNotPermitted, InputError
+from forcemap.findings import FindingKind
 from sequence import HEIGHTS, Sequence, planned_states, released
 
 QUASI_STATIC = fm.Contact.QUASI_STATIC
@@ -171,7 +173,8 @@ def test_a_limit_that_phase_two_forbids_is_not_worth_an_impact():
     hand = fm.force_limit("back_of_hand")
     found = fm.next_measurements(clamping, hand, contact=fm.Contact.TRANSIENT)
     assert found.stop is fm.Stop.LIMIT_NOT_USABLE
-    assert "clamp" in found.reason
+    (why,) = found.reason.also
+    assert (why.kind, why.also[0].kind) == (FindingKind.TRANSIENT_NOT_USABLE, FindingKind.CLAMPING)
     assert fm.next_measurements(clamping, hand, contact=fm.Contact.QUASI_STATIC).plan is not None
     with pytest.raises(ContactNotPermitted):
         fm.next_measurements(clamping, fm.force_limit("face"), contact=fm.Contact.TRANSIENT)
@@ -530,7 +533,7 @@ class TestConfirmation:
             assert np.all(apart.max(axis=2) > 1)
             assert len(states) == 12
             (alone,) = found.warnings
-            assert alone.startswith("LIMIT FOR THE DEVICE ALONE")
+            assert alone.kind is FindingKind.DEVICE_ALONE
             own = fm.NewtonLimit(limit, spring_N_per_m=75e3)
             again = fm.confirm_plan(force_map, own, contact=QUASI_STATIC, bound=fm.ToleranceBound(), impacts=12)
             assert again.warnings == ()
@@ -547,6 +550,14 @@ class TestConfirmation:
         other = fm.confirm_plan(force_map, 250.0, contact=QUASI_STATIC, **options, planned=found.plan)
         capped = len(found.plan) - len(other.earlier)  # the fastest speed measured there is released for either
         assert (capped, len(other.plan), len(other.added)) == (1, 6, 5)
+
+    def test_newtons_without_a_contact_can_be_asked_for_again(self, tmp_path):
+        folder = fm.copy_example("ur10e", tmp_path / "work")
+        known = fm.fit_force_map(fm.read_dataset(str(folder)))
+        found = fm.confirm_plan(known, 280.0, bound=fm.ToleranceBound())
+        again = fm.confirm_plan(known, 280.0, bound=fm.ToleranceBound(), planned=found.plan)
+        assert again.plan.states == found.plan.states
+        assert len(again.added) == 0
 
     def test_the_rule_is_applied_to_what_was_measured(self, force_map):
         found = fm.confirm_plan(force_map, 140.0, contact=QUASI_STATIC, bound=fm.ToleranceBound())
@@ -596,7 +607,7 @@ class TestConfirmation:
         assert np.isnan([published.not_passed, published.above_bound, published.found]).all()
         nothing = fm.confirm_plan(force_map, 20.0, contact=QUASI_STATIC, bound=fm.ToleranceBound())
         assert (len(nothing.plan), len(nothing.added)) == (0, 0)
-        assert "no place has a speed for 20 N" in nothing.refusal
+        assert (nothing.refusal.kind, nothing.refusal.figure("limit_N")) == (FindingKind.NOTHING_TO_CONFIRM, 20)
         with pytest.raises(InputError, match="impacts: found 1"):
             fm.confirm_plan(force_map, 140.0, contact=QUASI_STATIC, bound=fm.ToleranceBound(), impacts=1)
 
@@ -618,7 +629,7 @@ class TestConfirmation:
         assert len(planned) == impacts
         assert np.all(found.bound_force <= 165)
         assert np.all(planned[:, :2] >= states[:, :2].min(axis=0) - 1e-9)
-        fewer = [line for line in found.warnings if "fewer than the 6 asked for" in line]
+        fewer = [line for line in sentences(found.warnings) if "fewer than the 6 asked for" in line]
         assert len(fewer) == (impacts < 6)
 
     def test_released_speeds_that_none_can_confirm_are_a_refusal(self):
@@ -631,7 +642,7 @@ class TestConfirmation:
         flat = dataclasses.replace(flat, fit=dataclasses.replace(flat.fit, states=known))
         found = fm.confirm_plan(flat, 165.0, contact=QUASI_STATIC, bound=fm.ToleranceBound())
         assert len(found.plan) == 0
-        assert "none can be confirmed" in found.refusal
+        assert found.refusal.kind is FindingKind.NONE_CAN_BE_CONFIRMED
 
     def test_an_impact_elsewhere_cannot_tell(self, force_map):
         found = fm.confirm_plan(force_map, 140.0, contact=QUASI_STATIC, bound=fm.ToleranceBound(), impacts=2)

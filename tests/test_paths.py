@@ -12,6 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import forcemap as fm
+from forcemap.answers.words import assumptions, sentence, sentences
 from forcemap.dynamics.kinematics import forward_kinematics
 from forcemap.dynamics.robots import robot_named
 from forcemap.paths.time_law import braking_speeds
@@ -94,7 +95,7 @@ def test_a_press_downwards_gets_the_speeds_of_its_places():
     assert math.isnan(found.program.duration)
     allowed = fm.path_speeds(ur10e, press(angle=2.0), HAND, bound=bound)
     assert (allowed.speed < found.speed - 0.01).all()
-    assert any("overshoot 0.01 m/s and position tolerance 0.005 m" in line for line in allowed.statements)
+    assert any("overshoot 0.01 m/s and position tolerance 0.005 m" in line for line in lines(allowed))
 
 
 def test_directions_other_than_the_maps_are_named_and_get_nothing():
@@ -113,7 +114,7 @@ def test_directions_other_than_the_maps_are_named_and_get_nothing():
     sideways = ["not_downward"] * 2
     assert found.outcome.tolist() == ["admissible", *sideways, "admissible", *sideways]  # the fourth by 4.6 degrees
     assert np.isnan(found.speed[[1, 2, 4, 5]]).all()
-    assert "off the map's direction the bound is raised by 14 %" in found.statements
+    assert "off the map's direction the bound is raised by 14 %" in lines(found)
     tilted = fm.Segments(points[3], points[4])
     case = {"limit": fm.force_limit("back_of_hand"), "contact": "transient", "bound": fm.FixedMargin()}
     off, along = (fm.zone_speeds(fm.published_map("ur10e"), tilted, **case, angle=a).speed[0] for a in (4.6, 0.0))
@@ -138,7 +139,11 @@ def test_unconfirmed_and_outside_pieces_have_no_time():
     assert "outside" in beyond.outcome.tolist()
     clamps = fm.path_speeds(fm.published_map("kuka-iiwa7-30nm"), press(), HAND, bound=fm.FixedMargin())
     assert set(clamps.outcome) == {"unconfirmed"}
-    assert "no transient limit" in clamps.reason[0]
+    assert "no transient limit" in sentence(clamps.reason[0])
+
+
+def lines(speeds):
+    return assumptions(speeds.bases, speeds.notes)
 
 
 def test_the_strictest_area_governs_and_the_head_has_no_speed():
@@ -155,7 +160,7 @@ def test_the_strictest_area_governs_and_the_head_has_no_speed():
     head = fm.one_segment_task("path", ("back_of_hand", "temple"), fm.Contact.TRANSIENT)
     refused = fm.path_speeds(ur10e, press(), head, bound=fm.FixedMargin())
     assert set(refused.outcome) == {"not_permitted"}
-    assert "not permitted" in refused.reason[0]
+    assert "not permitted" in sentence(refused.reason[0])
     assert np.isnan(refused.speed).all()
     assert math.isnan(refused.standard.duration)
 
@@ -171,7 +176,7 @@ def test_excluded_contact_is_driven_as_programmed_and_said():
     assert set(found.speed[:7]) == {0.5}
     assert not found.refused.any()
     assert found.allowed.duration > 0
-    assert any("excluded" in line for line in found.statements)
+    assert any("excluded" in line for line in lines(found))
 
 
 def test_timed_paths_tell_where_they_are_too_fast():
@@ -190,7 +195,7 @@ def test_timed_paths_tell_where_they_are_too_fast():
     assert fine.too_fast.tolist() == [True] * 15 + [False] * 80
     assert (fine.programmed >= fine.path.speeds).all()
     assert np.max(fine.programmed[17:] - 0.1) < 0.0051
-    assert any("between two rows the times tell only the mean" in line for line in fine.statements)
+    assert any("between two rows the times tell only the mean" in line for line in lines(fine))
 
 
 @given(st.integers(0, 2**32 - 1), st.floats(0.3, 5.0))
@@ -233,13 +238,13 @@ def test_motion_in_another_direction_cannot_be_asked_for(angle):
 
 def test_what_was_not_stated_is_said():
     bare = fm.path_speeds(fm.published_map("ur10e"), press(), HAND, bound=fm.FixedMargin())
-    assert any("programmed speed: not stated" in line for line in bare.statements)
-    assert any("moving mass 30 kg, payload 0 kg" in line for line in bare.statements)
-    assert any("no speed for any other direction" in line for line in bare.statements)
+    assert any("programmed speed: not stated" in line for line in lines(bare))
+    assert any("moving mass 30 kg, payload 0 kg" in line for line in lines(bare))
+    assert any("no speed for any other direction" in line for line in lines(bare))
     ur10e = fm.published_map("ur10e")
     unstated = dataclasses.replace(ur10e, conditions=dataclasses.replace(ur10e.conditions, payload=math.nan))
     found = fm.path_speeds(unstated, press(), HAND, bound=fm.FixedMargin())
-    assert any("payload 0 kg (assumed, the campaign does not state it)" in line for line in found.statements)
+    assert any("payload 0 kg (assumed, the campaign does not state it)" in line for line in lines(found))
 
 
 def test_standing_still_in_a_timed_path_is_a_wait(tmp_path):
@@ -428,7 +433,7 @@ def test_task_files(tmp_path):
     assert lift.contact is None
     assert task.acceleration == 2
     task.require_same(fm.published_map("ur10e").conditions)
-    assert task.statements() == [
+    assert sentences(task.findings) == [
         "taken to be as in the campaign, not stated by the task: contact site, safety settings"
     ]
     clamping = fm.read_task(write(tmp_path, TASK.replace("possible = false\nspeed_mps = 0.25", "possible = true")))

@@ -1,17 +1,25 @@
-"""plan --design i-optimal, --next and --confirm as a program sees them."""
+"""plan --design i-optimal, next and confirm as a program sees them."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
+import typer
 from oracle import printed_force
 
 import forcemap as fm
+from forcemap.cli.app import app
 from pulses import pulse, rows, save
 
 RANGES = ("--distances-m", "0.52,0.89", "--heights-m", "0.14,0.46")
 CELL = (*RANGES, "--moving-mass-kg", 30, "--device-range-N", 500, "--device-spring-N-per-mm", 75)
 HAND = ("--area", "back_of_hand", "--contact", "transient")
+
+
+def flowing(out):
+    """Commands in one line each, and lines of at most 100 characters but for paths."""
+    assert all(len(line) <= 100 or "/" in line for line in out.splitlines())
+    return " ".join(out.replace("\\\n", " ").split())
 
 
 def measure(folder, ask, rng):
@@ -31,9 +39,9 @@ def measured(ask, tmp_path):
     """A campaign from nothing to 14 states."""
     folder, rng = tmp_path / "cell", np.random.default_rng(5)
     options = ("--batch", 7, "--states", 14, "--repeats", 1)
-    assert ask("plan", "--next", folder, *CELL, *HAND, *options)[0] == 0
+    assert ask("next", folder, *CELL, *HAND, *options)[0] == 0
     measure(folder, ask, rng)
-    assert ask("plan", "--next", folder, *HAND, *options)[0] == 0
+    assert ask("next", folder, *HAND, *options)[0] == 0
     measure(folder, ask, rng)
     return folder
 
@@ -51,7 +59,7 @@ def test_an_i_optimal_plan(ask, forcemap, tmp_path):
     runs = [run for run in found["runs"] if run["repeat"] == 1]
     outside = sum(run["speed_mps"] < 0.2 for run in runs)
     assert f"; {outside} of 18 planned states lie outside its measured range" in found["expected_from"]
-    options = ("--speeds-mps", "0.2,0.4", "--design", "i-optimal", "--form", "log-speed", "--states", 14)
+    options = ("--speeds-mps", "0.2,0.4", "--design", "i-optimal:log-speed", "--states", 14)
     code, found = ask("plan", tmp_path / "b", *RANGES, *options)
     assert (code, found["states"]) == (0, 14)
     assert "14 states to train, fewer than 18: the bound is expected to lie" in found["warnings"][0]
@@ -75,16 +83,16 @@ def test_from_nothing_to_confirmed_places(ask, forcemap, tmp_path):
     """The campaign's files after every step; old rows stay, the sheet has the new runs."""
     folder, rng = tmp_path / "cell", np.random.default_rng(3)
     options = (*HAND, "--repeats", 1, "--states", 15, "--batch", 6)
-    code, first = ask("plan", folder, "--next", *CELL, *options)
+    code, first = ask("next", folder, *CELL, *options)
     assert (code, first["stop"], first["states"], len(first["runs"])) == (0, None, 6, 6)
     assert first["files"] == ["campaign.toml", "plan.csv", "run_sheet.txt"]
     assert first["expected_mean_speed_mps"] is None
     assert all(run["upper_force_N"] <= 497 for run in first["runs"])
-    code, found = ask("plan", folder, "--next", *options)
+    code, found = ask("next", folder, *options)
     assert code == 2
     assert "planned states without an impact: 6" in found["error"]["message"]
     measure(folder, ask, rng)
-    code, second = ask("plan", folder, "--next", *options)
+    code, second = ask("next", folder, *options)
     assert (code, second["files"]) == (0, ["plan.csv", "run_sheet.txt"])
     planned = [row["recording"] for row in rows(folder / "plan.csv")]
     assert planned == [run["recording"] for run in [*first["runs"], *second["runs"]]]
@@ -93,16 +101,16 @@ def test_from_nothing_to_confirmed_places(ask, forcemap, tmp_path):
     assert not any(run["recording"] in sheet for run in first["runs"])
     assert fm.read_campaign(folder).conditions.moving_mass == 30
     measure(folder, ask, rng)
-    code, out, err = forcemap("plan", folder, "--next", *options)
+    code, out, err = forcemap("next", folder, *options)
     assert (code, err) == (0, "")
     assert "3 states to measure next, slow to fast" in out
     assert "of 81 places confirmed, mean speed 0." in out
     measure(folder, ask, rng)
     before = (folder / "plan.csv").read_bytes()
-    code, last = ask("plan", folder, "--next", *options)
+    code, last = ask("next", folder, *options)
     assert (code, last["stop"], last["runs"]) == (1, "budget", [])
     assert last["confirmed_places"] > 30
-    code, out, _ = forcemap("plan", folder, "--next", *options)
+    code, out, _ = forcemap("next", folder, *options)
     assert code == 1
     assert out.startswith("Stop (budget): the campaign has the 15 states of its budget")
     assert (folder / "plan.csv").read_bytes() == before
@@ -110,7 +118,7 @@ def test_from_nothing_to_confirmed_places(ask, forcemap, tmp_path):
 
 def test_the_confirmation_of_a_campaign_is_added_to_its_plan_as_test_runs(ask, forcemap, measured):
     before = rows(measured / "plan.csv")
-    code, found = ask("plan", "--confirm", measured, *HAND, "--states", 4)
+    code, found = ask("confirm", measured, *HAND, "--impacts", 4)
     assert (code, found["files"], len(found["runs"])) == (0, ["plan.csv", "run_sheet.txt"], 4)
     after = rows(measured / "plan.csv")
     assert after[: len(before)] == before
@@ -126,15 +134,15 @@ def test_the_confirmation_of_a_campaign_is_added_to_its_plan_as_test_runs(ask, f
 
 
 def test_the_confirmation_is_shown_again_until_it_is_measured_and_then_judged(ask, forcemap, measured):
-    """As often as asked; with --next nothing that was printed is lost."""
-    number = ("--states", 4)
-    first = ask("plan", "--confirm", measured, *HAND, "--states", 4)[1]
+    """As often as asked; with next nothing that was printed is lost."""
+    number = ("--impacts", 4)
+    first = ask("confirm", measured, *HAND, "--impacts", 4)[1]
     assert (first["outcome"], first["missing"]) == (None, [run["recording"] for run in first["runs"]])
     before, sheet = rows(measured / "plan.csv"), (measured / "run_sheet.txt").read_bytes()
-    code, again = ask("plan", "--confirm", measured, *HAND, *number)
+    code, again = ask("confirm", measured, *HAND, *number)
     assert (code, again["outcome"], again["runs"]) == (0, None, first["runs"])
     assert rows(measured / "plan.csv") == before
-    code, refused = ask("plan", "--next", measured, *HAND)
+    code, refused = ask("next", measured, *HAND)
     assert code == 2
     assert "states to confirm the map without an impact: 4" in refused["error"]["message"]
     assert (measured / "run_sheet.txt").read_bytes() == sheet
@@ -151,77 +159,92 @@ def test_the_confirmation_is_shown_again_until_it_is_measured_and_then_judged(as
     for name in names[:3]:
         record(name, 0.97)
     assert ask("collect", measured)[0] == 0
-    code, partly = ask("plan", "--confirm", measured, *HAND, *number)
+    code, partly = ask("confirm", measured, *HAND, *number)
     assert (code, partly["outcome"], partly["missing"]) == (2, "cannot_tell", names[3:])
     record(names[3], 0.97)
     assert ask("collect", measured)[0] == 0
-    code, found = ask("plan", "--confirm", measured, *HAND, *number)
+    code, found = ask("confirm", measured, *HAND, *number)
     assert (code, found["outcome"], found["missing"], found["files"]) == (0, "passes", [], [])
     assert [each["outcome"] for each in found["impacts"]] == ["passes"] * 4
-    code, out, _ = forcemap("plan", "--confirm", measured, *HAND, *number)
+    code, out, _ = forcemap("confirm", measured, *HAND, *number)
     assert code == 0
     assert out.startswith("PASSES: each of the 4 impacts is within 280 N and below the bound")
-    assert ask("plan", "--next", measured, *HAND)[0] == 0
+    assert ask("next", measured, *HAND)[0] == 0
 
 
 def test_a_confirming_impact_that_is_too_strong_does_not_pass(ask, forcemap, measured):
-    first = ask("plan", "--confirm", measured, *HAND, "--states", 2)[1]
+    first = ask("confirm", measured, *HAND, "--impacts", 2)[1]
     for run, force in zip(first["runs"], (100.0, 290.0), strict=True):
         save(measured / "recordings" / f"{run['recording']}.csv", *pulse(force, rate=1000.0))
     assert ask("collect", measured)[0] == 0
-    code, found = ask("plan", "--confirm", measured, *HAND)
+    code, found = ask("confirm", measured, *HAND)
     assert (code, found["outcome"]) == (1, "does_not_pass")
     assert [each["outcome"] for each in found["impacts"]] == ["passes", "does_not_pass"]
     assert "exceed the limit of 280 N" in found["impacts"][1]["reason"]
     before = (measured / "plan.csv").read_bytes()
-    code, out, _ = forcemap("plan", "--confirm", measured, *HAND, "--states", 6)
+    code, out, _ = forcemap("confirm", measured, *HAND, "--impacts", 6)
     assert code == 1
     assert "DOES NOT PASS: impacts that do not pass: 1 of 2; release nothing" in out
-    assert f"forcemap plan {measured} --next --area back_of_hand --contact transient" in out
+    assert f"forcemap next {measured} --area back_of_hand --contact transient" in flowing(out)
     assert (measured / "plan.csv").read_bytes() == before
 
 
 def test_a_confirming_impact_that_clamps_does_not_pass(ask, measured):
     """Phase II then forbids the limit, and no speed is released any more: no reason to say that there is no answer."""
-    first = ask("plan", "--confirm", measured, *HAND, "--states", 2)[1]
+    first = ask("confirm", measured, *HAND, "--impacts", 2)[1]
     for run in first["runs"]:
         save(measured / "recordings" / f"{run['recording']}.csv", *pulse(150.0, held=145.0, rate=1000.0))
     assert ask("collect", measured)[0] == 0
-    code, found = ask("plan", "--confirm", measured, *HAND)
+    code, found = ask("confirm", measured, *HAND)
     assert (code, found["outcome"]) == (1, "does_not_pass")
 
 
+def test_a_confirming_recording_under_another_name_or_changed_cannot_tell(ask, measured):
+    first = ask("confirm", measured, *HAND, "--impacts", 2)[1]
+    for run in first["runs"]:
+        save(measured / "recordings" / f"{run['recording']}.csv", *pulse(100.0, rate=1000.0))
+    assert ask("collect", measured)[0] == 0
+    path = measured / "recordings" / f"{first['runs'][0]['recording']}.csv"
+    path.rename(path.with_name("other.csv"))
+    code, found = ask("confirm", measured, *HAND)
+    assert (code, found["outcome"]) == (2, "cannot_tell")
+    path.with_name("other.csv").rename(path)
+    save(path, *pulse(90.0, rate=1000.0))
+    code, found = ask("confirm", measured, *HAND)
+    assert (code, found["outcome"]) == (2, "cannot_tell")
+
+
 def test_a_limit_without_any_speed_leads_to_more_measurements(ask, forcemap, measured):
-    code, found = ask("plan", "--confirm", measured, "--limit-N", 60, "--contact", "quasi-static")
+    code, found = ask("confirm", measured, "--limit-N", 60, "--contact", "quasi-static")
     assert (code, found["files"], found["runs"]) == (1, [], [])
     assert "no place has a speed for 60 N" in found["reason"]
-    code, out, _ = forcemap("plan", "--confirm", measured, "--limit-N", 60, "--contact", "quasi-static")
+    code, out, _ = forcemap("confirm", measured, "--limit-N", 60, "--contact", "quasi-static")
     assert code == 1
-    assert f"forcemap plan {measured} --next --limit-N 60 --contact quasi-static" in out
+    assert f"forcemap next {measured} --limit-N 60 --contact quasi-static" in flowing(out)
 
 
 def test_the_next_step_is_the_whole_command(ask, forcemap, measured, tmp_path):
-    code, found = ask("plan", "--next", measured, *HAND, "--largest-force-N", 320.5, "--batch", 2)
+    code, found = ask("next", measured, *HAND, "--largest-force-N", 320.5, "--batch", 2)
     assert code == 0
-    step = "--next --area back_of_hand --contact transient --batch 2 --largest-force-N 320.5"
-    assert found["next_command"] == f"forcemap plan {measured} {step}"
+    step = "--area back_of_hand --contact transient --batch 2 --largest-force-N 320.5"
+    assert found["next_command"] == f"forcemap next {measured} {step}"
     assert "95 % confidence" in found["upper_force_is"]
     assert "at most: tolerance bound" in (measured / "run_sheet.txt").read_text()
     folder = tmp_path / "table"
     folder.mkdir()
     (folder / "impacts.csv").write_bytes((measured / "impacts.csv").read_bytes())
-    code, out, _ = forcemap("plan", "--next", folder, "--limit-N", 250, "--device-range-N", 500)
+    code, out, _ = forcemap("next", folder, "--limit-N", 250, "--device-range-N", 500)
     assert code == 0
     assert "Nothing written: there is no plan.csv" in out
-    assert f"add a row for each impact to {folder / 'impacts.csv'}" in out
+    assert f"add a row for each impact to {folder / 'impacts.csv'}" in flowing(out)
 
 
 def test_the_confirmation_of_a_map_is_shown_and_written_nowhere(ask, forcemap, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    code, found = ask("plan", "--confirm", "ur10e", "--limit-N", 280)
+    code, found = ask("confirm", "ur10e", "--limit-N", 280)
     assert (code, found["files"], found["not_passed_probability"]) == (0, [], None)
     assert found["bound"]["kind"] == "margin"
-    code, out, _ = forcemap("plan", "--confirm", "ur10e", "--limit-N", 280)
+    code, out, _ = forcemap("confirm", "ur10e", "--limit-N", 280)
     assert code == 0
     assert "Rule: the map is confirmed if" in out
     assert "Nothing written" in out
@@ -229,37 +252,64 @@ def test_the_confirmation_of_a_map_is_shown_and_written_nowhere(ask, forcemap, t
 
 
 @pytest.mark.parametrize(
-    ("arguments", "message"),
+    ("command", "arguments", "message"),
     [
-        ((), "expected --distances-m, --heights-m and --speeds-mps"),
-        (("--next", "--confirm", "--limit-N", 140), "--next and --confirm are two steps"),
-        (("--next", *CELL), "limit: expected one of --area, --region or --limit-N"),
-        (("--next", *CELL, "--area", "back_of_hand"), "expected --contact"),
-        (("--next", *CELL, "--limit-N", 140, "--design", "i-optimal"), "--next chooses the states itself"),
-        (("--next", *RANGES, "--limit-N", 140, "--device-range-N", 500), "state the robot's moving mass"),
-        (("--next", *RANGES, "--limit-N", 140, "--moving-mass-kg", 30), "device range: not stated"),
-        (("--next", "--moving-mass-kg", 30, "--device-range-N", 500, "--limit-N", 140), "distances: found none"),
-        (("--next", *RANGES, "--limit-N", 140, "--moving-mass-kg", 30), "(--largest-force-N)"),
-        (("--next", "--moving-mass-kg", 30, "--device-range-N", 500, "--limit-N", 140), "--distances-m LOWEST,HIGHEST"),
-        ((*RANGES, "--speeds-mps", "0.2,0.4", "--states", 18), "add --design i-optimal"),
-        (("--next", *CELL, "--area", "face", "--contact", "transient"), "contact with face is not permitted"),
-        ((*RANGES, "--speeds-mps", "0.2,0.4", "--batch", 3), "--batch goes with --next"),
-        ((*RANGES, "--speeds-mps", "0.2,0.4", "--form", "CFM_3D"), "--form goes with --next, --confirm or --design"),
-        (("--confirm", *RANGES, "--limit-N", 140), "--confirm takes places, speeds and device from the campaign"),
-        (("--confirm", "--limit-N", 140), "no such file, folder or published map"),
+        ("plan", (), "expected --distances-m, --heights-m and --speeds-mps"),
+        ("next", CELL, "limit: expected one of --area, --region or --limit-N"),
+        ("next", (*CELL, "--area", "back_of_hand", "--limit-N", 140), "limit: expected one of"),
+        ("next", (*CELL, "--limit-N", 140, "--limit-table", "t.csv"), "--limit-table goes with --area or --region"),
+        ("next", (*CELL, "--area", "back_of_hand"), "expected --contact"),
+        ("next", (*RANGES, "--limit-N", 140, "--device-range-N", 500), "state the robot's moving mass"),
+        ("next", (*RANGES, "--limit-N", 140, "--moving-mass-kg", 30), "device range: not stated"),
+        ("next", ("--moving-mass-kg", 30, "--device-range-N", 500, "--limit-N", 140), "distances: found none"),
+        ("next", (*RANGES, "--limit-N", 140, "--moving-mass-kg", 30), "(--largest-force-N)"),
+        ("next", ("--moving-mass-kg", 30, "--device-range-N", 500, "--limit-N", 140), "--distances-m LOWEST,HIGHEST"),
+        ("next", (*CELL, "--area", "face", "--contact", "transient"), "contact with face is not permitted"),
+        (
+            "next",
+            (*CELL, "--limit-N", 140, "--map", "ur10e", "--map", "ur10e"),
+            "found several, expected one",
+        ),
+        ("plan", (*RANGES, "--speeds-mps", "0.2,0.4", "--states", 18), "add --design i-optimal"),
+        ("plan", (*RANGES, "--speeds-mps", "0.2,0.4", "--design", "training:CFM_3D"), "expected training, full-grid"),
+        ("confirm", ("--limit-N", 140), "no such file, folder or published map"),
     ],
 )
-def test_what_does_not_go_together_is_refused_in_one_line(ask, tmp_path, arguments, message):
-    code, found = ask("plan", tmp_path / "cell", *arguments)
+def test_what_cannot_be_answered_is_refused_in_one_line(ask, tmp_path, command, arguments, message):
+    code, found = ask(command, tmp_path / "cell", *arguments)
     assert code == 2
     assert message in found["error"]["message"]
     assert not (tmp_path / "cell").exists()
 
 
+@pytest.mark.parametrize(
+    ("option", "where"),
+    [
+        (("--next",), "is a command: forcemap next FOLDER"),
+        (("--confirm", "--limit-N", 140), "is a command: forcemap confirm FOLDER"),
+        (("--batch=3",), "goes with forcemap next"),
+        (("--form", "CFM_3D"), "--design i-optimal:LOG_SPEED"),
+        (("--payload-kg", 2), "campaign.toml (tool.payload_kg)"),
+    ],
+)
+def test_an_option_that_moved_is_refused_with_its_new_place(ask, tmp_path, option, where):
+    code, found = ask("plan", tmp_path / "cell", *option)
+    assert code == 2
+    assert where in found["error"]["message"]
+
+
+@pytest.mark.parametrize("name", ["plan", "next", "confirm"])
+def test_a_command_has_one_example_and_at_most_fifteen_options(forcemap, name):
+    code, out, _ = forcemap(name, "--help")
+    assert code == 0
+    assert out.count("Example: forcemap " + name) == 1
+    assert len(typer.main.get_command(app).commands[name].params) <= 15
+
+
 @pytest.mark.parametrize("source", ["ur10e", "map.json"])
 def test_a_map_is_no_campaign_to_go_on_with(ask, source, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    code, found = ask("plan", "--next", source, *CELL, "--limit-N", 140)
+    code, found = ask("next", source, *CELL, "--limit-N", 140)
     assert code == 2
     assert "found a map, expected a campaign folder or an impacts table" in found["error"]["message"]
     assert list(tmp_path.iterdir()) == []
@@ -267,10 +317,10 @@ def test_a_map_is_no_campaign_to_go_on_with(ask, source, tmp_path, monkeypatch):
 
 def test_a_simulated_campaign_says_so(ask, tmp_path):
     folder = fm.copy_example("ur10e", tmp_path / "work")
-    code, found = ask("plan", "--confirm", folder, "--limit-N", 280)
+    code, found = ask("confirm", folder, "--limit-N", 280)
     assert (code, found["simulated"], found["files"]) == (0, True, [])
     before = sorted(path.name for path in folder.iterdir())
     for source in (folder, folder / "impacts.csv"):
-        code, found = ask("plan", "--next", source, "--limit-N", 140, "--states", 40)
+        code, found = ask("next", source, "--limit-N", 140, "--states", 40)
         assert (code, found["simulated"], found["files"], found["states"]) == (0, True, [], 4)
     assert sorted(path.name for path in folder.iterdir()) == before

@@ -16,8 +16,10 @@ from hypothesis import strategies as st
 
 from forcemap.dynamics.effective_mass import effective_mass
 from forcemap.dynamics.inverse_kinematics import ReachOutcome
-from forcemap.dynamics.mass_map import Trend, planar_mass_map
+from forcemap.dynamics.mass_map import Trend, planar_effective_mass_at, planar_mass_map
 from forcemap.dynamics.planar_arm import (
+    INSPECTION_DISTANCES,
+    INSPECTION_HEIGHTS,
     LINK_ALIGNED,
     LINK_DOWN,
     LINK_HORIZONTAL,
@@ -27,14 +29,9 @@ from forcemap.dynamics.planar_arm import (
     PlanarArm,
     Wrist,
     planar_contact_point,
+    planar_inverse_kinematics,
     planar_jacobian,
     planar_mass_matrix,
-)
-from forcemap.dynamics.planar_places import (
-    INSPECTION_DISTANCES,
-    INSPECTION_HEIGHTS,
-    planar_effective_mass_at,
-    planar_inverse_kinematics,
 )
 from forcemap.errors import InputError
 

@@ -17,8 +17,7 @@ from forcemap.errors import InputError, RecordingError
 from forcemap.recordings.column_map import ColumnMap
 from forcemap.recordings.device import Device
 from forcemap.recordings.layout import find_layout
-from forcemap.recordings.number_block import checked_numbers
-from forcemap.recordings.plain_numbers import plain_numbers
+from forcemap.recordings.numbers import checked_numbers, plain_numbers
 from forcemap.recordings.read import read_recording, read_recordings
 from forcemap.recordings.recording import Recording
 from forcemap.recordings.units import ForceUnit, TimeUnit

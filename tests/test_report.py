@@ -17,6 +17,7 @@ import pypdf
 import pytest
 
 import forcemap as fm
+from forcemap.answers.words import sentences
 from forcemap.report import report_html, report_pdf
 from pulses import TOML, collect, pulse, save, write_campaign
 
@@ -149,7 +150,7 @@ def test_reports_are_valid_complete_and_self_contained(reports, case):
     assert text.count("SIMULATED Simulated impacts") == assessment.simulated
     assert ("SIMULATED" in text) == assessment.simulated
     assert ('content: "SIMULATED"' in page) == assessment.simulated  # at the foot of every printed page
-    for line in assessment.findings:
+    for line in sentences(assessment.findings):
         assert line in text
     for path in sorted(folder.rglob("*")):
         if path.is_file() and path.name != "truth.csv":  # what the simulator knows is no input
@@ -229,7 +230,7 @@ def test_assumptions_stand_beside_every_speed(reports):
     shown = [each for each in assessment.speeds if not isinstance(each.speeds, fm.Missing)]
     assert len(shown) == 2
     for each in shown:
-        for line in each.speeds.speeds.statements:
+        for line in sentences(each.speeds.speeds.basis.statements):
             assert line in text
     assert text.count("These speeds hold only under all of this") == len(shown)
 

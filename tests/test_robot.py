@@ -17,11 +17,9 @@ from scipy.optimize import least_squares
 
 from forcemap.dynamics.effective_mass import effective_mass
 from forcemap.dynamics.inverse_kinematics import inverse_kinematics, places_in_plane
-from forcemap.dynamics.kinematics import forward_kinematics, jacobian
-from forcemap.dynamics.mass_map import Trend, robot_mass_map
-from forcemap.dynamics.mass_matrix import mass_matrix
+from forcemap.dynamics.kinematics import forward_kinematics, jacobian, mass_matrix
+from forcemap.dynamics.mass_map import Trend, robot_effective_mass, robot_effective_mass_at, robot_mass_map
 from forcemap.dynamics.robot import JointKind
-from forcemap.dynamics.robot_mass import robot_effective_mass, robot_effective_mass_at
 from forcemap.dynamics.robots import ROBOTS, identified_drive_inertia, robot_named
 from forcemap.dynamics.urdf import read_urdf
 from forcemap.errors import ForcemapError, InputError, UnknownName

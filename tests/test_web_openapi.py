@@ -32,7 +32,7 @@ def description(tmp_path_factory):
 
 def test_every_answer_is_as_described(description):
     operations = [found.ok() for found in description.get_all_operations()]
-    assert len(operations) == 16
+    assert len(operations) == 19
     for operation in operations:
         of_the_campaign = {"path_parameters": {"name": "lab"}} if "{name}" in operation.path else {}
         whole = [(GenerationMode.POSITIVE, {}), (GenerationMode.POSITIVE, of_the_campaign)]

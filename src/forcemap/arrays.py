@@ -15,6 +15,7 @@ FloatArray = NDArray[np.float64]
 Indices = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 Objects = NDArray[np.object_]
+Texts = NDArray[np.str_]
 
 BLOCK = 65536
 

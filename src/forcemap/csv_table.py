@@ -6,13 +6,14 @@ import csv
 import io
 import math
 import re
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
-from forcemap.errors import TableError
+from forcemap.errors import TableError, nearest_names
 
 _ONE = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
-_NUMBER = re.compile(_ONE, re.ASCII)
+_NUMBER, _NUMBER_OR_NONE = re.compile(_ONE, re.ASCII), re.compile(f"(?:{_ONE})?", re.ASCII)
+_WHOLE_NUMBER = re.compile(r"\d{1,9}", re.ASCII)
 _NUMBERS = {  # a whole column at once
     True: re.compile(rf"{_ONE}(?:\n{_ONE})*", re.ASCII),
     False: re.compile(rf"(?:{_ONE})?(?:\n(?:{_ONE})?)*", re.ASCII),
@@ -35,6 +36,8 @@ class Table:
         Line number of the header.
     delimiter : str
         What separates the columns.
+    remarks : mapping of str to str
+        What lines such as "# edition: ..." say, by the word before the colon.
     """
 
     file: str
@@ -42,6 +45,7 @@ class Table:
     rows: list[int]
     header_row: int
     delimiter: str
+    remarks: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def texts(self) -> list[dict[str, str]]:
@@ -51,16 +55,36 @@ class Table:
     def numbers(self, column: str, *, required: bool) -> list[float]:
         """A column of numbers; NaN for an empty cell unless required."""
         cells = self.columns[column]
-        if cells and _NUMBERS[required].fullmatch("\n".join(cells)) and not any("\n" in cell for cell in cells):
-            return [float(cell) if cell else math.nan for cell in cells]
-        return [
-            _number(cell, required, self.file, row, column)
-            for cell, row in zip(self.columns[column], self.rows, strict=True)
-        ]
+        plain = _NUMBERS[required].fullmatch("\n".join(cells)) and not any("\n" in cell for cell in cells)
+        if not plain:
+            self._refuse_others(column, _NUMBER if required else _NUMBER_OR_NONE, "a number")
+        return [float(cell) if cell else math.nan for cell in cells]
 
     def whole_numbers(self, column: str) -> list[int]:
         """A column of whole numbers."""
-        return [_whole(cell, self.file, row, column) for cell, row in zip(self.columns[column], self.rows, strict=True)]
+        self._refuse_others(column, _WHOLE_NUMBER, "a whole number")
+        return [int(cell) for cell in self.columns[column]]
+
+    def _refuse_others(self, column: str, wanted: re.Pattern[str], expected: str) -> None:
+        for cell, row in zip(self.columns[column], self.rows, strict=True):
+            if not wanted.fullmatch(cell):
+                raise self.error(f"found {cell!r}, expected {expected}", row, column)
+
+    def error(self, message: str, row: int | None = None, column: str | None = None) -> TableError:
+        """The error to raise for a cell, row or column of the table."""
+        return TableError(message, file=self.file, row=row, column=column)
+
+    def require_columns(self, required: Sequence[str], known: Collection[str]) -> None:
+        """Refuse a header with an unknown column, or without a required one."""
+        for name in self.columns:
+            if name not in known:
+                near = f"the nearest known ones are {', '.join(nearest_names(name, known, 2))}"
+                message = f"found an unknown column {name!r}, {near}; rename it or take it out"
+                raise self.error(message, self.header_row, name)
+        for name in required:
+            if name not in self.columns:
+                message = f"the column is missing, expected at least {', '.join(required)}"
+                raise self.error(message, self.header_row, name)
 
     def with_decimal_points(self, numeric: Iterable[str]) -> Table:
         """The table with decimal points in its numeric columns; one that mixes both signs is refused as ambiguous."""
@@ -71,25 +95,28 @@ class Table:
         for name in names:
             for cell, row in zip(columns[name], self.rows, strict=True):
                 if "." in cell:
-                    raise TableError(
-                        f"found {cell!r} in a table with decimal commas, expected one decimal sign throughout",
-                        file=self.file,
-                        row=row,
-                        column=name,
-                    )
+                    message = f"found {cell!r} in a table with decimal commas, expected one decimal sign throughout"
+                    raise self.error(message, row, name)
             columns[name] = [cell.replace(",", ".") for cell in columns[name]]
-        return Table(self.file, columns, self.rows, self.header_row, self.delimiter)
+        return replace(self, columns=columns)
 
 
-def read_table(content: bytes, file: str, *, what: str) -> Table:
+def read_table(content: bytes, file: str, *, what: str, remarked: bool = False) -> Table:
     """The text of a table: UTF-8, a header, commas, semicolons or tabs; `what` is what a row holds.
+
+    If `remarked`, lines that begin with # are no rows but remarks.
 
     Raises
     ------
     TableError
         Not text, not a table, no row, a row of another length than the header, a column twice.
     """
-    text = _text(content, file)
+    text, remarks = _text(content, file), {}
+    if remarked:
+        lines = text.splitlines()
+        said = [line.lstrip("# ").partition(":") for line in lines if line.startswith("#")]
+        remarks = {word.strip().lower(): value.strip() for word, _, value in said}
+        text = "\n".join("" if line.startswith("#") else line for line in lines)
     first = next((line for line in text.splitlines() if line.strip()), "")
     if not first:
         raise TableError(f"the file is empty, expected a header and at least one {what}", file=file)
@@ -117,7 +144,14 @@ def read_table(content: bytes, file: str, *, what: str) -> Table:
         if len(record) != len(header):
             raise TableError(f"found {len(record)} cells, expected {len(header)} as in the header", file=file, row=row)
     columns = {name: [record[i] for _, record in body] for i, name in enumerate(header)}
-    return Table(file, columns, [row for row, _ in body], header_row, delimiter)
+    return Table(file, columns, [row for row, _ in body], header_row, delimiter, remarks)
+
+
+def csv_cell(value: object, form: str = "") -> str:
+    """The text of a cell: empty for None and NaN, true or false, a number in full or as `form` says."""
+    if value is None or value != value:
+        return ""
+    return str(value).lower() if isinstance(value, bool) else format(value, form)
 
 
 def csv_text(columns: Mapping[str, Sequence[str]]) -> str:
@@ -138,17 +172,3 @@ def _text(content: bytes, file: str) -> str:
     if "\0" in text:
         raise TableError("a binary file, expected a CSV table", file=file, row=text[: text.index("\0")].count("\n") + 1)
     return text
-
-
-def _number(cell: str, required: bool, file: str, row: int, column: str) -> float:
-    if cell == "" and not required:
-        return math.nan
-    if not _NUMBER.fullmatch(cell):
-        raise TableError(f"found {cell!r}, expected a number", file=file, row=row, column=column)
-    return float(cell)
-
-
-def _whole(cell: str, file: str, row: int, column: str) -> int:
-    if not re.fullmatch(r"\d{1,9}", cell, re.ASCII):
-        raise TableError(f"found {cell!r}, expected a whole number", file=file, row=row, column=column)
-    return int(cell)

@@ -3,7 +3,8 @@
     ForcemapError
     ├── InputError (also a ValueError)   a value, name or file that cannot be used
     │   ├── TableError                   a table of impacts or of limits: file, row, column
-    │   ├── CampaignFileError            a campaign.toml
+    │   ├── CampaignFileError            a file of a campaign
+    │   │   └── ChangedMeanwhile         it was changed while it was used: try again
     │   ├── RecordingError               a file of recordings
     │   ├── MapFileError                 a map file
     │   └── UnknownName                  no body area, map, form or term of that name
@@ -22,6 +23,7 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Iterable
+from typing import Any
 
 
 class ForcemapError(Exception):
@@ -62,9 +64,13 @@ class TableError(InputError):
 
 
 class CampaignFileError(InputError):
-    """A campaign.toml that cannot be used."""
+    """A campaign.toml, or another file of a campaign, that cannot be used."""
 
     kind = "campaign_file"
+
+
+class ChangedMeanwhile(CampaignFileError):
+    """A file of a campaign that was changed while it was used; nothing was written, trying again may do."""
 
 
 class RecordingError(InputError):
@@ -91,9 +97,13 @@ class UnknownName(InputError):
 
 
 class FitError(ForcemapError):
-    """The impacts do not determine the map."""
+    """The impacts do not determine the map; `remedy` is what to measure, beside a form with fewer terms."""
 
     kind = "fit"
+
+    def __init__(self, found: str, *, remedy: str = "", **where: Any) -> None:
+        self.found, self.remedy = found, remedy
+        super().__init__(f"{found}; {remedy} or choose a form with fewer terms" if remedy else found, **where)
 
 
 class TooFewStates(FitError):

@@ -1,10 +1,12 @@
-"""Files that survive a crash: written under a temporary name, flushed to disk, then renamed."""
+"""Files that survive a crash: written aside, flushed to disk, then renamed; and dates as files state them."""
 
 from __future__ import annotations
 
 import hashlib
 import os
+import re
 import tempfile
+from datetime import date
 from pathlib import Path
 
 from forcemap.errors import InputError
@@ -49,6 +51,18 @@ def read_bytes(path: str | Path) -> bytes:
         raise InputError(f"cannot be read ({error.strerror})", file=str(path)) from error
 
 
+def new_folder(folder: str | Path) -> Path:
+    """Make a folder, or take an empty one; an InputError if it holds files already, or cannot be made."""
+    target = Path(folder)
+    try:
+        target.mkdir(parents=True, exist_ok=True)
+        if any(target.iterdir()):
+            raise InputError("the folder holds files already, expected a new or empty one", file=str(folder))
+    except OSError as error:
+        raise InputError(f"the folder cannot be made ({error.strerror})", file=str(folder)) from error
+    return target
+
+
 def file_sha256(path: str | Path) -> str:
     """SHA-256 of a file's content, in hexadecimal, or an InputError that names it."""
     try:
@@ -61,3 +75,19 @@ def file_sha256(path: str | Path) -> str:
 def sha256(content: bytes | str) -> str:
     """SHA-256 of bytes, or of a text's UTF-8, in hexadecimal."""
     return hashlib.sha256(content.encode() if isinstance(content, str) else content).hexdigest()
+
+
+def stated_date(what: str, text: str) -> date:
+    """A date written as YYYY-MM-DD.
+
+    Raises
+    ------
+    InputError
+        Not a date; `what` it is of comes first.
+    """
+    try:
+        if re.fullmatch(r"\d{4}-\d{2}-\d{2}", text, re.ASCII):
+            return date.fromisoformat(text)
+    except (TypeError, ValueError):
+        pass
+    raise InputError(f"{what}: found {text!r}, expected YYYY-MM-DD")

@@ -1,40 +1,165 @@
-"""The whole assessment of a campaign's folder; nothing is written."""
+"""The whole result of a campaign's folder: every part is there, or the reason in words why it is not."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
+import numpy as np
+
 from forcemap._version import __version__
-from forcemap.assessment.campaign_assessment import CampaignAssessment
-from forcemap.assessment.coefficients import coefficient_intervals
-from forcemap.assessment.contact_model import ContactModel, contact_model
-from forcemap.assessment.findings import conditions_findings, file_findings
-from forcemap.assessment.inputs import campaign_inputs
-from forcemap.assessment.limit_table import campaign_limit_table
-from forcemap.assessment.map_assessment import map_accuracy
-from forcemap.assessment.missing import Missing, attempt
-from forcemap.assessment.place_speeds import place_speeds
+from forcemap.assessment.folder import InputFile, campaign_inputs, campaign_limit_table, file_findings, stated_findings
+from forcemap.assessment.missing import Missing, attempt, present
+from forcemap.assessment.place_speeds import PlaceSpeeds, place_speeds
 from forcemap.assessment.state_results import StateResult, state_results
 from forcemap.campaigns.campaign import Campaign, read_campaign
 from forcemap.campaigns.conditions import CAMPAIGN_FILE, Conditions, read_conditions
 from forcemap.campaigns.dataset import ImpactDataset
-from forcemap.campaigns.impacts_table import PLAN_FILE, TABLE_FILE, read_dataset
+from forcemap.campaigns.impacts_table import TABLE_FILE, read_dataset
+from forcemap.campaigns.plan import PLAN_FILE
 from forcemap.campaigns.repeatability import Repeatability, repeatability
-from forcemap.campaigns.summary import campaign_summary
+from forcemap.campaigns.summary import CampaignSummary, campaign_summary
+from forcemap.comparisons.contact_model import ContactModel, contact_model
 from forcemap.comparisons.force_models import Comparison, compare_force_models
 from forcemap.errors import InputError, UnknownName
+from forcemap.findings import Finding, FindingKind
 from forcemap.limits.body_areas import LimitTable
 from forcemap.limits.force_limits import Contact, ForceLimit, force_limit
-from forcemap.maps.accuracy import Accuracy
+from forcemap.maps.accuracy import Accuracy, map_accuracy
 from forcemap.maps.bounds import Bound, ToleranceBound, weakness
 from forcemap.maps.fit import fit_force_map
 from forcemap.maps.force_map import ForceMap
 from forcemap.maps.forms import CFM_2D, CFM_3D, Form
 from forcemap.verdicts.recording_results import JudgedRecordings, judge_recordings
+
+CONFIDENCE = 0.95
+"""Of the intervals."""
+
+
+@dataclass(frozen=True)
+class Coefficient:
+    """A coefficient of ln F.
+
+    Parameters
+    ----------
+    term : str
+        Its term.
+    value : float
+        The estimate, for F in N, d and h in m, v in m/s.
+    standard_error : float
+        Of the fit to the states; NaN with as many states as coefficients.
+    low, high : float
+        Ends of its 95 % confidence interval, value -+ t x standard error; NaN with as many states as coefficients.
+    p_value : float
+        Two-sided.
+    """
+
+    term: str
+    value: float
+    standard_error: float
+    low: float
+    high: float
+    p_value: float
+
+
+def coefficient_intervals(force_map: ForceMap) -> tuple[Coefficient, ...]:
+    """The coefficients of a fitted map, each with the confidence interval of Student's t.
+
+    Raises
+    ------
+    InputError
+        The map was not fitted here.
+    """
+    from scipy.special import stdtrit
+
+    between = force_map.require_fit().between_states
+    freedom = between.degrees_of_freedom
+    t = float(stdtrit(freedom, (1 + CONFIDENCE) / 2)) if freedom > 0 else math.nan
+    rows = np.column_stack([force_map.coefficients, between.standard_errors, between.p_values]).tolist()
+    return tuple(
+        Coefficient(term, value, error, value - t * error, value + t * error, p)
+        for term, (value, error, p) in zip(force_map.form.term_names, rows, strict=True)
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class CampaignAssessment:
+    """The whole result of a campaign's folder; a part that cannot be had says why.
+
+    Parameters
+    ----------
+    name : str
+        Name of the folder.
+    software : str
+        Software that made the assessment.
+    inputs : tuple of InputFile
+        The files that it rests on.
+    findings : tuple of Finding
+        What does not fit together, to be read before any result.
+    conditions : Conditions
+        What the campaign was measured under.
+    campaign : Campaign or Missing
+        Plan and register.
+    simulated : bool
+        True if the campaign, an impact or a recording says that it is simulated.
+    limits : tuple of ForceLimit
+        The limits of the body areas that are assessed.
+    limits_chosen : str
+        Who chose them, in words.
+    recordings : JudgedRecordings or Missing
+        Every recording beside the limits.
+    dataset : ImpactDataset or Missing
+        The impacts.
+    summary : CampaignSummary or Missing
+        What the campaign has and has not.
+    repeatability : Repeatability or Missing
+        How far repeats agree.
+    states : tuple of StateResult, or Missing
+        What was measured at every state.
+    force_map : ForceMap or Missing
+        The map fitted to the impacts with role train.
+    coefficients : tuple of Coefficient, or Missing
+        Its coefficients with their confidence intervals.
+    accuracy : tuple of Accuracy, or Missing
+        The one to trust first.
+    bound : Bound or Missing
+        The bound behind the speeds.
+    speeds : tuple of PlaceSpeeds
+        Safe speeds, for every limit and kind of contact.
+    map_2d : ForceMap or Missing
+        The 2D map of the same impacts, to compare with.
+    contact_models : tuple of (ContactModel or Missing)
+        The standard's contact model, one for each limit.
+    comparisons : tuple of (Comparison or Missing)
+        The map beside the 2D map and the standard's contact model, one for each limit.
+    """
+
+    name: str
+    software: str
+    inputs: tuple[InputFile, ...]
+    findings: tuple[Finding, ...]
+    conditions: Conditions
+    campaign: Campaign | Missing
+    simulated: bool
+    limits: tuple[ForceLimit, ...]
+    limits_chosen: str
+    recordings: JudgedRecordings | Missing
+    dataset: ImpactDataset | Missing
+    summary: CampaignSummary | Missing
+    repeatability: Repeatability | Missing
+    states: tuple[StateResult, ...] | Missing
+    force_map: ForceMap | Missing
+    coefficients: tuple[Coefficient, ...] | Missing
+    accuracy: tuple[Accuracy, ...] | Missing
+    bound: Bound | Missing
+    speeds: tuple[PlaceSpeeds, ...]
+    map_2d: ForceMap | Missing
+    contact_models: tuple[ContactModel | Missing, ...]
+    comparisons: tuple[Comparison | Missing, ...]
+
 
 DEFAULT_AREA = "hand_fingers"
 """Body region that is assessed where none is named."""
@@ -92,8 +217,9 @@ def assess_campaign(
             "forcemap plan makes one",
             file=str(folder),
         )
-    conditions = read_conditions(folder / CAMPAIGN_FILE) if (folder / CAMPAIGN_FILE).exists() else Conditions()
-    findings = [] if (folder / CAMPAIGN_FILE).exists() else [f"there is no {CAMPAIGN_FILE}: no condition is stated"]
+    stated = (folder / CAMPAIGN_FILE).exists()
+    conditions = read_conditions(folder / CAMPAIGN_FILE) if stated else Conditions()
+    findings = [] if stated else [Finding.of(FindingKind.CONDITIONS_MISSING, file=CAMPAIGN_FILE)]
     own = campaign_limit_table(folder, conditions)
     findings += [own.finding] if own.finding else []
     chosen = "given by the user"
@@ -103,27 +229,38 @@ def assess_campaign(
         inputs = campaign_inputs(folder, further=[own.file])
         others = dict.fromkeys(limit.edition for limit in limits if limit.sha256 != own.table.sha256)
         if others:
-            findings.append(f"campaign.toml names the limit table {own.file}, limits used are of {', '.join(others)}")
+            findings.append(Finding.of(FindingKind.OTHER_LIMITS, table=own.file, editions=", ".join(others)))
     home = campaign if isinstance(campaign, Campaign) else attempt(lambda: read_campaign(folder))
-    findings += conditions_findings(conditions, limits)
+    findings += stated_findings(conditions, limits)
     findings += [] if isinstance(home, Missing) else file_findings(home)
-    recordings = home if isinstance(home, Missing) else attempt(lambda: _judged(home, limits, progress))
-    stated = conditions.simulated
+    recordings = attempt(lambda: _judged(present(home), limits, progress))
+    says_so = conditions.simulated
     if isinstance(recordings, JudgedRecordings) and any(each.simulated for each in recordings.results):
         conditions = replace(conditions, simulated=True)
     dataset = attempt(lambda: read_dataset(folder, conditions=conditions))
     simulated = conditions.simulated if isinstance(dataset, Missing) else dataset.simulated
-    if simulated and not stated:
-        findings.append("SIMULATED recordings or impacts, in a campaign whose campaign.toml does not say so")
-    scatter = dataset if isinstance(dataset, Missing) else repeatability(dataset)
-    force_map = dataset if isinstance(dataset, Missing) else attempt(lambda: fit_force_map(dataset, form=form))
-    bound = bound or ToleranceBound(device_error=conditions.device.error_or_default)
-    carried = force_map if isinstance(force_map, Missing) else attempt(lambda: _carried(force_map, bound))
+    if simulated and not says_so:
+        findings.append(Finding.of(FindingKind.SIMULATED_NOT_STATED))
+    scatter = attempt(lambda: repeatability(present(dataset)))
+    force_map = attempt(lambda: fit_force_map(present(dataset), form=form))
+    wanted = bound or ToleranceBound(device_error=conditions.device.error_or_default)
+    carried = attempt(lambda: _carried(present(force_map), wanted))
     if not isinstance(dataset, Missing) and dataset.binding.reason:
         findings.append(dataset.binding.reason)
-    if not isinstance(force_map, Missing) and (weak := weakness(bound, force_map)):
+    if not isinstance(force_map, Missing) and (weak := weakness(wanted, force_map)):
         findings.insert(0, weak)
-    models = tuple(attempt(partial(contact_model, conditions, limit)) for limit in limits)
+    models = tuple(attempt(partial(contact_model, conditions, limit.name)) for limit in limits)
+
+    def speeds_of(limit: ForceLimit, model: ContactModel | Missing, contact: Contact) -> PlaceSpeeds:
+        known = conditions if isinstance(dataset, Missing) else dataset
+        plan = None if isinstance(home, Missing) else home.plan
+        return place_speeds(limit, contact, force_map, carried, measured=known, plan=plan, model=model, step=step)
+
+    def compared(limit: ForceLimit, model: ContactModel | Missing) -> Comparison:
+        impacts, _, masses = present(dataset), present(force_map), present(model)
+        usable, under = limit if limit.permitted else None, None if isinstance(carried, Missing) else carried
+        return compare_force_models(impacts, **masses.figures, form=form, bound=under, limit=usable)
+
     return CampaignAssessment(
         name=folder.resolve().name,
         software=f"forcemap {__version__}",
@@ -136,33 +273,17 @@ def assess_campaign(
         limits_chosen=chosen,
         recordings=recordings,
         dataset=dataset,
-        summary=_first_missing(home, dataset) or campaign_summary(home, dataset),  # type: ignore[arg-type]
+        summary=attempt(lambda: campaign_summary(present(home), present(dataset))),
         repeatability=scatter,
-        states=_states(dataset, scatter, recordings, force_map, len(limits)),
+        states=attempt(lambda: state_results(present(dataset), present(scatter), recordings, force_map, len(limits))),
         force_map=force_map,
-        coefficients=force_map if isinstance(force_map, Missing) else coefficient_intervals(force_map),
-        accuracy=_accuracy(force_map, dataset),
+        coefficients=attempt(lambda: coefficient_intervals(present(force_map))),
+        accuracy=attempt(lambda: map_accuracy(present(force_map), present(dataset))),
         bound=carried,
-        speeds=tuple(
-            place_speeds(
-                limit,
-                contact,
-                force_map=force_map,
-                bound=carried,
-                measured=conditions if isinstance(dataset, Missing) else dataset,
-                plan=None if isinstance(home, Missing) else home.plan,
-                model=model,
-                step=step,
-            )
-            for limit, model in zip(limits, models, strict=True)
-            for contact in Contact
-        ),
-        map_2d=dataset if isinstance(dataset, Missing) else attempt(lambda: fit_force_map(dataset, form=CFM_2D)),
+        speeds=tuple(speeds_of(*case, contact) for case in zip(limits, models, strict=True) for contact in Contact),
+        map_2d=attempt(lambda: fit_force_map(present(dataset), form=CFM_2D)),
         contact_models=models,
-        comparisons=tuple(
-            _comparison(dataset, force_map, limit, model, carried, form)
-            for limit, model in zip(limits, models, strict=True)
-        ),
+        comparisons=tuple(attempt(partial(compared, *case)) for case in zip(limits, models, strict=True)),
     )
 
 
@@ -175,62 +296,12 @@ def _default_limit(table: LimitTable) -> ForceLimit:
 
 def _judged(
     campaign: Campaign, limits: Sequence[ForceLimit], progress: Callable[[int, int], None] | None
-) -> JudgedRecordings | Missing:
+) -> JudgedRecordings:
     if not campaign.files() and not campaign.entries:
-        return Missing("there are no recordings in the folder")
+        raise InputError("there are no recordings in the folder")
     return judge_recordings(campaign, limits, progress=progress)
-
-
-def _states(
-    dataset: ImpactDataset | Missing,
-    scatter: Repeatability | Missing,
-    recordings: JudgedRecordings | Missing,
-    force_map: ForceMap | Missing,
-    limits: int,
-) -> tuple[StateResult, ...] | Missing:
-    if isinstance(dataset, Missing):
-        return dataset
-    assert not isinstance(scatter, Missing)
-    results = () if isinstance(recordings, Missing) else recordings.results
-    return state_results(dataset, scatter, results, None if isinstance(force_map, Missing) else force_map, limits)
-
-
-def _accuracy(force_map: ForceMap | Missing, dataset: ImpactDataset | Missing) -> tuple[Accuracy, ...] | Missing:
-    if isinstance(force_map, Missing) or isinstance(dataset, Missing):
-        return force_map if isinstance(force_map, Missing) else Missing("there are no impacts")
-    return attempt(lambda: map_accuracy(force_map, dataset))
 
 
 def _carried(force_map: ForceMap, bound: Bound) -> Bound:
     bound.require(force_map)
     return bound
-
-
-def _comparison(
-    dataset: ImpactDataset | Missing,
-    force_map: ForceMap | Missing,
-    limit: ForceLimit,
-    model: ContactModel | Missing,
-    bound: Bound | Missing,
-    form: Form,
-) -> Comparison | Missing:
-    if why := _first_missing(dataset, force_map, model):
-        return why
-    assert isinstance(dataset, ImpactDataset)
-    assert isinstance(model, ContactModel)
-    found = None if isinstance(bound, Missing) else bound
-    return attempt(
-        lambda: compare_force_models(
-            dataset,
-            robot_mass=model.robot_mass,
-            body_mass=model.body_mass,
-            stiffness=model.stiffness,
-            form=form,
-            bound=found,
-            limit=limit if limit.permitted else None,
-        )
-    )
-
-
-def _first_missing(*parts: object) -> Missing | None:
-    return next((part for part in parts if isinstance(part, Missing)), None)

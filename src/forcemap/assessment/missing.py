@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeVar
 
-from forcemap.errors import ForcemapError
+from forcemap.errors import ForcemapError, InputError
 
 Part = TypeVar("Part")
 
@@ -33,11 +33,19 @@ def attempt(make: Callable[[], Part]) -> Part | Missing:
         return Missing(error_words(error))
 
 
+def present(part: Part | Missing) -> Part:
+    """The part.
+
+    Raises
+    ------
+    InputError
+        It is missing; the message is the reason.
+    """
+    if isinstance(part, Missing):
+        raise InputError(part.reason)
+    return part
+
+
 def error_words(error: ForcemapError) -> str:
     """An error in words, the file by its bare name: the same in whatever folder the campaign lies."""
-    where = [
-        *([Path(error.file).name] if error.file else []),
-        *([f"row {error.row}"] if error.row is not None else []),
-        *([f"column {error.column}"] if error.column else []),
-    ]
-    return ": ".join([", ".join(where), error.message] if where else [error.message])
+    return str(error).replace(error.file, Path(error.file).name, 1) if error.file else str(error)

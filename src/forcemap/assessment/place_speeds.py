@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from forcemap.assessment.contact_model import ContactModel
-from forcemap.assessment.missing import Missing, attempt
+from forcemap.arrays import FloatArray
+from forcemap.assessment.missing import Missing, attempt, present
 from forcemap.campaigns.conditions import Conditions
 from forcemap.campaigns.dataset import ImpactDataset
 from forcemap.campaigns.plan import MeasurementPlan
+from forcemap.comparisons.contact_model import ContactModel
+from forcemap.findings import Finding
 from forcemap.limits.force_limits import Contact, ForceLimit
 from forcemap.maps.bounds import Bound, ToleranceBound
 from forcemap.maps.force_map import ForceMap
@@ -27,13 +30,13 @@ class OpenPlaces:
 
     Parameters
     ----------
-    reason : str
+    reason : Finding
         Why, in words.
     places : tuple of (float, float)
         Their distances and heights [m].
     """
 
-    reason: str
+    reason: Finding
     places: tuple[tuple[float, float], ...]
 
 
@@ -65,32 +68,38 @@ class PlaceSpeeds:
     standard_speed: float
     measure_next: NextMeasurements | Missing
 
+    @cached_property
+    def _confirmed(self) -> FloatArray:
+        speeds = np.empty(0) if isinstance(self.speeds, Missing) else np.asarray(self.speeds.speeds.speed)
+        return speeds[~np.isnan(speeds)]
+
     @property
     def confirmed(self) -> int:
         """Number of places with a confirmed speed."""
-        return 0 if isinstance(self.speeds, Missing) else int(np.sum(~np.isnan(self.speeds.speeds.speed)))
+        return self._confirmed.size
+
+    @property
+    def unconfirmed(self) -> int:
+        """Number of places inside the measured range without one."""
+        return sum(len(each.places) for each in self.open_places)
 
     @property
     def slowest(self) -> float:
         """Lowest of the confirmed speeds [m/s]: what holds at all confirmed places; NaN if there is none."""
-        if isinstance(self.speeds, Missing) or not self.confirmed:
-            return math.nan
-        return float(np.nanmin(self.speeds.speeds.speed))
+        return float(self._confirmed.min()) if self.confirmed else math.nan
 
     @property
     def fastest(self) -> float:
         """Highest of the confirmed speeds [m/s]; NaN if there is none."""
-        if isinstance(self.speeds, Missing) or not self.confirmed:
-            return math.nan
-        return float(np.nanmax(self.speeds.speeds.speed))
+        return float(self._confirmed.max()) if self.confirmed else math.nan
 
 
 def place_speeds(
     limit: ForceLimit,
     contact: Contact,
-    *,
     force_map: ForceMap | Missing,
     bound: Bound | Missing,
+    *,
     measured: ImpactDataset | Conditions,
     plan: MeasurementPlan | None,
     model: ContactModel | Missing,
@@ -116,14 +125,14 @@ def place_speeds(
     if not limit.permitted:
         why = Missing(f"NOT PERMITTED: the standard permits no contact with {limit.name}, at no speed")
         return PlaceSpeeds(limit, contact, why, (), math.nan, why)
-    speeds = attempt(lambda: _speeds(limit, contact, force_map, bound, step))
-    tolerance = bound if isinstance(bound, ToleranceBound) else ToleranceBound(device_error=_error(measured))
+    speeds = attempt(lambda: _speeds(limit, contact, present(force_map), present(bound), step))
+    conditions = measured.conditions if isinstance(measured, ImpactDataset) else measured
+    error = conditions.device.error_or_default
+    tolerance = bound if isinstance(bound, ToleranceBound) else ToleranceBound(device_error=error)
     ranges: dict[str, Any] = {}
     if plan is not None and not (isinstance(measured, ImpactDataset) and len(measured.train)):
-        ranges = {
-            "distances": (float(plan.distance.min()), float(plan.distance.max())),
-            "heights": (float(plan.height.min()), float(plan.height.max())),
-        }
+        axes = {"distances": plan.distance, "heights": plan.height}
+        ranges = {name: (float(axis.min()), float(axis.max())) for name, axis in axes.items()}
     return PlaceSpeeds(
         limit=limit,
         contact=contact,
@@ -134,26 +143,14 @@ def place_speeds(
     )
 
 
-def _speeds(
-    limit: ForceLimit, contact: Contact, force_map: ForceMap | Missing, bound: Bound | Missing, step: float
-) -> SpeedMap | Missing:
-    for part in (force_map, bound):
-        if isinstance(part, Missing):
-            return part
-    assert isinstance(force_map, ForceMap)
-    assert not isinstance(bound, Missing)
+def _speeds(limit: ForceLimit, contact: Contact, force_map: ForceMap, bound: Bound, step: float) -> SpeedMap:
     distance, height = measured_grid(force_map, step)
     return speed_map(force_map, distance, height, limit=limit, bound=bound, contact=contact)
 
 
 def _open_places(found: SpeedMap) -> tuple[OpenPlaces, ...]:
     speeds = found.speeds
-    reasons: dict[str, list[tuple[float, float]]] = {}
+    reasons: dict[Finding, list[tuple[float, float]]] = {}
     for i, j in np.argwhere(speeds.outcome == SpeedOutcome.UNCONFIRMED).tolist():
         reasons.setdefault(speeds.reason[i, j], []).append((float(found.distance[i]), float(found.height[j])))
     return tuple(OpenPlaces(reason, tuple(places)) for reason, places in reasons.items())
-
-
-def _error(measured: ImpactDataset | Conditions) -> float:
-    conditions = measured.conditions if isinstance(measured, ImpactDataset) else measured
-    return conditions.device.error_or_default

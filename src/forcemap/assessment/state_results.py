@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
+from forcemap.assessment.missing import Missing
 from forcemap.campaigns.dataset import ImpactDataset
 from forcemap.campaigns.repeatability import Repeatability
 from forcemap.impacts.scenario import ContactScenario
 from forcemap.maps.force_map import ForceMap
-from forcemap.verdicts.recording_results import RecordingResult, gravest_judgement
+from forcemap.verdicts.recording_results import JudgedRecordings, RecordingResult, gravest_judgement
 from forcemap.verdicts.verdict import Judgement
 
 
@@ -70,47 +71,35 @@ class StateResult:
 def state_results(
     dataset: ImpactDataset,
     scatter: Repeatability,
-    recordings: Sequence[RecordingResult],
-    force_map: ForceMap | None,
+    recordings: JudgedRecordings | Missing,
+    force_map: ForceMap | Missing,
     limits: int,
 ) -> tuple[StateResult, ...]:
     """The states of a dataset in order of distance, height and speed; `limits` is the number of limits judged."""
     states = dataset.states
     unknown = np.full(len(states), math.nan)
-    predicted = unknown if force_map is None else force_map.predict(states.distance, states.height, states.speed)
-    by_state: dict[str, list[RecordingResult]] = {}
-    for recording in recordings:
-        by_state.setdefault(recording.entry.state_id, []).append(recording)
-    members: dict[str, list[int]] = {}
-    for i, name in enumerate(dataset.state.tolist()):
-        members.setdefault(name, []).append(i)
+    predicted = unknown if isinstance(force_map, Missing) else force_map.predict(*states.coordinates.T)
+    judged = () if isinstance(recordings, Missing) else recordings.results
+    columns: dict[str, Any] = {"mean": states.force, "sd": scatter.sd, "predicted": predicted}
+    for field in ("distance", "height", "speed", "impacts", "censored", "highest", "at_least"):
+        columns[field] = getattr(states, field)
     found = []
     for i, name in enumerate(states.name):
-        rows, own = members[name], by_state.get(name, [])
-        scenarios = [each for each in dataset.scenario[rows] if each is not None]
+        rows = dataset.state == name
+        own = [each for each in judged if each.entry.state_id == name]
+        scenarios = dataset.scenario[rows].tolist()
         flags = [flag for cell in dataset.flags[rows].tolist() for flag in cell.split("; ")]
+        judgements = [[j for each in own if (j := each.judgements[k]) is not None] for k in range(limits)]
         found.append(
             StateResult(
                 name=name,
-                distance=float(states.distance[i]),
-                height=float(states.height[i]),
-                speed=float(states.speed[i]),
+                **{field: column[i].item() for field, column in columns.items()},
                 role=" and ".join(sorted(set(dataset.role[rows].tolist()), reverse=True)),
-                impacts=int(states.impacts[i]),
-                censored=int(states.censored[i]),
-                mean=float(states.force[i]),
-                sd=float(scatter.sd[i]),
-                highest=float(states.highest[i]),
-                at_least=float(states.at_least[i]),
-                predicted=float(predicted[i]),
                 phase2_force=float(np.fmax.reduce(dataset.phase2_force[rows])),
-                scenarios={each: scenarios.count(each) for each in ContactScenario if each in scenarios},
+                scenarios={each: count for each in ContactScenario if (count := scenarios.count(each))},
                 flags=tuple(sorted(set(flags) - {"", "simulated"})),
                 recordings=tuple(own),
-                judgements=tuple(
-                    gravest_judgement([j for each in own if (j := each.judgements[k]) is not None])
-                    for k in range(limits)
-                ),
+                judgements=tuple(map(gravest_judgement, judgements)),
             )
         )
     return tuple(found)

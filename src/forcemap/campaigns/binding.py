@@ -12,13 +12,15 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
+from typing import Any
 
-from forcemap.campaigns.columns import COLUMNS, NUMBERS
-from forcemap.campaigns.conditions import CAMPAIGN_FILE, MEASURED_UNDER, Conditions
-from forcemap.campaigns.recordings_table import REGISTER_FILE, Entry, Use, read_register, row_sha256
-from forcemap.campaigns.remark import REMARK, not_in_table
+from forcemap.campaigns.columns import COLUMNS, NUMBERS, RAW_PEAK, UNUSED
+from forcemap.campaigns.conditions import MEASURED_UNDER, Conditions
+from forcemap.campaigns.phase_two import unused_cells
+from forcemap.campaigns.recordings_table import REGISTER_FILE, Use, read_register, row_sha256
 from forcemap.errors import InputError
 from forcemap.files import sha256
+from forcemap.findings import Finding, FindingKind
 
 
 class BindingState(StrEnum):
@@ -38,31 +40,25 @@ class Binding:
     ----------
     state : BindingState
         NO_RECORDINGS where the table names none.
-    reason : str
-        Why it is unbound or broken, in words.
+    reason : Finding or None
+        Why it is unbound or broken.
     """
 
     state: BindingState = BindingState.NO_RECORDINGS
-    reason: str = ""
+    reason: Finding | None = None
 
     @property
-    def refusal(self) -> str:
-        """Why no speed may rest on the table; empty if nothing speaks against it."""
-        return (self.reason or _UNKNOWN) if self.state is BindingState.BROKEN else ""
+    def refusal(self) -> Finding | None:
+        """Why no speed may rest on the table; None if nothing speaks against it."""
+        return (self.reason or Finding.of(FindingKind.BINDING_BROKEN)) if self.state is BindingState.BROKEN else None
 
 
-_UNKNOWN = "the impacts are not what their recordings gave"
-NOT_BESIDE = Binding(
-    BindingState.UNBOUND,
-    f"UNBOUND impacts: the register of their recordings ({REGISTER_FILE}) is not beside them, so nothing tells whether "
-    f"the peaks are what the recordings gave; put {REGISTER_FILE} there, too",
-)
+NOT_BESIDE = Binding(BindingState.UNBOUND, Finding.of(FindingKind.REGISTER_NOT_BESIDE))
 
 
 def impact_sha256(row: Mapping[str, str]) -> str:
     """Hash of a row of the impacts table: its known columns, numbers by their value and not as they are written."""
-    cells = {column: row[column].strip() for column in COLUMNS if row.get(column, "").strip()}
-    plain = [f"{column}={_plain(column, cell)}" for column, cell in cells.items()]
+    plain = [f"{column}={_plain(column, cell)}" for column in COLUMNS if (cell := row.get(column, "").strip())]
     return sha256("\n".join(plain))[:16]
 
 
@@ -80,83 +76,53 @@ def binding_of(table: Path, rows: Sequence[Mapping[str, str]], conditions: Condi
     """
     register = table.parent / REGISTER_FILE
     names = [row.get("recording", "") for row in rows]
-    collected = any({"raw_peak_N", REMARK} & row.keys() for row in rows)  # columns that only collect writes
+    collected = any({RAW_PEAK, *UNUSED} & row.keys() for row in rows)  # columns that only collect writes
     if not register.exists():
         return NOT_BESIDE if any(names) or collected else Binding()
     try:
         entries = read_register(register)
     except InputError as error:
-        return _broken(f"{REGISTER_FILE} cannot be used: {error.message}")
+        return _broken(FindingKind.REGISTER_UNUSABLE, words=error.message)
     used = {entry.name: entry for entry in entries if entry.use is Use.USED}
     if not used and not any(names):
         return NOT_BESIDE if collected else Binding()  # typed by hand, beside recordings of which none was used
     if not any(entry.row_sha256 for entry in entries):
-        return _broken(f"{REGISTER_FILE} does not bind {table.name} to its recordings yet: run forcemap collect")
-    edited = [entry.file for entry in entries if entry.row_sha256 != row_sha256(entry)]
-    if edited:
-        return _broken(
-            f"{REGISTER_FILE} was changed since it was written ({_first(edited)}): run forcemap collect again"
-        )
-    other = [name for row, name in zip(rows, names, strict=True) if not _same(row, used.get(name))]
+        return _broken(FindingKind.NOT_BOUND_YET, table=table.name)
+    if edited := [entry.file for entry in entries if entry.row_sha256 != row_sha256(entry)]:
+        return _broken(FindingKind.REGISTER_EDITED, all=tuple(edited))
+    hashes = {name: entry.impact_sha256 for name, entry in used.items()}
+    other = [name for row, name in zip(rows, names, strict=True) if hashes.get(name) != impact_sha256(row)]
     other += [name for name in used if name not in names]
-    if other or {row.get(REMARK, "") for row in rows} != {not_in_table(entries)}:
-        return _broken(
-            f"{table.name} is not what forcemap collect wrote from the recordings ({_first(other) or REMARK}); restore "
-            "it, or move it away and run forcemap collect"
-        )
-    changes = _changes(list(used.values()), conditions.measured_under())
-    if changes:
-        columns = ", ".join(dict.fromkeys(key for key, _ in changes))
-        return _broken(
-            f"{'; '.join(words for _, words in changes)}. If it was changed on the robot, measure again; if it was "
-            f"mistaken before, empty the column {columns} of {REGISTER_FILE} and run forcemap collect"
-        )
-    moved = [entry for entry in used.values() if entry.changed]
-    if moved:
-        return _broken(
-            f"{_first([entry.file for entry in moved])}: {moved[0].changed}. Restore it; if it was mistaken before, "
-            f"empty that column of {REGISTER_FILE}; then run forcemap collect"
-        )
+    unused = unused_cells(entries).items()
+    other = other or [name for name, cell in unused if any(_value(row.get(name, "")) != _value(cell) for row in rows)]
+    if other:
+        return _broken(FindingKind.TABLE_EDITED, table=table.name, all=tuple(other))
+    now = conditions.measured_under()
+    stated = [(key, entry.conditions.get(key)) for entry in used.values() for key in MEASURED_UNDER]
+    then = Counter((key, value) for key, value in stated if value and value != now.get(key))
+    if then:  # entry, as it was when recordings were first registered, now, of how many
+        changes = tuple((key, value, now.get(key), count) for (key, value), count in then.items())
+        return _broken(FindingKind.CONDITION_CHANGED, changes=changes)
+    if moved := [entry for entry in used.values() if entry.changed]:
+        files = tuple(entry.file for entry in moved)
+        return _broken(FindingKind.RECORDING_CHANGED, all=files, changed=moved[0].changed)
     return Binding(BindingState.BOUND)
 
 
-def _broken(reason: str) -> Binding:
-    return Binding(BindingState.BROKEN, reason)
-
-
-def _same(row: Mapping[str, str], entry: Entry | None) -> bool:
-    return entry is not None and entry.impact_sha256 == impact_sha256(row)
-
-
-def _first(names: Sequence[str]) -> str:
-    more = f" and {len(names) - 1} more" if len(names) > 1 else ""
-    return f"{names[0] or 'a row without recording'}{more}" if names else ""
-
-
-def _changes(used: Sequence[Entry], now: Mapping[str, str]) -> list[tuple[str, str]]:
-    """What is stated otherwise than when recordings of the table were first registered: the entry, and in words."""
-    then = Counter(
-        (key, entry.conditions[key])
-        for entry in used
-        for key in MEASURED_UNDER
-        if entry.conditions.get(key) and now.get(key) != entry.conditions[key]
-    )
-    return [
-        (
-            key,
-            f"{key} was {value!r} when {count} of the recordings were registered, {CAMPAIGN_FILE} "
-            + (f"says {now[key]!r}" if key in now else "does not state it"),
-        )
-        for (key, value), count in then.items()
-    ]
+def _broken(kind: FindingKind, **figures: Any) -> Binding:
+    return Binding(BindingState.BROKEN, Finding.of(kind, **figures))
 
 
 def _plain(column: str, cell: str) -> str:
     if column in NUMBERS:
-        try:
-            return repr(float(cell.replace(",", ".")))
-        except ValueError:
-            return cell
+        return _value(cell)
     if column == "censored":
         return "true" if cell.lower() in ("true", "1") else "false"
     return cell.lower() if column == "role" else cell
+
+
+def _value(cell: str) -> str:
+    try:
+        return repr(float(cell.replace(",", ".")))
+    except ValueError:
+        return cell

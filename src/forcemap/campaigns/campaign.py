@@ -116,11 +116,6 @@ def read_campaign(folder: str | Path) -> Campaign:
     tolerance = StateTolerance.stated(conditions.place_tolerance, conditions.speed_tolerance)
     register = home / REGISTER_FILE
     register_sha256 = file_sha256(register) if register.exists() else ""  # before it is read: an edit then shows
-    return Campaign(
-        folder=home,
-        conditions=conditions,
-        columns=columns,
-        plan=read_plan(home / PLAN_FILE, tolerance=tolerance),
-        entries=read_register(register) if register.exists() else (),
-        register_sha256=register_sha256,
-    )
+    plan = read_plan(home / PLAN_FILE, tolerance=tolerance)
+    entries = read_register(register) if register.exists() else ()
+    return Campaign(home, conditions, columns, plan, entries, register_sha256)

@@ -3,35 +3,32 @@
 from __future__ import annotations
 
 import difflib
-import math
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from forcemap.arrays import FloatArray, Indices, Mask, Objects
+from forcemap.arrays import FloatArray, Indices, Mask, Objects, Texts
 from forcemap.errors import InputError, TableError
 from forcemap.impacts.scenario import ContactScenario
 
 # column of the table -> argument of ImpactDataset.from_arrays, which is also the field of ImpactDataset
-COLUMNS = {
-    "distance_m": "distance",
-    "height_m": "height",
-    "speed_mps": "speed",
-    "peak_force_N": "peak_force",
-    "state_id": "state",
-    "repeat": "repeat",
-    "role": "role",
-    "censored": "censored",
-    "base_angle_deg": "base_angle",
-    "phase2_force_N": "phase2_force",
-    "scenario": "scenario",
-    "recording": "recording",
-    "flags": "flags",
-}
+_EVERY = {"distance_m": "distance", "height_m": "height", "speed_mps": "speed", "peak_force_N": "peak_force"}
+_OF_STATE = {"state_id": "state", "repeat": "repeat", "role": "role", "censored": "censored"}
+_BESIDE = {"base_angle_deg": "base_angle", "phase2_force_N": "phase2_force"}
+COLUMNS = _EVERY | _OF_STATE | _BESIDE | {name: name for name in ("scenario", "recording", "flags")}
+RAW_PEAK = "raw_peak_N"
+"""A further column that `build_dataset` writes: the largest sample of Phase I."""
+UNUSED = (
+    *(f"unused_{scenario.value}" for scenario in ContactScenario),
+    *("unused_above_peak", "unused_excluded", "unused_unreadable", "unused_phase2_force_N"),
+)
+"""Columns with the same figure in every row, so that they go wherever the table goes: what is known of recordings that
+are not in it. How many are of each contact scenario, hold a Phase II force above their peak, were excluded by a person
+although they bar the transient limit, or cannot be read; and their largest Phase II force [N]."""
 # What a robot beside a person can do at all; beyond it the figure is in another unit.
 _PLAUSIBLE = {
     "distance_m": (0.0, 10.0, "metres above 0 and up to 10"),
@@ -45,7 +42,7 @@ _PLAUSIBLE = {
 NUMBERS = tuple(_PLAUSIBLE)
 """The columns that hold numbers with a unit."""
 
-REQUIRED = tuple(COLUMNS)[:4]
+REQUIRED = tuple(_EVERY)
 """The columns that every table has."""
 _DECISIVE = {  # words in a column's name that tell what it decides
     "censored": ("censored", "zensiert", "saturat", "clipped", "overload", "overrange"),
@@ -62,9 +59,10 @@ class Where:
     source: str
     rows: list[int]
 
-    def error(self, position: int, column: str, message: str) -> TableError:
-        """The error to raise for the row at `position`."""
-        return TableError(message, file=self.source or None, row=self.rows[position], column=column)
+    def error(self, position: int | None, column: str, message: str) -> TableError:
+        """The error to raise for the row at `position`, or for a whole column."""
+        row = None if position is None else self.rows[position]
+        return TableError(message, file=self.source or None, row=row, column=column)
 
     def refuse(self, offending: Any, column: str, values: Any, expected: str) -> None:
         """Raise for the first row, if any, where `offending` is true."""
@@ -74,29 +72,29 @@ class Where:
             raise self.error(int(position), column, f"found {found}, expected {expected}")
 
 
-def _sized(column: str, values: ArrayLike, n: int, where: Where) -> NDArray[Any]:
+def _sized(column: str, values: ArrayLike, where: Where) -> NDArray[Any]:
     if np.ma.is_masked(values):
-        raise TableError("found masked entries, expected none", file=where.source or None, column=column)
+        raise where.error(None, column, "found masked entries, expected none")
     array = np.atleast_1d(np.asarray(values))
+    n = len(where.rows)
     if array.shape != (n,):
-        found = f"found an array of shape {array.shape}, expected ({n},) like distance"
-        raise TableError(found, file=where.source or None, column=column)
+        raise where.error(None, column, f"found an array of shape {array.shape}, expected ({n},) like distance")
     return array
 
 
-def numbers(column: str, values: ArrayLike | None, n: int, where: Where) -> FloatArray:
+def numbers(column: str, values: ArrayLike | None, where: Where) -> FloatArray:
     """Plausible numbers, shape (n,); NaN where an optional column says nothing."""
-    optional = column in ("base_angle_deg", "phase2_force_N")
+    optional = column not in REQUIRED
     if values is None:
         if not optional:
-            raise TableError("found nothing, expected numbers", file=where.source or None, column=column)
-        return np.full(n, np.nan)
+            raise where.error(None, column, "found nothing, expected numbers")
+        return np.full(len(where.rows), np.nan)
     try:
-        array = _sized(column, values, n, where).astype(np.float64)
+        array = _sized(column, values, where).astype(np.float64)
+    except InputError:
+        raise
     except (TypeError, ValueError) as error:
-        if isinstance(error, InputError):
-            raise
-        raise TableError(f"expected numbers: {error}", file=where.source or None, column=column) from None
+        raise where.error(None, column, f"expected numbers: {error}") from None
     low, high, expected = _PLAUSIBLE[column]
     above_zero = column in ("distance_m", "speed_mps")
     accepted = (array >= low) & (array <= high) & ~((array == 0) & above_zero)
@@ -104,49 +102,49 @@ def numbers(column: str, values: ArrayLike | None, n: int, where: Where) -> Floa
     return array
 
 
-def texts(column: str, values: ArrayLike | None, n: int, where: Where, default: str = "") -> NDArray[np.str_]:
+def texts(column: str, values: ArrayLike | None, where: Where, default: str = "") -> Texts:
     """Texts without surrounding blanks, shape (n,); the default where a cell is empty."""
     if values is None:
-        return np.full(n, default)
-    array = _sized(column, values, n, where)
+        return np.full(len(where.rows), default)
+    array = _sized(column, values if isinstance(values, np.ndarray) else np.array(values, dtype=object), where)
     if np.issubdtype(array.dtype, np.integer):
         return array.astype(np.str_)
-    texts = np.array([default if value is None else str(value).strip() for value in array], dtype=np.str_)
-    return np.where(texts == "", default, texts)
+    cells = [None if value is None or value != value else str(value).strip() for value in array]
+    return np.array([cell or default for cell in cells], dtype=np.str_)
 
 
-def truths(values: ArrayLike | None, n: int, where: Where) -> Mask:
+def roles(values: ArrayLike | None, where: Where) -> Texts:
+    """Roles, shape (n,); train where a cell is empty."""
+    roles = texts("role", values, where, default="train")
+    where.refuse(~np.isin(roles, ("train", "test")), "role", roles, "train or test")
+    return roles
+
+
+def truths(values: ArrayLike | None, where: Where) -> Mask:
     """True and false, shape (n,); false without the column."""
     if values is None:
-        return np.zeros(n, dtype=np.bool_)
-    array = _sized("censored", values, n, where)
-    where.refuse([value not in (True, False) for value in array], "censored", array, "true or false")
-    return array.astype(np.bool_)
+        return np.zeros(len(where.rows), dtype=np.bool_)
+    array = _sized("censored", values, where)
+    stated = [value == 1 if value in (0, 1) else _TRUTH.get(str(value).lower()) for value in array.tolist()]
+    where.refuse([each is None for each in stated], "censored", array, "true or false")
+    return np.array(stated, dtype=np.bool_)
 
 
-def scenarios(values: Any, n: int, where: Where) -> Objects:
+def scenarios(values: Any, where: Where) -> Objects:
     """Contact scenarios, shape (n,); None where a cell is empty."""
-    result = np.full(n, None, dtype=object)
-    if values is None:
-        return result
-    if len(values) != n:
-        found = f"found {len(values)} entries, expected {n} like distance"
-        raise TableError(found, file=where.source or None, column="scenario")
-    for position, value in enumerate(values):
-        if value is None or (isinstance(value, float) and math.isnan(value)) or str(value).strip() == "":
-            continue
+    names = texts("scenario", values, where)
+    result = np.full(names.size, None, dtype=object)
+    for position in np.flatnonzero(names != "").tolist():
         try:
-            result[position] = ContactScenario.parse(str(value))
+            result[position] = ContactScenario.parse(str(names[position]))
         except InputError as error:
             raise where.error(position, "scenario", error.message) from None
     return result
 
 
-def refuse_other_units(force: FloatArray, censored: Mask, names: NDArray[np.str_], where: Where) -> None:
+def refuse_other_units(force: FloatArray, censored: Mask, names: Texts, where: Where) -> None:
     """Repeats of a state agree within percents; a factor of 3 is another unit (kgf, lbf) or another impact."""
     measured = np.flatnonzero(~censored)
-    if measured.size == 0:
-        return
     order = measured[np.lexsort((force[measured], names[measured]))]
     _, first, count = np.unique(names[order], return_index=True, return_counts=True)
     lowest, highest = force[order[first]], force[order[first + count - 1]]
@@ -154,14 +152,11 @@ def refuse_other_units(force: FloatArray, censored: Mask, names: NDArray[np.str_
         member = order[first[group] : first[group] + count[group]]
         usual = float(np.median(force[member]))
         position = int(member[np.abs(np.log(force[member] / usual)).argmax()])
-        raise where.error(
-            position,
-            "peak_force_N",
-            f"found {force[position]:g}, expected about {usual:g} as the repeats of its state; is it in another unit?",
-        )
+        expected = f"expected about {usual:g} as the repeats of its state; is it in another unit?"
+        raise where.error(position, "peak_force_N", f"found {force[position]:g}, {expected}")
 
 
-def repeats(values: ArrayLike | None, names: NDArray[np.str_], where: Where) -> Indices:
+def repeats(values: ArrayLike | None, names: Texts, where: Where) -> Indices:
     """Repeat numbers, counted in order of rows where they are not given; (state, repeat) must be unique."""
     if values is None:
         counts: dict[str, int] = {}
@@ -169,37 +164,32 @@ def repeats(values: ArrayLike | None, names: NDArray[np.str_], where: Where) -> 
         for position, name in enumerate(names.tolist()):
             counts[name] = repeats[position] = counts.get(name, 0) + 1
         return repeats
-    array = _sized("repeat", values, names.size, where)
+    array = _sized("repeat", values, where)
     whole = [isinstance(v, int | float | np.integer | np.floating) and float(v).is_integer() for v in array]
     where.refuse(~np.array(whole), "repeat", array, "a whole number")
     repeats = array.astype(np.int64)
     first: dict[tuple[str, int], int] = {}
     for position, key in enumerate(zip(names.tolist(), repeats.tolist(), strict=True)):
         if key in first:
-            raise where.error(
-                position,
-                "repeat",
-                f"found repeat {key[1]} of state {key[0]!r} again (first in row {where.rows[first[key]]}), "
-                "expected every repeat of a state once; number the repeats or take the copy out",
-            )
+            found = f"found repeat {key[1]} of state {key[0]!r} again (first in row {where.rows[first[key]]})"
+            remedy = "expected every repeat of a state once; number the repeats or take the copy out"
+            raise where.error(position, "repeat", f"{found}, {remedy}")
         first[key] = position
     return repeats
 
 
 def require_columns(header: Sequence[str], file: str, row: int | None = None) -> None:
     """Refuse a header without a required column, with one twice, or with one whose name is a slip of another."""
+
+    def refuse(column: str, message: str) -> NoReturn:
+        raise TableError(message, file=file, row=row, column=column)
+
     for name in header:
         if header.count(name) > 1:
-            raise TableError(f"found column {name!r} twice, expected it once", file=file, row=row, column=name)
-        meant = _meant(name)
-        if meant:
-            raise TableError(
-                f"found a column {name!r} that would not be read; name it {meant!r} if that is what it holds, "
-                "else give it a name that differs more",
-                file=file,
-                row=row,
-                column=name,
-            )
+            refuse(name, f"found column {name!r} twice, expected it once")
+        if meant := _meant(name):
+            remedy = f"name it {meant!r} if that is what it holds, else give it a name that differs more"
+            refuse(name, f"found a column {name!r} that would not be read; {remedy}")
     for name in REQUIRED:
         if name not in header:
             unknown = [column for column in header if column not in COLUMNS]
@@ -207,12 +197,7 @@ def require_columns(header: Sequence[str], file: str, row: int | None = None) ->
             similar = f"; {near[0]!r} may be it: convert to the unit in the name and rename it" if near else ""
             if len(header) == 1:
                 similar = "; expected commas, semicolons or tabs between columns"
-            raise TableError(
-                f"the column is missing, expected at least {', '.join(REQUIRED)}{similar}",
-                file=file,
-                row=row,
-                column=name,
-            )
+            refuse(name, f"the column is missing, expected at least {', '.join(REQUIRED)}{similar}")
 
 
 def _meant(name: str) -> str:
@@ -220,7 +205,7 @@ def _meant(name: str) -> str:
 
     A saturated or clamping impact in a column that nobody reads would be taken for a good one.
     """
-    if name in COLUMNS or name == "not_in_table":
+    if name in COLUMNS or name in UNUSED:
         return ""
     plain = re.sub(r"[^a-z0-9]", "", name.lower())
     for column in COLUMNS:
@@ -229,10 +214,3 @@ def _meant(name: str) -> str:
         if plain == known or slip or any(word in plain for word in _DECISIVE.get(column, ())):
             return column
     return ""
-
-
-def truth(cell: str, file: str, row: int) -> bool:
-    """A cell of the column `censored`."""
-    if cell.lower() not in _TRUTH:
-        raise TableError(f"found {cell!r}, expected true or false", file=file, row=row, column="censored")
-    return _TRUTH[cell.lower()]

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import math
 import tomllib
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
+from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
 from forcemap.errors import CampaignFileError, InputError, nearest_names
 from forcemap.files import read_bytes
+from forcemap.findings import Finding, FindingKind
 from forcemap.recordings.column_map import ColumnMap
 from forcemap.recordings.device import Device
 
@@ -79,35 +81,42 @@ class Conditions:
     def __post_init__(self) -> None:
         if self.speed_kind not in ("", "measured", "commanded"):
             raise InputError(f"contact.speed: found {self.speed_kind!r}, expected 'measured' or 'commanded'")
-        if not (math.isnan(self.moving_mass) or 0 < self.moving_mass < math.inf):
+        if self.moving_mass <= 0 or self.moving_mass == math.inf:  # NaN: not stated
             raise InputError(f"moving mass: found {self.moving_mass:g} kg, expected a positive finite number")
-        if not (math.isnan(self.payload) or 0 <= self.payload < math.inf):
+        if self.payload < 0 or self.payload == math.inf:
             raise InputError(f"payload: found {self.payload:g} kg, expected a finite number of at least 0")
-        if not (math.isnan(self.channel_frequency_class) or 0 < self.channel_frequency_class < math.inf):
+        if self.channel_frequency_class <= 0 or self.channel_frequency_class == math.inf:
             raise InputError("channel frequency class: expected a positive finite number, such as 180 or 600")
         if self.date:
             Device().expired(self.date)  # refuses what is no date
         if math.isinf(self.base_angle):
             raise InputError("base angle: found an infinite number, expected degrees")
 
-    def assumptions(self) -> list[str]:
-        """One line for each condition that a speed depends on, "not stated" where it is missing."""
-        payload = "not stated" if math.isnan(self.payload) else f"{self.payload:g} kg"
-        lines = [
-            f"robot: {self.robot or 'not stated'}",
-            f"direction of motion: {self.direction or 'not stated'}",
-            f"contact site: {self.contact_site or 'not stated'}",
-            f"tool: {self.tool or 'not stated'}; payload: {payload}; covers: {self.covers or 'not stated'}",
-            f"safety settings: {self.safety_settings or 'not stated'}",
-            f"speed at contact: {self.speed_kind or 'measured or commanded: not stated'}",
-        ]
-        if self.limit_table:
-            lines.append(
-                f"limit table that the campaign names: {self.limit_table}; compare it with the limit used here"
-            )
-        if self.date and self.device.expired(self.date):
-            lines.append(f"CALIBRATION of the force measuring device had expired on {self.date}")
-        return ["SIMULATED impacts: not a measurement of any robot", *lines] if self.simulated else lines
+    @property
+    def load(self) -> float:
+        """Effective payload [kg]; 0 where none is stated."""
+        return 0.0 if math.isnan(self.payload) else self.payload
+
+    @property
+    def findings(self) -> tuple[Finding, ...]:
+        """What a speed depends on of them, SIMULATED first; what is not stated is among them."""
+        expired = self.date and self.device.expired(self.date)
+        return (
+            *([Finding.of(FindingKind.SIMULATED)] if self.simulated else []),
+            Finding.of(FindingKind.ROBOT, robot=self.robot),
+            Finding.of(FindingKind.DIRECTION, direction=self.direction),
+            Finding.of(FindingKind.CONTACT_SITE, contact_site=self.contact_site),
+            Finding.of(FindingKind.TOOL, tool=self.tool, payload_kg=float(self.payload), covers=self.covers),
+            Finding.of(FindingKind.SAFETY_SETTINGS, safety_settings=self.safety_settings),
+            Finding.of(FindingKind.SPEED_KIND, kind=self.speed_kind),
+            *([Finding.of(FindingKind.LIMIT_TABLE, table=self.limit_table)] if self.limit_table else []),
+            *([Finding.of(FindingKind.CALIBRATION_EXPIRED, date=self.date)] if expired else []),
+        )
+
+    @property
+    def note_says_simulated(self) -> bool:
+        """True if the note bears the mark that the virtual lab writes, whatever `simulated` states."""
+        return self.note.startswith("SIMULATED")
 
     def with_device_stiffness(self, stiffness: float | None) -> Conditions:
         """The same with the spring constant of the device [N/m], if one is given and none is stated.
@@ -120,20 +129,24 @@ class Conditions:
         if stiffness is None or self.device.stiffness == stiffness:
             return self
         if not math.isnan(self.device.stiffness):
-            raise InputError(
-                f"device spring: found {stiffness / 1000:g} N/mm, but campaign.toml states "
-                f"{self.device.stiffness / 1000:g} N/mm (device.stiffness_N_per_m); give one of them"
-            )
+            stated = f"campaign.toml states {self.device.stiffness / 1000:g} N/mm (device.stiffness_N_per_m)"
+            raise InputError(f"device spring: found {stiffness / 1000:g} N/mm, but {stated}; give one of them")
         return replace(self, device=replace(self.device, stiffness=stiffness))
 
     def measured_under(self) -> dict[str, str]:
         """What is stated of robot, tool, contact and device, as texts by entry: what a map holds for."""
-        return {entry: condition_text(entry, value) for entry, value in _stated(self) if entry in MEASURED_UNDER}
+        return {entry: condition_text(entry, value) for entry, value in self.stated.items() if entry in MEASURED_UNDER}
+
+    @property
+    def stated(self) -> dict[str, Any]:
+        """Every entry of campaign.toml that is stated, such as `tool.name`, with its value (SI units in the names)."""
+        values = {entry: attrgetter(name)(self) for entry, (name, _) in ENTRIES.items()}
+        return {entry: each for entry, each in values.items() if each != "" and each is not False and each == each}
 
     def to_tables(self) -> dict[str, Any]:
         """The stated entries as the tables of campaign.toml (SI units in the names)."""
         tables: dict[str, Any] = {}
-        for entry, value in _stated(self):
+        for entry, value in self.stated.items():
             section, _, key = entry.rpartition(".")
             (tables.setdefault(section, {}) if section else tables)[key] = value
         return tables
@@ -147,17 +160,19 @@ class Conditions:
         InputError
             An unknown entry, or a value that is not of the expected kind; `column` names the entry.
         """
+        flat: dict[str, Any] = {}
+        for name, value in tables.items():
+            section = isinstance(value, Mapping)
+            flat |= {f"{name}.{key}": each for key, each in value.items()} if section else {name: value}
         found: dict[str, Any] = {}
         device: dict[str, Any] = {}
-        for section, key, value in _flat(tables):
-            entry = f"{section}.{key}" if section else key
-            name = _ENTRIES.get((section, key))
-            if name is None:
-                known = [f"{s}.{k}" if s else k for s, k in _ENTRIES]
-                near = ", ".join(nearest_names(entry, known, 3))
+        for entry, value in flat.items():
+            if entry not in ENTRIES or ("." in entry and entry in tables):  # a quoted key is no entry of a section
+                near = ", ".join(nearest_names(entry, ENTRIES, 3))
                 raise InputError(f"unknown entry; the nearest known ones are {near}", column=entry)
+            name, _ = ENTRIES[entry]
             target = device if name.startswith("device.") else found
-            target[name.removeprefix("device.")] = _typed(entry, value, _entry(cls(), name))
+            target[name.removeprefix("device.")] = _typed(entry, value, attrgetter(name)(cls()))
         return cls(**found, device=Device(**device))
 
 
@@ -188,53 +203,60 @@ def read_campaign_file(path: str | Path) -> tuple[Conditions, ColumnMap | None]:
     if schema != SCHEMA:
         found = "the entry is missing" if schema is None else f"found {schema!r}"
         raise CampaignFileError(f"{found}, expected schema = {SCHEMA!r}", file=str(path), column="schema")
-    recordings = tables.pop("recordings", None)
+    recordings, section = tables.pop("recordings", None), ""
     try:
         conditions = Conditions.from_tables(tables)
-    except InputError as error:
-        raise CampaignFileError(error.message, file=str(path), column=error.column) from None
-    try:
+        section = "recordings"
         if recordings is not None and not isinstance(recordings, Mapping):
             raise InputError("found no table, expected [recordings]")
         return conditions, ColumnMap.from_table(recordings) if recordings else None
     except InputError as error:
-        column = f"recordings.{error.column}" if error.column else "recordings"
+        column = ".".join(filter(None, (section, error.column))) or None
         raise CampaignFileError(error.message, file=str(path), column=column) from None
 
 
-_ENTRIES = {
-    ("", "simulated"): "simulated",
-    ("", "operator"): "operator",
-    ("", "date"): "date",
-    ("", "note"): "note",
-    ("robot", "model"): "robot",
-    ("robot", "controller"): "controller",
-    ("robot", "firmware"): "firmware",
-    ("robot", "moving_mass_kg"): "moving_mass",
-    ("robot", "safety_settings"): "safety_settings",
-    ("tool", "name"): "tool",
-    ("tool", "payload_kg"): "payload",
-    ("tool", "covers"): "covers",
-    ("contact", "site"): "contact_site",
-    ("contact", "direction"): "direction",
-    ("contact", "base_angle_deg"): "base_angle",
-    ("contact", "speed"): "speed_kind",
-    ("states", "tolerance_m"): "place_tolerance",
-    ("states", "tolerance_mps"): "speed_tolerance",
-    ("device", "model"): "device.model",
-    ("device", "range_N"): "device.range",
-    ("device", "error_N"): "device.error",
-    ("device", "stiffness_N_per_m"): "device.stiffness",
-    ("device", "calibrated"): "device.calibrated",
-    ("device", "calibration_expires"): "device.calibration_expires",
-    ("device", "channel_frequency_class"): "channel_frequency_class",
-    ("standard", "edition"): "standard_edition",
-    ("standard", "limit_table"): "limit_table",
+ENTRIES: dict[str, tuple[str, str | None]] = {  # entry: field, and what a new campaign.toml says beside it, if it asks
+    "simulated": ("simulated", None),
+    "operator": ("operator", "who measures"),
+    "date": ("date", "of the measurements"),
+    "note": ("note", ""),
+    "robot.model": ("robot", ""),
+    "robot.controller": ("controller", ""),
+    "robot.firmware": ("firmware", "version"),
+    "robot.moving_mass_kg": ("moving_mass", "total mass of the moving parts, for the standard's contact model"),
+    "robot.safety_settings": (
+        "safety_settings",
+        "force, power, speed limits, stopping time; or a checksum of the safety configuration",
+    ),
+    "tool.name": ("tool", ""),
+    "tool.payload_kg": ("payload", "effective payload"),
+    "tool.covers": ("covers", "protective covers, or none"),
+    "contact.site": ("contact_site", "part of the robot that hits"),
+    "contact.direction": ("direction", "of motion at contact, for example down"),
+    "contact.base_angle_deg": ("base_angle", "angle of the base joint"),
+    "contact.speed": ("speed_kind", "measured or commanded: what speed_mps is"),
+    "states.tolerance_m": ("place_tolerance", None),
+    "states.tolerance_mps": ("speed_tolerance", None),
+    "device.model": ("device.model", ""),
+    "device.range_N": ("device.range", "REQUIRED: largest force it can measure"),
+    "device.error_N": ("device.error", "largest error of a reading; 3 if not stated"),
+    "device.stiffness_N_per_m": (
+        "device.stiffness",
+        "spring constant, 75000 for 75 N/mm; REQUIRED for limits of body areas",
+    ),
+    "device.calibrated": ("device.calibrated", "date of the last calibration"),
+    "device.calibration_expires": ("device.calibration_expires", "one year after it if not stated"),
+    "device.channel_frequency_class": (
+        "channel_frequency_class",
+        "low-pass reported beside the raw curve, for example 180",
+    ),
+    "standard.edition": ("standard_edition", "for example ISO/TS 15066:2016"),
+    "standard.limit_table": ("limit_table", "your own table of limits, if any"),
 }
 
 MEASURED_UNDER = (
     "simulated",
-    *(f"{section}.{key}" for section, key in _ENTRIES if section in ("robot", "tool", "contact")),
+    *(entry for entry in ENTRIES if entry.startswith(("robot.", "tool.", "contact."))),
     *(f"device.{key}" for key in ("model", "range_N", "error_N", "stiffness_N_per_m")),
 )
 """Entries of campaign.toml that say what was measured, and so what a map holds for."""
@@ -242,49 +264,21 @@ MEASURED_UNDER = (
 
 def condition_text(entry: str, value: Any) -> str:
     """A stated condition as a text, numbers by their value: a spreadsheet may have written them otherwise."""
-    section, _, key = entry.rpartition(".")
-    if isinstance(_entry(Conditions(), _ENTRIES[section, key]), float):
+    if entry in ENTRIES and isinstance(attrgetter(ENTRIES[entry][0])(Conditions()), float):
         with suppress(ValueError):
             return repr(float(str(value).replace(",", ".")))
     return str(value)
 
 
-def _stated(conditions: Conditions) -> Iterator[tuple[str, Any]]:
-    """Every entry that is stated, such as `tool.name`, with its value."""
-    for (section, key), name in _ENTRIES.items():
-        value = _entry(conditions, name)
-        if value != "" and value is not False and not (isinstance(value, float) and math.isnan(value)):
-            yield f"{section}.{key}" if section else key, value
-
-
-def _entry(conditions: Conditions, name: str) -> Any:
-    """The value of an entry by its dotted name."""
-    head, _, tail = name.partition(".")
-    value = getattr(conditions, head)
-    return getattr(value, tail) if tail else value
-
-
-def _flat(tables: Mapping[str, Any]) -> list[tuple[str, str, Any]]:
-    """(section, key, value) of every entry, top-level entries with an empty section."""
-    flat: list[tuple[str, str, Any]] = []
-    for name, value in tables.items():
-        if isinstance(value, Mapping):
-            flat += [(name, key, inner) for key, inner in value.items()]
-        else:
-            flat.append(("", name, value))
-    return flat
-
-
 def _typed(entry: str, value: Any, default: Any) -> Any:
     """The value, if it is of the kind of the default: true/false, a finite number, or a text (a date as text)."""
     if isinstance(default, bool):
-        if isinstance(value, bool):
-            return value
-        raise InputError(f"found {value!r}, expected true or false", column=entry)
-    if isinstance(default, float):
-        if isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value):
-            return float(value)
-        raise InputError(f"found {value!r}, expected a finite number", column=entry)
-    if isinstance(value, Mapping | list | bool):
-        raise InputError(f"found {value!r}, expected a text", column=entry)
-    return str(value)
+        good, expected = isinstance(value, bool), "true or false"
+    elif isinstance(default, float):
+        number = isinstance(value, int | float) and not isinstance(value, bool)
+        good, expected = number and math.isfinite(value), "a finite number"
+    else:
+        good, expected = not isinstance(value, Mapping | list | bool), "a text"
+    if not good:
+        raise InputError(f"found {value!r}, expected {expected}", column=entry)
+    return type(default)(value)

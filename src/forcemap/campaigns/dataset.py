@@ -11,29 +11,21 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from forcemap.arrays import FloatArray, Indices, Mask, Objects
+from forcemap.arrays import FloatArray, Indices, Mask, Objects, Texts
 from forcemap.campaigns import columns
 from forcemap.campaigns.binding import NOT_BESIDE, Binding, BindingState
 from forcemap.campaigns.conditions import Conditions
-from forcemap.campaigns.phase_two import PhaseTwo
-from forcemap.campaigns.remark import REMARK, including
+from forcemap.campaigns.phase_two import PhaseTwo, including_unused
 from forcemap.campaigns.state import States, StateTolerance, identify_states
 from forcemap.errors import InputError, TableError
+from forcemap.findings import Finding, FindingKind
 from forcemap.impacts.scenario import ContactScenario
 
 if TYPE_CHECKING:
     import pandas as pd
 
-__all__ = [
-    "Binding",
-    "BindingState",
-    "Conditions",
-    "ContactScenario",
-    "ImpactDataset",
-    "PhaseTwo",
-    "StateTolerance",
-    "States",
-]
+# what other rooms take from here beside ImpactDataset
+__all__ = ["Binding", "BindingState", "Conditions", "ContactScenario", "PhaseTwo", "StateTolerance", "States"]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -89,15 +81,15 @@ class ImpactDataset:
     height: FloatArray
     speed: FloatArray
     peak_force: FloatArray
-    state: NDArray[np.str_]
+    state: Texts
     repeat: Indices
-    role: NDArray[np.str_]
+    role: Texts
     censored: Mask
     base_angle: FloatArray
     phase2_force: FloatArray
     scenario: Objects
-    recording: NDArray[np.str_]
-    flags: NDArray[np.str_]
+    recording: Texts
+    flags: Texts
     extra: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     conditions: Conditions = field(default_factory=Conditions)
     states_found: str = "by state_id"
@@ -154,67 +146,47 @@ class ImpactDataset:
         if n == 0:
             raise TableError("found no impact, expected at least one", file=source or None)
 
-        numbers = {
-            "distance_m": distance,
-            "height_m": height,
-            "speed_mps": speed,
-            "peak_force_N": peak_force,
-            "base_angle_deg": base_angle,
-            "phase2_force_N": phase2_force,
-        }
-        checked = {column: columns.numbers(column, values, n, where) for column, values in numbers.items()}
-        is_censored = columns.truths(censored, n, where)
-        device_range = conditions.device.range
-        where.refuse(
-            (checked["peak_force_N"] >= device_range) & ~is_censored,
-            "peak_force_N",
-            checked["peak_force_N"],
-            f"less than the device range of {device_range:g} N, or censored true",
-        )
-        words, recordings = columns.texts("flags", flags, n, where), columns.texts("recording", recording, n, where)
+        given = zip(columns.NUMBERS, (distance, height, speed, peak_force, phase2_force, base_angle), strict=True)
+        checked: dict[str, Any] = {columns.COLUMNS[name]: columns.numbers(name, each, where) for name, each in given}
+        force = checked["peak_force"]
+        is_censored = columns.truths(censored, where)
+        below = f"less than the device range of {conditions.device.range:g} N, or censored true"
+        where.refuse((force >= conditions.device.range) & ~is_censored, "peak_force_N", force, below)
+        words, recordings = columns.texts("flags", flags, where), columns.texts("recording", recording, where)
         unmarked = np.array(["saturat" in word.lower() for word in words]) & ~is_censored
         where.refuse(unmarked, "flags", words, "censored true where a flag says saturated")
         for name in set(extra or {}) & columns.COLUMNS.keys():
             raise TableError("found a known column among the extra ones, expected its own argument", column=name)
-        roles = columns.texts("role", role, n, where, default="train")
-        where.refuse(~np.isin(roles, ("train", "test")), "role", roles, "train or test")
-        scenarios = columns.scenarios(scenario, n, where)
-        given = None if state is None else columns.texts("state_id", state, n, where)
-        if given is not None:
-            where.refuse(given == "", "state_id", given, "a name in every row, or no such column")
-
-        coordinates = np.column_stack([checked["distance_m"], checked["height_m"], checked["speed_mps"]])
-        names = identify_states(coordinates, roles, given, tolerance, where)
-        groups = np.char.add(roles, names)
-        columns.refuse_other_units(checked["peak_force_N"], is_censored, groups, where)
+        roles, scenarios = columns.roles(role, where), columns.scenarios(scenario, where)
+        stated = None if state is None else columns.texts("state_id", state, where)
+        if stated is not None:
+            where.refuse(stated == "", "state_id", stated, "a name in every row, or no such column")
+        coordinates = np.column_stack([checked["distance"], checked["height"], checked["speed"]])
+        names = identify_states(coordinates, roles, stated, tolerance, where)
+        columns.refuse_other_units(force, is_censored, np.char.add(roles, names), where)
         return cls(
-            distance=checked["distance_m"],
-            height=checked["height_m"],
-            speed=checked["speed_mps"],
-            peak_force=checked["peak_force_N"],
+            **checked,
             state=names,
             repeat=columns.repeats(repeat, names, where),
             role=roles,
             censored=is_censored,
-            base_angle=checked["base_angle_deg"],
-            phase2_force=checked["phase2_force_N"],
             scenario=scenarios,
             recording=recordings,
             flags=words,
             extra={name: tuple(str(value) for value in values) for name, values in (extra or {}).items()},
             conditions=conditions,
-            states_found=f"{'by coordinates' if given is None else 'by state_id'}, repeats within {tolerance}",
+            states_found=f"{'by coordinates' if stated is None else 'by state_id'}, repeats within {tolerance}",
             tolerance=tolerance,
             source=source,
             sha256=sha256,
-            phase_two=PhaseTwo.of(scenarios, checked["phase2_force_N"], checked["peak_force_N"]),
-            device_range=_usable_range(device_range, checked["peak_force_N"], is_censored),
+            phase_two=PhaseTwo.of(scenarios, checked["phase2_force"], force),
+            device_range=_usable_range(conditions.device.range, force, is_censored),
             binding=NOT_BESIDE if any(recordings) else Binding(),
         )
 
     def __repr__(self) -> str:
-        name = self.source or "arrays"
-        return f"<ImpactDataset {name}: {len(self)} impacts, {len(self.states)} states {self.states_found}>"
+        size = f"{len(self)} impacts, {len(self.states)} states"
+        return f"<ImpactDataset {self.source or 'arrays'}: {size} {self.states_found}>"
 
     def __len__(self) -> int:
         return int(self.distance.size)
@@ -230,18 +202,15 @@ class ImpactDataset:
             Not a mask of that shape.
         """
         if mask.dtype != np.bool_ or mask.shape != self.distance.shape:
-            raise InputError(
-                f"select: found {mask.dtype} of shape {mask.shape}, expected a mask of shape ({len(self)},)"
-            )
+            found = f"found {mask.dtype} of shape {mask.shape}"
+            raise InputError(f"select: {found}, expected a mask of shape ({len(self)},)")
         kept = np.flatnonzero(mask)
-        values = {name: getattr(self, name) for name in self.__dataclass_fields__}
-        arrays = {name: value[kept] for name, value in values.items() if isinstance(value, np.ndarray)}
+        arrays: dict[str, Any] = {n: each[kept] for n, each in vars(self).items() if isinstance(each, np.ndarray)}
         extra = {name: tuple(column[i] for i in kept) for name, column in self.extra.items()}
-        part = {
-            "extra": extra,
-            "binding": self.binding if kept.size == len(self) else _selected(self.binding, kept.size),
-        }
-        return ImpactDataset(**(values | arrays | part))
+        binding = self.binding  # of a part, what the others say against a map of it is lost
+        if kept.size < len(self) and binding.state is not BindingState.BROKEN:
+            binding = Binding(BindingState.UNBOUND, Finding.of(FindingKind.IMPACTS_SELECTED, impacts=kept.size))
+        return replace(self, **arrays, extra=extra, binding=binding)
 
     @property
     def train(self) -> ImpactDataset:
@@ -267,19 +236,25 @@ class ImpactDataset:
         scale = self.tolerance.scale
         apart, _ = cKDTree(train.coordinates / scale).query(test.coordinates / scale, p=np.inf)
         copies = (apart <= 0.1) | np.isin(test.name, train.name)
-        names = np.array(test.name)[~copies]
-        return self.select((self.role == "test") & np.isin(self.state, names))
+        return self.select((self.role == "test") & np.isin(self.state, np.array(test.name)[~copies]))
 
     @cached_property
     def states(self) -> States:
         """The states, in order of distance, height and speed."""
-        return States.of(self.distance, self.height, self.speed, self.peak_force, self.state, self.censored)
+        coordinates = np.column_stack([self.distance, self.height, self.speed])
+        return States.of(coordinates, self.peak_force, self.state, self.censored)
 
     @property
     def simulated(self) -> bool:
         """True if the campaign or any impact says that it is simulated."""
-        flagged = any("simulated" in flags.lower() for flags in np.unique(self.flags))
-        return self.conditions.simulated or flagged
+        return self.conditions.simulated or any("simulated" in flags.lower() for flags in np.unique(self.flags))
+
+    @property
+    def no_speed(self) -> Finding | None:
+        """Why these impacts will give no speed, or none for a body area; None if nothing speaks against it."""
+        if self.binding.refusal or not math.isnan(self.conditions.device.stiffness):
+            return self.binding.refusal
+        return Finding.of(FindingKind.SPRING_NOT_STATED)
 
     @property
     def disagreeing_repeats(self) -> list[str]:
@@ -309,34 +284,25 @@ class ImpactDataset:
         columns.require_columns([str(column) for column in frame.columns], "data frame")
         cells: dict[str, Any] = {str(name): frame[name].to_numpy() for name in frame.columns}
         for name in cells.keys() & {"state_id", "role", "scenario", "recording", "flags"}:
-            missing = frame[name].isna().tolist()
-            cells[name] = [None if absent else cell for cell, absent in zip(cells[name], missing, strict=True)]
-        if "censored" in cells and cells["censored"].dtype != bool:
-            cells["censored"] = [
-                columns.truth(str(cell), "data frame", i + 1) for i, cell in enumerate(cells["censored"])
-            ]
+            cells[name] = frame[name].astype(object).where(frame[name].notna(), None).to_numpy()
         known: dict[str, Any] = {arg: cells[column] for column, arg in columns.COLUMNS.items() if column in cells}
         extra = {name: [str(cell) for cell in values] for name, values in cells.items() if name not in columns.COLUMNS}
-        return cls.from_arrays(**known, extra=extra, **options).with_remark("data frame")
+        return cls.from_arrays(**known, extra=extra, **options).with_unused("data frame")
 
-    def with_remark(self, file: str) -> ImpactDataset:
-        """The self with what its table says of impacts that are not in it."""
-        remarks = set(self.extra.get(REMARK, ()))
-        if not remarks:
-            return self
-        if len(remarks) > 1:
-            raise TableError("found several remarks, expected the same in every row", file=file, column=REMARK)
-        try:
-            return replace(self, phase_two=including(self.phase_two, remarks.pop()))
-        except InputError as error:
-            raise TableError(error.message, file=file, column=REMARK) from None
+    def with_unused(self, file: str) -> ImpactDataset:
+        """The same with what its table says of recordings that are not in it; `file` is what errors call the table.
 
-
-def _selected(binding: Binding, count: int) -> Binding:
-    """The binding of some impacts of a table: what the others say against a map of these is lost."""
-    if binding.state is BindingState.BROKEN:
-        return binding
-    return Binding(BindingState.UNBOUND, f"SELECTED impacts, {count} of their table: the others do not count")
+        Raises
+        ------
+        TableError
+            It says so in part, or in a way that `build_dataset` does not write.
+        """
+        phase_two, binding = including_unused(self.phase_two, self.extra, file), self.binding
+        lost = columns.RAW_PEAK in self.extra and not {*columns.UNUSED} & self.extra.keys()  # collect writes both
+        if lost and binding.state is not BindingState.BROKEN:
+            why = Finding.of(FindingKind.UNUSED_NOT_TOLD, table=file, column=columns.UNUSED[0])
+            binding = Binding(BindingState.BROKEN, why)
+        return replace(self, phase_two=phase_two, binding=binding)
 
 
 def _usable_range(stated: float, peak_force: FloatArray, censored: Mask) -> float:

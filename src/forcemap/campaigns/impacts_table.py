@@ -2,24 +2,20 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from forcemap.campaigns.binding import binding_of
-from forcemap.campaigns.columns import COLUMNS, NUMBERS, REQUIRED, require_columns, truth
+from forcemap.campaigns.columns import COLUMNS, NUMBERS, REQUIRED, require_columns
 from forcemap.campaigns.conditions import CAMPAIGN_FILE, Conditions, read_conditions
 from forcemap.campaigns.dataset import ImpactDataset, StateTolerance
-from forcemap.csv_table import Table, csv_text, read_table
+from forcemap.campaigns.plan import PLAN_FILE
+from forcemap.csv_table import Table, csv_cell, csv_text, read_table
 from forcemap.errors import InputError, TableError
 from forcemap.files import read_bytes, sha256, write_atomically
 
-if TYPE_CHECKING:
-    pass
-
 TABLE_FILE = "impacts.csv"
-PLAN_FILE = "plan.csv"
 
 
 def read_dataset(
@@ -32,9 +28,9 @@ def read_dataset(
     """Read an impacts table: a CSV file, or a campaign folder that holds `impacts.csv`.
 
     Commas with decimal points, or semicolons (tabs) with decimal points or commas; a byte-order mark is accepted.
-    A `campaign.toml` beside the table says what the impacts were measured under; the column
-    `not_in_table`, which `build_dataset` writes, what was discarded: that one of those clamped counts against a
-    transient limit too. Whether the table is what its recordings gave stands in `binding`.
+    A `campaign.toml` beside the table says what the impacts were measured under; the columns
+    `unused_...`, which `build_dataset` writes, what is known of recordings that are not in the table: that one of those
+    clamped counts against a transient limit too. Whether the table is what its recordings gave stands in `binding`.
 
     Parameters
     ----------
@@ -82,11 +78,10 @@ def read_dataset(
             rows=cells.rows,
         )
     except TableError as error:  # name the file as it was given; the dataset keeps its bare name
-        changed = binding_of(table, cells.texts, conditions).refusal if cells else ""
-        message = f"{error.message}; and {changed}" if changed else error.message
+        broken = cells is not None and binding_of(table, cells.texts, conditions).refusal is not None
+        message = f"{error.message}; and the table is not what forcemap collect wrote" if broken else error.message
         raise TableError(message, file=str(table), row=error.row, column=error.column) from None
-    binding = binding_of(table, cells.texts, dataset.conditions)
-    return replace(dataset, binding=binding).with_remark(str(table))
+    return replace(dataset, binding=binding_of(table, cells.texts, dataset.conditions)).with_unused(str(table))
 
 
 def write_dataset(dataset: ImpactDataset, path: str | Path) -> None:
@@ -105,15 +100,12 @@ def _arguments(table: Table) -> dict[str, Any]:
     columns = table.columns
     arguments: dict[str, Any] = {"extra": {n: c for n, c in columns.items() if n not in COLUMNS}}
     for column, argument in COLUMNS.items():
-        if column not in columns:
+        if (cells := columns.get(column)) is None:
             continue
-        cells = columns[column]
         if column in NUMBERS:
             arguments[argument] = table.numbers(column, required=column in REQUIRED)
         elif column == "repeat":
             arguments[argument] = table.whole_numbers(column)
-        elif column == "censored":
-            arguments[argument] = [truth(c, table.file, row) for c, row in zip(cells, table.rows, strict=True)]
         else:
             arguments[argument] = [cell.lower() for cell in cells] if column == "role" else cells
     return arguments
@@ -123,13 +115,7 @@ def _cells(dataset: ImpactDataset) -> dict[str, list[str]]:
     """Text of every column to write; optional columns only where they say something."""
     columns: dict[str, list[str]] = {}
     for column, name in COLUMNS.items():
-        values = getattr(dataset, name)
-        if column in NUMBERS:
-            cells = ["" if math.isnan(value) else repr(value) for value in values.tolist()]
-        elif column == "censored":
-            cells = ["true" if value else "false" for value in values]
-        else:
-            cells = ["" if value is None else str(value) for value in values]
+        cells = [csv_cell(value) for value in getattr(dataset, name).tolist()]
         if column in REQUIRED or column in ("state_id", "repeat", "role", "censored") or any(cells):
             columns[column] = cells
     return columns | {name: list(values) for name, values in dataset.extra.items()}

@@ -1,14 +1,23 @@
-"""What a campaign knows of Phase II, and so whether a transient limit may be used (paper, section V-D)."""
+"""What a campaign knows of Phase II, and so whether a transient limit may be used (paper, section V-D).
+
+Recordings that are not in its impacts table count too: they clamp, or not, all the same.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+import re
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from forcemap.arrays import FloatArray, Objects
+from forcemap.campaigns.columns import UNUSED
+from forcemap.campaigns.recordings_table import Entry, Use
+from forcemap.csv_table import csv_cell
+from forcemap.errors import TableError
+from forcemap.findings import Finding, FindingKind
 from forcemap.impacts.scenario import BARRING, ContactScenario
 
 
@@ -48,28 +57,6 @@ class PhaseTwo:
             above_peak=int(np.sum(phase2_force > peak_force)),
         )
 
-    def including(
-        self,
-        scenarios: Sequence[ContactScenario],
-        forces: Sequence[float],
-        *,
-        above_peak: int = 0,
-        excluded: int = 0,
-        unreadable: int = 0,
-    ) -> PhaseTwo:
-        """Count further impacts, which are not in the table: their scenarios, and Phase II forces [N] (NaN is none).
-
-        Those that a person excluded only stand in the statement; of unreadable recordings nothing is known.
-        """
-        counts = {each: self.scenarios.get(each, 0) + scenarios.count(each) for each in ContactScenario}
-        return PhaseTwo(
-            scenarios={each: count for each, count in counts.items() if count},
-            unrecorded=self.unrecorded + unreadable,
-            largest_force=float(np.fmax.reduce([self.largest_force, *forces])),
-            above_peak=self.above_peak + above_peak,
-            excluded=self.excluded + excluded,
-        )
-
     @property
     def recorded(self) -> bool:
         """True if Phase II is known of at least one impact."""
@@ -85,40 +72,88 @@ class PhaseTwo:
         """Number of impacts that clamp or are of undetermined scenario."""
         return sum(self.scenarios.get(each, 0) for each in BARRING)
 
-    def transient_refusal(self, quasi_static_limit: float, device_error: float, raised: float = 1.0) -> str:
-        """Why no transient limit may be used, in words; empty if nothing speaks against it.
+    def transient_refusal(self, quasi_static_limit: float, device_error: float, raised: float = 1.0) -> Finding | None:
+        """Why no transient limit may be used, the reasons in `also`; None if nothing speaks against it.
 
         Clamping or an undetermined scenario forbids it, and so does a Phase II force that may lie above the
         quasi-static limit [N], the device's error [N] added, times the factor `raised` for the device's spring.
         """
-        clamping = self.scenarios.get(ContactScenario.WITH_CLAMPING, 0)
-        undetermined = self.scenarios.get(ContactScenario.UNDETERMINED, 0)
-        reasons = [
-            *([f"impacts that clamp: {clamping}"] if clamping else []),
-            *([f"impacts of undetermined scenario: {undetermined}"] if undetermined else []),
-        ]
+        kinds = zip((FindingKind.CLAMPING, FindingKind.SCENARIO_UNDETERMINED), BARRING, strict=True)
+        reasons = [Finding.of(kind, impacts=n) for kind, each in kinds if (n := self.scenarios.get(each, 0))]
         if raised * (self.largest_force + device_error) > quasi_static_limit:
-            reasons.append(
-                f"a Phase II force of {self.largest_force:.1f} N (device error {device_error:g} N) "
-                f"may exceed the quasi-static limit of {quasi_static_limit:g} N"
-            )
-        return "; ".join(reasons)
+            figures = {"force_N": self.largest_force, "error_N": device_error, "limit_N": quasi_static_limit}
+            reasons.append(Finding.of(FindingKind.PHASE_TWO_ABOVE_LIMIT, **figures))
+        return Finding.of(FindingKind.TRANSIENT_NOT_USABLE, *reasons) if reasons else None
 
-    def quasi_static_refusal(self, quasi_static_limit: float, device_error: float, raised: float = 1.0) -> str:
-        """Why a map of Phase I peaks cannot confirm the quasi-static limit [N]; empty if nothing speaks against it."""
+    def quasi_static_refusal(
+        self, quasi_static_limit: float, device_error: float, raised: float = 1.0
+    ) -> Finding | None:
+        """Why a map of Phase I peaks cannot confirm the quasi-static limit [N]; None if nothing speaks against it."""
         if self.above_peak and raised * (self.largest_force + device_error) > quasi_static_limit:
-            return (
-                f"Phase II forces, up to {self.largest_force:.1f} N, exceed the Phase I peaks the map is fitted to "
-                f"(impacts: {self.above_peak})"
-            )
-        return ""
+            return Finding.of(FindingKind.PHASE_TWO_ABOVE_PEAKS, force_N=self.largest_force, impacts=self.above_peak)
+        return None
 
-    def statement(self) -> str:
-        """One line for the assumptions of a speed."""
+    @property
+    def finding(self) -> Finding:
+        """What a speed depends on of it."""
         if not self.recorded:
-            return "Phase II not measured"
-        counts = ", ".join(f"{n} impacts {scenario.words}" for scenario, n in self.scenarios.items() if n)
-        force = "" if math.isnan(self.largest_force) else f"; largest Phase II force {self.largest_force:.1f} N"
-        missing = f"; Phase II not measured for {self.unrecorded} impacts" if self.unrecorded else ""
-        out = f"; excluded by a person although clamping or undetermined: {self.excluded}" if self.excluded else ""
-        return f"Phase II: {counts or 'scenario not stated'}{force}{missing}{out}"
+            return Finding.of(FindingKind.PHASE_TWO_NOT_MEASURED)
+        counts = {scenario.name: n for scenario, n in self.scenarios.items() if n}
+        rest = {"largest_N": self.largest_force, "unrecorded": self.unrecorded, "excluded": self.excluded}
+        return Finding.of(FindingKind.PHASE_TWO, **counts, **rest)
+
+
+OLD_COLUMN = "not_in_table"
+"""What older versions wrote in place of the columns."""
+
+_ABOVE, _EXCLUDED, _UNREADABLE, _FORCE = UNUSED[len(ContactScenario) :]
+
+
+def unused_cells(entries: Iterable[Entry]) -> dict[str, str]:
+    """The cells of the columns, by column, for the entries of a register."""
+    out = [entry for entry in entries if entry.use is not Use.USED]
+    counted = [entry for entry in out if entry.use is not Use.EXCLUDED]
+    force = float(np.fmax.reduce([math.nan, *(entry.phase2_force for entry in counted)]))
+    counts = [
+        *(sum(entry.scenario is each for entry in counted) for each in ContactScenario),
+        sum(entry.phase2_force > np.fmax(entry.peak_force, 0.0) for entry in counted),  # no peak: without an impact
+        sum(entry.scenario in BARRING for entry in out if entry.use is Use.EXCLUDED),
+        sum(entry.use is Use.UNREADABLE for entry in out),
+    ]
+    return dict(zip(UNUSED, [*map(str, counts), csv_cell(force, ".2f")], strict=True))
+
+
+def including_unused(phase_two: PhaseTwo, columns: Mapping[str, Sequence[str]], file: str) -> PhaseTwo:
+    """Phase II of a table with what its columns say of recordings that are not in it; without them as it is.
+
+    Raises
+    ------
+    TableError
+        Some of the columns without the others, other figures from row to row, or no figures.
+    """
+    if OLD_COLUMN in columns:
+        message = "this column is of an older version of forcemap; run forcemap collect in the campaign's folder again"
+        raise TableError(message, file=file, column=OLD_COLUMN)
+    if not columns.keys() & {*UNUSED}:
+        return phase_two
+    figures: dict[str, float] = {}
+    for name in UNUSED:
+        cells = {*columns.get(name, ())}
+        if len(cells) != 1:
+            found = "the column is missing" if not cells else "found several figures"
+            message = f"{found}, expected what forcemap collect wrote there, the same in every row; run it again"
+            raise TableError(message, file=file, column=name)
+        cell = cells.pop().replace(",", ".")
+        if not re.fullmatch(r"(\d{1,9}(\.\d+)?)?" if name == _FORCE else r"\d{1,9}", cell, re.ASCII):
+            message = f"found {cell!r}, expected what forcemap collect wrote there; run it again"
+            raise TableError(message, file=file, column=name)
+        figures[name] = float(cell or math.nan)
+    unused = zip(ContactScenario, figures.values(), strict=False)  # the first of UNUSED
+    counts = {each: phase_two.scenarios.get(each, 0) + int(count) for each, count in unused}
+    return PhaseTwo(
+        scenarios={each: count for each, count in counts.items() if count},
+        unrecorded=phase_two.unrecorded + int(figures[_UNREADABLE]),
+        largest_force=float(np.fmax(phase_two.largest_force, figures[_FORCE])),
+        above_peak=phase_two.above_peak + int(figures[_ABOVE]),
+        excluded=phase_two.excluded + int(figures[_EXCLUDED]),
+    )

@@ -2,32 +2,32 @@
 
 from __future__ import annotations
 
-import math
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
+from typing import Any, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
-from forcemap.arrays import FloatArray, Indices
+from forcemap.arrays import FloatArray, Indices, Mask, Texts
 from forcemap.campaigns import columns
-from forcemap.campaigns.impacts_table import PLAN_FILE
 from forcemap.campaigns.state import StateTolerance, identify_states
-from forcemap.csv_table import csv_text, read_table
-from forcemap.errors import TableError, nearest_names
+from forcemap.csv_table import csv_cell, csv_text, read_table
 from forcemap.files import read_bytes, write_atomically
+from forcemap.findings import Finding
 from forcemap.recordings.device import Device
 
 __all__ = ["PLAN_FILE", "Device", "MeasurementPlan", "read_plan", "write_plan"]
 
-
-_REMARK = "#"
+PLAN_FILE = "plan.csv"
 
 _NUMBERS = ("distance_m", "height_m", "speed_mps", "base_angle_deg", "expected_force_N")
 _COLUMNS = ("recording", "state_id", "repeat", "role", *_NUMBERS)
+_ARRAYS = ("state_id", "repeat", "role", "distance", "height", "speed", "base_angle", "expected_force")
 _REQUIRED = ("state_id", "repeat", "distance_m", "height_m", "speed_mps")
 # The state is part of the name of a file, on any system, and of a line of a printed sheet.
+_RUN = re.compile(r"(.+)-r0*([1-9][0-9]{0,8})", re.DOTALL)
 _STATE_ID = re.compile(r"[\w.-]{1,36}")
 
 
@@ -55,29 +55,29 @@ class MeasurementPlan:
         Expected peak force [N]; NaN where nothing tells.
     left_out : tuple of str
         Each planned state that was left out, and why. Not in the file.
-    warnings : tuple of str
+    warnings : tuple of (Finding or str)
         What the plan will not give. Not in the file.
     expected_from : str
         What the expected forces come from; empty if nothing. Not in the file.
     """
 
-    state_id: NDArray[np.str_]
+    state_id: Texts
     repeat: Indices
-    role: NDArray[np.str_]
+    role: Texts
     distance: FloatArray
     height: FloatArray
     speed: FloatArray
     base_angle: FloatArray
     expected_force: FloatArray
     left_out: tuple[str, ...] = ()
-    warnings: tuple[str, ...] = ()
+    warnings: tuple[Finding | str, ...] = ()
     expected_from: str = ""
 
     def __len__(self) -> int:
         return int(self.state_id.size)
 
     @property
-    def recording(self) -> NDArray[np.str_]:
+    def recording(self) -> Texts:
         """Name, without ending, under which to save the device's file of every run: "<state_id>-r<repeat>"."""
         return np.array([f"{name}-r{repeat}" for name, repeat in zip(self.state_id, self.repeat, strict=True)])
 
@@ -85,6 +85,40 @@ class MeasurementPlan:
     def states(self) -> tuple[str, ...]:
         """Names of the planned states, in the order in which they are first measured."""
         return tuple(dict.fromkeys(self.state_id.tolist()))
+
+    def select(self, index: Mask | Indices) -> Self:
+        """The runs that a mask, or numbers in their order, pick."""
+        return replace(self, **{name: each[index] for name, each in self.arrays.items()})
+
+    @property
+    def arrays(self) -> dict[str, Any]:
+        """What is stated of every run, by the name of the attribute."""
+        return {name: getattr(self, name) for name in _ARRAYS}
+
+    @cached_property
+    def row_of(self) -> dict[tuple[str, int], int]:
+        """Row of every run, by state and repeat."""
+        return {run: i for i, run in enumerate(zip(self.state_id.tolist(), self.repeat.tolist(), strict=True))}
+
+    @cached_property
+    def first_row(self) -> dict[str, int]:
+        """First row of every state."""
+        return {state: i for i, state in reversed(list(enumerate(self.state_id.tolist())))}
+
+    def run_named(self, name: str) -> tuple[str, int] | None:
+        """State and repeat that a name without ending says; None if it says none.
+
+        Capitals do not count, "-r01" is repeat 1, and repeats of a planned state beyond the plan are accepted.
+        """
+        parts = _RUN.fullmatch(name.lower())
+        if parts is None or (state := self._by_lower_case.get(parts[1])) is None:
+            return None
+        run = state, int(parts[2])
+        return run if run[1] < 1000 or run in self.row_of else None
+
+    @cached_property
+    def _by_lower_case(self) -> dict[str, str]:
+        return {state.lower(): state for state in self.states}
 
 
 def write_plan(plan: MeasurementPlan, path: str | Path, *, remark: str = "") -> None:
@@ -104,14 +138,11 @@ def write_plan(plan: MeasurementPlan, path: str | Path, *, remark: str = "") -> 
     InputError
         The file cannot be written.
     """
-    fields = ("recording", "state_id", "repeat", "role", "distance", "height", "speed", "base_angle", "expected_force")
     cells = {
-        column: [
-            "" if isinstance(cell, float) and math.isnan(cell) else str(cell) for cell in getattr(plan, name).tolist()
-        ]
-        for column, name in zip(_COLUMNS, fields, strict=True)
+        column: [csv_cell(each) for each in getattr(plan, name).tolist()]
+        for column, name in zip(_COLUMNS, ("recording", *_ARRAYS), strict=True)
     }
-    head = f"{_REMARK} {' '.join(remark.split())}\n" if remark else ""
+    head = f"# {' '.join(remark.split())}\n" if remark else ""
     write_atomically(_file(path), head + csv_text(cells))
 
 
@@ -119,7 +150,7 @@ def read_plan(path: str | Path, *, tolerance: StateTolerance | None = None) -> M
     """Read a plan: a CSV file, or a campaign folder that holds `plan.csv`.
 
     Commas with decimal points, or semicolons (tabs) with decimal points or commas. Rows may have been added: role,
-    base angle, expected force and the name of the recording may be empty. A first line that begins with # is a remark.
+    base angle, expected force and the name of the recording may be empty. Lines that begin with # are remarks.
 
     Parameters
     ----------
@@ -139,43 +170,26 @@ def read_plan(path: str | Path, *, tolerance: StateTolerance | None = None) -> M
         repeat of a state twice; repeats of a state further apart than the tolerance; one state under two names.
     """
     file = str(_file(path))
-    table = read_table(_without_remark(read_bytes(file)), file, what="run")
-    _require_columns(list(table.columns), file, table.header_row)
+    table = read_table(read_bytes(file), file, what="run", remarked=True)
+    table.require_columns(_REQUIRED, _COLUMNS)
     if not table.rows:
-        raise TableError("found a header and no run, expected at least one", file=file, row=table.header_row)
+        raise table.error("found a header and no run, expected at least one", table.header_row)
     table = table.with_decimal_points(_NUMBERS)
     cells, where, n = table.columns, columns.Where(file, table.rows), len(table.rows)
-    numbers = {
-        column: np.array(table.numbers(column, required=column in _REQUIRED)) for column in _NUMBERS if column in cells
-    }
+    numbers = {name: np.array(table.numbers(name, required=name in _REQUIRED)) for name in _NUMBERS if name in cells}
     expected = numbers.pop("expected_force_N", np.full(n, np.nan))
     where.refuse(~(np.isnan(expected) | ((expected > 0) & (expected <= 1e5))), "expected_force_N", expected, "newtons")
-    checked = {name: columns.numbers(name, numbers.get(name), n, where) for name in _NUMBERS[:4]}
-    names = columns.texts("state_id", cells["state_id"], n, where)
+    distance, height, speed, angle = (columns.numbers(name, numbers.get(name), where) for name in _NUMBERS[:4])
+    names = columns.texts("state_id", cells["state_id"], where)
     unfit = [not _STATE_ID.fullmatch(name) for name in names.tolist()]
     where.refuse(unfit, "state_id", names, "1 to 36 letters, digits, hyphens, points or underscores: it names a file")
-    roles = columns.texts("role", [role.lower() for role in cells.get("role", [""] * n)], n, where, default="train")
-    where.refuse(~np.isin(roles, ("train", "test")), "role", roles, "train or test")
+    roles = columns.roles([role.lower() for role in cells.get("role", [""] * n)], where)
     repeat = columns.repeats(table.whole_numbers("repeat"), names, where)
-    coordinates = np.column_stack([checked[name] for name in _NUMBERS[:3]])
-    plan = MeasurementPlan(
-        state_id=identify_states(coordinates, roles, names, tolerance or StateTolerance(), where),
-        repeat=repeat,
-        role=roles,
-        distance=checked["distance_m"],
-        height=checked["height_m"],
-        speed=checked["speed_mps"],
-        base_angle=checked["base_angle_deg"],
-        expected_force=expected,
-    )
+    tolerance = tolerance or StateTolerance()
+    states = identify_states(np.column_stack([distance, height, speed]), roles, names, tolerance, where)
+    plan = MeasurementPlan(states, repeat, roles, distance, height, speed, angle, expected)
     _refuse_other_names(plan, cells.get("recording", [""] * n), where)
     return plan
-
-
-def _without_remark(content: bytes) -> bytes:
-    """The same lines, so that row numbers hold, a remark on the first of them left empty."""
-    first, end, rest = content.partition(b"\n")
-    return end + rest if first.removeprefix(b"\xef\xbb\xbf").startswith(_REMARK.encode()) else content
 
 
 def _file(path: str | Path) -> Path:
@@ -193,15 +207,3 @@ def _refuse_other_names(plan: MeasurementPlan, given: list[str], where: columns.
             message = f"found {name!r}, expected a name that differs from that of row {row} by more than capitals"
             raise where.error(position, "state_id", message)
         first[name.lower()] = position
-
-
-def _require_columns(header: list[str], file: str, row: int) -> None:
-    for name in header:
-        if name not in _COLUMNS:
-            near = ", ".join(nearest_names(name, _COLUMNS, 2))
-            message = f"found an unknown column {name!r}, the nearest known ones are {near}; rename it or take it out"
-            raise TableError(message, file=file, row=row, column=name)
-    for name in _REQUIRED:
-        if name not in header:
-            message = f"the column is missing, expected at least {', '.join(_REQUIRED)}"
-            raise TableError(message, file=file, row=row, column=name)

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields
 from enum import StrEnum
 from pathlib import Path
 
 from forcemap.campaigns.conditions import MEASURED_UNDER, condition_text
-from forcemap.csv_table import csv_text, read_table
-from forcemap.errors import InputError, TableError, nearest_names
+from forcemap.csv_table import csv_cell, csv_text, read_table
+from forcemap.errors import InputError
 from forcemap.files import read_bytes, sha256
 from forcemap.impacts.scenario import ContactScenario
 
@@ -93,29 +93,13 @@ class Entry:
         return f"{self.file}#{self.curve}" if self.curve else self.file
 
 
-_COLUMNS = {
-    "file": "file",
-    "curve": "curve",
-    "sha256": "sha256",
-    "state_id": "state_id",
-    "repeat": "repeat",
-    "speed_mps": "speed",
-    "exclude": "exclude",
-    "use": "use",
-    "reason": "reason",
-    "scenario": "scenario",
-    "peak_force_N": "peak_force",
-    "raw_peak_force_N": "raw_peak_force",
-    "phase2_force_N": "phase2_force",
-    "flags": "flags",
-    "impact_sha256": "impact_sha256",
-    "changed": "changed",
-}
+_UNITS = {"speed": "speed_mps"} | {name: f"{name}_N" for name in ("peak_force", "raw_peak_force", "phase2_force")}
+_COLUMNS = {_UNITS.get(n, n): n for n in (each.name for each in fields(Entry)) if n not in ("conditions", "row_sha256")}
 PLANNED, READ_WITH, FIRST_READ = "planned", "read_with", "first_read"
 _ROW_SHA256 = "row_sha256"
 _SEALED = (*MEASURED_UNDER, PLANNED, READ_WITH, FIRST_READ)
 _KNOWN = (*_COLUMNS, *_SEALED, _ROW_SHA256)
-_NUMBERS = ("speed_mps", "peak_force_N", "raw_peak_force_N", "phase2_force_N")
+_NUMBERS = tuple(_UNITS.values())
 
 
 def read_register(path: str | Path) -> tuple[Entry, ...]:
@@ -127,56 +111,46 @@ def read_register(path: str | Path) -> tuple[Entry, ...]:
         Not a table; an unknown column; a cell that cannot be used; the same recording twice.
     """
     table = read_table(read_bytes(path), str(path), what="recording")
-    for name in table.columns:
-        if name not in _KNOWN:
-            near = ", ".join(nearest_names(name, _KNOWN, 2))
-            message = f"unknown column, the nearest known ones are {near}; rename it or take it out"
-            raise TableError(message, file=str(path), row=table.header_row, column=name)
-    if "file" not in table.columns:
-        message = "the column is missing, expected the names of the recordings"
-        raise TableError(message, file=str(path), row=table.header_row, column="file")
+    table.require_columns(("file",), _KNOWN)
     table = table.with_decimal_points(_NUMBERS)
-    n = len(table.rows)
     cells: dict[str, Sequence[str | float]] = {
         name: table.numbers(name, required=False) if name in _NUMBERS else table.columns[name] for name in table.columns
     }
     entries: dict[str, Entry] = {}
-    for i in range(n):
-        values = {_COLUMNS.get(name, name): column[i] for name, column in cells.items() if name not in _SEALED}
-        stated = {
-            name: condition_text(name, cells[name][i]) if name in MEASURED_UNDER else str(cells[name][i])
-            for name in _SEALED
-            if name in cells and cells[name][i]
-        }
+    for i, line in enumerate(table.rows):
+        row = {name: column[i] for name, column in cells.items()}
+        values = {_COLUMNS.get(name, name): cell for name, cell in row.items() if name not in _SEALED}
+        conditions = {name: condition_text(name, row[name]) for name in _SEALED if row.get(name)}
         try:
-            entry = replace(_entry(values), conditions=stated)
+            entry = _entry(values, conditions)
         except InputError as error:
-            raise TableError(error.message, file=str(path), row=table.rows[i], column=error.column) from None
+            raise table.error(error.message, line, error.column) from None
         if entry.name in entries or not entry.file:
             found = "an empty cell" if not entry.file else f"{entry.name!r} twice"
-            message = f"found {found}, expected each recording once"
-            raise TableError(message, file=str(path), row=table.rows[i], column="file")
+            raise table.error(f"found {found}, expected each recording once", line, "file")
         entries[entry.name] = entry
     return tuple(entries.values())
 
 
 def register_text(entries: Iterable[Entry]) -> str:
     """A register as CSV."""
-    rows = list(entries)
-    cells = {column: [_cell(column, getattr(row, name)) for row in rows] for column, name in _COLUMNS.items()}
-    for name in _SEALED:
-        if any(row.conditions.get(name) for row in rows):
-            cells[name] = [row.conditions.get(name, "") for row in rows]
-    return csv_text(cells | {_ROW_SHA256: [row_sha256(row) for row in rows]})
+    rows = [_cells(entry) | {_ROW_SHA256: row_sha256(entry)} for entry in entries]
+    sealed = [name for name in _SEALED if any(row.get(name) for row in rows)]
+    return csv_text({name: [row.get(name, "") for row in rows] for name in (*_COLUMNS, *sealed, _ROW_SHA256)})
 
 
 def row_sha256(entry: Entry) -> str:
     """Hash of what a row of the register says."""
-    cells = {column: _cell(column, getattr(entry, name)) for column, name in _COLUMNS.items()} | dict(entry.conditions)
-    return sha256("\n".join(f"{column}={cell}" for column, cell in cells.items() if cell))[:16]
+    return sha256("\n".join(f"{column}={cell}" for column, cell in _cells(entry).items() if cell))[:16]
 
 
-def _entry(values: dict[str, str | float]) -> Entry:
+def _cells(entry: Entry) -> dict[str, str]:
+    values = {column: getattr(entry, name) for column, name in _COLUMNS.items()} | {"repeat": entry.repeat or None}
+    cells = {column: csv_cell(value, ".2f" if column.endswith("_N") else "") for column, value in values.items()}
+    return cells | dict(entry.conditions)
+
+
+def _entry(values: dict[str, str | float], conditions: Mapping[str, str]) -> Entry:
     """An entry from the cells of its row."""
     repeat = str(values.get("repeat", "")) or "0"
     if not (repeat.isascii() and repeat.isdigit() and len(repeat) < 10):
@@ -186,9 +160,8 @@ def _entry(values: dict[str, str | float]) -> Entry:
         raise InputError(f"found {speed:g}, expected metres per second above 0 and up to 10", column="speed_mps")
     exclude = str(values.get("exclude", "")).lower()
     if exclude in ("no", "false", "0", "-", "none", "nein", "n"):
-        raise InputError(
-            f"found {exclude!r}, expected a reason, or an empty cell to keep the recording", column="exclude"
-        )
+        expected = "expected a reason, or an empty cell to keep the recording"
+        raise InputError(f"found {exclude!r}, {expected}", column="exclude")
     if values.get("use") and not values.get("sha256"):
         raise InputError("the cell is empty; delete the whole row to register the file anew", column="sha256")
     use = str(values.get("use", "")) or Use.UNASSIGNED
@@ -196,10 +169,4 @@ def _entry(values: dict[str, str | float]) -> Entry:
         raise InputError(f"found {use!r}, expected one of {', '.join(Use)} or an empty cell", column="use")
     scenario = str(values.get("scenario", ""))
     parsed = {"repeat": int(repeat), "use": Use(use), "scenario": ContactScenario.parse(scenario) if scenario else None}
-    return Entry(**{**values, **parsed})  # type: ignore[arg-type]
-
-
-def _cell(column: str, value: object) -> str:
-    if value is None or (isinstance(value, float) and math.isnan(value)) or (column == "repeat" and value == 0):
-        return ""
-    return f"{value:.2f}" if column.endswith("_N") else str(value)
+    return Entry(**{**values, **parsed}, conditions=conditions)  # type: ignore[arg-type]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -163,7 +162,8 @@ def repeatability(dataset: ImpactDataset) -> Repeatability:
     # Repeats proper: uncensored impacts of one state at one base angle.
     cells = [[each[~dataset.censored[each]] for each in groups] for groups in angles]
     sd = np.array([_sd([dataset.peak_force[cell] for cell in groups]) for groups in cells])
-    percent = 100 * sd / states.force
+    max_sd, mean_sd = _largest_and_mean(sd)
+    max_percent, mean_percent = _largest_and_mean(100 * sd / states.force)
     within, between = _components(dataset.peak_force, cells)
     within_log, between_log = _components(np.log(dataset.peak_force), cells)
     return Repeatability(
@@ -172,10 +172,10 @@ def repeatability(dataset: ImpactDataset) -> Repeatability:
         censored=states.censored,
         mean=states.force,
         sd=sd,
-        max_sd=_largest(sd),
-        mean_sd=_mean(sd),
-        max_sd_percent=_largest(percent),
-        mean_sd_percent=_mean(percent),
+        max_sd=max_sd,
+        mean_sd=mean_sd,
+        max_sd_percent=max_percent,
+        mean_sd_percent=mean_percent,
         within_state_sd=within,
         within_state_sd_percent=100 * within_log,
         between_state_sd=between,
@@ -272,21 +272,16 @@ def _outliers(dataset: ImpactDataset, cells: list[Indices]) -> list[Outlier]:
                 break
             # One at a time: an outlier also moves the median that the others are held against.
             worst = np.arange(2) if left.size == 2 else np.array([np.where(suspect, np.abs(apart), -1.0).argmax()])
-            found += [_outlier(dataset, int(left[i]), float(median[i])) for i in worst]
+            named = zip(left[worst].tolist(), median[worst].tolist(), strict=True)
+            found += [_outlier(dataset, impact, others_median) for impact, others_median in named]
             left = np.delete(left, worst)
     return found
 
 
-def _outlier(dataset: ImpactDataset, impact: int, others: float) -> Outlier:
-    force = float(dataset.peak_force[impact])
-    return Outlier(
-        state=str(dataset.state[impact]),
-        repeat=int(dataset.repeat[impact]),
-        recording=str(dataset.recording[impact]),
-        force=force,
-        others_median=others,
-        deviation=force - others,
-    )
+def _outlier(dataset: ImpactDataset, impact: int, others_median: float) -> Outlier:
+    force, state, recording = float(dataset.peak_force[impact]), dataset.state[impact], dataset.recording[impact]
+    repeat = int(dataset.repeat[impact])
+    return Outlier(str(state), repeat, str(recording), force, others_median, deviation=force - others_median)
 
 
 def _robust_sd(values: FloatArray, cells: list[Indices]) -> float:
@@ -300,9 +295,9 @@ def _symmetry(dataset: ImpactDataset, names: tuple[str, ...], angles: list[list[
     circles = [_circle(dataset, name, groups) for name, groups in zip(names, stated, strict=True) if len(groups) > 1]
     if not circles:
         return None
-    difference = np.array([circle.difference for circle in circles])
-    percent = np.array([circle.difference_percent for circle in circles])
-    return Symmetry(tuple(circles), _largest(difference), _mean(difference), _largest(percent), _mean(percent))
+    largest, mean = _largest_and_mean(np.array([circle.difference for circle in circles]))
+    percent = _largest_and_mean(np.array([circle.difference_percent for circle in circles]))
+    return Symmetry(tuple(circles), largest, mean, *percent)
 
 
 def _circle(dataset: ImpactDataset, name: str, groups: list[Indices]) -> Circle:
@@ -321,11 +316,7 @@ def _circle(dataset: ImpactDataset, name: str, groups: list[Indices]) -> Circle:
     )
 
 
-def _largest(values: FloatArray) -> float:
+def _largest_and_mean(values: FloatArray) -> tuple[float, float]:
+    """Of the values that are not NaN; NaN where there is none."""
     told = values[~np.isnan(values)]
-    return float(told.max()) if told.size else math.nan
-
-
-def _mean(values: FloatArray) -> float:
-    told: Any = values[~np.isnan(values)]
-    return float(told.mean()) if told.size else math.nan
+    return (float(told.max()), float(told.mean())) if told.size else (math.nan, math.nan)

@@ -6,13 +6,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from forcemap.arrays import FloatArray, Indices, Mask
+from forcemap.arrays import FloatArray, Indices, Mask, Texts
 from forcemap.campaigns.columns import Where
 from forcemap.errors import InputError
 
-_COLUMNS = ("distance_m", "height_m", "speed_mps")
+_AXES = (("distance_m", "m"), ("height_m", "m"), ("speed_mps", "m/s"))
 
 
 @dataclass(frozen=True)
@@ -75,31 +74,27 @@ class States:
     highest: FloatArray
 
     @classmethod
-    def of(
-        cls,
-        distance: FloatArray,
-        height: FloatArray,
-        speed: FloatArray,
-        peak_force: FloatArray,
-        name: NDArray[np.str_],
-        censored: Mask,
-    ) -> States:
-        """Average impacts, arrays of shape (n,), over their states; the order of the impacts does not matter."""
-        order = np.lexsort((speed, height, distance, peak_force, name))
+    def of(cls, coordinates: FloatArray, peak_force: FloatArray, name: Texts, censored: Mask) -> States:
+        """Average impacts over their states: (distance, height, speed), shape (n, 3), and arrays of shape (n,).
+
+        The order of the impacts does not matter.
+        """
+        order = np.lexsort((*coordinates.T[::-1], peak_force, name))
         names, index = np.unique(name[order], return_inverse=True)
-        measured = ~censored[order]
-        force = peak_force[order]
+        n, measured, force = names.size, ~censored[order], peak_force[order]
+        distance, height, speed = (_means(each[order], index, n) for each in coordinates.T)
+        force, above, index, group = force[measured], force[~measured], index[measured], index[~measured]
         states = cls(
             tuple(names.tolist()),
-            distance=_means(distance[order], index, names.size),
-            height=_means(height[order], index, names.size),
-            speed=_means(speed[order], index, names.size),
-            force=_means(force[measured], index[measured], names.size),
-            log_force=_means(np.log(force[measured]), index[measured], names.size),
-            impacts=np.bincount(index[measured], minlength=names.size),
-            censored=np.bincount(index[~measured], minlength=names.size),
-            at_least=_largest(force[~measured], index[~measured], names.size),
-            highest=_largest(force[measured], index[measured], names.size),
+            distance,
+            height,
+            speed,
+            force=_means(force, index, n),
+            log_force=_means(np.log(force), index, n),
+            impacts=np.bincount(index, minlength=n),
+            censored=np.bincount(group, minlength=n),
+            at_least=_largest(above, group, n),
+            highest=_largest(force, index, n),
         )
         return states.select(np.lexsort((states.speed, states.height, states.distance)))
 
@@ -109,9 +104,9 @@ class States:
     def select(self, index: Mask | Indices) -> States:
         """The states that an index or a mask of shape (m,) picks."""
         kept = np.flatnonzero(index) if index.dtype == np.bool_ else index
-        names = tuple(self.name[i] for i in kept)
-        fields: dict[str, Any] = {name: getattr(self, name)[kept] for name in list(self.__dataclass_fields__)[1:]}
-        return States(names, **fields)
+        _, *arrays = self.__dataclass_fields__
+        picked: dict[str, Any] = {name: getattr(self, name)[kept] for name in arrays}
+        return States(tuple(self.name[i] for i in kept), **picked)
 
     @property
     def coordinates(self) -> FloatArray:
@@ -125,12 +120,8 @@ class States:
 
 
 def identify_states(
-    coordinates: FloatArray,
-    role: NDArray[np.str_],
-    given: NDArray[np.str_] | None,
-    tolerance: StateTolerance,
-    where: Where,
-) -> NDArray[np.str_]:
+    coordinates: FloatArray, role: Texts, given: Texts | None, tolerance: StateTolerance, where: Where
+) -> Texts:
     """The state of every impact: as given, else found by coordinates.
 
     Parameters
@@ -172,51 +163,30 @@ def _clusters(scaled: FloatArray) -> Indices:
     _, cluster = connected_components(links, directed=False)
     # Numbered by first appearance in the sorted points, so that the order of rows does not matter.
     _, first, number = np.unique(cluster, return_index=True, return_inverse=True)
-    rank = np.empty(first.size, dtype=np.int64)
-    rank[np.argsort(first)] = np.arange(first.size)
+    rank = np.argsort(np.argsort(first))
     return np.asarray(rank[number][index.ravel()], dtype=np.int64)
 
 
 def _refuse_wide_states(
-    coordinates: FloatArray,
-    index: Indices,
-    names: NDArray[np.str_],
-    tolerance: StateTolerance,
-    where: Where,
-    *,
-    found: bool,
+    coordinates: FloatArray, index: Indices, names: Texts, tolerance: StateTolerance, where: Where, *, found: bool
 ) -> None:
-    lowest = np.full((names.size, 3), np.inf)
-    highest = np.full((names.size, 3), -np.inf)
-    np.minimum.at(lowest, index, coordinates)
-    np.maximum.at(highest, index, coordinates)
-    for state, axis in np.argwhere(highest - lowest > tolerance.scale)[:1]:
-        spread = (highest - lowest)[state, axis]
-        allowed = (tolerance.place, tolerance.place, tolerance.speed)[axis]
+    n = names.size
+    spread = np.column_stack([_largest(each, index, n) + _largest(-each, index, n) for each in coordinates.T])
+    for state, axis in np.argwhere(spread > tolerance.scale)[:1]:
+        (column, unit), allowed = _AXES[axis], (tolerance.place, tolerance.place, tolerance.speed)[axis]
         member = np.flatnonzero(index == state)
         away = np.abs(coordinates[member, axis] - np.median(coordinates[member, axis]))
         position = int(member[::-1][away[::-1].argmax()])
-        unit = ("m", "m", "m/s")[axis]
-        remedy = (
-            "impacts that lie closer than this form a chain: add a state_id column or lower the tolerance "
-            "([states] in campaign.toml)"
-            if found
-            else f"is this row of state {str(names[state])!r}?"
-        )
-        raise where.error(
-            position,
-            _COLUMNS[axis],
-            f"found repeats of one state {spread:.4g} {unit} apart, expected at most {allowed:g} {unit}; {remedy}",
-        )
+        remedy = f"is this row of state {str(names[state])!r}?"
+        if found:
+            way_out = "add a state_id column or lower the tolerance ([states] in campaign.toml)"
+            remedy = f"impacts that lie closer than this form a chain: {way_out}"
+        apart = f"{spread[state, axis]:.4g} {unit} apart, expected at most {allowed:g} {unit}"
+        raise where.error(position, column, f"found repeats of one state {apart}; {remedy}")
 
 
 def _refuse_copies(
-    coordinates: FloatArray,
-    role: NDArray[np.str_],
-    index: Indices,
-    names: NDArray[np.str_],
-    tolerance: StateTolerance,
-    where: Where,
+    coordinates: FloatArray, role: Texts, index: Indices, names: Texts, tolerance: StateTolerance, where: Where
 ) -> None:
     """Refuse names that do not group repeats: as independent states they would make the bound too low.
 
@@ -237,13 +207,10 @@ def _refuse_copies(
         apart = np.abs(scaled[pairs[:, 0]] - scaled[pairs[:, 1]]).max(axis=1)
         crowded = 4 * np.unique(pairs).size > member.size and len(pairs) > 1
         for one, other in member[pairs[apart <= (1.0 if crowded else 0.1)][:1]]:
-            raise where.error(
-                int(first[max(one, other)]),
-                "state_id",
-                f"found states {str(names[one])!r} and {str(names[other])!r} at the same distance, height and speed, "
-                "expected one state_id for all repeats of a state (they share its error); "
-                "if they are meant to differ, lower the tolerance ([states] in campaign.toml)",
-            )
+            found = f"found states {str(names[one])!r} and {str(names[other])!r} at the same distance, height and speed"
+            expected = "expected one state_id for all repeats of a state (they share its error)"
+            remedy = "if they are meant to differ, lower the tolerance ([states] in campaign.toml)"
+            raise where.error(int(first[max(one, other)]), "state_id", f"{found}, {expected}; {remedy}")
 
 
 def _largest(values: FloatArray, index: Indices, size: int) -> FloatArray:

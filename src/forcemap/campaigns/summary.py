@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 from forcemap.campaigns.campaign import Campaign
 from forcemap.campaigns.dataset import ImpactDataset, PhaseTwo
 from forcemap.campaigns.recordings_table import Entry, Use
-from forcemap.impacts.scenario import ContactScenario
+from forcemap.impacts.scenario import BARRING, ContactScenario
+
+_ASKED = (
+    *("robot.model", "robot.safety_settings", "tool.name", "contact.site", "contact.direction", "contact.speed"),
+    *("device.stiffness_N_per_m", "device.calibrated", "date"),
+)
 
 
 @dataclass(frozen=True)
@@ -73,6 +77,9 @@ def campaign_summary(campaign: Campaign, dataset: ImpactDataset) -> CampaignSumm
     dataset : ImpactDataset
         What `build_dataset` returned.
     """
+    stated = campaign.conditions.stated
+    if campaign.conditions.device.calibration_stated:
+        stated["device.calibrated"] = True
     names = [name for cell in dataset.flags.tolist() for name in cell.split("; ") if name and name != "simulated"]
     seen: dict[str, list[ContactScenario]] = {}
     for entry in campaign.entries:
@@ -86,28 +93,13 @@ def campaign_summary(campaign: Campaign, dataset: ImpactDataset) -> CampaignSumm
         phase_two=dataset.phase_two,
         contacts=tuple(_contact(state, scenarios) for state, scenarios in seen.items()),
         flags={name: names.count(name) for name in sorted(set(names))},
-        not_stated=tuple(name for name, value in _asked(campaign) if not value),
+        not_stated=tuple(entry for entry in _ASKED if entry not in stated),
     )
 
 
 def _contact(state: str, scenarios: list[ContactScenario]) -> StateContact:
-    for barrier in (ContactScenario.WITH_CLAMPING, ContactScenario.UNDETERMINED):
+    for barrier in BARRING:
         if barrier in scenarios:
             count = f"{scenarios.count(barrier)} of {len(scenarios)} impacts"
             return StateContact(state, False, f"{count} {barrier.words}: quasi-static limit only")
     return StateContact(state, True, "the force diminishes in every impact: the transient limit may be used")
-
-
-def _asked(campaign: Campaign) -> list[tuple[str, str]]:
-    conditions = campaign.conditions
-    return [
-        ("robot.model", conditions.robot),
-        ("robot.safety_settings", conditions.safety_settings),
-        ("tool.name", conditions.tool),
-        ("contact.site", conditions.contact_site),
-        ("contact.direction", conditions.direction),
-        ("contact.speed", conditions.speed_kind),
-        ("device.stiffness_N_per_m", "" if math.isnan(conditions.device.stiffness) else "stated"),
-        ("device.calibrated", conditions.device.calibrated or conditions.device.calibration_expires),
-        ("date", conditions.date),
-    ]

@@ -1,4 +1,4 @@
-"""The commands together, and what becomes of errors."""
+"""The commands together, what becomes of errors, and where options have gone that commands had before."""
 
 from __future__ import annotations
 
@@ -12,26 +12,52 @@ except ImportError:
     sys.exit("error: the command line needs an extra; install it with: pip install 'forcemap[app]'")
 
 from forcemap._version import __version__
-from forcemap.cli.check import check
+from forcemap.cli.check import check, inspect
 from forcemap.cli.collect import collect
 from forcemap.cli.compare import compare
+from forcemap.cli.confirm import confirm
 from forcemap.cli.demo import demo
 from forcemap.cli.effective_mass import effective_mass
 from forcemap.cli.evaluate import evaluate
-from forcemap.cli.export import export
+from forcemap.cli.export import export, export_path
 from forcemap.cli.fit import fit
-from forcemap.cli.inspect import inspect
 from forcemap.cli.limits import limits
+from forcemap.cli.next import next_
+from forcemap.cli.options import require_as_spelled
 from forcemap.cli.output import emit_error
-from forcemap.cli.path import path
-from forcemap.cli.place import place
+from forcemap.cli.path import path, place
 from forcemap.cli.plan import plan
 from forcemap.cli.report import report
 from forcemap.cli.serve import serve
 from forcemap.cli.simulate import simulate
-from forcemap.cli.speed import speed
-from forcemap.cli.speed_map import speed_map
+from forcemap.cli.speed import speed, speed_map
 from forcemap.errors import ForcemapError, InputError
+
+_PLAN = {
+    "--next": "is a command: forcemap next FOLDER",
+    "--confirm": "is a command: forcemap confirm FOLDER",
+    "--batch": "goes with forcemap next",
+    "--largest-force-N": "goes with forcemap next",
+    "--form": "is part of the design: --design i-optimal:LOG_SPEED",
+    "--device-error-N": "is stated in campaign.toml (device.error_N)",
+    "--payload-kg": "is stated in campaign.toml (tool.payload_kg)",
+}
+_BOUND = dict.fromkeys(("--confidence", "--content"), "is part of the bound: --bound tolerance:CONFIDENCE/CONTENT")
+_FITTED = _BOUND | {"--form": "goes with forcemap fit: fit the map first, then name its file"}
+_EXPORT = _FITTED | {
+    "--path": "is a command: forcemap export-path SOURCE PATH, for --format scaling or safety",
+    "--date": "is taken from SOURCE_DATE_EPOCH",
+}
+_ROBOT = dict.fromkeys(("--base", "--tip"), "is part of the robot: --robot arm.urdf:base=LINK:tip=LINK")
+_MOVED = {
+    "plan": _PLAN,
+    "speed": _BOUND,
+    "speed-map": _BOUND,
+    "report": _BOUND,
+    "path": _FITTED | _ROBOT,
+    "place": _FITTED,
+    "export": _EXPORT,
+}
 
 app = typer.Typer(
     name="forcemap",
@@ -58,27 +84,10 @@ def options(
     """3D collision-force maps: from measured impacts to bounded forces and safe robot speeds."""
 
 
-for command in (
-    demo,
-    plan,
-    simulate,
-    collect,
-    inspect,
-    check,
-    fit,
-    evaluate,
-    compare,
-    limits,
-    speed,
-    speed_map,
-    path,
-    place,
-    export,
-    effective_mass,
-    report,
-    serve,
-):
-    app.command(name=command.__name__.replace("_", "-"))(command)
+_MEASURING = (demo, plan, next_, simulate, collect, inspect, check, confirm)
+_USING = (fit, evaluate, compare, limits, speed, speed_map, path, place, export, export_path, effective_mass)
+for command in (*_MEASURING, *_USING, report, serve):
+    app.command(name=command.__name__.rstrip("_").replace("_", "-"))(command)
 
 
 def main() -> None:
@@ -93,20 +102,28 @@ def run(arguments: list[str]) -> int:
         app(["--help"], standalone_mode=False)
         return 2
     try:
+        command = typer.main.get_group(app).commands.get(arguments[0])
+        if command and any({"--area", "--limit-table"} <= set(param.opts) for param in command.params):
+            require_as_spelled(arguments)
         return int(app(arguments, standalone_mode=False) or 0)
     except ForcemapError as error:
         emit_error(error, as_json=as_json)
     except TyperException as error:
-        emit_error(InputError(" ".join(error.format_message().split()) or "see --help"), as_json=as_json)
+        words = _moved_option(arguments) or " ".join(error.format_message().split()) or "see --help"
+        emit_error(InputError(words), as_json=as_json)
     except BrokenPipeError:
         sys.stdout = None  # the reader has gone; nothing is left to flush
     except (KeyboardInterrupt, typer.Abort):
         emit_error(ForcemapError("interrupted"), as_json=as_json)
         return 130
     except Exception as error:
-        what = " ".join(str(error).split())
-        emit_error(
-            ForcemapError(f"a defect of forcemap ({type(error).__name__}: {what}); please report it"),
-            as_json=as_json,
-        )
+        words = f"a defect of forcemap ({type(error).__name__}: {' '.join(str(error).split())}); please report it"
+        emit_error(ForcemapError(words), as_json=as_json)
     return 2
+
+
+def _moved_option(arguments: list[str]) -> str:
+    """Where an option has gone, if the arguments have one that their command had before; else empty."""
+    given = {argument.partition("=")[0] for argument in arguments}
+    found = _MOVED.get(arguments[0], {})
+    return next((f"{arguments[0]}: {option} {where}" for option, where in found.items() if option in given), "")

@@ -1,72 +1,37 @@
-"""forcemap check."""
+"""forcemap check and inspect: impacts and verdicts."""
 
 from __future__ import annotations
 
 import math
-from functools import partial
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
 
-import typer
+import numpy as np
+from typer import Argument, Option
 
-from forcemap import (
-    Campaign,
-    Contact,
-    ForceLimit,
-    ForcemapError,
-    InputError,
-    Interpretation,
-    NewtonLimit,
-    Verdict,
-    VerdictOutcome,
-    check_impact,
-    find_impacts,
-    force_limit,
-    no_impact,
-    read_campaign,
-    read_limit_table,
-)
-from forcemap.cli.column_options import (
-    CampaignOption,
-    Columns,
-    DeviceError,
-    DeviceRange,
-    FrequencyClass,
-    recordings_from,
-)
-from forcemap.cli.impact_results import VERDICT_HEADER, limit_line_words, verdict_result, verdict_row
-from forcemap.cli.options import (
-    Area,
-    DeviceSpring,
-    Json,
-    LimitN,
-    LimitSpring,
-    LimitTable,
-    QuasiStaticN,
-    Region,
-    stiffness,
-)
+import forcemap as fm
+from forcemap.answers.check import CheckAnswer, CheckedImpact, JudgementAnswer
+from forcemap.answers.impacts import InspectAnswer
+from forcemap.arrays import FloatArray
+from forcemap.cli.column_options import CampaignOption, Columns, DeviceError, DeviceRange, FrequencyClass, described
+from forcemap.cli.options import DeviceSpring, Json, Limit, LimitSpring, QuasiStaticN, limit_from
 from forcemap.cli.output import Progress, emit, listing, table
-from forcemap.files import file_sha256
-
-_SHOWN = 12  # lines of a list
 
 
 def check(
-    source: Annotated[str, typer.Argument(help="A file of recordings, or a campaign folder.")],
-    area: Area = None,
-    region: Region = None,
-    newtons: LimitN = None,
+    source: Annotated[str, Argument(help="A file of recordings, or a campaign folder.")],
+    limit: Limit = None,
     quasi_static: QuasiStaticN = None,
     limit_spring: LimitSpring = None,
     contact: Annotated[
-        Contact | None,
-        typer.Option("--contact", help="quasi-static: that limit for all of the contact; with --limit-N which it is."),
+        fm.Contact | None,
+        Option("--contact", help="quasi-static: that limit for all of the contact; with --limit-N which it is."),
     ] = None,
-    limit_table: LimitTable = None,
     interpretation: Annotated[
-        Interpretation | None,
-        typer.Option("--interpretation", help="The interpretation that governs; default: the strictest."),
+        fm.Interpretation | None,
+        Option("--interpretation", help="The interpretation that governs; default: the strictest."),
     ] = None,
     campaign: CampaignOption = None,
     column: Columns = None,
@@ -82,162 +47,213 @@ def check(
 
     Example: forcemap check run7.csv --area back_of_hand --device-range-N 500
     """
-    limit = _limit(area, region, newtons, limit_table, quasi_static, limit_spring)
-    if isinstance(limit, ForceLimit) and not limit.permitted:
-        reason = f"contact with {limit.name} is not permitted in {limit.edition}: no force is within a limit"
-        emit({"outcome": "not_permitted", "reason": reason, "limit_source": str(limit)}, [reason], as_json=as_json)
-        return 1
-    judge = partial(check_impact, limit=limit, interpretation=interpretation, contact=contact)
-    verdicts: list[Verdict] = []
-    unjudged: list[tuple[str, str]] = []
-    simulated = stated = False
-    home = read_campaign(source) if Path(source).is_dir() else None
-    files = [source] if home is None else _files(home)
-    out = [] if home is None else [entry for entry in home.entries if entry.exclude]
-    excluded = {f"{home.recordings / entry.file}#{entry.curve}" for entry in out} if home else set()
-    unjudged += [] if home is None else _gone(home)
-    with Progress("checked", len(files)) as progress:
-        for done, file in enumerate(files, start=1):
-            try:
-                recordings, conditions = recordings_from(
-                    file, campaign or (source if home else None), column, device_range, device_error, device_spring
-                )
-            except ForcemapError as error:
-                if len(files) == 1:
-                    raise
-                unjudged.append((file, str(error)))
-                continue
-            simulated |= conditions.simulated
-            stated |= not math.isnan(conditions.device.range)
-            unjudged += _changed(home, file)
-            wanted = conditions.channel_frequency_class if frequency_class is None else frequency_class
-            for recording in recordings:
-                if f"{file}#{recording.curve}" in excluded:
-                    continue
-                impacts = find_impacts(recording, channel_frequency_class=wanted)
-                verdicts += [judge(impact) for impact in impacts]
-                unjudged += [] if impacts else [(recording.name, no_impact(recording))]
-            progress.show(done)
-    outcomes = [verdict.outcome for verdict in verdicts]
-    worst = (
-        VerdictOutcome.EXCEEDED
-        if VerdictOutcome.EXCEEDED in outcomes
-        else VerdictOutcome.CANNOT_TELL
-        if unjudged or not verdicts or VerdictOutcome.CANNOT_TELL in outcomes
-        else VerdictOutcome.WITHIN
+    held, _ = limit_from(limit, contact, quasi_static, limit_spring, contact_needed=False)
+    conditions, columns = described(
+        source, campaign, column, device_range, device_error, frequency_class, device_spring
     )
-    warnings = list(dict.fromkeys(line for verdict in verdicts for line in verdict.warnings))
-    result: dict[str, Any] = {
-        "outcome": worst.value,
-        "limit": limit_line_words(limit),
-        "simulated": simulated,
-        "warnings": warnings,
-        "counts": {outcome.value: outcomes.count(outcome) for outcome in VerdictOutcome} | {"unjudged": len(unjudged)},
-        "impacts": [verdict_result(verdict) for verdict in verdicts],
-        "unjudged": [{"recording": name, "reason": reason} for name, reason in unjudged],
-        "excluded": [{"recording": entry.name, "reason": entry.exclude} for entry in out],
-        "device_range_stated": stated,
-    }
-    closing = listing("Excluded by a person, not judged", [f"{entry.name}: {entry.exclude}" for entry in out])
-    notes = closing if out else []
-    notes += [] if stated else ["device range not stated: saturation was judged by the shape of the curves alone"]
-    emit(result, [*warnings, *_lines(worst, verdicts, unjudged, limit, simulated), *notes], as_json=as_json)
-    return {VerdictOutcome.WITHIN: 0, VerdictOutcome.EXCEEDED: 1, VerdictOutcome.CANNOT_TELL: 2}[worst]
-
-
-def _limit(
-    area: str | None,
-    region: str | None,
-    newtons: float | None,
-    limit_table: str | None,
-    quasi_static: float | None,
-    spring: float | None,
-) -> ForceLimit | NewtonLimit:
-    name = area or region
-    if sum(option is not None for option in (area, region, newtons)) != 1 or name == "":
-        raise InputError("limit: expected one of --area, --region or --limit-N")
-    if newtons is not None:
-        if limit_table is not None:
-            raise InputError("limit: --limit-table goes with --area or --region, not with --limit-N")
-        return NewtonLimit(newtons, quasi_static, stiffness(spring))
-    if quasi_static is not None or spring is not None:
-        raise InputError("limit: --quasi-static-limit-N and --limit-spring-N-per-mm go with --limit-N")
-    assert name is not None
-    return force_limit(name, table=read_limit_table(limit_table) if limit_table else None)
-
-
-def _files(campaign: Campaign) -> list[str]:
-    """The files of a campaign, but for those that a person took out whole."""
-    excluded = {entry.file for entry in campaign.entries if entry.exclude and not entry.curve}
-    files = [str(campaign.recordings / file) for file in campaign.files() if file not in excluded]
-    if not files:
-        raise InputError("found no recording to check", file=str(campaign.recordings))
-    return files
-
-
-def _gone(campaign: Campaign) -> list[tuple[str, str]]:
-    """Registered recordings whose file is not there."""
-    files = set(campaign.files())
-    return [(entry.name, "registered, but the file is gone") for entry in campaign.entries if entry.file not in files]
-
-
-def _changed(campaign: Campaign | None, file: str) -> list[tuple[str, str]]:
-    """The file, if it is not the one that was registered."""
-    entries = [] if campaign is None else [e for e in campaign.entries if str(campaign.recordings / e.file) == file]
-    if any(entry.sha256 and entry.sha256 != file_sha256(file) for entry in entries[:1]):
-        return [(entries[0].file, "the file has changed since it was registered")]
-    return []
-
-
-def _lines(
-    worst: VerdictOutcome,
-    verdicts: list[Verdict],
-    unjudged: list[tuple[str, str]],
-    limit: ForceLimit | NewtonLimit,
-    simulated: bool,
-) -> list[str]:
-    lines = ["SIMULATED recordings: not a measurement of any robot"] if simulated else []
-    lines += [f"{worst.value.replace('_', ' ').upper()}: {limit_line_words(limit)}", ""]
-    lines += table(VERDICT_HEADER, [verdict_row(verdict) for verdict in verdicts]) if verdicts else []
-    if len(verdicts) == 1:
-        (verdict,) = verdicts
-        rows = [
-            [
-                each.interpretation.value,
-                each.outcome.value.replace("_", " "),
-                f"{each.force:.1f} N",
-                f"{each.limit:g} N",
-                f"{each.margin:+.1f} N",
-                f"{1000 * each.instant:.0f} ms",
-            ]
-            for each in verdict.judgements
-        ]
-        lines += [
-            "",
-            verdict.governing.reason,
-            "",
-            *table(["interpretation", "outcome", "force", "limit", "margin", "at"], rows),
-        ]
-        lines += ["", *(f"  {each.value}: {each.words}" for each in Interpretation)]
-        low_passed = verdict.filtered_force
-        filtered = "" if math.isnan(low_passed) else f", low-passed {low_passed:.1f} N"
-        lines += [
-            f"  Phase I peak: {verdict.corrected_force:.1f} N corrected for noise, largest sample "
-            f"{verdict.raw_force:.1f} N{filtered}; the largest counts. Contact: {verdict.impact.scenario.words}",
-        ]
-        lines += [f"  FLAG {flag}" for flag in verdict.impact.flags]
-        lines += [f"  note: {note}" for note in verdict.impact.recording.notes]
+    asked: dict[str, Any] = {"interpretation": interpretation, "contact": contact}
+    if Path(source).is_dir():
+        home = replace(fm.read_campaign(source), conditions=conditions, columns=columns)
+        with Progress("checked", len(home.files())) as progress:
+            found = fm.check_campaign(home, held, **asked, progress=lambda done, _: progress.show(done))
     else:
-        outcomes = [v.outcome for v in verdicts]
-        counts = ", ".join(f"{outcomes.count(each)} {each.value.replace('_', ' ')}" for each in VerdictOutcome)
-        names = [flag.name.value for v in verdicts for flag in v.impact.flags]
+        found = fm.check_file(source, held, conditions=conditions, columns=columns, **asked)
+    answer = CheckAnswer.of_check(found)
+    emit(answer, check_lines(answer), as_json=as_json)
+    return 1 if found.outcome is None else EXIT_CODES[found.outcome]
+
+
+EXIT_CODES = {fm.VerdictOutcome.WITHIN: 0, fm.VerdictOutcome.EXCEEDED: 1, fm.VerdictOutcome.CANNOT_TELL: 2}
+
+
+def inspect(
+    file: Annotated[str, Argument(help="A file of recordings (delimited text or TDMS).")],
+    campaign: CampaignOption = None,
+    column: Columns = None,
+    device_range: DeviceRange = None,
+    device_error: DeviceError = None,
+    frequency_class: FrequencyClass = None,
+    as_json: Json = False,
+) -> None:
+    """Show what a file of recordings holds: impacts, their figures, contact scenario, quality flags and a plot.
+
+    Example: forcemap inspect run7.csv --column time=time_ms --column time_unit=ms --column force=force_N
+    """
+    conditions, columns = described(file, campaign, column, device_range, device_error, frequency_class)
+    recorded = fm.recorded_impacts(file, conditions, columns)
+    answer = InspectAnswer.of_file(file, recorded, conditions)
+    emit(answer, inspect_lines(answer, recorded), as_json=as_json)
+
+
+SIMULATED = "SIMULATED recordings: not a measurement of any robot"
+SHOWN = 12
+"""Lines of a list."""
+_UNSTATED = "the device range is not stated, so saturation was judged by the shape alone: --device-range-N"
+
+
+def inspect_lines(answer: InspectAnswer, recorded: Sequence[fm.RecordedImpacts]) -> list[str]:
+    """What a file of recordings holds, every impact with its plot."""
+    lines = [SIMULATED] if answer.simulated else []
+    for shown, each in zip(answer.recordings, recorded, strict=True):
+        rate = f"{shown.sampling_rate_Hz:.0f} Hz{'' if each.recording.regular else ', irregular'}"
+        lines.append(f"{shown.recording}: {shown.samples} samples in {shown.duration_s:.3f} s, {rate}")
+        lines += [f"  note: {note}" for note in shown.notes]
+        lines += [line for impact in each.impacts for line in ["", *impact_lines(impact)]]
+        lines += [f"  {shown.problem}"] if shown.problem else []
+        lines.append("")
+    return [*lines, *([_UNSTATED] if answer.device_range_N is None else [])]
+
+
+def impact_lines(impact: fm.Impact) -> list[str]:
+    """An impact with its plot, for a person."""
+    bounces = f", contact lost and found again: {impact.bounces}" if impact.bounces else ""
+    filtered = impact.filtered_peak_force
+    peaks = f"Phase I peak       {impact.peak_force:8.1f} N   largest sample {impact.raw_peak_force:.1f} N"
+    peaks += "" if math.isnan(filtered) else f", low-passed {filtered:.1f} N"
+    second = "    none" if math.isnan(impact.later_force) else f"{impact.later_force:8.1f} N"
+    later = (
+        "not recorded"
+        if math.isnan(impact.phase2_force)
+        else f"{impact.phase2_force:8.1f} N   mean {impact.phase2_mean_force:.1f} N, from 0.5 s after onset on"
+    )
+    at_least = "" if impact.contact_over else "at least "
+    return [
+        f"impact {impact.number} at {impact.onset:.4f} s: {impact.scenario.words}",
+        *(f"  FLAG {flag}" for flag in impact.flags),
+        f"  {peaks}",
+        f"    at {1000 * (impact.peak_time - impact.onset):.1f} ms, Phase I ends at "
+        f"{1000 * (impact.phase1_end - impact.onset):.1f} ms, {1000 * impact.phase1_width:.1f} ms wide at half height, "
+        f"{impact.phase1_samples} samples",
+        f"  largest after it   {second}   within 0.5 s after onset",
+        f"  Phase II           {later}",
+        f"  contact            {at_least}{1000 * impact.contact_duration:.0f} ms, impulse {impact.impulse:.2f} N s"
+        f"{bounces}",
+        f"  baseline           {impact.contact.baseline_samples} samples, SD {impact.contact.baseline_sd:.2f} N, drift "
+        f"{impact.contact.drift:.1f} N/s; no contact below {impact.floor:.1f} N",
+        "",
+        *_plot(impact),
+    ]
+
+
+def _plot(impact: fm.Impact) -> list[str]:
+    """Contact force from shortly before onset to the end of the contact, or 0.7 s."""
+    time, force = impact.contact.time - impact.onset, impact.contact.force
+    shown = min(max(1.3 * impact.contact_duration, 3 * (impact.phase1_end - impact.onset)), 0.75)
+    part = (time >= -0.1 * shown) & (time <= min(shown, impact.recorded_time))
+    if np.sum(part) < 2:
+        return []
+    marks = {"I": 0.0, "P": impact.peak_time - impact.onset, "E": impact.phase1_end - impact.onset, "Q": 0.5}
+    legend = "I onset, P Phase I peak, E end of Phase I" + (", Q 0.5 s" if time[part][-1] >= 0.5 else "")
+    return [*text_plot(time[part], force[part], marks), " " * 9 + legend]
+
+
+def check_lines(answer: CheckAnswer) -> list[str]:
+    """A check: what must be said first, the outcome, what was not judged and why, the impacts it rests on."""
+    lines = [SIMULATED] if answer.simulated else []
+    lines += [*answer.warnings, f"{_words(answer.outcome).upper()}: {answer.limit}"]
+    shown = [each for each in answer.impacts if each.interpretation]
+    if len(answer.impacts) + len(answer.unjudged) > 1:
+        counts = ", ".join(f"{count} {_words(name)}" for name, count in answer.counts.items() if name != "unjudged")
+        names = [flag.name for impact in answer.impacts for flag in impact.flags]
         flags = ", ".join(f"{name} {names.count(name)}" for name in sorted(set(names)))
-        lines += ["", f"{len(verdicts)} impacts: {counts}", *([f"flags: {flags}"] if flags else [])]
-        doubts = [v for v in verdicts if v.outcome is VerdictOutcome.CANNOT_TELL]
-        reasons = [f"{v.impact.recording.name}: {v.governing.reason}" for v in doubts]
-        more = [f"... and {len(doubts) - _SHOWN} more; --json lists all"] if len(doubts) > _SHOWN else []
-        lines += ["", *listing("Why", [*reasons[:_SHOWN], *more])] if doubts else []
-    lines += listing("Not judged", [f"{name}: {reason}" for name, reason in unjudged]) if unjudged else []
-    error = verdicts[0].device_error if verdicts else 3.0
-    closing = f"within: force + device error ({error:g} N) <= limit at every instant; pressure is not assessed"
-    return [*lines, "", closing]
+        lines += [f"{len(answer.impacts)} impacts: {counts}", *([f"flags: {flags}"] if flags else [])]
+        doubts = [each for each in answer.impacts if each.outcome == "cannot_tell"]
+        lines += _list("Why", [f"{each.recording}: {each.reason}" for each in doubts])
+        impacts = ["", *table(_HEADER, map(_verdict_row, shown))] if shown else []
+    else:
+        lines += [answer.reason]
+        impacts = [line for each in shown for line in _single(each)]
+        impacts += [f"  note: {note}" for each in answer.recordings for note in each.notes]
+    lines += _list("Not judged", [f"{each.recording}: {each.reason}" for each in answer.unjudged])
+    lines += _list("Excluded by a person, not judged", [f"{e.recording}: {e.reason}" for e in answer.excluded])
+    within = [f"within: force + device error ({answer.device_error_N:g} N) <= limit at every instant"] if shown else []
+    return [*lines, *impacts, "", *within, *answer.notes]
+
+
+def _single(impact: CheckedImpact) -> list[str]:
+    """One impact under every interpretation."""
+    rows = [
+        [each.interpretation, *_verdict_cells(each), f"{each.margin_N:+.1f} N", f"{1000 * each.instant_s:.0f} ms"]
+        for each in impact.interpretations
+    ]
+    low_passed = impact.filtered_peak_force_N
+    filtered = "" if low_passed is None else f", low-passed {low_passed:.1f} N"
+    return [
+        "",
+        *table(["interpretation", "outcome", "force", "limit", "margin", "at"], rows),
+        "",
+        *(f"  {each.interpretation}: {each.words}" for each in impact.interpretations),
+        f"  Phase I peak: {impact.peak_force_N:.1f} N corrected for noise, largest sample "
+        f"{impact.raw_peak_force_N:.1f} N{filtered}; the largest counts. Contact: {impact.scenario_words}",
+        *(f"  FLAG {flag.name}: {flag.figure}" for flag in impact.flags),
+    ]
+
+
+_HEADER = ["recording", "outcome", "force", "limit", "margin", "", "at", "interpretation"]
+
+
+def _verdict_row(impact: CheckedImpact) -> list[str]:
+    """A row for each interpretation would be too much for many impacts: the governing one."""
+    assert impact.margin_N is not None
+    assert impact.instant_s is not None
+    unknown = impact.outcome == "cannot_tell" and impact.margin_N > impact.device_error_N
+    return [
+        impact.recording + (f" ({impact.impact})" if impact.impact > 1 else ""),
+        *_verdict_cells(impact),
+        "" if unknown else f"{impact.margin_N:+.1f} N",
+        "" if unknown else f"{impact.margin_percent:+.1f} %",
+        f"{1000 * impact.instant_s:.0f} ms",
+        impact.interpretation or "",
+    ]
+
+
+def _verdict_cells(verdict: JudgementAnswer | CheckedImpact) -> list[str]:
+    return [_words(verdict.outcome), f"{verdict.force_N:.1f} N", f"{verdict.limit_N:g} N"]
+
+
+def _list(title: str, lines: Sequence[str]) -> list[str]:
+    """A list, shortened; nothing without lines."""
+    return ["", *listing(title, shortened(lines))] if lines else []
+
+
+def shortened(lines: Sequence[str]) -> list[str]:
+    """The first of many lines, and how many more there are."""
+    more = [f"... and {len(lines) - SHOWN} more; --json lists all"] if len(lines) > SHOWN else []
+    return [*lines[:SHOWN], *more]
+
+
+def _words(name: str) -> str:
+    return name.replace("_", " ")
+
+
+_WIDTH, _HEIGHT = 72, 12
+
+
+def text_plot(time: FloatArray, force: FloatArray, marks: dict[str, float]) -> list[str]:
+    """Lines of a plot of the largest force [N] in each of 72 stretches of time after onset [s].
+
+    Parameters
+    ----------
+    time, force : array (n,)
+        Time after onset [s], contact force [N].
+    marks : dict of str to float
+        One-letter marks below the time axis, at times after onset [s].
+    """
+    start, end = float(time[0]), float(time[-1])
+    cells = np.minimum(((time - start) / max(end - start, 1e-9) * _WIDTH).astype(int), _WIDTH - 1)
+    top = np.full(_WIDTH, np.nan)
+    np.fmax.at(top, cells, force)
+    highest = max(float(np.nanmax(top)), 1.0)
+    rows = np.round(np.clip(top, 0, None) / highest * (_HEIGHT - 1))
+    lines = []
+    for row in range(_HEIGHT - 1, -1, -1):
+        label = (
+            f"{highest * row / (_HEIGHT - 1):6.0f} N |" if row % 4 == (_HEIGHT - 1) % 4 or row == 0 else " " * 8 + " |"
+        )
+        lines.append(label[-9:] + "".join("*" if value == row else " " for value in rows).rstrip())
+    axis = ["-"] * _WIDTH
+    for mark, at in marks.items():
+        if start <= at <= end:
+            axis[min(int((at - start) / max(end - start, 1e-9) * _WIDTH), _WIDTH - 1)] = mark
+    labels = f"{1000 * start:.0f} ms".ljust(_WIDTH - 10) + f"{1000 * end:.0f} ms".rjust(10)
+    return [*lines, " " * 8 + "+" + "".join(axis), " " * 9 + labels]

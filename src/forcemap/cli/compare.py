@@ -1,58 +1,40 @@
-"""forcemap compare."""
+"""forcemap compare: force models beside each other, and two maps."""
 
 from __future__ import annotations
 
 from pathlib import Path
 from typing import Annotated
 
-import typer
+from typer import Argument, Option
 
-from forcemap import (
-    CFM_3D,
-    PUBLISHED_MAPS,
-    FitError,
-    ForceMap,
-    InputError,
-    body_region,
-    compare_effective_mass,
-    compare_force_models,
-    compare_maps,
-    force_limit,
-    form_named,
-    pfl_robot_mass,
-    read_dataset,
-)
-from forcemap.cli.change_results import maps_lines, maps_result
-from forcemap.cli.fit_errors import too_few_states_named
-from forcemap.cli.mass_results import mass_comparison_lines, mass_comparison_result
-from forcemap.cli.options import Body, FormName, Json, MovingMass, Payload, force_map_from, masses_from
-from forcemap.cli.output import emit
-from forcemap.cli.results import comparison_lines, comparison_result
-from forcemap.cli.robot_options import DriveInertiaOption, ToolDirection, direction_from, robot_from
+import forcemap as fm
+from forcemap.answers.comparison import Body, ComparisonAnswer
+from forcemap.answers.effective_mass import MassComparisonAnswer
+from forcemap.answers.two_maps import RatioAt, TwoMapsAnswer
+from forcemap.cli.effective_mass import mass_comparison_lines
+from forcemap.cli.options import FormName, Json, MovingMass, Payload, force_map_from, too_few_states_named
+from forcemap.cli.output import SIMULATED, accuracy_lines, bound_words, change, emit, listing, shown, table
+from forcemap.cli.task_options import DriveInertiaOption, ToolDirection, direction_from, robot_from
 
 
 def compare(
-    table: Annotated[str, typer.Argument(help="Impacts table (CSV) or campaign folder; with OTHER also a map.")],
+    table: Annotated[str, Argument(help="Impacts table (CSV) or campaign folder; with OTHER also a map.")],
     other: Annotated[
-        str | None, typer.Argument(help="Another map: then the two maps are compared, the other over the first.")
+        str | None, Argument(help="Another map: then the two maps are compared, the other over the first.")
     ] = None,
     region: Annotated[
-        str | None, typer.Option("--region", help="Body region or area hit; default: hand_fingers.")
+        str | None, Option("--area", "--region", help="Body region or area hit; default: hand_fingers.")
     ] = None,
     moving_mass: MovingMass = None,
     payload: Payload = None,
     body: Annotated[
         Body | None,
-        typer.Option(
-            "--body", help="constrained (default): the body part cannot move away; free: the region's own mass."
-        ),
+        Option("--body", help="constrained (default): the body part cannot move away; free: the region's own mass."),
     ] = None,
     form: FormName = None,
     robot: Annotated[
         str | None,
-        typer.Option(
-            "--effective-mass", help="Compare with the effective mass of this robot: ur10e, kuka-iiwa7, a URDF."
-        ),
+        Option("--effective-mass", help="Compare with the effective mass of this robot: ur10e, kuka-iiwa7, a URDF."),
     ] = None,
     drive_inertia: DriveInertiaOption = None,
     tool_direction: ToolDirection = "down",
@@ -67,68 +49,136 @@ def compare(
     """
     if robot is not None:
         if any(option is not None for option in (other, region, moving_mass, body)):
-            raise InputError("compare: --effective-mass goes with one map or table, a robot, its load and its stance")
+            raise fm.InputError(
+                "compare: --effective-mass goes with one map or table, a robot, its load and its stance"
+            )
         found = robot_from(robot, None, None, drive_inertia, payload or 0.0)
-        forces = force_map_from(table, form)[0] if _is_map(table) else read_dataset(table)
+        forces = force_map_from(table, form)[0] if _is_map(table) else fm.read_dataset(table)
         stance = direction_from("tool direction", tool_direction)
-        by_mass = compare_effective_mass(forces, found, tool_direction=stance)
-        emit(mass_comparison_result(by_mass), mass_comparison_lines(by_mass), as_json=as_json)
+        by_mass = fm.compare_effective_mass(forces, found, tool_direction=stance)
+        emit(MassComparisonAnswer.of_comparison(by_mass), mass_comparison_lines(by_mass), as_json=as_json)
         return
     if other is not None:
         if any(option is not None for option in (region, moving_mass, payload, body)):
-            raise InputError("compare: --region, --moving-mass-kg, --payload-kg and --body go with one impacts table")
+            raise fm.InputError(
+                "compare: --region, --moving-mass-kg, --payload-kg and --body go with one impacts table"
+            )
         maps = (_force_map(table, form, beside=other), _force_map(other, form, beside=table))
-        comparison_of_maps = compare_maps(*maps)
-        lines = maps_lines(comparison_of_maps, (table, other))
-        if not (_is_map(other) or comparison_of_maps.same):
+        simulated = any(each.simulated for each in maps)
+        of_maps = TwoMapsAnswer.from_result(fm.compare_maps(*maps), simulated=simulated)
+        lines = maps_lines(of_maps, (table, other))
+        if not (_is_map(other) or of_maps.same_map):
             lines += ["", f"impacts were fitted to compare maps; {_for_impacts(other, table)}"]
-        emit(maps_result(comparison_of_maps), lines, as_json=as_json)
+        emit(of_maps, lines, as_json=as_json)
         return
     if _is_map(table):
         force_map_from(table, form)  # what is no map says so first
-        raise InputError(
+        raise fm.InputError(
             f"compare: found one map, {table}, expected a second one (compare {table} OTHER), or impacts alone; "
             f"{_for_impacts('IMPACTS', table)}; to see it beside effective mass: --effective-mass ROBOT"
         )
-    dataset = read_dataset(table)
-    region = "hand_fingers" if region is None else region
-    constants = body_region(region)
-    held = Body.CONSTRAINED if body is None else body
-    mass, load, body_mass = masses_from(dataset.conditions, moving_mass, payload, held, constants.mass)
-    limit = force_limit(region)
+    dataset = fm.read_dataset(table)
+    limit = fm.force_limit("hand_fingers" if region is None else region)
+    model = fm.contact_model(
+        dataset.conditions, limit.name, moving_mass=moving_mass, payload=payload, constrained=body is not Body.FREE
+    )
+    usable = limit if limit.permitted else None
     with too_few_states_named(table, form):
-        comparison = compare_force_models(
-            dataset,
-            robot_mass=pfl_robot_mass(mass, load),
-            body_mass=body_mass,
-            stiffness=constants.stiffness,
-            form=form_named(form or CFM_3D.name),
-            limit=limit if limit.permitted else None,
+        comparison = fm.compare_force_models(
+            dataset, **model.figures, form=fm.form_named(form or fm.CFM_3D.name), limit=usable
         )
-    lines = comparison_lines(comparison)
-    if not limit.permitted:
-        lines.append(f"no speeds: contact with {region} is not permitted ({limit.edition})")
-    emit(comparison_result(comparison) | {"permitted": limit.permitted}, lines, as_json=as_json)
+    answer = ComparisonAnswer.of_comparison(comparison, limit, simulated=dataset.simulated)
+    emit(answer, comparison_lines(answer), as_json=as_json)
 
 
 def _is_map(source: str) -> bool:
-    return source.lower().endswith(".json") or (source in PUBLISHED_MAPS and not Path(source).exists())
+    return source.lower().endswith(".json") or (source in fm.PUBLISHED_MAPS and not Path(source).exists())
 
 
-def _force_map(source: str, form: str | None, *, beside: str) -> ForceMap:
+def _force_map(source: str, form: str | None, *, beside: str) -> fm.ForceMap:
     """The map of a source; impacts too few for one are told the command for impacts beside a map."""
     try:
         return force_map_from(source, form)[0]
-    except FitError as error:
-        found = error.message.rpartition("; ")[0] or error.message
+    except fm.FitError as error:
         raise type(error)(
-            f"{found}; compare takes two maps, or impacts enough to fit one; {_for_impacts(source, beside)}",
+            f"{error.found}; compare takes two maps, or impacts enough to fit one; {_for_impacts(source, beside)}",
             file=error.file or source,
         ) from None
 
 
 def _for_impacts(impacts: str, source: str) -> str:
     """The command for impacts beside a map; a published map has no measured states to say whether it holds."""
-    if _is_map(source) and source in PUBLISHED_MAPS:
+    if _is_map(source) and source in fm.PUBLISHED_MAPS:
         return f"to see how far its predictions lie from impacts: evaluate {impacts} --map {source}"
     return f"to see whether a map still holds for new impacts: evaluate {impacts} --against {source}"
+
+
+def comparison_lines(answer: ComparisonAnswer) -> list[str]:
+    """Where the standard's contact model is wrong, then the models and what they allow."""
+    standard, variation = answer.models[-1], answer.variation
+    lines = [SIMULATED] * answer.simulated
+    for share, side, extreme in (
+        (standard.underestimated_share, "underestimates", standard.most_underestimated),
+        (standard.overestimated_share, "overestimates", standard.most_overestimated),
+    ):
+        most = ""
+        if extreme:
+            place = f"d = {extreme.distance_m:.3f} m, h = {extreme.height_m:.3f} m, v = {extreme.speed_mps:.3f} m/s"
+            forces = f"{extreme.predicted_N:.0f} N for {extreme.measured_N:.0f} N measured"
+            most = f"; most by {abs(extreme.error_percent):.1f} % ({forces}) at {place}"
+        lines.append(f"the standard's contact model {side} {100 * share:.0f} % of the states{most}")
+    correlations = (variation.rank_correlation_distance, variation.rank_correlation_height)
+    with_d, with_h = ("nan" if r is None else f"{r:.2f}" for r in correlations)
+    lines += [
+        f"over the workspace at {variation.speed_mps:.3f} m/s the measured force varies from "
+        f"{variation.lowest_force_N:.0f} to {variation.highest_force_N:.0f} N (x {variation.ratio:.2f}, "
+        f"{variation.states} states); rank correlation {with_d} with distance, {with_h} with height",
+        "",
+        f"Force models on {answer.on} (underestimation is the dangerous side)",
+        *accuracy_lines([(model.model, model.accuracy) for model in answer.models]),
+        *(f"{model.model}: {model.note}" for model in answer.models if model.note),
+    ]
+    if answer.allowed:
+        header = ["speeds allowed [m/s]", "limit", "measured places", "confirmed", "lowest", "median", "highest"]
+        sources = dict.fromkeys(f"{each.limit_N:g} N: {each.limit_source}" for each in answer.allowed)
+        rows = [
+            [each.model, f"{each.limit_N:g} N", str(each.places), str(each.confirmed_places)]
+            + [shown(speed) for speed in (each.lowest_speed_mps, each.median_speed_mps, each.highest_speed_mps)]
+            for each in answer.allowed
+        ]
+        lines += ["", *table(header, rows)]
+        lines += [f"maps with {bound_words(answer.bound)}", *sources]
+        lines += [f"{each.model} at {each.limit_N:g} N: {each.note}" for each in answer.allowed if each.note]
+    elif not answer.permitted:
+        lines.append(f"no speeds: contact with {answer.area} is not permitted")
+    return [*lines, "", *listing("Assumes", answer.assumptions)]
+
+
+def maps_lines(answer: TwoMapsAnswer, names: tuple[str, str]) -> list[str]:
+    """Two maps, with the names they were given by."""
+    low, high = answer.lowest, answer.highest
+    maps = [f"one:   {names[0]}: {answer.one}", f"other: {names[1]}: {answer.other}"]
+    if answer.same_map:
+        return [*[SIMULATED] * answer.simulated, *maps, "", "the same map"]
+    return [
+        *[SIMULATED] * answer.simulated,
+        f"force of the other over the one, on average: {change(answer.mean_ratio)} "
+        f"(geometric mean {change(answer.geometric_mean_ratio)})",
+        _extreme("highest", answer.largest),
+        _extreme("lowest", answer.smallest),
+        f"the other is the higher one in {100 * answer.higher_share:.1f} % of the range",
+        "",
+        *maps,
+        f"over the range that both have measured: d {low.distance_m:.3f} to {high.distance_m:.3f} m, "
+        f"h {low.height_m:.3f} to {high.height_m:.3f} m, v {low.speed_mps:.3f} to {high.speed_mps:.3f} m/s, "
+        f"{answer.points} points",
+        "",
+        *listing("Assumes", answer.assumptions),
+    ]
+
+
+def _extreme(word: str, at: RatioAt) -> str:
+    return (
+        f"  {word:8}{change(at.ratio)} at d = {at.distance_m:.3f} m, h = {at.height_m:.3f} m, "
+        f"v = {fm.floor_speed(at.speed_mps)} m/s ({at.other_N:.1f} N against {at.one_N:.1f} N)"
+    )

@@ -1,38 +1,30 @@
-"""forcemap effective-mass."""
+"""forcemap effective-mass, and a comparison with effective mass as text."""
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import Annotated
 
 import numpy as np
-import typer
+from typer import Argument, Exit, Option
 
-from forcemap import EffectiveMass, InputError, MassOutcome, Robot, robot_effective_mass_at, robot_mass_map
+import forcemap as fm
+from forcemap.answers.effective_mass import MassAnswer, MassMapAnswer, PlaceMass, PlaceMassAnswer
+from forcemap.answers.words import sentences
 from forcemap.cli.options import Json
-from forcemap.cli.output import emit, table
-from forcemap.cli.robot_options import (
-    Base,
-    DriveInertiaOption,
-    Tip,
-    ToolDirection,
-    direction_from,
-    figures,
-    robot_from,
-)
-
-_NOT = "effective mass is no force: no safe speed follows from it"
+from forcemap.cli.output import emit, grid, listing, table
+from forcemap.cli.task_options import Base, DriveInertiaOption, Tip, ToolDirection, direction_from, figures, robot_from
 
 
 def effective_mass(
-    robot: Annotated[str, typer.Argument(help="ur10e, kuka-iiwa7, or the file of a URDF.")],
-    distance: Annotated[float | None, typer.Option("--distance", help="Distance from the base z-axis [m].")] = None,
-    height: Annotated[float | None, typer.Option("--height", help="Height above the base [m].")] = None,
-    distances: Annotated[str | None, typer.Option("--distances-m", help="For a map: distances, ascending.")] = None,
-    heights: Annotated[str | None, typer.Option("--heights-m", help="For a map: heights, ascending.")] = None,
-    direction: Annotated[str, typer.Option("--direction", help="Of the impact: down, up, out, or x,y,z.")] = "down",
+    robot: Annotated[str, Argument(help="ur10e, kuka-iiwa7, or the file of a URDF.")],
+    distance: Annotated[float | None, Option("--distance", help="Distance from the base z-axis [m].")] = None,
+    height: Annotated[float | None, Option("--height", help="Height above the base [m].")] = None,
+    distances: Annotated[str | None, Option("--distances-m", help="For a map: distances, ascending.")] = None,
+    heights: Annotated[str | None, Option("--heights-m", help="For a map: heights, ascending.")] = None,
+    direction: Annotated[str, Option("--direction", help="Of the impact: down, up, out, or x,y,z.")] = "down",
     tool_direction: ToolDirection = "down",
     drive_inertia: DriveInertiaOption = None,
-    payload: Annotated[float, typer.Option("--payload-kg", help="Payload, a point mass at the flange.")] = 0.0,
+    payload: Annotated[float, Option("--payload-kg", help="Payload, a point mass at the flange.")] = 0.0,
     base: Base = None,
     tip: Tip = None,
     as_json: Json = False,
@@ -41,81 +33,73 @@ def effective_mass(
 
     Example: forcemap effective-mass ur10e --distance 0.8 --height 0.4 --drive-inertia-kgm2 identified
     """
-    found = robot_from(robot, base, tip, drive_inertia, payload)
+    chosen = robot_from(robot, base, tip, drive_inertia, payload)
     stands = {
         "direction": direction_from("direction", direction),
         "tool_direction": direction_from("tool direction", tool_direction),
     }
     if distance is not None and height is not None and distances is None and heights is None:
-        mass = robot_effective_mass_at(found, distance, height, **stands)
-        emit(_head(found, mass, stands) | _place(distance, height, mass.value, mass.outcome),
-             _lines(found, mass, _at(distance, height, mass)), as_json=as_json)  # fmt: skip
-        if mass.outcome is not MassOutcome.REGULAR:
-            raise typer.Exit(1)
-        return
+        at = fm.robot_mass_map(chosen, [distance], [height], **stands)
+        place = PlaceMassAnswer.of_map(chosen, at, **stands)
+        where = f"at d = {distance:g} m, h = {height:g} m"
+        regular = place.outcome is fm.MassOutcome.REGULAR
+        words = f"no effective mass {where}: {place.outcome.replace('_', ' ')}"
+        lines = [f"effective mass {place.effective_mass_kg:.3f} kg {where}" if regular else words]
+        emit(place, [*lines, *_rests_on(place)], as_json=as_json)
+        raise Exit(int(not regular))
     if distance is not None or height is not None or distances is None or heights is None:
-        raise InputError("place: expected --distance and --height, or --distances-m and --heights-m for a map")
-    over = robot_mass_map(found, figures("distances", distances), figures("heights", heights), **stands)
-    cells = [
-        _place(float(d), float(h), float(over.mass.value[i, j]), over.mass.outcome[i, j])
-        for i, d in enumerate(over.distances)
-        for j, h in enumerate(over.heights)
-    ]
-    result: dict[str, Any] = {
-        "places": cells,
-        "trend_with_distance": over.trend_with_distance.value,
-        "trend_with_height": over.trend_with_height.value,
-        "force_ratio": over.force_ratio,
-    }
-    rows = [
-        [f"{h:.3f}", *(_cell(over.mass, i, j) for i in range(over.distances.size))]
-        for j, h in reversed(list(enumerate(over.heights)))
-    ]
+        raise fm.InputError("place: expected --distance and --height, or --distances-m and --heights-m for a map")
+    over = fm.robot_mass_map(chosen, figures("distances", distances), figures("heights", heights), **stands)
+    answer = MassMapAnswer.of_map(chosen, over, **stands)
     lines = [
         "effective mass in kg; . unreachable, ! singular or no motion",
-        *table(["h \\ d [m]", *(f"{d:.3f}" for d in over.distances)], rows),
+        *grid({(place.distance_m, place.height_m): _cell(place) for place in answer.places}),
         f"with distance: {over.trend_with_distance}; with height: {over.trend_with_height}; "
         f"forces would vary by a factor of {over.force_ratio:.2f} if they followed sqrt(m_u)",
     ]
-    emit(_head(found, over.mass, stands) | result, _lines(found, over.mass, lines), as_json=as_json)
+    emit(answer, [*lines, *_rests_on(answer)], as_json=as_json)
 
 
-def _head(robot: Robot, mass: EffectiveMass, stands: dict[str, tuple[float, ...]]) -> dict[str, Any]:
-    drives = mass.drive_inertia
-    return {
-        "robot": robot.name,
-        "moving_mass_kg": robot.moving_mass,
-        "load_kg": robot.load,
-        "standard_effective_mass_kg": robot.standard_effective_mass,
-        **{key: list(components) for key, components in stands.items()},
-        "drive_inertia_kg_m2": None if drives is None else drives.values.tolist(),
-        "assumption": mass.assumption,
-        "not": _NOT,
-    }
+def _cell(place: PlaceMass) -> str:
+    if place.effective_mass_kg is not None:
+        return f"{place.effective_mass_kg:.2f}"
+    return "." if place.outcome is fm.MassOutcome.UNREACHABLE else "!"
 
 
-def _place(distance: float, height: float, value: float, outcome: MassOutcome) -> dict[str, Any]:
-    return {"distance_m": distance, "height_m": height, "effective_mass_kg": value, "outcome": outcome.value}
-
-
-def _at(distance: float, height: float, mass: EffectiveMass) -> list[str]:
-    where = f"at d = {distance:g} m, h = {height:g} m"
-    if mass.outcome is MassOutcome.REGULAR:
-        return [f"effective mass {mass.value:.3f} kg {where}"]
-    return [f"no effective mass {where}: {mass.outcome.value.replace('_', ' ')}"]
-
-
-def _cell(mass: EffectiveMass, i: int, j: int) -> str:
-    if np.isfinite(mass.value[i, j]):
-        return f"{mass.value[i, j]:.2f}"
-    return "." if mass.outcome[i, j] is MassOutcome.UNREACHABLE else "!"
-
-
-def _lines(robot: Robot, mass: EffectiveMass, found: list[str]) -> list[str]:
+def _rests_on(answer: MassAnswer) -> list[str]:
     return [
-        *found,
-        f"the standard's, for every place: {robot.standard_effective_mass:.1f} kg "
-        f"(M = {robot.moving_mass:.1f} kg, m_L = {robot.load:g} kg)",
-        mass.assumption,
-        _NOT,
+        f"the standard's, for every place: {answer.standard_effective_mass_kg:.1f} kg "
+        f"(M = {answer.moving_mass_kg:.1f} kg, m_L = {answer.load_kg:g} kg)",
+        answer.assumption,
+        answer.not_,
     ]
+
+
+def mass_comparison_lines(comparison: fm.MassComparison) -> list[str]:
+    """A comparison of forces with effective mass in words."""
+    mass = comparison.measured_mass
+    lines = [
+        f"Forces of {comparison.on} at {comparison.speed:g} m/s beside F = v sqrt(k m_u) of {comparison.robot}",
+        f"they vary by a factor of {comparison.force_spread:.2f}; "
+        f"the effective mass that they would take, (F / v)^2 / k, is {mass.min():.1f} to {mass.max():.1f} kg",
+        "",
+    ]
+    header = ["effective mass", "places", "m_u", "force / F", "rank corr.", "of ln F explained", "with one factor"]
+    rows = [
+        [
+            each.name,
+            str(each.places),
+            f"{np.nanmin(each.mass.value):.1f} to {np.nanmax(each.mass.value):.1f} kg",
+            f"{np.nanmin(each.ratio):.2f} to {np.nanmax(each.ratio):.2f}",
+            f"{each.rank_correlation:.2f}",
+            f"{100 * each.explained_share:.0f} %",
+            f"{100 * each.explained_share_scaled:.0f} %",
+        ]
+        for each in comparison.explanations
+    ]
+    lines += table(header, rows)
+    for each in comparison.explanations:
+        ratios = zip(comparison.distance.tolist(), comparison.height.tolist(), each.ratio.tolist(), strict=True)
+        cells = {(d, h): f"{ratio:.2f}" if np.isfinite(ratio) else "." for d, h, ratio in ratios}
+        lines += ["", f"force / F, {each.name}", *grid(cells)]
+    return [*lines, "", *listing("This holds for", sentences(comparison.statements))]

@@ -1,42 +1,30 @@
-"""forcemap evaluate."""
+"""forcemap evaluate: accuracies, forms beside each other, and whether an older map holds."""
 
 from __future__ import annotations
 
 from typing import Annotated
 
-import typer
+from typer import Option
 
-from forcemap import (
-    Accuracy,
-    InputError,
-    MapOutcome,
-    check_map,
-    compare_forms,
-    force_map_accuracy,
-    map_accuracy,
-    read_dataset,
-)
-from forcemap.cli.change_results import check_lines, check_result
-from forcemap.cli.fit_errors import too_few_states_named
-from forcemap.cli.form_results import forms_lines, forms_result
-from forcemap.cli.options import FormName, Json, Table, fitted, force_map_from
-from forcemap.cli.output import emit
-from forcemap.cli.results import accuracy_lines, accuracy_result
+import forcemap as fm
+from forcemap.answers.accuracy import EvaluateAnswer
+from forcemap.answers.forms import FormAnswer, FormsAnswer
+from forcemap.answers.map_check import MapCheckAnswer, StateCheck
+from forcemap.cli.options import FormName, Json, Table, fitted, force_map_from, too_few_states_named
+from forcemap.cli.output import SIMULATED, accuracy_lines, change, counted, emit, listing, table
+
+_EXIT = {fm.MapOutcome.HOLDS: 0, fm.MapOutcome.DOES_NOT_HOLD: 1, fm.MapOutcome.CANNOT_TELL: 2}
 
 
 def evaluate(
     table: Table,
     map_source: Annotated[
-        str | None,
-        typer.Option("--map", help="Compare this map with all rows, in place of fitting the train rows."),
+        str | None, Option("--map", help="Compare this map with all rows, in place of fitting the train rows.")
     ] = None,
     against: Annotated[
-        str | None,
-        typer.Option("--against", help="Does this older map still hold for these new impacts?"),
+        str | None, Option("--against", help="Does this older map still hold for these new impacts?")
     ] = None,
-    forms: Annotated[
-        bool, typer.Option("--forms", help="Compare the forms on the same states, and recommend.")
-    ] = False,
+    forms: Annotated[bool, Option("--forms", help="Compare the forms on the same states, and recommend.")] = False,
     form: FormName = None,
     as_json: Json = False,
 ) -> int:
@@ -50,43 +38,114 @@ def evaluate(
     Example: forcemap evaluate impacts.csv --map ur10e
     """
     if sum((map_source is not None, against is not None, forms)) > 1:
-        raise InputError("evaluate: found more than one of --map, --against and --forms, expected at most one")
+        raise fm.InputError("evaluate: found more than one of --map, --against and --forms, expected at most one")
     if forms and form:
-        raise InputError("form: --forms compares all forms, leave --form out")
+        raise fm.InputError("form: --forms compares all forms, leave --form out")
     if against is not None:
-        return _check(table, against, form, as_json=as_json)
+        with too_few_states_named(against, form):
+            force_map, _ = force_map_from(against, form)
+        dataset = fm.read_dataset(table)
+        check = fm.check_map(force_map, dataset)
+        holds = MapCheckAnswer.from_result(check, simulated=dataset.simulated or force_map.simulated)
+        emit(holds, check_lines(holds), as_json=as_json)
+        return _EXIT[check.outcome]
     if forms:
-        comparison = compare_forms(read_dataset(table))
-        emit(forms_result(comparison), forms_lines(comparison), as_json=as_json)
-        return 2 if comparison.recommended is None else 0
+        dataset = fm.read_dataset(table)
+        compared = FormsAnswer.from_result(fm.compare_forms(dataset), simulated=dataset.simulated)
+        emit(compared, forms_lines(compared), as_json=as_json)
+        return 2 if compared.recommended is None else 0
     if map_source:
-        dataset = read_dataset(table)
+        dataset = fm.read_dataset(table)
         with too_few_states_named(map_source, form):
             force_map, _ = force_map_from(map_source, form)
-        accuracies: tuple[Accuracy, ...] = (force_map_accuracy(force_map, dataset),)
+        accuracies: tuple[fm.Accuracy, ...] = (fm.force_map_accuracy(force_map, dataset),)
     else:
         with too_few_states_named(table, form):
             dataset, force_map = fitted(table, form)
-        accuracies = map_accuracy(force_map, dataset)
-    result = {
-        "map": force_map.source,
-        "form": force_map.form.name,
-        "simulated": dataset.simulated,
-        "accuracies": [accuracy_result(accuracy) for accuracy in accuracies],
-    }
-    lines = [
-        *(["SIMULATED impacts: not a measurement of any robot"] if dataset.simulated else []),
-        f"{force_map.form.name} {force_map.source}",
-        *accuracy_lines([(accuracy.on, accuracy) for accuracy in accuracies]),
-        *(f"most underestimated of {a.on}: {a.worst_state}" for a in accuracies if a.worst_state),
-    ]
-    emit(result, lines, as_json=as_json)
+        accuracies = fm.map_accuracy(force_map, dataset)
+    answer = EvaluateAnswer.of_map(force_map, dataset, accuracies)
+    emit(answer, evaluate_lines(answer), as_json=as_json)
     return 0
 
 
-def _check(table: str, against: str, form: str | None, *, as_json: bool) -> int:
-    with too_few_states_named(against, form):
-        force_map, _ = force_map_from(against, form)
-    check = check_map(force_map, read_dataset(table))
-    emit(check_result(check), check_lines(check), as_json=as_json)
-    return {MapOutcome.HOLDS: 0, MapOutcome.DOES_NOT_HOLD: 1, MapOutcome.CANNOT_TELL: 2}[check.outcome]
+def evaluate_lines(answer: EvaluateAnswer) -> list[str]:
+    """How far a map is from measured forces: the largest underestimation first."""
+    first = answer.accuracies[0]
+    return [
+        *[SIMULATED] * answer.simulated,
+        f"predictions are at most {first.max_underestimation_percent:.1f} % too low, the dangerous side, and "
+        f"{first.max_overestimation_percent:.1f} % too high, on {first.on}",
+        f"{answer.form} {answer.map}",
+        *accuracy_lines([(each.on, each) for each in answer.accuracies]),
+        *(f"most underestimated of {each.on}: {each.worst_state}" for each in answer.accuracies if each.worst_state),
+    ]
+
+
+def forms_lines(answer: FormsAnswer) -> list[str]:
+    """A recommendation, its reasons, and the forms beside each other."""
+    header = ["form", "error", "underest.", "max", "bound mean", "bound max", "rises inside", "rises above"]
+    return [
+        *[SIMULATED] * answer.simulated,
+        f"Recommended: {answer.recommended or 'none'}",
+        *(f"  {reason}" for reason in answer.reasons),
+        "",
+        f"Forms on {answer.states} states, each predicted from the others (RMS and largest error of the force)",
+        *table(header, [_form_row(each) for each in answer.forms]),
+        "underest.: the dangerous side; bound: above the prediction at the measured states, - none",
+        "rises inside, rises above: the force never falls with speed in the box around the measured states, and in "
+        "that box up to 1.5 times the highest measured speed",
+        *(f"{each.form}: {each.note}" for each in answer.forms if each.note),
+        *(f"{each.form} not compared: {each.reason}" for each in answer.refused),
+        "",
+        *listing("Assumes", answer.assumptions),
+    ]
+
+
+def _form_row(each: FormAnswer) -> list[str]:
+    bounds = ["-" if x is None else f"+{x:.1f} %" for x in (each.mean_bound_percent, each.max_bound_percent)]
+    rises = ["yes" if rising else "no" for rising in (each.rises_inside, each.rises_above)]
+    errors = (each.error_percent, each.underestimation_percent, each.accuracy.max_underestimation_percent)
+    return [each.form, *(f"{error:.2f} %" for error in errors), *bounds, *rises]
+
+
+def check_lines(answer: MapCheckAnswer) -> list[str]:
+    """Whether a map holds, what to do now, and every new state beside what was expected."""
+    count, out = len(answer.states), len(answer.left_out)
+    on = f", on {count} of {count + out} states, {out} left out" if out else ""
+    lines = [
+        *[SIMULATED] * answer.simulated,
+        f"{answer.outcome.replace('_', ' ').upper()}{on}: {answer.reason}",
+        f"next: {answer.next_step}",
+    ]
+    if answer.states:
+        low, high = change(answer.mean_ratio_low), change(answer.mean_ratio_high)
+        lines += [
+            "",
+            f"measured over predicted force, on average: {change(answer.mean_ratio)} "
+            f"({100 * (answer.confidence or 0):.4g} % confidence: {low} to {high}); above is the dangerous side",
+            *table(
+                ["state", "d [m]", "h [m]", "v [m/s]", "measured [N]", "predicted [N]", "expected [N]", "change", ""],
+                [_row(each) for each in answer.states],
+            ),
+            "expected: where all states lie at once if nothing has changed"
+            + ("; > at least, above the device range" if any(each.censored for each in answer.states) else ""),
+        ]
+    by_reason: dict[str, list[str]] = {}
+    for s in answer.left_out:
+        place = f"{s.state_id} (d {s.distance_m:g} m, h {s.height_m:g} m, v {s.speed_mps:g} m/s)"
+        by_reason.setdefault(s.reason, []).append(place)
+    left_out = [f"{counted(len(all_), 'state')} {reason}: {', '.join(all_)}" for reason, all_ in by_reason.items()]
+    lines += ["", *listing("Left out", left_out)] if left_out else []
+    return [*lines, "", *listing("Assumes", answer.assumptions)]
+
+
+def _row(each: StateCheck) -> list[str]:
+    return [
+        each.state_id,
+        *(f"{value:.3f}" for value in (each.distance_m, each.height_m, each.speed_mps)),
+        f"{'> ' if each.censored else ''}{each.measured_N:.1f}",
+        f"{each.predicted_N:.1f}",
+        f"{each.lowest_expected_N:.1f} to {each.highest_expected_N:.1f}",
+        change(each.ratio),
+        "MOVED" if each.moved else "",
+    ]

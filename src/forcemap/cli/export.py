@@ -1,69 +1,23 @@
-"""forcemap export."""
+"""forcemap export and export-path: tables of places, what a robot's program takes for one path."""
 
 from __future__ import annotations
 
+import os
+import time
 from dataclasses import replace
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
-import typer
+from typer import Argument, Option
 
-from forcemap import (
-    WIDEST_ANGLE,
-    Contact,
-    ContactNotPermitted,
-    ForceLimit,
-    InputError,
-    NewtonLimit,
-    PathSpeeds,
-    RobotTable,
-    Task,
-    krl_data,
-    krl_source,
-    path_speeds,
-    raised_off_axis,
-    read_task,
-    robot_table,
-    safety_proposal,
-    scaling_csv,
-    scaling_result,
-    urscript,
-    zones_csv,
-    zones_result,
-)
-from forcemap.cli.options import (
-    Area,
-    BoundOption,
-    Confidence,
-    ContactKind,
-    Content,
-    DeviceSpring,
-    FormName,
-    Json,
-    LimitN,
-    LimitSpring,
-    LimitTable,
-    Margin,
-    QuasiStaticN,
-    Region,
-    Source,
-    bound_from,
-    force_map_from,
-    limit_from,
-)
+import forcemap as fm
+from forcemap.answers.words import sentence, warnings
+from forcemap.cli import options
 from forcemap.cli.output import emit, json_text, write_result
-from forcemap.cli.task_options import (
-    Overshoot,
-    PositionTolerance,
-    TaskFile,
-    allowance_from,
-    limits_of,
-    path_from,
-    table_of_limits,
-    task_from,
-)
-from forcemap.exports.head import SIMULATED, head_lines
+from forcemap.cli.task_options import Angle, Overshoot, PositionTolerance, limits_of, path_from, task_from
+from forcemap.errors import InputError
+from forcemap.exports.head import SIMULATED
 
 _MARK = "made by forcemap"
 
@@ -75,155 +29,195 @@ class Format(StrEnum):
     JSON = "json"
     URSCRIPT = "urscript"
     KRL = "krl"
-    SCALING = "scaling"
     SAFETY = "safety"
 
 
 def export(
-    source: Source,
+    source: options.Source,
     format: Annotated[
         Format,
-        typer.Option(
+        Option(
             "--format",
-            help="csv, json: zones; urscript, krl: a function for the program; scaling: factors along --path; "
-            "safety: a sheet to type in, compared with --task and --path.",
+            help="csv, json: a table of zones; urscript, krl: it as a function for the program; safety: a sheet to "
+            "type in.",
         ),
     ],
-    task: TaskFile = None,
-    area: Area = None,
-    region: Region = None,
-    contact: ContactKind = None,
-    limit_newtons: LimitN = None,
-    quasi_static: QuasiStaticN = None,
-    limit_spring: LimitSpring = None,
-    limit_table: LimitTable = None,
-    path: Annotated[str | None, typer.Option("--path", help="Path (CSV), for --format scaling or safety.")] = None,
-    size: Annotated[float, typer.Option("--zone-m", help="Largest extent of a zone.")] = 0.05,
-    angle: Annotated[
-        float,
-        typer.Option("--angle-deg", help="How far motions may point away from the map's direction, at most 5."),
-    ] = WIDEST_ANGLE,
+    limit: options.TaskOrNewtons = None,
+    contact: options.ContactKind = None,
+    quasi_static: options.QuasiStaticN = None,
+    limit_spring: options.LimitSpring = None,
+    size: Annotated[float, Option("--zone-m", help="Largest extent of a zone.")] = 0.05,
+    angle: Angle = fm.WIDEST_ANGLE,
     overshoot: Overshoot = 0.01,
     tolerance: PositionTolerance = 0.005,
-    date: Annotated[str | None, typer.Option("--date", help="Date in the head, YYYY-MM-DD; default today.")] = None,
-    bound_kind: BoundOption = None,
-    margin: Margin = None,
-    confidence: Confidence = None,
-    content: Content = None,
-    form: FormName = None,
-    device_spring: DeviceSpring = None,
+    bound: options.BoundOption = None,
+    margin: options.Margin = None,
+    device_spring: options.DeviceSpring = None,
     output: Annotated[
-        str | None, typer.Option("-o", "--output", help="File to write, in a folder that exists; for krl the folder.")
+        str | None, Option("-o", "--output", help="File to write, in a folder that exists; for krl the folder.")
     ] = None,
-    as_json: Json = False,
-) -> None:
-    """Write the allowed speeds in the form that a robot's program takes.
+    as_json: options.Json = False,
+) -> int:
+    """Write the allowed speeds of all places, in the form that a robot's program takes.
 
     Example: forcemap export impacts.csv --format urscript --area back_of_hand --contact transient -o speeds.script
     """
-    force_map, _ = force_map_from(source, form, device_spring)
-    bound = bound_from(force_map, bound_kind, margin, confidence, content)
-    if path is None and format is Format.SCALING:
-        raise InputError("path: --format scaling needs --path, the path that it scales")
-    if path is not None and format not in (Format.SCALING, Format.SAFETY):
-        raise InputError("path: --path goes with --format scaling or safety; zones hold for any path")
+    force_map, _ = options.force_map_from(source, None, device_spring)
+    used, given = options.bound_from(force_map, bound, margin), options.stated(limit)
     if output is not None:
-        _require_folder(Path(output) if format is Format.KRL else Path(output).parent)
-    table = table_of_limits(limit_table)
-    limits: list[tuple[ForceLimit | NewtonLimit | float, Contact | None]]
-    stated: Task | None = None
-    if task is not None:
-        if any(option is not None for option in (area, region, contact, limit_newtons, quasi_static, limit_spring)):
-            raise InputError("task: the task file states areas and contact; give it alone")
-        stated = read_task(task, table=table)
-        stated.require_same(force_map.conditions)
-        limits = limits_of(stated, table)
-    else:
-        limits = [limit_from(area, region, limit_newtons, contact, limit_table, quasi_static, limit_spring)]
-    allowance = allowance_from(overshoot, tolerance)
-    try:
-        zones = robot_table(
-            force_map, limits=limits, bound=bound, size=size, allowance=allowance, date=date, angle=angle
-        )
-    except ContactNotPermitted as error:
-        result = {"outcome": "not_permitted", "reason": error.message, "zones": [], "written": []}
-        emit(result, [f"nothing is exported: {error.message}"], as_json=as_json)
-        raise typer.Exit(1) from None
-    if zones.refusal:  # a program of zeros would only cover an earlier one
-        result = zones_result(zones) | {"outcome": "unconfirmed", "reason": zones.refusal, "written": []}
-        emit(result, [f"nothing is exported: {zones.refusal}"], as_json=as_json)
-        raise typer.Exit(1)
-    if source.lower().endswith(".json"):
-        zones = replace(zones, provenance=zones.provenance.of_file(source))
-    speeds: PathSpeeds | None = None
-    if path is not None:
-        tool_path = path_from(path, None, None, None, None)
-        if limit_newtons is not None:
-            raise InputError("limit: --path goes with --task, --area or --region")
-        asked = task_from(task, tool_path.names, area, region, contact, None, table)
-        speeds = path_speeds(force_map, tool_path, asked, bound=bound, allowance=allowance, angle=angle, table=table)
-    if speeds is not None and format is Format.SCALING:
-        provenance = zones.provenance.with_statements(speeds.statements)
-        result = scaling_result(speeds, provenance)
-        files = {"": scaling_csv(speeds, provenance)}
-        permitted = not speeds.refused.any()
-        words = f"{int((~speeds.refused).sum())} of {len(speeds.path)} pieces permitted{_slowed(speeds)}"
-    else:
-        result = zones_result(zones)
-        files = _files(format, zones, stated, speeds)
-        permitted = zones.permitted > 0
-        words = f"{zones.permitted} of {zones.speed_mmps.size} zones permitted{_price(zones)}"
-    words += "" if raised_off_axis(angle) > 1 else ", for motion straight along the map's direction ONLY"
-    written = [] if output is None else _write(output, files)
+        require_folder(Path(output) if format is Format.KRL else Path(output).parent)
+    task = task_of(given, force_map, contact, quasi_static, limit_spring) if given.tasks else None
+    limits = limits_of(task, given.table) if task else [options.limit_from(limit, contact, quasi_static, limit_spring)]
+    allowance = fm.Allowance(speed=overshoot, position=tolerance)
+    zones = fm.robot_table(
+        force_map, limits=limits, bound=used, size=size, allowance=allowance, date=made_on(), angle=angle
+    )
+    if zones.refusal:
+        return refused(zones, as_json=as_json)
+    zones = replace(zones, provenance=of_file(zones.provenance, source))
+    spread = zones.spread[zones.speed_mmps > 0]
+    price = f", up to {spread.max():.3f} m/s slower than their fastest corner" if spread.size else ""
+    words = f"{zones.permitted} of {zones.speed_mmps.size} zones permitted{price}"
+    files = _files(format, zones, task)
+    write(fm.zones_result(zones), files, words, zones.provenance, angle=angle, output=output, as_json=as_json)
+    return 0 if zones.permitted else 1
+
+
+def task_of(given: options.Stated, force_map: fm.ForceMap, *others: fm.Contact | float | None) -> fm.Task:
+    """The task of the file that is named, for the campaign of the map; nothing else is to state its limits."""
+    if len(given.tasks) > 1 or given.names or given.newtons or {*others} != {None}:
+        raise InputError("task: the task file states areas and contact; give it alone")
+    task = fm.read_task(given.tasks[0], table=given.table)
+    task.require_same(force_map.conditions)
+    return task
+
+
+def made_on() -> str | None:
+    """The date in the head where SOURCE_DATE_EPOCH states it, for files that are to come out the same; else today."""
+    epoch = os.environ.get("SOURCE_DATE_EPOCH", "")
+    return time.strftime("%Y-%m-%d", time.gmtime(int(epoch))) if epoch.isdecimal() else None
+
+
+def refused(zones: fm.RobotTable, *, as_json: bool) -> int:
+    """Say why nothing is exported: a program of zeros would only cover an earlier one."""
+    assert zones.refusal is not None
+    outcome = "not_permitted" if zones.refusal.kind is fm.FindingKind.NOT_PERMITTED else "unconfirmed"
+    reason = sentence(zones.refusal)
+    result = fm.zones_result(zones) | {"outcome": outcome, "reason": reason, "written": []}
+    emit(result, [f"nothing is exported: {reason}"], as_json=as_json)
+    return 1
+
+
+def of_file(provenance: fm.Provenance, source: str) -> fm.Provenance:
+    """The same, naming the map file if the map came from one."""
+    return provenance.of_file(source) if source.lower().endswith(".json") else provenance
+
+
+def write(
+    result: dict[str, Any],
+    files: dict[str, str],
+    words: str,
+    provenance: fm.Provenance,
+    *,
+    angle: float,
+    output: str | None,
+    as_json: bool,
+) -> None:
+    """Write the files, or print them, and say what is permitted; texts by the name of their file in a folder."""
+    written = []
+    for name, text in files.items() if output else ():
+        file = str(Path(output or "") / name) if name else output or ""
+        write_result(file, text, mark=_MARK)
+        written.append(file)
     if output is None and not as_json:
         print("\n".join(files.values()), end="")
-    else:
-        lines = [f"{words}; not safety-rated, to be confirmed before use", *(f"written to {file}" for file in written)]
-        simulated = [line for line in head_lines(zones.provenance)[:1] if line == SIMULATED]
-        lines = [*simulated, *zones.provenance.warnings, *lines]
-        emit(result | {"written": written}, lines, as_json=as_json)
-    raise typer.Exit(0 if permitted else 1)
+        return
+    words += "" if fm.raised_off_axis(angle) > 1 else ", for motion straight along the map's direction ONLY"
+    lines = [*[SIMULATED] * provenance.simulated, *warnings(provenance.bases)]
+    lines += [f"{words}; not safety-rated, to be confirmed before use", *(f"written to {file}" for file in written)]
+    emit(result | {"written": written}, lines, as_json=as_json)
 
 
-def _price(zones: RobotTable) -> str:
-    """What the size of the zones costs, in words; nothing where none is permitted."""
-    spread = zones.spread[zones.speed_mmps > 0]
-    return f", up to {spread.max():.3f} m/s slower than their fastest corner" if spread.size else ""
-
-
-def _slowed(speeds: PathSpeeds) -> str:
-    """How many pieces are slowed down, in words."""
-    slowed = (speeds.commanded < speeds.programmed) & ~speeds.refused
-    return f", {int(slowed.sum())} of them slowed down"
-
-
-def _files(format: Format, zones: RobotTable, task: Task | None, speeds: PathSpeeds | None) -> dict[str, str]:
+def _files(format: Format, zones: fm.RobotTable, task: fm.Task | None) -> dict[str, str]:
     """Texts by the name of their file in a folder; an empty name is the output itself."""
     match format:
         case Format.URSCRIPT:
-            return {"": urscript(zones)}
+            return {"": fm.urscript(zones)}
         case Format.KRL:
-            return {"FORCEMAP.DAT": krl_data(zones), "FORCEMAP.SRC": krl_source(zones)}
+            return {"FORCEMAP.DAT": fm.krl_data(zones), "FORCEMAP.SRC": fm.krl_source(zones)}
         case Format.SAFETY:
-            return {"": safety_proposal(zones, task=task, speeds=speeds)}
+            return {"": fm.safety_proposal(zones, task=task)}
         case Format.JSON:
-            return {"": json_text({"made": _MARK} | zones_result(zones)) + "\n"}
-        case _:
-            return {"": zones_csv(zones)}
+            return {"": json_text({"made": _MARK} | fm.zones_result(zones)) + "\n"}
+        case Format.CSV:
+            return {"": fm.zones_csv(zones)}
 
 
-def _require_folder(folder: Path) -> None:
+def require_folder(folder: Path) -> None:
     """Raise InputError if the folder to write into does not exist; a mistyped one is not made."""
     if not folder.is_dir():
         message = f"there is no such folder; make it (mkdir -p {folder}) or name one that exists"
         raise InputError(message, file=str(folder))
 
 
-def _write(output: str, files: dict[str, str]) -> list[str]:
-    """Write the files and name them."""
-    written = []
-    for name, text in files.items():
-        file = str(Path(output) / name) if name else output
-        write_result(file, text, mark=_MARK)
-        written.append(file)
-    return written
+class PathFormat(StrEnum):
+    """What is written."""
+
+    SCALING = "scaling"
+    SAFETY = "safety"
+
+
+def export_path(
+    source: options.Source,
+    file: Annotated[str, Argument(metavar="PATH", help="Path (CSV): x_m, y_m, z_m in the frame of the base.")],
+    format: Annotated[
+        PathFormat,
+        Option("--format", help="scaling: factors along the path; safety: a sheet to type in, compared with it."),
+    ] = PathFormat.SCALING,
+    task: options.TaskOrLimit = None,
+    contact: options.ContactKind = None,
+    angle: Angle = fm.WIDEST_ANGLE,
+    overshoot: Overshoot = 0.01,
+    tolerance: PositionTolerance = 0.005,
+    bound: options.BoundOption = None,
+    margin: options.Margin = None,
+    device_spring: options.DeviceSpring = None,
+    output: Annotated[str | None, Option("-o", "--output", help="File to write, in a folder that exists.")] = None,
+    as_json: options.Json = False,
+) -> int:
+    """Write what a robot's program takes for one path: factors on its speeds, or the safety sheet beside it.
+
+    Example: forcemap export-path impacts.csv path.csv --task task.toml -o scaling.csv
+    """
+    force_map, _ = options.force_map_from(source, None, device_spring)
+    used, given = options.bound_from(force_map, bound, margin), options.stated(task)
+    if output is not None:
+        require_folder(Path(output).parent)
+    tool_path = path_from(file)
+    if given.tasks:
+        task_of(given, force_map, contact)
+    asked = task_from(given, tool_path.names, contact)
+    allowance = fm.Allowance(speed=overshoot, position=tolerance)
+    zones = fm.robot_table(
+        force_map, limits=limits_of(asked, given.table), bound=used, allowance=allowance, date=made_on(), angle=angle
+    )
+    if zones.refusal:
+        return refused(zones, as_json=as_json)
+    speeds = fm.path_speeds(
+        force_map, tool_path, asked, bound=used, allowance=allowance, angle=angle, table=given.table
+    )
+    provenance = of_file(zones.provenance, source)
+    if format is PathFormat.SCALING:
+        provenance = provenance.of_path(speeds)
+        slowed = int(((speeds.commanded < speeds.programmed) & ~speeds.refused).sum())
+        words = f"{int((~speeds.refused).sum())} of {len(speeds.path)} pieces permitted, {slowed} of them slowed down"
+        result, text = fm.scaling_result(speeds, provenance), fm.scaling_csv(speeds, provenance)
+        permitted = not speeds.refused.any()
+    else:
+        zones = replace(zones, provenance=provenance)
+        words = f"{zones.permitted} of {zones.speed_mmps.size} zones permitted"
+        result = fm.zones_result(zones)
+        text = fm.safety_proposal(zones, task=asked if given.tasks else None, speeds=speeds)
+        permitted = zones.permitted > 0
+    write(result, {"": text}, words, provenance, angle=angle, output=output, as_json=as_json)
+    return 0 if permitted else 1

@@ -1,26 +1,17 @@
-"""forcemap fit."""
+"""forcemap fit: a fitted map and a selection of terms."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Annotated
 
-import typer
+from typer import Option
 
-from forcemap import (
-    CensoredImpacts,
-    FitError,
-    censoring_effect,
-    map_accuracy,
-    map_text,
-    saturation_doubt,
-    selection_stability,
-)
-from forcemap.cli.change_results import censoring_lines, censoring_result, censoring_summary
-from forcemap.cli.fit_errors import too_few_states_named
-from forcemap.cli.form_results import selection_lines, selection_refusal, selection_result
-from forcemap.cli.options import DeviceSpring, FormName, Json, Table, fitted
-from forcemap.cli.output import emit, write_result
-from forcemap.cli.results import accuracy_lines, fit_lines, fit_result, repeats_lines
+import forcemap as fm
+from forcemap.answers.map import CensoringAnswer, FitAnswer, Margins
+from forcemap.answers.selection import SelectionAnswer, SelectionRefused
+from forcemap.cli.options import DeviceSpring, FormName, Json, Table, fitted, too_few_states_named
+from forcemap.cli.output import SIMULATED, accuracy_lines, change, counted, emit, listing, table, write_result
 
 
 def fit(
@@ -28,17 +19,16 @@ def fit(
     form: FormName = None,
     device_spring: DeviceSpring = None,
     discard_censored: Annotated[
-        bool,
-        typer.Option("--discard-censored", help="Discard impacts above the device range, as the paper does."),
+        bool, Option("--discard-censored", help="Discard impacts above the device range, as the paper does.")
     ] = False,
     select: Annotated[
         bool,
-        typer.Option(
+        Option(
             "--select",
             help="Also report which terms the paper's selection would keep; the fit stays. Needs a full grid.",
         ),
     ] = False,
-    output: Annotated[str | None, typer.Option("-o", "--output", help="Write the map to this JSON file.")] = None,
+    output: Annotated[str | None, Option("-o", "--output", help="Write the map to this JSON file.")] = None,
     as_json: Json = False,
 ) -> None:
     """Fit a collision-force map to the train rows of a table.
@@ -47,36 +37,195 @@ def fit(
 
     Example: forcemap fit impacts.csv -o map.json
     """
-    impacts = CensoredImpacts.DISCARD if discard_censored else CensoredImpacts.AT_LEAST
+    impacts = fm.CensoredImpacts.DISCARD if discard_censored else fm.CensoredImpacts.AT_LEAST
     with too_few_states_named(table, form):
         dataset, force_map = fitted(table, form, impacts, device_spring=device_spring)
-    accuracy = map_accuracy(force_map, dataset)[0]
+    accuracies = fm.map_accuracy(force_map, dataset)
     if output:
-        write_result(output, map_text(force_map), mark='"schema": "forcemap-map/')
-    doubt = saturation_doubt(dataset.peak_force, dataset.state, censored=int(dataset.censored.sum()))
-    lines = ["SIMULATED impacts: not a measurement of any robot"] if dataset.simulated else []
-    binding = force_map.binding
-    lines += [binding.reason] if binding.reason else []
-    lines += [doubt] if doubt else []
-    result = fit_result(force_map, accuracy)
-    result |= {"binding": {"state": binding.state.value, "reason": binding.reason or None}}
-    result |= {"disagreeing_repeats": dataset.disagreeing_repeats, "saturation_doubt": doubt or None}
-    selected: list[str] = []
-    if select:
-        try:
-            stability = selection_stability([dataset])
-            result["selection"] = selection_result(stability)
-            selected = ["", *selection_lines(stability)]
-        except FitError as error:  # a report beside the fit, which is done
-            result["selection"] = {"refused": selection_refusal(error)}
-            lines += [selection_refusal(error), ""]
-    summary, effects = [], []
-    if force_map.require_fit().censored_fit:
-        effect = censoring_effect(dataset, form=force_map.form)
-        result["discard_fit"] = censoring_result(effect)
-        summary, effects = censoring_summary(effect), ["", *censoring_lines(effect)]
-    lines += [*fit_lines(force_map, summary), *repeats_lines(dataset)]
-    lines += ["", f"Accuracy on {accuracy.on}", *accuracy_lines([(force_map.form.name, accuracy)])]
-    lines += [*effects, *selected]
-    lines += ["", f"map written to {output}"] if output else ["", "no file written; -o MAP.json writes the map"]
-    emit(result, lines, as_json=as_json)
+        write_result(output, fm.map_text(force_map), mark='"schema": "forcemap-map/')
+    answer = FitAnswer.of_fit(dataset, force_map, accuracies, selection=_selection(dataset) if select else None)
+    written = f"map written to {output}" if output else "no file written; -o MAP.json writes the map"
+    emit(answer, [*fit_lines(answer), "", written], as_json=as_json)
+
+
+def _selection(dataset: fm.ImpactDataset) -> SelectionAnswer | SelectionRefused:
+    """The selection of terms, or why there is none: a report beside the fit, which is done."""
+    try:
+        return SelectionAnswer.of_selection(fm.selection_stability([dataset]))
+    except (fm.TooFewStates, fm.RankDeficient) as error:
+        coefficients = len(fm.FULL_CUBIC.terms)
+        return SelectionRefused(
+            refused="Term selection needs a full grid (plan --design full-grid): the training states alone cannot tell "
+            f"{coefficients} coefficients ({error.found})"
+        )
+    except fm.FitError as error:
+        return SelectionRefused(refused=f"Term selection is not possible: {error}")
+
+
+_CONCLUSIONS = {
+    "paper": "the terms of CFM_3D, the paper's eight, are what these impacts select; keep the form",
+    "stable": "these impacts select other terms than the paper's eight, and stably; before a form of them is used, see "
+    "whether other campaigns select the same (docs/trust.md)",
+    "unstable": "which terms are kept hangs on which states were measured: no reason to change the form",
+}
+
+
+def fit_lines(answer: FitAnswer) -> list[str]:
+    """A fitted map: what it is good for, what it was fitted to, its coefficients and its accuracy."""
+    low, high = answer.lowest_measured, answer.highest_measured
+    d, h, v = ((a or 0.0, b or 0.0) for a, b in zip(low, high, strict=True))
+    few, most = answer.fewest_repeats, answer.repeats
+    repeats = counted(most, "impact") if few == most else f"{few} to {most} impacts"
+    effect, selection = answer.discard_fit, answer.selection
+    lines = [SIMULATED] * answer.simulated
+    lines += [words for words in (answer.binding.reason, answer.saturation_doubt) if words]
+    lines += [selection.refused, ""] if isinstance(selection, SelectionRefused) else []
+    lines += [
+        _verdict(answer),
+        f"{answer.form} {answer.source}",
+        f"  {impacts_words(answer)}",
+        f"  {repeats} a state; states found {answer.states_found}",
+        f"  measured: d {d[0]:.3f} to {d[1]:.3f} m, h {h[0]:.3f} to {h[1]:.3f} m, "
+        f"v {fm.floor_speed(v[0])} to {fm.floor_speed(v[1])} m/s (their convex hull)",
+    ]
+    if answer.states_left_out:
+        lines.append(
+            f"  {counted(answer.states_left_out, 'state')} left out, with impacts above the device range alone: "
+            f"{', '.join(answer.states_left_out_names)}"
+        )
+    if answer.disagreeing_repeats:
+        names = ", ".join(answer.disagreeing_repeats)
+        lines.append(f"  repeats lie more than 10 % apart, look at their recordings: {names}")
+    lines += ["", *_censoring_lines(answer, effect)] if effect else []
+    columns = [answer.terms, [f"{b:.4f}" for b in answer.coefficients]]
+    columns += [[f"{b:.4f}" for b in effect.coefficients]] if effect else []
+    columns += [[f"{e:.4f}" for e in answer.standard_errors], [f"{p:.3g}" for p in answer.p_values]]
+    header = ["term", "coefficient", *["if discarded"] * bool(effect), "standard error", "p value"]
+    return [
+        *lines,
+        "",
+        "ln F = sum of coefficient x term; F in N, d and h in m, v in m/s",
+        *table(header, zip(*columns, strict=True)),
+        f"state-to-state SD {answer.state_sd_percent:.2f} % ({answer.degrees_of_freedom:.1f} degrees of freedom), "
+        f"RMSE {answer.rmse_N:.2f} N, R^2 {answer.r_squared:.4f}, condition number {answer.condition_number:.0f}",
+        *([] if answer.rises_with_speed else ["the prediction falls with speed in part of the measured range"]),
+        "",
+        f"Accuracy on {answer.accuracy.on}",
+        *accuracy_lines([(answer.form, answer.accuracy)]),
+        *(["", *_selection_lines(selection)] if isinstance(selection, SelectionAnswer) else []),
+    ]
+
+
+def _verdict(answer: FitAnswer) -> str:
+    if answer.binding.state == "broken":
+        return "NO SAFE SPEED follows from this map, because of that"
+    if answer.bound_margin_percent is None:
+        return "NO SAFE SPEED follows from this map with a tolerance bound: too few states for one"
+    low, high = answer.bound_margin_percent.lowest, answer.bound_margin_percent.highest
+    return (
+        f"SAFE SPEEDS can follow from this map: its tolerance bound lies {low:.1f} to {high:.1f} % above the "
+        f"prediction (a fixed + 10 % {'suffices' if high <= 10 else 'is too small'} here), and predictions are at most "
+        f"{answer.accuracy.max_underestimation_percent:.1f} % too low on {answer.accuracy.on}"
+    )
+
+
+def impacts_words(answer: FitAnswer) -> str:
+    """How many states and impacts a map is fitted to, and what became of the censored ones."""
+    words = f"{counted(answer.states, 'state')}, {counted(answer.samples + answer.censored_samples, 'impact')}"
+    if not answer.censored_samples:
+        return words
+    used = "counted as at least that force" if answer.censored_fit else "not in the fit"
+    return f"{words}, {answer.censored_samples} of them above the device range ({used})"
+
+
+def _censoring_lines(answer: FitAnswer, effect: CensoringAnswer) -> list[str]:
+    """What a map is with its censored impacts and without them, and its forces at their states."""
+    at, kept, lost = effect.at_censored, effect.predicted_with_censored_N, effect.predicted_at_censored_N
+    added = answer.states - effect.states
+    rows = [
+        ["states", str(answer.states), str(effect.states)],
+        ["impacts", str(answer.samples + answer.censored_samples), str(effect.samples)],
+        ["measured range (volume of the hull)", "100 %", f"{effect.measured_range_percent:.0f} %"],
+        ["state-to-state SD", f"{answer.state_sd_percent:.2f} %", f"{effect.state_sd_percent:.2f} %"],
+        [
+            "tolerance bound, above the prediction",
+            *map(_span, (answer.bound_margin_percent, effect.bound_margin_percent)),
+        ],
+    ]
+    if added:
+        shared = (effect.bound_margin_with_censored_percent, effect.bound_margin_percent)
+        rows.append([f"  at the {effect.states} states of both", *map(_span, shared)])
+    states = zip(at.state_id, at.censored, at.at_least_N, kept, lost, strict=True)
+    return [
+        *table(["Impacts above the device range", "counted as at least", "discarded (--discard-censored)"], rows),
+        *_why_wider(answer, effect, added),
+        *table(
+            ["state", "above the range", "reached at least [N]", "predicted [N]", "if discarded [N]", "difference"],
+            [
+                [name, str(n), f"{least:.0f}", f"{one:.1f}", f"{other:.1f}", change((one or 0) / (other or 1))]
+                for name, n, least, one, other in states
+            ],
+        ),
+    ]
+
+
+def _why_wider(answer: FitAnswer, effect: CensoringAnswer, added: int) -> list[str]:
+    """Where a wider bound comes from, as far as the figures say so."""
+    spans = (answer.bound_margin_percent, effect.bound_margin_with_censored_percent, effect.bound_margin_percent)
+    if any(span is None for span in spans):
+        return []
+    all_, shared, discarded = (round(span.highest, 1) for span in spans if span)
+    if all_ <= discarded:
+        return ["the bound is no wider for the censored impacts"]
+    states = f"the {counted(added, 'added state')}"
+    if shared <= discarded:
+        return [f"the wider bound comes from {states}, which the other fit says nothing about"]
+    if all_ <= shared:
+        return ["the bound is wider at the states of both: the censored impacts show more scatter"]
+    return [
+        f"the wider bound comes from {states}, which the other fit says nothing about, and from more scatter that the "
+        "censored impacts show"
+    ]
+
+
+def _span(span: Margins | None) -> str:
+    return f"+{span.lowest:.1f} to +{span.highest:.1f} %" if span else "none"
+
+
+def _selection_lines(answer: SelectionAnswer) -> list[str]:
+    """The trace of a term selection, its outcome beside the paper's, and how often terms survive."""
+    steps = [("", step) for step in answer.steps]
+    steps += [("refused: ", answer.stopped_at)] if answer.stopped_at else []
+    trace = [
+        [
+            refused + (", ".join(step.removed) or "(all terms)"),
+            str(step.terms),
+            f"{step.change_N:.3f}",
+            *(f"{rmse:.3f} N" for rmse in step.rmse_N),
+            *(f"{r_squared:.4f}" for r_squared in step.r_squared),
+        ]
+        for refused, step in steps
+    ]
+    count = len(answer.steps[0].rmse_N)
+    kept, paper = (", ".join(map(str, counts)) for counts in (answer.counts, answer.paper_counts))
+    survival = sorted(answer.survival.items(), key=lambda each: -each[1])
+    same = {*answer.terms} == {str(term) for term in fm.CFM_3D.terms} - {"1"}
+    conclusion = _CONCLUSIONS["paper" if same else "stable" if answer.stable else "unstable"]
+    return [
+        f"Conclusion: {conclusion}",
+        "Term selection as in the paper: a report only, the fit above does not use it",
+        *table(["removed", "terms left", "change", *["RMSE"] * count, *["R^2"] * count], trace),
+        f"a removal may change RMSE [N] + 100 x R^2 by at most {answer.threshold_N:g}",
+        f"terms at the start, after stage one, at the end: {kept} (the paper, on its three tables: {paper})",
+        f"kept: {_names(answer.terms)}",
+        f"kept, but not among the paper's eight: {_names(answer.only_here)}",
+        f"among the paper's eight, but not kept: {_names(answer.only_in_paper)}",
+        f"Is that outcome stable? {answer.reason}",
+        *["with one table the outcome is often not stable; the paper selected on three"] * (count == 1),
+        f"how often each survives: {', '.join(f'{term} {100 * share:.0f} %' for term, share in survival)}",
+        *listing("Assumes", answer.assumptions),
+    ]
+
+
+def _names(terms: Sequence[str]) -> str:
+    return ", ".join(terms) or "none"

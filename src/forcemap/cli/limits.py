@@ -2,51 +2,34 @@
 
 from __future__ import annotations
 
-import math
 from typing import Annotated, Any
 
-import typer
+from typer import Argument, Option
 
-from forcemap import (
-    Conditions,
-    Contact,
-    ForceLimit,
-    InputError,
-    body_region,
-    floor_speed,
-    force_limit,
-    pfl_pressure_speed_limit,
-    pfl_robot_mass,
-    pfl_speed_limit,
-    read_limit_table,
-    standard_limit_table,
-)
-from forcemap.cli.options import Body, BodyOption, Json, LimitTable, masses_from
+import forcemap as fm
+from forcemap.answers.comparison import Body
+from forcemap.answers.limits import PASCALS, LimitAnswer, LimitsAnswer
+from forcemap.cli.options import BodyOption, Json, LimitTable
 from forcemap.cli.output import emit, listing, table
 
-_PASCALS = 1e4  # Pa in 1 N/cm^2
-
-
-def _assumptions(contact_area: float | None) -> list[str]:
-    return [
-        "a formula, not confirmed by any measurement",
-        "person at rest",
-        "pressure not assessed" if contact_area is None else f"pressure assessed over {contact_area:g} cm^2",
-        "the transient limit holds only where the contact does not clamp",
-    ]
+_FIGURES = {
+    "quasi_static_N": "quasi_static",
+    "transient_N": "transient",
+    "quasi_static_N_per_cm2": "quasi_static_pressure",
+    "transient_N_per_cm2": "transient_pressure",
+}
 
 
 def limits(
-    name: Annotated[str | None, typer.Argument(help="Body area or region; all areas if not given.")] = None,
+    name: Annotated[str | None, Argument(help="Body area or region; all areas if not given.")] = None,
     limit_table: LimitTable = None,
     moving_mass: Annotated[
-        float | None,
-        typer.Option("--moving-mass-kg", help="With it, the speed the contact model allows is given."),
+        float | None, Option("--moving-mass-kg", help="With it, the speed the contact model allows is given.")
     ] = None,
-    payload: Annotated[float | None, typer.Option("--payload-kg", help="Effective payload; default 0.")] = None,
+    payload: Annotated[float | None, Option("--payload-kg", help="Effective payload; default 0.")] = None,
     body: BodyOption = Body.CONSTRAINED,
     contact_area: Annotated[
-        float | None, typer.Option("--contact-area-cm2", help="With it, the pressure form is evaluated too.")
+        float | None, Option("--contact-area-cm2", help="With it, the pressure form is evaluated too.")
     ] = None,
     as_json: Json = False,
 ) -> None:
@@ -54,97 +37,81 @@ def limits(
 
     Example: forcemap limits back_of_hand --moving-mass-kg 30
     """
-    areas = read_limit_table(limit_table) if limit_table else standard_limit_table()
+    areas = fm.read_limit_table(limit_table) if limit_table else fm.standard_limit_table()
     if moving_mass is None and (contact_area is not None or payload is not None):
-        raise InputError("moving mass: --contact-area-cm2 and --payload-kg go with --moving-mass-kg")
-    found = [force_limit(each, table=areas) for each in ([name] if name else areas.areas)]
-    results = [_limit(limit) for limit in found]
-    lines = table(
-        ["area or region", "region", "force quasi-static", "transient", "pressure quasi-static", "transient"],
-        [[limit.name, areas.areas[limit.areas[0]].region, *_cells(limit)] for limit in found],
-    )
-    if moving_mass is not None:
-        lines.append("")
-        for limit, result in zip(found, results, strict=True):
-            if limit.permitted:
-                result["contact_model"] = _contact_model(
-                    limit, areas.areas[limit.areas[0]].region, moving_mass, payload, body, contact_area
-                )
-                lines += _contact_model_lines(limit.name, result["contact_model"])
-            else:
-                result["contact_model"] = None
-                lines.append(f"{limit.name}: no speed, contact is not permitted")
-        lines += listing("Assumes", _assumptions(contact_area))
-    provenance = f"{areas.edition}, table version {areas.version}; {areas.source}"
-    lines += [
+        raise fm.InputError("moving mass: --contact-area-cm2 and --payload-kg go with --moving-mass-kg")
+    assumptions = [
+        "a formula, not confirmed by any measurement",
+        "person at rest",
+        "pressure not assessed" if contact_area is None else f"pressure assessed over {contact_area:g} cm^2",
+        "the transient limit holds only where the contact does not clamp",
+    ]
+    answers = []
+    for each in [name] if name else areas.areas:
+        limit = fm.force_limit(each, table=areas)
+        by_formula: dict[str, Any] | None = None
+        if moving_mass is not None and limit.permitted:
+            region = areas.areas[limit.areas[0]].region
+            masses = {"moving_mass": moving_mass, "payload": payload}
+            model = fm.contact_model(fm.Conditions(), region, **masses, constrained=body is Body.CONSTRAINED)
+            by_formula = {**_speeds(limit, model, body, contact_area), "assumptions": assumptions}
+        stated = {key: getattr(limit, part) if limit.permitted else None for key, part in _FIGURES.items()}
+        answers.append(LimitAnswer.from_result(limit, **stated, contact_model=by_formula))
+    answer = LimitsAnswer.from_result(areas, limits=answers)
+    regions = [areas.areas[each.areas[0]].region for each in answers]
+    emit(answer, _lines(answer, regions, assumptions, moving_mass is not None), as_json=as_json)
+
+
+def _speeds(limit: fm.ForceLimit, model: fm.ContactModel, body: Body, contact_area: float | None) -> dict[str, Any]:
+    """What the force form and, for a contact area [cm^2], the pressure form allow; the lower one governs."""
+    found: dict[str, float | str | None] = {}
+    for contact in fm.Contact:
+        speeds = {"force": model.speed_limit(limit, contact)}
+        if contact_area is not None:
+            pressure = limit.transient_pressure if contact is fm.Contact.TRANSIENT else limit.quasi_static_pressure
+            area = contact_area / PASCALS
+            speeds["pressure"] = fm.pfl_pressure_speed_limit(pressure, contact_area=area, **model.figures)
+        governing = min(speeds, key=lambda form: speeds[form])
+        name = contact.replace("-", "_")
+        found |= {f"{name}_speed_mps": speeds[governing], f"{name}_governed_by": governing}
+    return {
+        **found,
+        "robot_mass_kg": model.robot_mass,
+        "body_mass_kg": model.body_mass,
+        "body": body.value,
+        "stiffness_N_per_m": model.stiffness,
+    }
+
+
+def _lines(answer: LimitsAnswer, regions: list[str], assumptions: list[str], modelled: bool) -> list[str]:
+    header = ["area or region", "region", "quasi-static", "transient", "pressure quasi-static", "transient"]
+    rows = [[limit.name, region, *_cells(limit)] for limit, region in zip(answer.limits, regions, strict=True)]
+    lines = table(header, rows)
+    if modelled:
+        lines += ["", *(_model_line(limit) for limit in answer.limits), *listing("Assumes", assumptions)]
+    return [
+        *lines,
         "",
-        provenance,
+        f"{answer.edition}, table version {answer.version}; {answer.source}",
         "the standard permits no contact with skull, forehead and face; pressures in N/cm^2",
     ]
-    result = {
-        "edition": areas.edition,
-        "source": areas.source,
-        "version": areas.version,
-        "sha256": areas.sha256,
-    }
-    emit(result | {"limits": results}, lines, as_json=as_json)
 
 
-def _limit(limit: ForceLimit) -> dict[str, Any]:
-    return {
-        "name": limit.name,
-        "areas": list(limit.areas),
-        "permitted": limit.permitted,
-        "tabulated_quasi_static_N": limit.tabulated_quasi_static,
-        "quasi_static_N": limit.quasi_static if limit.permitted else None,
-        "transient_N": limit.transient if limit.permitted else None,
-        "quasi_static_N_per_cm2": limit.quasi_static_pressure / _PASCALS if limit.permitted else None,
-        "transient_N_per_cm2": limit.transient_pressure / _PASCALS if limit.permitted else None,
-    }
-
-
-def _cells(limit: ForceLimit) -> list[str]:
+def _cells(limit: LimitAnswer) -> list[str]:
     if not limit.permitted:
         return ["not permitted", "-", "-", "-"]
-    pressures = (limit.quasi_static_pressure / _PASCALS, limit.transient_pressure / _PASCALS)
-    return [f"{limit.quasi_static:g} N", f"{limit.transient:g} N", *(f"{p:g} N/cm^2" for p in pressures)]
+    pressures = (limit.quasi_static_N_per_cm2, limit.transient_N_per_cm2)
+    return [f"{limit.quasi_static_N:g} N", f"{limit.transient_N:g} N", *(f"{p:g} N/cm^2" for p in pressures)]
 
 
-def _contact_model(
-    limit: ForceLimit,
-    region_name: str,
-    moving_mass: float,
-    payload: float | None,
-    body: Body,
-    contact_area: float | None,
-) -> dict[str, Any]:
-    region = body_region(region_name)
-    mass, load, body_mass = masses_from(Conditions(), moving_mass, payload, body, region.mass)
-    masses = {"robot_mass": pfl_robot_mass(mass, load), "body_mass": body_mass, "stiffness": region.stiffness}
-    result: dict[str, Any] = {
-        "assumptions": _assumptions(contact_area),
-        "robot_mass_kg": masses["robot_mass"],
-        "body": body,
-        "body_mass_kg": body_mass,
-        "stiffness_N_per_m": region.stiffness,
-    }
-    for contact in Contact:
-        speeds = {"force": pfl_speed_limit(limit.force(contact), **masses)}
-        if contact_area is not None:
-            pressure = limit.transient_pressure if contact is Contact.TRANSIENT else limit.quasi_static_pressure
-            area = contact_area / 1e4
-            speeds["pressure"] = pfl_pressure_speed_limit(pressure, contact_area=area, **masses)
-        governing = min(speeds, key=lambda form: speeds[form])
-        result[f"{contact.replace('-', '_')}_speed_mps"] = speeds[governing]
-        result[f"{contact.replace('-', '_')}_governed_by"] = governing
-    return result
-
-
-def _contact_model_lines(name: str, model: dict[str, Any]) -> list[str]:
-    mass = "constrained" if math.isinf(model["body_mass_kg"]) else f"free, {model['body_mass_kg']:g} kg"
-    return [
-        f"{name}: contact model allows {floor_speed(model['quasi_static_speed_mps'])} m/s quasi-static "
-        f"({model['quasi_static_governed_by']}), {floor_speed(model['transient_speed_mps'])} m/s transient "
-        f"({model['transient_governed_by']}); robot mass {model['robot_mass_kg']:g} kg, body part {mass}, "
-        f"{model['stiffness_N_per_m'] / 1000:g} N/mm"
-    ]
+def _model_line(limit: LimitAnswer) -> str:
+    model = limit.contact_model
+    if model is None:
+        return f"{limit.name}: no speed, contact is not permitted"
+    mass = "constrained" if model.body_mass_kg is None else f"free, {model.body_mass_kg:g} kg"
+    return (
+        f"{limit.name}: contact model allows {fm.floor_speed(model.quasi_static_speed_mps)} m/s quasi-static "
+        f"({model.quasi_static_governed_by}), {fm.floor_speed(model.transient_speed_mps)} m/s transient "
+        f"({model.transient_governed_by}); robot mass {model.robot_mass_kg:g} kg, body part {mass}, "
+        f"{model.stiffness_N_per_m / 1000:g} N/mm"
+    )

@@ -3,204 +3,258 @@
 from __future__ import annotations
 
 import contextlib
-import math
-from enum import StrEnum
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
-import typer
+from typer import Argument, Option
 
-from forcemap import (
-    CFM_3D,
-    PUBLISHED_MAPS,
-    Accuracy,
-    Bound,
-    CensoredImpacts,
-    Contact,
-    FixedMargin,
-    ForceLimit,
-    ForceMap,
-    ImpactDataset,
-    InputError,
-    NewtonLimit,
-    ToleranceBound,
-    fit_force_map,
-    force_limit,
-    form_named,
-    leave_one_state_out,
-    map_accuracy,
-    published_map,
-    read_dataset,
-    read_limit_table,
-    read_map,
-)
+import forcemap as fm
+from forcemap import LimitTable as TableOfLimits
+from forcemap.answers.comparison import Body
 
 STIFFEST = 1000.0
 """Largest spring constant that is taken for one in N/mm; the standard's are 10 to 150, 9000 would be one in N/m."""
 
 
-class BoundKind(StrEnum):
-    """Upper bounds that can be asked for."""
-
-    TOLERANCE = "tolerance"
-    MARGIN = "margin"
-
-
-class Body(StrEnum):
-    """Whether the body part can move away."""
-
-    CONSTRAINED = "constrained"
-    FREE = "free"
-
-
-Json = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
-Table = Annotated[str, typer.Argument(help="Impacts table (CSV) or campaign folder.")]
-Source = Annotated[
-    str, typer.Argument(help=f"Map file, impacts table, campaign folder, or {', '.join(PUBLISHED_MAPS)}.")
-]
+Json = Annotated[bool, Option("--json", help="Print one JSON object.")]
+Table = Annotated[str, Argument(help="Impacts table (CSV) or campaign folder.")]
+Source = Annotated[str, Argument(help=f"Map file, impacts table, campaign folder, or {', '.join(fm.PUBLISHED_MAPS)}.")]
 FormName = Annotated[
     str | None,
-    typer.Option("--form", help="Form to fit: CFM_2D, CFM_3D (default), FULL_CUBIC or LOG_SPEED; see docs/forms.md."),
+    Option("--form", help="Form to fit: CFM_2D, CFM_3D (default), FULL_CUBIC or LOG_SPEED; see docs/forms.md."),
 ]
-Area = Annotated[str | None, typer.Option("--area", help="Body area, for example back_of_hand.")]
-Region = Annotated[str | None, typer.Option("--region", help="Body region: the lowest limit of its areas.")]
-ContactKind = Annotated[Contact | None, typer.Option("--contact", help="Kind of contact.")]
-LimitN = Annotated[float | None, typer.Option("--limit-N", help="Force limit in newtons, in place of an area.")]
+LimitTable = Annotated[str | None, Option("--limit-table", help="Your own table of limits (CSV).")]
+_LIMIT = ("--area", "--region", "--limit-N", "--limit-table")
+_OWN_TABLE = "a CSV file is your own table of limits."
+Limit = Annotated[
+    list[str] | None,
+    Option(
+        *_LIMIT,
+        metavar="NAME|N|CSV",
+        help=f"Force limit: body area or region (lowest of its areas), or newtons; {_OWN_TABLE}",
+    ),
+]
+TaskOrLimit = Annotated[
+    list[str] | None,
+    Option(
+        "--task",
+        "--area",
+        "--region",
+        "--limit-table",
+        metavar="TOML|NAME|CSV",
+        help="Task file: segments, body areas, contact (docs/robot_program.md); or one body area or region for all of "
+        f"the path; {_OWN_TABLE}",
+    ),
+]
+TaskOrNewtons = Annotated[
+    list[str] | None,
+    Option(
+        "--task",
+        *_LIMIT,
+        metavar="TOML|NAME|N|CSV",
+        help=f"Task file, whose lowest limits hold everywhere; or one body area, region or newtons; {_OWN_TABLE}",
+    ),
+]
+ContactKind = Annotated[fm.Contact | None, Option("--contact", help="Kind of contact.")]
 QuasiStaticN = Annotated[
     float | None,
-    typer.Option("--quasi-static-limit-N", help="Quasi-static part of a transient --limit-N, for Phase II forces."),
+    Option("--quasi-static-limit-N", help="Quasi-static part of a transient --limit-N, for Phase II forces."),
 ]
 LimitSpring = Annotated[
     float | None,
-    typer.Option("--limit-spring-N-per-mm", help="Spring constant of the body part that --limit-N is meant for."),
+    Option("--limit-spring-N-per-mm", help="Spring constant of the body part that --limit-N is meant for."),
 ]
 DeviceSpring = Annotated[
     float | None,
-    typer.Option("--device-spring-N-per-mm", help="Spring constant of the device, where no campaign.toml states it."),
+    Option("--device-spring-N-per-mm", help="Spring constant of the device, where no campaign.toml states it."),
 ]
-LimitTable = Annotated[str | None, typer.Option("--limit-table", help="Your own table of limits (CSV).")]
 BoundOption = Annotated[
-    BoundKind | None,
-    typer.Option("--bound", help="Upper bound on the force; default: tolerance, for published maps margin."),
+    str | None,
+    Option(
+        "--bound",
+        help="Upper bound on the force: tolerance, or tolerance:0.99/0.95 for 99 % confidence that 95 % of states lie "
+        "below; or margin, the default for published maps.",
+    ),
 ]
-Margin = Annotated[float | None, typer.Option("--margin", help="Share added by --bound margin; default 0.10.")]
-Confidence = Annotated[
-    float | None, typer.Option("--confidence", help="Confidence of --bound tolerance; default 0.95.")
-]
-Content = Annotated[
-    float | None, typer.Option("--content", help="Share of states below --bound tolerance; default 0.95.")
-]
+Margin = Annotated[float | None, Option("--margin", help="Share added by --bound margin; default 0.10.")]
 MovingMass = Annotated[
-    float | None,
-    typer.Option("--moving-mass-kg", help="Mass of the robot's moving parts; default: as campaign.toml states."),
+    float | None, Option("--moving-mass-kg", help="Mass of the robot's moving parts; default: as campaign.toml states.")
 ]
 Payload = Annotated[
-    float | None,
-    typer.Option("--payload-kg", help="Effective payload; default: as campaign.toml states, else 0."),
+    float | None, Option("--payload-kg", help="Effective payload; default: as campaign.toml states, else 0.")
 ]
 BodyOption = Annotated[
-    Body,
-    typer.Option("--body", help="constrained: the body part cannot move away; free: the region's own mass."),
+    Body, Option("--body", help="constrained: the body part cannot move away; free: the region's own mass.")
 ]
 
 
 def force_map_from(
     source: str, form: str | None, device_spring: float | None = None
-) -> tuple[ForceMap, Accuracy | None]:
+) -> tuple[fm.ForceMap, fm.Accuracy | None]:
     """The map a source stands for: a published one, a map file, or a table whose train rows are fitted.
 
     `device_spring` [N/mm] states the device's spring of a table without campaign.toml. With the map's accuracy: on the
     table's test states, else with each state left out; None where neither can be.
     """
-    if form and (source in PUBLISHED_MAPS or source.lower().endswith(".json")):
-        raise InputError("form: --form goes with an impacts table; a map has its own form")
-    if device_spring is not None and (source in PUBLISHED_MAPS or source.lower().endswith(".json")):
-        raise InputError("device spring: --device-spring-N-per-mm goes with an impacts table; a map states its own")
-    if source in PUBLISHED_MAPS and not Path(source).exists():
-        return published_map(source), None
+    is_file = source.lower().endswith(".json")
+    if form and (source in fm.PUBLISHED_MAPS or is_file):
+        raise fm.InputError("form: --form goes with an impacts table; a map has its own form")
+    if device_spring is not None and (source in fm.PUBLISHED_MAPS or is_file):
+        raise fm.InputError("device spring: --device-spring-N-per-mm goes with an impacts table; a map states its own")
+    if source in fm.PUBLISHED_MAPS and not Path(source).exists():
+        return fm.published_map(source), None
     if not Path(source).exists():
-        raise InputError(f"no such file, folder or published map ({', '.join(PUBLISHED_MAPS)})", file=source)
-    if source.lower().endswith(".json"):
-        force_map = read_map(source)
-        with contextlib.suppress(InputError):  # a published map, or as many states as coefficients
-            return force_map, leave_one_state_out(force_map)
+        raise fm.InputError(f"no such file, folder or published map ({', '.join(fm.PUBLISHED_MAPS)})", file=source)
+    if is_file:
+        force_map = fm.read_map(source)
+        with contextlib.suppress(fm.InputError):  # a published map, or as many states as coefficients
+            return force_map, fm.leave_one_state_out(force_map)
         return force_map, None
     dataset, force_map = fitted(source, form, device_spring=device_spring)
-    return force_map, map_accuracy(force_map, dataset)[0]
+    return force_map, fm.map_accuracy(force_map, dataset)[0]
 
 
 def fitted(
     table: str,
     form: str | None,
-    impacts: CensoredImpacts = CensoredImpacts.AT_LEAST,
+    impacts: fm.CensoredImpacts = fm.CensoredImpacts.AT_LEAST,
     *,
     device_spring: float | None = None,
-) -> tuple[ImpactDataset, ForceMap]:
+) -> tuple[fm.ImpactDataset, fm.ForceMap]:
     """The impacts of a table or campaign folder, and the map fitted to its train rows."""
-    dataset = read_dataset(table, device_stiffness=stiffness(device_spring))
-    return dataset, fit_force_map(dataset, form=form_named(form or CFM_3D.name), impacts=impacts)
+    dataset = fm.read_dataset(table, device_stiffness=stiffness(device_spring))
+    return dataset, fm.fit_force_map(dataset, form=fm.form_named(form or fm.CFM_3D.name), impacts=impacts)
 
 
 def stiffness(spring: float | None) -> float | None:
     """A spring constant in N/mm as N/m."""
     if spring is not None and not 0 < spring <= STIFFEST:
-        raise InputError(
+        raise fm.InputError(
             f"spring: found {spring:g}, expected N/mm above 0 and up to {STIFFEST:g} (75000 N/m are 75 N/mm)"
         )
     return None if spring is None else 1000 * spring
 
 
+@contextlib.contextmanager
+def too_few_states_named(table: str, form: str | None) -> Iterator[None]:
+    """Name the table, and a form that its states determine, in the refusal to fit it."""
+    try:
+        yield
+    except (fm.TooFewStates, fm.RankDeficient) as error:
+        wanted = fm.form_named(form or fm.CFM_3D.name)
+        message = f"{error.found} (form {wanted.name}); {error.remedy}{_other_form(table, wanted)}"
+        raise type(error)(message, file=error.file or table) from None
+
+
+def _other_form(table: str, wanted: fm.Form) -> str:
+    """The largest of the smaller forms that the states determine."""
+    for form in (fm.CFM_3D, fm.CFM_2D):
+        if len(form.terms) < len(wanted.terms):
+            with contextlib.suppress(fm.FitError):
+                fm.fit_force_map(fm.read_dataset(table), form=form)
+                knows = ", knows no height" if form == fm.CFM_2D else ""
+                return f", or use --form {form.name} ({len(form.terms)} coefficients{knows})"
+    return ""
+
+
+@dataclass(frozen=True)
+class Stated:
+    """What the spellings of the limit name: a task file, tables of limits, newtons, names of areas or regions."""
+
+    tasks: list[str]
+    tables: list[str]
+    newtons: list[float]
+    names: list[str]
+
+    @property
+    def table(self) -> TableOfLimits | None:
+        """The user's own table of limits, if one is named."""
+        return fm.read_limit_table(self.tables[0]) if self.tables else None
+
+
+def stated(limit: Sequence[str] | None) -> Stated:
+    """The values of the limit's option, by what they are."""
+    found = Stated([], [], [], [])
+    for text in limit or ():
+        newtons = number(text)
+        if newtons is not None:
+            found.newtons.append(newtons)
+        else:
+            kinds = {".toml": found.tasks, ".csv": found.tables}
+            kinds.get(Path(text).suffix.lower(), found.names).append(text)
+    if len(found.tables) > 1:
+        raise fm.InputError("limit: found several of --limit-table, expected one")
+    return found
+
+
 def limit_from(
-    area: str | None,
-    region: str | None,
-    newtons: float | None,
-    contact: Contact | None,
-    limit_table: str | None,
+    limit: Sequence[str] | None,
+    contact: fm.Contact | None,
     quasi_static: float | None = None,
     spring: float | None = None,
-) -> tuple[ForceLimit | NewtonLimit, Contact | None]:
-    """The limit that the options name, and the kind of contact."""
-    name = area or region
-    if sum(option is not None for option in (area, region, newtons)) != 1 or name == "":
-        raise InputError("limit: expected one of --area, --region or --limit-N")
-    if newtons is not None:
-        if limit_table is not None:
-            raise InputError("limit: --limit-table goes with --area or --region, not with --limit-N")
-        return NewtonLimit(newtons, quasi_static, stiffness(spring)), contact
+    *,
+    contact_needed: bool = True,
+) -> tuple[fm.ForceLimit | fm.NewtonLimit, fm.Contact | None]:
+    """The limit that the options name, and the kind of contact, which a body area's needs where speeds are asked."""
+    given = stated(limit)
+    if given.tasks or len(given.newtons) + len(given.names) != 1 or given.names == [""]:
+        raise fm.InputError("limit: expected one of --area, --region or --limit-N")
+    if given.newtons:
+        if given.tables:
+            raise fm.InputError("limit: --limit-table goes with --area or --region, not with --limit-N")
+        return fm.NewtonLimit(given.newtons[0], quasi_static, stiffness(spring)), contact
     if quasi_static is not None or spring is not None:
-        raise InputError("limit: --quasi-static-limit-N and --limit-spring-N-per-mm go with --limit-N")
-    if contact is None:
-        raise InputError("contact: expected --contact transient or --contact quasi-static")
-    assert name is not None
-    return force_limit(name, table=read_limit_table(limit_table) if limit_table else None), contact
+        raise fm.InputError("limit: --quasi-static-limit-N and --limit-spring-N-per-mm go with --limit-N")
+    if contact is None and contact_needed:
+        raise fm.InputError("contact: expected --contact transient or --contact quasi-static")
+    return fm.force_limit(given.names[0], table=given.table), contact
 
 
-def bound_from(
-    force_map: ForceMap, kind: BoundKind | None, margin: float | None, confidence: float | None, content: float | None
-) -> Bound:
+def require_as_spelled(arguments: Sequence[str]) -> None:
+    """Refuse a number for an area, or a name for newtons: `arguments` of a command where these spell one option."""
+    for argument, after in zip(arguments, [*arguments[1:], ""], strict=True):
+        name, equals, value = argument.partition("=")
+        value = value if equals else after
+        kind = "newtons" if number(value) is not None else Path(value).suffix.lower()
+        wanted = {"--limit-N": "newtons", "--limit-table": ".csv", "--task": ".toml"}.get(name, kind)
+        if kind != wanted or (name in ("--area", "--region") and kind in ("newtons", ".csv", ".toml")):
+            what = wanted if kind != wanted else "the name of a body area or region"
+            hint = "; newtons are --limit-N" if kind == "newtons" else ""
+            raise fm.InputError(f"{name.removeprefix('--')}: found {value}, expected {what}{hint}")
+
+
+def number(text: str) -> float | None:
+    """A text as a number, None if it is none."""
+    try:
+        return float(text)
+    except ValueError:
+        return None
+
+
+def stated_bound(bound: str | None, margin: float | None, device_error: float) -> fm.Bound | None:
+    """The bound that the options name, None if none."""
+    kind, _, figures = (bound or "").lower().partition(":")
+    if kind not in ("", "tolerance", "margin") or (figures and kind != "tolerance"):
+        raise fm.InputError(f"bound: found {bound!r}, expected tolerance, tolerance:CONFIDENCE/CONTENT or margin")
+    if margin is not None and kind != "margin":
+        raise fm.InputError("margin: --margin goes with --bound margin")
+    if kind == "margin":
+        return fm.FixedMargin(0.10 if margin is None else margin)
+    if not kind:
+        return None
+    try:
+        confidence, content = (float(figure) for figure in (figures or "0.95/0.95").split("/"))
+    except ValueError:
+        raise fm.InputError(f"bound: found {bound!r}, expected two figures as in tolerance:0.95/0.95") from None
+    return fm.ToleranceBound(confidence, content, device_error)
+
+
+def bound_from(force_map: fm.ForceMap, bound: str | None = None, margin: float | None = None) -> fm.Bound:
     """The bound the options name; a tolerance bound for a fitted map, a margin for a published one."""
-    kind = kind or (BoundKind.MARGIN if force_map.fit is None else BoundKind.TOLERANCE)
-    if kind is BoundKind.MARGIN:
-        if confidence is not None or content is not None:
-            raise InputError("bound: --confidence and --content go with --bound tolerance")
-        return FixedMargin(0.10 if margin is None else margin)
-    if margin is not None:
-        raise InputError("margin: --margin goes with --bound margin")
-    bound = ToleranceBound(
-        0.95 if confidence is None else confidence,
-        0.95 if content is None else content,
-        force_map.conditions.device.error_or_default,
-    )
-    bound.require(force_map)
-    return bound
-
-
-def masses_from(
-    conditions: Any, moving_mass: float | None, payload: float | None, body: Body, region_mass: float
-) -> tuple[float, float, float]:
-    """Moving mass M, payload m_L and body mass m_H [kg]."""
-    mass = conditions.moving_mass if moving_mass is None else moving_mass
-    if math.isnan(mass):
-        raise InputError("moving mass: not stated by the campaign; give --moving-mass-kg")
-    load = payload if payload is not None else 0.0 if math.isnan(conditions.payload) else conditions.payload
-    return mass, load, math.inf if body is Body.CONSTRAINED else region_mass
+    default = "margin" if force_map.fit is None else "tolerance"
+    found = stated_bound(bound or default, margin, force_map.conditions.device.error_or_default)
+    assert found is not None
+    found.require(force_map)
+    return found

@@ -1,36 +1,59 @@
-"""Printing: one JSON object, or lines and tables of text."""
+"""Printing: one JSON object, or lines and tables of text; what answers have in common, in words."""
 
 from __future__ import annotations
 
-import json
 import math
 import sys
+import textwrap
 import time
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from pydantic_core import to_json
+
+from forcemap import FixedMargin, ToleranceBound, floor_speed
+from forcemap.answers.accuracy import AccuracyAnswer
+from forcemap.answers.answer import Answer
+from forcemap.answers.basis import RestsOn
+from forcemap.answers.error import ErrorAnswer
+from forcemap.answers.path import AlongAnswer
+from forcemap.answers.words import sentence
 from forcemap.errors import ForcemapError, InputError
 from forcemap.files import read_bytes, write_atomically
+from forcemap.findings import Finding, FindingKind
+
+SIMULATED = sentence(Finding.of(FindingKind.SIMULATED))
+_WIDEST = 100  # columns of a line of text
+_MOST_DISTANCES = 13  # columns of a grid that a page takes
 
 
-def emit(result: dict[str, Any], lines: Iterable[str], *, as_json: bool) -> None:
-    """Print a result as one JSON object, or as lines of text."""
-    print(json_text(result) if as_json else "\n".join(lines))
+def emit(answer: Answer | dict[str, Any], lines: Iterable[str], *, as_json: bool) -> None:
+    """Print an answer as one JSON object, or as lines of text of at most 100 columns."""
+    if as_json:
+        print(answer.json_text() if isinstance(answer, Answer) else json_text(answer))
+    else:
+        print("\n".join(wrapped(lines)))
+
+
+def wrapped(lines: Iterable[str]) -> list[str]:
+    """Lines of at most 100 columns, broken between words; what continues a line is indented."""
+    parts = []
+    for line in lines:
+        indent = len(line) - len(line.lstrip(" -")) or 4
+        parts += (
+            textwrap.wrap(line, _WIDEST, subsequent_indent=" " * indent, break_long_words=False, break_on_hyphens=False)
+            if len(line) > _WIDEST
+            else [line]
+        )
+    return parts
 
 
 def emit_error(error: ForcemapError, *, as_json: bool) -> None:
     """Print an error as one line on stderr, and as JSON on stdout if asked for."""
     print(f"error: {error}", file=sys.stderr)
     if as_json:
-        found = {
-            "kind": error.kind,
-            "message": error.message,
-            "file": error.file,
-            "row": error.row,
-            "column": error.column,
-        }
-        print(json.dumps({"error": found}, ensure_ascii=False))
+        print(ErrorAnswer.of_error(error).model_dump_json())
 
 
 def write_result(path: str, text: str, *, mark: str) -> None:
@@ -74,20 +97,23 @@ class Progress:
 
 def json_text(value: Any) -> str:
     """JSON with null for NaN and infinities."""
-    return json.dumps(_plain(value), indent=1, allow_nan=False, ensure_ascii=False)
+    return to_json(value, indent=1, inf_nan_mode="null").decode()
 
 
 def table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> list[str]:
     """Lines of a text table, the first column left-aligned, the others right-aligned."""
     cells = [list(header), *(list(row) for row in rows)]
-    widths = [max(len(row[i]) for row in cells) for i in range(len(header))]
-    return [
-        "  ".join(
-            cell.ljust(width) if i == 0 else cell.rjust(width)
-            for i, (cell, width) in enumerate(zip(row, widths, strict=True))
-        ).rstrip()
-        for row in cells
-    ]
+    first, *others = (max(map(len, column)) for column in zip(*cells, strict=True))
+    return ["  ".join([name.ljust(first), *map(str.rjust, row, others)]).rstrip() for name, *row in cells]
+
+
+def grid(cells: Mapping[tuple[float, float], str]) -> list[str]:
+    """A text table of places by distance and height [m], heights downwards, if a page takes it."""
+    distances, heights = (sorted({place[axis] for place in cells}) for axis in (0, 1))
+    rows = [[f"{h:.3f}", *(cells.get((d, h), "") for d in distances)] for h in reversed(heights)]
+    lines = table([r"h \ d [m]", *(f"{d:.3f}" for d in distances)], rows)
+    too_many = f"{len(cells)} places, too many to show: see --json (or -o), or a larger step"
+    return lines if len(distances) <= _MOST_DISTANCES else [too_many]
 
 
 def listing(title: str, lines: Iterable[str]) -> list[str]:
@@ -95,11 +121,66 @@ def listing(title: str, lines: Iterable[str]) -> list[str]:
     return [title, *(f"  - {line}" for line in lines)]
 
 
-def _plain(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {str(key): _plain(inner) for key, inner in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(inner) for inner in value]
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    return value
+def counted(count: int, noun: str) -> str:
+    """A number of things in words: 1 state, 2 states."""
+    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
+
+
+def change(ratio: float | None) -> str:
+    """A ratio as a change in percent."""
+    # + 0.0: what rounds to 0 has no sign
+    return "-" if ratio is None else f"{round(100 * (ratio - 1), 1) + 0.0:+.1f} %"
+
+
+def first_lines(answer: RestsOn | AlongAnswer) -> list[str]:
+    """What must be said before a speed."""
+    return [*[SIMULATED] * answer.simulated, *answer.warnings]
+
+
+def assumes(answer: RestsOn | AlongAnswer) -> list[str]:
+    """What an answer assumes, in a paragraph after it, without what stands above it."""
+    above = {SIMULATED, f"bound: {bound_words(answer.bound)}"}
+    above |= {f"limit: {answer.limit}"} if isinstance(answer, RestsOn) else set()
+    return ["", f"Assumes: {'; '.join(line for line in answer.assumptions if line not in above)}"]
+
+
+def accuracy_words(accuracy: AccuracyAnswer) -> str:
+    """An accuracy in a line."""
+    return (
+        f"accuracy on {accuracy.states} states ({accuracy.on}): underestimated by at most "
+        f"{accuracy.max_underestimation_percent:.1f} %, overestimated by at most "
+        f"{accuracy.max_overestimation_percent:.1f} %"
+    )
+
+
+def accuracy_lines(accuracies: Sequence[tuple[str, AccuracyAnswer]]) -> list[str]:
+    """A table of accuracies, the dangerous side first."""
+    header = ["", "states", "underest. max", "mean", "overest. max", "mean", "RMSE"]
+    rows = []
+    for name, a in accuracies:
+        pairs = [
+            (a.max_underestimation_percent, a.max_underestimation_N),
+            (a.mean_underestimation_percent, a.mean_underestimation_N),
+            (a.max_overestimation_percent, a.max_overestimation_N),
+            (a.mean_overestimation_percent, a.mean_overestimation_N),
+        ]
+        rows.append([name, str(a.states), *(f"{p:.2f} % {n:.1f} N" for p, n in pairs), f"{a.rmse_N:.1f} N"])
+    lines = table(header, rows)
+    _, censored = max(accuracies, key=lambda pair: pair[1].censored_states)
+    if censored.censored_states:
+        lines.append(
+            f"{censored.censored_states} states above the device range are not compared; "
+            f"{censored.censored_underestimated} of them are predicted below it"
+        )
+    return lines
+
+
+def shown(speed: float | None) -> str:
+    """A speed as it is shown: cut to 0.001 m/s, a dash where there is none."""
+    return floor_speed(math.nan if speed is None else speed)
+
+
+def bound_words(bound: dict[str, str | float]) -> str:
+    """A bound in words."""
+    figures = [float(figure) for name, figure in bound.items() if name != "kind"]
+    return str(FixedMargin(*figures) if bound["kind"] == "margin" else ToleranceBound(*figures))

@@ -1,72 +1,37 @@
-"""forcemap path."""
+"""forcemap path and place: speeds along a path, and positions of a table."""
 
 from __future__ import annotations
 
+import itertools
+import math
+from collections.abc import Iterable
 from typing import Annotated
 
-import typer
+from typer import Argument, Option
 
-from forcemap import WIDEST_ANGLE, map_sha256, path_speeds
-from forcemap.cli.options import (
-    Area,
-    BoundOption,
-    Confidence,
-    ContactKind,
-    Content,
-    DeviceSpring,
-    FormName,
-    Json,
-    LimitTable,
-    Margin,
-    Region,
-    Source,
-    bound_from,
-    force_map_from,
-)
-from forcemap.cli.output import emit
-from forcemap.cli.path_results import path_lines, path_result, simulated_line
-from forcemap.cli.robot_options import Base, Tip
-from forcemap.cli.task_options import (
-    Acceleration,
-    ContactOffset,
-    Overshoot,
-    PositionTolerance,
-    RobotOption,
-    TaskFile,
-    allowance_from,
-    path_from,
-    table_of_limits,
-    task_from,
-)
+from forcemap import WIDEST_ANGLE, Allowance, path_speeds, place_task, table_positions
+from forcemap.answers.path import CycleTimeAnswer, PathAnswer, PieceAnswer, PlacesAnswer, Refused
+from forcemap.cli import options, task_options
+from forcemap.cli.output import Progress, assumes, bound_words, emit, first_lines, grid, shown, table
 
 
 def path(
-    source: Source,
-    file: Annotated[str, typer.Argument(metavar="PATH", help="Path (CSV): x_m, y_m, z_m in the frame of the base.")],
-    task: TaskFile = None,
-    area: Area = None,
-    region: Region = None,
-    contact: ContactKind = None,
-    limit_table: LimitTable = None,
-    acceleration: Acceleration = None,
-    step: Annotated[float, typer.Option("--step-m", help="Longest piece that gets one speed.")] = 0.02,
-    angle: Annotated[
-        float, typer.Option("--angle-deg", help="How far a motion may point away from the map's direction, at most 5.")
-    ] = WIDEST_ANGLE,
-    overshoot: Overshoot = 0.01,
-    tolerance: PositionTolerance = 0.005,
-    robot: RobotOption = None,
-    base: Base = None,
-    tip: Tip = None,
-    offset: ContactOffset = None,
-    bound_kind: BoundOption = None,
-    margin: Margin = None,
-    confidence: Confidence = None,
-    content: Content = None,
-    form: FormName = None,
-    device_spring: DeviceSpring = None,
-    as_json: Json = False,
-) -> None:
+    source: options.Source,
+    file: Annotated[str, Argument(metavar="PATH", help="Path (CSV): x_m, y_m, z_m in the frame of the base.")],
+    task: options.TaskOrLimit = None,
+    contact: options.ContactKind = None,
+    acceleration: task_options.Acceleration = None,
+    step: Annotated[float, Option("--step-m", help="Longest piece that gets one speed.")] = 0.02,
+    angle: task_options.Angle = WIDEST_ANGLE,
+    overshoot: task_options.Overshoot = 0.01,
+    tolerance: task_options.PositionTolerance = 0.005,
+    robot: task_options.RobotOption = None,
+    offset: task_options.ContactOffset = None,
+    bound: options.BoundOption = None,
+    margin: options.Margin = None,
+    device_spring: options.DeviceSpring = None,
+    as_json: options.Json = False,
+) -> int:
     """Give the speeds allowed along a path, where it must slow down and why, and the cycle time.
 
     Exit code 0 if every piece is permitted and none is programmed too fast (or no speed is programmed, which is said);
@@ -74,22 +39,172 @@ def path(
 
     Example: forcemap path impacts.csv path.csv --task task.toml
     """
-    force_map, _ = force_map_from(source, form, device_spring)
-    bound = bound_from(force_map, bound_kind, margin, confidence, content)
-    tool_path = path_from(file, robot, base, tip, offset)
-    table = table_of_limits(limit_table)
+    force_map, _ = options.force_map_from(source, None, device_spring)
+    used, given = options.bound_from(force_map, bound, margin), options.stated(task)
+    tool_path = task_options.path_from(file, robot, offset)
     speeds = path_speeds(
         force_map,
         tool_path,
-        task_from(task, tool_path.names, area, region, contact, acceleration, table),
-        bound=bound,
-        allowance=allowance_from(overshoot, tolerance),
+        task_options.task_from(given, tool_path.names, contact, acceleration),
+        bound=used,
+        allowance=Allowance(speed=overshoot, position=tolerance),
         step=step,
         angle=angle,
-        table=table,
+        table=given.table,
     )
-    basis = {"bound": bound.describe(), "map_sha256": map_sha256(force_map)}
-    lines = [f"Allowed speeds along {file}: {len(speeds.path)} pieces, {speeds.path.lengths.sum():.3f} m", ""]
-    lines = [*simulated_line(speeds.statements), *speeds.warnings, *lines, *path_lines(speeds)]
-    emit(path_result(speeds) | basis, lines, as_json=as_json)
-    raise typer.Exit(1 if speeds.too_fast.any() else 0)
+    answer = PathAnswer.of_path(force_map, speeds, used)
+    emit(answer, path_lines(answer, file), as_json=as_json)
+    return 1 if speeds.too_fast.any() else 0
+
+
+def place(
+    source: options.Source,
+    file: Annotated[
+        str, Argument(metavar="PATH", help="Path (CSV) in the frame of the table: x_m outwards, y_m, z_m up.")
+    ],
+    task: options.TaskOrLimit = None,
+    contact: options.ContactKind = None,
+    acceleration: task_options.Acceleration = None,
+    step: Annotated[float, Option("--step-m", help="Distance between positions of the table.")] = 0.05,
+    overshoot: task_options.Overshoot = 0.01,
+    tolerance: task_options.PositionTolerance = 0.005,
+    bound: options.BoundOption = None,
+    margin: options.Margin = None,
+    device_spring: options.DeviceSpring = None,
+    as_json: options.Json = False,
+) -> int:
+    """Find where to put the table: the cycle time of a task at every position in the measured range.
+
+    Exit code 1 if no position permits the whole path; then it says why.
+
+    Example: forcemap place impacts.csv table_path.csv --area back_of_hand --contact transient --step-m 0.1
+    """
+    force_map, _ = options.force_map_from(source, None, device_spring)
+    used, given = options.bound_from(force_map, bound, margin), options.stated(task)
+    tool_path = task_options.path_from(file)
+    distance, height = table_positions(force_map, tool_path, step)
+    with Progress("positions", distance.size * height.size) as progress:
+        places = place_task(
+            force_map,
+            tool_path,
+            task_options.task_from(given, tool_path.names, contact, acceleration),
+            bound=used,
+            step=step,
+            allowance=Allowance(speed=overshoot, position=tolerance),
+            table=given.table,
+            progress=progress.show,
+        )
+    answer = PlacesAnswer.of_places(force_map, places, used)
+    emit(answer, places_lines(answer), as_json=as_json)
+    return 1 if places.best is None else 0
+
+
+_HINTS = {
+    "not_downward": "not downward: the map permits no such motion; if other measures exclude contact there, say so in "
+    "a task file (--task) with contact_possible = false for that segment",
+    "outside": "outside: move the path into the measured range, less the position tolerance, or measure there",
+    "unconfirmed": "unconfirmed: measure at lower speeds there, or ask for a limit that holds",
+}
+
+
+def path_lines(answer: PathAnswer, file: str) -> list[str]:
+    """Whether a path may be driven as programmed, why not, its stretches of one outcome, and cycle times."""
+    rows, reasons = [], []
+    for (name, outcome, reason, governed_by), group in itertools.groupby(
+        answer.pieces, key=lambda piece: (piece.segment, piece.outcome, piece.reason, piece.governed_by)
+    ):
+        pieces = list(group)
+        where = f"{_place(pieces[0].from_m)} to {_place(pieces[-1].to_m)}"
+        speeds = [piece.speed_mps for piece in pieces if piece.speed_mps is not None]
+        allowed = f"{shown(min(speeds))} to {shown(max(speeds))}" if speeds else "-"
+        length = f"{sum(piece.length_m for piece in pieces):.3f}"
+        rows.append([name, length, where, outcome, allowed, _programmed(pieces), governed_by])
+        if not speeds:
+            reasons.append(f"{name}, {where}: no permission, {reason}")
+    header = ["segment", "length m", "d, h m", "outcome", "allowed m/s", "programmed", "governed by"]
+    return [
+        *first_lines(answer),
+        _verdict(answer),
+        *reasons,
+        *_hints(answer.refusals),
+        "",
+        f"Allowed speeds along {file}: {len(answer.pieces)} pieces, {answer.length_m:.3f} m",
+        *table(header, rows),
+        "",
+        *_cycle_lines(answer.cycle_times, refused=not answer.permitted),
+        f"bound: {bound_words(answer.bound)}",
+        *assumes(answer),
+    ]
+
+
+def _place(point: list[float]) -> str:
+    x, y, z = point
+    return f"{math.hypot(x, y):.3f}, {z:.3f}"
+
+
+def _programmed(pieces: list[PieceAnswer]) -> str:
+    speeds = [piece.programmed_speed_mps for piece in pieces if piece.programmed_speed_mps is not None]
+    if len(speeds) < len(pieces):
+        return "-"
+    fast = any(piece.too_fast and piece.speed_mps is not None for piece in pieces)
+    return f"{max(speeds):.3f}{' !' if fast else ''}"
+
+
+def _verdict(answer: PathAnswer) -> str:
+    """Whether the path may be driven as it is programmed."""
+    if not answer.permitted:
+        share = 100 * answer.refused_length_m / answer.length_m
+        return f"NOT PERMITTED on {share:.0f} % of the path; there the robot must not move with a person in reach"
+    if answer.too_fast:
+        return "TOO FAST where marked !: slow down to the allowed speed there"
+    if not answer.programmed:
+        return "permitted at the allowed speeds; no programmed speed is stated everywhere, so none was compared there"
+    return "permitted as programmed"
+
+
+def _hints(refusals: Iterable[Refused]) -> list[str]:
+    """What can be done about pieces without permission."""
+    outcomes = {each.outcome for each in refusals}
+    return [f"  {hint}" for outcome, hint in _HINTS.items() if outcome in outcomes]
+
+
+def places_lines(answer: PlacesAnswer) -> list[str]:
+    """The best position of a table and what shifting it costs, or why none is permitted; then all positions."""
+    lines = first_lines(answer)
+    if answer.best is None:
+        most = answer.most_permitted
+        share, place = 100 * most.permitted_share, f"d = {most.distance_m:g} m, h = {most.height_m:g} m"
+        lines.append(f"NO POSITION has permission for the whole path; most, {share:.0f} %, at {place}:")
+        lines += [
+            f"  {each.segment}: {each.length_m:.3f} m {each.outcome.replace('_', ' ')}, {each.reason}"
+            for each in answer.refusals
+        ]
+        lines += _hints(answer.refusals)
+    else:
+        best = answer.best
+        lines.append(f"best: {best.cycle_time_s:.3f} s at d = {best.distance_m:g} m, h = {best.height_m:g} m")
+        for shift in answer.sensitivity:
+            change = shift.cycle_time_change_s
+            cost = "a part has no permission" if change is None else f"{change:+.3f} s"
+            lines.append(f"  moved by {shift.distance_shift_m:+.3f} m, {shift.height_shift_m:+.3f} m: {cost}")
+        lines += ["", "at the best position", *_cycle_lines(answer.cycle_times, refused=False)]
+    return [*lines, "", *_positions(answer), f"bound: {bound_words(answer.bound)}", *assumes(answer)]
+
+
+def _positions(answer: PlacesAnswer) -> list[str]:
+    times = {(each.distance_m, each.height_m): each.cycle_time_s for each in answer.positions}
+    lines = grid({at: "?" if time is None else f"{time:.3f}" for at, time in times.items()})
+    title = "cycle time [s] with the table's frame at d, h; ? where a part of the path has no permission"
+    return [title, *lines]
+
+
+def _cycle_lines(times: list[CycleTimeAnswer], *, refused: bool) -> list[str]:
+    rows = []
+    for each in times:
+        shares = (each.cycle_time_s, each.permitted_time_s)
+        rows.append([each.rule, shown(each.speed_mps), *("-" if t is None else f"{t:.3f} s" for t in shares)])
+    lines = table(["cycle time at", "m/s", "whole path", "permitted part"], rows)
+    _, standard, *_ = times
+    if standard.cycle_time_s is None and not refused:
+        lines.append("no time at the standard's speed: the campaign does not state the robot's moving mass")
+    return lines

@@ -6,16 +6,16 @@ import sys
 from contextlib import suppress
 from typing import Annotated
 
-import typer
+from typer import Argument, Option
 
 from forcemap import read_limit_table
 from forcemap.cli.options import LimitTable
 
 
 def serve(
-    folder: Annotated[str, typer.Argument(help="Campaign folder, or a folder of campaign folders.")],
-    port: Annotated[int, typer.Option("--port", min=0, max=65535, help="Port; 0 takes a free one.")] = 8000,
-    host: Annotated[str, typer.Option("--host", help="127.0.0.1; any other address is refused.")] = "127.0.0.1",
+    folder: Annotated[str, Argument(help="Campaign folder, or a folder of campaign folders.")],
+    port: Annotated[int, Option("--port", min=0, max=65535, help="Port; 0 takes a free one.")] = 8000,
+    host: Annotated[str, Option("--host", help="127.0.0.1; any other address is refused.")] = "127.0.0.1",
     limit_table: LimitTable = None,
 ) -> int:
     """Show campaigns as a web page on this machine: drop recordings, turn the map, move a task, take away a report.

@@ -7,9 +7,10 @@ from pathlib import Path
 from typing import Annotated
 
 import numpy as np
-import typer
+from typer import Argument, Option
 
-from forcemap import Conditions, InputError, StateTolerance, read_conditions, read_plan
+import forcemap as fm
+from forcemap.answers.simulation import SimulationAnswer
 from forcemap.cli.options import Json
 from forcemap.cli.output import emit
 
@@ -17,18 +18,18 @@ _PRESETS = "ur10e-like, iiwa7-like-30nm, iiwa7-like-10nm"
 
 
 def simulate(
-    plan: Annotated[str, typer.Argument(help="Plan (CSV), or a campaign folder that holds one.")],
-    preset: Annotated[str, typer.Option("--preset", help=f"Virtual robot: {_PRESETS}.")],
+    plan: Annotated[str, Argument(help="Plan (CSV), or a campaign folder that holds one.")],
+    preset: Annotated[str, Option("--preset", help=f"Virtual robot: {_PRESETS}.")],
     folder: Annotated[
-        str | None, typer.Option("-o", "--folder", help="New folder; default: beside the plan, named for the preset.")
+        str | None, Option("-o", "--folder", help="New folder; default: beside the plan, named for the preset.")
     ] = None,
-    seed: Annotated[int, typer.Option("--seed", help="The same seed gives the same files.")] = 1,
+    seed: Annotated[int, Option("--seed", help="The same seed gives the same files.")] = 1,
     threshold: Annotated[
-        float | None, typer.Option("--threshold-Nm", help="Another safety setting: external joint torque.")
+        float | None, Option("--threshold-Nm", help="Another safety setting: external joint torque.")
     ] = None,
-    payload: Annotated[float | None, typer.Option("--payload-kg", help="A payload at the flange.")] = None,
+    payload: Annotated[float | None, Option("--payload-kg", help="A payload at the flange.")] = None,
     cover: Annotated[
-        float | None, typer.Option("--cover-N-per-m", help="A protective cover with this spring constant.")
+        float | None, Option("--cover-N-per-m", help="A protective cover with this spring constant.")
     ] = None,
     as_json: Json = False,
 ) -> None:
@@ -45,37 +46,34 @@ def simulate(
     robot = robot if payload is None else robot.with_payload(payload)
     robot = robot if cover is None else robot.with_cover(cover)
     if seed < 0:
-        raise InputError(f"seed: found {seed}, expected a whole number of at least 0")
-    home = Path(plan) if Path(plan).is_dir() else Path(plan).parent
-    toml = home / "campaign.toml"
-    conditions = read_conditions(toml) if toml.exists() else Conditions()
-    tolerance = StateTolerance.stated(conditions.place_tolerance, conditions.speed_tolerance)
-    runs = read_plan(plan, tolerance=tolerance)
+        raise fm.InputError(f"seed: found {seed}, expected a whole number of at least 0")
+    toml = (Path(plan) if Path(plan).is_dir() else Path(plan).parent) / "campaign.toml"
+    conditions = fm.read_conditions(toml) if toml.exists() else fm.Conditions()
+    tolerance = fm.StateTolerance.stated(conditions.place_tolerance, conditions.speed_tolerance)
+    runs = fm.read_plan(plan, tolerance=tolerance)
     name = Path(plan).resolve()
     target = Path(folder) if folder else name.with_name(f"{name.stem if name.is_file() else name.name}-{preset}")
     given = {key: value for key, value in vars(conditions.device).items() if value == value and value != ""}
     device = SimulatedDevice(device=dataclasses.replace(PAPER_DEVICE, **given))
     made = simulate_campaign(runs, robot, device, np.random.default_rng(seed), target, conditions=conditions)
-    impacts = made.impacts
-    peaks, scenarios = impacts.peak_force, sorted({str(scenario) for scenario in impacts.scenario})
-    result = {
-        "folder": str(target),
-        "simulated": True,
-        "preset": preset,
-        "changes": list(robot.changes),
-        "recordings": len(made.recording),
-        "lowest_peak_force_N": float(peaks.min()),
-        "highest_peak_force_N": float(peaks.max()),
-        "beyond_device_range": int(np.sum(peaks >= device.device.range)),
-        "scenarios": scenarios,
-        "seed": seed,
-    }
+    peaks, scenarios = made.impacts.peak_force, sorted({str(scenario) for scenario in made.impacts.scenario})
+    answer = SimulationAnswer(
+        folder=str(target),
+        preset=preset,
+        changes=robot.changes,
+        recordings=len(made.recording),
+        lowest_peak_force_N=peaks.min(),
+        highest_peak_force_N=peaks.max(),
+        beyond_device_range=int(np.sum(peaks >= device.device.range)),
+        scenarios=scenarios,
+        seed=seed,
+    )
     lines = [
         f"SIMULATED with {', '.join([preset, *robot.changes])}: not a measurement of any robot",
         f"{len(made.recording)} recordings in {target}, peaks {peaks.min():.0f} to {peaks.max():.0f} N, "
-        f"{result['beyond_device_range']} at or above the device range of {device.device.range:g} N; "
+        f"{answer.beyond_device_range} at or above the device range of {device.device.range:g} N; "
         f"{', '.join(scenarios).replace('_', ' ')}",
         "truth.csv holds the true peaks; nothing of the evaluation reads it",
         f"Next: forcemap collect {target}",
     ]
-    emit(result, lines, as_json=as_json)
+    emit(answer, lines, as_json=as_json)

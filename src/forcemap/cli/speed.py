@@ -1,156 +1,161 @@
-"""forcemap speed."""
+"""forcemap speed and speed-map: safe speeds at a place and on a grid."""
 
 from __future__ import annotations
 
-import math
-from typing import Annotated, Any
+from typing import Annotated
 
-import typer
+from typer import Option
 
-from forcemap import (
-    Accuracy,
-    ContactNotPermitted,
-    FixedMargin,
-    SafeSpeed,
-    SpeedOutcome,
-    floor_speed,
-    map_sha256,
-    safe_speed,
-)
-from forcemap.cli.options import (
-    Area,
-    BoundOption,
-    Confidence,
-    ContactKind,
-    Content,
-    DeviceSpring,
-    FormName,
-    Json,
-    LimitN,
-    LimitSpring,
-    LimitTable,
-    Margin,
-    QuasiStaticN,
-    Region,
-    Source,
-    bound_from,
-    force_map_from,
-    limit_from,
-)
-from forcemap.cli.output import emit, listing
-from forcemap.cli.results import accuracy_result, accuracy_words, limit_result, limit_words, other_statements
+import forcemap as fm
+from forcemap.answers.speed import SpeedAnswer
+from forcemap.answers.speed_map import PlaceAnswer, SpeedMapAnswer
+from forcemap.cli import options
+from forcemap.cli.output import accuracy_words, assumes, bound_words, emit, first_lines, grid, shown, write_result
+from forcemap.exports.speed_table import speed_map_csv
 
 
 def speed(
-    source: Source,
-    distance: Annotated[float, typer.Option("--distance", help="Distance from the base z-axis [m].")],
-    height: Annotated[float, typer.Option("--height", help="Height above the base [m].")],
-    area: Area = None,
-    region: Region = None,
-    contact: ContactKind = None,
-    limit_newtons: LimitN = None,
-    quasi_static: QuasiStaticN = None,
-    limit_spring: LimitSpring = None,
-    limit_table: LimitTable = None,
-    bound_kind: BoundOption = None,
-    margin: Margin = None,
-    confidence: Confidence = None,
-    content: Content = None,
-    form: FormName = None,
-    device_spring: DeviceSpring = None,
-    as_json: Json = False,
-) -> None:
+    source: options.Source,
+    distance: Annotated[float, Option("--distance", help="Distance from the base z-axis [m].")],
+    height: Annotated[float, Option("--height", help="Height above the base [m].")],
+    limit: options.Limit = None,
+    contact: options.ContactKind = None,
+    quasi_static: options.QuasiStaticN = None,
+    limit_spring: options.LimitSpring = None,
+    bound: options.BoundOption = None,
+    margin: options.Margin = None,
+    form: options.FormName = None,
+    device_spring: options.DeviceSpring = None,
+    as_json: options.Json = False,
+) -> int:
     """Give the highest speed at a place that the measurements confirm for a force limit.
 
     Example: forcemap speed ur10e --distance 0.8 --height 0.4 --area back_of_hand --contact transient
     """
-    force_map, accuracy = force_map_from(source, form, device_spring)
-    limit, contact = limit_from(area, region, limit_newtons, contact, limit_table, quasi_static, limit_spring)
-    bound = bound_from(force_map, bound_kind, margin, confidence, content)
-    result: dict[str, Any] = {
-        "outcome": "not_permitted",
-        "reason": "",
-        "speed_mps": None,
-        "extrapolated_speed_mps": None,
-        **limit_result(limit, contact),
-        "bound": bound.describe(),
-        "bound_force_N": None,
-        "predicted_force_N": None,
-        "margin_10_speed_mps": None,
-        "lowest_measured_speed_mps": None,
-        "highest_measured_speed_mps": None,
-        "measure_next": None,
-        "warnings": [],
-        "distance_m": distance,
-        "height_m": height,
-        "accuracy": None if accuracy is None else accuracy_result(accuracy),
-        "assumptions": [],
-        "map_sha256": map_sha256(force_map),
-    }
-    try:
-        case: dict[str, Any] = {"limit": limit, "contact": contact}
-        found = safe_speed(force_map, distance, height, bound=bound, **case)
-        with_margin = safe_speed(force_map, distance, height, bound=FixedMargin(0.10), **case)
-    except ContactNotPermitted as error:
-        result["reason"] = error.message
-        emit(result, [f"no speed: {error.message}"], as_json=as_json)
-        raise typer.Exit(1) from None
-    result |= {
-        "outcome": found.outcome,
-        "reason": found.reason,
-        "speed_mps": found.speed,
-        "extrapolated_speed_mps": found.extrapolated_speed,
-        "bound_force_N": found.bound_force,
-        "predicted_force_N": found.predicted_force,
-        "margin_10_speed_mps": with_margin.speed,
-        "lowest_measured_speed_mps": found.lowest_measured_speed,
-        "highest_measured_speed_mps": found.highest_measured_speed,
-        "measure_next": _measure_next(found, distance, height),
-        "warnings": list(found.warnings),
-        "assumptions": list(found.statements),
-    }
-    emit(
-        result,
-        _lines(accuracy, found, with_margin, result, limit_words(limit, contact), str(bound)),
-        as_json=as_json,
-    )
-    raise typer.Exit(0 if found.outcome.has_speed else 1)
+    force_map, accuracy = options.force_map_from(source, form, device_spring)
+    held, kind = options.limit_from(limit, contact, quasi_static, limit_spring)
+    used = options.bound_from(force_map, bound, margin)
+    answer = SpeedAnswer.of_place(force_map, (distance, height), accuracy, limit=held, contact=kind, bound=used)
+    emit(answer, speed_lines(answer), as_json=as_json)
+    return 1 if answer.speed_mps is None else 0
 
 
-def _measure_next(found: SafeSpeed, distance: float, height: float) -> dict[str, float] | None:
-    """Where a measurement would turn "unconfirmed" into an answer."""
-    if found.outcome is not SpeedOutcome.UNCONFIRMED or not found.extrapolated_speed > 0:
-        return None
-    return {"distance_m": distance, "height_m": height, "speed_mps": found.extrapolated_speed}
+def speed_map(
+    source: options.Source,
+    limit: options.Limit = None,
+    contact: options.ContactKind = None,
+    quasi_static: options.QuasiStaticN = None,
+    limit_spring: options.LimitSpring = None,
+    step: Annotated[float, Option("--step-m", help="Distance between places [m].")] = 0.05,
+    bound: options.BoundOption = None,
+    margin: options.Margin = None,
+    form: options.FormName = None,
+    device_spring: options.DeviceSpring = None,
+    output: Annotated[str | None, Option("-o", "--output", help="Write a .csv or .json file.")] = None,
+    as_json: options.Json = False,
+) -> int:
+    """Give safe speeds on a grid of places over the measured range.
+
+    Example: forcemap speed-map impacts.csv --area back_of_hand --contact quasi-static -o speeds.csv
+    """
+    if output and not output.endswith((".csv", ".json")):
+        raise fm.InputError("found a name that ends otherwise, expected .csv or .json", file=output)
+    force_map, accuracy = options.force_map_from(source, form, device_spring)
+    held, kind = options.limit_from(limit, contact, quasi_static, limit_spring)
+    used = options.bound_from(force_map, bound, margin)
+    speeds = fm.speed_map(force_map, *fm.measured_grid(force_map, step), limit=held, bound=used, contact=kind)
+    answer = SpeedMapAnswer.of_speeds(force_map, speeds, accuracy)
+    if output and output.endswith(".csv"):
+        write_result(output, speed_map_table(speeds, answer, force_map.source), mark="distance_m,height_m,outcome")
+    elif output:
+        write_result(output, answer.json_text() + "\n", mark='"limit_N"')
+    emit(answer, speed_map_lines(answer, output), as_json=as_json)
+    return 0 if speeds.fastest else 1
 
 
-def _lines(
-    accuracy: Accuracy | None,
-    found: SafeSpeed,
-    with_margin: SafeSpeed,
-    result: dict[str, Any],
-    limit: str,
-    bound: str,
-) -> list[str]:
-    has_speed = found.outcome.has_speed
-    head = f"{floor_speed(found.speed)} m/s" if has_speed else "no speed"
-    forces = f": {found.bound_force:.1f} N at this speed, predicted {found.predicted_force:.1f} N" if has_speed else ""
+def speed_map_table(speeds: fm.SpeedMap, answer: SpeedMapAnswer, source: str) -> str:
+    """A speed map as CSV, with all that its speeds rest on in every row."""
+    basis = {"limit": answer.limit, "bound": bound_words(answer.bound), "map": source}
+    return speed_map_csv(speeds, basis=basis | {"map_sha256": answer.map_sha256})
+
+
+_SLOWEST_HINT = 0.02  # [m/s]; no robot is measured slower
+_MARKS = {"outside": ".", "unconfirmed": "?", "not_permitted": "x"}
+_MARGIN = {"kind": "margin", "margin": 0.1}
+
+
+def speed_lines(answer: SpeedAnswer) -> list[str]:
+    """The safe speed at a place, and what it rests on."""
+    head, forces = "no speed", ""
+    if answer.speed_mps is not None:
+        head = f"{shown(answer.speed_mps)} m/s"
+        forces = f": {answer.bound_force_N:.1f} N at this speed, predicted {answer.predicted_force_N:.1f} N"
     lines = [
-        *found.warnings,
-        f"{head} at d = {result['distance_m']:.6g} m, h = {result['height_m']:.6g} m: {found.outcome}",
-        f"  {found.reason}",
-        f"  limit    {limit}",
-        f"  bound    {bound}{forces}",
+        *first_lines(answer),
+        f"{head} at d = {answer.distance_m:.6g} m, h = {answer.height_m:.6g} m: {answer.outcome}",
+        f"  {answer.reason}",
+        f"  limit    {answer.limit}",
+        f"  bound    {bound_words(answer.bound)}{forces}",
     ]
-    if not math.isnan(found.lowest_measured_speed):
-        low, high = floor_speed(found.lowest_measured_speed), floor_speed(found.highest_measured_speed)
+    if answer.lowest_measured_speed_mps is not None:
+        low, high = shown(answer.lowest_measured_speed_mps), shown(answer.highest_measured_speed_mps)
         lines.append(f"  measured {low} to {high} m/s around this place")
-    if accuracy:
-        lines.append(f"  map      {accuracy_words(accuracy)}")
-    if result["bound"] != FixedMargin(0.10).describe():
-        beside = f"{floor_speed(with_margin.speed)} m/s" if with_margin.outcome.has_speed else with_margin.outcome
+    if answer.accuracy:
+        lines.append(f"  map      {accuracy_words(answer.accuracy)}")
+    if answer.bound != _MARGIN:
+        margin = answer.margin_10_speed_mps
+        beside = answer.margin_10_outcome if margin is None else f"{shown(margin)} m/s"
         lines.append(f"  beside   prediction + 10 %: {beside} (a fixed margin, which promises nothing)")
-    if result["measure_next"]:
-        hint = floor_speed(found.extrapolated_speed)
+    if answer.measure_next:
+        hint = shown(answer.measure_next.speed_mps)
         lines.append(f"  next     measure here at about {hint} m/s (a hint, no permission)")
-    return [*lines, *listing("Assumes", other_statements(found))]
+    return [*lines, *assumes(answer)]
+
+
+def speed_map_lines(answer: SpeedMapAnswer, written: str | None) -> list[str]:
+    """Safe speeds on a grid: the fastest, the table, what to measure next, what all rests on."""
+    return [
+        *first_lines(answer),
+        fastest_line(answer),
+        f"Safe speeds, {answer.limit}",
+        f"bound: {bound_words(answer.bound)}",
+        "",
+        *grid_lines(answer),
+        *next_lines(answer),
+        *([f"written to {written}"] if written else []),
+        *([accuracy_words(answer.accuracy)] if answer.accuracy else []),
+        *assumes(answer),
+    ]
+
+
+def fastest_line(answer: SpeedMapAnswer) -> str:
+    """The fastest confirmed place."""
+    fast = answer.fastest
+    if fast is None:
+        return f"no place is confirmed: {answer.reason}"
+    place = f"d = {fast.distance_m:.3f} m, h = {fast.height_m:.3f} m"
+    return f"fastest confirmed place shown: {shown(fast.speed_mps)} m/s at {place}"
+
+
+def grid_lines(answer: SpeedMapAnswer) -> list[str]:
+    """A speed map as a table, heights downwards."""
+    lines = grid({(place.distance_m, place.height_m): _cell(place) for place in answer.places})
+    return [*lines, "safe speed in m/s; + capped at the highest speed measured there; ? unconfirmed; . outside"]
+
+
+def _cell(place: PlaceAnswer) -> str:
+    return _MARKS.get(place.outcome) or f"{shown(place.speed_mps)}{'+' if place.outcome == 'capped' else ''}"
+
+
+def next_lines(answer: SpeedMapAnswer) -> list[str]:
+    """Why places are unconfirmed, and where a measurement would confirm the nearest of them."""
+    unconfirmed = [place for place in answer.places if place.outcome == "unconfirmed"]
+    reasons = [place.reason for place in unconfirmed]
+    lines = [f"unconfirmed: {reason} ({reasons.count(reason)} places)" for reason in dict.fromkeys(reasons)]
+    hints = [place for place in unconfirmed if (place.extrapolated_speed_mps or 0.0) > _SLOWEST_HINT]
+    for place in sorted(hints, key=lambda each: -(each.extrapolated_speed_mps or 0.0))[:3]:
+        lines.append(
+            f"measure next: d = {place.distance_m:.3f} m, h = {place.height_m:.3f} m at about "
+            f"{shown(place.extrapolated_speed_mps)} m/s (a hint, no permission)"
+        )
+    return lines

@@ -9,11 +9,13 @@ from numpy.typing import ArrayLike
 
 from forcemap.arrays import FloatArray
 from forcemap.campaigns.dataset import ImpactDataset
+from forcemap.comparisons.force_models import rank_correlation
 from forcemap.dynamics.effective_mass import EffectiveMass
 from forcemap.dynamics.inverse_kinematics import DOWN
+from forcemap.dynamics.mass_map import robot_effective_mass_at
 from forcemap.dynamics.robot import Robot
-from forcemap.dynamics.robot_mass import robot_effective_mass_at
 from forcemap.errors import InputError
+from forcemap.findings import Finding, FindingKind, in_words
 from forcemap.maps.force_map import ForceMap
 
 _LEAST_PLACES = 4  # below it a rank correlation says nothing
@@ -83,7 +85,7 @@ class MassComparison:
         Effective mass that the forces would take, (F / v)^2 / k [kg].
     explanations : tuple of MassExplanation
         Links alone; with drive inertia, if the robot has it.
-    statements : tuple of str
+    statements : tuple of Finding
         What the comparison depends on.
     """
 
@@ -96,7 +98,7 @@ class MassComparison:
     measured_force: FloatArray
     measured_mass: FloatArray
     explanations: tuple[MassExplanation, ...]
-    statements: tuple[str, ...]
+    statements: tuple[Finding, ...]
 
     @property
     def force_spread(self) -> float:
@@ -135,14 +137,11 @@ def compare_effective_mass(
     """
     if not 1000 <= stiffness < np.inf:
         raise InputError(f"stiffness: found {stiffness:g} N/m, expected at least 1000: it is not in N/mm")
-    at = _of_map(forces, speed) if isinstance(forces, ForceMap) else _of_states(forces, speed)
+    at = _forces(forces, speed)
     variants = [("links alone", replace(robot, drive_inertia=None))]
     if robot.drive_inertia is not None:
         variants.append(("with drive inertia", robot))
-    masses = [
-        (name, robot_effective_mass_at(each, at.distance, at.height, tool_direction=tool_direction))
-        for name, each in variants
-    ]
+    explanations = tuple(_explanation(*each, at, stiffness, tool_direction) for each in variants)
     return MassComparison(
         on=at.on,
         robot=robot.name,
@@ -152,13 +151,13 @@ def compare_effective_mass(
         height=at.height,
         measured_force=at.force,
         measured_mass=(at.force / at.speed) ** 2 / stiffness,
-        explanations=tuple(_explanation(name, mass, at, stiffness) for name, mass in masses),
+        explanations=explanations,
         statements=(
-            *forces.conditions.assumptions(),
-            f"forces of {at.on} at {at.typical_speed:g} m/s, spring constant {stiffness / 1000:g} N/mm",
-            f"{robot.name}: posture nearest to its reference, load {robot.load:g} kg; both change its effective mass",
-            *(mass.assumption for _, mass in masses),
-            "effective mass does not predict the force: no speed follows from it",
+            *forces.conditions.findings,
+            Finding.of(FindingKind.FORCES_COMPARED, on=at.on, speed_mps=at.typical_speed, stiffness_N_per_m=stiffness),
+            Finding.of(FindingKind.POSTURE, robot=robot.name, load_kg=float(robot.load)),
+            *(in_words(each.mass.assumption) for each in explanations),
+            Finding.of(FindingKind.MASS_PREDICTS_NOTHING),
         ),
     )
 
@@ -178,19 +177,16 @@ class _Forces:
         return float(np.median(self.speed))
 
 
-def _of_map(force_map: ForceMap, speed: float | None) -> _Forces:
-    """At the map's measured places."""
-    points = force_map.measured_range.points
-    chosen = _measured_speed(points[:, 2], _SAME_SPEED, speed)
-    d, h = np.unique(points[np.abs(points[:, 2] - chosen) <= _SAME_SPEED, :2], axis=0).T
-    forces = np.asarray(force_map.predict(d, h, chosen))
-    return _Forces(f"map {force_map.name} at its measured places", d, h, np.full(d.size, chosen), forces)
-
-
-def _of_states(dataset: ImpactDataset, speed: float | None) -> _Forces:
-    """At the measured states below the device range."""
-    states, tolerance = dataset.states.uncensored, dataset.tolerance.speed
-    here = states.select(np.abs(states.speed - _measured_speed(states.speed, tolerance, speed)) <= tolerance)
+def _forces(forces: ForceMap | ImpactDataset, wanted: float | None) -> _Forces:
+    """At the map's measured places, or at the measured states below the device range."""
+    if isinstance(forces, ForceMap):
+        points = forces.measured_range.points
+        chosen = _measured_speed(points[:, 2], _SAME_SPEED, wanted)
+        d, h = np.unique(points[np.abs(points[:, 2] - chosen) <= _SAME_SPEED, :2], axis=0).T
+        on, speed = f"map {forces.name} at its measured places", np.full(d.size, chosen)
+        return _Forces(on, d, h, speed, np.asarray(forces.predict(d, h, chosen)))
+    states, tolerance = forces.states.uncensored, forces.tolerance.speed
+    here = states.select(np.abs(states.speed - _measured_speed(states.speed, tolerance, wanted)) <= tolerance)
     return _Forces("measured states", here.distance, here.height, here.speed, here.force)
 
 
@@ -202,13 +198,14 @@ def _measured_speed(speeds: FloatArray, tolerance: float, wanted: float | None) 
             known = ", ".join(f"{speed:g}" for speed in np.unique(np.round(speeds, 3)))
             raise InputError(f"speed: found {wanted:g} m/s, expected a measured one: {known}")
         return float(speeds[near.argmin()])
-    levels, counts = np.unique(np.round(speeds / max(tolerance, 1e-6)), return_counts=True)
+    step = max(tolerance, 1e-6)
+    levels, counts = np.unique(np.round(speeds / step), return_counts=True)
     most = levels[counts == counts.max()]
-    middle = most[most.size // 2] * max(tolerance, 1e-6)
-    return float(speeds[np.abs(speeds - middle).argmin()])
+    return float(speeds[np.abs(speeds - most[most.size // 2] * step).argmin()])
 
 
-def _explanation(name: str, mass: EffectiveMass, at: _Forces, stiffness: float) -> MassExplanation:
+def _explanation(name: str, robot: Robot, at: _Forces, stiffness: float, tool_direction: ArrayLike) -> MassExplanation:
+    mass = robot_effective_mass_at(robot, at.distance, at.height, tool_direction=tool_direction)
     measured, force = at.force, at.speed * np.sqrt(stiffness * mass.value)
     known = np.isfinite(force)
     if known.sum() < _LEAST_PLACES:
@@ -219,20 +216,5 @@ def _explanation(name: str, mass: EffectiveMass, at: _Forces, stiffness: float) 
     misfit = np.log(measured[known] / force[known])
     variance = float(np.var(np.log(measured[known])))
     shares = [1 - part / variance if variance > 0 else np.nan for part in (np.mean(misfit**2), np.var(misfit))]
-    return MassExplanation(
-        name=name,
-        mass=mass,
-        force=force,
-        ratio=measured / force,
-        rank_correlation=_rank_correlation(force[known], measured[known]),
-        explained_share=float(shares[0]),
-        explained_share_scaled=float(shares[1]),
-    )
-
-
-def _rank_correlation(force: FloatArray, measured: FloatArray) -> float:
-    if np.ptp(force) <= 1e-9 * force.max() or np.ptp(measured) == 0:
-        return float("nan")
-    from scipy.stats import spearmanr
-
-    return float(spearmanr(force, measured).statistic)
+    correlation = rank_correlation(force[known], measured[known])
+    return MassExplanation(name, mass, force, measured / force, correlation, *map(float, shares))

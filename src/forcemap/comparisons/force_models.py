@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
 from forcemap.arrays import FloatArray
 from forcemap.campaigns.dataset import ImpactDataset, States
 from forcemap.errors import BoundNotAvailable, FitError, InputError
+from forcemap.findings import Finding, FindingKind
 from forcemap.limits.force_limits import Contact, ForceLimit
 from forcemap.limits.pfl import pfl_contact_force, pfl_speed_limit
 from forcemap.maps.accuracy import Accuracy, left_out_predictions
@@ -90,25 +90,28 @@ class AllowedSpeed:
         Name of the model.
     limit : float
         Force limit [N].
+    contact : Contact
+        Its kind of contact.
     limit_source : str
         Where the limit comes from.
     places, confirmed : int
         Number of measured places, and of those with a confirmed speed.
     lowest, median, highest : float
         Of the confirmed speeds [m/s]; NaN if there is none.
-    note : str
+    note : Finding or str
         What to know of it.
     """
 
     model: str
     limit: float
+    contact: Contact
     limit_source: str
     places: int
     confirmed: int
     lowest: float
     median: float
     highest: float
-    note: str
+    note: Finding | str
 
 
 @dataclass(frozen=True)
@@ -156,7 +159,7 @@ class Comparison:
         How forces vary over the workspace.
     bound : Bound
         The bound behind the maps' speeds.
-    statements : tuple of str
+    statements : tuple of Finding
         What the comparison depends on.
     """
 
@@ -165,7 +168,7 @@ class Comparison:
     allowed: tuple[AllowedSpeed, ...]
     variation: WorkspaceVariation
     bound: Bound
-    statements: tuple[str, ...]
+    statements: tuple[Finding, ...]
 
 
 def compare_force_models(
@@ -221,171 +224,129 @@ def compare_force_models(
     test = dataset.independent_test
     has_test = bool((test.states.impacts > 0).any())
     on = "test states" if has_test else "each state left out in turn"
-    fit = maps[0].fit
-    assert fit is not None
-    states = test.states if has_test else fit.states.uncensored
-    predictions = [
-        (
-            m.form.name,
-            _predictions(m, states, has_test),
-            "one map for all heights" if m.form is CFM_2D else "",
-        )
-        for m in maps
-    ]
+    states = test.states if has_test else maps[0].require_fit().states.uncensored
+    predictions = [(m.form.name, _predictions(m, states, has_test), "") for m in maps]
+    predictions[-1] = (*predictions[-1][:2], "one map for all heights")
     per_height, heights_fitted = _per_height(dataset, states, has_test)
     if not np.isnan(per_height).all():
         note = f"a map for each of {heights_fitted} heights, for comparison only: fitted to test states too"
         predictions.append(("CFM_2D per height", per_height, note))
-    contact_model = pfl_contact_force(states.speed, **body)
-    predictions.append(("contact model", contact_model, "the standard's, one speed for the whole workspace"))
-    kind = "constrained" if math.isinf(body_mass) else f"free, {body_mass:g} kg"
+    note = "the standard's, one speed for the whole workspace"
+    predictions.append(("contact model", pfl_contact_force(states.speed, **body), note))
     return Comparison(
         on=on,
-        models=tuple(_model(name, predicted, states, on, note) for name, predicted, note in predictions),
-        allowed=tuple(_allowed(maps, dataset, limit, bound, body)) if limit is not None else (),
+        models=tuple(_model(*each, states, on) for each in predictions),
+        allowed=() if limit is None else tuple(_allowed(maps, dataset, limit, bound, body)),
         variation=_variation(dataset),
         bound=bound,
         statements=(
-            *maps[0].conditions.assumptions(),
-            maps[0].phase_two.statement(),
-            f"contact model: effective robot mass {robot_mass:g} kg, body part {kind}, "
-            f"spring constant {stiffness / 1000:g} N/mm",
-            "person at rest",
-            "pressure not assessed",
+            *maps[0].conditions.findings,
+            maps[0].phase_two.finding,
+            Finding.of(
+                FindingKind.CONTACT_MODEL, robot_mass_kg=robot_mass, body_mass_kg=body_mass, stiffness_N_per_m=stiffness
+            ),
+            Finding.of(FindingKind.PERSON_AT_REST),
+            Finding.of(FindingKind.PRESSURE_NOT_ASSESSED),
         ),
     )
 
 
 def _predictions(force_map: ForceMap, states: States, has_test: bool) -> FloatArray:
+    """Force [N] that a map predicts at states; of its own ones, without test states, each left out."""
     if has_test:
-        return np.asarray(force_map.predict(states.distance, states.height, states.speed))
-    return left_out_predictions(force_map)[force_map.require_fit().states.impacts > 0]
+        return np.asarray(force_map.predict(*states.coordinates.T))
+    own = dict(zip(force_map.require_fit().states.name, left_out_predictions(force_map).tolist(), strict=True))
+    return np.array([own.get(name, math.nan) for name in states.name])
 
 
 def _per_height(dataset: ImpactDataset, states: States, has_test: bool) -> tuple[FloatArray, int]:
     """Predictions of the 2D map of each state's own height, NaN where there is none; and the number of maps."""
-    train_speeds = dataset.train.states.speed
     height_of = dict(zip(dataset.states.name, dataset.states.height.tolist(), strict=True))
     height = np.array([height_of[name] for name in dataset.state])
-    at_training_speed = np.abs(dataset.speed[:, None] - train_speeds).min(axis=1) <= dataset.tolerance.speed
-    predicted = np.full(len(states), np.nan)
-    fitted = 0
-    heights = np.unique(height)
+    apart = np.abs(dataset.speed[:, None] - dataset.train.states.speed).min(axis=1)
+    usable = (apart <= dataset.tolerance.speed) & ~dataset.censored
+    predicted, fitted, heights = np.full(len(states), np.nan), 0, np.unique(height)
     for level in np.split(heights, np.flatnonzero(np.diff(heights) > dataset.tolerance.place) + 1):
-        at_level = (height >= level[0]) & (height <= level[-1])
-        rows = dataset.select(at_level & at_training_speed & ~dataset.censored)
-        if not len(rows):
-            continue
+        rows = dataset.select((height >= level[0]) & (height <= level[-1]) & usable)
         try:
             own = fit_force_map(replace(rows, role=np.full(len(rows), "train")), form=CFM_2D)
         except FitError:
             continue
         fitted += 1
         here = (states.height >= level[0]) & (states.height <= level[-1])
-        if has_test:
-            predicted[here] = own.predict(states.distance[here], states.height[here], states.speed[here])
-        else:
-            assert own.fit is not None
-            left_out = dict(zip(own.fit.states.name, left_out_predictions(own).tolist(), strict=True))
-            predicted[here] = [left_out.get(states.name[i], math.nan) for i in np.flatnonzero(here)]
+        predicted[here] = _predictions(own, states.select(here), has_test)
     return predicted, fitted
 
 
-def _model(name: str, predicted: FloatArray, states: States, on: str, note: str) -> ModelComparison:
+def _model(name: str, predicted: FloatArray, note: str, states: States, on: str) -> ModelComparison:
     known = ~np.isnan(predicted)
     if not known.any():
         raise InputError(f"found no state that {name} can be compared on ({on}), expected at least one")
     predicted, compared = predicted[known], states.select(known)
     accuracy = Accuracy.of(predicted, compared, on=on, skipped=int(np.sum(~known)))
-    percent = 100 * (predicted / compared.force - 1)
-    return ModelComparison(
-        name,
-        accuracy,
-        most_underestimated=_extreme(compared, predicted, percent, int(np.nanargmin(percent)), -1),
-        most_overestimated=_extreme(compared, predicted, percent, int(np.nanargmax(percent)), 1),
-        note=note,
-    )
+    under, over = (_extreme(predicted, compared, side) for side in (-1, 1))
+    return ModelComparison(name, accuracy, under, over, note)
 
 
-def _extreme(states: States, predicted: FloatArray, percent: FloatArray, i: int, side: int) -> StateError | None:
-    if not side * percent[i] > 0:
-        return None
-    figures = (
-        states.distance[i],
-        states.height[i],
-        states.speed[i],
-        states.force[i],
-        predicted[i],
-        percent[i],
-    )
-    return StateError(states.name[i], *(float(figure) for figure in figures))
+def _extreme(predicted: FloatArray, states: States, side: int) -> StateError | None:
+    percent = 100 * (predicted / states.force - 1)
+    i = int(np.nanargmax(side * percent))
+    figures = (*states.coordinates[i], states.force[i], predicted[i], percent[i])
+    return StateError(states.name[i], *map(float, figures)) if side * percent[i] > 0 else None
 
 
 def _allowed(
-    maps: Sequence[ForceMap],
-    dataset: ImpactDataset,
-    limit: ForceLimit | float,
-    bound: Bound,
-    body: dict[str, float],
-) -> list[AllowedSpeed]:
-    places = np.unique(np.column_stack([dataset.states.distance, dataset.states.height]), axis=0)
-    cases: list[tuple[float, Contact | None, str]] = (
-        [(limit.force(contact), contact, f"{limit}, {contact}") for contact in Contact]
-        if isinstance(limit, ForceLimit)
-        else [(limit, Contact.QUASI_STATIC, "given in newtons, counted as quasi-static")]
-    )
-    allowed = []
-    for newtons, contact, source in cases:
-        for force_map in maps:
-            case = {"limit": limit, "bound": bound, "contact": contact}
-            allowed.append(_allowed_by(force_map, places, newtons, source, case))
+    maps: Sequence[ForceMap], dataset: ImpactDataset, limit: ForceLimit | float, bound: Bound, body: dict[str, float]
+) -> Iterator[AllowedSpeed]:
+    places = np.unique(dataset.states.coordinates[:, :2], axis=0)
+    nothing = (math.nan, math.nan, math.nan)
+    if isinstance(limit, ForceLimit):
+        cases = [(limit.force(contact), contact, f"{limit}, {contact}", len(places)) for contact in Contact]
+    else:
+        cases = [(limit, Contact.QUASI_STATIC, "given in newtons, counted as quasi-static", len(places))]
+    for case in cases:
+        newtons, contact = case[:2]
+        for each in maps:
+            try:
+                speeds = safe_speed(each, *places.T, limit=limit, bound=bound, contact=contact)
+            except (InputError, BoundNotAvailable) as error:
+                yield AllowedSpeed(each.form.name, *case, 0, *nothing, error.message)
+                continue
+            confirmed = speeds.speed[~np.isnan(speeds.speed)]
+            lowest, median, highest = np.quantile(confirmed, (0.0, 0.5, 1.0)).tolist() if confirmed.size else nothing
+            refused = [r for r, o in zip(speeds.reason, speeds.outcome, strict=True) if o is SpeedOutcome.UNCONFIRMED]
+            why = max(refused, key=refused.count) if refused and not confirmed.size else ""
+            yield AllowedSpeed(each.form.name, *case, confirmed.size, lowest, median, highest, why)
         standard = pfl_speed_limit(newtons, **body)
-        note = "a formula, not confirmed by any measurement"
+        note = Finding.of(FindingKind.FORMULA)
         if isinstance(limit, ForceLimit) and contact is Contact.TRANSIENT:
-            error = maps[0].conditions.device.error_or_default
-            refusal = maps[0].phase_two.transient_refusal(limit.quasi_static, error)
-            note += f"; no transient limit may be used: {refusal}" if refusal else ""
-        allowed.append(
-            AllowedSpeed("contact model", newtons, source, len(places), 0, standard, standard, standard, note)
-        )
-    return allowed
-
-
-def _allowed_by(
-    force_map: ForceMap, places: FloatArray, newtons: float, source: str, case: dict[str, Any]
-) -> AllowedSpeed:
-    name, nothing = force_map.form.name, (math.nan, math.nan, math.nan)
-    try:
-        speeds = safe_speed(force_map, places[:, 0], places[:, 1], **case)
-    except (InputError, BoundNotAvailable) as error:
-        return AllowedSpeed(name, newtons, source, len(places), 0, *nothing, note=error.message)
-    confirmed = speeds.speed[~np.isnan(speeds.speed)]
-    lowest, median, highest = np.quantile(confirmed, (0.0, 0.5, 1.0)).tolist() if confirmed.size else nothing
-    refused = [r for r, o in zip(speeds.reason, speeds.outcome, strict=True) if o is SpeedOutcome.UNCONFIRMED]
-    note = max(dict.fromkeys(refused), key=refused.count) if refused and not confirmed.size else ""
-    return AllowedSpeed(name, newtons, source, len(places), confirmed.size, lowest, median, highest, note)
+            device_error = maps[0].conditions.device.error_or_default
+            if refusal := maps[0].phase_two.transient_refusal(limit.quasi_static, device_error):
+                note = note.and_(refusal)
+        yield AllowedSpeed("contact model", *case, 0, standard, standard, standard, note)
 
 
 def _variation(dataset: ImpactDataset) -> WorkspaceVariation:
     """At the speed measured at most places; of several, the middle one."""
-    states = dataset.states.uncensored
-    speeds = np.unique(np.round(states.speed / dataset.tolerance.speed)) * dataset.tolerance.speed
-    near = [np.abs(states.speed - speed) <= dataset.tolerance.speed for speed in speeds]
-    most = [i for i, mask in enumerate(near) if mask.sum() == max(m.sum() for m in near)]
-    chosen = states.select(near[most[len(most) // 2]])
+    states, tolerance = dataset.states.uncensored, dataset.tolerance.speed
+    speeds = np.unique(np.round(states.speed / tolerance)) * tolerance
+    near = np.abs(states.speed - speeds[:, None]) <= tolerance
+    most = np.flatnonzero(near.sum(axis=1) == near.sum(axis=1).max())
+    chosen = states.select(near[most[most.size // 2]])
     return WorkspaceVariation(
         speed=float(np.median(chosen.speed)),
         states=len(chosen),
         lowest=float(chosen.force.min()),
         highest=float(chosen.force.max()),
-        rank_correlation_distance=_rank_correlation(chosen.distance, chosen.force),
-        rank_correlation_height=_rank_correlation(chosen.height, chosen.force),
+        rank_correlation_distance=rank_correlation(chosen.distance, chosen.force),
+        rank_correlation_height=rank_correlation(chosen.height, chosen.force),
     )
 
 
-def _rank_correlation(x: FloatArray, force: FloatArray) -> float:
-    if np.ptp(x) == 0 or np.ptp(force) == 0:
+def rank_correlation(one: FloatArray, other: FloatArray) -> float:
+    """Spearman's, of two arrays of shape (n,); NaN where one of them is constant to nine digits."""
+    if any(np.ptp(each) <= 1e-9 * np.abs(each).max() for each in (one, other)):
         return math.nan
     from scipy.stats import spearmanr
 
-    return float(spearmanr(x, force).statistic)
+    return float(spearmanr(one, other).statistic)

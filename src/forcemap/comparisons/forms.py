@@ -11,6 +11,7 @@ import numpy as np
 from forcemap.arrays import FloatArray
 from forcemap.campaigns.dataset import ImpactDataset, States
 from forcemap.errors import BoundNotAvailable, FitError, InputError
+from forcemap.findings import Finding
 from forcemap.maps.accuracy import Accuracy, left_out_predictions
 from forcemap.maps.bounds import Bound, ToleranceBound, margins
 from forcemap.maps.fit import fit_force_map
@@ -123,7 +124,7 @@ class FormComparison:
         Number of uncensored states compared on.
     bound : Bound
         The bound whose width is given.
-    statements : tuple of str
+    statements : tuple of (Finding or str)
         What the comparison depends on, a line each.
     """
 
@@ -133,7 +134,7 @@ class FormComparison:
     reasons: tuple[str, ...]
     states: int
     bound: Bound
-    statements: tuple[str, ...]
+    statements: tuple[Finding | str, ...]
 
     @property
     def reason(self) -> str:
@@ -148,6 +149,9 @@ class _Fitted:
     form: Form | EuclideanForm
     force_map: ForceMap
     left_out: dict[str, float]
+
+    def predicted(self, states: States) -> FloatArray:
+        return np.array([self.left_out[name] for name in states.name])
 
 
 def compare_forms(
@@ -189,8 +193,7 @@ def compare_forms(
     names = [form.name for form in forms]
     if len(set(names)) < len(names) or not any(isinstance(form, Form) for form in forms):
         raise InputError(f"forms: found {', '.join(names) or 'none'}, expected at least one form and none twice")
-    fitted: list[_Fitted] = []
-    refused: list[RefusedForm] = []
+    fitted, refused = [], []
     for form in forms:
         try:
             fitted.append(_fit(form, dataset))
@@ -202,8 +205,8 @@ def compare_forms(
         raise FitError(f"no form can be compared: {found}", file=dataset.source or None)
     reference = CFM_3D if CFM_3D in usable else usable[0]
     states = _common_states(dataset, fitted)
-    errors = {each.form.name: _log_errors(each, states) for each in fitted}
-    measured = len(states.uncensored)
+    below_range, measured = states.uncensored, len(states.uncensored)
+    errors = {each.form.name: np.log(each.predicted(below_range)) - below_range.log_force for each in fitted}
     wholly_censored = int(np.sum(dataset.train.states.impacts == 0))
     results = tuple(_result(each, states, errors, reference, bound) for each in fitted)
     recommended, reasons = _recommend(results, reference, refused)
@@ -215,7 +218,7 @@ def compare_forms(
         states=measured,
         bound=bound,
         statements=(
-            *fitted[0].force_map.conditions.assumptions(),
+            *fitted[0].force_map.conditions.findings,
             f"states with role train, each predicted from the others: {measured}, the same for all forms",
             "a form chosen by these figures is flattered by them a little: test it on states of role test",
             f"wholly censored states: {wholly_censored}, of which {len(states) - measured} are compared, and only by "
@@ -226,19 +229,17 @@ def compare_forms(
 
 
 def _fit(form: Form | EuclideanForm, dataset: ImpactDataset) -> _Fitted:
-    if isinstance(form, Form):
-        force_map = fit_force_map(dataset, form=form)
-    else:
+    if isinstance(form, EuclideanForm):
         radius = np.hypot(dataset.distance, dataset.height)
-        moved = replace(dataset, distance=radius, height=np.zeros_like(radius))
-        force_map = fit_force_map(moved, form=CFM_2D)
+        dataset = replace(dataset, distance=radius, height=np.zeros_like(radius))
+    force_map = fit_force_map(dataset, form=form if isinstance(form, Form) else CFM_2D)
     predicted = left_out_predictions(force_map)
     names = force_map.require_fit().states.name
     left_out = {name: force for name, force in zip(names, predicted.tolist(), strict=True) if 0 < force < math.inf}
     if 2 * len(left_out) <= len(names):
         raise FitError(
-            f"found {len(left_out)} of {len(names)} states that can be left out, expected more than half; measure "
-            "more states or choose a form with fewer terms"
+            f"found {len(left_out)} of {len(names)} states that can be left out, expected more than half",
+            remedy="measure more states",
         )
     return _Fitted(form, force_map, left_out)
 
@@ -256,17 +257,12 @@ def _common_states(dataset: ImpactDataset, fitted: Sequence[_Fitted]) -> States:
     return common
 
 
-def _log_errors(fitted: _Fitted, states: States) -> FloatArray:
-    """Left-out prediction of ln F less its measured mean, by uncensored state."""
-    states = states.uncensored
-    return np.log([fitted.left_out[name] for name in states.name]) - states.log_force
-
-
 def _result(
     fitted: _Fitted, states: States, errors: dict[str, FloatArray], reference: Form, bound: Bound
 ) -> FormResult:
     force_map, error = fitted.force_map, errors[fitted.form.name]
-    predicted = np.array([fitted.left_out[name] for name in states.name])
+    predicted, wholly = fitted.predicted(states), states.impacts == 0
+    below_reached = np.log(predicted[wholly] / states.at_least[wholly])
     skipped = len(force_map.require_fit().states.uncensored) - error.size
     notes = [] if isinstance(fitted.form, Form) else [_EUCLIDEAN_NOTE]
     try:
@@ -282,7 +278,7 @@ def _result(
         accuracy=Accuracy.of(predicted, states, on="leave-one-state-out", skipped=skipped),
         error_percent=100 * _root_mean_square(error),
         underestimation_percent=100 * _root_mean_square(np.minimum(error, 0.0)),
-        censored_underestimation_percent=100 * _root_mean_square(np.minimum(_below_reached(predicted, states), 0.0)),
+        censored_underestimation_percent=100 * _root_mean_square(np.minimum(below_reached, 0.0)),
         mean_bound_percent=mean_bound,
         max_bound_percent=max_bound,
         rises_inside=force_map.rises_with_speed,
@@ -290,12 +286,6 @@ def _result(
         p_better=math.nan if fitted.form == reference else _p_better(error, errors[reference.name]),
         note="; ".join(notes),
     )
-
-
-def _below_reached(predicted: FloatArray, states: States) -> FloatArray:
-    """Prediction of ln F less what was reached at least, by wholly censored state."""
-    wholly = states.impacts == 0
-    return np.asarray(np.log(predicted[wholly] / states.at_least[wholly]))
 
 
 def _root_mean_square(values: FloatArray) -> float:

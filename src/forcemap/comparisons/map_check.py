@@ -10,17 +10,10 @@ import numpy as np
 
 from forcemap.arrays import FloatArray
 from forcemap.campaigns.dataset import ImpactDataset, States
-from forcemap.comparisons.differences import differences
-from forcemap.comparisons.residual_tests import (
-    MEAN_SHARE,
-    POWER,
-    STATES_SHARE,
-    WHOLE_SHARE,
-    ResidualTests,
-    interval,
-    residual_tests,
-)
+from forcemap.comparisons.residual_tests import MEAN_SHARE, POWER, STATES_SHARE, WHOLE_SHARE, ResidualTests, interval
+from forcemap.comparisons.two_maps import differences
 from forcemap.errors import BoundNotAvailable, InputError
+from forcemap.findings import Finding, FindingKind, in_words
 from forcemap.limits.device_spring import device_suitability
 from forcemap.maps.bounds import MIN_DEGREES_OF_FREEDOM
 from forcemap.maps.fit import repeat_variance
@@ -52,6 +45,10 @@ _MEASURE_AGAIN = (
     "fit a new map to new impacts if they stay"
 )
 _NEW_MAP = "take no speed from this map; measure a new campaign (plan, collect) and fit a new map to it"
+_HIDDEN = (
+    "the uncensored states differ from the map, but with the censored ones, known only as lower bounds, no change is "
+    "found"
+)
 _FLAT = 0.011  # a coordinate that varies no more than repeats of a state may is not varied [m, m/s]
 _LEAST_SD = 1e-6  # of ln F; below it figures are computed, not measured
 
@@ -65,8 +62,8 @@ class MapOutcome(StrEnum):
 
 
 @dataclass(frozen=True)
-class StateCheck:
-    """A new state beside what the map expects there.
+class NewState:
+    """A new state.
 
     Parameters
     ----------
@@ -74,6 +71,20 @@ class StateCheck:
         Its name.
     distance, height, speed : float
         Where it was measured [m], [m], [m/s].
+    """
+
+    state: str
+    distance: float
+    height: float
+    speed: float
+
+
+@dataclass(frozen=True)
+class StateCheck(NewState):
+    """A new state beside what the map expects there.
+
+    Parameters
+    ----------
     measured : float
         Geometric mean of the peak forces of its repeats [N]; a lower bound if any is censored.
     censored : int
@@ -89,10 +100,6 @@ class StateCheck:
         True if that is at most the share of the error probability left for single states.
     """
 
-    state: str
-    distance: float
-    height: float
-    speed: float
     measured: float
     censored: int
     predicted: float
@@ -104,23 +111,15 @@ class StateCheck:
 
 
 @dataclass(frozen=True)
-class LeftOutState:
+class LeftOutState(NewState):
     """A new state that does not count, and why.
 
     Parameters
     ----------
-    state : str
-        Its name.
-    distance, height, speed : float
-        Where it was measured [m], [m], [m/s].
     reason : str
         Why, in words; the same words for the same cause.
     """
 
-    state: str
-    distance: float
-    height: float
-    speed: float
     reason: str
 
 
@@ -132,7 +131,7 @@ class MapCheck:
     ----------
     outcome : MapOutcome
         What they say.
-    reason : str
+    reason : Finding or str
         Why, in words.
     next_step : str
         What to do now, in words.
@@ -152,12 +151,12 @@ class MapCheck:
         The states that count, in the order of the table.
     left_out : tuple of LeftOutState
         The others, too.
-    statements : tuple of str
+    statements : tuple of (Finding or str)
         What the outcome depends on, a line each.
     """
 
     outcome: MapOutcome
-    reason: str
+    reason: Finding | str
     next_step: str
     mean_ratio: float
     mean_ratio_low: float
@@ -169,7 +168,7 @@ class MapCheck:
     error_probability: float
     states: tuple[StateCheck, ...]
     left_out: tuple[LeftOutState, ...]
-    statements: tuple[str, ...]
+    statements: tuple[Finding | str, ...]
 
     @property
     def moved(self) -> tuple[StateCheck, ...]:
@@ -217,48 +216,33 @@ def check_map(force_map: ForceMap, dataset: ImpactDataset, *, error_probability:
     fit = _fit_of(force_map)
     if not len(dataset):
         raise InputError("found no impact to check the map with, expected some", file=dataset.source or None)
-    states = _in_table_order(dataset)
-    own = _own(fit, dataset)
-    _refuse_own(fit, dataset, own)
-    left_out = _left_out(force_map, dataset, states, own)
-    counts = ~np.isin(states.name, [each.state for each in left_out])
-    states = states.select(counts)
-    predicted = np.log(force_map.predict(states.distance, states.height, states.speed))
-    measured = _at_least_levels(dataset, states)
+    # in the order of the first impact of each in the table: a person compares them with it
+    states = dataset.states.select(np.argsort([dataset.state.tolist().index(name) for name in dataset.states.name]))
+    left_out = _left_out(force_map, dataset, states, _own(fit, dataset))
+    states = states.select(~np.isin(states.name, [each.state for each in left_out]))
+    predicted = np.log(force_map.predict(*states.coordinates.T))
+    measured = np.array([np.log(dataset.peak_force[dataset.state == name]).mean() for name in states.name])
     residual = measured - predicted
     covariance = _covariance(force_map, fit, dataset, states)
     freedom = fit.between_states.degrees_of_freedom
-    tests = residual_tests(residual, covariance, freedom, error_probability)
+    tests = ResidualTests.of(residual, covariance, freedom, error_probability)
     whole = np.flatnonzero(states.censored == 0)
-    of_whole = residual_tests(residual[whole], covariance[np.ix_(whole, whole)], freedom, error_probability)
+    of_whole = ResidualTests.of(residual[whole], covariance[np.ix_(whole, whole)], freedom, error_probability)
     narrow = _narrow(force_map, states.coordinates[whole])
-    outcome, reason, next_step = _outcome(tests, of_whole, whole.size, len(left_out), error_probability, narrow)
+    outcome, reason, next_step = _outcome(tests, of_whole, len(left_out), error_probability, narrow)
+    if outcome is MapOutcome.HOLDS and (against := _not_comparable(force_map, dataset)):
+        outcome, reason, next_step = MapOutcome.CANNOT_TELL, against, "mend that, then check again"
     low, high = interval(tests.mean, tests.mean_sd, freedom, MEAN_SHARE * error_probability)
     spread = np.sqrt(np.diag(covariance))
-    lowest, highest = interval(predicted, spread, freedom, STATES_SHARE * error_probability / max(len(states), 1))
+    expected = interval(predicted, spread, freedom, STATES_SHARE * error_probability / max(len(states), 1))
     moved = tests.p_states <= STATES_SHARE * error_probability
-    checked = tuple(
-        StateCheck(
-            state=name,
-            distance=float(states.distance[i]),
-            height=float(states.height[i]),
-            speed=float(states.speed[i]),
-            measured=math.exp(measured[i]),
-            censored=int(states.censored[i]),
-            predicted=math.exp(predicted[i]),
-            lowest_expected=math.exp(lowest[i]),
-            highest_expected=math.exp(highest[i]),
-            ratio=math.exp(residual[i]),
-            p_value=float(tests.p_states[i]),
-            moved=bool(moved[i]),
-        )
-        for i, name in enumerate(states.name)
-    )
-    outcome, reason, next_step = _gated(outcome, reason, next_step, _not_comparable(force_map, dataset))
-    if moved.any():
-        names = [each.state for each in checked if each.moved]
+    forces = np.exp([measured, predicted, *expected, residual])
+    figures = (*states.coordinates.T, forces[0], states.censored, *forces[1:], tests.p_states, moved)
+    checked = [StateCheck(*each) for each in zip(states.name, *(figure.tolist() for figure in figures), strict=True)]
+    if names := [each.state for each in checked if each.moved]:
         more = f" and {len(names) - _NAMED} more" if len(names) > _NAMED else ""
-        reason += f"; moved significantly as single states: {', '.join(names[:_NAMED])}{more}"
+        words = f"moved significantly as single states: {', '.join(names[:_NAMED])}{more}"
+        reason = reason.and_(in_words(words)) if isinstance(reason, Finding) else f"{reason}; {words}"
     return MapCheck(
         outcome=outcome,
         reason=reason,
@@ -271,17 +255,17 @@ def check_map(force_map: ForceMap, dataset: ImpactDataset, *, error_probability:
         p_whole=tests.p_whole,
         detectable_change=math.expm1(of_whole.detectable),
         error_probability=error_probability,
-        states=checked,
+        states=tuple(checked),
         left_out=left_out,
         statements=_check_statements(force_map, fit, dataset, states, error_probability),
     )
 
 
-def _not_comparable(force_map: ForceMap, dataset: ImpactDataset) -> str:
+def _not_comparable(force_map: ForceMap, dataset: ImpactDataset) -> Finding | str:
     """Why no agreement of the new impacts with the map may count; empty if nothing speaks against it."""
     for of, binding in (("the map", force_map.binding), ("the new impacts", dataset.binding)):
         if binding.refusal:
-            return f"{of}: {binding.refusal}"
+            return Finding.of(FindingKind.BINDING_OF, binding.refusal, of=of)
     then, now = force_map.conditions.device.stiffness, dataset.conditions.device.stiffness
     if not (math.isnan(then) or math.isnan(now)) and device_suitability("the map", then, now).refusal:
         return (
@@ -289,12 +273,6 @@ def _not_comparable(force_map: ForceMap, dataset: ImpactDataset) -> str:
             "N/mm: a softer spring hides a force that rose"
         )
     return ""
-
-
-def _gated(outcome: MapOutcome, reason: str, next_step: str, against: str) -> tuple[MapOutcome, str, str]:
-    if not against or outcome is not MapOutcome.HOLDS:
-        return outcome, reason, next_step
-    return MapOutcome.CANNOT_TELL, against, "mend that, then check again"
 
 
 def _fit_of(force_map: ForceMap) -> Fit:
@@ -315,33 +293,26 @@ def _fit_of(force_map: ForceMap) -> Fit:
 
 
 def _own(fit: Fit, dataset: ImpactDataset) -> list[str]:
-    """States of the map itself among the new ones: they agree with it by construction."""
-    own = {
-        (*place, force)
-        for place, force in zip(fit.states.coordinates.tolist(), fit.states.log_force.tolist(), strict=True)
-    }
-    states = dataset.states
-    new = zip(states.coordinates.tolist(), states.log_force.tolist(), strict=True)
-    return [name for name, (place, force) in zip(states.name, new, strict=True) if (*place, force) in own]
+    """States of the map itself among the new ones: they agree with it by construction.
 
-
-def _refuse_own(fit: Fit, dataset: ImpactDataset, copies: list[str]) -> None:
-    """Refuse a table that is the map's own, or half of it."""
+    Raises
+    ------
+    InputError
+        The table is the map's own, or half of it.
+    """
+    own, new = (
+        [(*place, force) for place, force in zip(each.coordinates.tolist(), each.log_force.tolist(), strict=True)]
+        for each in (fit.states, dataset.states)
+    )
+    copies = [name for name, state in zip(dataset.states.name, new, strict=True) if state in own]
     same_table = bool(dataset.sha256) and dataset.sha256 == fit.table_sha256
     # one state may agree to the last digit by chance
-    if same_table or (len(copies) > 1 and 2 * len(copies) >= len(dataset.states)):
+    if same_table or (len(copies) > 1 and 2 * len(copies) >= len(new)):
         raise InputError(
             f"found impacts that the map was fitted to ({len(copies)} states are the same), expected new ones",
             file=dataset.source or None,
         )
-
-
-def _in_table_order(dataset: ImpactDataset) -> States:
-    """The states, ordered by their first impact in the table: a person compares them with it."""
-    names, first = np.unique(dataset.state, return_index=True)
-    row_of = dict(zip(names.tolist(), first.tolist(), strict=True))
-    states = dataset.states
-    return states.select(np.argsort([row_of[name] for name in states.name]))
+    return copies
 
 
 def _left_out(force_map: ForceMap, dataset: ImpactDataset, states: States, own: list[str]) -> tuple[LeftOutState, ...]:
@@ -349,27 +320,16 @@ def _left_out(force_map: ForceMap, dataset: ImpactDataset, states: States, own: 
     facets = force_map.measured_range.facets
     allowed = np.abs(facets[:, :3]) @ dataset.tolerance.scale  # how far repeats of a state may lie across each facet
     beyond = np.any(states.coordinates @ facets[:, :3].T + facets[:, 3] > allowed, axis=1)
-    predicted = force_map.predict(states.distance, states.height, states.speed)
-    unread = predicted >= dataset.device_range
+    unread = force_map.predict(*states.coordinates.T) >= dataset.device_range
     why_unread = f"predicted at or above the device range of {dataset.device_range:g} N: only a lower force can be read"
-    figures = (states.name, states.coordinates.tolist(), beyond.tolist(), unread.tolist())
-    return tuple(
-        LeftOutState(name, d, h, v, _OWN if name in own else _BEYOND if outside else why_unread)
-        for name, (d, h, v), outside, above in zip(*figures, strict=True)
-        if outside or above or name in own
-    )
-
-
-def _at_least_levels(dataset: ImpactDataset, states: States) -> FloatArray:
-    """Mean ln F of states, censored repeats with the force they reached at least."""
-    log_force = np.log(dataset.peak_force)
-    return np.array([log_force[dataset.state == name].mean() for name in states.name])
+    why = np.select([np.isin(states.name, own), beyond, unread], [_OWN, _BEYOND, why_unread], default="")
+    found = zip(states.name, *states.coordinates.T.tolist(), why.tolist(), strict=True)
+    return tuple(LeftOutState(*each) for each in found if each[-1])
 
 
 def _covariance(force_map: ForceMap, fit: Fit, dataset: ImpactDataset, states: States) -> FloatArray:
     """Covariance of new state means less predictions: state effects, and the map's own error, which they share."""
-    design = force_map.form.design(states.distance, states.height, states.speed)
-    rotated = design @ fit.between_states.inverse_triangle
+    rotated = force_map.form.design(*states.coordinates.T) @ fit.between_states.inverse_triangle
     deviation = max(fit.state_sd, _LEAST_SD)
     # A mean of fewer repeats than the map's carries more repeat noise than its state SD holds.
     of_map = float(np.mean(1 / (fit.states.impacts + fit.states.censored)))
@@ -379,49 +339,36 @@ def _covariance(force_map: ForceMap, fit: Fit, dataset: ImpactDataset, states: S
 
 
 def _outcome(
-    tests: ResidualTests, of_whole: ResidualTests, whole: int, left_out: int, error_probability: float, narrow: str
-) -> tuple[MapOutcome, str, str]:
+    tests: ResidualTests, of_whole: ResidualTests, left_out: int, error_probability: float, narrow: str
+) -> tuple[MapOutcome, Finding | str, str]:
     """What the tests of all states that count, and of the uncensored ones among them, say; and what to do."""
-    counted = tests.p_states.size
+    counted, whole = tests.p_states.size, of_whole.p_states.size
     if tests.changed(error_probability):
-        percent = 100 * math.expm1(tests.mean)
+        amount, side = f"{abs(100 * math.expm1(tests.mean)):.1f} %", "higher" if tests.mean > 0 else "lower"
         if tests.p_mean > MEAN_SHARE * error_probability:
-            reason = f"forces are {_signed(percent)} on average, but not everywhere alike"
+            reason = f"forces are {amount} {side} on average, but not everywhere alike"
             return MapOutcome.DOES_NOT_HOLD, reason, _MEASURE_AGAIN
-        side = "higher than predicted, the dangerous side" if percent > 0 else "lower than predicted"
-        bound = "at least " if counted > whole else ""
-        reason = f"forces are on average {bound}{abs(percent):.1f} % {side}"
+        bound, danger = "at least " if counted > whole else "", ", the dangerous side" if tests.mean > 0 else ""
+        reason = f"forces are on average {bound}{amount} {side} than predicted{danger}"
         return MapOutcome.DOES_NOT_HOLD, reason, _NEW_MAP
+    change, step = math.expm1(of_whole.detectable), _MEASURE_MORE
+    power = f"would have been found with {100 * POWER:.0f} % probability"
     if whole < MIN_STATES:
-        reason = f"no change found, but only {whole} uncensored states count, expected at least {MIN_STATES}"
-        return MapOutcome.CANNOT_TELL, reason, _MEASURE_MORE
-    change = math.expm1(of_whole.detectable)
-    if not change <= RELEVANT_CHANGE:
-        reason = (
-            f"no change found, but only one of {100 * change:.0f} % or more would have been found with "
-            f"{100 * POWER:.0f} % probability, expected at most {100 * RELEVANT_CHANGE:.0f} %"
-        )
-        return MapOutcome.CANNOT_TELL, reason, _MEASURE_MORE
-    if of_whole.changed(error_probability):
-        reason = (
-            "the uncensored states differ from the map, but with the censored ones, known only as lower bounds, no "
-            "change is found"
-        )
-        return MapOutcome.CANNOT_TELL, reason, _MEASURE_CENSORED
-    if counted > whole:
-        reason = f"no change found, but {counted - whole} states are known only to be at least what the device measures"
-        return MapOutcome.CANNOT_TELL, reason, _MEASURE_CENSORED
-    if narrow:
-        reason = f"no change found, but the new states lie close together: they span little of the map's {narrow}"
-        return MapOutcome.CANNOT_TELL, reason, _MEASURE_MORE
-    if left_out > counted:
-        reason = f"no change found, but {left_out} of {left_out + counted} states, more than half, are left out"
-        return MapOutcome.CANNOT_TELL, reason, _MEASURE_MORE
-    reason = (
-        f"no change found; one of {100 * change:.1f} % on average would have been found with {100 * POWER:.0f} % "
-        "probability"
-    )
-    return MapOutcome.HOLDS, reason, _KEEP
+        but = f"only {whole} uncensored states count, expected at least {MIN_STATES}"
+    elif not change <= RELEVANT_CHANGE:
+        but = f"only one of {100 * change:.0f} % or more {power}, expected at most {100 * RELEVANT_CHANGE:.0f} %"
+    elif of_whole.changed(error_probability):
+        return MapOutcome.CANNOT_TELL, _HIDDEN, _MEASURE_CENSORED
+    elif counted > whole:
+        but = f"{counted - whole} states are known only to be at least what the device measures"
+        step = _MEASURE_CENSORED
+    elif narrow:
+        but = f"the new states lie close together: they span little of the map's {narrow}"
+    elif left_out > counted:
+        but = f"{left_out} of {left_out + counted} states, more than half, are left out"
+    else:
+        return MapOutcome.HOLDS, f"no change found; one of {100 * change:.1f} % on average {power}", _KEEP
+    return MapOutcome.CANNOT_TELL, f"no change found, but {but}", step
 
 
 def _narrow(force_map: ForceMap, coordinates: FloatArray) -> str:
@@ -429,17 +376,12 @@ def _narrow(force_map: ForceMap, coordinates: FloatArray) -> str:
     extent = force_map.measured_range.highest - force_map.measured_range.lowest
     span = np.ptp(coordinates, axis=0) if len(coordinates) else np.zeros(3)
     short = (extent > _FLAT) & (span < LEAST_SPAN * extent)
-    names = ("distances", "heights", "speeds")
-    return " and ".join(name for name, is_short in zip(names, short, strict=True) if is_short)
-
-
-def _signed(percent: float) -> str:
-    return f"{abs(percent):.1f} % {'higher' if percent > 0 else 'lower'}"
+    return " and ".join(np.array(["distances", "heights", "speeds"])[short])
 
 
 def _check_statements(
     force_map: ForceMap, fit: Fit, dataset: ImpactDataset, states: States, error_probability: float
-) -> tuple[str, ...]:
+) -> tuple[Finding | str, ...]:
     simulated = dataset.simulated or force_map.simulated
     bindings = (("the map", force_map.binding), ("the new impacts", dataset.binding))
     not_stated = math.isnan(dataset.conditions.device.stiffness)
@@ -447,9 +389,11 @@ def _check_statements(
     fewest = int(np.min(states.impacts + states.censored, initial=fit.repeats[0]))
     error = float(np.fmax(dataset.conditions.device.error_or_default, force_map.conditions.device.error_or_default))
     saturated = [name for name, n in zip(states.name, states.censored, strict=True) if n]
+    at_least = f"impacts above the device range count as at least that force: {', '.join(saturated)}"
+    fewer = f"states with {fewest} impacts, the map's have {fit.repeats[0]}: repeat noise taken from the new impacts"
     return (
-        *(["SIMULATED impacts: not a measurement of any robot"] if simulated else []),
-        *(f"{of}: {each.reason}" for of, each in bindings if each.reason),
+        *([Finding.of(FindingKind.SIMULATED)] if simulated else []),
+        *(Finding.of(FindingKind.BINDING_OF, each.reason, of=of) for of, each in bindings if each.reason),
         *(["the spring of the device that the new impacts were measured with is not stated"] if not_stated else []),
         f"map: {force_map.source}, {force_map.form.name}, {len(fit.states)} states, state-to-state SD "
         f"{100 * fit.state_sd:.2f} % with {fit.between_states.degrees_of_freedom:.1f} degrees of freedom",
@@ -457,15 +401,7 @@ def _check_statements(
         f"for all states together, {percent * STATES_SHARE:g} % for single states",
         "a new state is taken to scatter about the map as its own states do; repeats of a state share that",
         f"the error of the device, up to {error:g} N, is not part of the test: measure with the same device",
-        *(
-            [f"states with {fewest} impacts, the map's have {fit.repeats[0]}: repeat noise taken from the new impacts"]
-            if fewest < fit.repeats[0]
-            else []
-        ),
-        *(
-            [f"impacts above the device range count as at least that force: {', '.join(saturated)}"]
-            if saturated
-            else []
-        ),
+        *([fewer] if fewest < fit.repeats[0] else []),
+        *([at_least] if saturated else []),
         *differences(force_map.conditions, dataset.conditions, ("map", "new")),
     )

@@ -40,6 +40,27 @@ class ResidualTests:
     p_states: FloatArray
     detectable: float
 
+    @classmethod
+    def of(
+        cls, residual: FloatArray, covariance: FloatArray, freedom: float, error_probability: float
+    ) -> ResidualTests:
+        """Test residuals, shape (m,), whose covariance is known but for a factor estimated with `freedom`."""
+        from scipy.special import fdtrc, nctdtrinc, stdtr, stdtrit
+
+        m = residual.size
+        if m == 0:
+            return cls(math.nan, math.nan, math.nan, math.nan, np.empty(0), math.inf)
+        mean, mean_sd = float(residual.mean()), math.sqrt(float(covariance.sum())) / m
+        p_mean = float(2 * stdtr(freedom, -abs(mean) / mean_sd))
+        p_whole = float(fdtrc(m, freedom, residual @ np.linalg.solve(covariance, residual) / m))
+        alone = 2 * stdtr(freedom, -np.abs(residual) / np.sqrt(np.diag(covariance)))
+        order = np.argsort(alone, kind="stable")
+        p_states = np.empty(m)
+        p_states[order] = np.minimum(np.maximum.accumulate(alone[order] * np.arange(m, 0, -1)), 1.0)
+        quantile = stdtrit(freedom, 1 - MEAN_SHARE * error_probability / 2)
+        shift = float(nctdtrinc(freedom, 1 - POWER, quantile))
+        return cls(mean, mean_sd, p_mean, p_whole, p_states, shift * mean_sd)
+
     def changed(self, error_probability: float) -> bool:
         """True if any of the three tests finds a change."""
         shares = (MEAN_SHARE, WHOLE_SHARE, STATES_SHARE)
@@ -47,27 +68,6 @@ class ResidualTests:
         # not "p <= share": a figure that could not be computed must not pass for no change
         found = any(not p > share * error_probability for p, share in zip(p_values, shares, strict=True))
         return found and self.p_states.size > 0
-
-
-def residual_tests(
-    residual: FloatArray, covariance: FloatArray, freedom: float, error_probability: float
-) -> ResidualTests:
-    """Test residuals, shape (m,), whose covariance is known but for a factor estimated with `freedom`."""
-    from scipy.special import fdtrc, nctdtrinc, stdtr, stdtrit
-
-    m = residual.size
-    if m == 0:
-        return ResidualTests(math.nan, math.nan, math.nan, math.nan, np.empty(0), math.inf)
-    mean, mean_sd = float(residual.mean()), math.sqrt(float(covariance.sum())) / m
-    p_mean = float(2 * stdtr(freedom, -abs(mean) / mean_sd))
-    p_whole = float(fdtrc(m, freedom, residual @ np.linalg.solve(covariance, residual) / m))
-    alone = 2 * stdtr(freedom, -np.abs(residual) / np.sqrt(np.diag(covariance)))
-    order = np.argsort(alone, kind="stable")
-    p_states = np.empty(m)
-    p_states[order] = np.minimum(np.maximum.accumulate(alone[order] * np.arange(m, 0, -1)), 1.0)
-    quantile = stdtrit(freedom, 1 - MEAN_SHARE * error_probability / 2)
-    shift = float(nctdtrinc(freedom, 1 - POWER, quantile))
-    return ResidualTests(mean, mean_sd, p_mean, p_whole, p_states, shift * mean_sd)
 
 
 def interval(centre: Any, sd: Any, freedom: float, error: float) -> tuple[Any, Any]:

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from forcemap.arrays import FloatArray, Indices
 from forcemap.campaigns.dataset import ImpactDataset
 from forcemap.errors import FitError, InputError, RankDeficient, TooFewStates
-from forcemap.maps.forms import CFM_3D, FULL_CUBIC, Form
+from forcemap.maps.forms import CFM_3D, FULL_CUBIC, Form, Term
 from forcemap.maps.regression import least_squares
-from forcemap.maps.terms import Term
 
 PAPER_COUNTS = (19, 13, 8)
 """Terms without the intercept at the start, after stage one and at the end (paper, section II-D)."""
@@ -201,15 +201,11 @@ class _Samples:
         states = int(self.state.max()) + 1
         times = np.bincount(rng.integers(states, size=states), minlength=states)
         rows = np.repeat(np.arange(self.state.size), times[self.state])
-        return _Samples(self.name, self.design[rows], self.force[rows], self.state[rows], self.censored)
+        return replace(self, design=self.design[rows], force=self.force[rows], state=self.state[rows])
 
 
 def select_terms(
-    datasets: Sequence[ImpactDataset],
-    *,
-    start: Form = FULL_CUBIC,
-    significance: float = 0.05,
-    threshold: float = 0.5,
+    datasets: Sequence[ImpactDataset], *, start: Form = FULL_CUBIC, significance: float = 0.05, threshold: float = 0.5
 ) -> TermSelection:
     """Select the terms of a form for several datasets at once in two stages (paper, section II-D).
 
@@ -293,25 +289,17 @@ def selection_stability(
     samples = _samples(datasets, start)
     selection = _select(samples, start, significance, threshold)
     rng = np.random.default_rng(seed)
-    candidates = [each.term for each in selection.stage_one]
-    survived = dict.fromkeys(candidates, 0)
-    same = undetermined = 0
+    outcomes = []
     for _ in range(resamples):
-        drawn = [each.resampled(rng) for each in samples]
-        try:
-            terms = _select(drawn, start, significance, threshold).terms
-        except FitError:
-            undetermined += 1
-            continue
-        same += terms == selection.terms
-        for term in terms:
-            survived[term] += 1
+        with contextlib.suppress(FitError):
+            outcomes.append(_select([each.resampled(rng) for each in samples], start, significance, threshold).terms)
+    survived = [(each.term, sum(each.term in terms for terms in outcomes)) for each in selection.stage_one]
     return SelectionStability(
         selection=selection,
-        survival=tuple(TermSurvival(t, t in selection.terms, survived[t] / resamples) for t in candidates),
-        same_terms=same / resamples,
+        survival=tuple(TermSurvival(term, term in selection.terms, times / resamples) for term, times in survived),
+        same_terms=outcomes.count(selection.terms) / resamples,
         resamples=resamples,
-        undetermined=undetermined,
+        undetermined=resamples - len(outcomes),
         seed=seed,
     )
 
@@ -323,30 +311,27 @@ def _samples(datasets: Sequence[ImpactDataset], start: Form) -> list[_Samples]:
         raise InputError(f"term selection: form {start.name} has no intercept, expected the term 1 among its terms")
     samples = []
     for number, dataset in enumerate(datasets, start=1):
-        states = dataset.states.uncensored
+        states, file = dataset.states.uncensored, dataset.source or None
         if not len(states):
-            raise FitError("term selection: found no uncensored impact, expected some", file=dataset.source or None)
+            raise FitError("term selection: found no uncensored impact, expected some", file=file)
         if len(states) <= len(start.terms):
             raise TooFewStates(
                 f"term selection: found {len(states)} measured states, expected more than the {len(start.terms)} "
                 f"coefficients of {start.name} that it starts from; measure the full grid",
-                file=dataset.source or None,
+                file=file,
             )
-        index_of = {name: index for index, name in enumerate(states.name)}
         measured = ~dataset.censored
-        state = np.array([index_of[name] for name in dataset.state[measured].tolist()])
+        state = np.array([states.name.index(name) for name in dataset.state[measured].tolist()])
         design = start.design(*states.coordinates.T)
         try:
             least_squares(design, states.log_force)
         except RankDeficient as error:
             raise RankDeficient(
-                f"term selection starts from {start.name}: {error.message}; training states alone are too few",
-                file=dataset.source or None,
+                f"term selection starts from {start.name}: {error.found}; training states alone are too few", file=file
             ) from None
         if np.ptp(states.log_force) == 0:
-            raise FitError("term selection: found the same force at all states", file=dataset.source or None)
-        name = dataset.source or f"dataset {number}"
-        force = dataset.peak_force[measured]
+            raise FitError("term selection: found the same force at all states", file=file)
+        name, force = dataset.source or f"dataset {number}", dataset.peak_force[measured]
         samples.append(_Samples(name, design[state], force, state, int(dataset.censored.sum())))
     return samples
 
@@ -357,32 +342,29 @@ def _select(samples: Sequence[_Samples], start: Form, significance: float, thres
     if not 0 <= threshold < np.inf:
         raise InputError(f"threshold: found {threshold:g}, expected a finite number of at least 0")
     p_values = np.array([least_squares(each.design, np.log(each.force)).p_values for each in samples])
-    intercept = start.terms.index(_INTERCEPT)
-    candidates = [j for j in range(len(start.terms)) if j != intercept]
+    intercept, everything = start.terms.index(_INTERCEPT), list(range(len(start.terms)))
+    candidates = [j for j in everything if j != intercept]
     gone = [j for j in candidates if (p_values[:, j] > significance).all()]
-    kept = [j for j in range(len(start.terms)) if j not in gone]
+    kept = [j for j in everything if j not in gone]
 
-    def step(removed: Sequence[int], before: _Quality | None, after: _Quality, terms: int) -> SelectionStep:
-        change = 0.0 if before is None else float(_change(before, after))
+    def step(removed: Sequence[int], before: FloatArray, after: FloatArray, terms: int) -> SelectionStep:
+        rmse, r_squared = after.tolist()
         names = tuple(start.terms[j] for j in removed)
-        return SelectionStep(names, change, terms, tuple(after[0].tolist()), tuple(after[1].tolist()))
+        return SelectionStep(names, float(_change(before, after)), terms, tuple(rmse), tuple(r_squared))
 
-    everything, _ = _qualities(samples, list(range(len(start.terms))))
-    now, without = _qualities(samples, kept)
-    steps = [step((), None, everything, len(candidates)), step(gone, everything, now, len(kept) - 1)]
+    at_start, now = _qualities(samples, everything)[..., 0], _qualities(samples, kept)
+    steps = [step((), at_start, at_start, len(candidates)), step(gone, at_start, now[..., 0], len(kept) - 1)]
     refused = None
-    while len(kept) > 1:
-        change = _change(now, without)
-        change[kept.index(intercept)] = np.inf
+    while len(kept) > 1 and refused is None:
+        change = np.where(np.equal(kept, intercept), np.inf, _change(now[..., 0], now[..., 1:]))
         least = int(np.argmin(change))
-        following = (without[0][:, least], without[1][:, least])
-        next_step = step([kept[least]], now, following, len(kept) - 2)
+        following = step([kept[least]], now[..., 0], now[..., 1 + least], len(kept) - 2)
         if change[least] > threshold:
-            refused = next_step
-            break
-        steps.append(next_step)
-        del kept[least]
-        now, without = _qualities(samples, kept)
+            refused = following
+        else:
+            steps.append(following)
+            del kept[least]
+            now = _qualities(samples, kept)
     return TermSelection(
         form=Form("SELECTED", tuple(start.terms[j] for j in kept)),
         start=start,
@@ -402,29 +384,25 @@ def _select(samples: Sequence[_Samples], start: Form, significance: float, thres
     )
 
 
-_Quality = tuple[FloatArray, FloatArray]  # RMSE [N] and R^2 of ln F, the datasets first
-
-
-def _change(before: _Quality, after: _Quality) -> FloatArray:
-    """Sum over datasets of the rise of RMSE [N] and 100 times the fall of R^2."""
-    rise = after[0].T - before[0]
-    fall = before[1] - after[1].T
+def _change(before: FloatArray, after: FloatArray) -> FloatArray:
+    """Sum over datasets of the rise of RMSE [N] and 100 times the fall of R^2, from shape (2, datasets)."""
+    rise, fall = after[0].T - before[0], before[1] - after[1].T
     return np.asarray((rise + 100 * fall).sum(axis=-1))
 
 
-def _qualities(samples: Sequence[_Samples], kept: list[int]) -> tuple[_Quality, _Quality]:
-    """Of the fits with the terms `kept`, shape (datasets,), and without each of them, shape (datasets, kept).
+def _qualities(samples: Sequence[_Samples], kept: list[int]) -> FloatArray:
+    """RMSE [N] and R^2 of ln F with the terms `kept`, and without each of them, shape (2, datasets, 1 + kept).
 
     Without term j the coefficients are b - A_j b_j / A_jj with A = (X'X)^-1: the least-squares fit with b_j = 0.
     """
-    rmse, r_squared = np.empty((2, len(samples), 1 + len(kept)))
+    found = np.empty((2, len(samples), 1 + len(kept)))
     for row, each in enumerate(samples):
         log_force = np.log(each.force)
         fit = least_squares(each.design[:, kept], log_force)
         inverse = fit.inverse_triangle @ fit.inverse_triangle.T
         without = fit.coefficients[:, None] - inverse * (fit.coefficients / np.diag(inverse))
         predicted = fit.design @ np.column_stack([fit.coefficients, without])
-        rmse[row] = np.sqrt(np.mean((np.exp(predicted) - each.force[:, None]) ** 2, axis=0))
+        found[0, row] = np.sqrt(np.mean((np.exp(predicted) - each.force[:, None]) ** 2, axis=0))
         residual_squares = np.sum((predicted - log_force[:, None]) ** 2, axis=0)
-        r_squared[row] = 1 - residual_squares / np.sum((log_force - log_force.mean()) ** 2)
-    return (rmse[:, 0], r_squared[:, 0]), (rmse[:, 1:], r_squared[:, 1:])
+        found[1, row] = 1 - residual_squares / np.sum((log_force - log_force.mean()) ** 2)
+    return found

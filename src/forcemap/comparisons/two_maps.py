@@ -7,12 +7,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from forcemap.arrays import FloatArray
-from forcemap.comparisons.differences import differences
+from forcemap.campaigns.conditions import Conditions
 from forcemap.errors import InputError
+from forcemap.findings import Finding, FindingKind
 from forcemap.maps.force_map import ForceMap
 from forcemap.maps.map_file import map_sha256
 
 _GRID = 33  # values along each axis of the common range
+# entries of campaign.toml that differ between any two campaigns, or that the results say themselves
+_UNLIKE = ("date", "operator", "note", "simulated")
 
 
 @dataclass(frozen=True)
@@ -57,7 +60,7 @@ class MapComparison:
         Points compared, evenly over the common range.
     lowest, highest : tuple of float
         Box around them: distance [m], height [m], speed [m/s].
-    statements : tuple of str
+    statements : tuple of (Finding or str)
         What the comparison depends on, a line each.
     """
 
@@ -72,7 +75,7 @@ class MapComparison:
     points: int
     lowest: tuple[float, float, float]
     highest: tuple[float, float, float]
-    statements: tuple[str, ...]
+    statements: tuple[Finding | str, ...]
 
 
 def compare_maps(one: ForceMap, other: ForceMap) -> MapComparison:
@@ -135,7 +138,7 @@ def compare_maps(one: ForceMap, other: ForceMap) -> MapComparison:
         lowest=(float(evenly[:, 0].min()), float(evenly[:, 1].min()), float(evenly[:, 2].min())),
         highest=(float(evenly[:, 0].max()), float(evenly[:, 1].max()), float(evenly[:, 2].max())),
         statements=(
-            *(["SIMULATED impacts: not a measurement of any robot"] if simulated else []),
+            *([Finding.of(FindingKind.SIMULATED)] if simulated else []),
             "predictions are compared, without their bounds: a difference within the scatter of the maps is none",
             *differences(one.conditions, other.conditions, ("the one", "the other")),
         ),
@@ -152,8 +155,22 @@ def _words(force_map: ForceMap) -> str:
 
 
 def _range_words(force_map: ForceMap) -> str:
-    low, high = force_map.measured_range.lowest, force_map.measured_range.highest
-    return (
-        f"{force_map.name} d {low[0]:g} to {high[0]:g} m, h {low[1]:g} to {high[1]:g} m, "
-        f"v {low[2]:g} to {high[2]:g} m/s"
-    )
+    axes = zip("dhv", force_map.measured_range.lowest, force_map.measured_range.highest, ("m", "m", "m/s"), strict=True)
+    return f"{force_map.name} " + ", ".join(f"{axis} {low:g} to {high:g} {unit}" for axis, low, high, unit in axes)
+
+
+def differences(of_one: Conditions, of_other: Conditions, called: tuple[str, str]) -> list[str]:
+    """Entries of campaign.toml that differ, a line each, and those that only one of the two states, in one line."""
+    one, other = _entries(of_one), _entries(of_other)
+    both = [name for name in one if name in other and one[name] != other[name]]
+    alone = sorted(one.keys() ^ other.keys())
+    lines = [f"differs: {name}: {called[0]} {one[name]}, {called[1]} {other[name]}" for name in both]
+    return [*lines, f"stated by only one of the two campaigns: {', '.join(alone)}"] if alone else lines
+
+
+def _entries(conditions: Conditions) -> dict[str, object]:
+    found: dict[str, object] = {}
+    for section, value in conditions.to_tables().items():
+        inner = {f"{section}.{key}": each for key, each in value.items()} if isinstance(value, dict) else {}
+        found |= inner or {section: value}
+    return {name: value for name, value in found.items() if name.split(".")[-1] not in _UNLIKE}

@@ -4,20 +4,20 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from forcemap.arrays import FloatArray, Mask, Objects
-from forcemap.dynamics.cholesky import whiten
-from forcemap.dynamics.drive_inertia import DriveInertia, as_drive_inertia
+from forcemap.arrays import FloatArray, Objects
+from forcemap.dynamics.rigid_body import unit_direction
 from forcemap.errors import InputError
 
 # Lengths of J^T u over that of J: below the first only rounding is left; below the second, a thousandth of a degree
 # in the posture changes the effective mass by more than its size.
 _NO_MOTION = 1e-12
 _SINGULAR = 1e-5
+_LEAST_PIVOT = 1e-14  # of the diagonal entry; below it rounding decides the sign
 
 
 class MassOutcome(StrEnum):
@@ -39,6 +39,56 @@ _OUTCOMES = np.array(list(MassOutcome), dtype=object)
 
 
 @dataclass(frozen=True, eq=False)
+class DriveInertia:
+    """Inertia of the drives of a robot: rotor inertia times the squared gear ratio.
+
+    Parameters
+    ----------
+    values : array, shape (n,)
+        One per joint [kg m^2], for a prismatic joint [kg].
+    source : str
+        Where the figures come from.
+
+    Raises
+    ------
+    InputError
+        A figure that is not finite or below zero.
+    """
+
+    values: FloatArray
+    source: str
+
+    def __post_init__(self) -> None:
+        values = np.array(self.values, dtype=np.float64)
+        if values.ndim != 1 or not np.all((values >= 0) & (values < np.inf)):
+            raise InputError(f"drive inertia: found {values}, expected one finite number of at least 0 for every joint")
+        values.setflags(write=False)
+        object.__setattr__(self, "values", values)
+
+
+Drives = ArrayLike | DriveInertia | None
+"""Inertia of the drives as callers give it."""
+
+
+def as_drive_inertia(drive_inertia: Drives, joints: int) -> DriveInertia | None:
+    """Drive inertia of that many joints; a bare array is "given by the user".
+
+    Raises
+    ------
+    InputError
+        Not one figure for every joint.
+    """
+    if drive_inertia is None:
+        return None
+    drives = drive_inertia
+    if not isinstance(drives, DriveInertia):
+        drives = DriveInertia(np.asarray(drives, dtype=np.float64), "given by the user")
+    if drives.values.shape != (joints,):
+        raise InputError(f"drive inertia: found {drives.values.size} figures for {joints} joints, expected one each")
+    return drives
+
+
+@dataclass(frozen=True, eq=False)
 class EffectiveMass:
     """Effective mass of one posture, or of many.
 
@@ -56,6 +106,11 @@ class EffectiveMass:
     outcome: Any
     drive_inertia: DriveInertia | None
 
+    @classmethod
+    def of(cls, value: FloatArray, outcome: Objects, drives: DriveInertia | None) -> Self:
+        """From arrays; those without an axis as a float and a name."""
+        return cls(value, outcome, drives) if value.ndim else cls(float(value), outcome.item(), drives)
+
     @property
     def assumption(self) -> str:
         """What the value says about drive inertia, in words."""
@@ -65,11 +120,7 @@ class EffectiveMass:
 
 
 def effective_mass(
-    jacobian: ArrayLike,
-    mass_matrix: ArrayLike,
-    direction: ArrayLike,
-    *,
-    drive_inertia: ArrayLike | DriveInertia | None = None,
+    jacobian: ArrayLike, mass_matrix: ArrayLike, direction: ArrayLike, *, drive_inertia: Drives = None
 ) -> EffectiveMass:
     """Effective mass m_u = 1 / (u^T J M^-1 J^T u) in a direction u (paper, eq. 4; Khatib 1995).
 
@@ -100,27 +151,63 @@ def effective_mass(
     >>> effective_mass([[0.0], [0.0], [1.0]], [[4.0]], [1, 0, 0]).outcome
     <MassOutcome.NO_MOTION: 'no_motion'>
     """
-    j, m = checked_matrices(jacobian, mass_matrix)
+    j, m = (np.asarray(matrices, dtype=np.float64) for matrices in (jacobian, mass_matrix))
+    if j.ndim < 2 or j.shape[-2] not in (2, 3) or j.shape[-1] < 1:
+        raise InputError(f"jacobian: found the shape {j.shape}, expected (..., 3, n), or (..., 2, n) in a plane")
     k, n = j.shape[-2:]
+    if m.ndim < 2 or m.shape[-2:] != (n, n):
+        raise InputError(f"mass matrix: found the shape {m.shape}, expected (..., {n}, {n}) as the jacobian has")
+    try:
+        np.broadcast_shapes(j.shape[:-2], m.shape[:-2])
+    except ValueError:
+        message = f"jacobian {j.shape} and mass matrix {m.shape} are for different numbers of postures"
+        raise InputError(message) from None
+    if not (np.isfinite(j).all() and np.isfinite(m).all()):
+        raise InputError("jacobian or mass matrix: found a number that is not finite, expected finite numbers")
+    if not np.allclose(m, np.swapaxes(m, -1, -2), rtol=1e-6, atol=1e-9):
+        raise InputError("mass matrix: found one that is not symmetric, expected a joint-space mass matrix")
     drives = as_drive_inertia(drive_inertia, n)
     u = unit_direction(direction, k)
     try:
-        shape = np.broadcast_shapes(j.shape[:-2], m.shape[:-2], u.shape[:-1])
+        np.broadcast_shapes(j.shape[:-2], m.shape[:-2], u.shape[:-1])
     except ValueError:
-        raise InputError(
-            f"direction: found the shape {u.shape}, expected one that goes with the jacobian's, {j.shape}"
-        ) from None
-    value, outcome = mass_along(batch_last(j, shape, 2), batch_last(m, shape, 2), batch_last(u, shape, 1), drives)
-    if shape:
-        return EffectiveMass(value.reshape(shape), outcome.reshape(shape), drives)
-    return EffectiveMass(float(value[0]), outcome[0], drives)
+        message = f"direction: found the shape {u.shape}, expected one that goes with the jacobian's, {j.shape}"
+        raise InputError(message) from None
+    return mass_along(j, m, u, drives)
 
 
-def mass_along(j: FloatArray, m: FloatArray, u: FloatArray, drives: DriveInertia | None) -> tuple[FloatArray, Objects]:
-    """Values and outcomes of `effective_mass` for arrays that are known to be good, the batch on the last axis."""
-    lever = (u[:, None] * j).sum(axis=0)
-    mobility = (whiten(with_drives(m, drives), lever[:, None]) ** 2).sum(axis=(0, 1))
-    return named_masses(np.sqrt((lever**2).sum(axis=0)), np.sqrt((j**2).sum(axis=(0, 1))), mobility)
+def mass_along(j: FloatArray, m: FloatArray, u: FloatArray, drives: DriveInertia | None) -> EffectiveMass:
+    """`effective_mass` for arrays that are known to be good."""
+    lever = np.einsum("...k,...kn->...n", u, j)
+    half = _whitened(m if drives is None else m + np.diag(drives.values), lever)
+    motion, size = np.linalg.norm(lever, axis=-1), np.sqrt(np.square(j).sum(axis=(-2, -1)))
+    lost = np.broadcast_to(motion <= _SINGULAR * size, half.shape[:-1])
+    outcome = np.asarray(_OUTCOMES[lost.astype(int) + (motion <= _NO_MOTION * size)], dtype=object)
+    value = np.asarray(1 / np.where(lost, np.nan, np.square(half).sum(axis=-1)))
+    return EffectiveMass.of(value, outcome, drives)
+
+
+def _whitened(matrix: FloatArray, lever: FloatArray) -> FloatArray:
+    """L^-1 v for matrix = L L^T, so that v^T matrix^-1 v is the product of the result with itself."""
+    factor = _factor(matrix)
+    if factor is not None:
+        return np.asarray(np.linalg.solve(factor, lever[..., None])[..., 0])
+    n = matrix.shape[-1]
+    joint = next(i for i in range(1, n + 1) if _factor(matrix[..., :i, :i]) is None)
+    raise InputError(
+        f"mass matrix: joint {joint} of {n} moves no inertia of its own, expected a positive definite matrix; "
+        "give its link a mass and an inertia, or the joint a drive inertia"
+    )
+
+
+def _factor(matrix: FloatArray) -> FloatArray | None:
+    """L of matrix = L L^T; None if one is not positive definite beyond rounding."""
+    try:
+        factor = np.linalg.cholesky(matrix)
+    except np.linalg.LinAlgError:
+        return None
+    pivot, entry = (np.diagonal(each, axis1=-2, axis2=-1) for each in (factor, matrix))
+    return np.asarray(factor) if np.all(np.square(pivot) > _LEAST_PIVOT * entry) else None
 
 
 def standard_effective_mass(moving_mass: float, payload: float = 0.0) -> float:
@@ -146,76 +233,3 @@ def standard_effective_mass(moving_mass: float, payload: float = 0.0) -> float:
     if not (0 < moving_mass < np.inf and 0 <= payload < np.inf):
         raise InputError(f"found M = {moving_mass:g} kg, m_L = {payload:g} kg, expected positive finite masses")
     return moving_mass / 2 + payload
-
-
-def unit_direction(direction: ArrayLike, dimensions: int) -> FloatArray:
-    """A direction scaled to length one.
-
-    Raises
-    ------
-    InputError
-        Not that many components, a number that is not finite, or the length zero.
-    """
-    u = np.asarray(direction, dtype=np.float64)
-    if u.ndim < 1 or u.shape[-1] != dimensions:
-        raise InputError(f"direction: found the shape {u.shape}, expected {dimensions} components on the last axis")
-    length = np.linalg.norm(u, axis=-1, keepdims=True)
-    if not np.all((length > 0) & (length < np.inf)):
-        raise InputError("direction: found the length zero or a number that is not finite; name where the impact goes")
-    return np.asarray(u / length)
-
-
-def unreachable_as_outcome(mass: EffectiveMass, reached: Mask) -> EffectiveMass:
-    """The same masses, NaN and `unreachable` where a place was not reached."""
-    value = np.where(reached, mass.value, np.nan)
-    outcome = np.array(mass.outcome, dtype=object)
-    outcome[~reached] = MassOutcome.UNREACHABLE
-    if value.ndim:
-        return EffectiveMass(value, outcome, mass.drive_inertia)
-    return EffectiveMass(float(value), outcome.item(), mass.drive_inertia)
-
-
-def named_masses(motion: FloatArray, size: FloatArray, mobility: FloatArray) -> tuple[FloatArray, Objects]:
-    """Values and outcomes from how J^T u compares with J, and the mobility u^T J M^-1 J^T u."""
-    lost = motion <= _SINGULAR * size
-    outcome = _OUTCOMES[lost.astype(int) + (motion <= _NO_MOTION * size)]
-    return 1 / np.where(lost, np.nan, mobility), outcome
-
-
-def with_drives(m: FloatArray, drives: DriveInertia | None) -> FloatArray:
-    """Mass matrices (n, n, batch) with the drive inertia on their diagonals."""
-    return m if drives is None else m + np.diag(drives.values)[..., None]
-
-
-def batch_last(values: FloatArray, shape: tuple[int, ...], own: int) -> FloatArray:
-    """Values broadcast to a shape of postures, their own axes first and the postures as one axis after them."""
-    kept = values.shape[values.ndim - own :]
-    return np.moveaxis(np.broadcast_to(values, (*shape, *kept)).reshape(-1, *kept), 0, -1)
-
-
-def checked_matrices(jacobian: ArrayLike, mass_matrix: ArrayLike) -> tuple[FloatArray, FloatArray]:
-    """Jacobians and mass matrices as arrays.
-
-    Raises
-    ------
-    InputError
-        Shapes that do not belong together, a number that is not finite, or a mass matrix that is not symmetric.
-    """
-    j = np.asarray(jacobian, dtype=np.float64)
-    m = np.asarray(mass_matrix, dtype=np.float64)
-    if j.ndim < 2 or j.shape[-2] not in (2, 3) or j.shape[-1] < 1:
-        raise InputError(f"jacobian: found the shape {j.shape}, expected (..., 3, n), or (..., 2, n) in a plane")
-    n = j.shape[-1]
-    if m.ndim < 2 or m.shape[-2:] != (n, n):
-        raise InputError(f"mass matrix: found the shape {m.shape}, expected (..., {n}, {n}) as the jacobian has")
-    try:
-        np.broadcast_shapes(j.shape[:-2], m.shape[:-2])
-    except ValueError:
-        raise InputError(
-            f"jacobian {j.shape} and mass matrix {m.shape} are for different numbers of postures"
-        ) from None
-    if not (np.isfinite(j).all() and np.isfinite(m).all()):
-        raise InputError("jacobian or mass matrix: found a number that is not finite, expected finite numbers")
-    if not np.allclose(m, np.swapaxes(m, -1, -2), rtol=1e-6, atol=1e-9):
-        raise InputError("mass matrix: found one that is not symmetric, expected a joint-space mass matrix")
-    return j, m

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any
@@ -10,18 +11,19 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from forcemap.arrays import FloatArray, Mask
-from forcemap.dynamics.approach import approach
-from forcemap.dynamics.effective_mass import unit_direction
-from forcemap.dynamics.kinematics import joint_positions
+from forcemap.dynamics.kinematics import Posture, contact_jacobian, contact_point, cross, joint_positions, posture_of
+from forcemap.dynamics.rigid_body import unit_direction
 from forcemap.dynamics.robot import JointKind, Robot
 from forcemap.errors import InputError
 
 DOWN = (0.0, 0.0, -1.0)
 
-_PLACE_TOLERANCE = 1e-7  # [m]
-_ANGLE_TOLERANCE = 1e-7  # [rad]
+_TOLERANCE = 1e-7  # of the place [m], of the angle [rad]
 _STARTS = 24
 _MOST_AT_ONCE = 20_000
+_GOAL = 1e-10  # iterated down to this where it goes, so that results do not scatter within the tolerance
+_STEPS = 120
+_FIRST_DAMPING, _LAST_DAMPING = 1e-3, 1e8
 
 
 class ReachOutcome(StrEnum):
@@ -49,8 +51,8 @@ class Reach:
 
     positions: FloatArray
     outcome: Any
-    place_error: Any
-    angle_error: Any
+    place_error: Any = math.nan
+    angle_error: Any = math.nan
 
 
 def places_in_plane(distance: ArrayLike, height: ArrayLike) -> FloatArray:
@@ -99,15 +101,13 @@ def inverse_kinematics(
     if tool.ndim != 1 or first.ndim != 1:
         raise InputError("tool direction and reference: found several, expected one for all places")
     flat = goals.reshape(-1, 3).T
-    q, errors = approach(robot, flat, tool, np.repeat(_inside(robot, first)[:, None], flat.shape[1], axis=1))
+    start = np.clip(first, robot.lower, robot.upper)
+    q, errors = _approach(robot, flat, tool, np.repeat(start[:, None], flat.shape[1], axis=1))
     _from_other_starts(robot, flat, tool, first, q, errors)
-    reached = _within(errors)
+    shape, reached = goals.shape[:-1], _within(errors)
     q = np.where(reached, _nearest_turn(robot, q, first), np.nan)
-    shape = goals.shape[:-1]
-    outcome = reach_outcomes(reached.reshape(shape))
-    if shape:
-        return Reach(q.T.reshape(*shape, -1), outcome, errors[0].reshape(shape), errors[1].reshape(shape))
-    return Reach(q[:, 0], outcome, float(errors[0, 0]), float(errors[1, 0]))
+    place, angle = errors.reshape(2, *shape) if shape else errors[:, 0].tolist()
+    return Reach(q.T.reshape(*shape, len(q)), reach_outcomes(reached.reshape(shape)), place, angle)
 
 
 def reach_outcomes(reached: Mask) -> Any:
@@ -122,39 +122,96 @@ def _from_other_starts(
     starts = _starts(robot, reference)
     failed = np.flatnonzero(~_within(errors))
     for block in np.array_split(failed, -(-failed.size * _STARTS // _MOST_AT_ONCE) or 1):
-        if not block.size:
-            continue
-        found, found_errors = approach(
-            robot, np.repeat(goals[:, block], _STARTS, axis=1), tool, np.tile(starts, (1, block.size))
-        )
+        aims = np.repeat(goals[:, block], _STARTS, axis=1)
+        found, found_errors = _approach(robot, aims, tool, np.tile(starts, (1, block.size)))
         found = _nearest_turn(robot, found, reference)
         away = np.linalg.norm(found - reference[:, None], axis=0)
         # every posture that arrives comes before all that do not; of the latter the one that comes nearest
         rank = np.where(_within(found_errors), away, 1e9 * (1 + found_errors.sum(axis=0))).reshape(block.size, _STARTS)
         best = rank.argmin(axis=1) + np.arange(block.size) * _STARTS
-        better = _within(found_errors[:, best]) | (found_errors[:, best].sum(axis=0) < errors[:, block].sum(axis=0))
-        q[:, block[better]] = found[:, best[better]]
-        errors[:, block[better]] = found_errors[:, best[better]]
+        better = rank.min(axis=1) < 1e9 * (1 + errors[:, block].sum(axis=0))
+        block, best = block[better], best[better]
+        q[:, block], errors[:, block] = found[:, best], found_errors[:, best]
 
 
 def _starts(robot: Robot, reference: FloatArray) -> FloatArray:
     """Starts all over the joint range, at most half a turn from the reference; the same ones in every run."""
-    turns = np.array([joint.kind is not JointKind.PRISMATIC for joint in robot.joints])
-    lower = np.where(turns, np.maximum(robot.lower, reference - np.pi), robot.lower)
-    upper = np.where(turns, np.minimum(robot.upper, reference + np.pi), robot.upper)
+    lower = np.where(_turns(robot), np.maximum(robot.lower, reference - np.pi), robot.lower)
+    upper = np.where(_turns(robot), np.minimum(robot.upper, reference + np.pi), robot.upper)
     return np.random.default_rng(15066).uniform(lower, upper, (_STARTS, len(reference))).T
 
 
 def _nearest_turn(robot: Robot, q: FloatArray, reference: FloatArray) -> FloatArray:
     """The same postures, whole turns taken off where that comes nearer to the reference within the limits."""
-    turns = np.array([joint.kind is not JointKind.PRISMATIC for joint in robot.joints])[:, None]
-    moved = q - np.where(turns, 2 * np.pi * np.round((q - reference[:, None]) / (2 * np.pi)), 0.0)
+    moved = q - np.where(_turns(robot)[:, None], 2 * np.pi * np.round((q - reference[:, None]) / (2 * np.pi)), 0.0)
     return np.where((moved >= robot.lower[:, None]) & (moved <= robot.upper[:, None]), moved, q)
 
 
-def _inside(robot: Robot, q: FloatArray) -> FloatArray:
-    return np.clip(q, robot.lower, robot.upper)
+def _turns(robot: Robot) -> Mask:
+    return np.array([joint.kind is not JointKind.PRISMATIC for joint in robot.joints])
 
 
 def _within(errors: FloatArray) -> Mask:
-    return np.asarray((errors[0] < _PLACE_TOLERANCE) & (errors[1] < _ANGLE_TOLERANCE))
+    return np.asarray((errors < _TOLERANCE).all(axis=0))
+
+
+def _approach(robot: Robot, goals: FloatArray, tool: FloatArray, start: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """From postures `start` (n, batch) inside the limits towards goals (3, batch) [m] and a direction of the tool (3,).
+
+    Damped least squares, the joints held at their limits. Returns positions, shape (n, batch), and what is missing,
+    shape (2, batch): to the place [m], to the direction [rad].
+    """
+    q = start.copy()
+    miss = _miss(robot, posture_of(robot, q), goals, tool)
+    damping = np.full(q.shape[1], _FIRST_DAMPING)
+    busy = np.arange(q.shape[1])
+    for _ in range(_STEPS):
+        size = np.linalg.norm(miss[:, busy], axis=0)
+        busy = busy[(size > _GOAL) & (damping[busy] < _LAST_DAMPING)]
+        if not busy.size:
+            break
+        trial = _step(robot, q[:, busy], miss[:, busy], damping[busy])
+        trial_miss = _miss(robot, posture_of(robot, trial), goals[:, busy], tool)
+        good = np.linalg.norm(trial_miss, axis=0) < np.linalg.norm(miss[:, busy], axis=0)
+        q[:, busy[good]], miss[:, busy[good]] = trial[:, good], trial_miss[:, good]
+        damping[busy] = np.maximum(damping[busy] * np.where(good, 0.1, 8.0), 1e-14)
+    return q, np.stack([np.linalg.norm(miss[:3], axis=0), np.linalg.norm(miss[3:], axis=0)])
+
+
+def _step(robot: Robot, q: FloatArray, miss: FloatArray, damping: FloatArray) -> FloatArray:
+    posture = posture_of(robot, q)
+    axis = _tool_axis(robot, posture)[:, None]
+    across = posture.turning - axis * (axis * posture.turning).sum(axis=0)  # a turn about the tool's axis is free
+    j = np.moveaxis(np.concatenate([contact_jacobian(robot, posture), across]), -1, 0)
+    lower, upper = robot.lower[:, None], robot.upper[:, None]
+    step = _damped(j, miss, damping)
+    held = ((q <= lower) & (step < 0)) | ((q >= upper) & (step > 0))
+    if held.any():
+        step = _damped(j * ~held.T[:, None], miss, damping)
+    # a turn of more than a radian at once leaves the range in which the linear step means anything
+    step *= np.minimum(1.0, 1.0 / np.maximum(np.abs(step).max(axis=0), 1e-300))
+    return np.clip(q + step, lower, upper)
+
+
+def _damped(j: FloatArray, miss: FloatArray, damping: FloatArray) -> FloatArray:
+    """The step J^T (J J^T + damping)^-1 miss, shape (n, batch)."""
+    transposed = np.swapaxes(j, 1, 2)
+    square = j @ transposed + damping[:, None, None] * np.eye(6)
+    return (transposed @ np.linalg.solve(square, miss.T[..., None]))[..., 0].T
+
+
+def _miss(robot: Robot, posture: Posture, goals: FloatArray, tool: FloatArray) -> FloatArray:
+    """What is missing to the place [m] and, as a turn, to the tool's direction [rad], shape (6, batch)."""
+    axis = _tool_axis(robot, posture)
+    turn = cross(axis, np.broadcast_to(tool[:, None], axis.shape))
+    sine, cosine = np.linalg.norm(turn, axis=0), tool @ axis
+    angle = np.arctan2(sine, cosine)
+    # straight backwards any axis will do; one across the tool is taken
+    across = cross(axis, np.broadcast_to(np.eye(3)[np.argmin(np.abs(tool))][:, None], axis.shape))
+    turn = np.where((sine < 1e-9) & (cosine < 0), across, turn)
+    length = np.maximum(np.linalg.norm(turn, axis=0), 1e-300)
+    return np.concatenate([goals - contact_point(robot, posture), turn / length * angle])
+
+
+def _tool_axis(robot: Robot, posture: Posture) -> FloatArray:
+    return np.asarray(robot.flange.rotation[:, 2] @ posture.rotations[-1])

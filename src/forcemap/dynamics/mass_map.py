@@ -1,7 +1,8 @@
-"""Effective mass over the plane of distances and heights."""
+"""Effective mass of robots and planar arms: in postures, at places, over the plane of distances and heights."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
 
@@ -9,15 +10,17 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from forcemap.arrays import FloatArray
-from forcemap.dynamics.drive_inertia import DriveInertia
-from forcemap.dynamics.effective_mass import EffectiveMass
-from forcemap.dynamics.inverse_kinematics import DOWN
-from forcemap.dynamics.planar_arm import PlanarArm
-from forcemap.dynamics.planar_places import PLANAR_DOWN, planar_effective_mass_at
+from forcemap.dynamics.effective_mass import Drives, EffectiveMass, MassOutcome, effective_mass, mass_along
+from forcemap.dynamics.inverse_kinematics import DOWN, Reach, ReachOutcome, inverse_kinematics, places_in_plane
+from forcemap.dynamics.kinematics import contact_jacobian, joint_positions, posture_mass_matrix, posture_of
+from forcemap.dynamics.planar_arm import PlanarArm, planar_inverse_kinematics, planar_jacobian, planar_mass_matrix
+from forcemap.dynamics.rigid_body import unit_direction
 from forcemap.dynamics.robot import Robot
-from forcemap.dynamics.robot_mass import robot_effective_mass_at
 from forcemap.errors import InputError
 
+PLANAR_DOWN = (0.0, -1.0)
+
+_BLOCK = 2048  # postures at once: their frames stay in the processor's cache
 _STILL = 1e-6  # a change of the logarithm that is none
 
 
@@ -68,13 +71,122 @@ class MassMap:
         return float(np.sqrt(values.max() / values.min())) if values.size else float("nan")
 
 
+def robot_effective_mass(robot: Robot, positions: ArrayLike, direction: ArrayLike = DOWN) -> EffectiveMass:
+    """Effective mass of a robot in postures, with the robot's drive inertia if it has one.
+
+    Parameters
+    ----------
+    robot : Robot
+        The robot.
+    positions : array, shape (..., n)
+        Positions of the joints [rad], [m].
+    direction : array, shape (3,)
+        Direction of the impact in the frame of the base; down if not given.
+
+    Raises
+    ------
+    InputError
+        Not one finite number for every joint, or a direction that is none.
+    """
+    q = joint_positions(robot, positions)
+    u = unit_direction(direction, 3)
+    if u.ndim != 1:
+        raise InputError(f"direction: found the shape {u.shape}, expected one direction, three components")
+    flat = q.reshape(-1, q.shape[-1])
+    value, outcome = np.empty(len(flat)), np.empty(len(flat), dtype=object)
+    for first in range(0, len(flat), _BLOCK):
+        block = slice(first, first + _BLOCK)
+        posture = posture_of(robot, np.ascontiguousarray(flat[block].T))
+        j, m = (np.moveaxis(f(robot, posture), -1, 0) for f in (contact_jacobian, posture_mass_matrix))
+        mass = mass_along(j, m, u, robot.drive_inertia)
+        value[block], outcome[block] = mass.value, mass.outcome
+    return EffectiveMass.of(value.reshape(q.shape[:-1]), outcome.reshape(q.shape[:-1]), robot.drive_inertia)
+
+
+def robot_effective_mass_at(
+    robot: Robot,
+    distance: ArrayLike,
+    height: ArrayLike,
+    *,
+    direction: ArrayLike = DOWN,
+    tool_direction: ArrayLike = DOWN,
+    reference: ArrayLike | None = None,
+) -> EffectiveMass:
+    """Effective mass of a robot with its contact point at distance d and height h; unreachable places are named.
+
+    Parameters
+    ----------
+    robot : Robot
+        The robot.
+    distance, height : float or array
+        Distance from the base z-axis and height above the base [m].
+    direction : array, shape (3,)
+        Direction of the impact in the frame of the base; down if not given.
+    tool_direction : array, shape (3,)
+        Where the z axis of the flange points; down if not given.
+    reference : array, shape (n,), optional
+        Posture whose neighbour is taken [rad], [m]; the robot's own if not given.
+
+    Raises
+    ------
+    InputError
+        A place, a direction or a reference that is not finite numbers of the right count.
+    """
+    places = places_in_plane(distance, height)
+    reach = inverse_kinematics(robot, places, tool_direction=tool_direction, reference=reference)
+    return _where_reached(reach, robot.reference_posture, lambda q: robot_effective_mass(robot, q, direction))
+
+
+def planar_effective_mass_at(
+    arm: PlanarArm,
+    distance: ArrayLike,
+    height: ArrayLike,
+    *,
+    direction: ArrayLike = PLANAR_DOWN,
+    drive_inertia: Drives = None,
+) -> EffectiveMass:
+    """Effective mass of a planar arm with its end at distance d and height h; unreachable places are named.
+
+    Parameters
+    ----------
+    arm : PlanarArm
+        The arm.
+    distance, height : float or array
+        Distance d from the base and height h above it [m].
+    direction : array, shape (2,)
+        Direction of the impact, outwards and upwards; down if not given, as in the paper.
+    drive_inertia : array, shape (n,), or DriveInertia, optional
+        Inertia of the drives [kg m^2]; n is 3, or 2 with the wrist locked.
+
+    Raises
+    ------
+    InputError
+        A place or a direction that is not finite, or not one drive inertia for every joint.
+    """
+
+    def mass_of(q: FloatArray) -> EffectiveMass:
+        j, m = planar_jacobian(arm, q), planar_mass_matrix(arm, q)
+        return effective_mass(j, m, direction, drive_inertia=drive_inertia)
+
+    return _where_reached(planar_inverse_kinematics(arm, distance, height), np.full(3, 0.5), mass_of)
+
+
+def _where_reached(reach: Reach, stand_in: FloatArray, mass_of: Callable[[FloatArray], EffectiveMass]) -> EffectiveMass:
+    """Masses in the postures of a reach; NaN and `unreachable` where there is none, whatever posture stands in."""
+    reached = np.asarray(reach.outcome == ReachOutcome.REACHED)
+    mass = mass_of(np.where(reached[..., None], reach.positions, stand_in))
+    outcome = np.array(mass.outcome, dtype=object)
+    outcome[~reached] = MassOutcome.UNREACHABLE
+    return EffectiveMass.of(np.where(reached, mass.value, np.nan), outcome, mass.drive_inertia)
+
+
 def planar_mass_map(
     arm: PlanarArm,
     distances: ArrayLike,
     heights: ArrayLike,
     *,
     direction: ArrayLike = PLANAR_DOWN,
-    drive_inertia: ArrayLike | DriveInertia | None = None,
+    drive_inertia: Drives = None,
 ) -> MassMap:
     """Effective mass of a planar arm on a grid (paper, figure 3).
 
@@ -94,9 +206,8 @@ def planar_mass_map(
     InputError
         Distances or heights that are not ascending finite numbers.
     """
-    d, h = _axis("distances", distances), _axis("heights", heights)
-    mass = planar_effective_mass_at(arm, d[:, None], h, direction=direction, drive_inertia=drive_inertia)
-    return MassMap(d, h, mass)
+    d, h = _axes(distances=distances, heights=heights)
+    return MassMap(d, h, planar_effective_mass_at(arm, d[:, None], h, direction=direction, drive_inertia=drive_inertia))
 
 
 def robot_mass_map(
@@ -126,7 +237,7 @@ def robot_mass_map(
     InputError
         Distances or heights that are not ascending finite numbers.
     """
-    d, h = _axis("distances", distances), _axis("heights", heights)
+    d, h = _axes(distances=distances, heights=heights)
     mass = robot_effective_mass_at(
         robot, d[:, None], h, direction=direction, tool_direction=tool_direction, reference=reference
     )
@@ -135,20 +246,15 @@ def robot_mass_map(
 
 def _trend(steps: FloatArray) -> Trend:
     known = steps[np.isfinite(steps)]
-    if not known.size:
-        return Trend.UNKNOWN
-    for trend, holds in (
-        (Trend.FALLS, known < -_STILL),
-        (Trend.RISES, known > _STILL),
-        (Trend.CONSTANT, np.abs(known) <= _STILL),
-    ):
-        if np.all(holds):
-            return trend
-    return Trend.MIXED
+    signs = np.unique(np.where(np.abs(known) <= _STILL, 0, np.sign(known)))
+    if signs.size != 1:
+        return Trend.MIXED if signs.size else Trend.UNKNOWN
+    return {-1: Trend.FALLS, 0: Trend.CONSTANT, 1: Trend.RISES}[int(signs[0])]
 
 
-def _axis(what: str, values: ArrayLike) -> FloatArray:
-    axis = np.array(values, dtype=np.float64)
-    if axis.ndim != 1 or axis.size < 1 or not np.isfinite(axis).all() or np.any(np.diff(axis) <= 0):
-        raise InputError(f"{what}: found {values!r}, expected ascending finite numbers in m")
-    return axis
+def _axes(**axes: ArrayLike) -> list[FloatArray]:
+    checked = {what: np.array(values, dtype=np.float64) for what, values in axes.items()}
+    for what, axis in checked.items():
+        if axis.ndim != 1 or axis.size < 1 or not np.isfinite(axis).all() or np.any(np.diff(axis) <= 0):
+            raise InputError(f"{what}: found {axes[what]!r}, expected ascending finite numbers in m")
+    return list(checked.values())

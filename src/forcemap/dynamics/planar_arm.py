@@ -1,9 +1,9 @@
-"""The paper's planar arm: three links in a vertical plane (section II-C, figure 3)."""
+"""The paper's planar arm: three links in a vertical plane (section II-C, figure 3), its inspection points."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from enum import StrEnum
 
 import numpy as np
@@ -11,11 +11,14 @@ from numpy.typing import ArrayLike
 
 from forcemap.arrays import FloatArray
 from forcemap.dynamics.effective_mass import standard_effective_mass
+from forcemap.dynamics.inverse_kinematics import Reach, reach_outcomes
 from forcemap.errors import InputError
 
-# The paper's arm, "inspired by the UR10e": upper arm, forearm, last link.
-PAPER_LENGTHS = (0.5, 0.45, 0.05)
-PAPER_MASSES = (13.0, 4.0, 4.0)
+# Nine places "on a grid resembling" the paper's: smallest, middle and largest distance and height of the UR10e [m].
+INSPECTION_DISTANCES = (0.52, 0.70, 0.89)
+INSPECTION_HEIGHTS = (0.14, 0.30, 0.46)
+
+_ROUNDING = 1e-12  # by which a stretched arm may seem too short
 
 
 class LinkMass(StrEnum):
@@ -31,6 +34,9 @@ class Wrist(StrEnum):
 
     FREE = "free"
     LOCKED = "locked"
+
+
+_FREE_JOINTS = {Wrist.FREE: 3, Wrist.LOCKED: 2}
 
 
 class Elbow(StrEnum):
@@ -93,13 +99,13 @@ class PlanarArm:
     wrist: Wrist
     base_height: float
     elbow: Elbow = Elbow.UP
-    lengths: tuple[float, ...] = field(default=PAPER_LENGTHS)
-    masses: tuple[float, ...] = field(default=PAPER_MASSES)
+    # the paper's arm, "inspired by the UR10e": upper arm, forearm, last link
+    lengths: tuple[float, ...] = (0.5, 0.45, 0.05)
+    masses: tuple[float, ...] = (13.0, 4.0, 4.0)
 
     def __post_init__(self) -> None:
         for name, kind in (("link_mass", LinkMass), ("wrist", Wrist), ("elbow", Elbow), ("last_link", LastLink)):
-            if not isinstance(getattr(self, name), kind):
-                found = getattr(self, name)
+            if not isinstance(found := getattr(self, name), kind):
                 raise InputError(f"planar arm: found {name} {found!r}, expected a {kind.__name__}")
         for what, values, unit in (("lengths", self.lengths, "m"), ("masses", self.masses, "kg")):
             if len(values) != 3 or not all(0 < value < math.inf for value in values):
@@ -128,7 +134,7 @@ def planar_contact_point(arm: PlanarArm, positions: ArrayLike) -> FloatArray:
     InputError
         Not three finite numbers.
     """
-    angles = np.cumsum(_positions(positions), axis=-1)
+    angles = _angles(positions)
     along = np.stack([np.cos(angles), np.sin(angles)], axis=-2) @ np.array(arm.lengths)
     return np.asarray(along + np.array([0.0, arm.base_height]))
 
@@ -148,8 +154,7 @@ def planar_jacobian(arm: PlanarArm, positions: ArrayLike) -> FloatArray:
     InputError
         Not three finite numbers.
     """
-    angles = np.cumsum(_positions(positions), axis=-1)
-    return _point_rates(angles, arm.lengths)[..., : _free_joints(arm)]
+    return _point_rates(_angles(positions), arm.lengths)[..., : _FREE_JOINTS[arm.wrist]]
 
 
 def planar_mass_matrix(arm: PlanarArm, positions: ArrayLike) -> FloatArray:
@@ -167,7 +172,7 @@ def planar_mass_matrix(arm: PlanarArm, positions: ArrayLike) -> FloatArray:
     InputError
         Not three finite numbers.
     """
-    angles = np.cumsum(_positions(positions), axis=-1)
+    angles = _angles(positions)
     place = 1.0 if arm.link_mass is LinkMass.POINT_AT_END else 0.5
     matrix = np.zeros((*angles.shape[:-1], 3, 3))
     for i, (length, mass) in enumerate(zip(arm.lengths, arm.masses, strict=True)):
@@ -175,8 +180,50 @@ def planar_mass_matrix(arm: PlanarArm, positions: ArrayLike) -> FloatArray:
         turning = np.arange(3) <= i  # the joints that turn link i
         inertia = mass * length**2 / 12 if arm.link_mass is LinkMass.UNIFORM_ROD else 0.0
         matrix += mass * np.swapaxes(rates, -1, -2) @ rates + inertia * np.outer(turning, turning)
-    n = _free_joints(arm)
+    n = _FREE_JOINTS[arm.wrist]
     return matrix[..., :n, :n]
+
+
+def planar_inverse_kinematics(arm: PlanarArm, distance: ArrayLike, height: ArrayLike) -> Reach:
+    """Joint angles that bring the end of the last link to a place; here `unreachable` is exact, and no error is given.
+
+    Parameters
+    ----------
+    arm : PlanarArm
+        The arm; its elbow and last link choose the posture.
+    distance, height : float or array
+        Distance d from the base and height h above it [m].
+
+    Raises
+    ------
+    InputError
+        A place that is not finite.
+
+    Examples
+    --------
+    The paper's arm is 1.0 m long, and from a base at height 0 this place is 1.002 m away:
+
+    >>> arm = PlanarArm(link_mass=LinkMass.UNIFORM_ROD, last_link=LINK_ALIGNED, wrist=Wrist.FREE, base_height=0.0)
+    >>> planar_inverse_kinematics(arm, 0.89, 0.46).outcome
+    <ReachOutcome.UNREACHABLE: 'unreachable'>
+    """
+    d, h = np.broadcast_arrays(np.asarray(distance, dtype=np.float64), np.asarray(height, dtype=np.float64))
+    if not (np.isfinite(d).all() and np.isfinite(h).all()):
+        raise InputError("distance or height: found a number that is not finite, expected m")
+    l1, l2, l3 = arm.lengths
+    phi = arm.last_link.angle
+    x, z = d, h - arm.base_height
+    if math.isnan(phi):
+        l2 += l3  # aligned: two links, the second one longer
+    else:
+        x, z = x - l3 * math.cos(phi), z - l3 * math.sin(phi)
+    cosine = (x**2 + z**2 - l1**2 - l2**2) / (2 * l1 * l2)
+    reached = np.abs(cosine) <= 1 + _ROUNDING
+    bend = np.arccos(np.clip(cosine, -1.0, 1.0)) * (-1 if arm.elbow is Elbow.UP else 1)
+    first = np.arctan2(z, x) - np.arctan2(l2 * np.sin(bend), l1 + l2 * np.cos(bend))
+    last = np.zeros_like(bend) if math.isnan(phi) else phi - first - bend
+    q = np.where(reached[..., None], np.stack([first, bend, last], axis=-1), np.nan)
+    return Reach(q, reach_outcomes(np.asarray(reached)))
 
 
 def _point_rates(angles: FloatArray, lengths: ArrayLike) -> FloatArray:
@@ -185,12 +232,9 @@ def _point_rates(angles: FloatArray, lengths: ArrayLike) -> FloatArray:
     return np.asarray(np.cumsum(steps[..., ::-1], axis=-1)[..., ::-1])
 
 
-def _free_joints(arm: PlanarArm) -> int:
-    return 2 if arm.wrist is Wrist.LOCKED else 3
-
-
-def _positions(positions: ArrayLike) -> FloatArray:
+def _angles(positions: ArrayLike) -> FloatArray:
+    """Angles of the links above the horizontal [rad]."""
     q = np.asarray(positions, dtype=np.float64)
     if q.ndim < 1 or q.shape[-1] != 3 or not np.isfinite(q).all():
         raise InputError(f"joint positions: found the shape {q.shape} or no finite numbers, expected (..., 3) in rad")
-    return q
+    return np.cumsum(q, axis=-1)

@@ -32,7 +32,8 @@ class Frame:
     @classmethod
     def of(cls, xyz: ArrayLike = (0.0, 0.0, 0.0), rpy: ArrayLike = (0.0, 0.0, 0.0)) -> Self:
         """Frame from a position [m] and roll, pitch, yaw about fixed axes [rad], as in a URDF."""
-        return cls(np.array(xyz, dtype=np.float64), _rotation(*np.asarray(rpy, dtype=np.float64)))
+        roll, pitch, yaw = (turn(axis, float(angle)) for axis, angle in zip(np.eye(3), np.asarray(rpy), strict=True))
+        return cls(np.array(xyz, dtype=np.float64), yaw @ pitch @ roll)
 
     def then(self, inner: Frame) -> Frame:
         """A frame that stands in this one, seen from where this one stands."""
@@ -88,11 +89,8 @@ NOTHING = Body(0.0, np.zeros(3), np.zeros((3, 3)))
 
 def moved_body(body: Body, frame: Frame) -> Body:
     """The same body, described in the frame that `frame` stands in."""
-    return Body(
-        body.mass,
-        frame.position + frame.rotation @ body.centre_of_mass,
-        frame.rotation @ body.inertia @ frame.rotation.T,
-    )
+    r = frame.rotation
+    return Body(body.mass, frame.position + r @ body.centre_of_mass, r @ body.inertia @ r.T)
 
 
 def united(bodies: Iterable[Body]) -> Body:
@@ -100,17 +98,11 @@ def united(bodies: Iterable[Body]) -> Body:
     parts = [body for body in bodies if body.mass > 0]
     if not parts:
         return NOTHING
-    mass = sum(body.mass for body in parts)
-    centre = sum((body.mass * body.centre_of_mass for body in parts), np.zeros(3)) / mass
-    inertia = sum(
-        (body.inertia + point_inertia(body.mass, body.centre_of_mass - centre) for body in parts), np.zeros((3, 3))
-    )
-    return Body(mass, centre, inertia)
-
-
-def point_inertia(mass: float, position: FloatArray) -> FloatArray:
-    """Inertia of a point mass about the origin, shape (3, 3) [kg m^2]."""
-    return mass * (position @ position * np.eye(3) - np.outer(position, position))
+    masses, centres = np.array([body.mass for body in parts]), np.array([body.centre_of_mass for body in parts])
+    centre = masses @ centres / masses.sum()
+    spread = (centres - centre).T * masses @ (centres - centre)
+    inertia = sum((body.inertia for body in parts), np.trace(spread) * np.eye(3) - spread)
+    return Body(float(masses.sum()), centre, inertia)
 
 
 def cross_matrix(vector: FloatArray) -> FloatArray:
@@ -119,12 +111,24 @@ def cross_matrix(vector: FloatArray) -> FloatArray:
     return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
 
 
-def _rotation(roll: float, pitch: float, yaw: float) -> FloatArray:
-    cr, sr, cp, sp, cy, sy = (f(a) for a in (roll, pitch, yaw) for f in (math.cos, math.sin))
-    return np.array(
-        [
-            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
-            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
-            [-sp, cp * sr, cp * cr],
-        ]
-    )
+def turn(axis: FloatArray, angle: float) -> FloatArray:
+    """Rotation about a unit vector, shape (3, 3): Rodrigues' formula."""
+    k = cross_matrix(axis)
+    return np.asarray(np.eye(3) + math.sin(angle) * k + (1 - math.cos(angle)) * k @ k)
+
+
+def unit_direction(direction: ArrayLike, dimensions: int) -> FloatArray:
+    """A direction scaled to length one.
+
+    Raises
+    ------
+    InputError
+        Not that many components, a number that is not finite, or the length zero.
+    """
+    u = np.asarray(direction, dtype=np.float64)
+    if u.ndim < 1 or u.shape[-1] != dimensions:
+        raise InputError(f"direction: found the shape {u.shape}, expected {dimensions} components on the last axis")
+    length = np.linalg.norm(u, axis=-1, keepdims=True)
+    if not np.all((length > 0) & (length < np.inf)):
+        raise InputError("direction: found the length zero or a number that is not finite; name where the impact goes")
+    return np.asarray(u / length)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from typing import Self
 
@@ -10,9 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from forcemap.arrays import FloatArray
-from forcemap.dynamics.drive_inertia import DriveInertia, as_drive_inertia
-from forcemap.dynamics.effective_mass import standard_effective_mass
-from forcemap.dynamics.rigid_body import Body, Frame, moved_body, united
+from forcemap.dynamics.effective_mass import DriveInertia, as_drive_inertia, standard_effective_mass
+from forcemap.dynamics.rigid_body import Body, Frame, moved_body, turn, united
 from forcemap.errors import InputError
 
 
@@ -52,6 +51,16 @@ class Joint:
     upper: float
     body: Body
 
+    def held(self) -> Frame:
+        """The joint's frame as near to position zero as its limits allow, in the frame of the joint before it."""
+        position, slides = min(max(0.0, self.lower), self.upper), self.kind is JointKind.PRISMATIC
+        moved = Frame(self.axis * position, np.eye(3)) if slides else Frame(np.zeros(3), turn(self.axis, position))
+        return self.origin.then(moved)
+
+    def with_body(self, body: Body, frame: Frame) -> Self:
+        """The joint that carries one more body, described in a frame that stands in the joint's."""
+        return replace(self, body=united([self.body, moved_body(body, frame)]))
+
 
 @dataclass(frozen=True, eq=False)
 class Robot:
@@ -82,7 +91,7 @@ class Robot:
     joints: tuple[Joint, ...]
     flange: Frame
     reference_posture: FloatArray
-    contact_offset: FloatArray
+    contact_offset: FloatArray = field(default_factory=lambda: np.zeros(3))
     load: float = 0.0
     drive_inertia: DriveInertia | None = None
     held_joints: tuple[str, ...] = ()
@@ -108,12 +117,7 @@ class Robot:
         return standard_effective_mass(self.moving_mass, self.load)
 
     def with_tool(
-        self,
-        *,
-        mass: float,
-        centre_of_mass: ArrayLike,
-        contact_offset: ArrayLike,
-        inertia: ArrayLike | None = None,
+        self, *, mass: float, centre_of_mass: ArrayLike, contact_offset: ArrayLike, inertia: ArrayLike | None = None
     ) -> Self:
         """The robot with a tool on its flange, touching at a point of the tool.
 
@@ -132,7 +136,10 @@ class Robot:
             A mass below zero, an impossible inertia, or numbers that are not finite.
         """
         loaded = self.with_payload(mass=mass, centre_of_mass=centre_of_mass, inertia=inertia)
-        return replace(loaded, contact_offset=_point("contact offset", contact_offset))
+        offset = np.array(contact_offset, dtype=np.float64)
+        if offset.shape != (3,) or not np.isfinite(offset).all():
+            raise InputError(f"contact offset: found {contact_offset!r}, expected three finite numbers in m")
+        return replace(loaded, contact_offset=offset)
 
     def with_payload(self, *, mass: float, centre_of_mass: ArrayLike, inertia: ArrayLike | None = None) -> Self:
         """The robot with a workpiece in its tool; the contact point stays.
@@ -151,12 +158,9 @@ class Robot:
         InputError
             A mass below zero, an impossible inertia, or numbers that are not finite.
         """
-        added = Body.of(
-            mass, _point("centre of mass", centre_of_mass), np.zeros((3, 3)) if inertia is None else inertia
-        )
-        last = self.joints[-1]
-        carried = replace(last, body=united([last.body, moved_body(added, self.flange)]))
-        return replace(self, joints=(*self.joints[:-1], carried), load=self.load + added.mass)
+        added = Body.of(mass, centre_of_mass, np.zeros((3, 3)) if inertia is None else inertia)
+        *others, last = self.joints
+        return replace(self, joints=(*others, last.with_body(added, self.flange)), load=self.load + added.mass)
 
     def with_drive_inertia(self, drive_inertia: ArrayLike | DriveInertia) -> Self:
         """The robot with the inertia of its drives.
@@ -172,10 +176,3 @@ class Robot:
             Not one finite figure of at least 0 for every joint.
         """
         return replace(self, drive_inertia=as_drive_inertia(drive_inertia, len(self.joints)))
-
-
-def _point(what: str, values: ArrayLike) -> FloatArray:
-    point = np.array(values, dtype=np.float64)
-    if point.shape != (3,) or not np.isfinite(point).all():
-        raise InputError(f"{what}: found {values!r}, expected three finite numbers in m")
-    return point

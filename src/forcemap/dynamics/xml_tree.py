@@ -12,13 +12,19 @@ from typing import Any
 from forcemap.errors import InputError
 from forcemap.files import read_bytes
 
+_LARGEST = 1e9  # far above any robot; products of such numbers stay finite
+
 
 @dataclass(frozen=True)
 class Element:
-    """An element of an XML file: tag, attributes, line and the elements in it."""
+    """An element of an XML file: tag, attributes, file and line, and the elements in it.
+
+    What it must hold and does not is an InputError that names the line.
+    """
 
     tag: str
     attributes: dict[str, str]
+    file: str
     line: int
     children: list[Element] = field(default_factory=list)
 
@@ -29,6 +35,35 @@ class Element:
     def first(self, tag: str) -> Element | None:
         """The first of them, if there is one."""
         return next(self.all(tag), None)
+
+    def inside(self, tag: str) -> Element:
+        """The first of them."""
+        if child := self.first(tag):
+            return child
+        name = f" {self.attributes['name']!r}" if "name" in self.attributes else ""
+        raise self.refused(f"{self.tag}{name} has no <{tag}>, expected one")
+
+    def text(self, key: str) -> str:
+        """An attribute."""
+        if value := self.attributes.get(key, "").strip():
+            return value
+        raise self.refused(f'<{self.tag}> has no {key}, expected {key}="..."')
+
+    def numbers(self, key: str, count: int = 1) -> list[float]:
+        """An attribute that is one finite number, or three."""
+        text = self.text(key)
+        try:
+            numbers = [float(part) for part in text.split()]
+        except ValueError:
+            numbers = []
+        if len(numbers) != count or "_" in text or not all(abs(number) <= _LARGEST for number in numbers):
+            words = "a finite number" if count == 1 else "three finite numbers"
+            raise self.refused(f"<{self.tag} {key}>: found {text!r}, expected {words}")
+        return numbers
+
+    def refused(self, message: str) -> InputError:
+        """The error that what it holds cannot be used."""
+        return InputError(message, file=self.file, row=self.line)
 
 
 def read_xml(path: str | Path) -> Element:
@@ -45,34 +80,30 @@ def read_xml(path: str | Path) -> Element:
     from defusedxml.sax import parse
 
     file, content = Path(path).name, read_bytes(path)
-    tree = _Tree()
+    tree = _Tree(file)
     try:
         parse(io.BytesIO(content), tree, forbid_dtd=True, forbid_entities=True, forbid_external=True)
     except DefusedXmlException:
-        raise InputError(
-            "found a DTD or entities, which a robot description does not need; remove the <!DOCTYPE ...> part",
-            file=file,
-        ) from None
+        message = "found a DTD or entities, which a robot description does not need; remove the <!DOCTYPE ...> part"
+        raise InputError(message, file=file) from None
     except SAXParseException as error:
-        raise InputError(
-            f"not well-formed XML ({error.getMessage()}), expected a URDF", file=file, row=error.getLineNumber()
-        ) from None
+        message = f"not well-formed XML ({error.getMessage()}), expected a URDF"
+        raise InputError(message, file=file, row=error.getLineNumber()) from None
     except (ValueError, LookupError):  # an encoding that does not exist
         raise InputError("the text is in an encoding that is not known, expected UTF-8", file=file) from None
-    return tree.top.children[0]
+    return tree.open[0].children[0]
 
 
 class _Tree(xml.sax.handler.ContentHandler):
-    def __init__(self) -> None:
+    def __init__(self, file: str) -> None:
         super().__init__()
-        self.top = Element("", {}, 0)
-        self.open = [self.top]
+        self.open = [Element("", {}, file, 0)]
 
     def setDocumentLocator(self, locator: Any) -> None:
         self.locator = locator
 
     def startElement(self, name: str, attrs: Any) -> None:
-        element = Element(name, dict(attrs.items()), self.locator.getLineNumber() or 0)
+        element = Element(name, dict(attrs.items()), self.open[0].file, self.locator.getLineNumber() or 0)
         self.open[-1].children.append(element)
         self.open.append(element)
 

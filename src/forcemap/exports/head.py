@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
+import csv
+import io
+from collections.abc import Iterable
 from typing import Any
 
+from forcemap.answers.words import assumptions, limit_words, sentence, warnings
 from forcemap.exports.robot_table import Provenance
+from forcemap.findings import FindingKind
 
 NOT_SAFETY_RATED = (
     "NOT SAFETY-RATED: an estimate from measurements, looked up by an ordinary program; the robot's own safety "
     "functions must hold without it"
 )
 SIMULATED = "SIMULATED: made from simulated impacts, not a measurement of any robot; not for use on one"
+_ELSEWHERE = (FindingKind.LIMIT, FindingKind.BOUND, FindingKind.ALLOWANCE)  # lines of their own in the head
 WHO_CONFIRMS = (
     "to be confirmed before use: by the person responsible for the risk assessment, with measurements at the speeds "
     "used, and by whoever changes the safety configuration"
@@ -20,8 +26,8 @@ WHO_CONFIRMS = (
 def head_lines(provenance: Provenance) -> list[str]:
     """The head as lines of text; what a campaign states cannot add one."""
     lines = [
-        *([SIMULATED] if any(line.startswith("SIMULATED") for line in provenance.statements) else []),
-        *provenance.warnings,
+        *([SIMULATED] if provenance.simulated else []),
+        *warnings(provenance.bases),
         "allowed speeds of the contact point, made by forcemap",
         NOT_SAFETY_RATED,
         WHO_CONFIRMS,
@@ -29,12 +35,16 @@ def head_lines(provenance: Provenance) -> list[str]:
         *_file("map file", provenance.map_file, provenance.map_file_sha256),
         *_file("impacts table", provenance.impacts_table, provenance.impacts_table_sha256),
         f"date: {provenance.date}",
-        *(f"limit: {limit}" for limit in provenance.limits),
+        *(f"limit: {limit}" for limit in _limits(provenance)),
         f"bound: {provenance.bound}",
-        f"allowance: {provenance.allowance}",
-        *(f"assumes: {line}" for line in provenance.statements),
+        f"allowance: {sentence(provenance.allowance.finding)}",
+        *(f"assumes: {line}" for line in assumptions(provenance.bases, provenance.notes, but=_ELSEWHERE)),
     ]
     return [one_line(line) for line in lines]
+
+
+def _limits(provenance: Provenance) -> list[str]:
+    return list(dict.fromkeys(limit_words(basis) for basis in provenance.bases))
 
 
 def one_line(text: str) -> str:
@@ -46,6 +56,14 @@ def cell(text: str) -> str:
     """A text for a cell of a CSV file: one line, and none that a spreadsheet takes for a formula."""
     line = one_line(text)
     return f"'{line}" if line.startswith(("=", "+", "-", "@")) else line
+
+
+def csv_text(columns: Iterable[str], rows: Iterable[Iterable[Any]], head: Iterable[str] = ()) -> str:
+    """The text of a CSV file below a head in comments (#)."""
+    stream = io.StringIO()
+    stream.writelines(f"# {line}\n" for line in head)
+    csv.writer(stream, lineterminator="\n").writerows([columns, *rows])
+    return stream.getvalue()
 
 
 def _file(what: str, name: str, digest: str) -> list[str]:
@@ -65,16 +83,16 @@ def head_result(provenance: Provenance) -> dict[str, Any]:
         "impacts_table": one_line(provenance.impacts_table) or None,
         "impacts_table_sha256": provenance.impacts_table_sha256 or None,
         "date": provenance.date,
-        "limits": [one_line(line) for line in provenance.limits],
-        "limits_N": list(provenance.bound_forces),
-        "bound": provenance.bound,
+        "limits": [one_line(line) for line in _limits(provenance)],
+        "limits_N": list(provenance.limits_N),
+        "bound": str(provenance.bound),
         "speed_overshoot_mps": provenance.allowance.speed,
         "position_tolerance_m": provenance.allowance.position,
-        "warnings": [one_line(line) for line in provenance.warnings],
-        "assumptions": [one_line(line) for line in provenance.statements],
+        "warnings": [one_line(line) for line in warnings(provenance.bases)],
+        "assumptions": [one_line(e) for e in assumptions(provenance.bases, provenance.notes, but=_ELSEWHERE)],
     }
 
 
-def commented(lines: list[str], mark: str) -> list[str]:
-    """Lines as comments of a program, in ASCII, which every controller reads."""
-    return [f"{mark} {line}".encode("ascii", "replace").decode() for line in lines]
+def head_comment(provenance: Provenance, mark: str) -> list[str]:
+    """The head as comment lines of a program, in ASCII, which every controller reads."""
+    return [f"{mark} {line}".encode("ascii", "replace").decode() for line in head_lines(provenance)]

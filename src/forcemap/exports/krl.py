@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from forcemap.exports.head import head_comment
 from forcemap.exports.robot_table import RobotTable
-from forcemap.exports.zones import head_comment
 
 _FUNCTION = """\
 GLOBAL DEFFCT REAL FORCEMAP_SPEED(P:IN)
@@ -34,7 +34,7 @@ def krl_data(table: RobotTable) -> str:
     """The text of FORCEMAP.DAT: edges of the zones [mm] and speeds [m/s], counted from 1."""
     rows, columns = table.speed_mmps.shape
     edges = {"FM_D": table.distance_edges, "FM_H": table.height_edges}
-    lines = ["DEFDAT FORCEMAP PUBLIC", *head_comment(table, ";")]
+    lines = ["DEFDAT FORCEMAP PUBLIC", *head_comment(table.provenance, ";")]
     for name, values in edges.items():
         lines.append(f"DECL GLOBAL REAL {name}[{values.size}]")
         lines += [f"{name}[{i}]={1000 * value:.1f}" for i, value in enumerate(values.tolist(), start=1)]
@@ -47,4 +47,4 @@ def krl_source(table: RobotTable) -> str:
     """The text of FORCEMAP.SRC: the function FORCEMAP_SPEED."""
     rows, columns = table.speed_mmps.shape
     function = _FUNCTION.format(n=rows + 1, m=columns + 1, last_i=rows, last_j=columns)
-    return "\n".join(["DEF FORCEMAP()", *head_comment(table, ";"), "END", "", function])
+    return "\n".join(["DEF FORCEMAP()", *head_comment(table.provenance, ";"), "END", "", function])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import datetime
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from decimal import ROUND_CEILING, ROUND_FLOOR, Decimal
 from pathlib import Path
@@ -12,17 +12,21 @@ from typing import Self
 
 import numpy as np
 
+from forcemap.answers.words import sentence
 from forcemap.arrays import FloatArray, Indices, Objects
 from forcemap.errors import InputError, NotReleasable
-from forcemap.files import file_sha256
+from forcemap.files import file_sha256, stated_date
+from forcemap.findings import Finding, FindingKind
 from forcemap.limits.force_limits import Contact, ForceLimit, NewtonLimit
 from forcemap.maps.bounds import Bound
 from forcemap.maps.direction import WIDEST_ANGLE, direction_vector
 from forcemap.maps.force_map import ForceMap
 from forcemap.maps.map_file import map_sha256
+from forcemap.paths.path_speeds import PathSpeeds
+from forcemap.speeds.basis import Basis, basis_of
 from forcemap.speeds.safe_speed import SpeedOutcome, floor_speed
 from forcemap.speeds.zone_speeds import ZoneSpeeds, zone_speeds
-from forcemap.speeds.zones import ONLY_AS_MEASURED, Allowance, Zones
+from forcemap.speeds.zones import Allowance, Zones
 
 _WHOLE = Decimal("0.001")  # [m]; edges in whole millimetres, which every controller can hold
 
@@ -37,18 +41,16 @@ class Provenance:
         The map.
     date : str
         Date of the export, YYYY-MM-DD.
-    limits : tuple of str
-        Force limits with their table and edition, in words.
-    bound : str
-        The bound in words.
-    bound_forces : tuple of float
-        The force limits [N].
+    bound : Bound
+        The bound.
     allowance : Allowance
         What was subtracted.
-    statements : tuple of str
-        Assumptions, a line each.
-    warnings : tuple of str
-        What must be said first, a line each.
+    bases : tuple of Basis
+        Limits, and what speeds rest on for each.
+    notes : tuple of Finding
+        What else they depend on.
+    simulated : bool
+        True if the impacts are simulated.
     impacts_table, impacts_table_sha256 : str
         The impacts table that the map was fitted to; empty for a published map.
     map_file, map_file_sha256 : str
@@ -58,12 +60,11 @@ class Provenance:
     map_name: str
     map_sha256: str
     date: str
-    limits: tuple[str, ...]
-    bound: str
-    bound_forces: tuple[float, ...]
+    bound: Bound
     allowance: Allowance
-    statements: tuple[str, ...]
-    warnings: tuple[str, ...] = ()
+    bases: tuple[Basis, ...]
+    notes: tuple[Finding, ...]
+    simulated: bool
     impacts_table: str = ""
     impacts_table_sha256: str = ""
     map_file: str = ""
@@ -73,10 +74,14 @@ class Provenance:
         """The same, with the name and hash of the file that the map was read from."""
         return replace(self, map_file=Path(path).name, map_file_sha256=file_sha256(path))
 
-    def with_statements(self, statements: Iterable[str]) -> Self:
-        """The same with other assumptions; those that repeat limit, bound or allowance are left out."""
-        repeated = ("limit:", "bound:", str(self.allowance))
-        return replace(self, statements=tuple(line for line in statements if not line.startswith(repeated)))
+    def of_path(self, speeds: PathSpeeds) -> Self:
+        """The same for the speeds along a path."""
+        return replace(self, bases=speeds.bases or self.bases, notes=speeds.notes)
+
+    @property
+    def limits_N(self) -> tuple[float, ...]:
+        """The force limits [N]."""
+        return tuple({basis.limit_finding: float(np.min(basis.newtons)) for basis in self.bases}.values())
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,7 +94,7 @@ class RobotTable:
         Edges of the zones in whole millimetres [m].
     speed_mmps : array of int, shape (n, m)
         Speed to program, floored [mm/s]; 0 where none is permitted.
-    outcome, reason : array, shape (n, m)
+    outcome, reason : array of SpeedOutcome, array of Finding, shape (n, m)
         What is known of it, and why.
     lowest : array, shape (n, m)
         The lower bound of the safe speeds, before allowance and flooring [m/s]; NaN where there is none.
@@ -99,8 +104,6 @@ class RobotTable:
         The force limit that gives the lowest speed [N].
     provenance : Provenance
         What the speeds rest on.
-    refusal : str
-        Why no zone has a speed, whatever the bound; empty if nothing forbids it.
     """
 
     distance_edges: FloatArray
@@ -112,7 +115,11 @@ class RobotTable:
     spread: FloatArray
     limit: FloatArray
     provenance: Provenance
-    refusal: str = ""
+
+    @property
+    def refusal(self) -> Finding | None:
+        """Why no zone has a speed, whatever the bound; None if nothing forbids it."""
+        return next((basis.refusal for basis in self.provenance.bases if basis.refusal), None)
 
     @property
     def permitted(self) -> int:
@@ -124,13 +131,10 @@ class RobotTable:
 
         On an edge between zones the farther and the higher one counts; at every edge both hold.
         """
-        d, h = math.sqrt(x * x + y * y), z
-        edges = (self.distance_edges, self.height_edges)
-        if not all(e[0] <= value <= e[-1] for e, value in zip(edges, (d, h), strict=True)):
+        place = ((self.distance_edges, math.sqrt(x * x + y * y)), (self.height_edges, z))
+        if not all(edges[0] <= at <= edges[-1] for edges, at in place):
             return 0.0
-        i, j = (
-            min(int(np.searchsorted(e, value, "right")) - 1, e.size - 2) for e, value in zip(edges, (d, h), strict=True)
-        )
+        i, j = (min(int(np.searchsorted(edges, at, "right")) - 1, edges.size - 2) for edges, at in place)
         return float(self.speed_mmps[i, j]) / 1000
 
 
@@ -178,8 +182,6 @@ def robot_table(
         not state a direction that motion can be compared with.
     NotReleasable
         A weak bound, a limit in newtons without its spring, or an impacts table that is not what its recordings gave.
-    ContactNotPermitted
-        The standard permits no contact with a body area.
     BoundNotAvailable
         The map cannot carry the bound.
     """
@@ -189,39 +191,27 @@ def robot_table(
     allowance = Allowance() if allowance is None else allowance
     low, high = force_map.measured_range.lowest, force_map.measured_range.highest
     edges = [_edges(float(low[i]) + allowance.position, float(high[i]) - allowance.position, size) for i in (0, 1)]
-    near, bottom = np.meshgrid(edges[0][:-1], edges[1][:-1], indexing="ij")
-    far, top = np.meshgrid(edges[0][1:], edges[1][1:], indexing="ij")
-    zones = Zones(near.ravel(), far.ravel(), bottom.ravel(), top.ravel()).grown(allowance.position)
+    zones, shape = Zones.between(*edges).grown(allowance.position), tuple(each.size - 1 for each in edges)
+    for limit, contact in limits:
+        require_exportable(basis_of(force_map, limit, bound=bound, contact=contact, angle=angle))
     found = [
         zone_speeds(force_map, zones, limit=limit, bound=bound, contact=contact, angle=angle)
         for limit, contact in limits
     ]
-    for each in found:
-        if each.export_refusal:
-            raise NotReleasable(f"nothing is exported: {each.export_refusal}")
     governing = np.argmin([np.where(np.isnan(each.speed), -np.inf, each.speed) for each in found], axis=0)
 
     def strictest(name: str) -> Objects:
         columns = np.array([getattr(each, name) for each in found], dtype=object)
-        return np.asarray(columns[governing, np.arange(len(zones))].reshape(near.shape))
+        return np.asarray(columns[governing, np.arange(len(zones))].reshape(shape))
 
     lowest = strictest("speed").astype(np.float64)
     outcome, reason = strictest("outcome"), strictest("reason")
-    millimetres = np.array([_floored(value - allowance.speed) for value in lowest.ravel()]).reshape(near.shape)
+    millimetres = np.array([_floored(value - allowance.speed) for value in lowest.ravel()]).reshape(shape)
     spent = (millimetres == 0) & ~np.isnan(lowest)
-    outcome[spent], reason[spent] = SpeedOutcome.UNCONFIRMED, "nothing is left once the allowance is subtracted"
-    return RobotTable(
-        edges[0],
-        edges[1],
-        millimetres,
-        outcome,
-        reason,
-        lowest,
-        strictest("spread").astype(np.float64),
-        strictest("limit").astype(np.float64),
-        provenance(force_map, found, bound, allowance, date),
-        next((each.refusal for each in found if each.refusal), ""),
-    )
+    outcome[spent], reason[spent] = SpeedOutcome.UNCONFIRMED, Finding.of(FindingKind.ALLOWANCE_SPENT)
+    spread, limit_N = strictest("spread").astype(np.float64), strictest("limit").astype(np.float64)
+    head = provenance(force_map, found, bound, allowance, date)
+    return RobotTable(edges[0], edges[1], millimetres, outcome, reason, lowest, spread, limit_N, head)
 
 
 def provenance(
@@ -231,30 +221,25 @@ def provenance(
 
     The arguments are those of `robot_table`, and the speeds it made.
     """
-    statements = dict.fromkeys(line for each in found for line in each.statements)
     fit = force_map.fit
     return Provenance(
         map_name=force_map.name,
         map_sha256=map_sha256(force_map),
-        date=_date(date),
-        limits=tuple(dict.fromkeys(line.removeprefix("limit: ") for line in statements if line.startswith("limit:"))),
-        bound=str(bound),
-        bound_forces=tuple(float(each.limit[0]) for each in found),
+        date=(datetime.date.today() if date is None else stated_date("date", date)).isoformat(),
+        bound=bound,
         allowance=allowance,
-        statements=(),
-        warnings=tuple(dict.fromkeys(line for each in found for line in each.warnings)),
+        bases=tuple(each.basis for each in found),
+        notes=(Finding.of(FindingKind.ONLY_AS_MEASURED),),
+        simulated=force_map.simulated,
         impacts_table="" if fit is None else fit.table,
         impacts_table_sha256="" if fit is None else fit.table_sha256,
-    ).with_statements((*statements, ONLY_AS_MEASURED))
+    )
 
 
-def _date(date: str | None) -> str:
-    if date is None:
-        return datetime.date.today().isoformat()
-    try:
-        return datetime.date.fromisoformat(date).isoformat()
-    except ValueError:
-        raise InputError(f"date: found {date!r}, expected YYYY-MM-DD") from None
+def require_exportable(basis: Basis) -> None:
+    """Raise NotReleasable if what speeds rest on carries no program and no table."""
+    if basis.export_refusal:
+        raise NotReleasable(f"nothing is exported: {sentence(basis.export_refusal)}")
 
 
 def _floored(speed: float) -> int:

@@ -32,7 +32,7 @@ def safety_proposal(table: RobotTable, *, task: Task | None = None, speeds: Path
         ("least height above the base", low, "m", "mm", "safety plane"),
         ("largest height", high, "m", "mm", "safety plane"),
     ]
-    force = min(table.provenance.bound_forces)
+    force = min(table.provenance.limits_N)
     lines += ["| entry | proposed | in vendor units | note | typed in | by, date |", "|---|---|---|---|---|---|"]
     lines += [f"| {name} | {v:.3f} {si} | {1000 * v:.0f} {unit} | {note} | | |" for name, v, si, unit, note in entries]
     lines += [

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 from decimal import ROUND_FLOOR, Decimal
+from operator import itemgetter
 from typing import Any
 
-from forcemap.errors import InputError, NotReleasable
-from forcemap.exports.head import cell, head_lines, head_result, one_line
-from forcemap.exports.robot_table import Provenance
+from forcemap.answers.words import sentence
+from forcemap.errors import InputError
+from forcemap.exports.head import cell, csv_text, head_lines, head_result, one_line
+from forcemap.exports.robot_table import Provenance, require_exportable
 from forcemap.paths.path_speeds import PathSpeeds
 from forcemap.speeds.safe_speed import floor_speed
 
@@ -28,20 +28,16 @@ def scaling_csv(speeds: PathSpeeds, provenance: Provenance) -> str:
     InputError
         The path has no programmed speed.
     """
-    stream = io.StringIO()
-    stream.write("\n".join(f"# {line}" for line in [*head_lines(provenance), _use(speeds)]) + "\n")
-    writer = csv.DictWriter(stream, _COLUMNS, lineterminator="\n")
-    writer.writeheader()
-    for piece in scaling_result(speeds, provenance)["pieces"]:
-        writer.writerow(
-            piece
-            | {name: cell(piece[name]) for name in _TEXTS}
-            | {name: f"{round(piece[name], 4) + 0.0:.4f}" for name in _PLACES}
-            | {name: f"{piece[name]:.3f}" for name in _SPEEDS}
-            | {"scaling": f"{piece['scaling']:.2f}"}
-            | {"limit_N": "" if piece["limit_N"] is None else f"{piece['limit_N']:g}"}
-        )
-    return stream.getvalue()
+    rows = [
+        piece
+        | {name: cell(piece[name]) for name in _TEXTS}
+        | {name: f"{round(piece[name], 4) + 0.0:.4f}" for name in _PLACES}
+        | {name: f"{piece[name]:.3f}" for name in _SPEEDS}
+        | {"scaling": f"{piece['scaling']:.2f}"}
+        | {"limit_N": "" if piece["limit_N"] is None else f"{piece['limit_N']:g}"}
+        for piece in scaling_result(speeds, provenance)["pieces"]
+    ]
+    return csv_text(_COLUMNS, map(itemgetter(*_COLUMNS), rows), [*head_lines(provenance), _use(speeds)])
 
 
 def scaling_result(speeds: PathSpeeds, provenance: Provenance) -> dict[str, Any]:
@@ -54,8 +50,8 @@ def scaling_result(speeds: PathSpeeds, provenance: Provenance) -> dict[str, Any]
     NotReleasable
         What the speeds rest on carries no program.
     """
-    if speeds.export_refusal:
-        raise NotReleasable(f"nothing is exported: {speeds.export_refusal}")
+    for basis in speeds.bases:
+        require_exportable(basis)
     if any(math.isnan(value) for value in speeds.programmed.tolist()):
         raise InputError(
             "scaling: the path has no programmed speed; give times (time_s) in the path, or speed_mps in the task"
@@ -66,7 +62,7 @@ def scaling_result(speeds: PathSpeeds, provenance: Provenance) -> dict[str, Any]
         programmed = float(speeds.programmed[i])
         allowed = floor_speed(0.0 if speeds.refused[i] else float(speeds.speed[i]))
         driven = Decimal(floor_speed(commanded[i]))
-        reason = str(speeds.reason[i])
+        reason = sentence(speeds.reason[i])
         if driven < min(Decimal(allowed), Decimal(repr(programmed))):
             reason += "; slower here, because a later piece allows less"
         rows.append(

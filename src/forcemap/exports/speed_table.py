@@ -1,13 +1,12 @@
-"""A speed map as CSV, for people and spreadsheets, and as JSON, for programs."""
+"""A speed map as CSV, for people and spreadsheets."""
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 from typing import Any
 
-from forcemap.exports.head import cell
+from forcemap.answers.words import assumptions, sentence, warnings
+from forcemap.exports.head import cell, csv_text
 from forcemap.speeds.safe_speed import floor_speed
 from forcemap.speeds.speed_map import SpeedMap
 
@@ -30,38 +29,29 @@ def speed_map_csv(speed_map: SpeedMap, *, basis: dict[str, str]) -> str:
     basis : dict
         What every speed rests on (limit, bound, map): a column each, repeated in every row.
     """
-    stream = io.StringIO()
-    writer = csv.writer(stream, lineterminator="\n")
-    writer.writerow(
-        ["distance_m", "height_m", "outcome", *_SPEEDS, *_FORCES, "limit_N", "reason", *basis, "assumptions"]
-    )
-    assumptions = cell("; ".join((*speed_map.speeds.warnings, *speed_map.speeds.statements)))
+    columns = ["distance_m", "height_m", "outcome", *_SPEEDS, *_FORCES, "limit_N", "reason", *basis, "assumptions"]
+    rows: list[list[str]] = []
+    bases = [speed_map.speeds.basis]
+    rests_on = cell("; ".join((*warnings(bases), *assumptions(bases))))
     stated = [cell(value) for value in basis.values()]
     for place in _places(speed_map):
         speeds = [floor_speed(place[column]).replace("-", "") for column in _SPEEDS]
         forces = ["" if math.isnan(place[column]) else f"{place[column]:.1f}" for column in _FORCES]
         at = [repr(place["distance_m"]), repr(place["height_m"]), place["outcome"]]
         limit = f"{speed_map.speeds.limit:g}"
-        writer.writerow([*at, *speeds, *forces, limit, cell(place["reason"]), *stated, assumptions])
-    return stream.getvalue()
-
-
-def speed_map_places(speed_map: SpeedMap) -> list[dict[str, Any]]:
-    """A dictionary for each place, speeds [m/s] unrounded and None where there is none."""
-    return [
-        {key: None if isinstance(value, float) and math.isnan(value) else value for key, value in place.items()}
-        for place in _places(speed_map)
-    ]
+        rows.append([*at, *speeds, *forces, limit, cell(place["reason"]), *stated, rests_on])
+    return csv_text(columns, rows)
 
 
 def _places(speed_map: SpeedMap) -> list[dict[str, Any]]:
+    """A dictionary for each place, figures unrounded and NaN where there are none."""
     speeds = speed_map.speeds
     return [
         {
             "distance_m": distance,
             "height_m": height,
             "outcome": speeds.outcome[i, j].value,
-            "reason": speeds.reason[i, j],
+            "reason": sentence(speeds.reason[i, j]),
             **{column: float(getattr(speeds, name)[i, j]) for column, name in (_SPEEDS | _FORCES).items()},
         }
         for i, distance in enumerate(speed_map.distance.tolist())

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from forcemap.exports.head import head_comment
 from forcemap.exports.robot_table import RobotTable
-from forcemap.exports.zones import head_comment
 
 _FUNCTION = """\
 def forcemap_speed(pose):
@@ -48,7 +48,7 @@ def urscript(table: RobotTable) -> str:
         last_j=columns - 1,
         columns=columns,
     )
-    return "\n".join([*head_comment(table, "#"), function])
+    return "\n".join([*head_comment(table.provenance, "#"), function])
 
 
 def _list(values: list[float]) -> str:

@@ -1,53 +1,50 @@
-"""What every figure starts from and ends with: its size, its settings, its legend, the word SIMULATED."""
+"""What every figure starts from and ends with: settings, size, panels, cells, legend, SIMULATED, SVG and PNG."""
 
 from __future__ import annotations
 
-import functools
+import io
+import re
 import textwrap
 import threading
 import warnings
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from typing import Any, ParamSpec, TypeVar
+from html import escape
+from pathlib import Path
+from typing import Any
 
 import matplotlib
+import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
+from matplotlib.colorbar import Colorbar
 from matplotlib.figure import Figure
+from matplotlib.patches import Patch, Rectangle
 
-from forcemap.figures.style import COLUMN_WIDTH, PAGE_WIDTH, RC, YELLOW
-
-P = ParamSpec("P")
-R = TypeVar("R")
+from forcemap.arrays import FloatArray, Mask
+from forcemap.errors import InputError
+from forcemap.figures.style import COLUMN_WIDTH, PAGE_WIDTH, YELLOW, Look
 
 _SIGNS_PER_INCH = 15  # of bold letters of 7.5 points
 SIMULATED = "SIMULATED: not a measurement of any robot"
-
+_ALONE = 0.05  # a single place is drawn as wide as this [m]
+_NO_METADATA = dict.fromkeys(("Date", "Creator", "Format", "Type"))
 _INCH = 0.0254
+
 # matplotlib's settings belong to the whole process: one figure at a time, and they are put back.
 _SETTINGS = threading.RLock()
+_STYLE = matplotlib.rc_params_from_file(Path(__file__).with_name("forcemap.mplstyle"), use_default_template=False)
 
 
 @contextmanager
 def settings() -> Iterator[None]:
-    """matplotlib's settings for our figures, whatever those of the user; one thread at a time."""
+    """matplotlib's settings for our figures, whatever those of the user; one thread at a time. Also a decorator."""
     with _SETTINGS, matplotlib.rc_context():
         matplotlib.rcdefaults()
-        matplotlib.rcParams.update(RC)
+        matplotlib.rcParams.update(_STYLE)
         with warnings.catch_warnings():  # SVG keeps a name in another script as text; PNG shows boxes
             warnings.filterwarnings("ignore", message="Glyph .* missing from font", category=UserWarning)
             yield
-
-
-def in_our_settings(function: Callable[P, R]) -> Callable[P, R]:
-    """The function, run in our settings."""
-
-    @functools.wraps(function)
-    def within(*args: P.args, **kwargs: P.kwargs) -> R:
-        with settings():
-            return function(*args, **kwargs)
-
-    return within
 
 
 def is_wide(width: float) -> bool:
@@ -68,9 +65,7 @@ def panels(figure: Figure, count: int, columns: int, *, share_y: bool = False) -
     axes: list[Axes] = []
     for i in range(count):
         axes.append(figure.add_subplot(rows, columns, i + 1, sharey=axes[0] if share_y and axes else None))
-    if share_y:
-        for i, each in enumerate(axes):
-            each.tick_params(labelleft=i % columns == 0)
+        axes[-1].tick_params(labelleft=not share_y or i % columns == 0)
     return axes
 
 
@@ -86,8 +81,7 @@ def finish(
     """Put one legend for all panels beneath them, `also` entries included; above SIMULATED and what is said `first`."""
     entries: dict[str, Any] = {}
     for axes in figure.axes:
-        handles, words = axes.get_legend_handles_labels()
-        for handle, word in zip(handles, words, strict=True):
+        for handle, word in zip(*axes.get_legend_handles_labels(), strict=True):
             entries.setdefault(word, handle)
     entries |= {str(each.get_label()): each for each in also}
     if entries:
@@ -99,3 +93,87 @@ def finish(
         box = {"facecolor": YELLOW, "edgecolor": "none", "boxstyle": "square,pad=0.15"}
         figure.suptitle(said, x=0.02, ha="left", fontsize=7.5, fontweight="bold", bbox=box)
     return figure
+
+
+def edges(axis: FloatArray) -> FloatArray:
+    """Edges of the cells around ascending places, shape (n + 1,): midway, and as far beyond the outer ones [m]."""
+    places = np.asarray(axis, dtype=np.float64)
+    if places.size == 1:
+        return np.array([places[0] - _ALONE / 2, places[0] + _ALONE / 2])
+    inner = (places[1:] + places[:-1]) / 2
+    return np.concatenate([[2 * places[0] - inner[0]], inner, [2 * places[-1] - inner[-1]]])
+
+
+def colour_cells(axes: Axes, x: FloatArray, y: FloatArray, values: Any, label: str) -> Colorbar | None:
+    """Draw masked values, shape (m, n), as colours of the cells between edges x, (n + 1,), and y, (m + 1,)."""
+    axes.grid(visible=False)
+    if not values.count():
+        return None
+    mesh = axes.pcolormesh(x, y, values, edgecolor="face", linewidth=0.1)
+    return axes.figure.colorbar(mesh, ax=axes, label=label)
+
+
+def hatch_cells(axes: Axes, x: FloatArray, y: FloatArray, chosen: Mask, look: Look) -> Patch:
+    """Draw a look over the chosen cells, shape (n, m), between edges x, (n + 1,), and y, (m + 1,); and for a legend."""
+    for i, column in enumerate(chosen):
+        runs = np.flatnonzero(np.diff(np.concatenate([[False], column, [False]]).astype(np.int8)))
+        for start, stop in runs.reshape(-1, 2).tolist():  # cells on top of each other are one area
+            corner = (float(x[i]), float(y[start]))
+            axes.add_patch(Rectangle(corner, float(x[i + 1] - x[i]), float(y[stop] - y[start]), **look.area))
+    return look.patch()
+
+
+def svg(figure: Figure, prefix: str = "figure") -> str:
+    """A figure as one self-contained <svg> element, the same to the byte for the same figure.
+
+    Text stays text in a generic font, nothing is referenced, and there is neither a style sheet nor a style
+    attribute, which a content security policy may forbid.
+
+    Parameters
+    ----------
+    figure : Figure
+        The figure.
+    prefix : str
+        Put before every id, so that several figures can stand in one page: letters, digits, hyphens, underscores.
+
+    Raises
+    ------
+    InputError
+        A prefix that makes no id.
+    """
+    if not re.fullmatch(r"[A-Za-z][\w-]*", prefix, re.ASCII):
+        raise InputError(f"prefix: found {prefix!r}, expected a letter, then letters, digits, hyphens, underscores")
+    stream = io.StringIO()
+    with settings():
+        figure.savefig(stream, format="svg", metadata=_NO_METADATA)
+    text = re.sub(r"<style.*?</style>\s*", "", stream.getvalue().partition("<svg")[2], flags=re.DOTALL)
+    name = escape(str(figure.get_label()), quote=True)
+    root = f'<svg role="img" aria-label="{name}" stroke-linejoin="round" stroke-linecap="butt"'
+    text = re.sub(r'\bid="', f'id="{prefix}-', root + text)
+    text = re.sub(r'(href="#|url\(#)', rf"\1{prefix}-", text)
+    return re.sub(r' style="([^"]*)"', lambda found: _attributes(found[1]), text)
+
+
+def png(figure: Figure, dpi: float = 150) -> bytes:
+    """A figure as a PNG picture, the same to the byte for the same figure.
+
+    Parameters
+    ----------
+    figure : Figure
+        The figure.
+    dpi : float
+        Dots per inch.
+    """
+    stream = io.BytesIO()
+    with settings():
+        figure.savefig(stream, format="png", dpi=dpi, metadata={"Software": None})
+    return stream.getvalue()
+
+
+def _attributes(style: str) -> str:
+    """The declarations of a style attribute as attributes of their own; the shorthand `font` is none."""
+    declarations = [each.partition(":") for each in style.split(";") if each.strip()]
+    apart = {name.strip(): value.strip() for name, _, value in declarations}
+    font = apart.pop("font", "")
+    shorthand = f' style="font: {font}"' if font else ""
+    return shorthand + "".join(f' {name}="{value}"' for name, value in apart.items())

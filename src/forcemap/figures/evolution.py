@@ -10,23 +10,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from forcemap.campaigns.conditions import Conditions
-from forcemap.figures.canvas import finish, in_our_settings, is_wide, new_figure, panels, plain
-from forcemap.figures.style import (
-    BESIDE,
-    CENSORED,
-    CONTACT_FORCE,
-    DEVICE_RANGE,
-    FORCE,
-    LIMIT,
-    PAGE_WIDTH,
-    PEAK,
-    PHASE_BOUNDARY,
-    QUASI_STATIC,
-    RECORDED,
-    TIME,
-    TRANSIENT,
-    Look,
-)
+from forcemap.figures import style
+from forcemap.figures.canvas import finish, is_wide, new_figure, panels, plain, settings
+from forcemap.figures.style import FORCE, PAGE_WIDTH, TIME
 from forcemap.impacts.impact import TRANSIENT_TIME, Impact
 from forcemap.limits.force_limits import ForceLimit
 from forcemap.recordings.recording import Recording
@@ -34,7 +20,7 @@ from forcemap.recordings.recording import Recording
 _BEFORE, _AFTER = 0.05, 0.8  # shown before and after the onset [s]
 
 
-@in_our_settings
+@settings()
 def force_evolution_figure(
     recording: Recording,
     impact: Impact | None = None,
@@ -70,8 +56,8 @@ def force_evolution_figure(
     if impact is None:
         figure = new_figure("Recorded force over time, no impact found", width, 0.07)
         (axes,) = panels(figure, 1, 1)
-        axes.plot(time, recording.force, **RECORDED.drawn)
-        _draw_limits(axes, limit, time[0], time[-1], transient_until=time[-1])
+        style.RECORDED.plot(axes, time, recording.force)
+        _draw_limits(axes, limit, time[0], time[-1], time[-1])
         _draw_range(axes, recording)
         axes.set(xlabel="Time [s]", ylabel=FORCE, title="no impact found")
         return finish(figure, simulated=simulated, columns=2 if wide else 1)
@@ -80,17 +66,18 @@ def force_evolution_figure(
     whole, phase1 = panels(figure, 2, 2 if wide else 1, share_y=wide)
     end = min(float(time[-1]), _AFTER)
     length = impact.phase1_end - impact.onset
-    words = CONTACT_FORCE.words + (f", {plain(Path(recording.name).name)}" if beside and recording.name else "")
+    words = style.CONTACT_FORCE.words + (f", {plain(Path(recording.name).name)}" if beside and recording.name else "")
     for axes, low, high in ((whole, -_BEFORE, end), (phase1, -0.4 * length, 2.0 * length)):
-        shown = (time >= low) & (time <= high)
-        axes.plot(time[shown], recording.force[shown], **RECORDED.drawn)
-        after, force = impact.contact.time - onset, impact.contact.force
-        shown = (after >= low) & (after <= high)
-        axes.plot(after[shown], force[shown], **(CONTACT_FORCE.drawn | {"label": words}))
-        for each in beside:
-            _draw_beside(axes, each, low, high)
-        _draw_limits(axes, limit, max(low, 0.0), high, transient_until=min(high, TRANSIENT_TIME))
-        axes.axvline(length, **PHASE_BOUNDARY.drawn)
+        curves = [
+            (style.RECORDED, time, recording.force, ""),
+            (style.CONTACT_FORCE, impact.contact.time - onset, impact.contact.force, words),
+            *((style.BESIDE, *each.curve(), plain(Path(each.recording.name).name)) for each in beside),
+        ]
+        for look, after, force, name in curves:
+            shown = (after >= low) & (after <= high)
+            look.plot(axes, after[shown], force[shown], name)
+        _draw_limits(axes, limit, max(low, 0.0), high, min(high, TRANSIENT_TIME))
+        axes.axvline(length, **style.PHASE_BOUNDARY.drawn)
         _draw_range(axes, recording)
         _draw_peak(axes, impact)
         axes.margins(y=0.1)
@@ -100,47 +87,31 @@ def force_evolution_figure(
     return finish(figure, simulated=simulated, columns=2 if wide else 1)
 
 
-def _draw_beside(axes: Axes, impact: Impact, low: float, high: float) -> None:
-    after, force = impact.curve()
-    shown = (after >= low) & (after <= high)
-    name = plain(Path(impact.recording.name).name)
-    axes.plot(after[shown], force[shown], **(BESIDE.drawn | {"label": name or BESIDE.words}))
-
-
-def _draw_limits(
-    axes: Axes, limit: ForceLimit | float | None, low: float, high: float, *, transient_until: float
-) -> None:
-    if limit is None:
+def _draw_limits(axes: Axes, limit: ForceLimit | float | None, low: float, high: float, transient_until: float) -> None:
+    if limit is None or (isinstance(limit, ForceLimit) and not limit.permitted):
         return
+    levels = [(style.LIMIT, limit, high)]
     if isinstance(limit, ForceLimit):
-        if not limit.permitted:
-            return
-        _draw_level(axes, TRANSIENT, limit.transient, low, transient_until)
-        _draw_level(axes, QUASI_STATIC, limit.quasi_static, low, high)
-    else:
-        _draw_level(axes, LIMIT, float(limit), low, high)
-
-
-def _draw_level(axes: Axes, look: Look, force: float, low: float, high: float) -> None:
-    axes.plot([low, high], [force, force], **(look.drawn | {"label": f"{look.words} {force:g} N"}))
+        levels = [(style.TRANSIENT, limit.transient, transient_until), (style.QUASI_STATIC, limit.quasi_static, high)]
+    for look, force, end in levels:
+        look.plot(axes, [low, end], [force, force], f"{look.words} {force:g} N")
 
 
 def _draw_range(axes: Axes, recording: Recording) -> None:
     device_range = recording.device.range
     if np.isfinite(device_range) and np.abs(recording.force).max() > 0.7 * device_range:
-        words = f"{DEVICE_RANGE.words} {device_range:g} N"
-        axes.axhline(device_range, **(DEVICE_RANGE.drawn | {"label": words}))
+        words = f"{style.DEVICE_RANGE.words} {device_range:g} N"
+        axes.axhline(device_range, **(style.DEVICE_RANGE.drawn | {"label": words}))
 
 
 def _draw_peak(axes: Axes, impact: Impact) -> None:
     """The peak; an arrow up where the device range was reached."""
-    look = CENSORED if impact.saturated else PEAK
-    words = "at least " if impact.saturated else ""
-    words = f"{PEAK.words} {words}{impact.peak_force:.1f} N"
+    look, words = (style.CENSORED, "at least ") if impact.saturated else (style.PEAK, "")
+    words = f"{style.PEAK.words} {words}{impact.peak_force:.1f} N"
     if f"{impact.raw_peak_force:.1f}" != f"{impact.peak_force:.1f}":
         words += f" (largest sample {impact.raw_peak_force:.1f} N)"
     words += "" if impact.resolved else ", unresolved"
-    axes.plot(impact.peak_time - impact.onset, impact.peak_force, **(look.drawn | {"label": words}))
+    look.plot(axes, impact.peak_time - impact.onset, impact.peak_force, words)
 
 
 def _title(impact: Impact, limit: ForceLimit | float | None) -> str:

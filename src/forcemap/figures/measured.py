@@ -1,54 +1,96 @@
-"""Measured states, drawn the same way in every figure."""
+"""Measured states, drawn the same way in every figure; where was measured, and how far repeats agree."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from forcemap.arrays import FloatArray, Mask
 from forcemap.campaigns.dataset import ImpactDataset, States, StateTolerance
-from forcemap.figures.style import CENSORED, TEST, TRAIN, Look
+from forcemap.campaigns.repeatability import Repeatability
+from forcemap.figures import style
+from forcemap.figures.canvas import finish, is_wide, new_figure, panels, plain, settings
+from forcemap.figures.style import DISTANCE, HEIGHT, PAGE_WIDTH, Look
+from forcemap.maps.bounds import Bound
 from forcemap.maps.force_map import ForceMap
+
+_MOST_PANELS = 6
+_MOST_NAMES = 6
 
 
 @dataclass(frozen=True, eq=False)
 class Measured:
-    """The training and test states to draw, and how far repeats of one may lie apart."""
+    """The training and test states to draw, how far repeats of one may lie apart, whether any is simulated."""
 
     train: States | None
     test: States | None
     tolerance: StateTolerance
+    simulated: bool
 
     @classmethod
-    def of(cls, force_map: ForceMap, dataset: ImpactDataset | None) -> Measured:
+    def of(cls, force_map: ForceMap | None, dataset: ImpactDataset | None) -> Measured:
         """The states of a dataset; without one those of the fitted map, if it was fitted."""
+        simulated = any(each is not None and each.simulated for each in (force_map, dataset))
         if dataset is not None:
-            return cls.of_dataset(dataset)
+            return cls(dataset.train.states, dataset.test.states, dataset.tolerance, simulated)
+        assert force_map is not None
         fit, stated = force_map.fit, force_map.conditions
         tolerance = StateTolerance.stated(stated.place_tolerance, stated.speed_tolerance)
-        return cls(None, None, tolerance) if fit is None else cls(fit.states, fit.test, tolerance)
+        states, test = (None, None) if fit is None else (fit.states, fit.test)
+        return cls(states, test, tolerance, simulated)
 
-    @classmethod
-    def of_dataset(cls, dataset: ImpactDataset) -> Measured:
-        """The states of a dataset by role."""
-        return cls(dataset.train.states, dataset.test.states, dataset.tolerance)
+    @property
+    def tolerances(self) -> tuple[float, float, float]:
+        """For distance [m], height [m] and speed [m/s]."""
+        return self.tolerance.place, self.tolerance.place, self.tolerance.speed
+
+    def levels(self, points: FloatArray) -> list[FloatArray]:
+        """Distances, heights and speeds that states have, shape (n, 3), each once (`levels`)."""
+        return [levels(values, tolerance) for values, tolerance in zip(points.T, self.tolerances, strict=True)]
 
     @property
     def by_look(self) -> list[tuple[Look, States]]:
         """The training and the test states with their looks, where there are any."""
-        pairs = [(TRAIN, self.train), (TEST, self.test)]
+        pairs = [(style.TRAIN, self.train), (style.TEST, self.test)]
         return [(look, states) for look, states in pairs if states is not None and len(states)]
+
+
+def draw_profile(axes: Axes, measured: Measured, along: int, held: Mapping[int, float]) -> None:
+    """The states whose other coordinates are those held, against the one along an axis."""
+    for look, states in measured.by_look:
+        chosen = np.ones(len(states), dtype=np.bool_)
+        for i, value in held.items():
+            chosen &= near(states.coordinates[:, i], value, measured.tolerances[i])
+        some = states.select(chosen)
+        draw_forces(axes, look, some, some.coordinates[:, along], some.force, some.at_least)
+
+
+def draw_map(
+    axes: Axes, force_map: ForceMap, bound: Bound | None, along: int, held: Mapping[int, float]
+) -> tuple[FloatArray, FloatArray]:
+    """Prediction and bound along an axis, the others held, as far as the measured range reaches; and the line drawn."""
+    low, high = force_map.measured_range.lowest[along], force_map.measured_range.highest[along]
+    x = np.linspace(low, high, 81)
+    state = [x if i == along else np.full(x.size, held[i]) for i in range(3)]
+    inside = force_map.measured_range.contains(*state)
+    force = np.where(inside, force_map.predict(*state), np.nan)
+    if inside.any():
+        style.PREDICTION.plot(axes, x, force)
+        if bound is not None:
+            style.BOUND.plot(axes, x, np.where(inside, bound.upper(force_map, *state), np.nan))
+    return x, force
 
 
 def draw_forces(axes: Axes, look: Look, states: States, x: FloatArray, y: FloatArray, least: FloatArray) -> None:
     """Points at (x, y) for states with an uncensored impact, arrows up from (x, least) for censored ones."""
-    measured, censored = states.impacts > 0, states.censored > 0
-    if measured.any():
-        axes.plot(x[measured], y[measured], **look.drawn)
-    if censored.any():
-        axes.plot(x[censored], least[censored], **CENSORED.drawn)
+    if (measured := states.impacts > 0).any():
+        look.plot(axes, x[measured], y[measured])
+    if (censored := states.censored > 0).any():
+        style.CENSORED.plot(axes, x[censored], least[censored])
 
 
 def levels(values: FloatArray, tolerance: float) -> FloatArray:
@@ -72,3 +114,80 @@ def middle(values: FloatArray) -> float:
 def near(values: FloatArray, held: float, tolerance: float) -> Mask:
     """True where a value is the one held, but for the tolerance."""
     return np.asarray(np.abs(values - held) <= tolerance * (1 + 1e-9))
+
+
+@settings()
+def measurement_grid_figure(dataset: ImpactDataset, *, width: float = PAGE_WIDTH) -> Figure:
+    """Places of the measured states, a panel a speed: training, test and censored states by marker.
+
+    Parameters
+    ----------
+    dataset : ImpactDataset
+        The impacts.
+    width : float
+        Width of the figure [m].
+    """
+    measured = Measured.of(None, dataset)
+    speeds = levels(dataset.states.speed, dataset.tolerance.speed)
+    groups = np.array_split(speeds, min(_MOST_PANELS, speeds.size))
+    columns = min(len(groups), 3 if is_wide(width) else 2)
+    rows = -(-len(groups) // columns)
+    figure = new_figure("Places and speeds measured", width, 0.02 + rows * 0.95 * width / columns)
+    all_axes = panels(figure, len(groups), columns, share_y=True)
+    for i, (axes, group) in enumerate(zip(all_axes, groups, strict=True)):
+        low, high = group[0] - dataset.tolerance.speed, group[-1] + dataset.tolerance.speed
+        for look, states in measured.by_look:
+            here = states.select((states.speed >= low) & (states.speed <= high))
+            look.plot(axes, here.distance, here.height)
+            if len(censored := here.select(here.censored > 0)):
+                style.CENSORED.plot(axes, censored.distance, censored.height)
+        words = f"{group[0]:.2f}" + (f" to {group[-1]:.2f}" if group.size > 1 else "")
+        axes.set(title=f"{words} m/s", xlabel=DISTANCE if i + columns >= len(groups) else "")
+        axes.set_ylabel(HEIGHT if i % columns == 0 else "")
+        axes.margins(0.15)
+        axes.set_aspect("equal", adjustable="datalim")
+    return finish(figure, simulated=dataset.simulated, columns=3 if is_wide(width) else 1)
+
+
+@settings()
+def repeatability_figure(
+    repeatability: Repeatability, dataset: ImpactDataset | None = None, *, width: float = PAGE_WIDTH
+) -> Figure:
+    """Standard deviation of the repeats of every state against its force, with the pooled one; outliers are named.
+
+    Parameters
+    ----------
+    repeatability : Repeatability
+        The result.
+    dataset : ImpactDataset, optional
+        Its impacts; tell the device error and whether they are simulated.
+    width : float
+        Width of the figure [m].
+    """
+    wide = is_wide(width)
+    figure = new_figure("Standard deviation of repeats", width, 0.075)
+    axes = figure.add_subplot()
+    force, sd = repeatability.mean, repeatability.sd
+    repeated = np.isfinite(sd)
+    style.REPEATED.plot(axes, force[repeated], sd[repeated])
+    if (partly := repeated & (repeatability.censored > 0)).any():
+        style.CENSORED.plot(axes, force[partly], sd[partly], "some repeats above the device range, not counted")
+    if np.isfinite(pooled := repeatability.within_state_sd):
+        axes.axhline(pooled, **(style.POOLED.drawn | {"label": f"{style.POOLED.words}: {pooled:.2f} N"}))
+    error = np.nan if dataset is None else dataset.conditions.device.error
+    if np.isfinite(error):
+        axes.axhline(error, **(style.DEVICE_ERROR.drawn | {"label": f"{style.DEVICE_ERROR.words}: {error:g} N"}))
+    outliers = dict.fromkeys(outlier.state for outlier in repeatability.outliers)
+    for number, name in enumerate(outliers):
+        i = repeatability.state.index(name)
+        at = (force[i], sd[i])
+        if repeated[i]:
+            style.OUTLIER.plot(axes, *at)
+        if repeated[i] and number < _MOST_NAMES:
+            axes.annotate(plain(name, 24), at, (6, 0), textcoords="offset points", fontsize=6.5, va="center")
+    if not repeated.any():
+        axes.text(0.5, 0.5, "no state was repeated", transform=axes.transAxes, ha="center")
+    axes.set(xlabel="Mean peak force of the state [N]", ylabel="SD of repeats [N]")
+    axes.set_ylim(bottom=0)
+    simulated = dataset is not None and dataset.simulated
+    return finish(figure, simulated=simulated, columns=2 if wide else 1)

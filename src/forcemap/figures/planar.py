@@ -9,39 +9,13 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from forcemap.dynamics.mass_map import MassMap
-from forcemap.dynamics.planar_arm import PlanarArm
-from forcemap.dynamics.planar_places import planar_inverse_kinematics
+from forcemap.dynamics.planar_arm import PlanarArm, planar_inverse_kinematics
 from forcemap.errors import InputError
-from forcemap.figures.canvas import finish, in_our_settings, is_wide, new_figure, panels, plain
-from forcemap.figures.cells import edges, hatch_cells
-from forcemap.figures.style import (
-    BLACK,
-    BLUE,
-    DISTANCE,
-    GREEN,
-    GREY,
-    HEIGHT,
-    MASS,
-    MASSES,
-    ORANGE,
-    PAGE_WIDTH,
-    PURPLE,
-    SKY,
-    VERMILLION,
-)
-
-_VARIANTS = [
-    (BLUE, "s", "-"),
-    (VERMILLION, "o", (0, (4, 2))),
-    (GREEN, "^", (0, (1, 1))),
-    (BLACK, "D", (0, (6, 1.5, 1, 1.5))),
-    (ORANGE, "v", "-"),
-    (PURPLE, "P", (0, (4, 2))),
-    (SKY, "X", (0, (1, 1))),
-]
+from forcemap.figures import canvas, style
+from forcemap.figures.style import DISTANCE, HEIGHT, MASS, PAGE_WIDTH
 
 
-@in_our_settings
+@canvas.settings()
 def planar_inspection_figure(
     variants: Mapping[str, MassMap], *, arm: PlanarArm | None = None, width: float = PAGE_WIDTH
 ) -> Figure:
@@ -62,37 +36,32 @@ def planar_inspection_figure(
     InputError
         No variant, more than seven, or variants at different places.
     """
-    if not 1 <= len(variants) <= len(_VARIANTS):
-        raise InputError(f"found {len(variants)} variants of the arm, expected 1 to {len(_VARIANTS)}")
+    if not 1 <= len(variants) <= len(style.VARIANTS):
+        raise InputError(f"found {len(variants)} variants of the arm, expected 1 to {len(style.VARIANTS)}")
     first = next(iter(variants.values()))
     for name, each in variants.items():
         if not (np.array_equal(each.distances, first.distances) and np.array_equal(each.heights, first.heights)):
             raise InputError(f"variant {name!r} is of other places than the first, expected the same for all")
-    wide = is_wide(width)
-    figure = new_figure("Effective mass at inspection points", width, 0.075 if wide else 0.15)
-    postures, masses = panels(figure, 2, 2 if wide else 1)
+    wide = canvas.is_wide(width)
+    figure = canvas.new_figure("Effective mass at inspection points", width, 0.075 if wide else 0.15)
+    postures, masses = canvas.panels(figure, 2, 2 if wide else 1)
     _draw_postures(postures, first, arm)
-    postures.set_title(plain(next(iter(variants))))
-    places = [(i, j) for j in range(first.heights.size) for i in range(first.distances.size)]
-    for (colour, marker, line), (name, each) in zip(_VARIANTS, variants.items(), strict=False):
-        for j in range(first.heights.size):
-            x = j * (first.distances.size + 0.6) + np.arange(first.distances.size)
-            masses.plot(
-                x, each.mass.value[:, j], color=colour, marker=marker, linestyle=line, markersize=4, label=plain(name)
-            )
-    ticks = [j * (first.distances.size + 0.6) + i for i, j in places]
-    masses.set_xticks(ticks, [f"{first.distances[i]:.2f}" for i, _ in places], rotation=90)
-    for j, height in enumerate(first.heights):
-        centre = j * (first.distances.size + 0.6) + (first.distances.size - 1) / 2
-        masses.text(
-            centre, 1.0, f"h = {height:.2f} m", transform=masses.get_xaxis_transform(), ha="center", va="bottom"
-        )
+    postures.set_title(canvas.plain(next(iter(variants))))
+    count = first.distances.size
+    x = np.arange(first.heights.size)[:, None] * (count + 0.6) + np.arange(count)  # a group for each height
+    for look, (name, each) in zip(style.VARIANTS, variants.items(), strict=False):
+        for row, mass in zip(x, each.mass.value.T, strict=True):
+            look.plot(masses, row, mass, canvas.plain(name), markeredgewidth=1.0)
+    masses.set_xticks(x.ravel(), [f"{distance:.2f}" for distance in first.distances] * len(x), rotation=90)
+    beneath = masses.get_xaxis_transform()
+    for row, height in zip(x, first.heights, strict=True):
+        masses.text(row.mean(), 1.0, f"h = {height:.2f} m", transform=beneath, ha="center", va="bottom")
     masses.set(xlabel=DISTANCE, ylabel=MASS)
     masses.set_ylim(bottom=0)
-    return finish(figure, simulated=False, columns=2 if wide else 1)
+    return canvas.finish(figure, simulated=False, columns=2 if wide else 1)
 
 
-@in_our_settings
+@canvas.settings()
 def planar_mass_figure(mass_map: MassMap, *, width: float = PAGE_WIDTH) -> Figure:
     """Effective mass over distance and height, dense (paper, section II-C); also of a robot.
 
@@ -103,25 +72,19 @@ def planar_mass_figure(mass_map: MassMap, *, width: float = PAGE_WIDTH) -> Figur
     width : float
         Width of the figure [m].
     """
-    figure = new_figure("Effective mass over distance and height", width, 0.7 * width)
+    figure = canvas.new_figure("Effective mass over distance and height", width, 0.7 * width)
     axes = figure.add_subplot()
     mass = np.ma.masked_invalid(mass_map.mass.value.T)
-    x, y = edges(mass_map.distances), edges(mass_map.heights)
-    axes.grid(visible=False)
-    if mass.count():
-        colours = axes.pcolormesh(x, y, mass, edgecolor="face", linewidth=0.1)
-        figure.colorbar(colours, ax=axes, label=MASS)
+    x, y = canvas.edges(mass_map.distances), canvas.edges(mass_map.heights)
+    canvas.colour_cells(axes, x, y, mass, MASS)
     if mass.count() and min(mass.shape) > 1 and np.ptp(mass.compressed()) > 0:
         lines = axes.contour(mass_map.distances, mass_map.heights, mass, levels=6, colors="white", linewidths=0.8)
         axes.clabel(lines, fmt="%g", fontsize=6.5)
-    legend = [
-        hatch_cells(axes, x, y, mass_map.mass.outcome == outcome, look)
-        for outcome, look in MASSES.items()
-        if (mass_map.mass.outcome == outcome).any()
-    ]
+    chosen = {outcome: mass_map.mass.outcome == outcome for outcome in style.MASSES}
+    legend = [canvas.hatch_cells(axes, x, y, here, style.MASSES[each]) for each, here in chosen.items() if here.any()]
     axes.set(xlabel=DISTANCE, ylabel=HEIGHT)
     axes.set_aspect("equal")
-    return finish(figure, simulated=False, columns=1, also=legend)
+    return canvas.finish(figure, simulated=False, columns=1, also=legend)
 
 
 def _draw_postures(axes: Axes, places: MassMap, arm: PlanarArm | None) -> None:
@@ -133,8 +96,8 @@ def _draw_postures(axes: Axes, places: MassMap, arm: PlanarArm | None) -> None:
                 angles = np.cumsum(planar_inverse_kinematics(arm, distance, height).positions)
                 x = np.concatenate([[0.0], np.cumsum(arm.lengths * np.cos(angles))])
                 z = arm.base_height + np.concatenate([[0.0], np.cumsum(arm.lengths * np.sin(angles))])
-                axes.plot(x, z, color=GREY, linewidth=0.7, marker=".", markersize=3)
-            axes.plot(distance, height, color=BLACK, marker="D", markersize=3.5)
+                axes.plot(x, z, color=style.GREY, linewidth=0.7, marker=".", markersize=3)
+            axes.plot(distance, height, color=style.BLACK, marker="D", markersize=3.5)
             words = f"{value:.1f} kg" if np.isfinite(value) else str(places.mass.outcome[i, j]).replace("_", " ")
             axes.annotate(words, (distance, height), (2, -9), textcoords="offset points", fontsize=6.5)
     axes.set(xlabel=DISTANCE, ylabel=HEIGHT)

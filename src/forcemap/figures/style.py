@@ -1,7 +1,7 @@
 """How figures look: one colour, marker and line for the same thing everywhere, told apart in grey as well.
 
 Colours of categories are those of Okabe and Ito (2008), which colour-blind readers tell apart; quantities are drawn in
-viridis, which rises evenly in grey.
+viridis, which rises evenly in grey. What else a figure takes of matplotlib's settings stands in `forcemap.mplstyle`.
 """
 
 from __future__ import annotations
@@ -9,7 +9,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+from matplotlib.axes import Axes
 from matplotlib.markers import CARETDOWN
+from matplotlib.patches import Patch
 from matplotlib.path import Path
 
 from forcemap.dynamics.effective_mass import MassOutcome
@@ -80,16 +82,18 @@ class Look:
             "label": self.words,
         }
 
+    def plot(self, axes: Axes, x: Any, y: Any, words: str = "", **changes: Any) -> None:
+        """Draw points or a line, called by other words in the legend if some are given."""
+        axes.plot(x, y, **(self.drawn | ({"label": words} if words else {}) | changes))
+
     @property
-    def filled(self) -> dict[str, Any]:
-        """Arguments for a patch."""
-        return {
-            "facecolor": self.face,
-            "edgecolor": "#505050",
-            "linewidth": 0.0,
-            "hatch": self.hatch,
-            "label": self.words,
-        }
+    def area(self) -> dict[str, Any]:
+        """Arguments for an area that no legend names."""
+        return {"facecolor": self.face, "edgecolor": "#505050", "linewidth": 0.0, "hatch": self.hatch}
+
+    def patch(self) -> Patch:
+        """The area as it stands in a legend."""
+        return Patch(**(self.area | {"linewidth": 0.6, "label": self.words}))
 
 
 TRAIN = Look("measured, training state", BLUE, marker="s", face=BLUE, size=3.6)
@@ -118,12 +122,27 @@ PROGRAMMED = Look("programmed speed", VERMILLION, (0, (4, 2)), 1.1)
 COMMANDED = Look("speed to command, braking in time", BLACK, (0, (1, 1.5)), 1.1)
 PROFILE = Look("motion within it", BLUE, (0, (1, 1)), 1.1)
 
+VARIANTS = [
+    Look("", colour, line, 1.5, marker, colour)
+    for colour, marker, line in (
+        (BLUE, "s", "-"),
+        (VERMILLION, "o", (0, (4, 2))),
+        (GREEN, "^", (0, (1, 1))),
+        (BLACK, "D", (0, (6, 1.5, 1, 1.5))),
+        (ORANGE, "v", "-"),
+        (PURPLE, "P", (0, (4, 2))),
+        (SKY, "X", (0, (1, 1))),
+    )
+]
+"""Looks of things that a person names."""
+
 _CAPPED = Look("capped: no higher speed was measured", BLACK, hatch="\\\\\\")
 OUTCOMES = {
     SpeedOutcome.ADMISSIBLE: Look("admissible", BLACK),
     SpeedOutcome.CAPPED: _CAPPED,
     SpeedOutcome.UNCONFIRMED: Look("unconfirmed: no speed", BLACK, face="#ffffff", hatch="xxxx"),
     SpeedOutcome.OUTSIDE: Look("outside what was measured: no speed", BLACK, face=PALE, hatch="...."),
+    SpeedOutcome.NOT_PERMITTED: Look("contact not permitted", BLACK, face=PALE, hatch="++++"),
 }
 PIECES = {
     PieceOutcome.ADMISSIBLE: Look("admissible", BLACK),
@@ -139,37 +158,3 @@ MASSES = {
     MassOutcome.SINGULAR: Look("singular posture: no value", BLACK, face="#ffffff", hatch="xxxx"),
     MassOutcome.NO_MOTION: Look("no joint moves in this direction", BLACK, face="#ffffff", hatch="////"),
 }
-
-RC: dict[Any, Any] = {
-    "axes.axisbelow": True,
-    "axes.edgecolor": "#404040",
-    "axes.grid": True,
-    "axes.labelsize": 8,
-    "axes.linewidth": 0.7,
-    "axes.spines.right": False,
-    "axes.spines.top": False,
-    "axes.titlelocation": "left",
-    "axes.titlesize": 8,
-    "figure.constrained_layout.h_pad": 0.05,
-    "figure.constrained_layout.w_pad": 0.05,
-    "figure.constrained_layout.use": True,
-    "font.family": "sans-serif",
-    "font.sans-serif": ["DejaVu Sans"],
-    "font.size": 7.5,
-    "grid.color": "#e0e0e0",
-    "grid.linewidth": 0.5,
-    "hatch.color": "#505050",
-    "hatch.linewidth": 0.6,
-    "image.cmap": QUANTITY,
-    "legend.fontsize": 7,
-    "legend.frameon": False,
-    "legend.handlelength": 2.6,
-    "svg.fonttype": "none",
-    "svg.hashsalt": "forcemap",
-    "text.parse_math": False,  # a dollar sign in a name is one
-    "xtick.labelsize": 7,
-    "xtick.major.width": 0.7,
-    "ytick.labelsize": 7,
-    "ytick.major.width": 0.7,
-}
-"""What a figure takes of matplotlib's settings; all others are its defaults, not the user's."""

@@ -93,29 +93,24 @@ def contact_force(recording: Recording, start: int, end: int) -> ContactForce:
     time = recording.time
     components = recording.force.reshape(time.size, -1)
     before = slice(start, end)
-    long_enough = end - start >= LEAST_SAMPLES and time[end - 1] - time[start] >= LEAST_DURATION
-    if not long_enough:
+    if end - start < LEAST_SAMPLES or time[end - 1] - time[start] < LEAST_DURATION:
         force = _combined(components, recording.direction, 0.0)
         return ContactForce(time, force, 0, 0.0, noise_sd(force), math.nan, math.nan, 0.0, 0.0, _DRIFT_SD)
 
     lines = [_quiet_line(time[before], each[before], _hidden_step(each[start:], end - start)) for each in components.T]
-    quiet = lines[0].quiet if len(lines) == 1 else np.logical_and.reduce([line.quiet for line in lines])
-    residual = np.empty_like(components)
-    for k, line in enumerate(lines):
-        residual[:, k] = components[:, k] - line.level - line.slope * (time - line.middle)
+    quiet = np.logical_and.reduce([line.quiet for line in lines])
+    residual = np.column_stack([line.residual(time, each) for line, each in zip(lines, components.T, strict=True)])
     spread = residual[before][quiet]
     # The norm of noise is not zero: its mean square is taken off the square of the norm.
     power = float(np.sum(spread * spread)) / spread.shape[0]
-    force = _combined(residual, recording.direction, power)
-    along = spread if recording.direction is None else spread @ np.asarray(recording.direction)[:, None]
-    sd = math.sqrt(float(np.sum(along * along)) / max(spread.shape[0] - 2, 1))
+    along = spread if recording.direction is None else spread @ np.asarray(recording.direction)
     times = time[before][quiet]
     return ContactForce(
         time=time,
-        force=force,
+        force=_combined(residual, recording.direction, power),
         baseline_samples=spread.shape[0],
         baseline_level=math.hypot(*(line.level + line.slope * float(times[-1] - line.middle) for line in lines)),
-        baseline_sd=sd,
+        baseline_sd=math.sqrt(float(np.sum(along * along)) / max(spread.shape[0] - 2, 1)),
         baseline_start=float(times[0]),
         baseline_end=float(times[-1]),
         unquiet=1.0 - spread.shape[0] / quiet.size,
@@ -146,10 +141,8 @@ def _combined(components: FloatArray, direction: tuple[float, float, float] | No
     if components.shape[1] == 1:
         return np.ascontiguousarray(components[:, 0])
     if direction is not None:
-        projected: FloatArray = components @ np.asarray(direction)
-        return projected
-    norm: FloatArray = np.sqrt(np.maximum(np.sum(components**2, axis=1) - power, 0.0))
-    return norm
+        return np.asarray(components @ np.asarray(direction))
+    return np.asarray(np.sqrt(np.maximum(np.sum(components**2, axis=1) - power, 0.0)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -160,6 +153,9 @@ class _Line:
     slope_sd: float
     quiet: Mask
 
+    def residual(self, time: FloatArray, force: FloatArray) -> FloatArray:
+        return force - self.level - self.slope * (time - self.middle)
+
 
 def _quiet_line(time: FloatArray, force: FloatArray, resolution: float) -> _Line:
     """A line through the quiet samples; those further from it than max(3 N, 4 SD) are left out, in three rounds.
@@ -169,16 +165,14 @@ def _quiet_line(time: FloatArray, force: FloatArray, resolution: float) -> _Line
     quiet = np.ones(time.size, dtype=np.bool_)
     line = _line(time, force, quiet, resolution)
     for _ in range(3):
-        residual = np.abs(force - line.level - line.slope * (time - line.middle))
-        if residual.max() <= 3.0:
+        if (residual := np.abs(line.residual(time, force))).max() <= 3.0:
             break
         if quiet.all():  # start from the median, which a part that is not quiet does not pull away
             residual = np.abs(force - np.median(force))
         kept = residual <= max(3.0, 4.0 * 1.4826 * float(np.median(residual)))
         if kept.sum() < LEAST_SAMPLES or (kept == quiet).all():
             break
-        quiet = kept
-        line = _line(time, force, quiet, resolution)
+        quiet, line = kept, _line(time, force, kept, resolution)
     return line
 
 

@@ -20,6 +20,7 @@ import numpy as np
 
 from forcemap.arrays import FloatArray
 from forcemap.impacts.impact import Impact
+from forcemap.impacts.phases import flanks
 from forcemap.impacts.smooth import moving_mean
 
 # Tried on tests/test_clipped_curves.py and tests/curves.py with other seeds than theirs, and on the real recordings.
@@ -134,8 +135,7 @@ def tops(impact: Impact) -> list[Top]:
     alone = _top(time[:phase1], contact.force[start : peak_end + 1], noise, 0.0, -1)
     found = [replace(alone, least=0.0)]  # whether it was cut off shows in what was recorded
     for component in recording.force.reshape(recording.samples, -1).T:
-        zero = np.median(component[max(start - _ZERO, 0) : max(int(onset) - 1, 1)])
-        away = component[start : end + 1] - zero
+        away = component[start : end + 1] - np.median(component[max(start - _ZERO, 0) : max(int(onset) - 1, 1)])
         away = away if away.max() >= -away.min() else -away
         if away.max() >= _SHARE * impact.raw_peak_force:
             top = _top(time, away, noise, _step(component), phase1)
@@ -165,9 +165,9 @@ def samples_across(impact: Impact) -> int:
     """Samples across the half width of the peak, with its steeper flank on both sides."""
     first, last = impact.contact.time.searchsorted([impact.onset, impact.phase1_end])
     force = impact.contact.force[max(int(first) - 1, 0) : int(last) + 1]
-    peak, low = int(force.argmax()), force < 0.5 * impact.raw_peak_force
-    flanks = [np.flatnonzero(low[peak::-1]), np.flatnonzero(low[peak:])]
-    return 2 * min((int(flank[0]) for flank in flanks if flank.size), default=1) - 1
+    peak = int(force.argmax())
+    left, right = flanks(force, peak, 0.5 * impact.raw_peak_force)
+    return 2 * min((abs(at - peak) for at in (left, right) if 0 <= at < force.size), default=1) - 1
 
 
 def _step(readings: FloatArray) -> float:
@@ -230,13 +230,11 @@ def _cut(time: FloatArray, force: FloatArray, stay: _Stay, top: float, deep: flo
 
 def _cut_rise(time: FloatArray, force: FloatArray, first: int, top: float, deep: float) -> bool:
     """True if the rise keeps its slope up to the top, sample `first`; a round one approaches it ever slower."""
-    below = [np.flatnonzero(force[:first] < top - depth) for depth in (deep, 2.0 * deep)]
-    if not below[1].size:
+    if not (force[:first] < top - 2.0 * deep).any():
         return True  # it does not come from deep enough to tell
-    entered, before = (
-        _crossing(time, force, int(at[-1]), int(at[-1]) + 1, top - depth)
-        for at, depth in zip(below, (deep, 2.0 * deep), strict=True)
-    )
+    levels = (top - deep, top - 2.0 * deep)
+    below = [int(np.flatnonzero(force[:first] < level)[-1]) for level in levels]
+    entered, before = (_crossing(time, force, k, k + 1, level) for k, level in zip(below, levels, strict=True))
     return float(time[first]) - entered <= _KEPT * (entered - before) + float(time[first] - time[first - 1])
 
 
@@ -250,10 +248,9 @@ def _stays(time: FloatArray, force: FloatArray, band: float, near: float) -> lis
     above = np.concatenate([[False], force >= near, [False]])
     edges = np.flatnonzero(above[1:] != above[:-1])
     stays = []
-    for start, stop in zip(edges[::2].tolist(), (edges[1::2] - 1).tolist(), strict=True):
-        at = np.flatnonzero(force[start : stop + 1] >= band)
-        if at.size:
-            first, last = start + int(at[0]), start + int(at[-1])
+    for start, stop in (edges.reshape(-1, 2) - (0, 1)).tolist():
+        if (at := start + np.flatnonzero(force[start : stop + 1] >= band)).size:
+            first, last = int(at[0]), int(at[-1])
             before, after = max(start - 1, 0), min(stop + 1, force.size - 1)
             rise = float(time[first]) - _crossing(time, force, before, start, near) if before < start else math.inf
             fall = _crossing(time, force, after, stop, near) - float(time[last]) if after > stop else math.inf

@@ -7,6 +7,7 @@ import math
 
 import numpy as np
 
+from forcemap.arrays import FloatArray
 from forcemap.errors import InputError
 from forcemap.impacts.baseline import ContactForce, contact_force, noise_sd
 from forcemap.impacts.impact import Impact
@@ -43,26 +44,16 @@ def find_impacts(recording: Recording, *, channel_frequency_class: float = math.
     """
     starts: list[Start] = []
     search: int | None = 0
-    while search is not None:
-        found = _first_rise(recording, search)
-        if found is None:
-            break
+    while search is not None and (found := _first_rise(recording, search)):
         start = found_start(found[1], search, found[0])
         if start.one.raw_force < start.contact.floor:
             break  # it rises from below zero: the sign is wrong, or the force acts across the direction
         starts.append(start)
         search = _next_search(start)
-    if not starts:
-        return []
-    time = recording.time
-    ends = [start.before for start in starts[1:]]
-    impacts = [
-        measure(recording, start, end, number)
-        for number, (start, end) in enumerate(zip(starts, [*ends, time.size - 1], strict=True), start=1)
-    ]
-    if math.isnan(channel_frequency_class):
-        return impacts
-    return [_filtered(impact, channel_frequency_class) for impact in impacts]
+    ends = [*(start.before for start in starts), recording.samples - 1][1:]
+    impacts = [measure(recording, *each, number) for number, each in enumerate(zip(starts, ends, strict=True), 1)]
+    filtered = not math.isnan(channel_frequency_class)
+    return [_filtered(impact, channel_frequency_class) for impact in impacts] if filtered else impacts
 
 
 def find_impact(recording: Recording, *, channel_frequency_class: float = math.nan) -> Impact:
@@ -73,30 +64,33 @@ def find_impact(recording: Recording, *, channel_frequency_class: float = math.n
     InputError
         No impact was found; the message says how far the force goes.
     """
-    impacts = find_impacts(recording, channel_frequency_class=channel_frequency_class)
-    if not impacts:
+    if not (impacts := find_impacts(recording, channel_frequency_class=channel_frequency_class)):
         raise InputError(no_impact(recording), file=recording.name)
     return impacts[0]
 
 
 def no_impact(recording: Recording) -> str:
     """What to say of a recording without an impact."""
-    force = recording.force.reshape(recording.time.size, -1)
-    moved = force - np.median(force[: max(force.shape[0] // 20, 1)], axis=0)
-    if moved.shape[1] == 1:
-        high, low = float(moved.max()), float(moved.min())
-        sign = "; if pressing forces are negative, state sign = -1" if -low > high else ""
-        return f"no impact found: the force goes from {low:.1f} to {high:.1f} N about its start{sign}"
-    return f"no impact found: the force moves by up to {np.linalg.norm(moved, axis=1).max():.1f} N from its start"
+    moved, _ = _from_start(recording)
+    if moved.shape[1] > 1:
+        return f"no impact found: the force moves by up to {np.linalg.norm(moved, axis=1).max():.1f} N from its start"
+    high, low = float(moved.max()), float(moved.min())
+    sign = "; if pressing forces are negative, state sign = -1" if -low > high else ""
+    return f"no impact found: the force goes from {low:.1f} to {high:.1f} N about its start{sign}"
 
 
 def force_without_impact(recording: Recording) -> float:
     """How far the force goes from its start where no impact was found [N]; 0 if it stays within noise and 10 N."""
-    force = recording.force.reshape(recording.time.size, -1)
-    quiet = max(force.shape[0] // 20, 1)
-    moved = np.linalg.norm(moving_mean(force - np.median(force[:quiet], axis=0), 5), axis=1)
-    largest = float(moved.max())
-    return largest if largest > max(10.0, 6.0 * float(np.std(moved[:quiet]))) else 0.0
+    away, quiet = _from_start(recording)
+    moved = np.linalg.norm(moving_mean(away, 5), axis=1)
+    return float(moved.max()) if moved.max() > max(10.0, 6.0 * float(np.std(moved[:quiet]))) else 0.0
+
+
+def _from_start(recording: Recording) -> tuple[FloatArray, int]:
+    """The force less its median over the first twentieth, shape (n, 1 or 3) [N]; the samples of that part."""
+    force = recording.force.reshape(recording.samples, -1)
+    quiet = max(len(force) // 20, 1)
+    return force - np.median(force[:quiet], axis=0), quiet
 
 
 def _first_rise(recording: Recording, start: int) -> tuple[int, ContactForce] | None:
@@ -113,11 +107,9 @@ def _first_rise(recording: Recording, start: int) -> tuple[int, ContactForce] | 
     if rise.ndim == 2:
         rise = np.sqrt(np.sum(rise * rise, axis=1))
     noise = math.hypot(*(noise_sd(column) for column in force.reshape(time.size, -1).T))
-    least = max(_LEAST_RISE, 6.0 * noise)
-    top = float(rise.max())
-    if top < least:
+    if rise.max() < (least := max(_LEAST_RISE, 6.0 * noise)):
         return None
-    first = int((rise >= max(least, 0.5 * top)).argmax())
+    first = int((rise >= max(least, 0.5 * rise.max())).argmax())
     index = start + min(first + half, time.size - 1)  # the moving mean rises that much earlier than the force
     foot = _before_contact(recording, start, index, noise)
     contact = contact_force(recording, start, foot)
@@ -126,9 +118,8 @@ def _first_rise(recording: Recording, start: int) -> tuple[int, ContactForce] | 
         out = contact.force[start:foot] > leaves
         for sooner in (np.flatnonzero(out[1:] & ~out[:-1]) + start + 1).tolist():
             shortly = contact.force[recording.time.searchsorted(recording.time[sooner] - _RISE_TIME) : sooner]
-            before = _before_contact(recording, start, sooner, noise)
             if shortly.min() < contact.floor:  # wandering takes longer
-                return sooner, contact_force(recording, start, before)
+                return sooner, contact_force(recording, start, _before_contact(recording, start, sooner, noise))
     return index, contact
 
 
@@ -158,10 +149,8 @@ def _filtered(impact: Impact, channel_frequency_class: float) -> Impact:
     """The impact with the peak of its low-passed curve."""
     recording = impact.recording
     if not recording.regular:
-        raise InputError(
-            "a channel frequency class needs even sampling, this recording's is not; leave the class out",
-            file=recording.name,
-        )
+        message = "a channel frequency class needs even sampling, this recording's is not; leave the class out"
+        raise InputError(message, file=recording.name)
     force = low_pass(impact.contact.force, recording.sampling_rate, channel_frequency_class)
     phase1 = (impact.contact.time >= impact.onset) & (impact.contact.time <= impact.phase1_end)
     return dataclasses.replace(impact, filtered_peak_force=float(force[phase1].max()))

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -13,8 +11,9 @@ from forcemap.arrays import FloatArray, Mask
 from forcemap.impacts.baseline import ContactForce
 from forcemap.impacts.clipping import tops, unseen_force
 from forcemap.impacts.impact import TRANSIENT_TIME, Impact
-from forcemap.impacts.phases import GAP, PhaseOne, end_level, first_peak, hold_force, onset_time, scenario_of
+from forcemap.impacts.phases import GAP, PhaseOne, classify_contact, end_level, first_peak, hold_force, onset_time
 from forcemap.impacts.quality import EARLY, flags_of
+from forcemap.impacts.scenario import ContactScenario
 from forcemap.impacts.smooth import mean_interval, moving_mean
 from forcemap.recordings.recording import Recording
 
@@ -61,8 +60,7 @@ class Start:
     @property
     def before(self) -> int:
         """Index of the last sample that tells of an earlier impact alone, smoothed too."""
-        onset = int(self.contact.time.searchsorted(self.onset))
-        return min(onset, self.first) - 1 - self.smoothing // 2
+        return min(int(self.contact.time.searchsorted(self.onset)), self.first) - 1 - self.smoothing // 2
 
 
 def found_start(contact: ContactForce, search: int, rise: int) -> Start:
@@ -107,24 +105,15 @@ def measure(recording: Recording, start: Start, last: int, number: int) -> Impac
     transient = int(after.searchsorted(TRANSIENT_TIME, side="right"))
     later, held = force[phase1 + 1 : transient], force[transient:]
     in_contact = int(after.searchsorted(duration, side="right"))
-    figures: dict[str, Any] = {
-        "peak_force": one.force,
-        "contact_over": not (acting.size and acting[-1] >= force.size - 3),
-        "contact_duration": duration,
-        "acts_after_phase1": bool(following.any()),
-        "hold_force": hold_force(after, force),
-        "end_force": end_level(time, force),
-        "floor": float(contact.floor_at(np.array([onset + _FLOOR_AT]))[0]),
-        "hold_floor": float(contact.mean_floor_at(np.array([onset + _FLOOR_AT]))[0]),
-        "gap": _longest_gap(after, above),
-    }
     before = contact.force[start.search : first]
+    hold = np.asarray(onset + _FLOOR_AT)
     impact = Impact(
         recording=recording,
         contact=contact,
         number=number,
         onset=onset,
         end=float(contact.time[last]),
+        peak_force=one.force,
         raw_peak_force=one.raw_force,
         filtered_peak_force=math.nan,
         unseen_force=0.0,
@@ -137,24 +126,27 @@ def measure(recording: Recording, start: Start, last: int, number: int) -> Impac
         later_force=float(later.max()) if later.size else math.nan,
         phase2_force=float(held.max()) if held.size else math.nan,
         phase2_mean_force=float(held.mean()) if held.size else math.nan,
-        impulse=float(np.trapezoid(force[:in_contact], time[:in_contact])),
-        bounces=int(np.sum(~following[:-1] & following[1:])) if following.size else 0,
-        scenario=scenario_of(recorded_time=float(after[-1]), **figures),
-        flags=(),
+        hold_force=hold_force(after, force),
+        end_force=end_level(time, force),
+        contact_duration=duration,
+        contact_over=not (acting.size and acting[-1] >= force.size - 3),
+        acts_after_phase1=bool(following.any()),
+        floor=float(contact.floor_at(hold)),
+        hold_floor=float(contact.mean_floor_at(hold)),
         force_before=float(before.max()) if before.size else 0.0,
-        **figures,
+        gap=_longest_gap(after, above),
+        impulse=float(np.trapezoid(force[:in_contact], time[:in_contact])),
+        bounces=int(np.sum(~following[:-1] & following[1:])),
+        scenario=ContactScenario.UNDETERMINED,
+        flags=(),
     )
     found = tops(impact)
     flags = flags_of(impact, found, before, smooth + contact.drift_allowance(time))
-    return dataclasses.replace(impact, flags=flags, unseen_force=unseen_force(impact, found))
+    return replace(impact, scenario=classify_contact(impact), flags=flags, unseen_force=unseen_force(impact, found))
 
 
 def _longest_gap(after: FloatArray, above: Mask) -> float:
     """Longest time without a sample up to 0.7 s after onset [s]: where a force acts beside it, else if over 50 ms."""
-    steps = np.diff(after)
-    least = max(GAP, 3.0 * mean_interval(after))
-    if not steps.size or steps.max() <= least:
-        return 0.0
-    acting = above[1:] | above[:-1]
-    counted = steps[(after[:-1] < _HOLD_END) & (steps > least) & (acting | (steps > 2.5 * least))]
-    return float(counted.max()) if counted.size else 0.0
+    steps, acting = np.diff(after), above[1:] | above[:-1]
+    least = np.where(acting, 1.0, 2.5) * max(GAP, 3.0 * mean_interval(after))
+    return float(steps[(after[:-1] < _HOLD_END) & (steps > least)].max(initial=0.0))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -49,13 +50,14 @@ def first_peak(time: FloatArray, force: FloatArray, floor: float, noise: float) 
     coarse = moving_mean(force, 3)
     guess = _running_peak(coarse, max(8.0 * noise, 1.0), 0.25, floor)
     span = max(time[guess] - time[0], 0.0)
-    smooth = moving_mean(force, _odd(0.12 * span / mean_interval(time)))
+    smooth = moving_mean(force, 2 * int(0.06 * span / mean_interval(time)) + 1)
     fall = max(5.0 * noise, 1.0)
     peak = _running_peak(smooth, fall, 0.12, floor)
     end = _end_of_phase(smooth, peak, max(fall, 0.12 * smooth[peak]), floor)
     raw = float(force[: end + 1].max())
     top = _read_peak(time[: end + 1], force[: end + 1], smooth[: end + 1], peak, noise)
-    return PhaseOne(peak, end, top, raw, _half_width(time[: end + 1], smooth[: end + 1], peak))
+    left, right = flanks(smooth[: end + 1], peak, 0.5 * smooth[peak])
+    return PhaseOne(peak, end, top, raw, width=float(time[min(right, end)] - time[max(left, 0)]))
 
 
 def onset_time(time: FloatArray, force: FloatArray, first: int, rise: int, peak_force: float, noise: float) -> float:
@@ -72,9 +74,8 @@ def onset_time(time: FloatArray, force: FloatArray, first: int, rise: int, peak_
     peak_force, noise : float
         Phase I peak, and the standard deviation of the noise [N].
     """
-    above = np.flatnonzero(force[rise:] >= 0.3 * peak_force)
-    stop = rise + (int(above[0]) if above.size else 0) + 1
-    stop = max(stop, min(first + 3, time.size))
+    risen = rise + int((force[rise:] >= 0.3 * peak_force).argmax())
+    stop = max(risen + 1, min(first + 3, time.size))
     thin = max((stop - first) // 120, 1)  # more samples than that tell no more
     t, f = time[first:stop:thin], force[first:stop:thin]
     low, high = float(t[0]), float(t[-1])
@@ -96,11 +97,8 @@ def _foot(t: FloatArray, f: FloatArray, low: float, high: float, power: int) -> 
 
 def end_level(time: FloatArray, force: FloatArray) -> float:
     """Force at the end of a curve [N]: the larger of the means over its last 12.5 ms and its last 4 ms."""
-    levels = []
-    for window in (END_WINDOW, 0.004):
-        first = min(int(time.searchsorted(time[-1] - window)), max(time.size - 3, 0))
-        levels.append(float(force[first:].mean()))
-    return max(levels)
+    firsts = time.searchsorted([time[-1] - END_WINDOW, time[-1] - 0.004])
+    return max(float(force[min(first, max(time.size - 3, 0)) :].mean()) for first in firsts.tolist())
 
 
 def classify_contact(impact: Impact) -> ContactScenario:
@@ -121,56 +119,22 @@ def classify_contact(impact: Impact) -> ContactScenario:
     -------
     ContactScenario
     """
-    return scenario_of(
-        recorded_time=impact.recorded_time,
-        peak_force=impact.peak_force,
-        contact_over=impact.contact_over,
-        contact_duration=impact.contact_duration,
-        acts_after_phase1=impact.acts_after_phase1,
-        hold_force=impact.hold_force,
-        end_force=impact.end_force,
-        floor=impact.floor,
-        hold_floor=impact.hold_floor,
-        gap=impact.gap,
-    )
-
-
-def scenario_of(
-    *,
-    recorded_time: float,
-    peak_force: float,
-    contact_over: bool,
-    contact_duration: float,
-    acts_after_phase1: bool,
-    hold_force: float,
-    end_force: float,
-    floor: float,
-    hold_floor: float,
-    gap: float,
-) -> ContactScenario:
-    """The scenario by the figures of an impact; names and units as in Impact."""
-    over = contact_over and contact_duration < TRANSIENT_TIME and not hold_force > hold_floor
-    if recorded_time < TRANSIENT_TIME:
-        over = end_force <= max(10.0, 0.1 * peak_force)
-    if gap > 0:
+    over = impact.contact_over and impact.contact_duration < TRANSIENT_TIME
+    over = over and not impact.hold_force > impact.hold_floor
+    if impact.recorded_time < TRANSIENT_TIME:
+        over = impact.end_force <= max(10.0, 0.1 * impact.peak_force)
+    held = impact.hold_force > impact.floor and impact.end_force >= 0.5 * impact.hold_force
+    if impact.gap > 0 or not (over or held):
         return ContactScenario.UNDETERMINED
-    if over:
-        return ContactScenario.WITHOUT_CLAMPING if acts_after_phase1 else ContactScenario.UNCONSTRAINED
-    if hold_force > floor and end_force >= 0.5 * hold_force:
+    if not over:
         return ContactScenario.WITH_CLAMPING
-    return ContactScenario.UNDETERMINED
+    return ContactScenario.WITHOUT_CLAMPING if impact.acts_after_phase1 else ContactScenario.UNCONSTRAINED
 
 
 def hold_force(after: FloatArray, force: FloatArray) -> float:
     """Mean force [N] from 0.5 to 0.7 s after onset; NaN if the curve ends before 0.6 s."""
-    if after[-1] < _LEAST_HOLD:
-        return float("nan")
     first, last = after.searchsorted(HOLD_WINDOW)
-    return float(force[first:last].mean()) if last > first else float("nan")
-
-
-def _odd(samples: float) -> int:
-    return 2 * int(samples / 2) + 1
+    return float(force[first:last].mean()) if after[-1] >= _LEAST_HOLD and last > first else math.nan
 
 
 def _running_peak(force: FloatArray, least_fall: float, share: float, floor: float) -> int:
@@ -190,9 +154,7 @@ def _end_of_phase(force: FloatArray, peak: int, rise: float, floor: float) -> in
     risen = after[: stop + 1] - lowest > rise
     if risen.any():  # the minimum before it rises again
         return peak + int(after[: int(risen.argmax())].argmin())
-    if below.any():
-        return peak + stop
-    return peak + int((after <= after.min() + rise).argmax())  # settled
+    return peak + (stop if below.any() else int((after <= after.min() + rise).argmax()))  # settled
 
 
 def _read_peak(time: FloatArray, force: FloatArray, smooth: FloatArray, peak: int, noise: float) -> float:
@@ -201,25 +163,21 @@ def _read_peak(time: FloatArray, force: FloatArray, smooth: FloatArray, peak: in
     A top that a polynomial does not follow (a spike, a flat top) is read as the largest sample.
     """
     for share in (0.75, 0.9):
-        low = smooth < share * smooth[peak]
-        left = peak - int(low[peak::-1].argmax()) + 1 if low[: peak + 1].any() else 0
-        right = peak + int(low[peak:].argmax()) if low[peak:].any() else force.size
-        size = right - left
-        if size < 5:
+        left, right = flanks(smooth, peak, share * smooth[peak])
+        t, f = time[left + 1 : right], force[left + 1 : right]
+        if f.size < 5:
             break
-        t = (time[left:right] - time[peak]) / (time[right - 1] - time[left])
-        f = force[left:right]
-        basis = t[:, None] ** np.arange(min(2 + size // 8, 4), -1, -1)
+        t = (t - time[peak]) / (t[-1] - t[0])
+        basis = t[:, None] ** np.arange(min(2 + f.size // 8, 4), -1, -1)
         coefficients = np.linalg.solve(basis.T @ basis, basis.T @ f)
         fitted = basis @ coefficients
-        misfit = float(np.abs(f - fitted).max())
-        if misfit <= max(4.5 * noise, 0.005 * smooth[peak]):
-            return float(np.polyval(coefficients, np.linspace(t[0], t[-1], 101)).max()) if size < 30 else fitted.max()
+        if np.abs(f - fitted).max() <= max(4.5 * noise, 0.005 * smooth[peak]):
+            return float((np.polyval(coefficients, np.linspace(t[0], t[-1], 101)) if f.size < 30 else fitted).max())
     return float(force.max())
 
 
-def _half_width(time: FloatArray, force: FloatArray, peak: int) -> float:
-    low = force < 0.5 * force[peak]
-    left = peak - int(low[peak::-1].argmax()) if low[: peak + 1].any() else 0
-    right = peak + int(low[peak:].argmax()) if low[peak:].any() else force.size - 1
-    return float(time[right] - time[left])
+def flanks(force: FloatArray, peak: int, level: float) -> tuple[int, int]:
+    """The samples below a level next to the peak, before and after it; -1 and the number of samples without one."""
+    low = np.flatnonzero(force < level)
+    after = int(low.searchsorted(peak))
+    return (int(low[after - 1]) if after else -1), (int(low[after]) if after < low.size else force.size)

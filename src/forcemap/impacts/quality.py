@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from itertools import chain
 
 import numpy as np
 
 from forcemap.arrays import FloatArray
-from forcemap.impacts.baseline import ContactForce
 from forcemap.impacts.clipping import Top, samples_across
 from forcemap.impacts.impact import TRANSIENT_TIME, Flag, Impact, Quality
 from forcemap.impacts.smooth import mean_interval
@@ -24,15 +24,10 @@ MOST_BETWEEN = 0.04  # the top may lie so much higher by what its flanks say
 MOST_HIDDEN, CUT_OFF_BY = 0.013, 0.03  # one false lower bound spoils a campaign, one peak too few does not
 _FINER = 1.5  # what is missed falls with the square of the sampling rate, and for a noisy top more slowly
 
-UNKNOWN_PEAK = (  # the peak is not known
-    Quality.UNRESOLVED,
-    Quality.NO_BASELINE,
-    Quality.REVERSED,
-    Quality.OBLIQUE,
-    Quality.OFFSET,
-    Quality.UNQUIET,
-    Quality.CUT_OFF,
-    Quality.GAP,
+UNKNOWN_PEAK = (  # the peak is not known: by its zero, its direction, its samples
+    *(Quality.NO_BASELINE, Quality.OFFSET, Quality.UNQUIET),
+    *(Quality.REVERSED, Quality.OBLIQUE),
+    *(Quality.UNRESOLVED, Quality.CUT_OFF, Quality.GAP),
 )
 _MOST_DRIFT = 15.0  # [N/s]; more is a force that grows
 _MOST_UNQUIET = 0.25  # share of the samples before contact
@@ -53,67 +48,51 @@ def flags_of(impact: Impact, found: list[Top], before: FloatArray, smooth: Float
     smooth : array (n,)
         Smoothed contact force from the onset on, and the drift to reckon with [N].
     """
-    saturated = tuple(_saturated(impact, found))
-    return (
-        *saturated,
-        *_unresolved(impact, 0.0 if saturated else _missed(found)),  # where it is cut off, it is a lower bound
-        *_baseline(impact.contact, impact),
-        *_reversed(impact, before, smooth),
-        *_oblique(impact),
-        *_course(impact),
-        *_ringing(impact),
-        *_braking(impact),
-        *_gap(impact),
-        *_calibration(impact.recording),
-    )
+    cut = tuple(_saturated(impact, found))
+    few = _unresolved(impact, 0.0 if cut else _missed(found))  # where it is cut off, it is a lower bound
+    others = (_baseline(impact), _reversed(impact, before, smooth), _oblique(impact), _course(impact), _gap(impact))
+    return tuple(Flag(*doubt) for doubt in (*cut, *few, *chain(*others), *_calibration(impact.recording)))
 
 
-def _saturated(impact: Impact, found: list[Top]) -> Iterator[Flag]:
+_Doubts = Iterator[tuple[Quality, str]]
+
+
+def _saturated(impact: Impact, found: list[Top]) -> _Doubts:
     first, last = impact.recording.time.searchsorted([impact.onset, impact.end])
-    recorded = impact.recording.force[first : last + 1]
-    readings = np.abs(recorded) if recorded.ndim == 1 else np.linalg.norm(recorded, axis=1)
-    forces = (readings.max(), impact.verdict_peak_force, impact.contact.force[first : last + 1].max())
-    reading, device_range = float(max(forces)), impact.recording.device.range
+    recorded, device_range = impact.recording.force[first : last + 1], impact.recording.device.range
+    read = float(np.linalg.norm(recorded.reshape(len(recorded), -1), axis=1).max())
+    reading = max(read, impact.verdict_peak_force, float(impact.contact.force[first : last + 1].max()))
+    cut_off = [top for top in found if top.least >= CUT_OFF_BY * top.reading]
     if reading >= 0.999 * device_range:
-        read = float(readings.max())
         what = f"read {read:.1f} N" if read >= 0.999 * device_range else f"{reading:.1f} N of contact force"
-        yield Flag(Quality.SATURATED, f"{what} of a device range of {device_range:g} N")
-        return
-    for top in found:
-        if top.least >= CUT_OFF_BY * top.reading:
-            yield Flag(
-                Quality.SATURATED,
-                f"{top.samples} like samples at the top, {top.recorded:.1f} N: cut off below the range, the flanks "
-                f"point at least {top.least:.1f} N higher",
-            )
-            return
+        yield Quality.SATURATED, f"{what} of a device range of {device_range:g} N"
+    elif cut_off:
+        top = f"{cut_off[0].samples} like samples at the top, {cut_off[0].recorded:.1f} N"
+        higher = f"the flanks point at least {cut_off[0].least:.1f} N higher"
+        yield Quality.SATURATED, f"{top}: cut off below the range, {higher}"
 
 
 def _missed(found: list[Top]) -> float:
     """How far the top may lie above the largest reading, as a share of it; 0 if no further than it may by chance."""
-    return max(
-        max(top.likely, top.least) / top.reading
-        if top.likely >= MOST_BETWEEN * top.reading or top.least >= MOST_HIDDEN * top.reading
-        else 0.0
-        for top in found
-    )
+    shares = [(top.likely / top.reading, top.least / top.reading) for top in found]
+    return max(max(share) if share[0] >= MOST_BETWEEN or share[1] >= MOST_HIDDEN else 0.0 for share in shares)
 
 
-def _unresolved(impact: Impact, between: float) -> Iterator[Flag]:
+def _unresolved(impact: Impact, between: float) -> _Doubts:
     duration, rate = impact.phase1_end - impact.onset, impact.recording.sampling_rate
     across = samples_across(impact)
-    few = impact.phase1_samples < LEAST_SAMPLES
+    shortest = max(duration - 1 / rate, duration / 4, 1e-4)  # what Phase I may last between the samples
     early_few = impact.early_samples < LEAST_EARLY_SAMPLES and impact.recorded_time >= EARLY
-    if few or early_few or across < LEAST_ACROSS or between > 0:
-        shortest = max(duration - 1 / rate, duration / 4, 1e-4)  # what Phase I may last between the samples
-        needed = max(
-            LEAST_SAMPLES / shortest if few else 0.0,
-            1000.0 if early_few else 0.0,
-            rate * LEAST_ACROSS / max(across - 1, 1) if across < LEAST_ACROSS else 0.0,
-            rate * _FINER * max(math.sqrt(min(between, 1.0) / MOST_BETWEEN), 1.0) if between > 0 else 0.0,
-        )
+    finer = _FINER * max(math.sqrt(min(between, 1.0) / MOST_BETWEEN), 1.0)
+    needed = max(
+        LEAST_SAMPLES / shortest if impact.phase1_samples < LEAST_SAMPLES else 0.0,
+        1000.0 if early_few else 0.0,
+        rate * LEAST_ACROSS / max(across - 1, 1) if across < LEAST_ACROSS else 0.0,
+        rate * finer if between > 0 else 0.0,
+    )
+    if needed:
         missed = f"the top may lie {between:.0%} above the largest sample, or be cut off; " if between > 0 else ""
-        yield Flag(
+        yield (
             Quality.UNRESOLVED,
             f"{impact.phase1_samples} samples across Phase I (at least {LEAST_SAMPLES}), {across} across the half "
             f"width of its peak (at least {LEAST_ACROSS}), {impact.early_samples} in the first 50 ms (at least "
@@ -122,105 +101,81 @@ def _unresolved(impact: Impact, between: float) -> Iterator[Flag]:
         )
 
 
-def _baseline(contact: ContactForce, impact: Impact) -> Iterator[Flag]:
+def _baseline(impact: Impact) -> _Doubts:
+    contact = impact.contact
     if contact.baseline_samples == 0:
-        yield Flag(
-            Quality.NO_BASELINE,
-            f"{impact.onset - contact.time[0]:.4f} s before contact do not show it, 0.02 s and 10 samples would; "
-            "the device's zero is taken as it stands",
-        )
+        missing = f"{impact.onset - contact.time[0]:.4f} s before contact do not show it, 0.02 s and 10 samples would"
+        yield Quality.NO_BASELINE, f"{missing}; the device's zero is taken as it stands"
         return
+    scatter = f"the {contact.baseline_samples} samples before contact scatter by {contact.baseline_sd:.1f} N"
+    unquiet = f"{contact.unquiet:.0%} of the samples before contact are not quiet"
     if contact.baseline_sd > max(10.0, 0.05 * impact.peak_force):
-        yield Flag(
-            Quality.NO_BASELINE,
-            f"the {contact.baseline_samples} samples before contact scatter by {contact.baseline_sd:.1f} N",
-        )
+        yield Quality.NO_BASELINE, scatter
     if contact.baseline_level > max(_MOST_OFFSET, 0.1 * np.nan_to_num(impact.recording.device.range)):
-        yield Flag(Quality.OFFSET, f"{contact.baseline_level:.1f} N before contact: a load, or a zero that is off")
+        yield Quality.OFFSET, f"{contact.baseline_level:.1f} N before contact: a load, or a zero that is off"
     if abs(contact.drift) > _MOST_DRIFT + 2 * contact.drift_sd:
-        yield Flag(Quality.UNQUIET, f"the force changes by {contact.drift:.1f} N/s before contact")
+        yield Quality.UNQUIET, f"the force changes by {contact.drift:.1f} N/s before contact"
     elif contact.unquiet > _MOST_UNQUIET:
-        yield Flag(Quality.UNQUIET, f"{contact.unquiet:.0%} of the samples before contact are not quiet")
-    moved = contact.drift * min(impact.recorded_time, 2 * TRANSIENT_TIME)
-    if abs(moved) > 3.0:
-        yield Flag(Quality.DRIFT, f"the baseline drifts by {contact.drift:.1f} N/s; taken off")
+        yield Quality.UNQUIET, unquiet
+    if abs(contact.drift * min(impact.recorded_time, 2 * TRANSIENT_TIME)) > 3.0:
+        yield Quality.DRIFT, f"the baseline drifts by {contact.drift:.1f} N/s; taken off"
     elif contact.unquiet > 0.1:
-        yield Flag(Quality.DRIFT, f"{contact.unquiet:.0%} of the samples before contact are not quiet; left out")
+        yield Quality.DRIFT, f"{unquiet}; left out"
 
 
-def _reversed(impact: Impact, before: FloatArray, smooth: FloatArray) -> Iterator[Flag]:
+def _reversed(impact: Impact, before: FloatArray, smooth: FloatArray) -> _Doubts:
     # where the sign is wrong, the rise is that back to zero, and the contact lies before it
-    force = np.concatenate([before, impact.curve()[1]])
-    opposite = -float(force.min()) if force.size else 0.0
+    opposite = -float(np.concatenate([before, impact.curve()[1]]).min(initial=0.0))
+    pulls = np.count_nonzero(smooth < -2.0 * impact.contact.floor) / impact.recording.sampling_rate
     if opposite > max(0.5 * impact.raw_peak_force, impact.floor):
-        yield Flag(Quality.REVERSED, f"{opposite:.1f} N against the stated direction; is the sign right?")
-        return
-    pulls = smooth < -2.0 * impact.contact.floor
-    if pulls.any() and np.count_nonzero(pulls) / impact.recording.sampling_rate > _PULL:
-        yield Flag(
-            Quality.REVERSED,
-            f"the force goes {-float(smooth.min()):.1f} N below that before contact, where a load must have acted",
-        )
+        yield Quality.REVERSED, f"{opposite:.1f} N against the stated direction; is the sign right?"
+    elif pulls > _PULL:
+        below = f"the force goes {-float(smooth.min()):.1f} N below that before contact"
+        yield Quality.REVERSED, f"{below}, where a load must have acted"
 
 
-def _oblique(impact: Impact) -> Iterator[Flag]:
-    recording = impact.recording
-    if recording.direction is None:
-        return
-    peak = int(recording.time.searchsorted(impact.peak_time))
-    quiet = int(recording.time.searchsorted(impact.onset)) - 1
-    whole = float(np.linalg.norm(recording.force[peak] - recording.force[max(quiet, 0)]))
-    if whole > 1.2 * impact.raw_peak_force + impact.floor:
-        yield Flag(Quality.OBLIQUE, f"{whole:.1f} N act, {impact.raw_peak_force:.1f} N of them in the stated direction")
+def _oblique(impact: Impact) -> _Doubts:
+    recording, along = impact.recording, impact.raw_peak_force
+    peak, onset = recording.time.searchsorted([impact.peak_time, impact.onset])
+    whole = float(np.linalg.norm(recording.force[peak] - recording.force[max(onset - 1, 0)]))
+    if recording.direction is not None and whole > 1.2 * along + impact.floor:
+        yield Quality.OBLIQUE, f"{whole:.1f} N act, {along:.1f} N of them in the stated direction"
 
 
-def _course(impact: Impact) -> Iterator[Flag]:
-    later = impact.later_force
-    if later > impact.verdict_peak_force:
+def _course(impact: Impact) -> _Doubts:
+    contact, later, peak = impact.contact, impact.later_force, impact.peak_force
+    if later > impact.verdict_peak_force or (impact.bounces and later > 0.8 * peak):
         name = Quality.DOUBLE_HIT if impact.bounces else Quality.LATER_PEAK
-        yield Flag(name, f"{later:.1f} N after a Phase I peak of {impact.peak_force:.1f} N")
-    elif impact.bounces and later > 0.8 * impact.peak_force:
-        yield Flag(Quality.DOUBLE_HIT, f"{later:.1f} N after a Phase I peak of {impact.peak_force:.1f} N")
-    after, force = impact.curve()
-    following = force[after.searchsorted(impact.peak_time - impact.onset) + 1 :]
-    fallen = 0.88 * impact.raw_peak_force - 4.0 * impact.contact.baseline_sd  # clear of noise
-    if impact.recorded_time < TRANSIENT_TIME and not (following < fallen).any():
-        yield Flag(Quality.CUT_OFF, f"the recording ends while {impact.end_force:.1f} N act, before the peak is over")
+        yield name, f"{later:.1f} N after a Phase I peak of {peak:.1f} N"
     if impact.recorded_time < TRANSIENT_TIME:
-        yield Flag(Quality.TOO_SHORT, f"recorded for {impact.recorded_time:.3f} s after onset, expected 0.7 s")
+        after, force = impact.curve()
+        following = force[after.searchsorted(impact.peak_time - impact.onset) + 1 :]
+        if not (following < 0.88 * impact.raw_peak_force - 4.0 * contact.baseline_sd).any():  # clear of noise
+            yield Quality.CUT_OFF, f"the recording ends while {impact.end_force:.1f} N act, before the peak is over"
+        yield Quality.TOO_SHORT, f"recorded for {impact.recorded_time:.3f} s after onset, expected 0.7 s"
+    excess = impact.raw_peak_force - peak
+    if excess > max(0.05 * peak, 5.0 * contact.baseline_sd):
+        yield Quality.RINGING, f"the largest sample of Phase I is {excess:.1f} N above the peak without noise"
+    if contact.baseline_samples and impact.force_before > max(2.0 * contact.floor, 0.05 * peak):
+        yield Quality.BRAKING_TRANSIENT, f"{impact.force_before:.1f} N before contact"
 
 
-def _ringing(impact: Impact) -> Iterator[Flag]:
-    excess = impact.raw_peak_force - impact.peak_force
-    least = max(0.05 * impact.peak_force, 5.0 * impact.contact.baseline_sd)
-    if excess > least:
-        yield Flag(Quality.RINGING, f"the largest sample of Phase I is {excess:.1f} N above the peak without noise")
-
-
-def _braking(impact: Impact) -> Iterator[Flag]:
-    least = max(2.0 * impact.contact.floor, 0.05 * impact.peak_force)
-    if impact.contact.baseline_samples and impact.force_before > least:
-        yield Flag(Quality.BRAKING_TRANSIENT, f"{impact.force_before:.1f} N before contact")
-
-
-def _gap(impact: Impact) -> Iterator[Flag]:
-    time, force = impact.recording.time, impact.contact.force
+def _gap(impact: Impact) -> _Doubts:
+    time = impact.recording.time
     first, last = time.searchsorted([impact.onset, impact.phase1_end])
     span = slice(max(int(first) - 1, 0), int(last) + 1)
-    steps = np.diff(time[span])
-    longest = float(steps.max()) if steps.size else 0.0
-    usual = mean_interval(time)
-    high = force[span] > 0.5 * impact.raw_peak_force
-    at_top = steps[high[1:] | high[:-1]]
-    if longest > (impact.phase1_end - impact.onset) / 8 and longest > 5.0 * usual:
-        yield Flag(Quality.GAP, f"no sample for {longest:.4f} s of Phase I")
-    elif at_top.size and at_top.max() > 2.5 * usual and at_top.max() > impact.phase1_width / 8:
-        yield Flag(Quality.GAP, f"no sample for {at_top.max():.4f} s at the top of Phase I")
+    steps, usual = np.diff(time[span]), mean_interval(time)
+    high = impact.contact.force[span] > 0.5 * impact.raw_peak_force
+    longest = float(steps.max(initial=0.0))
+    at_top = float(steps[high[1:] | high[:-1]].max(initial=0.0))
+    if longest > max((impact.phase1_end - impact.onset) / 8, 5.0 * usual):
+        yield Quality.GAP, f"no sample for {longest:.4f} s of Phase I"
+    elif at_top > max(2.5 * usual, impact.phase1_width / 8):
+        yield Quality.GAP, f"no sample for {at_top:.4f} s at the top of Phase I"
     elif impact.gap:
-        yield Flag(Quality.GAP, f"no sample for {impact.gap:.4f} s after Phase I")
+        yield Quality.GAP, f"no sample for {impact.gap:.4f} s after Phase I"
 
 
-def _calibration(recording: Recording) -> Iterator[Flag]:
-    on = recording.metadata.get("date", "")
-    if on and recording.device.expired(on):
-        yield Flag(Quality.CALIBRATION_EXPIRED, f"the device's calibration had expired on {on}")
+def _calibration(recording: Recording) -> _Doubts:
+    if (on := recording.metadata.get("date", "")) and recording.device.expired(on):
+        yield Quality.CALIBRATION_EXPIRED, f"the device's calibration had expired on {on}"

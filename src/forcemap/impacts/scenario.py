@@ -33,8 +33,7 @@ class ContactScenario(StrEnum):
         for scenario in cls:
             if name in (scenario.value, scenario.value.removeprefix("constrained_"), _SHORT.get(scenario)):
                 return scenario
-        expected = ", ".join(scenario.value for scenario in cls)
-        raise InputError(f"found {text!r}, expected one of {expected}")
+        raise InputError(f"found {text!r}, expected one of {', '.join(cls)}")
 
 
 _SHORT = {ContactScenario.WITH_CLAMPING: "clamping", ContactScenario.WITHOUT_CLAMPING: "no_clamping"}

@@ -16,15 +16,14 @@ def moving_mean(values: FloatArray, samples: int) -> FloatArray:
     if half < 1:
         return values
     n = values.shape[0]
-    total = np.empty((n + 1, *values.shape[1:]))
-    total[0] = 0.0
+    total = np.zeros((n + 1, *values.shape[1:]))
     np.cumsum(values, axis=0, out=total[1:])
     smooth = np.empty_like(values)
     smooth[half : n - half] = (total[2 * half + 1 :] - total[: n - 2 * half]) / (2 * half + 1)
-    for i in range(half):
-        width = 2 * i + 1
-        smooth[i] = total[width] / width
-        smooth[n - 1 - i] = (total[n] - total[n - width]) / width
+    widths = np.arange(1, 2 * half, 2)
+    divisors = widths.reshape(-1, *[1] * (values.ndim - 1))
+    smooth[:half] = total[widths] / divisors
+    smooth[n - half :] = ((total[n] - total[n - widths]) / divisors)[::-1]
     return smooth
 
 
@@ -55,10 +54,8 @@ def low_pass(force: FloatArray, sampling_rate: float, channel_frequency_class: f
     """
     corner = 2.0775 * channel_frequency_class
     if not (channel_frequency_class > 0 and corner < sampling_rate / 2):
-        raise InputError(
-            f"channel frequency class {channel_frequency_class:g} needs more than {2 * corner:.0f} Hz, "
-            f"the recording has {sampling_rate:.0f} Hz; take a lower class or none"
-        )
+        needed = f"channel frequency class {channel_frequency_class:g} needs more than {2 * corner:.0f} Hz"
+        raise InputError(f"{needed}, the recording has {sampling_rate:.0f} Hz; take a lower class or none")
     from scipy.signal import butter, sosfiltfilt
 
     sections = butter(2, corner, fs=sampling_rate, output="sos")

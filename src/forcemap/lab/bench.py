@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from forcemap.arrays import FloatArray
+from forcemap.dynamics.rigid_body import unit_direction
 from forcemap.errors import InputError
-from forcemap.lab.course import STEP, Impacting, first_peaks, force_course, phase_one_peaks
-from forcemap.lab.impactor import DOWN
+from forcemap.lab.course import DOWN, STEP, Impacting, first_peaks, force_course, phase_one_peaks
 from forcemap.lab.virtual_robot import VirtualRobot
 
 DEVICE_STIFFNESS = 75_000.0  # [N/m], of the paper's device (section IV-B)
@@ -65,7 +65,7 @@ class SimulatedImpacts:
         lost = np.maximum.accumulate(begun & ~touching, axis=0)
         again = (lost & touching).any(axis=0)
         held = touching[self.time >= _TRANSIENT[0]].any(axis=0)
-        names = np.where(held, 2, np.where(again, 1, 0))
+        names = np.where(held, 2, again)
         return tuple(list(SimulatedScenario)[i] for i in names.tolist())
 
 
@@ -103,9 +103,7 @@ def simulate_impacts(
     """
     if not step <= duration < 60:
         raise InputError(f"duration: found {duration:g} s, expected at least a step and less than a minute")
-    _check_step(step)
-    d, h, v = _states(distance, height, speed)
-    impacting = _impacting(robot, d, h, direction, device_stiffness)
+    d, h, v, impacting = _set_up(robot, (distance, height, speed), direction, device_stiffness, step)
     force = force_course(impacting, v, duration=duration, step=step)
     return SimulatedImpacts(d, h, v, np.arange(len(force), dtype=np.float64) * step, force, first_peaks(force))
 
@@ -141,37 +139,25 @@ def simulate_peaks(
     InputError
         A place that the robot cannot reach, a figure outside its range, or a direction that is none.
     """
-    _check_step(step)
-    d, h, v = _states(distance, height, speed)
-    return phase_one_peaks(_impacting(robot, d, h, direction, device_stiffness), v, step=step)
+    _, _, v, impacting = _set_up(robot, (distance, height, speed), direction, device_stiffness, step)
+    return phase_one_peaks(impacting, v, step=step)
 
 
-def _check_step(step: float) -> None:
+def _set_up(
+    robot: VirtualRobot, state: tuple[ArrayLike, ...], direction: ArrayLike, device_stiffness: float, step: float
+) -> tuple[FloatArray, FloatArray, FloatArray, Impacting]:
+    """Distances, heights and speeds, and what hits what; a place is posed once for all impacts in one direction."""
     if not 1e-6 <= step <= STEP:
         raise InputError(f"step: found {step:g} s, expected 1e-6 to {STEP:g} s: with longer ones peaks come out wrong")
-
-
-def _states(distance: ArrayLike, height: ArrayLike, speed: ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray]:
-    arrays = [np.asarray(values, dtype=np.float64) for values in (distance, height, speed)]
-    d, h, v = (np.atleast_1d(values).ravel() for values in np.broadcast_arrays(*arrays))
-    if not (np.isfinite(d).all() and np.isfinite(h).all()):
+    d, h, v = np.array(np.broadcast_arrays(*state), dtype=np.float64).reshape(3, -1)
+    if not np.isfinite([d, h]).all():
         raise InputError("distance or height: found a number that is not finite, expected m")
     if not np.all((v > 0) & (v < np.inf)):
         raise InputError(f"speed: found {v.min():g} to {v.max():g} m/s, expected positive finite numbers")
-    return d, h, v
-
-
-def _impacting(
-    robot: VirtualRobot, d: FloatArray, h: FloatArray, direction: ArrayLike, device_stiffness: float
-) -> Impacting:
-    """Every place is posed once for a direction, however many impacts it sees."""
-    try:
-        along = np.broadcast_to(np.asarray(direction, dtype=np.float64), (d.size, 3))
-    except ValueError:
-        raise InputError(f"direction: found the shape {np.shape(direction)}, expected (3,) or ({d.size}, 3)") from None
-    length = np.linalg.norm(along, axis=1, keepdims=True)
-    if not np.all((length > 0) & (length < np.inf)):
-        raise InputError("direction: found one without length or with a number that is not finite")
-    approaches, which = np.unique(np.column_stack([d, h, along / length]), axis=0, return_inverse=True)
+    along = unit_direction(direction, 3)
+    if along.shape not in ((3,), (d.size, 3)):
+        raise InputError(f"direction: found the shape {along.shape}, expected (3,) or ({d.size}, 3)")
+    approaches = np.column_stack([d, h, np.broadcast_to(along, (d.size, 3))])
+    approaches, which = np.unique(approaches, axis=0, return_inverse=True)
     posed = robot.posed_at(approaches[:, 0], approaches[:, 1])
-    return robot.impacting(posed, device_stiffness, approaches[:, 2:]).at(which.ravel())
+    return d, h, v, robot.impacting(posed, device_stiffness, approaches[:, 2:]).at(which.ravel())

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import math
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
+from itertools import islice
 from typing import Self
 
 import numpy as np
@@ -11,13 +13,122 @@ from numpy.typing import NDArray
 
 from forcemap.arrays import FloatArray
 from forcemap.errors import InputError
-from forcemap.lab.contact import ContactLayer
-from forcemap.lab.impactor import Impactor
 from forcemap.lab.reaction import Reaction
 
 STEP = 2e-4  # [s]; longer ones are refused
 FALLEN = 0.9  # Phase I is over once the force has fallen below this share of its running maximum
-LONGEST_PHASE_ONE = 1.0  # [s]
+DOWN = np.array([0.0, 0.0, -1.0])
+
+
+@dataclass(frozen=True, eq=False)
+class Impactor:
+    """Robots in their postures at contact, moving straight; mass matrix and Jacobian stay what they are there.
+
+    The servo of every joint has a stiffness and a damping in proportion to its own inertia A_ii, A the mass matrix with
+    the drives. So the joints' motion falls apart into modes that only the contact couples:
+    y'' = s (w^2 (a r - y) + 2 z w (a r' - y')) - s l F, with r the commanded path, w and z frequency and damping of the
+    servo, F the contact force; the depth of the contact point is l . y.
+
+    Parameters
+    ----------
+    shares : array, shape (n, batch)
+        s, by how much a mode is stiffer than the servo of a single joint [1].
+    levers : array, shape (n, batch)
+        l, motion of the contact point per mode [kg^-1/2].
+    approach : array, shape (n, batch)
+        a, motion of the modes per motion along the commanded path [kg^1/2].
+    joint_lever : array, shape (batch,)
+        Largest torque at a joint per force at the contact point [m].
+    """
+
+    shares: FloatArray
+    levers: FloatArray
+    approach: FloatArray
+    joint_lever: FloatArray
+
+    def at(self, places: NDArray[np.intp]) -> Impactor:
+        """The same robots, for impacts at these places by number."""
+        return Impactor(*(figures[..., places] for figures in vars(self).values()))
+
+
+@dataclass(frozen=True, eq=False)
+class Posed:
+    """A robot posed at places, without drives.
+
+    Parameters
+    ----------
+    mass : array, shape (batch, n, n)
+        Mass matrices of the links [kg m^2].
+    rates : array, shape (3, n, batch)
+        How the joints move the contact point [m/rad].
+    turning : array, shape (3, n, batch)
+        How they turn the tool [1].
+    """
+
+    mass: FloatArray
+    rates: FloatArray
+    turning: FloatArray
+
+    def with_drives(self, drive_inertia: FloatArray, direction: FloatArray = DOWN) -> Impactor:
+        """The robots with the inertia of their drives [kg m^2], shape (n,), moving along unit vectors (batch, 3)."""
+        along = np.broadcast_to(direction, (self.rates.shape[-1], 3))
+        lever = (self.rates * along.T[:, None]).sum(axis=0)
+        path = np.concatenate([self.rates, self.turning])
+        wanted = np.concatenate([along, np.zeros_like(along)], axis=1)[..., None]
+        motion = (np.linalg.pinv(np.moveaxis(path, -1, 0)) @ wanted)[..., 0].T  # the tool's orientation kept
+        motion /= (lever * motion).sum(axis=0)
+        mass = self.mass + np.diag(drive_inertia)
+        inertia = np.sqrt(np.diagonal(mass, axis1=1, axis2=2))  # (batch, n)
+        # eigenvectors of the scaled matrix are those of its inverse; the shares are one over the eigenvalues
+        values, vectors = np.linalg.eigh(mass / (inertia[:, :, None] * inertia[:, None, :]))
+        turned = np.swapaxes(vectors, 1, 2)
+        levers = (turned @ (lever.T / inertia)[..., None])[..., 0]
+        approach = (turned @ (motion.T * inertia)[..., None])[..., 0]
+        return Impactor(1 / values.T, levers.T, approach.T, np.abs(lever).max(axis=0))
+
+
+@dataclass(frozen=True)
+class ContactLayer:
+    """A pad (spring and damper side by side) on the spring of the device, without mass; it can only be pushed.
+
+    A spring in series with the pad keeps the force from jumping at contact, as a damper alone would make it.
+
+    Parameters
+    ----------
+    device_stiffness : float
+        Spring constant of the device [N/m].
+    pad_stiffness : float
+        Spring constant of the pad [N/m].
+    pad_damping : float
+        Damping of the pad [N s/m].
+
+    Raises
+    ------
+    InputError
+        A figure that is not positive and finite.
+    """
+
+    device_stiffness: float
+    pad_stiffness: float
+    pad_damping: float
+
+    def __post_init__(self) -> None:
+        for name, value in vars(self).items():
+            if not 0 < value < math.inf:
+                raise InputError(f"{name.replace('_', ' ')}: found {value:g}, expected a positive finite number")
+
+    def force(self, depth: FloatArray, pad: FloatArray) -> FloatArray:
+        """Force on the device [N] at a depth of the robot below first contact and a compression of the pad [m]."""
+        return self.device_stiffness * np.maximum(depth - pad, 0.0)
+
+    def compressed(self, depth: FloatArray, pad: FloatArray, step: float) -> FloatArray:
+        """Compression of the pad [m] one time step [s] later, the depth held: exact for that."""
+        touching = depth > pad
+        total = self.device_stiffness + self.pad_stiffness
+        rest = np.where(touching, depth * (self.device_stiffness / total), 0.0)
+        in_contact = math.exp(-step * total / self.pad_damping)
+        alone = math.exp(-step * self.pad_stiffness / self.pad_damping)
+        return np.asarray(rest + (pad - rest) * np.where(touching, in_contact, alone))
 
 
 @dataclass(frozen=True)
@@ -74,16 +185,10 @@ def force_course(impacting: Impacting, speed: FloatArray, *, duration: float, st
     duration, step : float
         Time after contact, and the time step [s].
     """
-    steps = round(duration / step)
-    course = np.empty((steps + 1, speed.size))
-    for row, force in zip(course, _forces(impacting, _speeds(speed), step), strict=False):
-        row[:] = force
-    return course
+    return np.array(list(islice(_forces(impacting, speed, step), round(duration / step) + 1)))
 
 
-def phase_one_peaks(
-    impacting: Impacting, speed: FloatArray, *, step: float = STEP, longest: float = LONGEST_PHASE_ONE
-) -> FloatArray:
+def phase_one_peaks(impacting: Impacting, speed: FloatArray, *, step: float = STEP, longest: float = 1.0) -> FloatArray:
     """Phase I peaks, shape (batch,) [N]: the first maximum after which the force falls clearly; no more is simulated.
 
     Parameters
@@ -95,28 +200,18 @@ def phase_one_peaks(
     step, longest : float
         The time step, and the time after contact at which Phase I is taken to be over [s].
     """
-    peak = np.zeros(speed.size)
-    going = np.ones(speed.size, dtype=bool)
-    for _, force in zip(range(round(longest / step)), _forces(impacting, _speeds(speed), step), strict=False):
-        going &= force >= FALLEN * peak
-        np.maximum(peak, force, out=peak, where=going)
+    return first_peaks(islice(_forces(impacting, speed, step), round(longest / step)))
+
+
+def first_peaks(forces: Iterable[FloatArray]) -> FloatArray:
+    """Phase I peaks of force courses, shape (batch,) [N], of the forces (batch,) at one time after the other."""
+    peak, going = np.zeros(()), np.ones((), dtype=bool)
+    for force in forces:
+        going = going & (force >= FALLEN * peak)
+        peak = np.where(going, np.maximum(peak, force), peak)
         if not going.any():
             break
     return peak
-
-
-def first_peaks(course: FloatArray) -> FloatArray:
-    """Phase I peaks of force courses, shape (batch,) [N], by the same rule."""
-    running = np.maximum.accumulate(course)
-    fallen = course < FALLEN * running
-    stop = np.where(fallen.any(axis=0), fallen.argmax(axis=0), len(course)) - 1
-    return np.asarray(running[stop, np.arange(course.shape[1])])
-
-
-def _speeds(speed: FloatArray) -> FloatArray:
-    if not np.all((speed > 0) & (speed < np.inf)):
-        raise InputError(f"speed: found {speed.min():g} to {speed.max():g} m/s, expected positive finite numbers")
-    return speed
 
 
 def _forces(impacting: Impacting, speed: FloatArray, step: float) -> Iterator[FloatArray]:
@@ -124,26 +219,21 @@ def _forces(impacting: Impacting, speed: FloatArray, step: float) -> Iterator[Fl
     robot, contact, reaction = impacting.impactor, impacting.contact, impacting.reaction
     w, z = 2 * np.pi * impacting.servo.frequency, impacting.servo.damping
     spring, damper, push = robot.shares * w**2, robot.shares * (2 * z * w), robot.shares * robot.levers
-    spring_path = spring * robot.approach
-    damper_path = damper * robot.approach
+    spring_path, damper_path = spring * robot.approach, damper * robot.approach
     # the damper acts on the mean of the velocities before and after a step
-    before, after = (1 - step / 2 * damper) / (1 + step / 2 * damper), step / (1 + step / 2 * damper)
-    modes = np.zeros_like(robot.levers)
-    rates = robot.approach * speed
-    pad, path, noticed, torque = (np.zeros(speed.size) for _ in range(4))
+    whole_step = (1 - step / 2 * damper) / (1 + step / 2 * damper), step / (1 + step / 2 * damper)
+    before, after = 1 - step / 2 * damper, step / 2 * np.ones_like(damper)  # half a step from the velocity at contact
+    modes, rates = np.zeros_like(robot.levers), robot.approach * speed
+    pad, path, noticed, torque, depth, force = np.zeros((6, speed.size))
     begun = np.full(speed.size, np.inf)  # when the reaction begins
     keep = np.exp(-step / reaction.torque_filter)
-    depth, force, now = np.zeros(speed.size), np.zeros(speed.size), 0.0
-    first = True
+    now = 0.0
     while True:
         yield force
         commanded = reaction.commanded_speed(speed, now - begun, force)
         pull = spring_path * path + damper_path * commanded - spring * modes - push * force
-        if first:  # half a step from the velocity at contact
-            rates = rates + step / 2 * (pull - damper * rates)
-            first = False
-        else:
-            rates = before * rates + after * pull
+        rates = before * rates + after * pull
+        before, after = whole_step
         modes = modes + step * rates
         now += step
         path = path + step * reaction.commanded_speed(speed, now - step / 2 - begun, force)

@@ -36,10 +36,9 @@ def simulate_example(name: str, folder: str | Path) -> SimulatedCampaign:
     InputError
         The folder holds files already, or cannot be made.
     """
-    dataset = _example(name)
+    plan, conditions = example_plan(name), _example(name).conditions
     rng = np.random.default_rng(zlib.crc32(name.encode()))
-    robot = virtual_robot(_PRESET[name])
-    return simulate_campaign(_plan(dataset), robot, SimulatedDevice(), rng, folder, conditions=dataset.conditions)
+    return simulate_campaign(plan, virtual_robot(_PRESET[name]), SimulatedDevice(), rng, folder, conditions=conditions)
 
 
 def example_plan(name: str) -> MeasurementPlan:
@@ -55,23 +54,12 @@ def example_plan(name: str) -> MeasurementPlan:
     UnknownName
         No example has the name.
     """
-    return _plan(_example(name))
+    dataset = _example(name)
+    same = {name: getattr(dataset, name) for name in ("repeat", "role", "distance", "height", "speed")}
+    unknown = np.full(len(dataset), np.nan)
+    return MeasurementPlan(state_id=dataset.state, **same, base_angle=unknown, expected_force=unknown)
 
 
 def _example(name: str) -> ImpactDataset:
     with tempfile.TemporaryDirectory() as home:
         return read_dataset(copy_example(name, Path(home, "example")))
-
-
-def _plan(dataset: ImpactDataset) -> MeasurementPlan:
-    unknown = np.full(len(dataset), np.nan)
-    return MeasurementPlan(
-        state_id=dataset.state,
-        repeat=dataset.repeat,
-        role=dataset.role,
-        distance=dataset.distance,
-        height=dataset.height,
-        speed=dataset.speed,
-        base_angle=unknown,
-        expected_force=unknown,
-    )

@@ -18,11 +18,6 @@ class ReactionKind(StrEnum):
     RETREAT = "retreat"
     STOP_AND_HOLD = "stop_and_hold"
 
-    @property
-    def words(self) -> str:
-        """The kind in words."""
-        return self.value.replace("_", " ")
-
 
 @dataclass(frozen=True, kw_only=True)
 class Reaction:
@@ -64,13 +59,11 @@ class Reaction:
     yielding: float = 0.0
 
     def __post_init__(self) -> None:
-        figures = {name: value for name, value in vars(self).items() if name != "kind"}
-        for name, value in figures.items():
+        for name, value in list(vars(self).items())[1:]:
             least = "positive" if name in ("threshold", "torque_filter", "time_constant") else "at least 0"
-            if not (0 <= value < math.inf) or (value == 0 and least == "positive"):
-                raise InputError(
-                    f"reaction, {name.replace('_', ' ')}: found {value:g}, expected a finite number, {least}"
-                )
+            if not 0 <= value < math.inf or (value == 0 and least == "positive"):
+                what = name.replace("_", " ")
+                raise InputError(f"reaction, {what}: found {value:g}, expected a finite number, {least}")
         retreat, hold = (self.retreat_speed, self.retreat_time), (self.hold_force, self.yielding)
         own, other = (retreat, hold) if self.kind is ReactionKind.RETREAT else (hold, retreat)
         if not all(own) or any(other):

@@ -13,8 +13,7 @@ from forcemap.campaigns.conditions import CAMPAIGN_FILE, Conditions
 from forcemap.campaigns.plan import MeasurementPlan, write_plan
 from forcemap.campaigns.template import campaign_text
 from forcemap.csv_table import csv_text
-from forcemap.errors import InputError
-from forcemap.files import write_atomically
+from forcemap.files import new_folder, write_atomically
 from forcemap.lab.bench import SimulatedImpacts, simulate_impacts
 from forcemap.lab.course import STEP
 from forcemap.lab.simulated_device import COLUMNS, SimulatedDevice, recording_text
@@ -75,52 +74,30 @@ def simulate_campaign(
     InputError
         The folder holds files or cannot be made, or the robot does not reach a place of the plan.
     """
-    target = _new_folder(folder)
+    target = new_folder(folder)
     speed = plan.speed * (1 + robot.speed_scatter * rng.standard_normal(len(plan)))
-    impacts = simulate_impacts(
-        robot,
-        plan.distance,
-        plan.height,
-        speed,
-        device_stiffness=device.device.stiffness,
-        duration=device.after,
-        step=STEP,
-    )
-    origin = f"SIMULATED by the virtual impact lab of forcemap ({_described(robot)}): not a measurement of any robot"
+    states, stiffness = (plan.distance, plan.height, speed), device.device.stiffness
+    impacts = simulate_impacts(robot, *states, device_stiffness=stiffness, duration=device.after, step=STEP)
+    origin = f"SIMULATED by the virtual impact lab of forcemap ({robot.described}): not a measurement of any robot"
     readings = device.readings(impacts.force, STEP, device.scale(rng), rng)
     (target / RECORDINGS_FOLDER).mkdir()
     write_atomically(target / CAMPAIGN_FILE, campaign_text(_stated(robot, device, conditions), COLUMNS))
     write_plan(plan, target, remark=origin)
     times, names = device.times(), tuple(plan.recording.tolist())
     for name, column in zip(names, readings.T, strict=True):
-        path = target / RECORDINGS_FOLDER / f"{name}.csv"
-        path.write_text(recording_text(times, column, origin), encoding="utf-8")
+        text = recording_text(times, column, origin)
+        (target / RECORDINGS_FOLDER / f"{name}.csv").write_text(text, encoding="utf-8")
     write_atomically(target / TRUTH_FILE, _truth(names, impacts, origin))
     return SimulatedCampaign(target, names, impacts)
 
 
-def _new_folder(folder: str | Path) -> Path:
-    target = Path(folder)
-    try:
-        target.mkdir(parents=True, exist_ok=True)
-        if any(target.iterdir()):
-            raise InputError("the folder holds files already, expected a new or empty one", file=str(folder))
-    except OSError as error:
-        raise InputError(f"the folder cannot be made ({error.strerror})", file=str(folder)) from error
-    return target
-
-
-def _described(robot: VirtualRobot) -> str:
-    return ", ".join([robot.name, *robot.changes])
-
-
 def _stated(robot: VirtualRobot, device: SimulatedDevice, conditions: Conditions | None) -> Conditions:
-    given = conditions or Conditions()
-    reaction = robot.reaction
+    given, reaction = conditions or Conditions(), robot.reaction
+    settings = f"external torque limit {reaction.threshold:.3g} Nm at any joint, then {reaction.kind.replace('_', ' ')}"
     return replace(
         given,
         simulated=True,
-        note=f"SIMULATED by the virtual impact lab: {_described(robot)}; {robot.source}",
+        note=f"SIMULATED by the virtual impact lab: {robot.described}; {robot.source}",
         operator="virtual impact lab",
         robot=f"virtual {robot.name}",
         controller="",
@@ -132,7 +109,7 @@ def _stated(robot: VirtualRobot, device: SimulatedDevice, conditions: Conditions
         contact_site="flange",
         direction="down",
         base_angle=math.nan,
-        safety_settings=f"external torque limit {reaction.threshold:.3g} Nm at any joint, then {reaction.kind.words}",
+        safety_settings=settings,
         speed_kind="commanded",
         device=device.device,
     )

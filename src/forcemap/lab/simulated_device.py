@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -45,7 +45,7 @@ class SimulatedDevice:
         Range, error or stiffness not stated, or a figure outside its range.
     """
 
-    device: Device = field(default=PAPER_DEVICE)
+    device: Device = PAPER_DEVICE
     sampling_rate: float = 1000.0
     before: float = 0.1
     after: float = 0.8
@@ -58,11 +58,9 @@ class SimulatedDevice:
         for name in ("range", "error", "stiffness"):
             if math.isnan(getattr(self.device, name)):
                 raise InputError(f"device {name}: not stated, expected a number to simulate readings with")
-        positive = {name: getattr(self, name) for name in ("sampling_rate", "before", "after", "resolution")}
-        others = {name: getattr(self, name) for name in ("noise", "offset", "drift")}
-        for name, value in (positive | others).items():
-            if not 0 <= value < math.inf or (name in positive and value == 0):
-                least = "positive" if name in positive else "of at least 0"
+        for name, value in list(vars(self).items())[1:]:
+            least = "of at least 0" if name in ("noise", "offset", "drift") else "above 0"
+            if not 0 <= value < math.inf or (value == 0 and least == "above 0"):
                 raise InputError(f"{name.replace('_', ' ')}: found {value:g}, expected a finite number {least}")
 
     def scale(self, rng: np.random.Generator) -> float:

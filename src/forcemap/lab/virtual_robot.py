@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, fields, replace
 from importlib import resources
 from typing import Any, Self
 
@@ -12,12 +12,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from forcemap.arrays import FloatArray
+from forcemap.dynamics.inverse_kinematics import ReachOutcome, inverse_kinematics, places_in_plane
+from forcemap.dynamics.kinematics import contact_point, posture_mass_matrix, posture_of
 from forcemap.dynamics.robot import Robot
 from forcemap.dynamics.robots import robot_named
 from forcemap.errors import InputError, UnknownName
-from forcemap.lab.contact import ContactLayer
-from forcemap.lab.course import Impacting, Servo
-from forcemap.lab.impactor import DOWN, Posed, posed
+from forcemap.lab.course import DOWN, ContactLayer, Impacting, Posed, Servo
 from forcemap.lab.reaction import Reaction, ReactionKind
 
 PRESETS = ("ur10e-like", "iiwa7-like-30nm", "iiwa7-like-10nm")
@@ -65,7 +65,7 @@ class VirtualRobot:
     pad_damping: float
     reaction: Reaction
     speed_scatter: float = 0.0
-    changes: tuple[str, ...] = field(default=())
+    changes: tuple[str, ...] = ()
     source: str = ""
 
     def __post_init__(self) -> None:
@@ -73,6 +73,11 @@ class VirtualRobot:
             raise InputError(f"{self.name}: found no drive inertia, expected a robot with it (with_drive_inertia)")
         if not 0 <= self.speed_scatter < 0.1:
             raise InputError(f"speed scatter: found {self.speed_scatter:g}, expected a share from 0 to 0.1")
+
+    @property
+    def described(self) -> str:
+        """The preset and what was changed about it."""
+        return ", ".join([self.name, *self.changes])
 
     def with_threshold(self, threshold: float) -> Self:
         """The robot with another safety setting.
@@ -137,20 +142,24 @@ class VirtualRobot:
         )
 
     def posed_at(self, distance: ArrayLike, height: ArrayLike) -> Posed:
-        """The robot posed at places, shape (batch,) [m].
+        """The robot posed with its lowest point of contact at places, shape (batch,) [m].
 
         Raises
         ------
         InputError
             A place it cannot reach.
         """
-        return posed(
-            self.robot,
-            distance,
-            height,
-            tool_direction=self.tool_direction,
-            contact_radius=self.contact_radius,
-        )
+        d, h = np.broadcast_arrays(distance, height)
+        places = places_in_plane(d, h + self.contact_radius)
+        reach = inverse_kinematics(self.robot, places, tool_direction=self.tool_direction)
+        if far := np.flatnonzero(reach.outcome == ReachOutcome.UNREACHABLE).tolist():
+            raise InputError(
+                f"{self.robot.name}: found {len(far)} places it cannot reach with this tool direction, first "
+                f"d = {d[far[0]]:g} m, h = {h[far[0]]:g} m; leave them out of the plan"
+            )
+        posture = posture_of(self.robot, reach.positions.T)
+        rates = posture.rates(contact_point(self.robot, posture) + self.contact_radius * DOWN[:, None])
+        return Posed(np.moveaxis(posture_mass_matrix(self.robot, posture), -1, 0), rates, posture.turning)
 
     def impacting(self, places: Posed, device_stiffness: float, direction: FloatArray = DOWN) -> Impacting:
         """The robot at places, moving along unit vectors (batch, 3), on a device with this spring constant [N/m]."""
@@ -159,8 +168,8 @@ class VirtualRobot:
         impactor = places.with_drives(self.robot.drive_inertia.values, direction)
         return Impacting(impactor, self.servo, contact, self.reaction)
 
-    def _changed(self, change: str, **fields: Any) -> Self:
-        return replace(self, **fields, changes=(*self.changes, change))
+    def _changed(self, change: str, **figures: Any) -> Self:
+        return replace(self, **figures, changes=(*self.changes, change))
 
 
 def virtual_robot(name: str) -> VirtualRobot:
@@ -191,26 +200,16 @@ def virtual_robot_of(figures: dict[str, Any]) -> VirtualRobot:
     """A virtual robot from the entries of a preset's file."""
     robot = robot_named(figures["robot"])
     groups, values = figures["drive_inertia_joints"], figures["drive_inertia_kg_m2"]
-    reaction = figures["reaction"]
+    pad, entries = figures["pad"], figures["reaction"]
+    names = [each.name for each in fields(Reaction)]  # the entries are named so, with their units behind
+    reaction = {name: value for name in names for key, value in entries.items() if key.startswith(name)}
     return VirtualRobot(
-        name=figures["name"],
+        **{key: figures[key] for key in ("name", "speed_scatter", "source")},
         robot=robot.with_drive_inertia(np.repeat(values, groups)),
         tool_direction=tuple(figures["tool_direction"]),
         contact_radius=figures["contact_radius_m"],
         servo=Servo(figures["servo"]["frequency_Hz"], figures["servo"]["damping"]),
-        pad_stiffness=figures["pad"]["stiffness_N_per_m"],
-        pad_damping=figures["pad"]["damping_N_s_per_m"],
-        reaction=Reaction(
-            kind=ReactionKind(reaction["kind"]),
-            threshold=reaction["threshold_N_m"],
-            torque_filter=reaction["torque_filter_s"],
-            delay=reaction["delay_s"],
-            time_constant=reaction["time_constant_s"],
-            retreat_speed=reaction["retreat_speed_mps"],
-            retreat_time=reaction["retreat_time_s"],
-            hold_force=reaction["hold_force_N"],
-            yielding=reaction["yielding_m_per_N_s"],
-        ),
-        speed_scatter=figures["speed_scatter"],
-        source=figures["source"],
+        pad_stiffness=pad["stiffness_N_per_m"],
+        pad_damping=pad["damping_N_s_per_m"],
+        reaction=Reaction(**reaction | {"kind": ReactionKind(reaction["kind"])}),
     )

@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
-import csv
 import re
 import unicodedata
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
 from importlib import resources
 from pathlib import Path
 
+from forcemap.csv_table import Table, read_table
 from forcemap.errors import InputError, TableError, UnknownName
 from forcemap.files import read_bytes, sha256
 
 _PRESSURE, _FORCE, _FACTOR = "quasi_static_pressure_N_per_cm2", "quasi_static_force_N", "transient_factor"
 _AREA_COLUMNS = ("area", "name", "region", _PRESSURE, _FORCE, _FACTOR)
+_STANDARD = "body_areas.csv"
 _PASCALS = 1e4  # Pa in 1 N/cm^2
 _MAX_FIGURE = 2000.0  # [N], [N/cm^2]: several times the largest of the standard
 MAX_TRANSIENT_FACTOR = 2.0
@@ -142,7 +143,7 @@ class LimitTable:
 @lru_cache
 def standard_limit_table() -> LimitTable:
     """The 29 body areas of ISO/TS 15066:2016, Annex A, with their provenance."""
-    return _limit_table(_packaged("body_areas.csv"), "body_areas.csv")
+    return _limit_table(_content(_STANDARD), _STANDARD)
 
 
 def read_limit_table(path: str | Path) -> LimitTable:
@@ -165,12 +166,12 @@ def read_limit_table(path: str | Path) -> LimitTable:
 @lru_cache
 def body_regions() -> Mapping[str, BodyRegion]:
     """The 12 body regions of ISO/TS 15066:2016, table A.3, by identifier."""
-    _, rows = _read(_packaged("body_regions.csv"), "body_regions.csv")
+    rows = _table(_content("body_regions.csv"), "body_regions.csv").texts
     return {
         row["region"]: BodyRegion(
             row["region"], 1000 * float(row["spring_constant_N_per_mm"]), float(row["effective_mass_kg"])
         )
-        for _, row in rows
+        for row in rows
     }
 
 
@@ -185,46 +186,40 @@ def body_region(name: str) -> BodyRegion:
     return body_regions()[standard_limit_table().find(name)[0].region]
 
 
-def _packaged(file: str) -> bytes:
+def _content(file: str) -> bytes:
     return resources.files("forcemap.limits").joinpath("tables", file).read_bytes()
 
 
+def _table(content: bytes, file: str) -> Table:
+    return read_table(content, file, what="body area", remarked=True)
+
+
 def _limit_table(content: bytes, file: str) -> LimitTable:
-    facts, rows = _read(content, file)
+    table = _table(content, file)
     areas: dict[str, BodyArea] = {}
-    if not rows:
+    for column in _AREA_COLUMNS:
+        if column not in table.columns:
+            raise TableError("the column is missing", file=file, row=table.header_row, column=column)
+    if not table.rows:
         raise TableError("found no body area, expected at least one", file=file)
-    for row_number, row in rows:
-        for column in _AREA_COLUMNS:
-            if row.get(column) is None:
-                raise TableError("the cell or column is missing", file=file, row=row_number, column=column)
-        numbers = {column: _number(row[column], file, row_number, column) for column in (_PRESSURE, _FORCE, _FACTOR)}
-        factor = numbers[_FACTOR]
+    facts = table.remarks
+    for row_number, row in zip(table.rows, table.texts, strict=True):
+        refused = partial(TableError, file=file, row=row_number)
+        pressure, force, factor = (_number(row[name], refused, name) for name in (_PRESSURE, _FORCE, _FACTOR))
         if factor != 0 and not 1 <= factor <= MAX_TRANSIENT_FACTOR:
-            raise TableError(
-                f"found {factor:g}, expected 0 (contact not permitted) or a factor from 1 to {MAX_TRANSIENT_FACTOR:g}",
-                file=file,
-                row=row_number,
-                column=_FACTOR,
-            )
+            expected = f"expected 0 (contact not permitted) or a factor from 1 to {MAX_TRANSIENT_FACTOR:g}"
+            raise refused(f"found {factor:g}, {expected}", column=_FACTOR)
         name, region = identifier(row["area"]), identifier(row["region"])
         if name in areas or not name or not region:
-            raise TableError(
-                f"found {name!r}, expected every area once and named, with its region",
-                file=file,
-                row=row_number,
-                column="area",
-            )
+            raise refused(f"found {name!r}, expected every area once and named, with its region", column="area")
         usual = _usual_regions().get(_without_side(name), region)
         if region != usual:
-            raise TableError(
+            raise refused(
                 f"found {row['region']!r}, expected {usual}, the region in which the standard has {name}: the "
                 "measuring device's spring goes by it",
-                file=file,
-                row=row_number,
                 column="region",
             )
-        areas[name] = BodyArea(name, row["name"], region, numbers[_FORCE], numbers[_PRESSURE] * _PASCALS, factor)
+        areas[name] = BodyArea(name, row["name"], region, force, pressure * _PASCALS, factor)
     return LimitTable(
         areas,
         edition=facts.get("edition", f"not stated in {file}"),
@@ -238,8 +233,7 @@ def _limit_table(content: bytes, file: str) -> LimitTable:
 @lru_cache
 def _usual_regions() -> Mapping[str, str]:
     """The regions of the standard's areas, by area without its side."""
-    _, rows = _read(_packaged("body_areas.csv"), "body_areas.csv")
-    return {_without_side(row["area"]): row["region"] for _, row in rows}
+    return {_without_side(row["area"]): row["region"] for row in _table(_content(_STANDARD), _STANDARD).texts}
 
 
 def _without_side(area: str) -> str:
@@ -263,42 +257,10 @@ def identifier(name: str) -> str:
     return "_".join(name.lower().replace("-", " ").replace("_", " ").split())
 
 
-def _number(cell: str, file: str, row: int, column: str) -> float:
+def _number(cell: str, refused: partial[TableError], column: str) -> float:
     if not re.fullmatch(r"\d+\.?\d*|\.\d+", cell, re.ASCII):
-        raise TableError(f"found {cell!r}, expected a positive number", file=file, row=row, column=column)
+        raise refused(f"found {cell!r}, expected a positive number", column=column)
     number = float(cell)
     if not (number <= _MAX_FIGURE and (number > 0 or column == _FACTOR)):
-        raise TableError(
-            f"found {cell!r}, expected a positive number up to {_MAX_FIGURE:g}", file=file, row=row, column=column
-        )
+        raise refused(f"found {cell!r}, expected a positive number up to {_MAX_FIGURE:g}", column=column)
     return number
-
-
-def _read(content: bytes, file: str) -> tuple[dict[str, str], list[tuple[int, dict[str, str]]]]:
-    """Facts from the comment lines, and (line number, cells by column) of every row."""
-    try:
-        lines = content.decode("utf-8-sig").splitlines()
-    except UnicodeDecodeError:
-        raise TableError("not text in UTF-8, expected a CSV table", file=file) from None
-    facts = {}
-    table = []
-    for number, line in enumerate(lines, start=1):
-        if line.startswith("#"):
-            key, _, value = line.lstrip("# ").partition(":")
-            facts[key.strip().lower()] = value.strip()
-        elif line.strip():
-            table.append((number, line))
-    try:
-        cells = [[cell.strip() for cell in record] for record in csv.reader((line for _, line in table), strict=True)]
-    except csv.Error as error:
-        raise TableError(f"not a CSV table ({error})", file=file) from None
-    header, body = (cells[0], cells[1:]) if cells else ([], [])
-    for name in header:
-        if header.count(name) > 1:
-            raise TableError(f"found column {name!r} twice, expected it once", file=file, row=table[0][0], column=name)
-    rows = []
-    for (number, _), record in zip(table[1:], body, strict=False):
-        if len(record) != len(header):
-            raise TableError(f"found {len(record)} cells, expected {len(header)}", file=file, row=number)
-        rows.append((number, dict(zip(header, record, strict=True))))
-    return facts, rows

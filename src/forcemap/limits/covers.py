@@ -123,12 +123,7 @@ def payload_estimate(
     InputError
         A figure outside its range.
     """
-    before, after = (
-        float(
-            pfl_speed_limit(
-                max_force, robot_mass=pfl_robot_mass(moving_mass, load), body_mass=body_mass, stiffness=stiffness
-            )
-        )
-        for load in (payload, new_payload)
-    )
+    masses = [pfl_robot_mass(moving_mass, load) for load in (payload, new_payload)]
+    spring = {"body_mass": body_mass, "stiffness": stiffness}
+    before, after = (float(pfl_speed_limit(max_force, robot_mass=mass, **spring)) for mass in masses)
     return Estimate(before, after)

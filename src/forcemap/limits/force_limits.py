@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from forcemap.errors import ContactNotPermitted, InputError
+from forcemap.findings import Finding, FindingKind
 from forcemap.limits.body_areas import (
     MAX_TRANSIENT_FACTOR,
     BodyArea,
@@ -104,25 +105,25 @@ class ForceLimit:
     @property
     def quasi_static(self) -> float:
         """Quasi-static force limit [N]; raises ContactNotPermitted for the head."""
-        self._require_permitted()
+        self.require_permitted()
         return self.tabulated_quasi_static
 
     @property
     def transient(self) -> float:
         """Transient force limit [N]; raises ContactNotPermitted for the head."""
-        self._require_permitted()
+        self.require_permitted()
         return self.tabulated_transient
 
     @property
     def quasi_static_pressure(self) -> float:
         """Quasi-static pressure limit [Pa]; raises ContactNotPermitted for the head."""
-        self._require_permitted()
+        self.require_permitted()
         return self.tabulated_quasi_static_pressure
 
     @property
     def transient_pressure(self) -> float:
         """Transient pressure limit [Pa]; raises ContactNotPermitted for the head."""
-        self._require_permitted()
+        self.require_permitted()
         return self.tabulated_transient_pressure
 
     def force(self, contact: Contact) -> float:
@@ -130,24 +131,33 @@ class ForceLimit:
         return self.transient if Contact.parse(contact) is Contact.TRANSIENT else self.quasi_static
 
     def __str__(self) -> str:
-        words = f"{self.name} in {self.edition} (table version {self.version})"
-        lacking = f"this table lacks {', '.join(self.lacking)} of the region" if self.lacking else ""
-        return "; ".join(part for part in (words, lacking, self.head_statement) if part)
+        lacking = f"; this table lacks {', '.join(self.lacking)} of the region" if self.lacking else ""
+        head = f"; HEAD, permitted by the table's own words: {self.head_contact}" if self.head_finding else ""
+        return f"{self.name} in {self.edition} (table version {self.version}){lacking}{head}"
 
     @property
-    def head_statement(self) -> str:
-        """What every answer says of a limit for the head; empty for other areas."""
+    def head_finding(self) -> Finding | None:
+        """What every answer says of a limit for the head that a user's table permits; None for others."""
         if not (self.permitted and self.head_contact):
-            return ""
-        return f"HEAD: the standard permits no contact there; this table does, by its own words: {self.head_contact}"
+            return None
+        return Finding.of(FindingKind.HEAD_BY_TABLE, head_contact=self.head_contact)
 
-    def _require_permitted(self) -> None:
-        if not self.permitted:
-            closed = self.head and self.tabulated_transient > 0
-            why = "an area of the head, and the table names nothing that permits it" if closed else "transient factor 0"
+    @property
+    def refusal(self) -> Finding | None:
+        """Why no limit follows; None where contact is permitted."""
+        if self.permitted:
+            return None
+        closed = self.head and self.tabulated_transient > 0
+        return Finding.of(FindingKind.NOT_PERMITTED, name=self.name, head=closed, edition=self.edition)
+
+    def require_permitted(self) -> None:
+        """Raise ContactNotPermitted for the head."""
+        if (refused := self.refusal) is not None:
+            head = "an area of the head, and the table names nothing that permits it"
+            why = head if refused.figure("head") else "transient factor 0"
             raise ContactNotPermitted(
-                f"contact with {self.name} is not permitted ({why} in {self.edition}), "
-                "so no limit and no speed follow; keep the robot from reaching it"
+                f"contact with {self.name} is not permitted ({why} in "
+                f"{self.edition}), so no limit and no speed follow; keep the robot from reaching it"
             )
 
 
@@ -225,7 +235,8 @@ def force_limit(area_or_region: str, *, table: LimitTable | None = None) -> Forc
     False
     """
     table = table or standard_limit_table()
-    areas = table.find(area_or_region)
+    areas, known = table.find(area_or_region), body_regions()
+    regions, head = {area.region for area in areas}, any(area.head for area in areas)
     return ForceLimit(
         name=area_or_region,
         areas=tuple(area.area for area in areas),
@@ -238,10 +249,11 @@ def force_limit(area_or_region: str, *, table: LimitTable | None = None) -> Forc
         source=table.source,
         version=table.version,
         sha256=table.sha256,
-        stiffness=_largest_stiffness({area.region for area in areas}),
+        # no other area's spring stands for one that the standard does not have
+        stiffness=max(known[each].stiffness for each in regions) if regions <= known.keys() else math.nan,
         lacking=_lacking(areas, area_or_region),
-        head=any(area.head for area in areas),
-        head_contact=table.head_contact if any(area.head for area in areas) else "",
+        head=head,
+        head_contact=table.head_contact if head else "",
     )
 
 
@@ -252,9 +264,3 @@ def _lacking(areas: list[BodyArea], name: str) -> tuple[str, ...]:
     there = {area.area for area in areas}
     region = [area for area in standard_limit_table().areas.values() if area.region == identifier(name)]
     return tuple(area.area for area in region if not {area.area, area.base} & there)
-
-
-def _largest_stiffness(regions: set[str]) -> float:
-    """Largest spring constant of the regions [N/m]; NaN if the standard does not have one of them."""
-    known = body_regions()
-    return max(known[region].stiffness for region in regions) if regions <= known.keys() else math.nan

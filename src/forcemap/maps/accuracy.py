@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from dataclasses import dataclass
 
 import numpy as np
@@ -78,29 +79,44 @@ class Accuracy:
         percent = 100 * error / force
         with np.errstate(over="ignore"):
             rmse = float(np.sqrt(np.mean(error**2)))
-        names = [name for name, kept in zip(states.name, measured, strict=True) if kept]
-        under, over = error < 0, error > 0
-        worst = int(np.argmin(percent))
-        highest = int(np.argmax(percent))
+        worst = int(np.flatnonzero(measured)[np.argmin(percent)])
         return cls(
-            on=on,
-            states=int(measured.sum()),
-            underestimated=int(under.sum()),
-            max_underestimation_percent=max(0.0, -float(percent[worst])),
-            max_underestimation=max(0.0, -float(error[worst])),
-            mean_underestimation_percent=-float(percent[under].mean()) if under.any() else 0.0,
-            mean_underestimation=-float(error[under].mean()) if under.any() else 0.0,
-            overestimated=int(over.sum()),
-            max_overestimation_percent=max(0.0, float(percent[highest])),
-            max_overestimation=max(0.0, float(error[highest])),
-            mean_overestimation_percent=float(percent[over].mean()) if over.any() else 0.0,
-            mean_overestimation=float(error[over].mean()) if over.any() else 0.0,
+            on,
+            int(measured.sum()),
+            *_one_side(-percent, -error),
+            *_one_side(percent, error),
             rmse=rmse,
-            worst_state=names[worst] if under.any() else "",
+            worst_state=states.name[worst] if (error < 0).any() else "",
             censored_states=int(np.sum(~measured)),
             censored_underestimated=int(np.sum(predicted[~measured] < states.at_least[~measured])),
             skipped_states=skipped,
         )
+
+
+def _one_side(percent: FloatArray, error: FloatArray) -> tuple[int, float, float, float, float]:
+    """Number of states with a positive error; the largest [%], [N] and the mean one [%], [N] of these, 0 if none."""
+    here = error > 0
+    if not here.any():
+        return 0, 0.0, 0.0, 0.0, 0.0
+    largest = int(np.argmax(percent))
+    means = float(percent[here].mean()), float(error[here].mean())
+    return int(here.sum()), float(percent[largest]), float(error[largest]), *means
+
+
+def map_accuracy(force_map: ForceMap, dataset: ImpactDataset) -> tuple[Accuracy, ...]:
+    """Accuracy of a map fitted to a dataset, the one to trust first.
+
+    On its test states (those that share no training state) if it has any, on the fitted states left out in turn if
+    that is possible, and on all states (paper, Table II, rows Ts and All).
+    """
+    found: list[Accuracy] = []
+    test = dataset.independent_test
+    if (test.states.impacts > 0).any():
+        found.append(force_map_accuracy(force_map, test, on="test states"))
+    with contextlib.suppress(InputError):  # as many states as coefficients: none can be left out
+        found.append(leave_one_state_out(force_map))
+    found.append(force_map_accuracy(force_map, dataset, on="all states"))
+    return tuple(found)
 
 
 def force_map_accuracy(force_map: ForceMap, dataset: ImpactDataset, *, on: str = "all states") -> Accuracy:
@@ -145,12 +161,8 @@ def leave_one_state_out(force_map: ForceMap) -> Accuracy:
             f"found {len(fit.states)} states for {force_map.coefficients.size} coefficients: no state can "
             "be left out, expected more states than coefficients"
         )
-    return Accuracy.of(
-        predicted[possible],
-        fit.states.select(possible),
-        on="leave-one-state-out",
-        skipped=int(np.sum(~possible)),
-    )
+    states, skipped = fit.states.select(possible), int(np.sum(~possible))
+    return Accuracy.of(predicted[possible], states, on="leave-one-state-out", skipped=skipped)
 
 
 def left_out_predictions(force_map: ForceMap) -> FloatArray:

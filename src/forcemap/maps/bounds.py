@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 
 from forcemap.arrays import FloatArray, in_blocks
 from forcemap.errors import BoundNotAvailable, InputError
+from forcemap.findings import Finding, FindingKind
 from forcemap.maps.force_map import ForceMap
 
 MIN_DEGREES_OF_FREEDOM = 3
@@ -161,8 +162,8 @@ class ToleranceBound:
         )
 
 
-def weakness(bound: Bound, force_map: ForceMap) -> str:
-    """Why a bound promises less than the usual ones, to be said first; empty if it does not.
+def weakness(bound: Bound, force_map: ForceMap) -> Finding | None:
+    """Why a bound promises less than the usual ones, to be said first; None if it does not.
 
     The usual ones are the paper's + 10 % and 95 % confidence for 95 % of states, with 3 N where the device's error is
     not stated. A fixed margin is weak, too, where the impacts of a fitted map speak against it: fewer states than a
@@ -170,55 +171,54 @@ def weakness(bound: Bound, force_map: ForceMap) -> str:
     weaker bound.
     """
     if type(bound) not in (FixedMargin, ToleranceBound):
-        return f"WEAK BOUND: {bound}, whose promise forcemap does not know: to look at, not to release"
-    if isinstance(bound, FixedMargin) and bound.margin < FixedMargin().margin:
-        return f"WEAK BOUND: {bound}, less than the paper's + 10 %: to look at, not to release"
-    if not isinstance(bound, ToleranceBound):
-        against = _against_margin(bound, force_map) if isinstance(bound, FixedMargin) else ""
-        return f"WEAK BOUND: {bound}, but {against}: to look at, not to release" if against else ""
-    usual, error = ToleranceBound(), force_map.conditions.device.error
+        return Finding.of(FindingKind.WEAK_BOUND_UNKNOWN, bound=str(bound))
+    if isinstance(bound, FixedMargin):
+        if bound.margin < FixedMargin().margin:
+            return Finding.of(FindingKind.WEAK_MARGIN, bound=str(bound))
+        against = _against_margin(bound, force_map)
+        return against and Finding.of(FindingKind.MARGIN_CONTRADICTED, against, bound=str(bound))
+    assert isinstance(bound, ToleranceBound)
+    usual = ToleranceBound()
     if bound.confidence < usual.confidence or bound.content < usual.content:
-        return f"WEAK BOUND: {bound}, less than 95 and 95 %: to look at, not to release"
-    if math.isnan(error) and bound.device_error < usual.device_error:
-        return f"WEAK BOUND: a device error of {bound.device_error:g} N that campaign.toml does not state"
-    return ""
+        return Finding.of(FindingKind.WEAK_TOLERANCE, bound=str(bound))
+    if math.isnan(force_map.conditions.device.error) and bound.device_error < usual.device_error:
+        return Finding.of(FindingKind.WEAK_DEVICE_ERROR, error_N=bound.device_error)
+    return None
 
 
-def _against_margin(bound: FixedMargin, force_map: ForceMap) -> str:
-    """What the impacts of a fitted map say against a fixed margin; empty if nothing, or for a published map."""
+def _against_margin(bound: FixedMargin, force_map: ForceMap) -> Finding | None:
+    """What the impacts of a fitted map say against a fixed margin; None if nothing, or for a published map."""
     if force_map.fit is None:
-        return ""
+        return None
     usual = ToleranceBound()
     try:
         usual.require(force_map)
     except BoundNotAvailable:
-        return "too few states are measured for a tolerance bound to tell whether it is enough"
+        return Finding.of(FindingKind.TOO_FEW_FOR_TOLERANCE)
     if why := contradiction(force_map, usual):
         return why
     allowed = margins(usual, force_map)
     exceeded = int(np.sum(allowed > bound.margin))
-    words = f"the tolerance bound exceeds it at {exceeded} of {allowed.size} measured states"
-    return words if exceeded else ""
+    figures = {"count": exceeded, "states": int(allowed.size)}
+    return Finding.of(FindingKind.TOLERANCE_EXCEEDS_MARGIN, **figures) if exceeded else None
 
 
-def contradiction(force_map: ForceMap, bound: Bound) -> str:
-    """Why the test states of a map contradict a tolerance bound; empty if they do not.
+def contradiction(force_map: ForceMap, bound: Bound) -> Finding | None:
+    """That the test states of a map contradict a tolerance bound; None if they do not.
 
     Of k states above a bound for the share `content` of states: refused where so many or more are as improbable as
     1 %, by the binomial distribution.
     """
-    if force_map.fit is None or not isinstance(bound, ToleranceBound):
-        return ""
-    states = force_map.fit.test
-    if not len(states):
-        return ""
+    if force_map.fit is None or not isinstance(bound, ToleranceBound) or not len(force_map.fit.test):
+        return None
     from scipy.special import bdtrc
 
+    states = force_map.fit.test
     upper = bound.upper(force_map, states.distance, states.height, states.speed)
     beyond = int(np.sum(np.fmax(states.force, np.nan_to_num(states.at_least)) > upper))
     if beyond and bdtrc(beyond - 1, len(states), 1 - bound.content) < 0.01:
-        return f"{beyond} of {len(states)} test states lie above the bound: the map does not hold"
-    return ""
+        return Finding.of(FindingKind.TEST_STATES_ABOVE, count=beyond, states=len(states))
+    return None
 
 
 def margins(bound: Bound, force_map: ForceMap) -> FloatArray:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 
 import numpy as np
@@ -14,6 +14,8 @@ from forcemap.maps.regression import Regression, least_squares
 
 _NODES = 128  # of the quadrature over the force of a censored state
 _WIDE = 8.5  # standard deviations beyond which a normal distribution counts as empty
+_LEVEL = 1e-10  # of the likelihood's slope, by ln F: below it the fit has converged
+_legendre = lru_cache(np.polynomial.legendre.leggauss)
 _LEAST_SHARE = 0.05  # of the variance of a state's mean that is taken for the state effect, at least
 
 
@@ -123,10 +125,9 @@ def censored_regression(data: StateData) -> CensoredRegression:
             "expected more, so that their scatter can be told; measure more states or discard censored impacts"
         )
     short = np.nan_to_num(np.maximum(data.threshold - data.design @ start.coefficients, 0.0))
-    guess = math.log(max(start.residual_sd**2 + float(np.mean(short**2)), 1e-12))
-    profile = _Profile(data, start.coefficients, guess)
-    log_variance, curvature = _maximum(profile, guess)
-    coefficients, _, bend = profile.solve(log_variance)
+    profile = _Profile(data, start)
+    log_variance, curvature = _maximum(profile, math.log(max(start.residual_sd**2 + np.mean(short**2), 1e-12)))
+    coefficients, bend = profile.solve(log_variance)
     variance = math.exp(log_variance)
     return weighted_regression(
         data,
@@ -160,81 +161,73 @@ def left_out_levels(data: StateData, fitted: CensoredRegression) -> FloatArray:
     levels = np.full(data.mean.size, math.nan)
     for i in range(data.mean.size):
         others = np.arange(data.mean.size) != i
-        rest = StateData(
-            data.design[others],
-            data.mean[others],
-            data.impacts[others],
-            data.censored[others],
-            data.threshold[others],
-            data.repeat_variance,
-        )
+        rows = {name: each[others] for name, each in vars(data).items() if isinstance(each, np.ndarray)}
+        rest = replace(data, **rows)
         known = rest.impacts > 0
         try:
-            least_squares(rest.design[known], rest.mean[known])
+            start = least_squares(rest.design[known], rest.mean[known])
         except FitError:  # too few or rank deficient without it
             continue
-        profile = _Profile(rest, fitted.coefficients, 2 * math.log(fitted.deviation))
-        levels[i] = data.design[i] @ profile.solve(2 * math.log(fitted.deviation))[0]
+        levels[i] = data.design[i] @ _Profile(rest, start).solve(2 * math.log(fitted.deviation))[0]
     return levels
 
 
 class _Profile:
     """Profile of the likelihood over ln s^2, adjusted for the estimated coefficients; solutions start at the last."""
 
-    def __init__(self, data: StateData, coefficients: FloatArray, log_variance: float) -> None:
-        self._data, self._last = data, coefficients
-        repeats = data.impacts + data.censored
-        self._typical = data.repeat_variance * float(np.mean(1.0 / repeats))
-        self.solve(log_variance)
+    def __init__(self, data: StateData, start: Regression) -> None:
+        self._data, self._white = data, start.inverse_triangle
+        self._last = np.linalg.solve(self._white, start.coefficients)
+        self._typical = data.repeat_variance * float(np.mean(1.0 / (data.impacts + data.censored)))
 
     def __call__(self, log_variance: float) -> float:
-        coefficients, _, bend = self.solve(log_variance)
-        value = float(_log_likelihood(self._data, coefficients, *self._split(log_variance))[0].sum())
+        coefficients, bend = self.solve(log_variance)
+        value = float(self._likelihood(coefficients, log_variance)[0].sum())
         information = (self._data.design * -bend[:, None]).T @ self._data.design
         return value - 0.5 * float(np.linalg.slogdet(information)[1])
 
-    def solve(self, log_variance: float) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Coefficients by Newton's method, and the derivatives of every state's log-likelihood in x'b."""
-        data, coefficients = self._data, self._last
-        split = self._split(log_variance)
-        value, slope, bend = _log_likelihood(data, coefficients, *split)
-        for _ in range(50):
-            information = (data.design * -bend[:, None]).T @ data.design
-            step = np.linalg.solve(information, data.design.T @ slope)
-            length = 1.0
-            trial = _log_likelihood(data, coefficients + step, *split)
-            while not trial[0].sum() >= value.sum() - 1e-9 and length > 1e-3:  # concave: a shorter step rises
-                length /= 2
-                trial = _log_likelihood(data, coefficients + length * step, *split)
-            coefficients = coefficients + length * step
-            value, slope, bend = trial
-            if float(np.abs(data.design @ step).max()) < 1e-11:
-                break
-        self._last = coefficients
-        return coefficients, slope, bend
+    def solve(self, log_variance: float) -> tuple[FloatArray, FloatArray]:
+        """Coefficients, where the likelihood is level, and the second derivative of every state's in x'b.
 
-    def _split(self, log_variance: float) -> tuple[FloatArray, float]:
-        """Variance of every state's mean, shape (m,), and of the state effect.
+        In coordinates in which X'X of the uncensored states is the unit matrix; the likelihood is concave.
+        """
+        from scipy.optimize import root
+
+        x, variance = self._data.design @ self._white, math.exp(log_variance)
+
+        def score(z: FloatArray) -> tuple[FloatArray, FloatArray]:
+            _, slope, bend = self._likelihood(self._white @ z, log_variance)
+            return variance * x.T @ slope, variance * (x.T * bend) @ x
+
+        at = root(score, self._last, jac=True, options={"xtol": 1e-14}).x
+        if not np.linalg.norm(score(at)[0]) < _LEVEL:  # NaN is not, either
+            raise FitError("the censored fit does not converge; discard the censored impacts, or check their forces")
+        self._last = at
+        coefficients = self._white @ at
+        return coefficients, self._likelihood(coefficients, log_variance)[2]
+
+    def _likelihood(self, coefficients: FloatArray, log_variance: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Of every state, with its derivatives.
 
         States count alike, however many repeats they have, as in least squares on their means: one state of many
         repeats must not outweigh the others.
         """
-        data, variance = self._data, math.exp(log_variance)
+        variance = math.exp(log_variance)
         effect = max(variance - self._typical, _LEAST_SHARE * variance)
-        return np.full(data.impacts.size, variance), effect
+        return _log_likelihood(self._data, coefficients, variance, effect)
 
 
 def _log_likelihood(
-    data: StateData, coefficients: FloatArray, mean_variance: FloatArray, effect: float
+    data: StateData, coefficients: FloatArray, variance: float, effect: float
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Log-likelihood of every state, shape (m,), with its first and second derivative in mu = x'b."""
     mu = data.design @ coefficients
     known, cut = data.impacts > 0, data.censored > 0
     with np.errstate(invalid="ignore"):
         residual = np.where(known, data.mean - mu, 0.0)
-    value = np.where(known, -0.5 * (np.log(2 * np.pi * mean_variance) + residual**2 / mean_variance), 0.0)
-    slope = residual / mean_variance
-    bend = np.where(known, -1.0 / mean_variance, 0.0)
+    value = np.where(known, -0.5 * (math.log(2 * np.pi * variance) + residual**2 / variance), 0.0)
+    slope = residual / variance
+    bend = np.where(known, -1.0 / variance, 0.0)
     if not cut.any():
         return value, slope, bend
     # the level of the state given its uncensored repeats: normal, mean m and variance r
@@ -261,13 +254,11 @@ def _reached(
     """
     from scipy.special import log_ndtr
 
-    low = np.maximum(threshold - _WIDE * noise, m - _WIDE * sd)
-    high = np.maximum(threshold + _WIDE * noise, low)
     narrow = sd < 0.25 * noise
     mode = _mode(m, sd, threshold, noise, count)
-    low = np.where(narrow, mode - _WIDE * sd, low)
-    high = np.where(narrow, mode + _WIDE * sd, high)
-    nodes, weights = _legendre()
+    low = np.where(narrow, mode - _WIDE * sd, np.maximum(threshold - _WIDE * noise, m - _WIDE * sd))
+    high = np.where(narrow, mode + _WIDE * sd, np.maximum(threshold + _WIDE * noise, low))
+    nodes, weights = _legendre(_NODES)
     half = (high - low)[:, None] / 2
     eta = low[:, None] + half * (1 + nodes)
     t = (eta - m[:, None]) / sd[:, None]
@@ -286,45 +277,46 @@ def _reached(
 
 
 def _mode(m: FloatArray, sd: FloatArray, threshold: FloatArray, noise: float, count: Indices) -> FloatArray:
-    """Where exp(-(eta - m)^2 / 2 sd^2) Phi((eta - c) / noise)^count is largest, by Newton's method, shape (k,)."""
+    """Where exp(-(eta - m)^2 / 2 sd^2) Phi((eta - c) / noise)^count is largest, to 1e-3 sd, shape (k,)."""
+    from scipy.optimize import newton
     from scipy.special import log_ndtr
 
-    eta = m.copy()
-    for _ in range(30):
-        z = (eta - threshold) / noise
-        hazard = np.exp(-0.5 * z**2 - 0.5 * math.log(2 * np.pi) - log_ndtr(z))
-        slope = -(eta - m) / sd**2 + count * hazard / noise
-        bend = -1.0 / sd**2 - count * hazard * (z + hazard) / noise**2
-        eta = eta - slope / bend
-    return eta
+    def hazard(u: FloatArray) -> tuple[FloatArray, FloatArray]:
+        z = (m + sd * u - threshold) / noise
+        return z, np.exp(-0.5 * z**2 - 0.5 * math.log(2 * np.pi) - log_ndtr(z))
 
+    ratio = count * sd / noise
 
-@lru_cache
-def _legendre() -> tuple[FloatArray, FloatArray]:
-    nodes, weights = np.polynomial.legendre.leggauss(_NODES)
-    return nodes, weights
+    def slope(u: FloatArray) -> FloatArray:
+        return np.asarray(ratio * hazard(u)[1] - u)
+
+    def bend(u: FloatArray) -> FloatArray:
+        z, rate = hazard(u)
+        return np.asarray(-ratio * sd / noise * rate * (z + rate) - 1.0)
+
+    found = newton(slope, np.zeros_like(m), bend, tol=1e-3, maxiter=100, full_output=True, disp=False)
+    if not np.all(found[1]):
+        raise FitError("the censored fit does not converge; discard the censored impacts, or check their forces")
+    return np.asarray(m + sd * found[0])
 
 
 def _maximum(profile: _Profile, start: float) -> tuple[float, float]:
-    """Where a smooth function of one variable is largest, and its second derivative there."""
+    """Where the profile is largest, and its second derivative there."""
+    from scipy.optimize import minimize_scalar
 
     def derivatives(x: float, h: float) -> tuple[float, float]:
         """First and second derivative from five points, errors of order h^4."""
         a, b, c, d, e = (profile(x + k * h) for k in (-2, -1, 0, 1, 2))
         return (a - 8 * b + 8 * d - e) / (12 * h), (-a + 16 * b - 30 * c + 16 * d - e) / (12 * h * h)
 
-    x = start
-    for _ in range(30):
-        slope, bend = derivatives(x, 0.02)
-        step = -slope / bend if bend < 0 else math.copysign(0.5, slope)
-        x += min(max(step, -1.0), 1.0)
-        if abs(step) < 1e-9:
-            return x, bend
-    # Repeats that contradict each other leave a kink where the state effect is at its least share.
-    from scipy.optimize import minimize_scalar
-
-    found = minimize_scalar(lambda x: -profile(x), bounds=(start - 6.0, start + 10.0), method="bounded")
-    bend = derivatives(float(found.x), 0.25)[1]
-    if not (start - 5.9 < found.x < start + 9.9 and bend < 0):
+    ends = start - 6.0, start + 10.0
+    best = minimize_scalar(lambda x: -profile(x), bounds=ends, method="bounded", options={"xatol": 1e-7})
+    x = float(best.x)
+    slope, bend = derivatives(x, 0.02)
+    if bend < 0 and abs(slope / bend) < 1e-4:  # the slope tells the place to more digits than the value does
+        x -= slope / bend
+    else:  # repeats that contradict each other leave a kink where the state effect is at its least share
+        bend = derivatives(x, 0.25)[1]
+    if not (best.success and ends[0] + 0.1 < x < ends[1] - 0.1 and bend < 0):
         raise FitError("the likelihood of the censored fit has no maximum; discard the censored impacts")
-    return float(found.x), bend
+    return x, bend

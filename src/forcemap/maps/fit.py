@@ -68,9 +68,7 @@ def fit_force_map(
         )
     measured = train.select(~train.censored)
     uncensored = train.states.uncensored
-    between_states = least_squares(
-        form.design(uncensored.distance, uncensored.height, uncensored.speed), uncensored.log_force
-    )
+    between_states = least_squares(form.design(*uncensored.coordinates.T), uncensored.log_force)
     _refuse_noise(form, uncensored, dataset.tolerance)
     states, left_out = uncensored, train.states.select(train.states.impacts == 0)
     likelihood = impacts is CensoredImpacts.AT_LEAST and bool(train.censored.any())
@@ -143,4 +141,6 @@ def _refuse_noise(form: Form, states: States, tolerance: StateTolerance) -> None
     except RankDeficient as error:
         names = ("distances", "heights", "speeds")
         same = " and ".join(f"all {names[i]} lie within {spread[i]:.3g}" for i in np.flatnonzero(flat))
-        raise RankDeficient(f"{same}, no more than repeats of one state may: {error.message}") from None
+        raise RankDeficient(
+            f"{same}, no more than repeats of one state may: {error.found}", remedy=error.remedy
+        ) from None

@@ -1,17 +1,164 @@
-"""Forms of collision-force maps: the terms whose sum is ln F."""
+"""Forms of collision-force maps: the terms whose sum is ln F, and how that sum depends on speed."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import re
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
 from forcemap.arrays import FloatArray
 from forcemap.errors import InputError, UnknownName
-from forcemap.maps.speed_profile import SpeedProfile, horner
-from forcemap.maps.terms import Term
+
+_FACTOR = re.compile(r"(d|h|v|ln\(v\))(?:\^([1-9]\d?))?")
+_FIELDS = {"d": "distance", "h": "height", "v": "speed", "ln(v)": "log_speed"}
+
+
+@dataclass(frozen=True)
+class Term:
+    """The monomial d^distance h^height v^speed ln(v)^log_speed; all exponents 0 is the constant "1".
+
+    `str(term)` is its readable name, for example "d*h^2"; `Term.parse` reads it back.
+    """
+
+    distance: int = 0
+    height: int = 0
+    speed: int = 0
+    log_speed: int = 0
+
+    def __post_init__(self) -> None:
+        for field in _FIELDS.values():
+            exponent = getattr(self, field)
+            if isinstance(exponent, bool) or not isinstance(exponent, int) or not 0 <= exponent < 100:
+                raise InputError(f"term: found the exponent {exponent!r} of {field}, expected 0, 1, 2, ...")
+
+    def __str__(self) -> str:
+        exponents = {letter: getattr(self, field) for letter, field in _FIELDS.items()}
+        factors = [letter if n == 1 else f"{letter}^{n}" for letter, n in exponents.items() if n]
+        return "*".join(factors) or "1"
+
+    @classmethod
+    def parse(cls, name: str) -> Term:
+        """The term of a readable name.
+
+        Raises
+        ------
+        InputError
+            Not a product of powers of d, h, v and ln(v).
+        """
+        exponents: dict[str, int] = {}
+        for factor in [] if name == "1" else name.split("*"):
+            match = _FACTOR.fullmatch(factor)
+            if not match or _FIELDS[match[1]] in exponents:
+                raise InputError(f"found the term {name!r}, expected a product like d*h^2 or d*ln(v)")
+            exponents[_FIELDS[match[1]]] = int(match[2] or 1)
+        return cls(**exponents)
+
+    def values(self, distance: FloatArray, height: FloatArray, speed: FloatArray) -> FloatArray:
+        """The term at places [m] and speeds [m/s] of one shape."""
+        value = distance**self.distance * height**self.height * speed**self.speed
+        return value * np.log(speed) ** self.log_speed if self.log_speed else value
+
+
+@dataclass(frozen=True, eq=False)
+class SpeedProfile:
+    """ln F(v) = sum of powers[k] v^k + log ln v, with one coefficient array per power [1/(m/s)^k].
+
+    Either `log` is None, or `powers` holds the constant alone. The arrays broadcast over places.
+    """
+
+    powers: tuple[FloatArray, ...]
+    log: FloatArray | None = None
+
+    def __call__(self, speed: FloatArray) -> FloatArray:
+        """The value at a speed [m/s]; -inf or inf at 0 if the profile is logarithmic."""
+        value = np.asarray(horner(dict(enumerate(self.powers)), speed))
+        if self.log is None:
+            return value
+        with np.errstate(divide="ignore", invalid="ignore"):
+            log = self.log * np.log(speed)
+        return value + np.where(self.log == 0, 0.0, log)
+
+    def slope(self, speed: FloatArray) -> FloatArray:
+        """The derivative with respect to speed [1/(m/s)]."""
+        slope = np.zeros(np.broadcast_shapes(self.powers[0].shape, speed.shape))
+        for k in range(len(self.powers) - 1, 0, -1):
+            slope = slope * speed + k * self.powers[k]
+        return slope if self.log is None else slope + self.log / speed
+
+    def first_rise(self, level: FloatArray) -> FloatArray:
+        """Smallest v >= 0 [m/s] at which the profile rises to `level`; 0 if it is there at rest, NaN if never."""
+        if self.log is not None:
+            return _first_rise_logarithmic(self.powers[0], self.log, level)
+        constant = self.powers[0] - level
+        higher = [*self.powers[1:], np.zeros(()), np.zeros(())]
+        cubic = len(self.powers) == 4
+        root = _first_root_cubic(constant, *higher[:3]) if cubic else _first_root_quadratic(constant, *higher[:2])
+        return np.where(constant >= 0, 0.0, root)
+
+
+def horner(coefficients: Mapping[int, FloatArray | float], x: FloatArray) -> FloatArray | float:
+    """The sum of coefficients[k] x^k, in place as far as shapes allow: memory, not arithmetic, costs time."""
+    top = max(coefficients, default=0)
+    value: Any = coefficients.get(top, 0.0)
+    own = False
+    for k in range(top - 1, -1, -1):
+        for operation, operand in ((np.multiply, x), (np.add, coefficients.get(k))):
+            if operand is not None:
+                in_place = own and np.broadcast(value, operand).shape == value.shape
+                value, own = operation(value, operand, out=value if in_place else None), True
+    return value  # type: ignore[no-any-return]
+
+
+def _first_rise_logarithmic(constant: FloatArray, log: FloatArray, level: FloatArray) -> FloatArray:
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        root = np.exp((level - constant) / log)
+    at_rest = (log < 0) | ((log == 0) & (constant >= level))  # F grows without bound, or is constant
+    return np.where(at_rest, 0.0, np.where((log > 0) & np.isfinite(root), root, np.nan))
+
+
+def _first_root_quadratic(c: FloatArray, b: FloatArray, a: FloatArray) -> FloatArray:
+    """Smallest positive root of a v^2 + b v + c for c < 0, without cancellation; NaN if there is none."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        root_of_discriminant = np.sqrt(b * b - 4.0 * a * c)
+        rising = -2.0 * c / (b + root_of_discriminant)
+        falling_first = (root_of_discriminant - b) / (2.0 * a)
+    root = np.where(b >= 0, rising, np.where(a > 0, falling_first, np.nan))
+    return np.where(np.isfinite(root) & (root > 0), root, np.nan)
+
+
+def _first_root_cubic(c: FloatArray, b: FloatArray, a: FloatArray, cubic: FloatArray) -> FloatArray:
+    """Smallest positive root of cubic v^3 + a v^2 + b v + c for c < 0; NaN if there is none.
+
+    Between neighbouring turning points the polynomial is monotone, so the first piece that ends at or above 0
+    holds the first root; bisection inside it cannot miss.
+    """
+    c, b, a, cubic = np.broadcast_arrays(c, b, a, cubic)
+    bound = 2.0 + np.max(np.abs([b, a, c]), axis=0) / np.maximum(np.abs(cubic), 1e-300)  # Cauchy: no root beyond
+    bound = np.minimum(bound, 1e6)  # [m/s]; a crossing beyond it is none
+    with np.errstate(divide="ignore", invalid="ignore"):
+        root = np.sqrt(a * a - 3.0 * cubic * b)
+        q = -(a + np.copysign(root, a))
+        turns = np.stack([q / (3.0 * cubic), b / q])
+    turns = np.sort(np.clip(np.where(np.isfinite(turns), turns, 0.0), 0.0, bound), axis=0)
+    ends = np.stack([turns[0], turns[1], bound])
+
+    def value(v: FloatArray) -> FloatArray:
+        return np.asarray(((cubic * v + a) * v + b) * v + c)
+
+    reached = value(ends) >= 0
+    piece = np.argmax(reached, axis=0)
+    high = np.take_along_axis(ends, piece[None], axis=0)[0]
+    low = np.where(piece == 0, 0.0, np.take_along_axis(ends, np.maximum(piece - 1, 0)[None], axis=0)[0])
+    for _ in range(80):
+        middle = 0.5 * (low + high)
+        above = value(middle) >= 0
+        high = np.where(above, middle, high)
+        low = np.where(above, low, middle)
+    return np.where(reached.any(axis=0), high, np.nan)
 
 
 @dataclass(frozen=True)
@@ -38,11 +185,8 @@ class Form:
     def __post_init__(self) -> None:
         if not self.terms or len(set(self.terms)) != len(self.terms):
             raise InputError(f"form {self.name}: expected at least one term and none twice")
-        if (
-            self.speed_degree > 3
-            or any(t.log_speed > 1 for t in self.terms)
-            or (self.speed_degree and self.logarithmic)
-        ):
+        log_power = max(term.log_speed for term in self.terms)
+        if self.speed_degree > 3 or log_power > 1 or (self.speed_degree and log_power):
             raise InputError(f"form {self.name}: expected powers of v up to 3, or ln(v) alone")
 
     @classmethod
@@ -115,11 +259,10 @@ CFM_3D = Form.of("CFM_3D", ["1", "v", "d", "d^2", "d*h", "h^2", "d^2*v", "d*v^2"
 FULL_CUBIC = Form(
     "FULL_CUBIC",
     tuple(
-        Term(distance=d, height=h, speed=v)
+        Term(distance=d, height=degree - v - d, speed=v)
         for degree in range(4)
         for v in range(degree, -1, -1)
         for d in range(degree - v, -1, -1)
-        for h in [degree - v - d]
     ),
 )
 """All monomials up to degree three: the intercept and the 19 terms the paper's selection starts from."""

@@ -13,6 +13,7 @@ import numpy as np
 from forcemap.campaigns.dataset import Binding, BindingState, Conditions, ContactScenario, PhaseTwo, States
 from forcemap.errors import ForcemapError, MapFileError
 from forcemap.files import read_bytes, sha256, write_atomically
+from forcemap.findings import Finding, FindingKind, in_words
 from forcemap.maps.censored import CensoredRegression, censored_regression, weighted_regression
 from forcemap.maps.fit import state_data
 from forcemap.maps.force_map import Fit, ForceMap
@@ -23,10 +24,7 @@ from forcemap.maps.regression import Regression, least_squares
 
 SCHEMA = "forcemap-map/1"
 
-_NOT_STATED = Binding(
-    BindingState.UNBOUND,
-    "UNBOUND impacts: the map file does not say whether its impacts were what their recordings gave; fit it again",
-)
+_NOT_STATED = Binding(BindingState.UNBOUND, Finding.of(FindingKind.BINDING_NOT_STATED))
 _SAME = 1e-6
 """How far ln F by the coefficients of a map file may lie from what its states give."""
 
@@ -104,6 +102,7 @@ def _text(content: dict[str, Any]) -> str:
 
 
 def _to_content(force_map: ForceMap) -> dict[str, Any]:
+    reason, phase_two = force_map.binding.reason, force_map.phase_two
     content: dict[str, Any] = {
         "schema": SCHEMA,
         "name": force_map.name,
@@ -114,21 +113,28 @@ def _to_content(force_map: ForceMap) -> dict[str, Any]:
         "terms": force_map.form.term_names,
         "coefficients": force_map.coefficients.tolist(),
         "phase_two": {
-            "scenarios": {scenario.value: n for scenario, n in force_map.phase_two.scenarios.items()},
-            "unrecorded": force_map.phase_two.unrecorded,
-            "largest_force_N": _null(force_map.phase_two.largest_force),
-            "above_peak": force_map.phase_two.above_peak,
-            "excluded": force_map.phase_two.excluded,
+            "scenarios": {scenario.value: n for scenario, n in phase_two.scenarios.items()},
+            "unrecorded": phase_two.unrecorded,
+            "largest_force_N": _null(phase_two.largest_force),
+            "above_peak": phase_two.above_peak,
+            "excluded": phase_two.excluded,
         },
         "device_range_N": _null(force_map.device_range),
-        "binding": {"state": force_map.binding.state.value, "reason": force_map.binding.reason},
+        "binding": {
+            "state": force_map.binding.state.value,
+            "reason": reason and {"kind": reason.kind.value, "figures": dict(reason.figures)},
+        },
         "campaign": force_map.conditions.to_tables(),
     }
     if force_map.fit is None:
         points = force_map.measured_range.points
         columns = list(_STATE_COLUMNS)[1:4]
         return content | {"measured_states": dict(zip(columns, points.T.tolist(), strict=True)), "fit": None}
-    fit = force_map.fit
+    fit, between_states = force_map.fit, force_map.fit.between_states
+    censored = {}
+    if isinstance(between_states, CensoredRegression):
+        censored["state_weights"] = between_states.weights.tolist()
+        censored["repeat_variance_ln"] = between_states.repeat_variance
     return content | {
         "measured_states": _states_to_columns(fit.states),
         "states_left_out": _states_to_columns(fit.left_out),
@@ -138,16 +144,16 @@ def _to_content(force_map: ForceMap) -> dict[str, Any]:
             "samples": fit.samples,
             "censored_samples": fit.censored_samples,
             "states_found": fit.states_found,
-            "standard_errors": [_null(value) for value in fit.between_states.standard_errors.tolist()],
+            "standard_errors": [_null(value) for value in between_states.standard_errors.tolist()],
             "state_sd_ln": _null(fit.state_sd),
-            "degrees_of_freedom": fit.between_states.degrees_of_freedom,
-            "rmse_ln": fit.between_states.rmse,
+            "degrees_of_freedom": between_states.degrees_of_freedom,
+            "rmse_ln": between_states.rmse,
             "rmse_N": fit.rmse_force,
-            "r_squared": _null(fit.between_states.r_squared),
-            "condition_number": fit.between_states.condition_number,
+            "r_squared": _null(between_states.r_squared),
+            "condition_number": between_states.condition_number,
             "impacts_table": fit.table,
             "impacts_table_sha256": fit.table_sha256,
-            **_censored_statistics(fit.between_states),
+            **censored,
         },
     }
 
@@ -164,7 +170,7 @@ def _require_consistent(content: dict[str, Any], conditions: Conditions) -> None
             "impacts table",
             column="simulated",
         )
-    if not stated and conditions.note.startswith("SIMULATED"):
+    if not stated and conditions.note_says_simulated:
         raise MapFileError(
             "the file states simulated = false, but the note of its campaign says SIMULATED; state simulated = true in "
             "campaign.toml, or correct its note, and fit the map again",
@@ -219,38 +225,29 @@ def _from_content(content: dict[str, Any]) -> ForceMap:
 
 def _require_published(force_map: ForceMap) -> None:
     """Refuse a map without measured states that is not one of the paper's: nothing would tell where it comes from."""
-    if force_map.name in PUBLISHED_MAPS:
-        printed = published_map(force_map.name)
-        same = (
-            np.array_equal(force_map.coefficients, printed.coefficients)
-            and force_map.form.term_names == printed.form.term_names
-            and np.array_equal(force_map.measured_range.points, printed.measured_range.points)
-            and force_map.phase_two == printed.phase_two
-            and force_map.device_range == printed.device_range
-            and force_map.conditions.to_tables() == printed.conditions.to_tables()
+    bare: dict[str, Any] = {"source": "", "software": "", "binding": Binding()}
+    known = published_map(force_map.name) if force_map.name in PUBLISHED_MAPS else None
+    if known is None or _to_content(replace(force_map, **bare)) != _to_content(replace(known, **bare)):
+        raise MapFileError(
+            "a map without measured states, and not as it was published; fit it to its impacts table", column="fit"
         )
-        if same:
-            return
-    raise MapFileError(
-        "a map without measured states, and not as it was published; fit it to its impacts table", column="fit"
-    )
 
 
 def _binding(content: dict[str, Any]) -> Binding:
     """The state of the binding; a file of an earlier version does not hold it."""
     if "binding" not in content:
         return _NOT_STATED
-    return Binding(BindingState(content["binding"]["state"]), str(content["binding"]["reason"]))
+    state, reason = BindingState(content["binding"]["state"]), content["binding"]["reason"]
+    if isinstance(reason, str):  # of an earlier version: in words
+        return Binding(state, in_words(reason) if reason else None)
+    if reason is None:
+        return Binding(state)
+    figures = {name: _hashable(value) for name, value in reason["figures"].items()}
+    return Binding(state, Finding.of(FindingKind(reason["kind"]), **figures))
 
 
-def _censored_statistics(between_states: Regression) -> dict[str, Any]:
-    """What a censored fit adds to the statistics of a fit."""
-    if not isinstance(between_states, CensoredRegression):
-        return {}
-    return {
-        "state_weights": between_states.weights.tolist(),
-        "repeat_variance_ln": between_states.repeat_variance,
-    }
+def _hashable(value: Any) -> Any:
+    return tuple(map(_hashable, value)) if isinstance(value, list) else value
 
 
 def _regression(form: Form, states: States, coefficients: Any, statistics: dict[str, Any]) -> Regression:
@@ -288,21 +285,16 @@ def _require_given(entry: str, difference: Any, most: float) -> None:
 
 
 def _states_to_columns(states: States) -> dict[str, list[Any]]:
-    columns = {column: getattr(states, field) for column, field in _STATE_COLUMNS.items()}
-    return {
-        column: list(values) if isinstance(values, tuple) else [_null(value) for value in values.tolist()]
-        for column, values in columns.items()
-    }
+    columns = {column: np.asarray(getattr(states, field)) for column, field in _STATE_COLUMNS.items()}
+    return {column: [_null(value) for value in values.tolist()] for column, values in columns.items()}
 
 
 def _states_from_columns(columns: dict[str, list[Any]]) -> States:
     fields: dict[str, Any] = {}
     for column, field in _STATE_COLUMNS.items():
         kind = np.int64 if column in ("impacts", "censored") else np.float64
-        if field == "name":
-            fields[field] = tuple(columns[column])
-        else:
-            fields[field] = np.array([_nan(value) for value in columns[column]], dtype=kind)
+        cells = columns[column]
+        fields[field] = tuple(cells) if field == "name" else np.array([_nan(value) for value in cells], dtype=kind)
     if len({len(values) for values in fields.values()}) != 1:
         raise MapFileError("found columns of different lengths, expected a cell for every state", column="states")
     states = States(**fields)
@@ -328,9 +320,9 @@ def _require_means(states: States) -> None:
         raise MapFileError(f"state {name}: found forces that do not belong together", column="mean_ln_force")
 
 
-def _null(value: float) -> float | None:
+def _null(value: Any) -> Any:
     """None for NaN, which JSON does not have."""
-    return None if math.isnan(value) else value
+    return None if value != value else value
 
 
 def _nan(value: float | None) -> float:

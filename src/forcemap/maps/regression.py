@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property
 
 import numpy as np
 
@@ -114,22 +114,16 @@ def least_squares(design: FloatArray, response: FloatArray) -> Regression:
     n, p = design.shape
     if n < p:
         raise TooFewStates(
-            f"found {n} measured states, expected at least {p}, one for each coefficient; "
-            "measure more states or choose a form with fewer terms"
+            f"found {n} measured states, expected at least {p}, one for each coefficient", remedy="measure more states"
         )
     factored = lapack.dgeqrf(np.column_stack([design, response]))[0]
-    triangle = factored[:p, :p] * _upper(p)
+    triangle = np.triu(factored[:p, :p])
     length = np.sqrt(np.square(triangle).sum(axis=0))  # of the columns of the design: Q keeps lengths
     inverse, singular = lapack.dtrtri(triangle)
     if singular or not lapack.dtrcon(triangle / length)[0] * MAX_CONDITION > 1:
         raise _rank_deficient(design)
     coefficients = lapack.dtrtrs(triangle, factored[:p, p])[0]
     return Regression(design, response, coefficients, inverse)
-
-
-@lru_cache
-def _upper(p: int) -> FloatArray:
-    return np.triu(np.ones((p, p)))
 
 
 def _rank_deficient(design: FloatArray) -> RankDeficient:
@@ -139,6 +133,6 @@ def _rank_deficient(design: FloatArray) -> RankDeficient:
     p = design.shape[1]
     return RankDeficient(
         f"found that the measured states determine {min(rank, p - 1)} combinations of the {p} coefficients "
-        f"(rank {min(rank, p - 1)}), expected {p}; measure at more distances, heights or speeds, "
-        "or choose a form with fewer terms"
+        f"(rank {min(rank, p - 1)}), expected {p}",
+        remedy="measure at more distances, heights or speeds",
     )

@@ -7,11 +7,13 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
+from forcemap.findings import Finding, FindingKind
+
 _LEAST_SHARING = 3
 _LEAST_STATES = 2  # repeats of one state may agree by rounding
 
 
-def saturation_doubt(force: ArrayLike, state: Sequence[str] | ArrayLike, *, censored: int) -> str:
+def saturation_doubt(force: ArrayLike, state: Sequence[str] | ArrayLike, *, censored: int) -> Finding | None:
     """Ask whether the device was saturated where nothing is marked censored.
 
     It may have been if at least three impacts, of at least two states, share exactly the largest force.
@@ -27,22 +29,21 @@ def saturation_doubt(force: ArrayLike, state: Sequence[str] | ArrayLike, *, cens
 
     Returns
     -------
-    str
-        The doubt and what to do, in words; empty without one.
+    Finding or None
+        The doubt; None without one.
 
     Examples
     --------
-    >>> from forcemap import saturation_doubt
-    >>> saturation_doubt([450.0, 450.0, 450.0, 310.0], ["a", "a", "b", "c"], censored=0)
-    '3 impacts of 2 states share the largest force, 450 N: was the device saturated? mark them censored'
+    >>> from forcemap.maps.saturation import saturation_doubt
+    >>> saturation_doubt([450.0, 450.0, 450.0, 310.0], ["a", "a", "b", "c"], censored=0).figures
+    (('impacts', 3), ('states', 2), ('force_N', 450.0))
     """
     values, names = np.asarray(force, dtype=np.float64), np.asarray(state)
     if censored or np.isnan(values).all():
-        return ""
+        return None
     top = np.nanmax(values)
     sharing = values == top
     impacts, states = int(sharing.sum()), np.unique(names[sharing]).size
     if impacts < _LEAST_SHARING or states < _LEAST_STATES:
-        return ""
-    who = f"{states} states" if impacts == states else f"{impacts} impacts of {states} states"
-    return f"{who} share the largest force, {top:g} N: was the device saturated? mark them censored"
+        return None
+    return Finding.of(FindingKind.SATURATION_DOUBT, impacts=impacts, states=states, force_N=float(top))

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from forcemap.arrays import FloatArray, Indices
+from forcemap.arrays import FloatArray, Indices, Mask
 from forcemap.csv_table import Table, read_table
 from forcemap.dynamics.kinematics import forward_kinematics
 from forcemap.dynamics.robot import JointKind, Robot
@@ -127,8 +127,9 @@ def _joint_path(
             f"found a position beyond the limits of {robot.name}", file=table.file, row=table.rows[row],
             column=f"joint_{joint + 1}_{unit}",
         )  # fmt: skip
-    bend = _bends(robot, q)
-    counts = _straight_pieces(robot, q, bend)
+    slides = np.array([joint.kind is JointKind.PRISMATIC for joint in robot.joints])
+    bend = _bends(robot, q, slides)
+    counts = _straight_pieces(robot, q, slides, bend)
     if counts.sum() > _MOST_PIECES:
         raise InputError(
             f"joints: the motion bends so much that {_MOST_PIECES:,} straight pieces do not follow it within "
@@ -144,23 +145,20 @@ def _joint_path(
     times = np.append(clock[row] + np.diff(clock)[row] * share, clock[-1])
     path = ToolPath.timed(points, (*(names[i] for i in row), ""), times, table.file, rows=np.append(row, row[-1]))
     assert path.rows is not None
-    arc = (bend / (8 * counts**2))[
-        path.rows
-    ]  # an arc of height e leaves its chord l at most by the angle whose sine is 4 e / l
-    ratio = 4 * arc / path.lengths
+    # An arc of height e leaves its chord l at most by the angle whose sine is 4 e / l.
+    ratio = 4 * (bend / (8 * counts**2))[path.rows] / path.lengths
     turning = np.where(ratio < 1, np.degrees(np.arcsin(np.minimum(ratio, 1.0))), 180.0)
     path = replace(path, deviation=_STRAIGHT, turning=turning)
     return path if time is not None else replace(path, time=None, wait=None, rows=None)
 
 
-def _bends(robot: Robot, q: FloatArray) -> FloatArray:
+def _bends(robot: Robot, q: FloatArray, slides: Mask) -> FloatArray:
     """Largest second derivative of the contact point's way over each joint motion [m], shape (rows - 1,).
 
     While the joints move by D, the second derivatives of the contact point p are a_i x dp/dq_j for a turning joint i up
     to j, so |p''| <= sum_j D_j L_j (D_j + 2 sum_i<j D_i) over turning joints, with L_j the longest lever of joint j: a
     proof, where samples of a symmetric motion may all lie on the chord.
     """
-    slides = np.array([joint.kind is JointKind.PRISMATIC for joint in robot.joints])
     tip = robot.flange.position + robot.flange.rotation @ robot.contact_offset
     links = [float(np.linalg.norm(joint.origin.position)) for joint in robot.joints[1:]]
     reach = np.append(links, np.linalg.norm(tip))  # from each joint's frame to the next one
@@ -171,13 +169,12 @@ def _bends(robot: Robot, q: FloatArray) -> FloatArray:
     return np.asarray(np.sum(moved * lever * (2 * np.cumsum(turned, axis=1) - turned), axis=1))
 
 
-def _straight_pieces(robot: Robot, q: FloatArray, bend: FloatArray) -> Indices:
+def _straight_pieces(robot: Robot, q: FloatArray, slides: Mask, bend: FloatArray) -> Indices:
     """Into how many equal parts each joint motion is cut so that none bends away from its chord, shape (rows - 1,).
 
     The contact point stays within max |p''| / 8 of the chord of a part, and its motion points away from the chord by at
     most max |p''| / 2 over the chord's length.
     """
-    slides = np.array([joint.kind is JointKind.PRISMATIC for joint in robot.joints])
     moved = np.abs(np.diff(q, axis=0))
     lengths = np.linalg.norm(np.diff(forward_kinematics(robot, q).position, axis=0), axis=1)
     with np.errstate(divide="ignore", invalid="ignore"):

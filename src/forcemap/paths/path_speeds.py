@@ -9,24 +9,24 @@ from enum import StrEnum
 import numpy as np
 
 from forcemap.arrays import FloatArray, Indices, Mask, Objects
-from forcemap.errors import ContactNotPermitted
+from forcemap.findings import Finding, FindingKind
 from forcemap.limits.body_areas import LimitTable, body_region, standard_limit_table
 from forcemap.limits.force_limits import Contact, ForceLimit, force_limit
 from forcemap.limits.pfl import pfl_robot_mass, pfl_speed_limit
 from forcemap.maps.bounds import Bound
-from forcemap.maps.direction import ON_AXIS, WIDEST_ANGLE, direction_vector, raised_off_axis
+from forcemap.maps.direction import ON_AXIS, RAISED_OFF_AXIS, WIDEST_ANGLE, direction_vector, raised_off_axis
 from forcemap.maps.force_map import ForceMap
 from forcemap.paths.task import Task
 from forcemap.paths.time_law import braking_speeds, time_law
 from forcemap.paths.tool_path import ToolPath
-from forcemap.speeds.zone_speeds import zone_speeds
-from forcemap.speeds.zones import ONLY_AS_MEASURED, Allowance, Segments, Zones
+from forcemap.speeds.basis import Basis
+from forcemap.speeds.zone_speeds import ZoneSpeeds, zone_speeds
+from forcemap.speeds.zones import Allowance, Segments, Zones
 
 CORNER_ANGLE = 10.0
 """A path that turns by more than this comes to rest there [deg]."""
 
 _ROUNDING = 1e-9  # [deg]
-_SPENT = "nothing is left once the speed overshoot is subtracted"
 
 
 class PieceOutcome(StrEnum):
@@ -80,8 +80,10 @@ class PathSpeeds:
         Highest speed to program [m/s], unrounded, the allowance subtracted; NaN where none is permitted.
     outcome : array of PieceOutcome, shape (n,)
         What is known of it.
-    reason, governed_by : array of str, shape (n,)
-        Why; which body area and contact gives the lowest speed.
+    reason : array of Finding, shape (n,)
+        Why.
+    governed_by : array of str, shape (n,)
+        Which body area and contact gives the lowest speed.
     limit : array, shape (n,)
         Its force limit [N]; NaN where contact is excluded or not permitted.
     programmed : array, shape (n,)
@@ -93,12 +95,12 @@ class PathSpeeds:
         Largest acceleration along the path [m/s^2].
     allowance : Allowance
         What was subtracted.
-    statements : tuple of str
-        What the speeds depend on, a line each.
-    warnings : tuple of str
-        What must be said before the speeds, a line each.
-    export_refusal : str
-        Why nothing may be exported of them; empty if nothing forbids it.
+    bases : tuple of Basis
+        What the speeds rest on, for every body area and contact.
+    notes : tuple of Finding
+        What else they depend on.
+    simulated : bool
+        True if the impacts of the map are simulated.
     """
 
     path: ToolPath
@@ -114,9 +116,9 @@ class PathSpeeds:
     program: CycleTime
     acceleration: float
     allowance: Allowance
-    statements: tuple[str, ...]
-    warnings: tuple[str, ...] = ()
-    export_refusal: str = ""
+    bases: tuple[Basis, ...]
+    notes: tuple[Finding, ...]
+    simulated: bool
 
     @property
     def refused(self) -> Mask:
@@ -193,7 +195,7 @@ def path_speeds(
     task.require_segments(path.names)
     task.require_same(force_map.conditions)
     raised_off_axis(angle)  # refuses an angle for which nothing was measured
-    allowance = Allowance() if allowance is None else allowance
+    allowance, table = allowance or Allowance(), table or standard_limit_table()
     direction = direction_vector(force_map.conditions.direction, whose="the campaign")
     path = path.resampled(step)
     segments = [task.segment(name) for name in path.names]
@@ -204,22 +206,23 @@ def path_speeds(
     mean, fastest = path.speeds, path.fastest_speeds(task.acceleration)
     programmed = stated if mean is None or fastest is None else np.where(excluded, mean, fastest)
 
-    strictest = _strictest(
-        force_map, path, task, np.where(along, away, np.nan), bound, allowance, table or standard_limit_table()
-    )
+    strictest = _strictest(force_map, path, task, np.where(along, away, np.nan), bound, allowance, table)
     speed, outcome, reason = strictest.speed, strictest.outcome, strictest.reason
     turned = ~along & ~excluded
     outcome[turned] = PieceOutcome.NOT_DOWNWARD
-    reason[turned] = f"the motion points more than {angle:g} degrees away from the map's direction, down"
-    outcome[excluded], reason[excluded] = PieceOutcome.NO_CONTACT, "contact is excluded by other measures"
+    reason[turned] = Finding.of(FindingKind.NOT_ALONG, angle_deg=angle)
+    outcome[excluded], reason[excluded] = PieceOutcome.NO_CONTACT, Finding.of(FindingKind.CONTACT_EXCLUDED)
     speed = np.where(excluded, stated, np.where(turned | np.isinf(speed), np.nan, speed))
 
     refused = np.array([each.refused for each in outcome])
-    contact_pieces = ~excluded
-    lowest = float(np.min(speed[contact_pieces & ~refused])) if np.any(contact_pieces & ~refused) else math.nan
-    one = float(strictest.standard[contact_pieces].min()) - allowance.speed if contact_pieces.any() else math.nan
+    driven = speed[~excluded & ~refused]
+    lowest = float(driven.min()) if driven.size else math.nan
+    one = math.nan if excluded.all() else float(strictest.standard[~excluded].min()) - allowance.speed
     one = one if one > 0 else math.nan
     timing = (path, refused, task.acceleration)
+    tilted = np.any(away[along & ~excluded] > ON_AXIS)
+    mass, load = force_map.conditions.moving_mass, force_map.conditions.payload
+    masses = Finding.of(FindingKind.STANDARD_MASSES, moving_mass_kg=mass, payload_kg=float(load))
     program = _cycle_time("as programmed", *timing, programmed) if path.time is None else _as_timed(path, refused)
     return PathSpeeds(
         path=path,
@@ -235,28 +238,20 @@ def path_speeds(
         program=program,
         acceleration=task.acceleration,
         allowance=allowance,
-        statements=(
-            *strictest.statements,
-            *task.statements(),
-            f"motion within {angle:g} degrees of the map's direction, {force_map.conditions.direction}",
-            *_off_axis_words(away[along & ~excluded]),
-            str(allowance),
-            f"acceleration along the path at most {task.acceleration:g} m/s^2; rest at its ends, at corners of more "
-            f"than {CORNER_ANGLE:g} degrees and where permission ends",
-            *_standard_words(force_map),
-            _programmed_words(path, programmed, task.acceleration),
-            *(["contact excluded by other measures where the task says so"] if excluded.any() else []),
-            ONLY_AS_MEASURED,
+        bases=tuple(strictest.bases),
+        notes=(
+            *task.findings,
+            Finding.of(FindingKind.MOTION_WITHIN, angle_deg=angle, direction=force_map.conditions.direction),
+            *([Finding.of(FindingKind.RAISED_ON_PATH, raised=RAISED_OFF_AXIS - 1)] if tilted else []),
+            allowance.finding,
+            Finding.of(FindingKind.ACCELERATION, acceleration_mps2=task.acceleration, corner_deg=CORNER_ANGLE),
+            *([] if math.isnan(mass) else [masses]),
+            _programmed(path, programmed, task.acceleration),
+            *([Finding.of(FindingKind.EXCLUDED_BY_TASK)] if excluded.any() else []),
+            Finding.of(FindingKind.ONLY_AS_MEASURED),
         ),
-        warnings=tuple(strictest.warnings),
-        export_refusal=strictest.export_refusal,
+        simulated=force_map.simulated,
     )
-
-
-def _off_axis_words(away: FloatArray) -> list[str]:
-    """How much the bound was raised where the motion points away from the map's direction [deg]."""
-    raised = 100 * (raised_off_axis(WIDEST_ANGLE) - 1)
-    return [f"off the map's direction the bound is raised by {raised:.0f} %"] if np.any(away > ON_AXIS) else []
 
 
 @dataclass(eq=False)
@@ -269,19 +264,20 @@ class _Strictest:
     outcome: Objects
     reason: Objects
     governed_by: Objects
-    statements: dict[str, None]
-    warnings: dict[str, None]
-    export_refusal: str = ""
+    bases: list[Basis]
 
-    def take(
-        self, at: Indices, speed: FloatArray, outcome: list[PieceOutcome], reason: list[str], limit: float
-    ) -> Indices:
-        """Keep what is stricter than what is known, and say where that is."""
-        stricter = np.flatnonzero(speed < self.speed[at])
-        self.speed[at[stricter]], self.limit[at[stricter]] = speed[stricter], limit
-        for i in stricter:
-            self.outcome[at[i]], self.reason[at[i]] = outcome[i], reason[i]
-        return at[stricter]
+    def take(self, at: Indices, speeds: ZoneSpeeds, overshoot: float, who: str) -> None:
+        """Keep what is stricter than what is known of the pieces `at`, less the overshoot of the speed [m/s]."""
+        self.bases.append(speeds.basis)
+        value = np.where(np.isnan(speeds.speed), -np.inf, speeds.speed - overshoot)
+        spent = np.isfinite(value) & (value <= 0)
+        speeds.outcome[spent], speeds.reason[spent] = PieceOutcome.UNCONFIRMED, Finding.of(FindingKind.ALLOWANCE_SPENT)
+        value[spent] = -np.inf
+        stricter = np.flatnonzero(value < self.speed[at])
+        here = at[stricter]
+        self.speed[here], self.limit[here], self.governed_by[here] = value[stricter], speeds.limit[stricter], who
+        self.outcome[here] = [PieceOutcome(str(outcome)) for outcome in speeds.outcome[stricter]]
+        self.reason[here] = speeds.reason[stricter]
 
 
 def _strictest(
@@ -296,9 +292,8 @@ def _strictest(
     """The lowest speed over the body areas of each piece, `away` [deg] from the map's direction; NaN: not along it."""
     n = len(path)
     outcome, reason, governed_by = np.full((3, n), "", dtype=object)
-    nothing = np.full(n, np.nan)
-    found = _Strictest(np.full(n, np.inf), nothing, np.full(n, np.inf), outcome, reason, governed_by, {}, {})
-    segments = [task.segment(name) for name in path.names]
+    found = _Strictest(np.full(n, np.inf), np.full(n, np.nan), np.full(n, np.inf), outcome, reason, governed_by, [])
+    segments, beside = [task.segment(name) for name in path.names], allowance.position + path.deviation
     for area, contact in {(area, each.contact): None for each in task.segments for area in each.areas}:
         assert contact is not None
         limit = force_limit(area, table=table)
@@ -307,73 +302,31 @@ def _strictest(
         found.standard[threatened] = np.minimum(found.standard[threatened], standard)
         for at in (np.flatnonzero(threatened & (away <= ON_AXIS)), np.flatnonzero(threatened & (away > ON_AXIS))):
             if at.size:
-                kept = _take_speeds(found, force_map, path, at, limit, contact, bound, allowance, float(away[at].max()))
-                found.governed_by[kept] = f"{area}, {contact}"
+                some = Segments(path.points[at], path.points[at + 1])
+                zones: Segments | Zones = some.zones.grown(beside) if beside > 0 else some
+                angle = min(float(away[at].max()), WIDEST_ANGLE)
+                speeds = zone_speeds(force_map, zones, limit=limit, bound=bound, contact=contact, angle=angle)
+                found.take(at, speeds, allowance.speed, f"{area}, {contact}")
     return found
 
 
-def _take_speeds(
-    found: _Strictest,
-    force_map: ForceMap,
-    path: ToolPath,
-    at: Indices,
-    limit: ForceLimit,
-    contact: Contact,
-    bound: Bound,
-    allowance: Allowance,
-    angle: float,
-) -> Indices:
-    """Hold one body area against pieces up to `angle` [deg] off the map's direction; where it is the strictest."""
-    some, beside = Segments(path.points[at], path.points[at + 1]), allowance.position + path.deviation
-    zones: Segments | Zones = some.zones.grown(beside) if beside > 0 else some
-    try:
-        speeds = zone_speeds(
-            force_map, zones, limit=limit, bound=bound, contact=contact, angle=min(angle, WIDEST_ANGLE)
-        )
-    except ContactNotPermitted as error:
-        refused, kinds = np.full(at.size, -np.inf), [PieceOutcome.NOT_PERMITTED] * at.size
-        return found.take(at, refused, kinds, [error.message] * at.size, math.nan)
-    found.statements |= dict.fromkeys(speeds.statements)
-    found.warnings |= dict.fromkeys(speeds.warnings)
-    found.export_refusal = found.export_refusal or speeds.export_refusal
-    value = np.where(np.isnan(speeds.speed), -np.inf, speeds.speed - allowance.speed)
-    kinds = [PieceOutcome(kind.value) for kind in speeds.outcome]
-    why = [str(each) for each in speeds.reason]
-    for i in np.flatnonzero(np.isfinite(value) & (value <= 0)):
-        value[i], kinds[i], why[i] = -np.inf, PieceOutcome.UNCONFIRMED, _SPENT
-    return found.take(at, value, kinds, why, float(speeds.limit[0]))
-
-
-def _standard_words(force_map: ForceMap) -> list[str]:
-    """What the standard's speed was computed with; nothing if it cannot be."""
-    mass, load = force_map.conditions.moving_mass, force_map.conditions.payload
-    if math.isnan(mass):
-        return []
-    payload = "0 kg (assumed, the campaign does not state it)" if math.isnan(load) else f"{load:g} kg"
-    return [f"the standard's speed: moving mass {mass:g} kg, payload {payload}"]
-
-
-def _programmed_words(path: ToolPath, programmed: FloatArray, acceleration: float) -> str:
+def _programmed(path: ToolPath, programmed: FloatArray, acceleration: float) -> Finding:
     """What the programmed speed is."""
     if np.isnan(programmed).all():
-        return "programmed speed: not stated, so none is compared with the allowed one"
-    missing = "; not stated everywhere" if np.isnan(programmed).any() else ""
+        return Finding.of(FindingKind.PROGRAMMED_NOT_STATED)
     if path.speeds is None:
-        return f"programmed speed: as the task states{missing}"
+        return Finding.of(FindingKind.PROGRAMMED_BY_TASK, missing=bool(np.isnan(programmed).any()))
     above = float(np.max(programmed - path.speeds))
-    return (
-        "programmed speed: the highest that the rows leave possible, because between two rows the times tell only the "
-        f"mean; up to {above:.3f} m/s above it at {acceleration:g} m/s^2, less with rows closer in time"
-    )
+    return Finding.of(FindingKind.PROGRAMMED_BY_ROWS, above_mps=above, acceleration_mps2=acceleration)
 
 
 def _standard_speed(force_map: ForceMap, limit: ForceLimit, contact: Contact, table: LimitTable) -> float:
     """Speed of the standard's contact model for a constrained body part [m/s]; NaN where a figure is missing."""
-    mass, load = force_map.conditions.moving_mass, force_map.conditions.payload
+    mass = force_map.conditions.moving_mass
     if math.isnan(mass) or not limit.permitted:
         return math.nan
     stiffness = max(body_region(table.areas[area].region).stiffness for area in limit.areas)
-    robot_mass = pfl_robot_mass(mass, 0.0 if math.isnan(load) else load)
+    robot_mass = pfl_robot_mass(mass, force_map.conditions.load)
     speed = pfl_speed_limit(limit.force(contact), robot_mass=robot_mass, body_mass=math.inf, stiffness=stiffness)
     return float(speed)
 
@@ -385,15 +338,13 @@ def _cycle_time(
     if refused.all() or np.isnan(speed[~refused]).any():
         return CycleTime(rule, math.nan, math.nan, one)
     turns = np.einsum("ij,ij->i", path.directions[1:], path.directions[:-1])
-    stops = turns < math.cos(math.radians(CORNER_ANGLE))
     wait = np.zeros(len(path) + 1) if path.wait is None else path.wait
-    stops |= wait[1:-1] > 0
+    stops = (turns < math.cos(math.radians(CORNER_ANGLE))) | (wait[1:-1] > 0)
     edges = np.flatnonzero(np.diff(np.concatenate([[True], refused, [True]]).astype(np.int8)))
     total = 0.0
     for start, stop in edges.reshape(-1, 2):
-        law = time_law(
-            path.lengths[start:stop], speed[start:stop], acceleration=acceleration, stops=stops[start : stop - 1]
-        )
+        piece, between = slice(start, stop), slice(start, stop - 1)
+        law = time_law(path.lengths[piece], speed[piece], acceleration=acceleration, stops=stops[between])
         total += law.duration + float(wait[start : stop + 1].sum())
     return CycleTime(rule, math.nan if refused.any() else total, total, one)
 

@@ -10,12 +10,14 @@ import numpy as np
 
 from forcemap.arrays import FloatArray
 from forcemap.errors import InputError
+from forcemap.findings import Finding
 from forcemap.limits.body_areas import LimitTable
 from forcemap.maps.bounds import Bound
 from forcemap.maps.force_map import ForceMap
 from forcemap.paths.path_speeds import PathSpeeds, PieceOutcome, path_speeds
 from forcemap.paths.task import Task
 from forcemap.paths.tool_path import ToolPath
+from forcemap.speeds.basis import Basis
 from forcemap.speeds.zones import Allowance
 
 _MOST_PLACES = 20_000
@@ -42,8 +44,10 @@ class TaskPlaces:
         one that leaves the measured range least.
     closest_speeds : PathSpeeds
         Speeds of the path at that position: why the rest is refused.
-    statements : tuple of str
-        What the cycle times depend on, a line each.
+    bases : tuple of Basis
+        What the cycle times rest on.
+    notes : tuple of Finding
+        What else they depend on.
     """
 
     distance: FloatArray
@@ -54,7 +58,8 @@ class TaskPlaces:
     best_speeds: PathSpeeds | None
     most_permitted: tuple[float, float, float]
     closest_speeds: PathSpeeds
-    statements: tuple[str, ...]
+    bases: tuple[Basis, ...]
+    notes: tuple[Finding, ...]
 
     @property
     def best(self) -> tuple[float, float, float] | None:
@@ -73,12 +78,10 @@ class TaskPlaces:
         if self.best is None:
             return []
         i, j = np.unravel_index(np.nanargmin(self.duration), self.duration.shape)
-        found = []
-        for a, b in ((i - 1, j), (i + 1, j), (i, j - 1), (i, j + 1)):
-            if 0 <= a < self.distance.size and 0 <= b < self.height.size:
-                shift = (self.distance[a] - self.distance[i], self.height[b] - self.height[j])
-                found.append((float(shift[0]), float(shift[1]), float(self.duration[a, b] - self.duration[i, j])))
-        return found
+        d, h, time = self.distance - self.distance[i], self.height - self.height[j], self.duration - self.duration[i, j]
+        around = ((i - 1, j), (i + 1, j), (i, j - 1), (i, j + 1))
+        inside = [(a, b) for a, b in around if 0 <= a < d.size and 0 <= b < h.size]
+        return [(float(d[a]), float(h[b]), float(time[a, b])) for a, b in inside]
 
 
 def place_task(
@@ -133,7 +136,7 @@ def place_task(
     duration, standard, permitted = np.full((3, distance.size, height.size), np.nan)
     best: PathSpeeds | None = None
     closest: tuple[tuple[float, float], tuple[float, float], PathSpeeds] | None = None
-    statements: tuple[str, ...] = ()
+    fullest: PathSpeeds | None = None
     for number, (i, j) in enumerate(np.ndindex(duration.shape), start=1):
         moved = path.moved(np.array([distance[i], 0.0, height[j]]))
         found = path_speeds(force_map, moved, task, bound=bound, allowance=allowance, table=table)
@@ -146,13 +149,16 @@ def place_task(
             closest = (rank, (float(distance[i]), float(height[j])), found)
         if not math.isnan(duration[i, j]) and (best is None or duration[i, j] < best.allowed.duration):
             best = found
-        if best is found or len(found.statements) > len(statements):
-            statements = found.statements
+        if best is found or fullest is None or len(found.bases) > len(fullest.bases):
+            fullest = found
         if progress is not None:
             progress(number)
     assert closest is not None
+    assert fullest is not None
     most = (*closest[1], closest[0][0])
-    return TaskPlaces(distance, height, duration, standard, permitted, best, most, closest[2], statements)
+    return TaskPlaces(
+        distance, height, duration, standard, permitted, best, most, closest[2], fullest.bases, fullest.notes
+    )
 
 
 def table_positions(force_map: ForceMap, path: ToolPath, step: float) -> tuple[FloatArray, FloatArray]:

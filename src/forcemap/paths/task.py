@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -12,6 +12,7 @@ from typing import Any
 from forcemap.campaigns.dataset import Conditions
 from forcemap.errors import InputError, UnknownName, nearest_names
 from forcemap.files import read_bytes
+from forcemap.findings import Finding, FindingKind
 from forcemap.limits.body_areas import LimitTable
 from forcemap.limits.force_limits import Contact, force_limit
 from forcemap.maps.direction import direction_vector
@@ -94,11 +95,12 @@ class Task:
         for segment in self.segments:
             if segment.name == name:
                 return segment
-        near = ", ".join(repr(each) for each in nearest_names(name, [each.name for each in self.segments], 3))
-        raise InputError(
-            f"the path names the segment {name!r}, which the task does not have; its nearest is {near}",
-            file=self.source,
-        )
+        raise self._unknown("path", name, "task", [each.name for each in self.segments])
+
+    def _unknown(self, one: str, name: str, other: str, names: Collection[str]) -> InputError:
+        near = ", ".join(repr(each) for each in nearest_names(name, names, 3))
+        message = f"the {one} names the segment {name!r}, which the {other} does not have; its nearest is {near}"
+        return InputError(message, file=self.source or None)
 
     def require_segments(self, names: tuple[str, ...]) -> None:
         """Raise InputError unless path and task name the same segments."""
@@ -106,11 +108,7 @@ class Task:
             self.segment(name)
         for segment in self.segments:
             if segment.name not in names:
-                near = ", ".join(repr(each) for each in nearest_names(segment.name, set(names), 3))
-                raise InputError(
-                    f"the task names the segment {segment.name!r}, which the path does not have; its nearest is {near}",
-                    file=self.source or None,
-                )
+                raise self._unknown("task", segment.name, "path", set(names))
 
     def require_same(self, conditions: Conditions) -> None:
         """Raise InputError where the task states another direction, contact site, tool or safety setting."""
@@ -127,10 +125,11 @@ class Task:
                     file=self.source or None,
                 )
 
-    def statements(self) -> list[str]:
-        """What the task does not state and so is taken to be as in the campaign, a line each."""
+    @property
+    def findings(self) -> tuple[Finding, ...]:
+        """What the task does not state and so is taken to be as in the campaign."""
         missing = [key.replace("_", " ") for key in _SHARED if key not in self.conditions]
-        return [f"taken to be as in the campaign, not stated by the task: {', '.join(missing)}"] if missing else []
+        return (Finding.of(FindingKind.AS_IN_CAMPAIGN, missing=", ".join(missing)),) if missing else ()
 
 
 def one_segment_task(

@@ -81,13 +81,7 @@ class ToolPath:
 
     @classmethod
     def timed(
-        cls,
-        points: FloatArray,
-        names: tuple[str, ...],
-        time: FloatArray,
-        source: str = "",
-        *,
-        rows: Indices | None = None,
+        cls, points: FloatArray, names: tuple[str, ...], time: FloatArray, source: str = "", rows: Indices | None = None
     ) -> Self:
         """A path from time-stamped points, one name and row each; points at which the program stands become waits."""
         if len(points) < 2 or not (np.isfinite(points).all() and np.isfinite(time).all() and np.all(np.diff(time) > 0)):
@@ -103,14 +97,8 @@ class ToolPath:
         if len(kept) < 2:
             raise InputError("path: the contact point does not move, expected at least two points")
         wait = time[last] - time[kept]
-        return cls(
-            points[kept],
-            tuple(names[row] for row in last[:-1]),
-            time[kept],
-            source,
-            wait if wait.any() else None,
-            None if rows is None else rows[last[:-1]],
-        )
+        own, waits = tuple(names[row] for row in last[:-1]), wait if wait.any() else None
+        return cls(points[kept], own, time[kept], source, waits, None if rows is None else rows[last[:-1]])
 
     @classmethod
     def through(cls, points: ArrayLike, *, name: str = "path", time: ArrayLike | None = None) -> Self:

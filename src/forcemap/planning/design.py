@@ -10,7 +10,6 @@ from enum import StrEnum
 import numpy as np
 from numpy.typing import ArrayLike
 
-from forcemap.campaigns.plan import Device
 from forcemap.errors import InputError
 
 _SAME_ANGLE = 1.0  # [deg], as in campaigns.repeatability
@@ -78,23 +77,22 @@ def angles_of(base_angles: Sequence[float], design: Design) -> list[float]:
     return sorted(angles)
 
 
-def check_figures(reach: float, limit: float, device: Device) -> None:
-    """Refuse a reach or limit that cannot be used."""
-    if not reach > 0:
-        raise InputError(f"reach: found {reach:g}, expected metres above 0")
-    if not (math.isnan(limit) or 0 < limit < math.inf):
-        raise InputError(f"limit: found {limit:g}, expected newtons above 0 and finite")
-    if limit > device.highest_limit:
+def require_whole(name: str, number: int | None, least: int = 1) -> None:
+    """Refuse what is no whole number of at least `least`; None is what is not stated."""
+    if number is not None and (isinstance(number, bool) or not isinstance(number, int | np.integer) or number < least):
+        raise InputError(f"{name}: found {number!r}, expected a whole number of at least {least}")
+
+
+def check_limit(limit: float, highest: float) -> None:
+    """Refuse a limit above the highest that a device can confirm [N]."""
+    if limit > highest:
         raise InputError(
-            f"limit: found {limit:g} N, expected at most {device.highest_limit:g} N, the device's range "
-            "less its error: this device cannot confirm it"
+            f"limit: found {limit:g} N, expected at most {highest:g} N, the device's range less its error: "
+            "this device cannot confirm it"
         )
 
 
 def names_of(letter: str, values: list[float]) -> dict[float, str]:
     """Names of values in thousandths, with as many decimals as it takes to tell them apart; no point in a file name."""
-    for decimals in itertools.count():
-        names = {value: f"{letter}{1000 * value:.{decimals}f}".replace(".", "_") for value in values}
-        if len(set(names.values())) == len(values):
-            return names
-    raise AssertionError("distinct numbers differ in some decimal")  # pragma: no cover
+    tries = ({v: f"{letter}{1000 * v:.{n}f}".replace(".", "_") for v in values} for n in itertools.count())
+    return next(names for names in tries if len(set(names.values())) == len(values))

@@ -5,10 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 
 from forcemap.arrays import FloatArray
+from forcemap.campaigns.conditions import Conditions
 from forcemap.errors import InputError
 from forcemap.limits.pfl import pfl_contact_force, pfl_robot_mass
 from forcemap.maps.force_map import ForceMap
@@ -46,11 +48,18 @@ class StandardExpectation:
     stiffness: float = 75e3
     body_mass: float = math.inf
 
+    @classmethod
+    def of(cls, conditions: Conditions) -> Self | None:
+        """By the masses and the device that a campaign states; None if it states no moving mass."""
+        if math.isnan(conditions.moving_mass):
+            return None
+        stiffness = conditions.device.stiffness
+        return cls(conditions.moving_mass, conditions.load, cls.stiffness if math.isnan(stiffness) else stiffness)
+
     def __call__(self, distance: float, height: float, speed: float) -> float:
         """Force [N] at a speed [m/s]; the same at every place [m]."""
         mass = pfl_robot_mass(self.moving_mass, self.payload)
-        force = pfl_contact_force(speed, robot_mass=mass, body_mass=self.body_mass, stiffness=self.stiffness)
-        return float(force)
+        return float(pfl_contact_force(speed, robot_mass=mass, body_mass=self.body_mass, stiffness=self.stiffness))
 
     def __str__(self) -> str:
         return f"the standard's contact model (M = {self.moving_mass:g} kg, m_L = {self.payload:g} kg)"
@@ -60,11 +69,13 @@ Expectation = ForceMap | StandardExpectation | Callable[[float, float, float], f
 """What tells the force [N] to expect at (distance [m], height [m], speed [m/s])."""
 
 
-def expected_forces(expectation: Expectation, states: FloatArray) -> FloatArray:
+def expected_forces(expectation: Expectation | None, states: FloatArray) -> FloatArray:
     """Expected force [N] of states, shape (n, 3); that of a map `never_falling` from its measured speeds up.
 
-    A function is taken as it is: which speeds it knows, nothing tells.
+    A function is taken as it is: which speeds it knows, nothing tells. NaN without an expectation.
     """
+    if expectation is None:
+        return np.full(len(states), math.nan)
     if isinstance(expectation, ForceMap):
         measured = expectation.measured_range
         low, top = measured.speeds(states[:, 0], states[:, 1])
@@ -77,13 +88,6 @@ def expected_forces(expectation: Expectation, states: FloatArray) -> FloatArray:
         place = f"d = {distance:g} m, h = {height:g} m, v = {speed:g} m/s"
         raise InputError(f"expected force: found {force[i]:g} N at {place}, expected newtons above 0 and finite")
     return force
-
-
-def expected_at(expectation: Expectation | None, distance: float, height: float, speed: float) -> float:
-    """Expected force [N]; NaN without an expectation."""
-    if expectation is None:
-        return math.nan
-    return float(expected_forces(expectation, np.array([[distance, height, speed]]))[0])
 
 
 def never_falling(
@@ -118,17 +122,15 @@ def factor_of(expectation: Expectation) -> float:
     return STANDARD_FACTOR if isinstance(expectation, StandardExpectation) else MAP_FACTOR
 
 
-def upper_of(expectation: Expectation, force: float) -> float:
-    """What the force is not expected to exceed where the expected one is `force` [N]: for planning, no bound."""
-    at_rest = REST_FORCE if isinstance(expectation, StandardExpectation) else 0.0
-    return max(factor_of(expectation) * force, force + at_rest)
+def rest_of(expectation: Expectation) -> float:
+    """Force at rest [N] that the expectation does not know of."""
+    return REST_FORCE if isinstance(expectation, StandardExpectation) else 0.0
 
 
-def source_of(expectation: Expectation | None, states: list[tuple[float, float, float]]) -> str:
-    """What the expected forces come from."""
+def source_of(expectation: Expectation | None, states: FloatArray) -> str:
+    """What the expected forces of states, shape (n, 3), come from."""
     if isinstance(expectation, ForceMap):
-        distance, height, speed = np.array(states).T
-        outside = int(np.sum(~expectation.measured_range.contains(distance, height, speed)))
+        outside = int(np.sum(~expectation.measured_range.contains(*states.T)))
         simulated = " (SIMULATED impacts)" if expectation.simulated else ""
         note = f"; {outside} of {len(states)} planned states lie outside its measured range" if outside else ""
         return f"map {expectation.name!r}{simulated}{note}"

@@ -4,21 +4,37 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from forcemap.arrays import FloatArray
-from forcemap.campaigns.plan import Device
+from forcemap.campaigns.plan import Device, MeasurementPlan
 from forcemap.campaigns.state import StateTolerance
 from forcemap.errors import InputError
 from forcemap.maps.forms import CFM_3D, Form
-from forcemap.planning.design import Design, angles_of, axis_of, check_figures, names_of
-from forcemap.planning.designed_plan import DesignedPlan, design_note
-from forcemap.planning.expectation import Expectation, expected_at, source_of
+from forcemap.planning.design import Design, angles_of, axis_of, check_limit, names_of, require_whole
+from forcemap.planning.expectation import Expectation, expected_forces, source_of
 from forcemap.planning.optimal_states import DesignedStates, optimal_states
-from forcemap.planning.plan_warnings import FEW_STATES, few_states, refuse_few, unchecked, unconfirmed
+from forcemap.planning.plan_warnings import FEW_STATES, few_states, unchecked, unconfirmed
+
+
+@dataclass(frozen=True, eq=False)
+class DesignedPlan(MeasurementPlan):
+    """A plan, and for an I-optimal one what is expected of it; neither is in the file.
+
+    Parameters
+    ----------
+    note : str
+        From what the states were chosen and the bound to expect, in words; empty for other designs.
+    bound_width : float
+        Mean over the candidates of the tolerance bound above the prediction, as a share of it; NaN likewise.
+    """
+
+    note: str = ""
+    bound_width: float = math.nan
 
 
 def plan_measurements(
@@ -105,70 +121,60 @@ def plan_measurements(
         axis_of("speeds", speeds, "metres per second above 0 and up to 10", 0.0, design, tolerance.speed),
     )
     angles = angles_of(base_angles, design)
-    if isinstance(repeats, bool) or not isinstance(repeats, int | np.integer) or repeats < 1:
-        raise InputError(f"repeats: found {repeats!r}, expected a whole number of at least 1")
-    check_figures(reach, limit, device)
+    require_whole("repeats", repeats)
+    if not reach > 0:
+        raise InputError(f"reach: found {reach:g}, expected metres above 0")
+    if not (math.isnan(limit) or 0 < limit < math.inf):
+        raise InputError(f"limit: found {limit:g}, expected newtons above 0 and finite")
+    check_limit(limit, device.highest_limit)
 
-    names = [names_of(letter, values) for letter, values in zip("dhv", axes, strict=True)]
-    training = [{*values[::2], values[-1]} for values in axes]
-    planned = {state: "-".join(name[x] for name, x in zip(names, state, strict=True)) for state in _in_order(axes)}
-    expected = {state: expected_at(expected_force, *state) for state in planned}
-    kept, left_out, far = [], [], 0
-    for state, name in planned.items():
-        away = math.hypot(state[0], state[1])
-        if away > reach:
-            far += 1
-            left_out.append(f"{name}: {away:.3f} m from the base, beyond the reach of {reach:g} m")
-        elif expected[state] > device.highest_limit:
-            most = f"the device measures up to {device.highest_limit:g} N (range less error)"
-            left_out.append(f"{name}: {expected[state]:.0f} N expected, {most}")
-        else:
-            kept.append(state)
-    if not kept:
+    # Slow to fast, so that forces grow; at a speed far to near, at a distance low to high.
+    speed, distance, height = np.meshgrid(axes[2], axes[0][::-1], axes[1], indexing="ij")
+    every = np.stack([distance, height, speed], axis=-1).reshape(-1, 3)
+    letters = [names_of(letter, values) for letter, values in zip("dhv", axes, strict=True)]
+    names = np.array(["-".join(name[x] for name, x in zip(letters, state, strict=True)) for state in every.tolist()])
+    expected = expected_forces(expected_force, every)
+    away = np.hypot(every[:, 0], every[:, 1])
+    far, forceful = away > reach, (away <= reach) & (expected > device.highest_limit)
+    most = f"the device measures up to {device.highest_limit:g} N (range less error)"
+    left_out = tuple(
+        f"{names[i]}: {away[i]:.3f} m from the base, beyond the reach of {reach:g} m"
+        if far[i]
+        else f"{names[i]}: {expected[i]:.0f} N expected, {most}"
+        for i in np.flatnonzero(far | forceful)
+    )
+    measurable = ~(far | forceful)
+    if not measurable.any():
         raise InputError(f"no state is left to measure, the first of {len(left_out)}: {left_out[0]}; change the values")
-    possible, measurable = np.array(kept), set(kept)
+    possible, kept = every[measurable], np.flatnonzero(measurable)
     note, width = "", math.nan
     if design is Design.I_OPTIMAL:
         designed = _optimal(possible, FEW_STATES if states is None else states, form, tolerance, seed)
-        kept, width = [kept[i] for i in designed.index.tolist()], designed.bound_width
-        note = design_note(designed, form, possible=len(possible), far=far, forceful=len(left_out) - far)
-        left_out = []  # no more than many others that were not chosen
+        kept, width = kept[designed.index], designed.bound_width
+        note = _note(designed, form, possible=len(possible), far=int(far.sum()), forceful=int(forceful.sum()))
+        left_out = ()  # no more than many others that were not chosen
 
-    def role(state: tuple[float, float, float]) -> str:
-        trains = all(x in chosen for x, chosen in zip(state, training, strict=True))
-        whole = design in (Design.TRAINING, Design.I_OPTIMAL)
-        return "train" if whole or (design is Design.FULL_GRID and trains) else "test"
-
-    to_train = [state for state in kept if role(state) == "train"]
-    if design is not Design.SYMMETRY:
-        refuse_few(to_train, states, form, possible)
-
-    runs = [
-        (planned[state], number, role(state), *state, angle, expected[state])
-        for state in kept
-        for number, (angle, _) in enumerate(itertools.product(angles, range(repeats)), start=1)
-    ]
-    state_id, repeat, roles, distance, height, speed, base_angle, force = (
-        np.array(each) for each in zip(*runs, strict=True)
-    )
-    reached = [state for state in planned if math.hypot(state[0], state[1]) <= reach]
-    warnings = [
-        *few_states(to_train, design, form, possible),
-        *unchecked(expected_force, device, limit),
-        *unconfirmed(reached, measurable, expected_force, limit, tolerance.speed),
-    ]
+    trains = np.full(len(every), design in (Design.TRAINING, Design.I_OPTIMAL))
+    if design is Design.FULL_GRID:
+        trains = np.all([np.isin(x, [*axis[::2], axis[-1]]) for x, axis in zip(every.T, axes, strict=True)], axis=0)
+    few = [] if design is Design.SYMMETRY else few_states(every[kept[trains[kept]]], states, form, possible)
+    runs, row = len(angles) * repeats, np.repeat(kept, len(angles) * repeats)
     return DesignedPlan(
-        state_id=state_id,
-        repeat=repeat,
-        role=roles,
-        distance=distance,
-        height=height,
-        speed=speed,
-        base_angle=base_angle,
-        expected_force=force,
-        left_out=tuple(left_out),
-        warnings=tuple(warnings),
-        expected_from=source_of(expected_force, kept),
+        state_id=names[row],
+        repeat=np.tile(np.arange(1, runs + 1), len(kept)),
+        role=np.where(trains[row], "train", "test"),
+        distance=every[row, 0],
+        height=every[row, 1],
+        speed=every[row, 2],
+        base_angle=np.tile(np.repeat(angles, repeats), len(kept)),
+        expected_force=expected[row],
+        left_out=left_out,
+        warnings=(
+            *few,
+            *unchecked(expected_force, device, limit),
+            *unconfirmed(every[~far], measurable[~far], expected_force, limit, tolerance.speed),
+        ),
+        expected_from=source_of(expected_force, every[kept]),
         note=note,
         bound_width=width,
     )
@@ -179,21 +185,26 @@ def _optimal(possible: FloatArray, n: int, form: Form, tolerance: StateTolerance
 
     The corners cost next to nothing in precision, and without them the measured range would shrink.
     """
-    if isinstance(n, bool) or not isinstance(n, int | np.integer) or n < 1:
-        raise InputError(f"states: found {n!r}, expected a whole number of at least 1")
-    corners = []
-    for end in (possible[:, 0].min(), possible[:, 0].max()):
-        heights = possible[possible[:, 0] == end, 1]
-        for height in {heights.min(), heights.max()}:
-            here = np.flatnonzero((possible[:, 0] == end) & (possible[:, 1] == height))
-            corners += [here[possible[here, 2].argmin()], here[possible[here, 2].argmax()]]
-    required = np.unique(corners)
-    if n < required.size:
-        raise InputError(f"states: found {n}, expected at least {required.size}, the corners of the range")
-    return optimal_states(possible, n, form=form, required=required, tolerance=tolerance, seed=seed)
+    require_whole("states", n)
+    ends = itertools.product((1, -1), repeat=3)  # the first by distance, then height, then speed, either way round
+    corners = {int(np.lexsort((possible * end)[:, ::-1].T)[0]) for end in ends}
+    if n < len(corners):
+        raise InputError(f"states: found {n}, expected at least {len(corners)}, the corners of the range")
+    return optimal_states(possible, n, form=form, required=sorted(corners), tolerance=tolerance, seed=seed)
 
 
-def _in_order(axes: Sequence[list[float]]) -> Iterator[tuple[float, float, float]]:
-    """Slow to fast, so that forces grow; at a speed far to near, at a distance low to high."""
-    distances, heights, speeds = axes
-    return ((d, h, v) for v in speeds for d in reversed(distances) for h in heights)
+def _note(designed: DesignedStates, form: Form, *, possible: int, far: int, forceful: int) -> str:
+    """What was chosen for a form from how many possible states, beside those too far away or too forceful."""
+    beyond = {"beyond the reach": far, "expected above the device range less its error": forceful}
+    out = " and ".join(f"{count} {where}" for where, count in beyond.items() if count)
+    beside = f" ({out} were no candidates)" if out else ""
+    bound = (
+        "no bound can be had from so few"
+        if math.isnan(designed.bound_width)
+        else f"the bound is expected to lie {100 * designed.bound_width:.1f} % above the prediction on average "
+        f"(if states scatter by {100 * designed.state_sd:g} %)"
+    )
+    return (
+        f"{len(designed.index)} of {possible} states chosen for {form.name}{beside}, the slowest and the fastest at "
+        f"the corners of the places among them; {bound}"
+    )

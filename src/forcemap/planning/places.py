@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from forcemap.arrays import FloatArray, Mask
-from forcemap.campaigns.state import States
+from forcemap.campaigns.state import States, StateTolerance
 from forcemap.errors import InputError
 
 
@@ -23,7 +23,7 @@ class PlaceRange:
     def of(cls, distances: Sequence[float], heights: Sequence[float], measured: States | None) -> PlaceRange:
         """The range given, else that of the measured states."""
         found = []
-        for name, values in (("distances", distances), ("heights", heights)):
+        for axis, (name, values, low) in enumerate((("distances", distances, 0.0), ("heights", heights, -10.0))):
             given = [float(value) for value in values]
             if not given and measured is None:
                 raise InputError(
@@ -31,22 +31,18 @@ class PlaceRange:
                     f"(--{name}-m LOWEST,HIGHEST)"
                 )
             if not given and measured is not None:
-                axis = measured.distance if name == "distances" else measured.height
-                given = [float(axis.min()), float(axis.max())]
-            low = 0.0 if name == "distances" else -10.0
-            finite = np.isfinite(given).all()
-            if len(given) < 2 or not finite or not low <= min(given) < max(given) <= 10:
+                there = measured.coordinates[:, axis]
+                given = [float(there.min()), float(there.max())]
+            if len(given) < 2 or not np.isfinite(given).all() or not low <= min(given) < max(given) <= 10:
                 raise InputError(f"{name}: found {given}, expected (lowest, highest) in metres, up to 10")
             found.append((min(given), max(given)))
-        return cls(found[0], found[1])
+        return cls(*found)
 
     def grid(self, count: int) -> FloatArray:
         """Places, `count` along each axis, shape (count^2, 2); those between the ends to 0.001 m."""
-        axes = []
-        for low, high in (self.distances, self.heights):
-            axis = np.round(np.linspace(low, high, count), 3)
-            axis[0], axis[-1] = low, high
-            axes.append(axis)
+        ends = np.array([self.distances, self.heights])
+        axes = np.linspace(ends[:, 0], ends[:, 1], count, axis=1).round(3)
+        axes[:, [0, -1]] = ends
         return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)
 
     def states(self, count: int, speeds: FloatArray) -> FloatArray:
@@ -65,3 +61,20 @@ class PlaceRange:
         size[size == 0] = 1.0
         offsets = (states[:, None, :2] - others[None, :, :2]) / size
         return np.asarray(np.sqrt(np.square(offsets).sum(axis=-1)))
+
+
+def no_repeats(states: FloatArray, others: FloatArray, tolerance: StateTolerance) -> Mask:
+    """Which states, shape (n, 3), are no repeats of others, shape (m, 3)."""
+    apart = np.abs((states[:, None] - others[None]) / tolerance.scale).max(axis=2)
+    return np.asarray(apart.min(axis=1, initial=np.inf) > 1)
+
+
+def spread(apart: FloatArray, first: Iterable[int], count: int) -> list[int]:
+    """The first numbers, then each the farthest from those before it, by distances of shape (n, n)."""
+    chosen = list(dict.fromkeys(first))
+    while len(chosen) < min(count, len(apart)):
+        away = apart[:, chosen].min(axis=1)
+        if not away.max() > 0:
+            break
+        chosen.append(int(away.argmax()))
+    return chosen

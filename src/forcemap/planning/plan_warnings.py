@@ -1,4 +1,4 @@
-"""What a plan will not give, and what speaks against the map it rests on, in words."""
+"""What a plan will not give, and what speaks against the map that further measurements rest on, in words."""
 
 from __future__ import annotations
 
@@ -7,15 +7,14 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from forcemap.arrays import FloatArray
+from forcemap.arrays import FloatArray, Mask
 from forcemap.campaigns.plan import Device
 from forcemap.errors import InputError
 from forcemap.maps.bounds import MIN_DEGREES_OF_FREEDOM
 from forcemap.maps.force_map import ForceMap
 from forcemap.maps.forms import Form
-from forcemap.planning.bound_width import STATE_SD, expected_width
-from forcemap.planning.design import Design
-from forcemap.planning.expectation import Expectation, StandardExpectation, expected_at, factor_of
+from forcemap.planning.expectation import Expectation, StandardExpectation, expected_forces, factor_of
+from forcemap.planning.optimal_states import STATE_SD, expected_width
 
 FEW_STATES = 18
 """Twice the nine coefficients of the default map; fewer leave a wide bound."""
@@ -28,31 +27,23 @@ _FALL = 0.01  # of the force; less is no turn
 _SPEEDS = 65  # between the slowest and the fastest speed of a place
 
 
-def refuse_few(
-    training: list[tuple[float, float, float]], accepted: int | None, form: Form, region: FloatArray
-) -> None:
-    """Refuse fewer than 18 states to train, unless their number is accepted."""
-    if accepted is not None and accepted != len(training):
+def few_states(training: FloatArray, accepted: int | None, form: Form, region: FloatArray) -> Iterator[str]:
+    """The bound to expect of fewer than 18 states to train, which are refused unless their number is accepted."""
+    count = len(training)
+    if accepted is not None and accepted != count:
         raise InputError(
-            f"states: found {accepted}, expected {len(training)}, the number to train of this design, or none; "
+            f"states: found {accepted}, expected {count}, the number to train of this design, or none; "
             "to choose any number of states add --design i-optimal (Design.I_OPTIMAL)"
         )
-    if accepted is not None or len(training) >= FEW_STATES:
+    if count >= FEW_STATES:
         return
     words = _width_words(training, form, region)
-    raise InputError(
-        f"states: found {len(training)} to train, expected at least {FEW_STATES}: {words}; choose lower speeds, nearer "
-        f"places or a device of larger range, or name the number ({len(training)}) to plan them all the same"
-    )
-
-
-def few_states(
-    training: list[tuple[float, float, float]], design: Design, form: Form, region: FloatArray
-) -> Iterator[str]:
-    """The bound to expect of a campaign with few states."""
-    if design is not Design.SYMMETRY and len(training) < FEW_STATES:
-        words = _width_words(training, form, region)
-        yield f"{len(training)} states to train, fewer than {FEW_STATES}: {words}"
+    if accepted is None:
+        raise InputError(
+            f"states: found {count} to train, expected at least {FEW_STATES}: {words}; choose lower speeds, nearer "
+            f"places or a device of larger range, or name the number ({count}) to plan them all the same"
+        )
+    yield f"{count} states to train, fewer than {FEW_STATES}: {words}"
 
 
 def unchecked(expectation: Expectation | None, device: Device, limit: float) -> Iterator[str]:
@@ -67,50 +58,56 @@ def unchecked(expectation: Expectation | None, device: Device, limit: float) -> 
 
 
 def unconfirmed(
-    states: list[tuple[float, float, float]],
-    kept: set[tuple[float, float, float]],
-    expectation: Expectation | None,
-    limit: float,
-    apart: float,
+    states: FloatArray, measurable: Mask, expectation: Expectation | None, limit: float, apart: float
 ) -> Iterator[str]:
     """Where even the slowest planned speed is expected to exceed the limit, and the speed to add.
 
     No speed below the lowest measured one is ever confirmed, so a plan without it cannot answer there. As for safe
-    speeds, only the first rise of the force counts, searched from below.
+    speeds, only the first rise of the force counts, searched from below. States have shape (n, 3); where one of a
+    place is `measurable`, those that are not do not count there.
     """
     if expectation is None or math.isnan(limit):
         return
-    by_standard = isinstance(expectation, StandardExpectation)
     factor = factor_of(expectation)
-    slowest: dict[tuple[float, float], float] = {}
-    for distance, height, speed in sorted(states, key=lambda state: (state not in kept, state[2])):
-        slowest.setdefault((distance, height), speed)
-    proposed: list[float] = []
-    exceeding = 0
-    for place, speed in slowest.items():
-        if factor * expected_at(expectation, *place, speed) > limit:
-            exceeding += 1
-            proposed += _slower(expectation, place, speed - apart, limit / factor)
-    if not exceeding:
+    ordered = states[np.lexsort((states[:, 2], ~measurable))]
+    slowest = ordered[np.unique(ordered[:, :2], axis=0, return_index=True)[1]]
+    exceeding = slowest[factor * expected_forces(expectation, slowest) > limit]
+    proposed = [
+        speed
+        for *place, planned in exceeding.tolist()
+        if (speed := _slower(expectation, place, planned - apart, limit / factor))
+    ]
+    if not len(exceeding):
         return
-    hopeless = exceeding - len(proposed)
-    force = f"{factor:g} times the expected force"
     parts = [
-        f"{limit:g} N is not expected to be confirmed at {exceeding} of {len(slowest)} places: {force} exceeds it "
-        "already at the slowest planned speed"
+        f"{limit:g} N is not expected to be confirmed at {len(exceeding)} of {len(slowest)} places: {factor:g} times "
+        "the expected force exceeds it already at the slowest planned speed"
     ]
     if proposed:
         parts.append(f"add {min(proposed):.2f} m/s, which is expected to confirm it at {len(proposed)} of these")
-    if hopeless:
+    if hopeless := len(exceeding) - len(proposed):
         parts.append(f"at {hopeless} no speed from {_SLOWEST_PROPOSED:g} m/s up is expected to be confirmed")
     if isinstance(expectation, ForceMap):
         lowest = expectation.measured_range.lowest[2]
         parts.append(f"below its lowest measured speed, {lowest:g} m/s, the map extrapolates")
-    elif by_standard:
+    elif isinstance(expectation, StandardExpectation):
         parts.append(
             "the contact model's force vanishes at rest, a robot's does not: an even lower speed may be needed"
         )
     yield "; ".join(parts)
+
+
+def _slower(expectation: Expectation, place: list[float], below: float, force: float) -> float:
+    """The highest speed [m/s] below another, in whole 0.01 m/s, up to which the expected force stays within `force`.
+
+    0 where there is none.
+    """
+    highest = 0.0
+    for step in range(round(100 * _SLOWEST_PROPOSED), 1001):
+        if step / 100 >= below or expected_forces(expectation, np.array([[*place, step / 100]]))[0] > force:
+            break
+        highest = step / 100
+    return highest
 
 
 def map_warnings(force_map: ForceMap, states: FloatArray) -> Iterator[str]:
@@ -138,23 +135,12 @@ def map_warnings(force_map: ForceMap, states: FloatArray) -> Iterator[str]:
         )
 
 
-def _slower(expectation: Expectation, place: tuple[float, float], below: float, force: float) -> list[float]:
-    """The highest speed [m/s] below another, in whole 0.01 m/s, up to which the expected force stays within `force`."""
-    highest: list[float] = []
-    for step in range(round(100 * _SLOWEST_PROPOSED), 1001):
-        if step / 100 >= below or expected_at(expectation, *place, step / 100) > force:
-            break
-        highest = [step / 100]
-    return highest
-
-
-def _width_words(states: list[tuple[float, float, float]], form: Form, region: FloatArray) -> str:
+def _width_words(states: FloatArray, form: Form, region: FloatArray) -> str:
     """The bound to expect of a campaign, in words."""
-    if len(states) < len(form.terms) + MIN_DEGREES_OF_FREEDOM:
-        fewest = len(form.terms) + MIN_DEGREES_OF_FREEDOM
+    if len(states) < (fewest := len(form.terms) + MIN_DEGREES_OF_FREEDOM):
         return f"no tolerance bound can be had from fewer than {fewest} states of {form.name}"
-    width = expected_width(np.array(states), form=form, region=region)
-    if math.isinf(width):
+    width = expected_width(states, form=form, region=region)
+    if math.isnan(width):
         return f"they do not determine {form.name}"
     return (
         f"the bound is expected to lie {100 * width:.0f} % above the prediction of {form.name} on average "

@@ -7,11 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from forcemap.arrays import FloatArray, Indices, Mask
+from forcemap.arrays import FloatArray
 from forcemap.campaigns.plan import MeasurementPlan
 from forcemap.errors import InputError
-
-_ARRAYS = ("state_id", "repeat", "role", "distance", "height", "speed", "base_angle", "expected_force")
+from forcemap.findings import Finding
 
 
 def runs_of(
@@ -22,7 +21,7 @@ def runs_of(
     role: str = "train",
     prefix: str = "",
     expected_from: str = "",
-    warnings: tuple[str, ...] = (),
+    warnings: tuple[Finding | str, ...] = (),
 ) -> MeasurementPlan:
     """A plan of states, shape (n, 3), in their order; each is named for its place and speed in thousandths."""
     names = [prefix + "-".join(f"{x}{_thousandths(v)}" for x, v in zip("dhv", s, strict=True)) for s in states.tolist()]
@@ -41,6 +40,11 @@ def runs_of(
     )
 
 
+def slow_to_fast(states: FloatArray) -> FloatArray:
+    """States, shape (n, 3), in the order in which to measure them: far to near at a speed, low to high."""
+    return states[np.lexsort((states[:, 1], -states[:, 0], states[:, 2]))]
+
+
 def extend_plan(plan: MeasurementPlan, more: MeasurementPlan) -> MeasurementPlan:
     """A plan with the runs of another behind its own, which stay as they are.
 
@@ -53,14 +57,8 @@ def extend_plan(plan: MeasurementPlan, more: MeasurementPlan) -> MeasurementPlan
     for name in more.states:
         if name.lower() in taken:
             raise InputError(f"state {name} is planned already; measure it, or take its rows out of the plan")
-    joined: dict[str, Any] = {name: np.concatenate([getattr(plan, name), getattr(more, name)]) for name in _ARRAYS}
+    joined: dict[str, Any] = {name: np.concatenate([each, vars(more)[name]]) for name, each in plan.arrays.items()}
     return replace(more, **joined)
-
-
-def select_runs(plan: MeasurementPlan, index: Mask | Indices) -> MeasurementPlan:
-    """The runs of a plan that a mask, or numbers in their order, pick."""
-    picked: dict[str, Any] = {name: getattr(plan, name)[index] for name in _ARRAYS}
-    return replace(plan, **picked)
 
 
 def _thousandths(value: float) -> str:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import re
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, fields
 from typing import Any, TypeVar
 
 from forcemap.errors import InputError, nearest_names
@@ -73,25 +74,20 @@ class ColumnMap:
     def __post_init__(self) -> None:
         object.__setattr__(self, "time_unit", _unit("time_unit", self.time_unit, TimeUnit))
         object.__setattr__(self, "force_unit", _unit("force_unit", self.force_unit, ForceUnit))
-        self._refuse_wrong_columns()
-        self._refuse_wrong_numbers()
-        self._refuse_wrong_texts()
+        self._refuse_wrong_values()
         self._refuse_contradictions()
 
     @property
-    def components(self) -> tuple[str | int, ...]:
-        """The force columns of one curve: one, or three."""
-        return self.force if isinstance(self.force, tuple) else () if self.force is None else (self.force,)
-
-    @property
-    def named_runs(self) -> tuple[str | int, ...]:
-        """The columns of the runs, as far as they are named one by one."""
-        return () if isinstance(self.runs, str) else self.runs
+    def groups(self) -> tuple[tuple[str | int, ...], ...]:
+        """The force columns of every curve, one or three, as far as they are named one by one."""
+        if self.force is not None:
+            return (self.force if isinstance(self.force, tuple) else (self.force,),)
+        return () if isinstance(self.runs, str) else tuple((run,) for run in self.runs)
 
     @property
     def number_columns(self) -> tuple[str | int, ...]:
         """The columns that must hold numbers, the time first, as far as they are named one by one."""
-        return (*([] if self.time is None else [self.time]), *self.components, *self.named_runs)
+        return (*([] if self.time is None else [self.time]), *itertools.chain(*self.groups))
 
     @property
     def columns(self) -> tuple[str | int, ...]:
@@ -123,41 +119,25 @@ class ColumnMap:
         table: dict[str, Any] = {}
         for key, name in _KEYS.items():
             value = getattr(self, name)
-            if value == getattr(ColumnMap, name) or (isinstance(value, float) and math.isnan(value)):
-                continue
-            if isinstance(value, TimeUnit | ForceUnit):
-                value = value.value
-            elif isinstance(value, tuple):
-                value = list(value)
-            table[key] = words[value] if name == "delimiter" else value
+            if value != getattr(ColumnMap, name) and value == value:  # NaN is not stated
+                value = words[value] if name == "delimiter" else getattr(value, "value", value)
+                table[key] = list(value) if isinstance(value, tuple) else value
         return table
 
-    def _refuse_wrong_columns(self) -> None:
-        for name in ("time", "curve"):
-            _refuse(name, getattr(self, name), lambda value: value is None or _is_column(value), _COLUMN)
-        _refuse("force", self.force, _is_force, f"{_COLUMN}, or three of them")
-        _refuse("runs", self.runs, _is_runs, 'a list of names or numbers of columns, or "all"')
-
-    def _refuse_wrong_numbers(self) -> None:
-        rate = f"a number from {_LOWEST_RATE:g} to {_HIGHEST_RATE:g}"
-        _refuse("sampling_rate_Hz", self.sampling_rate, lambda v: _is_float(v) and not _outside(v), rate)
-        per_count = "a finite number above 0"
-        _refuse("newtons_per_count", self.newtons_per_count, lambda v: _is_float(v) and not v <= 0, per_count)
-        _refuse("newtons_per_count", self.newtons_per_count, lambda v: not math.isinf(v), per_count)
-        _refuse("zero_count", self.zero_count, lambda v: _is_float(v) and math.isfinite(v), "a finite number")
-        _refuse("sign", self.sign, lambda v: type(v) is int and v in (1, -1), "1 or -1")
-        _refuse("header_lines", self.header_lines, lambda v: v is None or (type(v) is int and v >= 0), "a count")
-        _refuse("direction", self.direction, _is_direction, "three finite numbers that are not all 0")
-
-    def _refuse_wrong_texts(self) -> None:
-        known = ("", *DELIMITERS.values())
-        _refuse("delimiter", self.delimiter, known.__contains__, '"comma", "semicolon" or "tab"')
-        _refuse("decimal", self.decimal, ("", ".", ",").__contains__, '"." or ","')
+    def _refuse_wrong_values(self) -> None:
+        for name, accepted, expected in _ACCEPTED:
+            value = getattr(self, _KEYS[name])
+            try:
+                good = accepted(value)
+            except TypeError:  # a list or a table where a text belongs
+                good = False
+            if not good:
+                raise InputError(f"found {value!r}, expected {expected}", column=name)
 
     def _refuse_contradictions(self) -> None:
         counts = self.force_unit is ForceUnit.COUNTS
         runs = self.runs != ()
-        timed = self.time is not None
+        timed, vector = self.time is not None, isinstance(self.force, tuple)
         for entry, wrong, message in (
             ("force", self.force is None and not runs, "found neither force nor runs, expected one of them"),
             ("runs", self.force is not None and runs, "found force and runs, expected one of them"),
@@ -167,7 +147,7 @@ class ColumnMap:
             ("newtons_per_count", counts and math.isnan(self.newtons_per_count), "expected with force_unit counts"),
             ("newtons_per_count", not (counts or math.isnan(self.newtons_per_count)), "needs force_unit counts"),
             ("zero_count", not counts and self.zero_count != 0, "needs force_unit counts"),
-            ("direction", self.direction is not None and len(self.components) != 3, "needs three columns of force"),
+            ("direction", self.direction is not None and not vector, "needs three columns of force"),
             ("decimal", self.delimiter == self.decimal == ",", "found the delimiter as decimal sign; state another"),
         ):
             if wrong:
@@ -176,40 +156,14 @@ class ColumnMap:
             raise InputError("found a column in two places, expected each once", column="time, force, runs, curve")
 
 
-_KEYS = {
-    "time": "time",
-    "sampling_rate_Hz": "sampling_rate",
-    "force": "force",
-    "runs": "runs",
-    "curve": "curve",
-    "time_unit": "time_unit",
-    "force_unit": "force_unit",
-    "newtons_per_count": "newtons_per_count",
-    "zero_count": "zero_count",
-    "direction": "direction",
-    "sign": "sign",
-    "delimiter": "delimiter",
-    "decimal": "decimal",
-    "header_lines": "header_lines",
-}
-_COLUMN = "the name of a column, or its number counted from 1"
-
-
-def _refuse(entry: str, value: Any, accepted: Callable[[Any], bool], expected: str) -> None:
-    try:
-        good = accepted(value)
-    except TypeError:  # a list or a table where a text belongs
-        good = False
-    if not good:
-        raise InputError(f"found {value!r}, expected {expected}", column=entry)
+_KEYS = {{"sampling_rate": "sampling_rate_Hz"}.get(each.name, each.name): each.name for each in fields(ColumnMap)}
 
 
 def _unit(entry: str, value: Any, kind: type[_Unit]) -> _Unit:
     try:
         return kind(value)
     except ValueError:
-        expected = ", ".join(unit.value for unit in kind)
-        raise InputError(f"found {value!r}, expected one of {expected}", column=entry) from None
+        raise InputError(f"found {value!r}, expected one of {', '.join(kind)}", column=entry) from None
 
 
 def _is_column(value: Any) -> bool:
@@ -218,26 +172,60 @@ def _is_column(value: Any) -> bool:
     return type(value) is int and value >= 1
 
 
-def _is_force(value: Any) -> bool:
-    if isinstance(value, tuple):
-        return len(value) == 3 and all(map(_is_column, value))
+def _may_be_column(value: Any) -> bool:
     return value is None or _is_column(value)
 
 
-def _is_runs(value: Any) -> bool:
-    return value == ALL_COLUMNS if isinstance(value, str) else isinstance(value, tuple) and all(map(_is_column, value))
+def _are_columns(value: Any) -> bool:
+    return isinstance(value, tuple) and all(map(_is_column, value))
 
 
 def _is_float(value: Any) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool)
 
 
-def _outside(rate: float) -> bool:
-    """True for a stated rate that no device has; NaN is not stated."""
-    return rate < _LOWEST_RATE or rate > _HIGHEST_RATE
+def _is_finite(value: Any) -> bool:
+    return _is_float(value) and math.isfinite(value)
 
 
-def _is_direction(value: Any) -> bool:
-    if value is None:
-        return True
-    return len(value) == 3 and all(_is_float(v) and math.isfinite(v) for v in value) and any(value)
+_COLUMN = "the name of a column, or its number counted from 1"
+_RATE, _VECTOR = f"a number from {_LOWEST_RATE:g} to {_HIGHEST_RATE:g}", "three finite numbers that are not all 0"
+_ACCEPTED: tuple[tuple[str, Callable[[Any], bool], str], ...] = (  # entry, what it may be; NaN is not stated
+    ("time", _may_be_column, _COLUMN),
+    ("curve", _may_be_column, _COLUMN),
+    ("force", lambda v: _may_be_column(v) or (_are_columns(v) and len(v) == 3), f"{_COLUMN}, or three of them"),
+    ("runs", lambda v: v == ALL_COLUMNS or _are_columns(v), 'a list of names or numbers of columns, or "all"'),
+    ("sampling_rate_Hz", lambda v: _is_float(v) and not (v < _LOWEST_RATE or v > _HIGHEST_RATE), _RATE),
+    ("newtons_per_count", lambda v: _is_float(v) and not (v <= 0 or v == math.inf), "a finite number above 0"),
+    ("zero_count", _is_finite, "a finite number"),
+    ("sign", lambda v: type(v) is int and v in (1, -1), "1 or -1"),
+    ("header_lines", lambda v: v is None or (type(v) is int and v >= 0), "a count"),
+    ("direction", lambda v: v is None or (len(v) == 3 and all(map(_is_finite, v)) and any(v)), _VECTOR),
+    ("delimiter", ("", *DELIMITERS.values()).__contains__, '"comma", "semicolon" or "tab"'),
+    ("decimal", ("", ".", ",").__contains__, '"." or ","'),
+)
+
+
+def position(column: str | int, names: Sequence[str]) -> int | None:
+    """Position of a column: its number less 1, or where its name stands (in any case, if that is unique)."""
+    if isinstance(column, int):
+        return column - 1
+    wanted = column.strip()
+    found = [at for at, name in enumerate(names) if name == wanted]
+    found = found or [at for at, name in enumerate(names) if name.casefold() == wanted.casefold()]
+    return found[0] if len(found) == 1 else None
+
+
+def missing_column(column: str, names: Sequence[str]) -> str:
+    """Why a column is not found among these names."""
+    times = sum(name.casefold() == column.strip().casefold() for name in names)
+    if times > 1:
+        return f"found {times} columns of that name, expected one; give its number"
+    nameless = "the file has no names of columns; give numbers"
+    return f"no column has that name; found {listed(names)}" if names else nameless
+
+
+def listed(names: Sequence[str]) -> str:
+    """The names for a message: not more than a person would read."""
+    shown = ", ".join(repr(name if len(name) <= 40 else name[:37] + "...") for name in names[:20])
+    return shown + (", ..." if len(names) > 20 else "")

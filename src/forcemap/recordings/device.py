@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import math
-import re
 from dataclasses import dataclass
 from datetime import date
 
 from forcemap.errors import InputError
-
-_DATE = re.compile(r"\d{4}-\d{2}-\d{2}", re.ASCII)
+from forcemap.files import stated_date
 
 
 @dataclass(frozen=True)
@@ -49,12 +47,10 @@ class Device:
             raise InputError(f"device error: found {self.error:g} N, expected a finite number of at least 0")
         if self.error >= self.range:
             raise InputError(f"device error {self.error:g} N is not below its range {self.range:g} N")
-        made = _date("device calibrated", self.calibrated) if self.calibrated else date.min
-        if self.calibration_expires and _date("device calibration_expires", self.calibration_expires) < made:
-            raise InputError(
-                f"device calibration_expires: found {self.calibration_expires}, "
-                f"expected no date before its calibration on {self.calibrated}"
-            )
+        made = stated_date("device calibrated", self.calibrated) if self.calibrated else date.min
+        if self.calibration_expires and stated_date("device calibration_expires", self.calibration_expires) < made:
+            expected = f"expected no date before its calibration on {self.calibrated}"
+            raise InputError(f"device calibration_expires: found {self.calibration_expires}, {expected}")
 
     @property
     def highest_limit(self) -> float:
@@ -86,19 +82,10 @@ class Device:
         InputError
             Not a date.
         """
-        day = _date("date of the measurement", on)
+        day = stated_date("date of the measurement", on)
         if self.calibration_expires:
-            return day > _date("device calibration_expires", self.calibration_expires)
-        return bool(self.calibrated) and day > _a_year_after(_date("device calibrated", self.calibrated))
-
-
-def _date(what: str, text: str) -> date:
-    try:
-        if _DATE.fullmatch(text):
-            return date.fromisoformat(text)
-    except (TypeError, ValueError):
-        pass
-    raise InputError(f"{what}: found {text!r}, expected a date as YYYY-MM-DD")
+            return day > stated_date("device calibration_expires", self.calibration_expires)
+        return bool(self.calibrated) and day > _a_year_after(stated_date("device calibrated", self.calibrated))
 
 
 def _a_year_after(day: date) -> date:

@@ -5,16 +5,18 @@ from __future__ import annotations
 import os
 import stat
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from forcemap.errors import RecordingError
-from forcemap.files import read_bytes
-from forcemap.recordings.column_map import ColumnMap
+from forcemap.files import read_bytes, sha256
+from forcemap.recordings.column_map import ColumnMap, listed
 from forcemap.recordings.delimited import read_delimited
 from forcemap.recordings.device import Device
 from forcemap.recordings.recording import Recording
-from forcemap.recordings.selection import listed
 from forcemap.recordings.tdms import read_tdms
 
 _LARGEST_FILE = 500_000_000  # bytes
@@ -56,7 +58,22 @@ def read_recordings(
     content = _content(path)
     read = read_tdms if Path(path).suffix.lower() == ".tdms" else read_delimited
     try:
-        return read(content, columns, file=file, device=device or Device())
+        curves = read(content, columns)
+        checksum = sha256(content)
+        return [
+            Recording(
+                time=curve.time,
+                force=curve.forces[0] if len(curve.forces) == 1 else np.stack(curve.forces, axis=1),
+                direction=columns.direction if columns else None,
+                device=device or Device(),
+                file=file,
+                curve=curve.name if len(curves) > 1 else "",  # one alone has no name
+                sha256=checksum,
+                notes=curve.notes,
+                metadata=curve.metadata,
+            )
+            for curve in curves
+        ]
     except RecordingError as error:
         # names and remarks come from the file: on one line they cannot imitate another message
         message, column = (" ".join(text.split())[:1000] for text in (error.message, error.column or ""))
@@ -80,25 +97,19 @@ def read_recording(
     recordings = read_recordings(path, columns=columns, device=device)
     if len(recordings) > 1:
         names = listed([recording.curve for recording in recordings])
-        raise RecordingError(
-            f"found {len(recordings)} curves ({names}), expected one; read them all with read_recordings",
-            file=str(path),
-        )
+        found = f"found {len(recordings)} curves ({names})"
+        raise RecordingError(f"{found}, expected one; read them all with read_recordings", file=str(path))
     return recordings[0]
 
 
 def _content(path: str | Path) -> bytes:
-    try:
+    if "\0" in (file := str(path)):
+        raise RecordingError(f"found {file!r}, expected the name of a file")
+    with suppress(OSError):
         status = os.stat(path)
-    except (OSError, ValueError):  # ValueError: a NUL in the name
-        status = None
-    if status is None and "\0" in str(path):
-        raise RecordingError(f"found {str(path)!r}, expected the name of a file")
-    if status is not None and not stat.S_ISREG(status.st_mode):
-        raise RecordingError("this is no file, expected a file of recordings", file=str(path))
-    if status is not None and status.st_size > _LARGEST_FILE:
-        raise RecordingError(
-            f"found {status.st_size / 1e6:.0f} MB, expected at most {_LARGEST_FILE / 1e6:.0f} MB; export a part of it",
-            file=str(path),
-        )
+        if not stat.S_ISREG(status.st_mode):
+            raise RecordingError("this is no file, expected a file of recordings", file=file)
+        if status.st_size > _LARGEST_FILE:
+            size, most = status.st_size / 1e6, _LARGEST_FILE / 1e6
+            raise RecordingError(f"found {size:.0f} MB, expected at most {most:.0f} MB; export a part of it", file=file)
     return read_bytes(path)

@@ -58,26 +58,19 @@ class Recording:
         # copies, so that nobody changes a recording from outside
         time, force = self._numbers("time", self.time), self._numbers("force", self.force)
         if time.ndim != 1 or force.shape not in ((time.size,), (time.size, 3)):
-            raise self._error(
-                f"found time of shape {time.shape} and force of shape {force.shape}, expected (n,) and (n,) or (n, 3)"
-            )
+            found = f"found time of shape {time.shape} and force of shape {force.shape}"
+            raise self._error(f"{found}, expected (n,) and (n,) or (n, 3)")
         if time.size < 2:
             raise self._error(f"found a curve of {time.size} samples, expected at least 2")
         for name, values in (("time", time), ("force", force)):
             if not np.isfinite(values).all():
                 raise self._error(f"found a {name} that is not finite, expected finite numbers")
-        backward = np.flatnonzero(time[1:] <= time[:-1])
-        if backward.size:
-            first = int(backward[0])
-            raise self._error(
-                f"found time {time[first + 1]:g} s after {time[first]:g} s (samples {first + 2} and {first + 1}), "
-                "expected strictly increasing times"
-            )
-        object.__setattr__(self, "time", time)
-        object.__setattr__(self, "force", force)
-        if self.direction is not None:
-            object.__setattr__(self, "direction", self._unit_vector(force))
-        object.__setattr__(self, "notes", tuple(self.notes))
+        for first in np.flatnonzero(time[1:] <= time[:-1])[:1]:
+            found = f"found time {time[first + 1]:g} s after {time[first]:g} s (samples {first + 2} and {first + 1})"
+            raise self._error(f"{found}, expected strictly increasing times")
+        direction = None if self.direction is None else self._unit_vector(force)
+        for name, value in (("time", time), ("force", force), ("direction", direction), ("notes", tuple(self.notes))):
+            object.__setattr__(self, name, value)
 
     @property
     def name(self) -> str:
@@ -131,8 +124,7 @@ class Recording:
             x, y, z = (float(component) for component in self.direction or ())
         except (TypeError, ValueError):
             raise self._error(f"found direction {self.direction!r}, expected three numbers") from None
-        length = math.hypot(x, y, z)
-        if not 0 < length < math.inf:
+        if not 0 < (length := math.hypot(x, y, z)) < math.inf:
             raise self._error(f"found direction {self.direction!r}, expected a vector of finite length above 0")
         return (x / length, y / length, z / length)
 

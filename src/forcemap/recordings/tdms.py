@@ -5,27 +5,21 @@ from __future__ import annotations
 import io
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from forcemap.arrays import FloatArray
 from forcemap.errors import MissingExtra, RecordingError
-from forcemap.files import sha256
-from forcemap.recordings.column_map import ALL_COLUMNS, ColumnMap
-from forcemap.recordings.device import Device
-from forcemap.recordings.recording import Recording
-from forcemap.recordings.sampling import check_sampling, in_newtons, in_seconds
-from forcemap.recordings.selection import listed, missing_column, position, refuse_other_unit, refuse_unit
-from forcemap.recordings.units import force_unit_in, time_unit_in
+from forcemap.recordings.column_map import ALL_COLUMNS, ColumnMap, listed, missing_column, position
+from forcemap.recordings.sampling import Curve, check_sampling, in_newtons, in_seconds, refuse_other_unit
 
 if TYPE_CHECKING:
     from nptdms import TdmsChannel, TdmsFile  # type: ignore[import-untyped]
 
 
-def read_tdms(content: bytes, columns: ColumnMap | None, *, file: str, device: Device) -> list[Recording]:
-    """The recordings of a TDMS file; the time is a channel, or follows from the rate stated in file or column map.
+def read_tdms(content: bytes, columns: ColumnMap | None) -> list[Curve]:
+    """The curves of a TDMS file; the time is a channel, or follows from the rate stated in file or column map.
 
     Parameters
     ----------
@@ -33,10 +27,6 @@ def read_tdms(content: bytes, columns: ColumnMap | None, *, file: str, device: D
         The file.
     columns : ColumnMap or None
         Which channels hold what; it must be stated, for a channel's name says nothing for sure.
-    file : str
-        Its name, which every recording carries.
-    device : Device
-        What it was measured with.
 
     Raises
     ------
@@ -53,75 +43,45 @@ def read_tdms(content: bytes, columns: ColumnMap | None, *, file: str, device: D
     log_manager.set_level("ERROR")  # what it only warns of on stderr is refused here
     try:
         with TdmsFile.open(io.BytesIO(content)) as tdms:
-            curves = _curves(tdms, len(content), columns)
+            return _curves(tdms, len(content), columns)
     except RecordingError:
         raise
     except Exception as error:  # whatever nptdms stumbles over in a damaged file
-        raise RecordingError(
-            f"not a TDMS file, or damaged ({type(error).__name__}: {error}); export it again"
-        ) from error
-    checksum = sha256(content)
-    return [
-        Recording(
-            time=curve.time,
-            force=curve.force,
-            direction=columns.direction if columns else None,
-            device=device,
-            file=file,
-            curve=curve.name if len(curves) > 1 else "",
-            sha256=checksum,
-            notes=curve.notes,
-        )
-        for curve in curves
-    ]
+        why = f"{type(error).__name__}: {error}"
+        raise RecordingError(f"not a TDMS file, or damaged ({why}); export it again") from error
 
 
-@dataclass(frozen=True)
-class _Curve:
-    name: str
-    time: FloatArray
-    force: FloatArray
-    notes: tuple[str, ...]
-
-
-def _curves(tdms: TdmsFile, size: int, columns: ColumnMap | None) -> list[_Curve]:
+def _curves(tdms: TdmsFile, size: int, columns: ColumnMap | None) -> list[Curve]:
     channels = {f"{group.name}/{channel.name}": channel for group in tdms.groups() for channel in group.channels()}
     if not channels:
         raise RecordingError("found no channels, expected a force")
     if columns is None:
-        raise RecordingError(
-            f"found the channels {listed(list(channels))}; state in a column map which hold time and force"
-        )
+        found = f"found the channels {listed(list(channels))}"
+        raise RecordingError(f"{found}; state in a column map which hold time and force")
     if tdms.file_status.incomplete_final_segment:
         raise RecordingError("the last segment is cut off, expected a whole file; copy or export it again")
-    numbered = [column for column in columns.columns if isinstance(column, int)]
-    if numbered or columns.curve is not None:
-        raise RecordingError(
-            "channels have names and no rows of other curves; name them in the column map as group/channel"
-        )
+    if columns.curve is not None or any(isinstance(column, int) for column in columns.columns):
+        found = "channels have names and no rows of other curves"
+        raise RecordingError(f"{found}; name them in the column map as group/channel")
     time = None if columns.time is None else _find(str(columns.time), channels)
-    groups: list[tuple[str, ...]]
+    groups = [tuple(_find(str(column), channels) for column in group) for group in columns.groups]
     if columns.runs == ALL_COLUMNS:
         groups = [(name,) for name in channels if name != time]
-    else:
-        wanted = [columns.components] if columns.components else [(run,) for run in columns.named_runs]
-        groups = [tuple(_find(str(column), channels) for column in group) for group in wanted]
     curves = []
     for group in groups:
-        forces = [_force(name, channels[name], size, columns) for name in group]
+        members = [channels[name] for name in group]
+        forces = [_force(name, channel, size, columns) for name, channel in zip(group, members, strict=True)]
         if {len(force) for force in forces} != {len(forces[0])} or len(forces[0]) < 2:
             lengths = ", ".join(str(len(force)) for force in forces)
             raise RecordingError(f"found {lengths} samples, expected at least 2 and as many in each", column=group[0])
-        members = [channels[name] for name in group]
-        times, notes = _times(time, channels, members, len(forces[0]), size, columns)
-        curves.append(_Curve(group[0], times, forces[0] if len(forces) == 1 else np.stack(forces, axis=1), notes))
+        times, notes = _times(time, channels, members, size, columns)
+        curves.append(Curve(group[0], times, forces, notes))
     return curves
 
 
 def _find(column: str, channels: Mapping[str, TdmsChannel]) -> str:
     names = list(channels)
-    found = position(column, names)
-    if found is None:
+    if (found := position(column, names)) is None:
         raise RecordingError(missing_column(column, names), column=column)
     return names[found]
 
@@ -133,33 +93,25 @@ def _numbers(name: str, channel: TdmsChannel, size: int) -> FloatArray:
     if len(channel) * channel.dtype.itemsize > size:
         raise RecordingError(f"found {len(channel)} samples stated, which the file has no room for", column=name)
     values = np.asarray(channel[:], dtype=np.float64)
-    wrong = np.flatnonzero(~np.isfinite(values))
-    if wrong.size:
-        raise RecordingError("found a value that is not finite, expected numbers", row=int(wrong[0]) + 1, column=name)
+    for wrong in np.flatnonzero(~np.isfinite(values))[:1]:
+        raise RecordingError("found a value that is not finite, expected numbers", row=int(wrong) + 1, column=name)
     return values
 
 
 def _force(name: str, channel: TdmsChannel, size: int, columns: ColumnMap) -> FloatArray:
-    unit = str(channel.properties.get("unit_string", ""))
-    refuse_unit(name, force_unit_in(unit) or force_unit_in(name), columns.force_unit, "force_unit")
-    refuse_other_unit(name, unit or name, columns.force_unit)
+    refuse_other_unit(name, columns.force_unit, str(channel.properties.get("unit_string", "")), name)
     values = _numbers(name, channel, size)
     return in_newtons(values, columns, range(1, len(values) + 1), name)
 
 
 def _times(
-    time: str | None,
-    channels: Mapping[str, TdmsChannel],
-    forces: Sequence[TdmsChannel],
-    n: int,
-    size: int,
-    columns: ColumnMap,
+    time: str | None, channels: Mapping[str, TdmsChannel], forces: Sequence[TdmsChannel], size: int, columns: ColumnMap
 ) -> tuple[FloatArray, tuple[str, ...]]:
     """Times of the samples [s] from the time channel, else from the rate that column map or force channels state."""
+    n = len(forces[0])
     rows = range(1, n + 1)
     if time is not None:
-        unit = str(channels[time].properties.get("unit_string", ""))
-        refuse_unit(time, time_unit_in(unit) or time_unit_in(time), columns.time_unit, "time_unit")
+        refuse_other_unit(time, columns.time_unit, str(channels[time].properties.get("unit_string", "")), time)
         values = _numbers(time, channels[time], size)
         if len(values) != n:
             raise RecordingError(f"found {len(values)} times for {n} samples of force, expected as many", column=time)
@@ -173,10 +125,8 @@ def _times(
         if not increment > 0:
             raise RecordingError("the channel states no wf_increment; state time or sampling_rate_Hz in the column map")
     elif increment > 0 and abs(increment * columns.sampling_rate - 1) > 0.01:
-        raise RecordingError(
-            f"the channel states {1 / increment:g} Hz and the column map sampling_rate_Hz = {columns.sampling_rate:g}; "
-            "correct the one that is wrong"
-        )
+        stated_here = f"the column map sampling_rate_Hz = {columns.sampling_rate:g}; correct the one that is wrong"
+        raise RecordingError(f"the channel states {1 / increment:g} Hz and {stated_here}")
     else:
         increment = 1 / columns.sampling_rate
     seconds: FloatArray = offset + np.arange(n, dtype=np.float64) * increment

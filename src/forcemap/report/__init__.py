@@ -2,7 +2,6 @@
 
 from forcemap.report.document import report_html
 from forcemap.report.pdf import report_pdf
-from forcemap.report.seal import made_for, read_seal
-from forcemap.report.verify import Verification, verify_report
+from forcemap.report.seal import Verification, made_for, read_seal, verify_report
 
 __all__ = ["Verification", "made_for", "read_seal", "report_html", "report_pdf", "verify_report"]

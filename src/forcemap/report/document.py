@@ -12,13 +12,15 @@ from typing import Any
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-from forcemap.assessment.campaign_assessment import CampaignAssessment
-from forcemap.assessment.inputs import inputs_sha256
+from forcemap.answers.words import sentence, sentences
+from forcemap.assessment.assess_campaign import CampaignAssessment
+from forcemap.assessment.folder import inputs_sha256
 from forcemap.assessment.missing import Missing
 from forcemap.assessment.place_speeds import PlaceSpeeds
 from forcemap.assessment.state_results import StateResult
 from forcemap.campaigns.recordings_table import Use
-from forcemap.errors import InputError
+from forcemap.files import stated_date
+from forcemap.findings import Finding
 from forcemap.limits.force_limits import Contact
 from forcemap.report.curves import highest_force, state_curve
 from forcemap.report.pictures import Pictures
@@ -53,29 +55,23 @@ def report_html(assessment: CampaignAssessment, *, date: str | None = None) -> s
     InputError
         A date that is none.
     """
-    page = (
-        _environment()
-        .get_template("report.html")
-        .render(
+    page = _environment().get_template("report.html")
+    return seal(
+        page.render(
             a=assessment,
             c=assessment.conditions,
-            date=_date(date),
-            mark=MARK,
+            date=(datetime.date.today() if date is None else stated_date("date", date)).isoformat(),
             seal_tag=Markup(seal_tag()),
             limits_made_for=made_for(assessment),
             inputs_sha256=inputs_sha256(assessment.inputs),
             pictures=Pictures(assessment),
+            findings=sentences(assessment.findings),
             headlines=[_headline(each) for each in assessment.speeds],
             curves=_curves(assessment),
             places=_places(assessment),
             calibration=_calibration(assessment),
-            Contact=Contact,
-            Interpretation=Interpretation,
-            VerdictOutcome=VerdictOutcome,
-            Use=Use,
         )
     )
-    return seal(page)
 
 
 def _environment() -> Environment:
@@ -87,22 +83,18 @@ def _environment() -> Environment:
         lstrip_blocks=True,
         finalize=_fit,
     )
-    environment.filters |= {
-        "mps": _speed,
-        "number": _number,
-        "stated": _stated,
-        "quoted": quoted,
-        "words": _words,
-        "outcome_counts": _outcome_counts,
-        "blocks": _blocks,
-        "plural": _plural,
-    }
+    filters = (_mps, _number, _stated, quoted, _words, _outcome_counts, _blocks, _plural)
+    environment.filters |= {each.__name__.strip("_"): each for each in filters}
+    environment.globals |= {each.__name__: each for each in (Contact, Interpretation, VerdictOutcome, Use)}
+    environment.globals["mark"] = MARK
     environment.tests |= {"gone": lambda part: isinstance(part, Missing), "nan": _is_nan}
     return environment
 
 
 def _fit(value: Any) -> Any:
-    """A text without characters that have no place in a page."""
+    """A text without characters that have no place in a page; a finding in its words."""
+    if isinstance(value, Finding):
+        value = sentence(value)
     if not isinstance(value, str) or not _UNFIT.search(value):
         return value
     return type(value)(_UNFIT.sub("�", str(value)))
@@ -112,7 +104,7 @@ def _is_nan(value: Any) -> bool:
     return isinstance(value, float) and math.isnan(value)
 
 
-def _speed(value: float) -> str:
+def _mps(value: float) -> str:
     return "–" if math.isnan(value) else floor_speed(value)
 
 
@@ -150,24 +142,21 @@ def _blocks(columns: Sequence[float]) -> list[range]:
 
 def _headline(found: PlaceSpeeds) -> dict[str, Any]:
     """What is confirmed for one body area and contact, in a word and a line."""
+    shown = {"of": found, "word": "NOT CONFIRMED", "kind": "refused", "places": 0}
     if not found.limit.permitted:
-        return {"of": found, "word": "NOT PERMITTED", "kind": "refused", "places": 0, "speeds": _NO_CONTACT}
+        return shown | {"word": "NOT PERMITTED", "speeds": _NO_CONTACT}
     if isinstance(found.speeds, Missing):
-        return {"of": found, "word": "NOT CONFIRMED", "kind": "refused", "places": 0, "speeds": found.speeds.reason}
-    inside = sum(count for name, count in found.speeds.counts.items() if name != "outside")
+        return shown | {"speeds": found.speeds.reason}
+    shown["places"] = inside = sum(count for name, count in found.speeds.counts.items() if name != "outside")
     if not found.confirmed:
-        reason = found.open_places[0].reason if found.open_places else "no place lies inside the measured range"
-        return {"of": found, "word": "NOT CONFIRMED", "kind": "refused", "places": inside, "speeds": reason}
-    whole = found.confirmed == inside
-    return {
-        "of": found,
-        "word": "CONFIRMED at all places" if whole else f"CONFIRMED at {found.confirmed} of {inside} places",
-        "kind": "confirmed" if whole else "partly",
-        "places": inside,
-        "speeds": f"{floor_speed(found.slowest)} to {floor_speed(found.fastest)}\u00a0m/s, place by place"
-        if found.fastest > found.slowest
-        else f"{floor_speed(found.slowest)}\u00a0m/s",
-    }
+        nowhere = "no place lies inside the measured range"
+        return shown | {"speeds": found.open_places[0].reason if found.open_places else nowhere}
+    speeds = f"{floor_speed(found.slowest)}\u00a0m/s"
+    if found.fastest > found.slowest:
+        speeds = f"{floor_speed(found.slowest)} to {floor_speed(found.fastest)}\u00a0m/s, place by place"
+    if found.confirmed == inside:
+        return shown | {"word": "CONFIRMED at all places", "kind": "confirmed", "speeds": speeds}
+    return shown | {"word": f"CONFIRMED at {found.confirmed} of {inside} places", "kind": "partly", "speeds": speeds}
 
 
 def _curves(assessment: CampaignAssessment) -> dict[str, Markup]:
@@ -195,14 +184,3 @@ def _calibration(assessment: CampaignAssessment) -> str:
     if not date or not device.calibration_stated:
         return ""
     return f"{'EXPIRED' if device.expired(date) else 'valid'} on {date}, the date of the measurements"
-
-
-def _date(date: str | None) -> str:
-    if date is None:
-        return datetime.date.today().isoformat()
-    try:
-        if re.fullmatch(r"\d{4}-\d{2}-\d{2}", date, re.ASCII):
-            return datetime.date.fromisoformat(date).isoformat()
-    except ValueError:
-        pass
-    raise InputError(f"date: found {date!r}, expected YYYY-MM-DD")

@@ -8,19 +8,21 @@ https://doi.org/10.1007/BF01941490), and the gap closes with the square of the p
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 
-from forcemap.arrays import FloatArray, Indices
+from forcemap.arrays import FloatArray, Indices, Mask
 from forcemap.errors import InputError
 from forcemap.maps.bounds import Bound, FixedMargin, ToleranceBound
 from forcemap.maps.force_map import ForceMap
 from forcemap.speeds.tolerance_steps import ToleranceSteps
 
-_STEPS = 8  # parts of the speed interval that are certified one by one
-_HALVINGS = 12  # of the first part that is not: a thousandth of a millimetre per second
+_STEPS = 8  # parts of the speed interval whose slopes are enclosed one by one
+_FIRST = 1 / 8  # first step of a frontier, a share of the interval
+_ALL = slice(None)
 _ROUNDING = 1e-15
 
 
@@ -37,6 +39,19 @@ class Patches:
     corner: FloatArray
     first: FloatArray
     second: FloatArray
+
+    @classmethod
+    def at(cls, distance: FloatArray, height: FloatArray) -> Patches:
+        """Patches without extent at places [m], shape (n,)."""
+        corner = np.stack([distance, height], axis=1)
+        return cls(corner, np.zeros_like(corner), np.zeros_like(corner))
+
+    @classmethod
+    def box(cls, near: FloatArray, far: FloatArray, low: FloatArray, high: FloatArray) -> Patches:
+        """Intervals of distance and of height [m], shape (n,)."""
+        nothing = np.zeros_like(near)
+        edges = np.stack([far - near, nothing], axis=1), np.stack([nothing, high - low], axis=1)
+        return cls(np.stack([near, low], axis=1), *edges)
 
     def __len__(self) -> int:
         return len(self.corner)
@@ -83,19 +98,21 @@ class BoundEnclosure:
     margin: float
     tolerance: ToleranceSteps | None
 
-    def largest(self, start: FloatArray, stop: FloatArray) -> FloatArray:
-        """At least ln of the bound on each patch, between shares of the interval from 0 to 1, shape (n,)."""
-        log_force = _part(self.log_force, start, stop).max(axis=(1, 2))
+    def largest(self, start: FloatArray, stop: FloatArray, which: Indices | slice = _ALL) -> FloatArray:
+        """At least ln of the bound on some patches, between shares of the interval from 0 to 1, shape (m,)."""
+        log_force = _part(self.log_force[which], start, stop).max(axis=(1, 2))
         if self.tolerance is None:
             return np.asarray(log_force + self.margin)
-        leverage = _part(self.leverage, start, stop).max(axis=(1, 2))
+        leverage = _part(self.leverage[which], start, stop).max(axis=(1, 2))
         return self.tolerance.largest(log_force, leverage)
 
-    @property
-    def smallest(self) -> FloatArray:
-        """At most ln of the bound on each whole patch and interval, shape (n,)."""
-        log_force = self.log_force.min(axis=(1, 2))
-        return log_force + self.margin - 1e-9 if self.tolerance is None else self.tolerance.smallest(log_force)
+    def smallest(self, start: FloatArray, stop: FloatArray, which: Indices | slice = _ALL) -> FloatArray:
+        """At most ln of the bound, as in `largest`."""
+        log_force = _part(self.log_force[which], start, stop).min(axis=(1, 2)) - 2e-9
+        if self.tolerance is None:
+            return np.asarray(log_force + self.margin)
+        leverage = _part(self.leverage[which], start, stop).min(axis=(1, 2))
+        return self.tolerance.smallest(log_force, leverage)
 
     @property
     def slopes(self) -> tuple[FloatArray, FloatArray]:
@@ -107,7 +124,7 @@ class BoundEnclosure:
         return np.min([least for least, _ in parts], axis=0), np.max([most for _, most in parts], axis=0)
 
     def _slopes_between(self, start: float, stop: float) -> tuple[FloatArray, FloatArray]:
-        ends = (np.full(self.low.size, start), np.full(self.low.size, stop))
+        ends = np.array([start]), np.array([stop])
         with np.errstate(divide="ignore", invalid="ignore"):
             scale = 1 / ((self.high - self.low) * (stop - start))
         log_force = _part(self.log_force, *ends)
@@ -125,37 +142,42 @@ class BoundEnclosure:
         value = self.low + (self.high - self.low) * share
         return np.exp(value) if self.logarithmic else value
 
-    def certified(self, log_limit: FloatArray) -> FloatArray:
-        """A speed [m/s] up to which, from the low end, the bound stays within a limit on the whole patch; NaN if none.
+    def certified(self, log_limit: FloatArray, *, least: float = 2.0**-15) -> FloatArray:
+        """Share of the interval up to which, from its low end, the bound stays within a limit on the whole patch.
 
-        It is a lower bound: the bound may stay within the limit for longer.
+        It is a lower bound, shape (n,), NaN where there is none: the bound may stay within the limit for longer.
         """
-        start = np.zeros(self.low.size)
-        within = self.largest(start, start) <= log_limit
-        open_ = within.copy()
-        stop = np.ones(self.low.size)
-        for step in range(_STEPS):
-            ahead = np.full(self.low.size, (step + 1) / _STEPS)
-            reached = open_ & (self.largest(start, ahead) <= log_limit)
-            stop = np.where(open_ & ~reached, ahead, stop)
-            open_ = reached
-            start = np.where(reached, ahead, start)
-            if not open_.any():
-                break
-        halve = np.flatnonzero(within & (start < 1))
-        part = self.select(halve)
-        below, above = start[halve], stop[halve]
-        for _ in range(_HALVINGS):
-            middle = 0.5 * (below + above)
-            reached = part.largest(below, middle) <= log_limit[halve]
-            below, above = np.where(reached, middle, below), np.where(reached, above, middle)
-        start[halve] = below
-        return np.where(within, self.speed(start), np.nan)
+        here = np.zeros(self.low.size)
+        share = frontier(lambda at, a, b: self.largest(a, b, at) <= log_limit[at], self.low.size, least)
+        return np.where(self.largest(here, here) <= log_limit, share, np.nan)
 
-    def select(self, which: Indices) -> BoundEnclosure:
-        """The enclosure on some of the patches."""
-        fields = (self.log_force[which], self.leverage[which], self.low[which], self.high[which])
-        return BoundEnclosure(*fields, self.logarithmic, self.margin, self.tolerance)
+    def exceeding(self, log_limit: FloatArray, *, least: float) -> FloatArray:
+        """Share of the interval down to which, from its high end, the bound exceeds a limit everywhere, shape (n,)."""
+        return 1 - frontier(lambda at, a, b: self.smallest(1 - b, 1 - a, at) > log_limit[at], self.low.size, least)
+
+
+def frontier(holds: Callable[[Indices, FloatArray, FloatArray], Mask], size: int, least: float) -> FloatArray:
+    """Share of an interval up to which something holds for certain, from 0, shape (size,).
+
+    Parameters
+    ----------
+    holds : callable
+        Takes numbers of intervals and shares from, to, shape (m,); true where it holds for certain in between.
+    size : int
+        Number of intervals.
+    least : float
+        Steps are an eighth at first, halved where nothing is certain, down to this, and doubled where it is twice.
+    """
+    share, step, again = np.zeros(size), np.full(size, _FIRST), np.zeros(size, dtype=np.bool_)
+    at = np.arange(size)
+    while at.size:
+        ahead = np.minimum(share[at] + step[at], 1.0)
+        certain = holds(at, share[at], ahead)
+        share[at[certain]] = ahead[certain]
+        step[at] *= np.where(certain, np.where(again[at], 2.0, 1.0), 0.5)
+        again[at] = certain
+        at = at[(share[at] < 1) & (step[at] >= least)]
+    return share
 
 
 def enclose(force_map: ForceMap, bound: Bound, patches: Patches, low: FloatArray, high: FloatArray) -> BoundEnclosure:
@@ -171,35 +193,40 @@ def enclose(force_map: ForceMap, bound: Bound, patches: Patches, low: FloatArray
     bound.require(force_map)
     logarithmic = force_map.form.logarithmic
     first, last = (np.log(low), np.log(high)) if logarithmic else (low, high)
-    degrees = _degrees(force_map)
+    flat = not (patches.first.any() or patches.second.any())
+    degrees = _degrees(force_map, flat)
 
-    def coefficients(function: str, times: int) -> FloatArray:
+    def log_force(*state: FloatArray) -> FloatArray:
+        (profile,) = force_map.form.speed_profiles(force_map.coefficients[None], *state[:2])
+        return profile(state[2])
+
+    def coefficients(function: Callable[..., FloatArray], times: int) -> FloatArray:
         numbers = [times * degree for degree in degrees]
         s, t, u = (_nodes(number) for number in numbers)
         distance, height = patches.places(s, t)
         at = first[:, None] + (last - first)[:, None] * u
         speed = (np.exp(at) if logarithmic else at)[:, None, None, :]
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-            values = getattr(force_map, function)(distance[..., None], height[..., None], speed)
-            return _bernstein(np.log(values) if function == "predict" else values, numbers)
+            values = function(distance[..., None], height[..., None], speed)
+            return _bernstein(np.broadcast_to(values, np.broadcast_shapes(values.shape, speed.shape)), numbers)
 
-    log_force = coefficients("predict", 1)
-    nothing = np.empty((len(patches), 0, 0))
-    if isinstance(bound, FixedMargin):
-        return BoundEnclosure(log_force, nothing, first, last, logarithmic, math.log1p(bound.margin), None)
-    if isinstance(bound, ToleranceBound):
-        tolerance = ToleranceSteps.of(bound, force_map)
-        leverage = coefficients("leverage", 2)
-        return BoundEnclosure(log_force, leverage, first, last, logarithmic, 0.0, tolerance)
+    interval = (first, last, logarithmic)
+    if type(bound) is FixedMargin:
+        nothing = np.empty((len(patches), 0, 0))
+        return BoundEnclosure(coefficients(log_force, 1), nothing, *interval, math.log1p(bound.margin), None)
+    if type(bound) is ToleranceBound:
+        tolerance, leverage = ToleranceSteps.of(bound, force_map), coefficients(force_map.leverage, 2)
+        return BoundEnclosure(coefficients(log_force, 1), leverage, *interval, 0.0, tolerance)
     raise InputError(f"bound: found {bound!r}, expected FixedMargin or ToleranceBound, which alone can be enclosed")
 
 
-def _degrees(force_map: ForceMap) -> tuple[int, int, int]:
+def _degrees(force_map: ForceMap, flat: bool) -> tuple[int, int, int]:
     """Degrees of ln F along the first and second edge of a patch, and along v or ln v."""
     terms = force_map.form.terms
     along_any = max(term.distance + term.height for term in terms)
     along_axis = max(max(term.distance, term.height) for term in terms)
-    return along_any, along_axis, 1 if force_map.form.logarithmic else force_map.form.speed_degree
+    along_speed = 1 if force_map.form.logarithmic else force_map.form.speed_degree
+    return (0, 0, along_speed) if flat else (along_any, along_axis, along_speed)
 
 
 def _bernstein(values: FloatArray, degrees: list[int]) -> FloatArray:
@@ -221,8 +248,11 @@ def _nodes(degree: int) -> FloatArray:
 
 def _basis(degree: int, x: FloatArray) -> FloatArray:
     """Bernstein polynomials at x, shape (..., degree + 1)."""
-    columns = [math.comb(degree, i) * x**i * (1 - x) ** (degree - i) for i in range(degree + 1)]
-    return np.stack(columns, axis=-1)
+    up, down = [np.ones_like(x)], [np.ones_like(x)]
+    for _ in range(degree):
+        up.append(up[-1] * x)
+        down.append(down[-1] * (1 - x))
+    return np.stack([math.comb(degree, i) * up[i] * down[degree - i] for i in range(degree + 1)], axis=-1)
 
 
 @lru_cache(maxsize=64)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from decimal import ROUND_FLOOR, Decimal
 from enum import StrEnum
@@ -12,16 +12,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from forcemap.arrays import FloatArray, Indices, Mask
+from forcemap.arrays import FloatArray, Indices
 from forcemap.errors import InputError
+from forcemap.findings import Finding, FindingKind
 from forcemap.limits.force_limits import Contact, ForceLimit, NewtonLimit
-from forcemap.maps.bounds import Bound, ToleranceBound, contradiction, margins
+from forcemap.maps.bounds import Bound
 from forcemap.maps.force_map import ForceMap
-from forcemap.maps.saturation import saturation_doubt
-from forcemap.speeds.exceedance import first_exceedance
-from forcemap.speeds.usable_limits import usable_limit
+from forcemap.speeds.basis import Basis, basis_of
+from forcemap.speeds.crossings import highest_within, lowest_exceeded
 
-_PLACES_AT_ONCE = 4096
+_PLACES_AT_ONCE = 32_768
 SAME_PLACE = 0.005  # repeats of a state may lie so far apart [m]
 """States this close to a place were measured at it [m]."""
 
@@ -40,6 +40,7 @@ _COLUMNS = (
 class SpeedOutcome(StrEnum):
     """What is known of the safe speed at a place; the first that holds."""
 
+    NOT_PERMITTED = "not_permitted"
     OUTSIDE = "outside"
     UNCONFIRMED = "unconfirmed"
     CAPPED = "capped"
@@ -49,14 +50,6 @@ class SpeedOutcome(StrEnum):
     def has_speed(self) -> bool:
         """True if a speed is given."""
         return self in (SpeedOutcome.CAPPED, SpeedOutcome.ADMISSIBLE)
-
-
-_REASONS = {
-    SpeedOutcome.OUTSIDE: "the place lies outside the measured range",
-    SpeedOutcome.UNCONFIRMED: "the bound exceeds the limit already at the lowest speed measured there",
-    SpeedOutcome.CAPPED: "even the highest speed measured there is admissible; no higher one was measured",
-    SpeedOutcome.ADMISSIBLE: "the bound reaches the limit at this speed",
-}
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,20 +69,12 @@ class SafeSpeed:
         Measured speeds at the place [m/s]; NaN outside.
     predicted_force, bound_force : float or array
         Prediction and bound at that speed [N]; NaN where there is no speed.
-    reason : str or array of object
-        Why, in words.
+    reason : Finding or array of object
+        Why.
     limit : float or array
         The force limit used [N].
-    statements : tuple of str
-        What the speeds depend on, a line each.
-    warnings : tuple of str
-        What must be said before the speeds, a line each.
-    refusal : str
-        Why no place has a speed, whatever the bound; empty if nothing forbids it.
-    export_refusal : str
-        Why nothing may be exported or released of them; empty if nothing forbids it.
-    raised : float
-        Factor by which the bound was raised, for the device's spring and for motion off the map's direction.
+    basis : Basis
+        What the speeds rest on.
     """
 
     speed: Any
@@ -101,11 +86,7 @@ class SafeSpeed:
     bound_force: Any
     reason: Any
     limit: Any
-    statements: tuple[str, ...]
-    warnings: tuple[str, ...] = ()
-    refusal: str = ""
-    export_refusal: str = ""
-    raised: float = 1.0
+    basis: Basis
 
 
 def safe_speed(
@@ -119,12 +100,14 @@ def safe_speed(
     quasi_static_limit: float | None = None,
     spring_N_per_m: float | None = None,
     angle: float = 0.0,
+    hints: bool = True,
 ) -> SafeSpeed:
     """Highest speed at which the bound on the force stays within a limit, as far as measurements reach.
 
-    With B(v) the running maximum of `bound.upper` from the lowest speed measured at the place: `outside` the
-    measured range; `unconfirmed` if B exceeds the limit already there; `capped` if B admits even the highest
-    speed measured there; else `admissible`, the speed at which B crosses the limit (to 1e-6 m/s, never above).
+    With B(v) the running maximum of `bound.upper` from the lowest speed measured at the place: `not_permitted` where
+    the standard permits no contact with the body area; `outside` the measured range; `unconfirmed` if B exceeds the
+    limit already there; `capped` if B admits even the highest speed measured there; else `admissible`, the speed at
+    which B crosses the limit (to 1e-6 m/s, never above).
 
     A transient limit is used only where Phase II allows it: if impacts clamp, are undetermined, or leave a force
     above the quasi-static limit, every place inside is `unconfirmed` with that reason; a limit in newtons opens no
@@ -152,6 +135,8 @@ def safe_speed(
         With a limit in newtons, the spring constant [N/m] of the body part it is meant for.
     angle : float
         How far the motion may point away from the map's direction [deg], at most 5; off it the bound is raised by 14 %.
+    hints : bool
+        False leaves `extrapolated_speed` out, NaN everywhere: on large grids it takes most of the time.
 
     Returns
     -------
@@ -161,8 +146,6 @@ def safe_speed(
     ------
     InputError
         A place that is not finite, a limit or angle outside its range, or `contact` or `quasi_static_limit` missing.
-    ContactNotPermitted
-        The standard permits no contact with the body area.
     BoundNotAvailable
         The map cannot carry the bound.
 
@@ -173,7 +156,7 @@ def safe_speed(
     >>> result.outcome.value, round(result.speed, 4)
     ('admissible', 0.3212)
     """
-    usable = usable_limit(
+    basis = basis_of(
         force_map,
         limit,
         bound=bound,
@@ -182,44 +165,23 @@ def safe_speed(
         spring_N_per_m=spring_N_per_m,
         angle=angle,
     )
-    refusal = usable.refusal or contradiction(force_map, bound)
     if np.ma.is_masked(distance) or np.ma.is_masked(height):
         raise InputError("place: found masked entries, expected numbers")
     try:
-        arrays = [np.asarray(value, dtype=np.float64) for value in (distance, height, usable.level)]
+        arrays = [np.asarray(value, dtype=np.float64) for value in (distance, height, basis.level)]
         shape = np.broadcast_shapes(*(array.shape for array in arrays))
     except (TypeError, ValueError) as error:
         raise InputError(f"place: expected numbers, and arrays that broadcast: {error}") from None
     d, h, level = (np.ascontiguousarray(np.broadcast_to(array, shape).ravel()) for array in arrays)
     if not (np.isfinite(d).all() and np.isfinite(h).all()):
         raise InputError("place: found a distance or height that is not a finite number, expected metres")
-    parts = [_safe_speed(force_map, d[part], h[part], level[part], bound, refusal) for part in _parts(d.size)]
-    if usable.unseen:
-        for part in parts:
-            part[-1][:] = [f"{reason}; {usable.unseen}" for reason in part[-1]]
+    parts = [_safe_speed(force_map, d[part], h[part], level[part], bound, basis, hints) for part in _parts(d.size)]
     columns = [np.concatenate(column).reshape(shape) for column in zip(*parts, strict=True)]
     values: dict[str, Any] = {
         name: column if shape else column.item() for name, column in zip(_COLUMNS, columns, strict=True)
     }
-    values["bound_force"] = usable.raised * values["bound_force"]
-    statements = (
-        *force_map.conditions.assumptions(),
-        f"map: {force_map.source}",
-        force_map.phase_two.statement(),
-        usable.words,
-        f"bound: {bound}",
-        *usable.statements,
-        *_warnings(force_map, bound),
-    )
-    return SafeSpeed(
-        **values,
-        limit=usable.newtons,
-        statements=statements,
-        warnings=usable.warnings,
-        refusal=refusal,
-        export_refusal=usable.export_refusal,
-        raised=usable.raised,
-    )
+    values["bound_force"] = basis.raised * values["bound_force"]
+    return SafeSpeed(**values, limit=basis.newtons, basis=basis)
 
 
 def floor_speed(speed: float) -> str:
@@ -240,44 +202,39 @@ def _parts(size: int) -> Iterator[slice]:
 
 
 def _safe_speed(
-    force_map: ForceMap, d: FloatArray, h: FloatArray, limit: FloatArray, bound: Bound, refusal: str
+    force_map: ForceMap, d: FloatArray, h: FloatArray, limit: FloatArray, bound: Bound, basis: Basis, hints: bool
 ) -> tuple[Any, ...]:
     """The first columns of SafeSpeed, in its order, for places of shape (n,)."""
+
+    def said(why: Finding | None) -> Finding | None:
+        return why and why.and_(*basis.unseen)
+
     low, high = force_map.measured_range.speeds(d, h)
     speed = np.full(d.size, np.nan)
     hint = speed.copy()
     outcome, reason = np.empty((2, d.size), dtype=object)
-    outcome[:], reason[:] = SpeedOutcome.OUTSIDE, _REASONS[SpeedOutcome.OUTSIDE]
+    outcome[:], reason[:] = SpeedOutcome.OUTSIDE, said(Finding.of(FindingKind.OUTSIDE))
     inside = np.flatnonzero(~np.isnan(low))
 
-    def log_bound(places: Indices) -> Callable[[Indices, FloatArray], FloatArray]:
-        def values(place: Indices, v: FloatArray) -> FloatArray:
-            at = places[place][:, None]
-            return np.asarray(np.log(np.clip(bound.upper(force_map, d[at], h[at], v), 1e-300, 1e300)))
-
-        return values
-
-    if refusal:
-        outcome[inside] = SpeedOutcome.UNCONFIRMED
-        reason[inside] = refusal
+    if not basis.permitted:
+        outcome[:], reason[:] = SpeedOutcome.NOT_PERMITTED, said(basis.refusal)
+    elif basis.refusal:
+        outcome[inside], reason[inside] = SpeedOutcome.UNCONFIRMED, said(basis.refusal)
     else:
-        last, following = first_exceedance(log_bound(inside), low[inside], high[inside], np.log(limit[inside]))
-        unconfirmed, capped = np.isnan(last), np.isnan(following)
-        speed[inside] = last
-        for kind, mask in (
-            (SpeedOutcome.ADMISSIBLE, np.ones(inside.size, dtype=np.bool_)),
-            (SpeedOutcome.CAPPED, capped),
-            (SpeedOutcome.UNCONFIRMED, unconfirmed),
+        at = d[inside], h[inside]
+        speed[inside] = highest_within(force_map, bound, *at, (low[inside], high[inside]), np.log(limit[inside]))
+        for kind, where in (
+            (SpeedOutcome.ADMISSIBLE, speed < high),
+            (SpeedOutcome.CAPPED, speed >= high),
+            (SpeedOutcome.UNCONFIRMED, np.isnan(speed) & ~np.isnan(low)),
         ):
-            outcome[inside[mask]] = kind
-            reason[inside[mask]] = _REASONS[kind]
+            outcome[where], reason[where] = kind, said(Finding.of(FindingKind(kind.value)))
+        slower = np.flatnonzero(np.isnan(speed) & ~np.isnan(low)) if hints else np.empty(0, dtype=np.int64)
+        hint[slower] = lowest_exceeded(force_map, bound, d[slower], h[slower], low[slower], np.log(limit[slower]))
         for state, where in _measured_beyond(force_map, d, h, limit, speed, "at_least"):
-            outcome[where], speed[where] = SpeedOutcome.UNCONFIRMED, np.nan
-            reason[where] = f"state {state}: the map is wrong here"
+            outcome[where], speed[where], reason[where] = SpeedOutcome.UNCONFIRMED, np.nan, said(state)
         for state, where in _measured_beyond(force_map, d, h, limit, speed, "highest"):
-            reason[where] = [f"{why}; but state {state}" for why in reason[where]]
-        slower = inside[unconfirmed]
-        hint[slower] = _extrapolated(log_bound(slower), low[slower], limit[slower])
+            reason[where] = [why.and_(state) for why in reason[where]]
     with_speed = np.flatnonzero(~np.isnan(speed))
     predicted, bounded = np.full((2, d.size), np.nan)
     predicted[with_speed] = force_map.predict(d[with_speed], h[with_speed], speed[with_speed])
@@ -285,72 +242,33 @@ def _safe_speed(
     return speed, outcome, hint, low, high, predicted, bounded, reason
 
 
+def states_above(force_map: ForceMap, force: str, limit: float) -> Iterator[tuple[str, float, float, float, float]]:
+    """Name, place [m], speed [m/s] and force [N] of all states of the campaign whose force lies above a limit [N].
+
+    The force is what they reached at least (`at_least`), or the highest that was measured (`highest`).
+    """
+    if force_map.fit is None:
+        return
+    for group in (force_map.fit.states, force_map.fit.left_out, force_map.fit.test):
+        for i in np.flatnonzero(getattr(group, force) > limit).tolist():
+            figures = (group.distance[i], group.height[i], group.speed[i], getattr(group, force)[i])
+            yield str(group.name[i]), *map(float, figures)  # type: ignore[misc]
+
+
 def _measured_beyond(
     force_map: ForceMap, d: FloatArray, h: FloatArray, limit: FloatArray, speed: FloatArray, force: str
-) -> Iterator[tuple[str, Mask]]:
+) -> Iterator[tuple[Finding, Indices]]:
     """States of the campaign, test ones too, whose `at_least` or `highest` force contradicts speeds at their place.
 
     At a speed not above the one given they exceeded the limit. How far a censored impact exceeded it nobody knows, so
     those refuse the speed; of measured ones the bound allows for some.
     """
-    if force_map.fit is None:
-        return
-    words = {"at_least": "reached at least", "highest": "measured"}[force]
-    for states in (force_map.fit.states, force_map.fit.left_out, force_map.fit.test):
-        figures = (states.name, states.distance, states.height, states.speed, getattr(states, force))
-        for name, d_state, h_state, v_state, newtons in zip(*figures, strict=True):
-            here = (np.abs(d - d_state) <= SAME_PLACE) & (np.abs(h - h_state) <= SAME_PLACE)
-            where = here & (speed >= v_state) & (limit < newtons)
-            if where.any():
-                yield f"{name} {words} {newtons:g} N at this place at {v_state:g} m/s", where
-
-
-def _extrapolated(
-    log_bound: Callable[[Indices, FloatArray], FloatArray], lowest: FloatArray, limit: FloatArray
-) -> FloatArray:
-    """Going down from the lowest measured speed, where the bound first falls below the limit; 0 if it never does."""
-
-    def depth(place: Indices, below: FloatArray) -> FloatArray:
-        return np.asarray(-log_bound(place, lowest[place][:, None] - below))
-
-    _, following = first_exceedance(depth, np.zeros(lowest.size), lowest * (1 - 1e-6), -np.log(limit))
-    return np.where(np.isnan(following), 0.0, lowest - following)
-
-
-def _warnings(force_map: ForceMap, bound: Bound) -> list[str]:
-    """What about the map and the bound a reader of the speed must know."""
-    lines = [
-        "person at rest",
-        "pressure not assessed",
-        *([] if force_map.rises_with_speed else ["the prediction falls with speed in part of the measured range"]),
-        *(["device range not stated"] if math.isnan(force_map.device_range) else []),
-        *(["device error not stated: 3 N assumed"] if math.isnan(force_map.conditions.device.error) else []),
-    ]
-    if isinstance(bound, ToleranceBound) and (too_small := int(np.sum(margins(bound, force_map) > 0.10))):
-        lines.append(
-            f"the tolerance bound exceeds prediction + 10 % at {too_small} of {len(force_map.measured_range.points)} "
-            "measured states: the paper's margin is too small for this campaign"
-        )
-    fit = force_map.fit
-    if fit is None:
-        return lines
-    scattered = int(np.sum(np.fmax(fit.states.highest, fit.states.at_least) > 1.05 * fit.states.force))
-    if scattered:
-        lines.append(f"at {scattered} states an impact lies more than 5 % above their mean, which the bound is for")
-    censored = fit.censored_samples + int(fit.test.censored.sum())
-    if doubt := saturation_doubt(fit.states.highest, fit.states.name, censored=censored):
-        lines.append(doubt)
-    if fit.between_states.degrees_of_freedom == 0:
-        lines.append("as many coefficients as measured states: the fit says nothing about its own error")
-    if fit.censored_samples and not fit.censored_fit:
-        names = ", ".join(fit.left_out.name)
-        lines.append(
-            f"{fit.censored_samples} impacts above the device range are not in the fit, so near that range the bound "
-            "may be too low" + (f"; states left out: {names}" if names else "")
-        )
-    elif fit.censored_samples:
-        lines.append(
-            f"{fit.censored_samples} impacts above the device range are in the fit as at least that force; nothing "
-            "above the range was measured"
-        )
-    return lines
+    kind = {"at_least": FindingKind.REACHED_AT_PLACE, "highest": FindingKind.MEASURED_AT_PLACE}[force]
+    order = np.argsort(d, kind="stable")
+    for name, d_state, h_state, v, newtons in states_above(force_map, force, float(limit.min(initial=np.inf))):
+        first, last = np.searchsorted(d[order], (d_state - 2 * SAME_PLACE, d_state + 2 * SAME_PLACE))
+        near = order[first:last]
+        here = (np.abs(d[near] - d_state) <= SAME_PLACE) & (np.abs(h[near] - h_state) <= SAME_PLACE)
+        where = near[here & (speed[near] >= v) & (limit[near] < newtons)]
+        if where.size:
+            yield Finding.of(kind, state=name, force_N=newtons, speed_mps=v), where

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from forcemap.arrays import FloatArray
 from forcemap.errors import InputError
-from forcemap.limits.force_limits import Contact, ForceLimit, NewtonLimit
+from forcemap.limits.force_limits import ForceLimit, NewtonLimit
 from forcemap.maps.bounds import Bound
 from forcemap.maps.force_map import ForceMap
 from forcemap.speeds.safe_speed import SafeSpeed, SpeedOutcome, safe_speed
@@ -53,26 +54,14 @@ def speed_map(
     *,
     limit: ForceLimit | NewtonLimit | float,
     bound: Bound,
-    contact: Contact | None = None,
-    quasi_static_limit: float | None = None,
-    spring_N_per_m: float | None = None,
+    **stated: Any,
 ) -> SpeedMap:
     """Safe speeds at every combination of distances [m], shape (n,), and heights [m], shape (m,).
 
     The other arguments, and the errors, are those of `safe_speed`.
     """
     d, h = (np.ma.atleast_1d(axis) for axis in (distance, height))  # masked entries reach the check
-    speeds = safe_speed(
-        force_map,
-        d[:, None],
-        h[None, :],
-        limit=limit,
-        bound=bound,
-        contact=contact,
-        quasi_static_limit=quasi_static_limit,
-        spring_N_per_m=spring_N_per_m,
-    )
-    return SpeedMap(d, h, speeds)
+    return SpeedMap(d, h, safe_speed(force_map, d[:, None], h[None, :], limit=limit, bound=bound, **stated))
 
 
 def measured_grid(force_map: ForceMap, step: float) -> tuple[FloatArray, FloatArray]:

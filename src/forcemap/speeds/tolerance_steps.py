@@ -24,10 +24,11 @@ class ToleranceSteps:
         Largest allowance up to each node, beyond the last node with the slope of `last_slope`.
     last_slope : float
         Slope beyond the last node.
-    steepest : array, shape (k,)
-        Largest slope of the allowance over sqrt(l) up to each node.
-    lowest : float
-        Smallest allowance at any leverage.
+    steepest, falling : array, shape (k,)
+        Largest and smallest slope of the allowance over sqrt(l) up to each node, not below and not above 0: at low
+        confidence the allowance falls in part.
+    lowest : array, shape (k,)
+        Smallest allowance from each node on.
     error : float
         Device error [N].
     """
@@ -36,7 +37,8 @@ class ToleranceSteps:
     highest: FloatArray
     last_slope: float
     steepest: FloatArray
-    lowest: float
+    falling: FloatArray
+    lowest: FloatArray
     error: float
 
     @classmethod
@@ -48,8 +50,10 @@ class ToleranceSteps:
         slopes = np.append(np.diff(allowance) / np.diff(root), deviation * last_slope)
         error = float(np.fmax(bound.device_error, force_map.conditions.device.error))
         steepest = np.maximum.accumulate(np.maximum(slopes, 0.0))
+        falling = np.minimum.accumulate(np.minimum(slopes, 0.0))
         highest = np.maximum.accumulate(allowance)
-        return cls(root, highest, max(float(slopes[-1]), 0.0), steepest, float(allowance.min()), error)
+        lowest = np.minimum.accumulate(allowance[::-1])[::-1]
+        return cls(root, highest, max(float(slopes[-1]), 0.0), steepest, falling, lowest, error)
 
     def largest(self, log_force: FloatArray, leverage: FloatArray) -> FloatArray:
         """At least ln of the bound where ln F and the leverage are at most these."""
@@ -59,9 +63,10 @@ class ToleranceSteps:
         with np.errstate(over="ignore"):
             return np.asarray(np.maximum(log_force + allowance, np.log(np.exp(log_force) + self.error)) + 1e-12)
 
-    def smallest(self, log_force: FloatArray) -> FloatArray:
-        """At most ln of the bound where ln F is at least this."""
-        return np.asarray(np.maximum(log_force + self.lowest, np.log(np.exp(log_force) + self.error)) - 1e-9)
+    def smallest(self, log_force: FloatArray, leverage: FloatArray) -> FloatArray:
+        """At most ln of the bound where ln F and the leverage are at least these."""
+        allowance = np.interp(np.sqrt(np.maximum(leverage, 0.0)), self.root, self.lowest)
+        return np.asarray(np.maximum(log_force + allowance, np.log(np.exp(log_force) + self.error)) - 1e-9)
 
     def share(self, log_force: FloatArray) -> FloatArray:
         """At most F / (F + device error) where ln F is at least this: what the error leaves of a slope of ln F."""
@@ -73,7 +78,11 @@ class ToleranceSteps:
         """At most and at least the slope of the allowance, for leverages from `least` to `most` and their slopes."""
         step = np.clip(np.searchsorted(self.root, np.sqrt(np.maximum(most, 0.0))), 0, self.root.size - 1)
         with np.errstate(divide="ignore", invalid="ignore"):
-            steep = self.steepest[step] / (2 * np.sqrt(np.maximum(least, 0.0)))
-            down = np.where(falls < 0, np.nan_to_num(steep * falls, nan=-np.inf, neginf=-np.inf), 0.0)
-            up = np.where(rises > 0, np.nan_to_num(steep * rises, nan=np.inf, posinf=np.inf), 0.0)
-        return down, up
+            per_root = 1 / (2 * np.sqrt(np.maximum(least, 0.0)))
+            products = [
+                np.where((slope == 0) | (change == 0), 0.0, slope * per_root * change)
+                for slope in (self.steepest[step], self.falling[step])
+                for change in (falls, rises)
+            ]
+        products.append(np.zeros_like(per_root))
+        return np.min(products, axis=0), np.max(products, axis=0)

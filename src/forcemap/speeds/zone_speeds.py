@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -10,25 +11,20 @@ from numpy.typing import ArrayLike
 
 from forcemap.arrays import FloatArray, Indices, Mask, Objects
 from forcemap.errors import InputError
-from forcemap.limits.force_limits import Contact, ForceLimit, NewtonLimit
+from forcemap.findings import Finding, FindingKind
+from forcemap.limits.force_limits import ForceLimit, NewtonLimit
 from forcemap.maps.bounds import Bound
 from forcemap.maps.force_map import ForceMap
+from forcemap.speeds.basis import Basis
 from forcemap.speeds.enclosures import Patches, enclose
 from forcemap.speeds.range_enclosure import highest_measured_speed, lowest_measured_speeds
-from forcemap.speeds.safe_speed import SAME_PLACE, SafeSpeed, SpeedOutcome, safe_speed
+from forcemap.speeds.safe_speed import SAME_PLACE, SpeedOutcome, safe_speed, states_above
 from forcemap.speeds.zones import Regions
 
 _ROUNDS = 7  # halvings of a zone at most
 _GAP_SHARE, _GAP_SPEED = 0.003, 0.0002  # how close to the safe speeds found a zone's speed is to come; [m/s]
 _ROOT = 2e-6  # [m/s]; safe_speed may lie this far below a crossing
 _PATCHES_AT_ONCE = 8192
-
-_OUTSIDE = "the zone lies partly outside the measured range"
-_UNCONFIRMED = "somewhere in the zone the bound may exceed the limit already at the lowest speed measured there"
-_REASONS = {
-    SpeedOutcome.CAPPED: "everywhere in the zone the highest speed measured there is admissible; this is the lowest",
-    SpeedOutcome.ADMISSIBLE: "nowhere in the zone does the bound exceed the limit up to this speed",
-}
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,23 +36,17 @@ class ZoneSpeeds:
     speed : array, shape (n,)
         A lower bound of the safe speeds of all places of the zone [m/s], unrounded; NaN if the zone is refused.
     outcome : array of SpeedOutcome, shape (n,)
-        `outside` if any part of the zone is, `unconfirmed` if any part is or may be.
+        `not_permitted` for the head, `outside` if any part of the zone is, `unconfirmed` if any part is or may be.
     fastest_probe : array, shape (n,)
         Largest safe speed among the corners or ends [m/s]; NaN where one of them has none.
     highest_measured_speed : array, shape (n,)
         Lowest of the highest measured speeds in the zone [m/s]; NaN outside.
-    reason : array of str, shape (n,)
-        Why, in words.
+    reason : array of Finding, shape (n,)
+        Why.
     limit : array, shape (n,)
         The force limit used [N].
-    statements : tuple of str
-        What the speeds depend on, a line each.
-    warnings : tuple of str
-        What must be said before the speeds, a line each.
-    refusal : str
-        Why no zone has a speed, whatever the bound; empty if nothing forbids it.
-    export_refusal : str
-        Why nothing may be exported or released of them; empty if nothing forbids it.
+    basis : Basis
+        What the speeds rest on.
     """
 
     speed: FloatArray
@@ -65,10 +55,7 @@ class ZoneSpeeds:
     highest_measured_speed: FloatArray
     reason: Objects
     limit: FloatArray
-    statements: tuple[str, ...]
-    warnings: tuple[str, ...] = ()
-    refusal: str = ""
-    export_refusal: str = ""
+    basis: Basis
 
     @property
     def spread(self) -> FloatArray:
@@ -88,10 +75,7 @@ def zone_speeds(
     *,
     limit: ForceLimit | NewtonLimit | ArrayLike,
     bound: Bound,
-    contact: Contact | None = None,
-    quasi_static_limit: float | None = None,
-    spring_N_per_m: float | None = None,
-    angle: float = 0.0,
+    **stated: Any,
 ) -> ZoneSpeeds:
     """A speed for each zone that exceeds the safe speed at no place in it.
 
@@ -109,8 +93,8 @@ def zone_speeds(
         As in `safe_speed`; an array has one limit for each zone.
     bound : Bound
         `FixedMargin` or `ToleranceBound`.
-    contact, quasi_static_limit, spring_N_per_m, angle : optional
-        As in `safe_speed`.
+    stated : optional
+        contact, quasi_static_limit, spring_N_per_m and angle, as in `safe_speed`.
 
     Returns
     -------
@@ -120,8 +104,6 @@ def zone_speeds(
     ------
     InputError
         As `safe_speed`, and for limits that are not one for each zone.
-    ContactNotPermitted
-        The standard permits no contact with the body area.
     BoundNotAvailable
         The map cannot carry the bound.
 
@@ -135,12 +117,10 @@ def zone_speeds(
     """
     n = len(zones)
     distance, height = zones.probes
-    stated = {"contact": contact, "quasi_static_limit": quasi_static_limit, "spring_N_per_m": spring_N_per_m}
-    case: dict[str, Any] = {"limit": _each(limit, n), "bound": bound, **stated, "angle": angle}
-    at = safe_speed(force_map, distance, height, **case)
+    at = safe_speed(force_map, distance, height, limit=_each(limit, n), bound=bound, hints=False, **stated)
     newtons, level = (
         np.broadcast_to(np.asarray(force, dtype=np.float64), distance.shape)[:, 0].copy()
-        for force in (at.limit, at.limit / at.raised)
+        for force in (at.limit, at.basis.level)
     )
     highest = force_map.measured_range.speeds(*zones.extremes(force_map.measured_range))[1].min(axis=1)
     snapped = np.isin(highest, force_map.measured_range.points[:, 2])
@@ -148,17 +128,18 @@ def zone_speeds(
 
     speed = np.full(n, np.nan)
     outcome, reason = np.empty((2, n), dtype=object)
-    outcome[:], reason[:] = SpeedOutcome.UNCONFIRMED, _UNCONFIRMED
-    outside = np.isnan(highest) | (at.outcome == SpeedOutcome.OUTSIDE).any(axis=1)
-    refused = (at.outcome == SpeedOutcome.UNCONFIRMED).any(axis=1) & ~outside
-    outcome[outside], reason[outside] = SpeedOutcome.OUTSIDE, _OUTSIDE
-    first = (at.outcome == SpeedOutcome.UNCONFIRMED).argmax(axis=1)
-    reason[refused] = at.reason[np.arange(n), first][refused]
+    outcome[:], reason[:] = SpeedOutcome.UNCONFIRMED, Finding.of(FindingKind.ZONE_UNCONFIRMED)
+    barred = np.isin(at.outcome, (SpeedOutcome.UNCONFIRMED, SpeedOutcome.NOT_PERMITTED))
+    outside = (np.isnan(highest) | (at.outcome == SpeedOutcome.OUTSIDE).any(axis=1)) & at.basis.permitted
+    refused = barred.any(axis=1) & ~outside
+    outcome[outside], reason[outside] = SpeedOutcome.OUTSIDE, Finding.of(FindingKind.ZONE_OUTSIDE)
+    first = np.arange(n), barred.argmax(axis=1)
+    outcome[refused], reason[refused] = at.outcome[first][refused], at.reason[first][refused]
     contradicted = np.zeros(n, dtype=np.bool_)
-    for words, where in _contradictions(force_map, zones, level, bound):
+    for state, where in _contradictions(force_map, zones, level, bound):
         where &= ~(outside | refused)
         contradicted |= where
-        reason[where] = words
+        reason[where] = state
     open_ = np.flatnonzero(~(outside | refused | contradicted))
     found = _divided(force_map, zones, open_, np.log(level), bound, highest, at.speed.min(axis=1))
     known = np.isfinite(found)
@@ -166,13 +147,12 @@ def zone_speeds(
     capped = found[known] >= highest[given]
     speed[given] = np.where(capped, highest[given], np.maximum(found[known] - _ROOT, 0.0))
     for kind, mask in ((SpeedOutcome.CAPPED, capped), (SpeedOutcome.ADMISSIBLE, ~capped)):
-        outcome[given[mask]], reason[given[mask]] = kind, _REASONS[kind]
-    for words, where in _measured_above(force_map, zones, level, speed):
-        reason[where] = [f"{why}; but {words}" for why in reason[where]]
+        outcome[given[mask]], reason[given[mask]] = kind, Finding.of(FindingKind[f"ZONE_{kind.name}"])
+    for state, where in _measured_above(force_map, zones, level, speed):
+        reason[where] = [why.and_(state) for why in reason[where]]
     fastest = np.where(np.isnan(speed), np.nan, at.speed.max(axis=1))
-    return ZoneSpeeds(
-        speed, outcome, fastest, highest, reason, newtons, _statements(at), at.warnings, at.refusal, at.export_refusal
-    )
+    basis = replace(at.basis, notes=(*at.basis.notes, Finding.of(FindingKind.WHOLE_ZONE)))
+    return ZoneSpeeds(speed, outcome, fastest, highest, reason, newtons, basis)
 
 
 def _each(limit: ForceLimit | NewtonLimit | ArrayLike, n: int) -> ForceLimit | NewtonLimit | Any:
@@ -184,10 +164,6 @@ def _each(limit: ForceLimit | NewtonLimit | ArrayLike, n: int) -> ForceLimit | N
     if np.shape(limit) != (n,):
         raise InputError(f"limit: found the shape {np.shape(limit)}, expected one limit for each of {n} zones")
     return np.asarray(limit)[:, None]
-
-
-def _statements(at: SafeSpeed) -> tuple[str, ...]:
-    return (*at.statements, "one speed for a whole zone: a lower bound of the safe speeds at all places in it")
 
 
 def _divided(
@@ -236,53 +212,37 @@ def _certified(
         patch = Patches(patches.corner[at], patches.first[at], patches.second[at])
         least, most = lowest_measured_speeds(force_map.measured_range, *patch.corners)
         top = np.maximum(cap[at], most)
-        speed = enclose(force_map, bound, patch, least, top).certified(log_limit[at])
+        enclosed = enclose(force_map, bound, patch, least, top)
+        speed = enclosed.speed(enclosed.certified(log_limit[at]))
         enough = speed >= np.minimum(most, top)
         speeds.append(np.where(enough, np.minimum(speed, cap[at]), -np.inf))
     return np.concatenate(speeds)
 
 
-def _contradictions(force_map: ForceMap, zones: Regions, limit: FloatArray, bound: Bound) -> list[tuple[str, Mask]]:
-    """Zones in which an impact above the device range contradicts a speed, and the words.
+def _contradictions(
+    force_map: ForceMap, zones: Regions, limit: FloatArray, bound: Bound
+) -> Iterator[tuple[Finding, Mask]]:
+    """Zones in which an impact above the device range contradicts a speed, and the state.
 
-    As `safe_speed` does at each place within 1 mm, unless the bound itself exceeds the limit there at the speed of the
+    As `safe_speed` does at each place within 5 mm, unless the bound itself exceeds the limit there at the speed of the
     state, so that no place is given that speed.
     """
-    found = []
-    for name, d, h, v, newtons in _states(force_map, "at_least"):
+    for name, d, h, v, newtons in states_above(force_map, "at_least", float(limit.min())):
         where = zones.touching(d, h, SAME_PLACE) & (limit < newtons)
-        if not where.any():
-            continue
-        corner = np.array([[d - SAME_PLACE, h - SAME_PLACE]])
-        patch = Patches(corner, np.array([[2 * SAME_PLACE, 0.0]]), np.array([[0.0, 2 * SAME_PLACE]]))
-        if highest_measured_speed(force_map.measured_range, *patch.corners)[0] < v:
+        edges = np.array([[d - SAME_PLACE], [d + SAME_PLACE], [h - SAME_PLACE], [h + SAME_PLACE]])
+        patch = Patches.box(*edges)
+        if not where.any() or highest_measured_speed(force_map.measured_range, *patch.corners)[0] < v:
             continue
         if lowest_measured_speeds(force_map.measured_range, *patch.corners)[1][0] <= v + 1e-7:
-            least = enclose(force_map, bound, patch, np.array([v]), np.array([v])).smallest[0]
-            where &= ~(least > np.log(limit))
-        found.append((f"state {name} reached at least {newtons:g} N in the zone at {v:g} m/s", where))
-    return found
+            ends, at = (np.array([0.0]), np.array([1.0])), np.array([v])
+            where &= ~(enclose(force_map, bound, patch, at, at).smallest(*ends)[0] > np.log(limit))
+        yield Finding.of(FindingKind.REACHED_IN_ZONE, state=name, force_N=newtons, speed_mps=v), where
 
 
 def _measured_above(
     force_map: ForceMap, zones: Regions, limit: FloatArray, speed: FloatArray
-) -> list[tuple[str, Mask]]:
-    """Zones in which a measured impact exceeded the limit at or below the speed given, and the words."""
-    return [
-        (f"state {name} measured {newtons:g} N in the zone at {v:g} m/s", where)
-        for name, d, h, v, newtons in _states(force_map, "highest")
-        if (where := zones.touching(d, h, SAME_PLACE) & (limit < newtons) & (speed >= v)).any()
-    ]
-
-
-def _states(force_map: ForceMap, force: str) -> list[tuple[str, float, float, float, float]]:
-    """Name, place [m], speed [m/s] and force [N] of all states of the campaign that have such a force."""
-    if force_map.fit is None:
-        return []
-    groups = (force_map.fit.states, force_map.fit.left_out, force_map.fit.test)
-    rows = [
-        row
-        for group in groups
-        for row in zip(group.name, group.distance, group.height, group.speed, getattr(group, force), strict=True)
-    ]
-    return [(str(name), float(d), float(h), float(v), float(f)) for name, d, h, v, f in rows if not np.isnan(f)]
+) -> Iterator[tuple[Finding, Mask]]:
+    """Zones in which a measured impact exceeded the limit at or below the speed given, and the state."""
+    for name, d, h, v, newtons in states_above(force_map, "highest", float(limit.min())):
+        where = zones.touching(d, h, SAME_PLACE) & (limit < newtons) & (speed >= v)
+        yield Finding.of(FindingKind.MEASURED_IN_ZONE, state=name, force_N=newtons, speed_mps=v), where

@@ -11,13 +11,10 @@ from numpy.typing import ArrayLike
 
 from forcemap.arrays import FloatArray, Indices, Mask
 from forcemap.errors import InputError
+from forcemap.findings import Finding, FindingKind
 from forcemap.maps.measured_range import MeasuredRange
 from forcemap.speeds.enclosures import Patches
 from forcemap.speeds.range_enclosure import footprint
-
-ONLY_AS_MEASURED = "no speed for any other direction of motion, contact site, tool or safety setting"
-"""What every speed of a zone or path is followed by."""
-
 
 _PIECES = 32  # of a segment, when it is asked whether it touches a place
 
@@ -78,6 +75,13 @@ class Zones:
             raise InputError("zones: expected at least one zone, as numbers or arrays of shape (n,)")
         if np.any(arrays[0] > arrays[1]) or np.any(arrays[2] > arrays[3]) or np.any(arrays[0] < 0):
             raise InputError("zone: found one that ends before it begins, or a negative distance; expected from <= to")
+
+    @classmethod
+    def between(cls, distance_edges: FloatArray, height_edges: FloatArray) -> Zones:
+        """A grid of zones between edges [m], shapes (n + 1,) and (m + 1,), along distance first."""
+        near, low = np.meshgrid(distance_edges[:-1], height_edges[:-1], indexing="ij")
+        far, high = np.meshgrid(distance_edges[1:], height_edges[1:], indexing="ij")
+        return cls(near.ravel(), far.ravel(), low.ravel(), high.ravel())
 
     def __len__(self) -> int:
         return int(self.distance_from.size)
@@ -266,8 +270,10 @@ class Allowance:
             if not 0 <= value < np.inf:
                 raise InputError(f"{name}: found {value:g}, expected a finite number of at least 0")
 
-    def __str__(self) -> str:
-        return f"speed overshoot {self.speed:g} m/s and position tolerance {self.position:g} m subtracted"
+    @property
+    def finding(self) -> Finding:
+        """What was subtracted."""
+        return Finding.of(FindingKind.ALLOWANCE, overshoot_mps=self.speed, position_m=self.position)
 
 
 def zone_grid(measured_range: MeasuredRange, size: float) -> Zones:
@@ -285,9 +291,7 @@ def zone_grid(measured_range: MeasuredRange, size: float) -> Zones:
     if np.prod(counts) > 1e5:
         raise InputError(f"zone size: found {size:g} m, expected one that makes at most 100 000 zones")
     d, h = (np.linspace(a, b, int(n) + 1) for a, b, n in zip(lowest, highest, counts, strict=True))
-    near, low = np.meshgrid(d[:-1], h[:-1], indexing="ij")
-    far, high = np.meshgrid(d[1:], h[1:], indexing="ij")
-    return Zones(near.ravel(), far.ravel(), low.ravel(), high.ravel())
+    return Zones.between(d, h)
 
 
 def _finite(what: str, values: ArrayLike) -> FloatArray:

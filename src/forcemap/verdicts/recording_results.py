@@ -1,32 +1,189 @@
-"""Every recording of a campaign beside the force limits: its curve, and what becomes of it under every limit."""
+"""Every recording of a campaign, or of a file, beside force limits: its verdicts, or why there are none."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from forcemap.arrays import FloatArray
 from forcemap.campaigns.campaign import Campaign
+from forcemap.campaigns.conditions import Conditions
 from forcemap.campaigns.recordings_table import Entry
-from forcemap.errors import InputError, RecordingError
-from forcemap.files import file_sha256
-from forcemap.impacts.detect import find_impacts, no_impact
-from forcemap.impacts.impact import Impact
-from forcemap.limits.force_limits import ForceLimit
-from forcemap.recordings.read import read_recordings
-from forcemap.recordings.recording import Recording
-from forcemap.verdicts.verdict import Judgement, Verdict, VerdictOutcome, check_impact
+from forcemap.campaigns.walk import CampaignRecording, FileState, Progress, RecordedImpacts, recorded_impacts, walk
+from forcemap.errors import InputError
+from forcemap.findings import Finding, FindingKind
+from forcemap.limits.force_limits import Contact, ForceLimit, NewtonLimit
+from forcemap.recordings.column_map import ColumnMap
+from forcemap.verdicts.verdict import Interpretation, Judgement, Verdict, VerdictOutcome, check_impact
 
 _BINS = 60  # of a curve, each with its lowest and highest sample
 _FAST = 0.1  # [s] after onset; half of the bins lie before it
-_SEVERITY = (VerdictOutcome.WITHIN, VerdictOutcome.CANNOT_TELL, VerdictOutcome.EXCEEDED)
+
+
+@dataclass(frozen=True, eq=False)
+class CheckedRecording:
+    """One recording held against one limit.
+
+    Parameters
+    ----------
+    name : str
+        The file, and the curve if it holds several.
+    recorded : RecordedImpacts or None
+        The recording and its impacts; None where it is gone or cannot be read.
+    verdicts : tuple of Verdict
+        One for each impact; none where a person excluded it, or the limit permits no contact; where it is not judged,
+        those that exceed the limit all the same.
+    not_judged : Finding or None
+        Why nothing can be told from it; None if it can.
+    excluded : str
+        Why a person excluded it; empty if nobody did.
+    """
+
+    name: str
+    recorded: RecordedImpacts | None = None
+    verdicts: tuple[Verdict, ...] = ()
+    not_judged: Finding | None = None
+    excluded: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class RecordingsCheck:
+    """Recordings held against one limit.
+
+    Parameters
+    ----------
+    source : str
+        Name of the file or campaign.
+    limit : ForceLimit or NewtonLimit
+    conditions : Conditions
+        What they were measured under.
+    recordings : tuple of CheckedRecording
+    """
+
+    source: str
+    limit: ForceLimit | NewtonLimit
+    conditions: Conditions
+    recordings: tuple[CheckedRecording, ...]
+
+    @property
+    def permitted(self) -> bool:
+        """False if the limit permits no contact at all."""
+        return isinstance(self.limit, NewtonLimit) or self.limit.permitted
+
+    @property
+    def verdicts(self) -> list[Verdict]:
+        """Of all impacts."""
+        return [verdict for each in self.recordings for verdict in each.verdicts]
+
+    @property
+    def outcome(self) -> VerdictOutcome | None:
+        """The gravest; cannot tell where one is not judged, or none is there; None if no contact is permitted."""
+        if not self.permitted:
+            return None
+        outcomes = [verdict.outcome for verdict in self.verdicts]
+        unjudged = [VerdictOutcome.CANNOT_TELL for each in self.recordings if each.not_judged]
+        return VerdictOutcome.worst([*outcomes, *unjudged])
+
+    @property
+    def simulated(self) -> bool:
+        """True if the campaign or a recording says so."""
+        read = [each.recorded.recording for each in self.recordings if each.recorded]
+        return self.conditions.simulated or any(recording.simulated for recording in read)
+
+
+def check_file(
+    path: str | Path,
+    limit: ForceLimit | NewtonLimit,
+    *,
+    conditions: Conditions | None = None,
+    columns: ColumnMap | None = None,
+    interpretation: Interpretation | None = None,
+    contact: Contact | None = None,
+    name: str | None = None,
+) -> RecordingsCheck:
+    """Check the impacts of all recordings in a file against a limit.
+
+    Parameters
+    ----------
+    path : str or Path
+    limit : ForceLimit or NewtonLimit
+    conditions : Conditions, optional
+        Device, date and channel frequency class of the measurement.
+    columns : ColumnMap, optional
+        How the device writes its files.
+    interpretation, contact : optional
+        As in `check_impact`.
+    name : str, optional
+        What the file is called; its own name if not given.
+
+    Raises
+    ------
+    RecordingError
+        Anything in the file that could be read wrongly.
+    """
+    conditions, name = conditions or Conditions(), name or Path(path).name
+    asked = {"interpretation": interpretation, "contact": contact}
+    recordings = (
+        CheckedRecording(each.recording.name, each, _verdicts(each, each.doubt, limit, **asked), each.doubt)
+        for each in recorded_impacts(path, conditions, columns, name=name)
+    )
+    return RecordingsCheck(name, limit, conditions, tuple(recordings))
+
+
+def check_campaign(
+    campaign: Campaign,
+    limit: ForceLimit | NewtonLimit,
+    *,
+    interpretation: Interpretation | None = None,
+    contact: Contact | None = None,
+    progress: Progress | None = None,
+) -> RecordingsCheck:
+    """Check the impacts of all recordings of a campaign against a limit, but for those that a person excluded.
+
+    Parameters
+    ----------
+    campaign : Campaign
+    limit : ForceLimit or NewtonLimit
+    interpretation, contact : optional
+        As in `check_impact`.
+    progress : callable, optional
+        Called with the number of files done and of all files.
+
+    Raises
+    ------
+    InputError
+        There is no recording.
+    CampaignFileError
+        A link that leads to no file lies among the recordings.
+    """
+    asked = {"interpretation": interpretation, "contact": contact}
+    checked = []
+    for found in walk(campaign, progress=progress):
+        excluded, recorded, doubt = found.excluded, found.recorded, found.doubt
+        verdicts = () if excluded else _verdicts(recorded, doubt, limit, **asked)
+        checked.append(CheckedRecording(found.entry.name, recorded, verdicts, None if excluded else doubt, excluded))
+    if not checked:
+        raise InputError("found no recording to check", file=str(campaign.recordings))
+    return RecordingsCheck(campaign.folder.resolve().name, limit, campaign.conditions, tuple(checked))
+
+
+def _verdicts(
+    recorded: RecordedImpacts | None, doubt: Finding | None, limit: ForceLimit | NewtonLimit, **asked: Any
+) -> tuple[Verdict, ...]:
+    """Verdicts of a recording's impacts; where there is a doubt, only that a limit is exceeded counts."""
+    if recorded is None or (isinstance(limit, ForceLimit) and not limit.permitted):
+        return ()
+    verdicts = (check_impact(impact, limit, **asked) for impact in recorded.impacts)
+    return tuple(v for v in verdicts if not doubt or v.outcome is VerdictOutcome.EXCEEDED)
 
 
 @dataclass(frozen=True, eq=False)
 class RecordingResult:
-    """One recording beside the limits.
+    """One recording beside several limits.
 
     Parameters
     ----------
@@ -34,9 +191,9 @@ class RecordingResult:
         What it is and what became of it, as registered.
     judgements : tuple of (Judgement or None)
         The strictest judgement of its gravest impact, one for each limit; None where nothing was judged.
-    not_judged : str
-        Why nothing was judged: excluded by a person, no impact, unreadable, changed since registration, no contact
-        permitted; empty otherwise.
+    not_judged : Finding or None
+        Why nothing can be told from it: excluded by a person, no impact, unreadable, not filtered, changed since
+        registration, no contact permitted; None otherwise.
     time, force : array
         Time after onset [s] and contact force [N] of the first impact, thinned out, extremes kept; empty without one.
     simulated : bool
@@ -45,10 +202,10 @@ class RecordingResult:
 
     entry: Entry
     judgements: tuple[Judgement | None, ...]
-    not_judged: str
+    not_judged: Finding | None
     time: FloatArray
     force: FloatArray
-    simulated: bool = False
+    simulated: bool
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,7 +228,7 @@ class JudgedRecordings:
 
 
 def judge_recordings(
-    campaign: Campaign, limits: Sequence[ForceLimit], *, progress: Callable[[int, int], None] | None = None
+    campaign: Campaign, limits: Sequence[ForceLimit], *, progress: Progress | None = None
 ) -> JudgedRecordings:
     """Judge the impacts of every recording that no person excluded; nothing is written.
 
@@ -88,86 +245,35 @@ def judge_recordings(
         A link that leads to no file lies among the recordings.
     """
     permitted = [limit for limit in limits if limit.permitted]
-    entries: dict[str, list[Entry]] = {entry.file: [] for entry in campaign.entries}
-    for entry in campaign.entries:
-        entries[entry.file].append(entry)
-    there = set(campaign.files())
-    files = [*entries, *sorted(there - entries.keys())]
     results: list[RecordingResult] = []
-    verdicts: list[Verdict] = []
-    for done, file in enumerate(files, start=1):
-        known = entries.get(file, [])
-        if file not in there:
-            results += [_silent(entry, limits, "registered, but the file is gone") for entry in known]
-            continue
-        for result, verdict in _judge_file(campaign, file, known, limits):
-            results.append(result)
-            verdicts = sorted([*verdicts, *([verdict] if verdict else [])], key=_share)[-1:]  # curves take memory
-        if progress:
-            progress(done, len(files))
-    if not verdicts:
-        return JudgedRecordings(tuple(results), None, None)
-    return JudgedRecordings(tuple(results), verdicts[0], permitted[0])
+    gravest: Verdict | None = None  # no other is held: curves take memory
+    for found in walk(campaign, progress=progress):
+        result, verdicts = _result(found, limits)
+        results.append(result)
+        gravest = max([*([gravest] if gravest else []), *verdicts], key=_share, default=None)
+    return JudgedRecordings(tuple(results), gravest, permitted[0] if gravest else None)
 
 
-def gravest_judgement(judgements: Sequence[Judgement]) -> Judgement | None:
+def gravest_judgement(judgements: Iterable[Judgement]) -> Judgement | None:
     """The gravest outcome, of those the one that takes the largest share of its limit; None without any."""
-    return max(judgements, key=lambda j: (_SEVERITY.index(j.outcome), j.force / j.limit), default=None)
+    return max(judgements, key=lambda judgement: judgement.gravity, default=None)
 
 
-def _judge_file(
-    campaign: Campaign, file: str, known: Sequence[Entry], limits: Sequence[ForceLimit]
-) -> Iterator[tuple[RecordingResult, Verdict | None]]:
-    """The result of every recording of a file, and the gravest verdict under the first permitted limit."""
-    path = campaign.recordings / file
-    unregistered = [Entry(file=file, reason="not registered yet")]
-    by_curve = {entry.curve: entry for entry in known}
-    try:
-        if any(entry.sha256 and entry.sha256 != file_sha256(path) for entry in known[:1]):
-            yield from ((_silent(entry, limits, "CHANGED since it was registered"), None) for entry in known)
-            return
-        recordings = read_recordings(path, columns=campaign.columns, device=campaign.conditions.device)
-    except (RecordingError, InputError) as error:
-        yield from ((_silent(entry, limits, error.message), None) for entry in known or unregistered)
-        return
-    for recording in recordings:
-        whole = by_curve.get("", replace(unregistered[0], curve=recording.curve))
-        entry = by_curve.get(recording.curve, whole)
-        if entry.exclude:
-            yield replace(_silent(entry, limits, "excluded by a person"), simulated=recording.simulated), None
-        else:
-            yield _judge(campaign, replace(recording, file=file), entry, limits)  # its name, wherever the folder lies
-
-
-def _judge(
-    campaign: Campaign, recording: Recording, entry: Entry, limits: Sequence[ForceLimit]
-) -> tuple[RecordingResult, Verdict | None]:
-    impacts = _impacts(campaign, recording)
-    if not impacts:
-        silent = _silent(entry, limits, no_impact(recording))
-        return replace(silent, simulated=recording.simulated), None
-    verdicts = [[check_impact(each, limit) for each in impacts] if limit.permitted else [] for limit in limits]
-    first = next((found for found in verdicts if found), [])
-    time, force = thinned(*impacts[0].curve())
-    result = RecordingResult(
-        entry=entry,
-        judgements=tuple(gravest_judgement([verdict.governing for verdict in found]) for found in verdicts),
-        not_judged="" if first else "no contact permitted",
-        time=time,
-        force=force,
-        simulated=recording.simulated,
-    )
-    return result, max(first, key=_share, default=None)
-
-
-def _impacts(campaign: Campaign, recording: Recording) -> list[Impact]:
-    conditions = campaign.conditions
-    if conditions.date:
-        recording = replace(recording, metadata={**recording.metadata, "date": conditions.date})
-    try:
-        return find_impacts(recording, channel_frequency_class=conditions.channel_frequency_class)
-    except InputError:  # sampled too unevenly for the low-pass: the raw peak counts all the same
-        return find_impacts(recording)
+def _result(found: CampaignRecording, limits: Sequence[ForceLimit]) -> tuple[RecordingResult, Sequence[Verdict]]:
+    """The result of a recording, and its verdicts under the first permitted limit."""
+    entry, recorded = found.entry, None if found.excluded else found.recorded
+    time = force = np.empty(0)
+    why = Finding.of(FindingKind.EXCLUDED_BY_PERSON) if found.excluded else found.doubt
+    if found.state is FileState.NEW:
+        entry = Entry(file=entry.file, curve=entry.curve, reason="not registered yet")
+    verdicts = [_verdicts(recorded, found.doubt, each) for each in limits]
+    judgements = tuple(gravest_judgement(verdict.governing for verdict in under) for under in verdicts)
+    first = next((k for k, limit in enumerate(limits) if limit.permitted), None)
+    if recorded and recorded.impacts and (any(verdicts) or not found.doubt):
+        time, force = thinned(*recorded.impacts[0].curve())
+        why = why or (Finding.of(FindingKind.NO_CONTACT_PERMITTED) if first is None else None)
+    simulated = found.recorded is not None and found.recorded.recording.simulated
+    return RecordingResult(entry, judgements, why, time, force, simulated), () if first is None else verdicts[first]
 
 
 def thinned(time: FloatArray, force: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -180,16 +286,10 @@ def thinned(time: FloatArray, force: FloatArray) -> tuple[FloatArray, FloatArray
     half = _BINS // 2
     fast = min(_FAST, time[-1])
     edges = np.concatenate([np.linspace(0, fast, half + 1)[1:-1], np.linspace(fast, time[-1], half)])
-    kept = {0, time.size - 1}
-    for part in np.split(np.arange(time.size), np.searchsorted(time, edges)):
-        if part.size:
-            kept |= {int(part[force[part].argmin()]), int(part[force[part].argmax()])}
-    chosen = np.array(sorted(kept))
+    parts = [part for part in np.split(np.arange(time.size), np.searchsorted(time, edges)) if part.size]
+    extremes = [part[at(force[part])] for part in parts for at in (np.argmin, np.argmax)]
+    chosen = np.unique([0, *extremes, time.size - 1])
     return time[chosen], force[chosen]
-
-
-def _silent(entry: Entry, limits: Sequence[ForceLimit], why: str) -> RecordingResult:
-    return RecordingResult(entry, tuple(None for _ in limits), why, np.empty(0), np.empty(0))
 
 
 def _share(verdict: Verdict) -> float:

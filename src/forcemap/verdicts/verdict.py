@@ -6,6 +6,7 @@ governs unless one is named.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import StrEnum
 
@@ -13,10 +14,11 @@ import numpy as np
 
 from forcemap.arrays import FloatArray
 from forcemap.errors import InputError
-from forcemap.impacts.impact import TRANSIENT_TIME, Impact
+from forcemap.findings import Finding, FindingKind
+from forcemap.impacts.impact import TRANSIENT_TIME, Impact, Quality
 from forcemap.impacts.quality import UNKNOWN_PEAK
 from forcemap.impacts.scenario import BARRING, ContactScenario
-from forcemap.limits.device_spring import DEVICE_ALONE, DeviceSuitability, device_suitability
+from forcemap.limits.device_spring import DeviceSuitability, device_suitability
 from forcemap.limits.force_limits import Contact, ForceLimit, NewtonLimit
 
 
@@ -41,11 +43,21 @@ _WORDS = {
 
 
 class VerdictOutcome(StrEnum):
-    """The answer; `cannot_tell` is no permission."""
+    """The answer, in order of severity; `cannot_tell` is no permission."""
 
     WITHIN = "within"
     CANNOT_TELL = "cannot_tell"
     EXCEEDED = "exceeded"
+
+    @property
+    def severity(self) -> int:
+        """0 for within, 1 for cannot tell, 2 for exceeded."""
+        return list(VerdictOutcome).index(self)
+
+    @classmethod
+    def worst(cls, outcomes: Iterable[VerdictOutcome]) -> VerdictOutcome:
+        """The gravest; cannot tell where there is none."""
+        return max(outcomes, key=lambda outcome: outcome.severity, default=cls.CANNOT_TELL)
 
 
 @dataclass(frozen=True)
@@ -62,8 +74,8 @@ class Judgement:
         Margin as a share of the limit [%].
     instant : float
         Time after onset [s].
-    reason : str
-        Why, in words.
+    reason : Finding
+        Why.
     """
 
     interpretation: Interpretation
@@ -73,7 +85,12 @@ class Judgement:
     margin: float
     margin_percent: float
     instant: float
-    reason: str
+    reason: Finding
+
+    @property
+    def gravity(self) -> tuple[int, float]:
+        """The order of judgements, the gravest last: by outcome, then by the share of the limit that is taken."""
+        return self.outcome.severity, self.force / self.limit
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,9 +106,7 @@ class Verdict:
         The strictest, or that of the interpretation named.
     device_error : float
         What is added to the force before it counts as within a limit [N].
-    raw_force, corrected_force, filtered_force : float
-        Phase I peak: largest sample, corrected for noise, and low-passed [N]; NaN if not low-passed.
-    warnings : tuple of str
+    warnings : tuple of Finding
         What must be said before the outcome, a line each.
     """
 
@@ -99,10 +114,7 @@ class Verdict:
     judgements: tuple[Judgement, ...]
     governing: Judgement
     device_error: float
-    raw_force: float
-    corrected_force: float
-    filtered_force: float
-    warnings: tuple[str, ...] = ()
+    warnings: tuple[Finding, ...] = ()
 
     @property
     def outcome(self) -> VerdictOutcome:
@@ -156,28 +168,11 @@ def check_impact(
     transient, quasi_static = found.transient, found.quasi_static
     error = impact.recording.device.error_or_default
     course = _Course.of(impact, found.device, error)
-    judgements = tuple(
-        _judge(
-            impact,
-            each,
-            course,
-            limit_line(impact, each, course.after, transient, quasi_static),
-            found,
-        )
-        for each in Interpretation
-    )
-    strictest = max(judgements, key=lambda j: (_SEVERITY[j.outcome], j.force / j.limit))
+    lines = {each: limit_line(impact, each, course.after, transient, quasi_static) for each in Interpretation}
+    judgements = tuple(_judge(impact, each, course, line, found) for each, line in lines.items())
+    strictest = max(judgements, key=lambda judgement: judgement.gravity)
     named = [j for j in judgements if j.interpretation is interpretation]
-    return Verdict(
-        impact=impact,
-        judgements=judgements,
-        governing=named[0] if named else strictest,
-        device_error=error,
-        raw_force=impact.raw_peak_force,
-        corrected_force=impact.peak_force,
-        filtered_force=impact.filtered_peak_force,
-        warnings=found.warnings,
-    )
+    return Verdict(impact, judgements, named[0] if named else strictest, error, found.warnings)
 
 
 def limit_line(
@@ -204,9 +199,6 @@ def limit_line(
     return np.where(after <= impact.phase1_end - impact.onset, transient, quasi_static)
 
 
-_SEVERITY = {VerdictOutcome.WITHIN: 0, VerdictOutcome.CANNOT_TELL: 1, VerdictOutcome.EXCEEDED: 2}
-
-
 @dataclass(frozen=True)
 class _Limits:
     """The limits of an impact [N], what the device's spring makes of forces, and why nothing can be within."""
@@ -214,8 +206,8 @@ class _Limits:
     transient: float
     quasi_static: float
     device: DeviceSuitability
-    unnamed: str = ""
-    warnings: tuple[str, ...] = ()
+    unnamed: Finding | None = None
+    warnings: tuple[Finding, ...] = ()
 
 
 def _limits_of(
@@ -230,22 +222,19 @@ def _limits_of(
         if quasi_static is not None or spring is not None:
             raise InputError("limit: quasi_static_limit and spring_N_per_m go with a limit in newtons")
         suits = device_suitability(limit.name, limit.stiffness, stiffness)
-        warnings = (limit.head_statement,) if limit.head_statement else ()
+        warnings = (limit.head_finding,) if limit.head_finding else ()
         whole = kind is Contact.QUASI_STATIC
         return _Limits(limit.quasi_static if whole else limit.transient, limit.quasi_static, suits, warnings=warnings)
     stated = NewtonLimit.of(limit, quasi_static, spring)
     if np.ndim(stated.force):
         raise InputError("limit: expected one limit in newtons")
-    suits, warnings = DeviceSuitability(1.0, "", ""), (DEVICE_ALONE,)
+    suits, warnings = DeviceSuitability(), (Finding.of(FindingKind.DEVICE_ALONE),)
     if stated.spring_N_per_m is not None:
         suits, warnings = device_suitability("the limit", stated.spring_N_per_m, stiffness), ()
     held = stated.force if stated.quasi_static is None else stated.quasi_static
-    unnamed = ""
+    unnamed = None
     if stated.quasi_static is None and kind is not Contact.QUASI_STATIC and impact.scenario in BARRING:
-        unnamed = (
-            f"the contact is {impact.scenario.words}, and nothing tells whether {stated.force:g} N are its "
-            "quasi-static limit; state that (--quasi-static-limit-N, quasi_static_limit=), or --contact quasi-static"
-        )
+        unnamed = Finding.of(FindingKind.LIMIT_UNNAMED, scenario=impact.scenario, limit_N=stated.force)
     return _Limits(stated.force, held, suits, unnamed, warnings)
 
 
@@ -274,53 +263,50 @@ class _Course:
         most = device.raised * (force + error + drift + unseen)
         return cls(after, force, force - error - drift, most, error, drift, unseen)
 
-    def doubt(self, at: int) -> str:
-        """What is added to the force at a sample before it counts as within."""
-        what = [f"the device's error of {self.error:g} N"]
-        what += [f"{self.drift[at]:.1f} N that drift may hide"] if self.drift[at] >= 0.05 else []
-        what += [f"{self.unseen[at]:.1f} N that may lie between samples"] if self.unseen[at] >= 0.05 else []
-        return ", ".join(what[:-1]) + " and " * (len(what) > 1) + what[-1]
+    def doubt(self, at: int) -> dict[str, float]:
+        """What is added to the force at a sample before it counts as within [N]."""
+        return {"error_N": self.error, "drift_N": float(self.drift[at]), "unseen_N": float(self.unseen[at])}
 
 
 def _judge(
     impact: Impact, interpretation: Interpretation, course: _Course, line: FloatArray, limits: _Limits
 ) -> Judgement:
-    severity = np.where(course.least > line, 2, np.where(course.most <= line, 0, 1))
+    severity = np.where(course.least > line, 2, np.where(course.most <= line, 0, 1))  # as VerdictOutcome.severity
     gravest = severity == severity.max()
     nearest = int(np.where(gravest, course.force / line, -np.inf).argmax())  # by the share of the limit it takes
+    shown = list(VerdictOutcome)[severity[nearest]]
     worst, limit = float(course.force[nearest]), float(line[nearest])
     hidden = limits.device.refusal or _hidden(impact, limits.quasi_static / limits.device.raised - course.error)
     hidden = hidden or limits.unnamed
-    at_least = "at least " if hidden and worst >= impact.raw_peak_force else ""
-    if severity[nearest] == 2:
-        outcome, reason = VerdictOutcome.EXCEEDED, f"{at_least}{worst:.1f} N exceed the limit of {limit:g} N"
+    at_least = hidden is not None and worst >= impact.raw_peak_force
+    outcome = VerdictOutcome.CANNOT_TELL if hidden and shown is VerdictOutcome.WITHIN else shown
+    figures = {"force_N": worst, "limit_N": limit}
+    if outcome is VerdictOutcome.EXCEEDED:
+        reason = Finding.of(FindingKind.FORCE_EXCEEDS, **figures, at_least=at_least)
     elif hidden:
-        outcome, reason = VerdictOutcome.CANNOT_TELL, f"cannot tell: {hidden}"
-    elif severity[nearest] == 1:
-        what = course.doubt(nearest)
-        what += f" ({limits.device.statement})" if limits.device.raised > 1 else ""
-        outcome, reason = VerdictOutcome.CANNOT_TELL, f"cannot tell: {worst:.1f} N lie within {what} of {limit:g} N"
+        reason = Finding.of(FindingKind.CANNOT_TELL, hidden)
+    elif outcome is VerdictOutcome.CANNOT_TELL:
+        raised = [limits.device.statement] if limits.device.statement and limits.device.raised > 1 else []
+        doubt = Finding.of(FindingKind.FORCE_NEAR_LIMIT, **figures, **course.doubt(nearest))
+        reason = Finding.of(FindingKind.CANNOT_TELL, doubt, *raised)
     else:
-        outcome = VerdictOutcome.WITHIN
-        reason = f"{worst:.1f} N and {course.doubt(nearest)} stay within {limit:g} N"
-    margin = limit - worst
-    return Judgement(
-        interpretation, outcome, worst, limit, margin, 100 * margin / limit, float(course.after[nearest]), reason
-    )
+        reason = Finding.of(FindingKind.FORCE_WITHIN, **figures, **course.doubt(nearest))
+    margin, instant = limit - worst, float(course.after[nearest])
+    return Judgement(interpretation, outcome, worst, limit, margin, 100 * margin / limit, instant, reason)
 
 
-def _hidden(impact: Impact, before: float) -> str:
-    """Why the recording does not show how large the force was; empty if it does.
+def _hidden(impact: Impact, before: float) -> Finding | None:
+    """Why the recording does not show how large the force was; None if it does.
 
     A force before the impact must stay within `before` [N]: nobody has judged it.
     """
     if impact.force_before > before:
-        return f"{impact.force_before:.1f} N act before the impact"
+        return Finding.of(FindingKind.FORCE_BEFORE_IMPACT, force_N=impact.force_before)
     if impact.verdict_peak_force < impact.contact.floor:
-        return f"a peak of {impact.verdict_peak_force:.1f} N is none"
+        return Finding.of(FindingKind.NO_PEAK, force_N=impact.verdict_peak_force)
     for flag in impact.flags:
-        if flag.name in UNKNOWN_PEAK or (impact.saturated and flag.name == "saturated"):
-            return str(flag)
+        if flag.name in UNKNOWN_PEAK or flag.name is Quality.SATURATED:
+            return Finding.of(FindingKind.FLAGGED, flag=flag.name, figure=flag.figure)
     if impact.scenario is ContactScenario.UNDETERMINED and impact.recorded_time < TRANSIENT_TIME:
-        return f"the recording ends {impact.recorded_time:.3f} s after onset while {impact.end_force:.1f} N act"
-    return ""
+        return Finding.of(FindingKind.ENDS_EARLY, after_s=impact.recorded_time, force_N=impact.end_force)
+    return None

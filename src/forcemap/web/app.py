@@ -12,12 +12,13 @@ from fastapi.staticfiles import StaticFiles
 from starlette.exceptions import HTTPException
 
 from forcemap import ForcemapError, LimitTable, __version__
+from forcemap.answers.error import ErrorAnswer
 from forcemap.web.api import api_router
 from forcemap.web.folder import Folder
 from forcemap.web.guard import Guard
 from forcemap.web.intake import Intake
 from forcemap.web.pages import page_router, problem_page
-from forcemap.web.refusal import Refusal, Refused, problem, status_of
+from forcemap.web.refusal import Refusal, status_of
 from forcemap.web.turns import Turns
 
 _DESCRIPTION = (
@@ -61,9 +62,8 @@ def create_app(folder: str | Path, *, limit_table: LimitTable | None = None) -> 
         script = files("plotly").joinpath("package_data", "plotly.min.js")
         return FileResponse(str(script), media_type="text/javascript", headers={"cache-control": "max-age=86400"})
 
-    app.add_exception_handler(ForcemapError, _told)
-    app.add_exception_handler(RequestValidationError, _told)
-    app.add_exception_handler(HTTPException, _told)
+    for kind in (ForcemapError, RequestValidationError, HTTPException):
+        app.add_exception_handler(kind, _told)
     app.add_middleware(Guard)
     return app
 
@@ -73,7 +73,7 @@ def _told(request: Request, error: Exception) -> Response:
     found = _as_ours(error)
     path = request.url.path
     if path.startswith(("/api/", "/static/")) or path == "/api":
-        return JSONResponse(Refused(error=problem(found)).model_dump(), status_of(found))
+        return JSONResponse(ErrorAnswer.of_error(found, remote=True).model_dump(), status_of(found))
     return problem_page(request, found)
 
 
@@ -82,10 +82,9 @@ def _as_ours(error: Exception) -> ForcemapError:
         return error
     if isinstance(error, RequestValidationError):
         first = error.errors()[0]
-        name = str(first["loc"][-1])
-        shown = repr(first.get("input")) if "input" in first else ""
+        shown = repr(first["input"]) if "input" in first else ""
         shown = shown if len(shown) < 80 else f"{shown[:76]}..."
-        return Refusal(422, "input", f"{name}: found {shown}; {first['msg']}")
+        return Refusal(422, "input", f"{first['loc'][-1]}: found {shown}; {first['msg']}")
     assert isinstance(error, HTTPException)
     message = {404: "there is no such page; the overview is at /", 405: "this address does not take that method"}
     return Refusal(error.status_code, "not_found", message.get(error.status_code, str(error.detail)))

@@ -2,104 +2,92 @@
 
 from __future__ import annotations
 
-import math
+from collections import Counter
 from pathlib import Path
 from typing import Any
 
-from pydantic import BaseModel
+from pydantic import Field
 
-from forcemap import (
-    Campaign,
-    ForcemapError,
-    ImpactDataset,
-    Use,
-    campaign_summary,
-    read_campaign,
-    read_conditions,
-    repeatability,
-)
+import forcemap as fm
+from forcemap.answers.answer import Answer, Figure, PlannedState, Said, of
+from forcemap.answers.collect import Outlier
+from forcemap.answers.words import sentence
 from forcemap.web.folder import Folder
 from forcemap.web.held import fitted, impacts_of
-from forcemap.web.numbers import number
 
 
-class StateProgress(BaseModel):
+class StateProgress(PlannedState):
     """A planned state and its repeats."""
 
-    state_id: str
-    role: str
-    distance_m: float
-    height_m: float
-    speed_mps: float
     planned: int
     used: int
     missing: list[str]
-    force_N: float | None
+    force_N: Figure
 
 
-class RecordingLine(BaseModel):
+class RecordingLine(Answer):
     """A recording and what became of it."""
 
-    recording: str
+    recording: str = of("name")
     file: str
     state_id: str
     repeat: int
     use: str
     reason: str
     scenario: str
-    peak_force_N: float | None
-    phase2_force_N: float | None
+    peak_force_N: Figure = of("peak_force")
+    phase2_force_N: Figure = of("phase2_force")
     flags: str
 
 
-class CampaignLine(BaseModel):
+class CampaignLine(Answer):
     """A campaign in the overview."""
 
     name: str
-    robot: str
-    tool: str
-    simulated: bool
-    planned_runs: int
-    missing_runs: int
-    recordings: int
-    used: int
-    states: int
-    map: str
-    problem: str
+    robot: str = ""
+    tool: str = ""
+    simulated: bool = False
+    planned_runs: int = 0
+    missing_runs: int = 0
+    recordings: int = 0
+    used: int = 0
+    states: int = 0
+    map: str = ""
+    problem: str = ""
 
 
-class Overview(BaseModel):
+class Overview(Answer):
     """The campaigns in the folder that is served."""
 
     campaigns: list[CampaignLine]
 
 
-class Condition(BaseModel):
+class Condition(Answer):
     """An entry of campaign.toml."""
 
     entry: str
     value: str
 
 
-class CampaignAnswer(BaseModel):
-    """A campaign: conditions, states done and missing, recordings."""
+class CampaignAnswer(Answer):
+    """A campaign: conditions, states done and missing, recordings; what cannot be read is said in `problem`."""
 
     name: str
-    simulated: bool
-    conditions: list[Condition]
-    not_stated: list[str]
+    simulated: bool = False
+    conditions: tuple[Condition, ...] = ()
+    not_stated: tuple[str, ...] = ()
     planned: bool
-    states: list[StateProgress]
-    states_done: int
-    missing: list[str]
-    recordings: list[RecordingLine]
-    used: int
-    not_collected: list[str]
-    flags: dict[str, int]
-    phase_two: str
-    repeatability_sd_percent: float | None
-    outliers: list[str]
-    problem: str
+    states: tuple[StateProgress, ...] = ()
+    states_done: int = 0
+    missing: tuple[str, ...] = ()
+    recordings: tuple[RecordingLine, ...] = ()
+    used: int = 0
+    not_collected: tuple[str, ...] = ()
+    flags: dict[str, int] = Field(default_factory=dict)
+    phase_two: Said = ""
+    repeatability_sd_percent: Figure = None
+    outliers: tuple[str, ...] = ()
+    problem: str = ""
 
 
 def overview(folder: Folder) -> Overview:
@@ -108,184 +96,121 @@ def overview(folder: Folder) -> Overview:
 
 
 def _line(folder: Folder, name: str) -> CampaignLine:
-    figures: dict[str, Any] = dict.fromkeys(("planned_runs", "missing_runs", "recordings", "used", "states"), 0)
-    figures |= {"name": name, "robot": "", "tool": "", "simulated": False, "map": "", "problem": ""}
+    figures: dict[str, Any] = {"name": name}
     try:
         path = folder.campaign(name)
         if (path / "campaign.toml").exists():
-            conditions = read_conditions(path / "campaign.toml")
+            conditions = fm.read_conditions(path / "campaign.toml")
             figures |= {"robot": conditions.robot, "tool": conditions.tool, "simulated": conditions.simulated}
         if (path / "plan.csv").exists():
-            campaign = read_campaign(path)
-            used = sum(entry.use is Use.USED for entry in campaign.entries)
+            campaign = fm.read_campaign(path)
             figures |= {"planned_runs": len(campaign.plan), "missing_runs": len(campaign.missing)}
-            figures |= {"recordings": len(campaign.entries), "used": used}
+            figures |= {"recordings": len(campaign.entries), "used": _used(campaign).total()}
         dataset = impacts_of(path)
         figures |= {"states": len(dataset.states), "simulated": dataset.simulated, "problem": _doubt(dataset)}
         force_map = fitted(path).force_map
         figures["map"] = f"{force_map.form.name}, {len(force_map.require_fit().states)} states"
-    except ForcemapError as error:
+    except fm.ForcemapError as error:
         figures["problem"] = problem_words(error)
     return CampaignLine(**figures)
 
 
-def _doubt(dataset: ImpactDataset) -> str:
+def _doubt(dataset: fm.ImpactDataset) -> str:
     """What every speed of these impacts will say first, or why there will be none; empty if nothing."""
-    if dataset.binding.refusal:
-        return f"No speed will be given: {dataset.binding.refusal}"
-    if math.isnan(dataset.conditions.device.stiffness):
-        return "No speed will be given for a body area: the device's spring (stiffness_N_per_m) is not stated"
-    return dataset.binding.reason
+    if dataset.no_speed:
+        return f"No speed will be given: {sentence(dataset.no_speed)}"
+    return sentence(dataset.binding.reason or "")
 
 
 def campaign_answer(name: str, path: Path) -> CampaignAnswer:
-    """A campaign as its folder states it; what cannot be read is said in `problem`."""
-    answer = CampaignAnswer(
-        name=name,
-        simulated=False,
-        conditions=[],
-        not_stated=[],
-        planned=(path / "plan.csv").exists(),
-        states=[],
-        states_done=0,
-        missing=[],
-        recordings=[],
-        used=0,
-        not_collected=[],
-        flags={},
-        phase_two="",
-        repeatability_sd_percent=None,
-        outliers=[],
-        problem="",
-    )
+    """A campaign as its folder states it."""
+    planned = (path / "plan.csv").exists()
     try:
-        return answer.model_copy(update=_planned(path) if answer.planned else _table_only(path))
-    except ForcemapError as error:
-        return answer.model_copy(update={"problem": problem_words(error)})
+        found = _planned(path) if planned else _table_only(path)
+    except fm.ForcemapError as error:
+        found = {"problem": problem_words(error)}
+    return CampaignAnswer(name=name, planned=planned, **found)
 
 
 def _planned(path: Path) -> dict[str, Any]:
-    campaign = read_campaign(path)
-    missing = campaign.missing
+    campaign = fm.read_campaign(path)
     registered = {entry.file for entry in campaign.entries}
+    forces: dict[str, float] = {}
     found: dict[str, Any] = {
         "simulated": campaign.conditions.simulated,
         "conditions": _conditions(campaign.conditions),
-        "states": _states(campaign, {}),
-        "missing": missing,
-        "recordings": [_recording(entry) for entry in campaign.entries],
-        "used": sum(entry.use is Use.USED for entry in campaign.entries),
+        "missing": campaign.missing,
+        "recordings": [
+            RecordingLine.from_result(entry, scenario=entry.scenario.words if entry.scenario else "")
+            for entry in campaign.entries
+        ],
+        "used": _used(campaign).total(),
         "not_collected": [file for file in campaign.files() if file not in registered],
     }
     try:
         dataset = impacts_of(path)
-        summary, scatter = campaign_summary(campaign, dataset), repeatability(dataset)
+        summary = fm.campaign_summary(campaign, dataset)
         forces = dict(zip(dataset.states.name, dataset.states.force.tolist(), strict=True))
-        found |= {
-            "simulated": dataset.simulated,
-            "problem": _doubt(dataset),
-            "states": _states(campaign, forces),
+        outliers = [Outlier.from_result(each) for each in fm.repeatability(dataset).outliers]
+        found |= _measured(dataset) | {
             "flags": summary.flags,
-            "not_stated": list(summary.not_stated),
-            "phase_two": summary.phase_two.statement(),
-            "repeatability_sd_percent": number(scatter.mean_sd_percent),
-            "outliers": [
-                f"{each.recording or each.state} repeat {each.repeat}: {each.force:.1f} N, {each.deviation:+.1f} N "
-                "from the others; look at the recording"
-                for each in scatter.outliers
-            ],
+            "not_stated": summary.not_stated,
+            "outliers": [f"{each.words}; look at the recording" for each in outliers],
         }
-    except ForcemapError as error:
+    except fm.ForcemapError as error:
         found["problem"] = problem_words(error)
-    found["states_done"] = sum(not state.missing for state in found["states"])
-    return found
+    states = _states(campaign, forces)
+    return found | {"states": states, "states_done": sum(not state.missing for state in states)}
+
+
+def _measured(dataset: fm.ImpactDataset) -> dict[str, Any]:
+    return {
+        "simulated": dataset.simulated,
+        "problem": _doubt(dataset),
+        "phase_two": dataset.phase_two.finding,
+        "repeatability_sd_percent": fm.repeatability(dataset).mean_sd_percent,
+    }
 
 
 def _table_only(path: Path) -> dict[str, Any]:
     dataset = impacts_of(path)
     states = dataset.states
     role = dict(zip(dataset.state.tolist(), dataset.role.tolist(), strict=True))
-    figures = (states.distance, states.height, states.speed, states.force, states.impacts + states.censored)
-    return {
-        "simulated": dataset.simulated,
-        "problem": _doubt(dataset),
+    roles, at = [role[name] for name in states.name], (states.distance, states.height, states.speed)
+    impacts = states.impacts + states.censored
+    return _measured(dataset) | {
         "conditions": _conditions(dataset.conditions),
-        "phase_two": dataset.phase_two.statement(),
-        "repeatability_sd_percent": number(repeatability(dataset).mean_sd_percent),
         "states_done": len(states),
-        "states": [
-            StateProgress(
-                state_id=name,
-                role=role[name],
-                distance_m=d,
-                height_m=h,
-                speed_mps=v,
-                planned=n,
-                used=n,
-                missing=[],
-                force_N=number(f),
-            )
-            for name, d, h, v, f, n in zip(states.name, *(figure.tolist() for figure in figures), strict=True)
-        ],
+        "states": StateProgress.of_columns(states.name, roles, *at, impacts, impacts, [()] * len(states), states.force),
     }
 
 
-def _states(campaign: Campaign, forces: dict[str, float]) -> list[StateProgress]:
-    plan = campaign.plan
-    missing = set(campaign.missing)
-    used = [entry.state_id for entry in campaign.entries if entry.use is Use.USED]
-    states: dict[str, StateProgress] = {}
-    columns = (plan.state_id, plan.role, plan.distance, plan.height, plan.speed, plan.recording)
-    for name, role, d, h, v, recording in zip(*(column.tolist() for column in columns), strict=True):
-        state = states.setdefault(
-            name,
-            StateProgress(
-                state_id=name,
-                role=role,
-                distance_m=d,
-                height_m=h,
-                speed_mps=v,
-                planned=0,
-                used=0,
-                missing=[],
-                force_N=number(forces.get(name, float("nan"))),
-            ),
-        )
-        state.planned += 1
-        if recording in missing:
-            state.missing.append(recording)
-    for name in used:
-        if name in states:
-            states[name].used += 1
-    return list(states.values())
+def _states(campaign: fm.Campaign, forces: dict[str, float]) -> list[StateProgress]:
+    plan, names, lacking, used = campaign.plan, campaign.plan.states, set(campaign.missing), _used(campaign)
+    first, recording = [plan.first_row[name] for name in names], plan.recording
+    at = (plan.role[first], plan.distance[first], plan.height[first], plan.speed[first])
+    runs = [recording[plan.state_id == name].tolist() for name in names]
+    missing = [[run for run in each if run in lacking] for each in runs]
+    counts = (map(len, runs), [used[name] for name in names])
+    return StateProgress.of_columns(names, *at, *counts, missing, map(forces.get, names))
 
 
-def _recording(entry: Any) -> RecordingLine:
-    return RecordingLine(
-        recording=entry.name,
-        file=entry.file,
-        state_id=entry.state_id,
-        repeat=entry.repeat,
-        use=entry.use.value,
-        reason=entry.reason,
-        scenario=entry.scenario.words if entry.scenario else "",
-        peak_force_N=number(entry.peak_force),
-        phase2_force_N=number(entry.phase2_force),
-        flags=entry.flags,
-    )
+def _used(campaign: fm.Campaign) -> Counter[str]:
+    """How many recordings of each state are used."""
+    return Counter(entry.state_id for entry in campaign.entries if entry.use is fm.Use.USED)
 
 
-def _conditions(conditions: Any) -> list[Condition]:
-    lines = []
-    for section, entries in conditions.to_tables().items():
-        inner = entries.items() if isinstance(entries, dict) else [("", entries)]
-        lines += [Condition(entry=f"{section}.{key}".rstrip("."), value=str(value)) for key, value in inner]
-    return lines
+def _conditions(conditions: fm.Conditions) -> list[Condition]:
+    return [
+        Condition(entry=f"{section}.{key}".rstrip("."), value=str(value))
+        for section, entries in conditions.to_tables().items()
+        for key, value in (entries.items() if isinstance(entries, dict) else [("", entries)])
+    ]
 
 
-def problem_words(error: ForcemapError) -> str:
+def problem_words(error: fm.ForcemapError) -> str:
     """An error in a line, its file by its name alone."""
-    where = [Path(error.file).name] if error.file else []
-    where += [f"row {error.row}"] if error.row is not None else []
-    where += [f"column {error.column}"] if error.column else []
-    return ": ".join([", ".join(where), error.message] if where else [error.message])
+    row = "" if error.row is None else f"row {error.row}"
+    column = f"column {error.column}" if error.column else ""
+    where = ", ".join(filter(None, (Path(error.file or "").name, row, column)))
+    return f"{where}: {error.message}" if where else error.message

@@ -10,28 +10,12 @@ from pathlib import Path
 
 from pydantic import Field
 
-from forcemap import (
-    Allowance,
-    FixedMargin,
-    RobotTable,
-    ToleranceBound,
-    assess_campaign,
-    compare_force_models,
-    krl_data,
-    krl_source,
-    read_conditions,
-    robot_table,
-    safety_proposal,
-    scaling_csv,
-    urscript,
-    zones_csv,
-    zones_result,
-)
-from forcemap.web.comparison_answers import ComparisonQuestion, contact_model
-from forcemap.web.held import Fitted
-from forcemap.web.limits import Limits
-from forcemap.web.path_answers import speeds_along
-from forcemap.web.question import Bounded, BoundKind, PathQuestion, ZoneSize
+import forcemap as fm
+from forcemap.exports.robot_table import Provenance
+from forcemap.findings import in_words
+from forcemap.web.limits import Limits, limits_of
+from forcemap.web.map_answers import Asked
+from forcemap.web.question import Bounded, ComparisonQuestion, PathQuestion, ZoneSize
 
 
 class Format(StrEnum):
@@ -47,30 +31,20 @@ class Format(StrEnum):
     @property
     def file(self) -> str:
         """The name of its file."""
-        return _FILES[self]
+        return _FILES[self][0]
 
 
-_FILES = {
-    Format.CSV: "speeds.csv",
-    Format.JSON: "speeds.json",
-    Format.URSCRIPT: "speeds.script",
-    Format.KRL_DATA: "FORCEMAP.DAT",
-    Format.KRL_SOURCE: "FORCEMAP.SRC",
-    Format.SAFETY: "safety.md",
-}
+def _json(table: fm.RobotTable) -> str:
+    return json.dumps({"made": "made by forcemap"} | fm.zones_result(table), indent=1, ensure_ascii=False) + "\n"
 
 
-def _json(table: RobotTable) -> str:
-    return json.dumps({"made": "made by forcemap"} | zones_result(table), indent=1, ensure_ascii=False) + "\n"
-
-
-_WRITERS: dict[Format, Callable[[RobotTable], str]] = {
-    Format.CSV: zones_csv,
-    Format.JSON: _json,
-    Format.URSCRIPT: urscript,
-    Format.KRL_DATA: krl_data,
-    Format.KRL_SOURCE: krl_source,
-    Format.SAFETY: safety_proposal,
+_FILES: dict[Format, tuple[str, Callable[[fm.RobotTable], str]]] = {
+    Format.CSV: ("speeds.csv", fm.zones_csv),
+    Format.JSON: ("speeds.json", _json),
+    Format.URSCRIPT: ("speeds.script", fm.urscript),
+    Format.KRL_DATA: ("FORCEMAP.DAT", fm.krl_data),
+    Format.KRL_SOURCE: ("FORCEMAP.SRC", fm.krl_source),
+    Format.SAFETY: ("safety.md", fm.safety_proposal),
 }
 
 
@@ -80,7 +54,7 @@ class Export(ZoneSize):
     format: Format = Field(Format.CSV, description="Form of the file.")
 
 
-def export_text(found: Fitted, question: Export, limits: Limits) -> str:
+def export_text(asked: Asked, question: Export) -> str:
     """The allowed speeds as a file of that form.
 
     Raises
@@ -88,17 +62,17 @@ def export_text(found: Fitted, question: Export, limits: Limits) -> str:
     ContactNotPermitted
         The standard permits no contact with the body area.
     """
-    return _WRITERS[question.format](_zones(found, question, limits))
+    return _FILES[question.format][1](_zones(asked, question))
 
 
-def scaling_text(found: Fitted, question: PathQuestion, limits: Limits) -> str:
+def scaling_text(asked: Asked, question: PathQuestion) -> str:
     """Speed-scaling factors along a path with a programmed speed, as CSV."""
-    speeds = speeds_along(found, question, limits)
-    zones = _zones(found, ZoneSize(**question.model_dump(include=set(ZoneSize.model_fields))), limits)
-    return scaling_csv(speeds, zones.provenance.with_statements((*limits.statements, *speeds.statements)))
+    speeds = asked.speeds_along(question)
+    zones = _zones(asked, ZoneSize(**question.model_dump(include=set(ZoneSize.model_fields))))
+    return fm.scaling_csv(speeds, _with(zones.provenance.of_path(speeds), asked.limits))
 
 
-def report_text(campaign: Path, question: Bounded, limits: Limits) -> str:
+def report_text(campaign: Path, question: Bounded, table: fm.LimitTable | None) -> str:
     """The validation report of a campaign for one body area.
 
     Raises
@@ -108,30 +82,34 @@ def report_text(campaign: Path, question: Bounded, limits: Limits) -> str:
     """
     from forcemap.report import report_html
 
-    stated = campaign / "campaign.toml"
-    error = read_conditions(stated).device.error_or_default if stated.exists() else 3.0
-    tolerance = ToleranceBound(question.confidence, question.content, error)
-    bound = FixedMargin(question.margin) if question.bound is BoundKind.MARGIN else tolerance
-    found = assess_campaign(campaign, limits=[limits.of(question.area)], bound=bound)
-    return report_html(replace(found, findings=tuple(dict.fromkeys((*limits.statements, *found.findings)))))
+    limits, stated = limits_of(campaign, table), campaign / "campaign.toml"
+    error = fm.read_conditions(stated).device.error_or_default if stated.exists() else 3.0
+    bound = question.stated_bound(error)
+    found = fm.assess_campaign(campaign, limits=[limits.of(question.area)], bound=bound)
+    return report_html(replace(found, findings=(*map(in_words, limits.statements), *found.findings)))
 
 
-def comparison_svg(found: Fitted, question: ComparisonQuestion) -> str:
+def comparison_svg(asked: Asked, question: ComparisonQuestion) -> str:
     """The comparison of force models as a figure."""
     from forcemap.figures import model_comparison_figure, svg
 
-    model = contact_model(found, question)
-    comparison = compare_force_models(found.dataset, **model)
+    found, model = asked.fitted, asked.contact_model(question).figures
+    comparison = fm.compare_force_models(found.dataset, **model)
     return svg(model_comparison_figure(comparison, found.dataset, found.force_map, **model))
 
 
-def _zones(found: Fitted, question: ZoneSize, limits: Limits) -> RobotTable:
-    table = robot_table(
-        found.force_map,
-        limits=[(limits.of(question.area), question.contact)],
-        bound=question.bound_of(found.force_map),
+def _zones(asked: Asked, question: ZoneSize) -> fm.RobotTable:
+    limit = asked.limits.of(question.area)
+    limit.require_permitted()
+    table = fm.robot_table(
+        asked.fitted.force_map,
+        limits=[(limit, question.contact)],
+        bound=question.bound_of(asked.fitted.force_map),
         size=question.zone_m,
-        allowance=Allowance(speed=question.overshoot_mps, position=question.position_tolerance_m),
+        allowance=question.allowance,
     )
-    statements = (*limits.statements, *table.provenance.statements)
-    return replace(table, provenance=replace(table.provenance, statements=statements))
+    return replace(table, provenance=_with(table.provenance, asked.limits))
+
+
+def _with(provenance: Provenance, limits: Limits) -> Provenance:
+    return replace(provenance, notes=(*map(in_words, limits.statements), *provenance.notes))

@@ -5,13 +5,15 @@ from __future__ import annotations
 import re
 import sys
 
+from starlette.datastructures import MutableHeaders
 from starlette.requests import Request
 from starlette.responses import JSONResponse, Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
+from forcemap.answers.error import ErrorAnswer
 from forcemap.errors import ForcemapError
 from forcemap.web.intake import LARGEST_UPLOAD, too_large
-from forcemap.web.refusal import Refusal, Refused, problem
+from forcemap.web.refusal import Refusal
 
 _HOST = re.compile(r"(127\.0\.0\.1|localhost)(:\d{1,5})?")
 
@@ -58,11 +60,9 @@ class Guard:
             nonlocal started
             if message["type"] == "http.response.start":
                 started = True
-                headers = list(message["headers"])
-                names = {name for name, _ in headers}
-                headers += [(k.encode(), v.encode()) for k, v in _HEADERS.items()]
-                headers += [] if b"cache-control" in names else [(b"cache-control", b"no-store")]
-                message["headers"] = headers
+                headers = MutableHeaders(scope=message)
+                headers.update(_HEADERS)
+                headers.setdefault("cache-control", "no-store")
             await send(message)
 
         try:
@@ -87,18 +87,15 @@ def _require_own(request: Request) -> None:
             raise Refusal(403, "origin", f"found {name} more than once, expected it once; nothing was done")
     origin, (site, *visit) = request.headers.get("origin"), (request.headers.get(name, "") for name in _FETCH)
     own = site in ("", "same-origin", "none") and (origin is None or origin == f"http://{host}")
-    if request.method in ("GET", "HEAD"):
-        path = request.url.path
-        link = visit == ["navigate", "document"] and (path == "/" or path.startswith("/campaigns/"))
-        if not (own or link):
-            raise Refusal(403, "origin", "found a request of another site, expected one of this page")
-        return
-    if not own:
-        raise Refusal(403, "origin", "found a request of another site, expected one of this page; nothing was done")
+    reads, path = request.method in ("GET", "HEAD"), request.url.path
+    link = reads and visit == ["navigate", "document"] and (path == "/" or path.startswith("/campaigns/"))
+    if not (own or link):
+        done = "" if reads else "; nothing was done"
+        raise Refusal(403, "origin", f"found a request of another site, expected one of this page{done}")
     size = request.headers.get("content-length", "0")
-    if size.isdecimal() and int(size) > LARGEST_UPLOAD:
+    if not reads and size.isdecimal() and int(size) > LARGEST_UPLOAD:
         raise too_large()
 
 
 def _refused(error: ForcemapError, status: int) -> Response:
-    return JSONResponse(Refused(error=problem(error)).model_dump(), status)
+    return JSONResponse(ErrorAnswer.of_error(error, remote=True).model_dump(), status)

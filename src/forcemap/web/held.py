@@ -9,7 +9,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import TypeVar
 
-from forcemap import Accuracy, ForceMap, ForcemapError, ImpactDataset, fit_force_map, map_accuracy, read_dataset
+from forcemap import Accuracy, ForceMap, ImpactDataset, fit_force_map, map_accuracy, read_dataset
 from forcemap.files import file_sha256
 from forcemap.web.refusal import Refusal
 
@@ -94,18 +94,12 @@ def _impacts(campaign: Path, contents: _Contents) -> ImpactDataset:
     """The impacts of files with these hashes; an error is not kept."""
     try:
         dataset = read_dataset(campaign)
-    except ForcemapError:
-        _require_same(campaign, contents)
-        raise
+    finally:
+        if _contents(campaign) != contents:
+            raise _ChangedError
     if dataset.sha256 != contents[0]:
         raise _ChangedError
-    _require_same(campaign, contents)
     return dataset
-
-
-def _require_same(campaign: Path, contents: _Contents) -> None:
-    if _contents(campaign) != contents:
-        raise _ChangedError
 
 
 @lru_cache(maxsize=16)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import os
-import re
 import secrets
 import threading
 import time
@@ -19,10 +18,14 @@ from pydantic import BaseModel, Field
 from starlette.requests import ClientDisconnect
 
 from forcemap import Campaign, ForcemapError, InputError, LimitTable, build_dataset, read_campaign
+from forcemap.answers.check import CheckAnswer
+from forcemap.answers.collect import CollectAnswer
+from forcemap.errors import ChangedMeanwhile
 from forcemap.files import file_sha256
 from forcemap.web.campaign_answers import problem_words
 from forcemap.web.folder import Folder
-from forcemap.web.judgements import FileAnswer, TableAnswer, file_answer, is_table, table_answer
+from forcemap.web.held import impacts_of
+from forcemap.web.judgements import TableAnswer, file_answer, is_table, table_answer
 from forcemap.web.limits import limits_of
 from forcemap.web.question import Area
 from forcemap.web.refusal import Refusal
@@ -55,6 +58,12 @@ class Upload(Area):
     )
 
 
+class Judged(Upload):
+    """A file to judge, with its curves or without."""
+
+    curves: bool = Field(False, description="Also the curve of every recording, thinned to what can be drawn.")
+
+
 class Addition(Upload):
     """A recording to add to a campaign."""
 
@@ -68,16 +77,7 @@ class StoredAnswer(BaseModel):
     use: str
     reason: str
     problem: str
-    judgement: FileAnswer
-
-
-class CollectAnswer(BaseModel):
-    """What collecting a campaign's recordings gave."""
-
-    recordings: int
-    used: int
-    missing: int
-    problem: str
+    judgement: CheckAnswer
 
 
 @dataclass
@@ -88,32 +88,31 @@ class _Desk:
     collecting: asyncio.Lock = field(default_factory=asyncio.Lock)
     asked: int = 0
     done: int = 0
-    problem: str = ""
+    problem: ForcemapError | None = None
 
 
 class Intake:
     """Takes files for the campaigns of a folder."""
 
     def __init__(self, folder: Folder, table: LimitTable | None) -> None:
-        self._folder = folder
-        self._table = table
+        self._folder, self._table = folder, table
         self._places = asyncio.Semaphore(_AT_ONCE)
         self._judging = asyncio.Semaphore(_JUDGED_AT_ONCE)
         self._desks: dict[Path, _Desk] = {}
         for campaign in folder.campaigns().values():
             _sweep(campaign)
 
-    async def judge(self, request: Request, name: str, file_name: str, question: Area) -> FileAnswer | TableAnswer:
-        """Judge a file without storing it."""
-        campaign, suffix = self._folder.campaign(name), _suffix(file_name)
+    async def judge(self, request: Request, name: str, upload: Upload, *, drawn: bool) -> CheckAnswer | TableAnswer:
+        """Judge a file without storing it; with its curves where they are drawn."""
+        campaign, suffix = self._folder.campaign(name), _suffix(upload.file)
         async with self._places, _received(request, campaign, suffix) as staged, self._judging:
-            return await asyncio.to_thread(self._judged, campaign, staged, file_name, question)
+            return await asyncio.to_thread(self._judged, campaign, staged, upload, drawn)
 
-    async def add(self, request: Request, name: str, file_name: str, run: str | None, question: Area) -> StoredAnswer:
+    async def add(self, request: Request, name: str, addition: Addition) -> StoredAnswer:
         """Judge a recording, store it as a run of the plan, and collect the campaign."""
-        path, suffix = self._folder.campaign(name), _suffix(file_name)
+        path, suffix = self._folder.campaign(name), _suffix(addition.file)
         async with self._places, _received(request, path, suffix) as staged, self._judging:
-            stored, judgement = await asyncio.to_thread(self._stored, path, staged, file_name, run, question)
+            stored, judgement = await asyncio.to_thread(self._stored, path, staged, addition)
         problem = await self._collected(path)
         entries = [entry for entry in read_campaign(path).entries if entry.file == stored]
         unused = [entry for entry in entries if entry.use.value != "used"] or entries
@@ -121,7 +120,7 @@ class Intake:
             stored_as=stored,
             use=unused[0].use.value if unused else "not_collected",
             reason=unused[0].reason if unused else "",
-            problem=problem,
+            problem=problem_words(problem) if problem else "",
             judgement=judgement,
         )
 
@@ -130,41 +129,35 @@ class Intake:
         path = self._folder.campaign(name)
         read_campaign(path)
         problem = await self._collected(path)
-        campaign = read_campaign(path)
-        used = sum(entry.use.value == "used" for entry in campaign.entries)
-        return CollectAnswer(
-            recordings=len(campaign.entries), used=used, missing=len(campaign.missing), problem=problem
-        )
+        if problem is not None:
+            raise problem
+        return await asyncio.to_thread(lambda: CollectAnswer.of_campaign(read_campaign(path), impacts_of(path)))
 
-    def _judged(self, campaign: Path, staged: Path, file_name: str, question: Area) -> FileAnswer | TableAnswer:
-        with _called(staged, file_name):
-            if staged.suffix != ".tdms" and is_table(staged):
+    def _judged(self, campaign: Path, staged: Path, upload: Upload, drawn: bool) -> CheckAnswer | TableAnswer:
+        with _called(staged, upload.file):
+            if is_table(staged):
                 if staged.stat().st_size > LARGEST_TABLE:
                     raise too_large(LARGEST_TABLE)
-                return table_answer(staged, file_name, campaign)
-            return file_answer(staged, file_name, campaign, question, limits_of(campaign, self._table))
+                return table_answer(staged, upload.file, campaign)
+            return file_answer(staged, upload.file, campaign, upload, limits_of(campaign, self._table), drawn=drawn)
 
-    def _stored(
-        self, path: Path, staged: Path, file_name: str, run: str | None, question: Area
-    ) -> tuple[str, FileAnswer]:
-        campaign = read_campaign(path)
-        if staged.suffix != ".tdms" and is_table(staged):
+    def _stored(self, path: Path, staged: Path, addition: Addition) -> tuple[str, CheckAnswer]:
+        campaign, file_name = read_campaign(path), addition.file
+        if is_table(staged):
             message = "this is an impacts table; only recordings are added, the impacts table is made from them"
             raise Refusal(422, "table", message, file=file_name)
         with _called(staged, file_name):
-            judgement = file_answer(staged, file_name, path, question, limits_of(path, self._table))
-        with self._desk(path).storing:
-            target = campaign.recordings / _stored_name(campaign, run, file_name, staged.suffix, judgement.sha256)
-            _require_new(campaign, target, judgement.sha256, file_name)
+            judgement = file_answer(staged, file_name, path, addition, limits_of(path, self._table))
+        digest = file_sha256(staged)
+        with self._desks.setdefault(path, _Desk()).storing:
+            target = campaign.recordings / _stored_name(campaign, addition, staged.suffix, digest)
+            _require_new(campaign, target, digest, file_name)
             _store(staged, target)
         return target.name, judgement
 
-    def _desk(self, campaign: Path) -> _Desk:
-        return self._desks.setdefault(campaign, _Desk())
-
-    async def _collected(self, campaign: Path) -> str:
-        """Collect, once for all that wait; what is wrong, in words."""
-        desk = self._desk(campaign)
+    async def _collected(self, campaign: Path) -> ForcemapError | None:
+        """Collect, once for all that wait; what is wrong."""
+        desk = self._desks.setdefault(campaign, _Desk())
         desk.asked += 1
         ticket = desk.asked
         async with desk.collecting:
@@ -236,31 +229,20 @@ def _called(staged: Path, file_name: str) -> Iterator[None]:
         raise
 
 
-def _stored_name(campaign: Campaign, run: str | None, file_name: str, suffix: str, digest: str) -> str:
+def _stored_name(campaign: Campaign, addition: Addition, suffix: str, digest: str) -> str:
     """The name under which a recording is stored: that of its run, else one made from its content."""
-    if run is not None:
-        known = _run(campaign, run)
-        if known is None:
-            raise Refusal(422, "run", f"found {run!r}, expected a run of the plan such as {campaign.plan.recording[0]}")
-        return known + suffix
-    known = _run(campaign, PurePosixPath(file_name.replace("\\", "/")).stem)
-    return f"{known or f'upload-{digest[:12]}'}{suffix}"
-
-
-def _run(campaign: Campaign, name: str) -> str | None:
-    """The run of a name as the plan spells it; further repeats of a planned state count."""
-    runs = {run.lower(): run for run in campaign.plan.recording.tolist()}
-    if name.lower() in runs:
-        return str(runs[name.lower()])
-    state, _, repeat = name.lower().rpartition("-r")
-    planned = {each.lower(): each for each in campaign.plan.states}.get(state)
-    return f"{planned}-r{int(repeat)}" if planned and re.fullmatch(r"[1-9][0-9]{0,2}", repeat) else None
+    name = PurePosixPath(addition.file.replace("\\", "/")).stem if addition.run is None else addition.run
+    run = campaign.plan.run_named(name)  # as the plan spells it; further repeats of a planned state count
+    if run is None and addition.run is not None:
+        raise Refusal(422, "run", f"found {name!r}, expected a run of the plan such as {campaign.plan.recording[0]}")
+    return (f"{run[0]}-r{run[1]}" if run else f"upload-{digest[:12]}") + suffix
 
 
 def _require_new(campaign: Campaign, target: Path, digest: str, file_name: str) -> None:
     files = campaign.files()
     for file in files:
-        if _digest(campaign.recordings / file) == digest:
+        path = campaign.recordings / file
+        if _digest(path, path.stat().st_mtime_ns, path.stat().st_size) == digest:
             raise Refusal(409, "duplicate", f"the same content as {file}, already in the campaign", file=file_name)
     if len(files) >= MOST_RECORDINGS:
         message = f"the campaign holds {len(files)} files, the page adds to at most {MOST_RECORDINGS}; copy it by hand"
@@ -270,13 +252,8 @@ def _require_new(campaign: Campaign, target: Path, digest: str, file_name: str) 
         raise Refusal(409, "run_taken", message, file=file_name)
 
 
-def _digest(path: Path) -> str:
-    status = path.stat()
-    return _digest_of(path, status.st_mtime_ns, status.st_size)
-
-
 @lru_cache(maxsize=20_000)
-def _digest_of(path: Path, _changed: int, _size: int) -> str:
+def _digest(path: Path, _changed: int, _size: int) -> str:
     return file_sha256(path)
 
 
@@ -301,18 +278,17 @@ def _flush(path: Path) -> None:
         os.close(descriptor)
 
 
-def _collect(path: Path) -> str:
-    """Collect a campaign, again if its register was changed meanwhile; what is wrong, in words."""
+def _collect(path: Path) -> ForcemapError | None:
+    """Collect a campaign, again if its register was changed meanwhile; what is wrong."""
+    problem: ForcemapError | None = None
     for _ in range(_TRIES):
-        campaign = read_campaign(path)
         try:
-            build_dataset(campaign)
-            return ""
+            build_dataset(read_campaign(path))
+            return None
+        except ChangedMeanwhile as error:
+            problem = error
         except ForcemapError as error:
-            now = file_sha256(campaign.register_file) if campaign.register_file.exists() else ""
-            problem = problem_words(error)
-            if now == campaign.register_sha256 or "meanwhile" not in problem:
-                return problem
+            return error
     return problem
 
 

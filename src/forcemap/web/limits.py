@@ -6,14 +6,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from forcemap import (
-    ForceLimit,
-    LimitTable,
-    campaign_limit_table,
-    force_limit,
-    read_conditions,
-    standard_limit_table,
-)
+import forcemap as fm
+from forcemap.answers.words import sentence
 from forcemap.errors import UnknownName
 from forcemap.web.question import Area
 
@@ -30,25 +24,25 @@ class Limits:
         What campaign.toml names and is not used, in words.
     """
 
-    table: LimitTable | None
+    table: fm.LimitTable | None
     statements: tuple[str, ...] = ()
 
     @property
     def otherwise(self) -> dict[str, Any]:
         """The body area of a question that names none, where the table lacks the usual one."""
-        table, usual = self.table or standard_limit_table(), str(Area.model_fields["area"].default)
+        table, usual = self.table or fm.standard_limit_table(), str(Area.model_fields["area"].default)
         try:
             table.find(usual)
         except UnknownName:
             return {"area": table.regions[0]}
         return {}
 
-    def of(self, area: str) -> ForceLimit:
+    def of(self, area: str) -> fm.ForceLimit:
         """The limits of a body area or region."""
-        return force_limit(area, table=self.table)
+        return fm.force_limit(area, table=self.table)
 
 
-def limits_of(campaign: Path, given: LimitTable | None) -> Limits:
+def limits_of(campaign: Path, given: fm.LimitTable | None) -> Limits:
     """The limits for a campaign; a table given to the server comes before that of campaign.toml.
 
     Raises
@@ -59,9 +53,9 @@ def limits_of(campaign: Path, given: LimitTable | None) -> Limits:
     described = campaign / "campaign.toml"
     if given is not None or not described.exists():
         return Limits(given)
-    conditions = read_conditions(described)
-    found, name = campaign_limit_table(campaign, conditions), conditions.limit_table
+    conditions = fm.read_conditions(described)
+    found, name = fm.campaign_limit_table(campaign, conditions), conditions.limit_table
     if found.file or not name:
         return Limits(found.table)
     unused = f"campaign.toml names the limit table {name}, which is not used here: start with --limit-table {name}"
-    return Limits(None, (unused, *([found.finding] if found.finding else [])))
+    return Limits(None, (unused, *([sentence(found.finding)] if found.finding else [])))

@@ -1,214 +1,114 @@
-"""The map: its coefficients and states, slices through a state, and the whole workspace."""
+"""What a campaign's map answers: the same objects as the commands print with --json."""
 
 from __future__ import annotations
 
-import math
+from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-from pydantic import BaseModel
-
-from forcemap import Accuracy, map_sha256
+import forcemap as fm
+from forcemap.answers.accuracy import EvaluateAnswer
+from forcemap.answers.comparison import Body, ComparisonAnswer
+from forcemap.answers.map import FitAnswer
+from forcemap.answers.path import PathAnswer
+from forcemap.answers.speed import SpeedAnswer
+from forcemap.answers.speed_map import SpeedMapAnswer
 from forcemap.web.held import Fitted
 from forcemap.web.limits import Limits
-from forcemap.web.numbers import number, numbers, raised
-from forcemap.web.question import Resolution, State
-from forcemap.web.speed_answers import Basis, SpeedAnswer, basis_of, grid, speed_answer
+from forcemap.web.question import ComparisonQuestion, PathQuestion, Place, Question, Steps
 
-_CUBE = 50  # points along each edge of the workspace: more than 10^5, also with a corner cut away
-_ALONG = 61
+LONGEST_PATH = 20.0
+"""The longest path that is taken [m]."""
 
 
-class AccuracyAnswer(BaseModel):
-    """How far predictions lie from measured states; underestimation is the dangerous side."""
+@dataclass(frozen=True)
+class Asked:
+    """A campaign's map and limits, which answer questions.
 
-    on: str
-    states: int
-    max_underestimation_percent: float
-    mean_underestimation_percent: float
-    max_overestimation_percent: float
-    mean_overestimation_percent: float
-    rmse_N: float
+    Parameters
+    ----------
+    fitted : Fitted
+    limits : Limits
+    """
 
+    fitted: Fitted
+    limits: Limits
 
-class Coefficient(BaseModel):
-    """A term of the map, ln F = sum of coefficient x term."""
+    def fit(self) -> FitAnswer:
+        """The map, as `forcemap fit --json`."""
+        return FitAnswer.of_fit(self.fitted.dataset, self.fitted.force_map, self.fitted.accuracy)
 
-    term: str
-    coefficient: float
-    standard_error: float | None
+    def evaluate(self) -> EvaluateAnswer:
+        """Its accuracy, as `forcemap evaluate --json`."""
+        return EvaluateAnswer.of_map(self.fitted.force_map, self.fitted.dataset, self.fitted.accuracy)
 
+    def speed(self, question: Place) -> SpeedAnswer:
+        """The safe speed at the place of a question, as `forcemap speed --json`."""
+        return self.speed_at(question, (question.distance_m, question.height_m))
 
-class MeasuredState(BaseModel):
-    """A state as it was measured; force null where every impact exceeded the device range."""
+    def speed_at(self, question: Question, place: tuple[float, float]) -> SpeedAnswer:
+        """The safe speed at a place: distance and height [m]."""
+        found, notes = self.fitted, self.limits.statements
+        return SpeedAnswer.of_place(found.force_map, place, found.accuracy[0], notes, **self.case(question))
 
-    state_id: str
-    role: str
-    distance_m: float
-    height_m: float
-    speed_mps: float
-    force_N: float | None
-    at_least_N: float | None
-    predicted_N: float
+    def speed_map(self, question: Steps) -> SpeedMapAnswer:
+        """Safe speeds on a grid, as `forcemap speed-map --json`."""
+        force_map = self.fitted.force_map
+        speeds = fm.speed_map(force_map, *fm.measured_grid(force_map, question.step_m), **self.case(question))
+        return SpeedMapAnswer.of_speeds(force_map, speeds, self.fitted.accuracy[0], self.limits.statements)
 
+    def case(self, question: Question) -> dict[str, Any]:
+        """The limit, contact and bound that are asked for, by the names of the library."""
+        bound = question.bound_of(self.fitted.force_map)
+        return {"limit": self.limits.of(question.area), "contact": question.contact, "bound": bound}
 
-class MapAnswer(BaseModel):
-    """A campaign's collision-force map."""
+    def compare(self, question: ComparisonQuestion) -> ComparisonAnswer:
+        """The map beside the 2D map and the standard's contact model, as `forcemap compare --json`."""
+        limit, dataset = self.limits.of(question.area), self.fitted.dataset
+        usable = limit if limit.permitted else None
+        comparison = fm.compare_force_models(dataset, **self.contact_model(question).figures, limit=usable)
+        notes = self.limits.statements
+        return ComparisonAnswer.of_comparison(comparison, limit, simulated=dataset.simulated, notes=notes)
 
-    name: str
-    form: str
-    terms: list[Coefficient]
-    states: list[MeasuredState]
-    samples: int
-    censored_samples: int
-    state_sd_percent: float | None
-    accuracy: list[AccuracyAnswer]
-    lowest_measured: list[float]
-    highest_measured: list[float]
-    map_sha256: str
-    simulated: bool
-    assumptions: list[str]
+    def contact_model(self, question: ComparisonQuestion) -> fm.ContactModel:
+        """Masses and spring constant of the standard's contact model.
 
+        Raises
+        ------
+        InputError
+            The moving mass is neither given nor stated by the campaign.
+        """
+        return fm.contact_model(
+            self.fitted.dataset.conditions,
+            question.area,
+            moving_mass=question.moving_mass_kg,
+            payload=question.payload_kg,
+            constrained=question.body is Body.CONSTRAINED,
+        )
 
-class Line(BaseModel):
-    """Forces along one variable, the others held; null outside the measured range."""
+    def path(self, question: PathQuestion) -> PathAnswer:
+        """Allowed speeds along a path, as `forcemap path --json`."""
+        bound = question.bound_of(self.fitted.force_map)
+        return PathAnswer.of_path(self.fitted.force_map, self.speeds_along(question), bound, self.limits.statements)
 
-    at: list[float]
-    predicted_N: list[float | None]
-    bound_N: list[float | None]
+    def speeds_along(self, question: PathQuestion) -> fm.PathSpeeds:
+        """The library's answer for a path that runs straight out from the base.
 
-
-class SlicesAnswer(BaseModel):
-    """Slices through a state: along distance, height and speed, and over all places at its speed."""
-
-    predicted_N: float | None
-    bound_N: float | None
-    measured: bool
-    verdict: str
-    along_distance: Line
-    along_height: Line
-    along_speed: Line
-    distance_m: list[float]
-    height_m: list[float]
-    place_bound_N: list[list[float | None]]
-    speed: SpeedAnswer
-
-
-class CubeAnswer(BaseModel):
-    """Predicted forces over the workspace, distance slowest, speed fastest; null outside the measured range."""
-
-    distance_m: list[float]
-    height_m: list[float]
-    speed_mps: list[float]
-    force_N: list[float | None]
-    basis: Basis
-
-
-def accuracy_answer(accuracy: Accuracy) -> AccuracyAnswer:
-    """An accuracy for JSON."""
-    names = set(AccuracyAnswer.model_fields) - {"rmse_N"}
-    return AccuracyAnswer(rmse_N=accuracy.rmse, **{name: getattr(accuracy, name) for name in names})
-
-
-def map_answer(found: Fitted) -> MapAnswer:
-    """The map of a campaign."""
-    force_map, fit = found.force_map, found.force_map.require_fit()
-    states = []
-    for role, each in (("train", fit.states), ("left out", fit.left_out), ("test", fit.test)):
-        predicted = np.atleast_1d(force_map.predict(each.distance, each.height, each.speed))
-        figures = (each.distance, each.height, each.speed, each.force, each.at_least, predicted)
-        states += [
-            MeasuredState(
-                state_id=name,
-                role=role,
-                distance_m=d,
-                height_m=h,
-                speed_mps=v,
-                force_N=number(f),
-                at_least_N=number(least),
-                predicted_N=p,
-            )
-            for name, d, h, v, f, least, p in zip(each.name, *(figure.tolist() for figure in figures), strict=True)
-        ]
-    columns = (force_map.form.term_names, force_map.coefficients.tolist(), fit.between_states.standard_errors.tolist())
-    return MapAnswer(
-        name=force_map.name,
-        form=force_map.form.name,
-        terms=[Coefficient(term=t, coefficient=b, standard_error=number(e)) for t, b, e in zip(*columns, strict=True)],
-        states=states,
-        samples=fit.samples,
-        censored_samples=fit.censored_samples,
-        state_sd_percent=number(100 * fit.state_sd),
-        accuracy=[accuracy_answer(each) for each in found.accuracy],
-        lowest_measured=force_map.measured_range.lowest.tolist(),
-        highest_measured=force_map.measured_range.highest.tolist(),
-        map_sha256=map_sha256(force_map),
-        simulated=force_map.simulated,
-        assumptions=[*force_map.conditions.assumptions(), force_map.phase_two.statement()],
-    )
-
-
-def slices_answer(found: Fitted, question: State, limits: Limits) -> SlicesAnswer:
-    """Slices through a state, the safe speed at its place, and whether its own speed is within it."""
-    force_map, bound = found.force_map, question.bound_of(found.force_map)
-    at = (question.distance_m, question.height_m, question.speed_mps)
-    box = force_map.measured_range
-
-    def forces(d: NDArray[Any], h: NDArray[Any], v: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
-        inside = box.contains(d, h, v)
-        predicted, upper = np.full((2, *d.shape), math.nan)
-        predicted[inside] = force_map.predict(d[inside], h[inside], v[inside])
-        upper[inside] = bound.upper(force_map, d[inside], h[inside], v[inside])
-        return predicted, upper
-
-    def line(axis: int) -> Line:
-        along = np.linspace(box.lowest[axis], box.highest[axis], _ALONG)
-        state = [along if i == axis else np.full(_ALONG, value) for i, value in enumerate(at)]
-        predicted, upper = forces(*state)
-        return Line(at=numbers(along, 9), predicted_N=numbers(predicted, 2), bound_N=raised(upper, 2))
-
-    d, h = grid(found, 10_000)
-    at_d, at_h = (np.ascontiguousarray(each) for each in np.meshgrid(d, h, indexing="ij"))
-    _, over_places = forces(at_d, at_h, np.full(at_d.shape, question.speed_mps))
-    here, upper_here = (float(each[0]) for each in forces(*(np.array([value]) for value in at)))
-    speed = speed_answer(found, question, limits)
-    return SlicesAnswer(
-        predicted_N=number(here),
-        bound_N=number(upper_here),
-        measured=not math.isnan(here),
-        verdict=_verdict(question.speed_mps, speed),
-        along_distance=line(0),
-        along_height=line(1),
-        along_speed=line(2),
-        distance_m=d.tolist(),
-        height_m=h.tolist(),
-        place_bound_N=raised(over_places, 1),
-        speed=speed,
-    )
-
-
-def cube_answer(found: Fitted, question: Resolution, limits: Limits) -> CubeAnswer:
-    """Predicted forces over the workspace."""
-    force_map, box = found.force_map, found.force_map.measured_range
-    axes = [np.linspace(box.lowest[i], box.highest[i], _CUBE) for i in range(3)]
-    d, h, v = (each.ravel() for each in np.meshgrid(*axes, indexing="ij"))
-    force = np.where(box.contains(d, h, v), force_map.predict(d, h, v), math.nan)
-    return CubeAnswer(
-        distance_m=numbers(axes[0], 4),
-        height_m=numbers(axes[1], 4),
-        speed_mps=numbers(axes[2], 4),
-        force_N=numbers(force, 1),
-        basis=basis_of(found, question, limits, ()),
-    )
-
-
-def _verdict(speed: float, answer: SpeedAnswer) -> str:
-    """Whether a speed may be driven at the place of an answer, in words."""
-    if answer.speed_mps is None:
-        return f"no speed is permitted here: {answer.outcome.replace('_', ' ')}"
-    if speed > answer.speed_mps:
-        return f"faster than the safe speed here, {answer.speed_shown} m/s"
-    if answer.lowest_measured_speed_mps is not None and speed < answer.lowest_measured_speed_mps:
-        return "slower than anything measured here; the safe speed covers it"
-    return "within the safe speed here"
+        Raises
+        ------
+        InputError
+            The path is longer than any task needs, or has no length.
+        """
+        path = fm.ToolPath.through([(d, 0.0, h) for d, h in question.places])
+        length = float(path.lengths.sum())
+        if length > LONGEST_PATH:
+            expected = f"expected at most {LONGEST_PATH:g} m; ask in parts"
+            raise fm.InputError(f"points: found a path of {length:.1f} m, {expected}")
+        segment = fm.TaskSegment("path", (question.area,), question.contact, question.programmed)
+        return fm.path_speeds(
+            self.fitted.force_map,
+            path,
+            fm.Task((segment,), question.acceleration_mps2),
+            bound=question.bound_of(self.fitted.force_map),
+            allowance=question.allowance,
+            table=self.limits.table,
+        )

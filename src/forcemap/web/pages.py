@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from decimal import ROUND_CEILING, Decimal
 from types import MappingProxyType
@@ -16,31 +16,24 @@ from fastapi.responses import HTMLResponse, RedirectResponse, Response
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from pydantic import ValidationError
 
-from forcemap import (
-    Contact,
-    ForcemapError,
-    LimitTable,
-    __version__,
-    floor_speed,
-    map_sha256,
-    standard_limit_table,
-)
+import forcemap as fm
+from forcemap.answers.comparison import Body
 from forcemap.web.campaign_answers import campaign_answer, overview, problem_words
-from forcemap.web.comparison_answers import Body, ComparisonQuestion, comparison_answer
 from forcemap.web.downloads import Export, Format, comparison_svg
 from forcemap.web.folder import Folder
+from forcemap.web.grids import slices_answer
 from forcemap.web.held import Fitted, fitted
 from forcemap.web.intake import LARGEST_UPLOAD, TYPES, Addition, Intake, Upload
 from forcemap.web.limits import Limits, limits_of
-from forcemap.web.map_answers import map_answer, slices_answer
-from forcemap.web.path_answers import task_answer
-from forcemap.web.question import Area, BoundKind, PathQuestion, Place, Question, State
+from forcemap.web.map_answers import Asked
+from forcemap.web.question import Area, BoundKind, ComparisonQuestion, PathQuestion, Place, Question, State
 from forcemap.web.refusal import Refusal, status_of
-from forcemap.web.speed_answers import speed_answer
+from forcemap.web.task_answers import task_answer
 from forcemap.web.turns import Turns
 
 _Asked = TypeVar("_Asked", bound=Area)
 
+_AXES = ("distance_m", "height_m", "speed_mps")
 _MADE_OF = "made_of"
 _MODELS: tuple[type[Area], ...] = (State, PathQuestion, ComparisonQuestion, Export, Addition)
 _KNOWN = {_MADE_OF, *(name for model in _MODELS for name in model.model_fields)}
@@ -56,35 +49,48 @@ OUTCOMES = {
 """What outcomes mean, in words."""
 
 
-def page_router(folder: Folder, intake: Intake, turns: Turns, table: LimitTable | None) -> APIRouter:
+def page_router(folder: Folder, intake: Intake, turns: Turns, table: fm.LimitTable | None) -> APIRouter:
     """The routes of the pages for the campaigns of a folder."""
     router = APIRouter(include_in_schema=False)
 
     def page(request: Request, template: str, name: str, question: Area, limits: Limits, **shown: Any) -> Response:
-        path = f"/campaigns/{quote(name, safe='')}"
-        areas = _areas(limits.table or standard_limit_table())
-        shown |= {"name": name, "base": path, "question": question, "areas": areas, "single": folder.single}
+        areas = _areas(limits.table or fm.standard_limit_table())
+        shown |= {"name": name, "base": _address(name), "question": question, "areas": areas, "single": folder.single}
         return _html(request, template, **shown)
 
-    def ready(name: str) -> tuple[Fitted, Limits, dict[str, Any]]:
-        """Map and limits of a campaign, and what its pages show of them."""
+    def ready(name: str) -> tuple[Asked, str]:
+        """Map and limits of a campaign, and the hashes of both."""
         path = folder.campaign(name)
-        found, limits = fitted(path), limits_of(path, table)
-        made_of = f"{map_sha256(found.force_map)} {(limits.table or standard_limit_table()).sha256}"
-        return found, limits, {"axes": _axes(found), "made_of": made_of}
+        asked = Asked(fitted(path), limits_of(path, table))
+        used = asked.limits.table or fm.standard_limit_table()
+        return asked, f"{fm.map_sha256(asked.fitted.force_map)} {used.sha256}"
+
+    def asked_page(
+        request: Request,
+        name: str,
+        model: type[_Asked],
+        answer: Callable[[Asked, _Asked], Any],
+        otherwise: Callable[[Fitted], dict[str, Any]] = lambda _: {},
+    ) -> Response:
+        """The page of its address: what the map of a campaign answers to a question."""
+        asked, made_of = ready(name)
+        question = _stated(request, model, asked.limits.otherwise | otherwise(asked.fitted))
+        shown = {"asked": asked, "axes": _axes(asked.fitted), _MADE_OF: made_of, "answer": answer(asked, question)}
+        template = f"{request.url.path.rpartition('/')[2]}.html"
+        return page(request, template, name, question, asked.limits, **shown)
 
     @router.get("/")
     def overview_page(request: Request) -> Response:
         if folder.single:
             (name,) = folder.campaigns()
-            return RedirectResponse(f"/campaigns/{quote(name, safe='')}")
+            return RedirectResponse(_address(name))
         return _html(request, "overview.html", answer=overview(folder), root=folder.root.name)
 
     @router.get("/campaigns/{name}")
     def campaign_page(request: Request, name: str) -> Response:
         path = folder.campaign(name)
         answer, limits = campaign_answer(name, path), Limits(table)
-        with suppress(ForcemapError):  # without a map, judging says it
+        with suppress(fm.ForcemapError):  # without a map, judging says it
             limits = limits_of(path, table)
         taken = {"types": ",".join(TYPES), "largest": LARGEST_UPLOAD}
         question = _stated(request, Question, limits.otherwise)
@@ -92,58 +98,38 @@ def page_router(folder: Folder, intake: Intake, turns: Turns, table: LimitTable 
 
     @router.post("/campaigns/{name}/judge")
     async def judge(request: Request, name: str) -> Response:
-        upload = _stated(request, Upload)
-        answer = await intake.judge(request, name, upload.file, upload)
+        answer = await intake.judge(request, name, _stated(request, Upload), drawn=True)
         return _html(request, "judged.html", answer=answer)
 
     @router.post("/campaigns/{name}/recordings")
     async def add(request: Request, name: str) -> Response:
-        addition = _stated(request, Addition)
-        answer = await intake.add(request, name, addition.file, addition.run, addition)
+        answer = await intake.add(request, name, _stated(request, Addition))
         return _html(request, "added.html", answer=answer)
 
     @router.get("/campaigns/{name}/map")
     def map_page(request: Request, name: str) -> Response:
-        found, limits, shown = ready(name)
-        question = _stated(request, State, limits.otherwise | _middle(found))
-        slices = slices_answer(found, question, limits)
-        return page(request, "map.html", name, question, limits, answer=slices, map=map_answer(found), **shown)
+        return asked_page(request, name, State, slices_answer, _middle)
 
     @router.get("/campaigns/{name}/speeds")
     def speeds_page(request: Request, name: str) -> Response:
-        found, limits, shown = ready(name)
-        question = _stated(request, Place, limits.otherwise | _middle(found))
-        answer = speed_answer(found, question, limits)
-        return page(request, "speeds.html", name, question, limits, answer=answer, **shown)
+        return asked_page(request, name, Place, Asked.speed, _middle)
 
     @router.get("/campaigns/{name}/compare")
     async def compare_page(request: Request, name: str) -> Response:
-        def made() -> Response:
-            found, limits, shown = ready(name)
-            question = _stated(request, ComparisonQuestion, limits.otherwise)
-            answer = comparison_answer(found, question, limits)
-            return page(request, "compare.html", name, question, limits, answer=answer, **shown)
+        return await turns.take(request, lambda: asked_page(request, name, ComparisonQuestion, Asked.compare))
 
-        return await turns.take(request, made)
+    @router.get("/campaigns/{name}/task")
+    async def task_page(request: Request, name: str) -> Response:
+        return await turns.take(request, lambda: asked_page(request, name, PathQuestion, task_answer, _downwards))
 
     @router.get("/campaigns/{name}/compare.svg")
     async def compare_figure(request: Request, name: str) -> Response:
         def made() -> Response:
-            found, limits, shown = ready(name)
-            if request.query_params.get(_MADE_OF, shown[_MADE_OF]) != shown[_MADE_OF]:
+            asked, made_of = ready(name)
+            if request.query_params.get(_MADE_OF, made_of) != made_of:
                 raise Refusal(409, "changed", "the campaign's files have changed; open the page of the figure again")
-            question = _stated(request, ComparisonQuestion, limits.otherwise)
-            return Response(comparison_svg(found, question), media_type="image/svg+xml")
-
-        return await turns.take(request, made)
-
-    @router.get("/campaigns/{name}/task")
-    async def task_page(request: Request, name: str) -> Response:
-        def made() -> Response:
-            found, limits, shown = ready(name)
-            question = _stated(request, PathQuestion, limits.otherwise | {"points": _downwards(found)})
-            answer = task_answer(found, question, limits)
-            return page(request, "task.html", name, question, limits, answer=answer, **shown)
+            question = _stated(request, ComparisonQuestion, asked.limits.otherwise)
+            return Response(comparison_svg(asked, question), media_type="image/svg+xml")
 
         return await turns.take(request, made)
 
@@ -158,12 +144,16 @@ def page_router(folder: Folder, intake: Intake, turns: Turns, table: LimitTable 
     return router
 
 
-def problem_page(request: Request, error: ForcemapError) -> Response:
+def problem_page(request: Request, error: fm.ForcemapError) -> Response:
     """A page that says what is wrong and what to do."""
     name = request.path_params.get("name")
-    base = f"/campaigns/{quote(name, safe='')}" if isinstance(name, str) else ""
+    base = _address(name) if isinstance(name, str) else ""
     shown = {"name": name, "base": base, "message": problem_words(error), "kind": error.kind}
     return _html(request, "problem.html", status_of(error), **shown)
+
+
+def _address(name: str) -> str:
+    return f"/campaigns/{quote(name, safe='')}"
 
 
 def _html(request: Request, template: str, status: int = 200, **shown: Any) -> HTMLResponse:
@@ -183,16 +173,13 @@ def _stated(request: Request, model: type[_Asked], otherwise: Mapping[str, Any] 
         raise RequestValidationError(error.errors()) from None
 
 
-def _areas(table: LimitTable) -> list[tuple[str, list[tuple[str, str]]]]:
+def _areas(table: fm.LimitTable) -> list[tuple[str, list[tuple[str, str]]]]:
     """Regions in words, each with the names that can be asked for: its lowest area, areas of both sides, areas."""
     regions = []
     for region in table.regions:
         areas = [area for area in table.areas.values() if area.region == region]
-        sides = [area for area in areas if area.area.endswith("_dominant")]
-        named = [
-            (area.area.removesuffix("_dominant"), f"{_words(area.area.removesuffix('_dominant'))}, either side")
-            for area in sides
-        ]
+        sides = [area.area.removesuffix("_dominant") for area in areas if area.area.endswith("_dominant")]
+        named = [(side, f"{_words(side)}, either side") for side in sides]
         title = _words(region) + ("" if any(area.transient_factor for area in areas) else " (no contact permitted)")
         lowest = (region, f"{_words(region)}: lowest of its areas")
         regions.append((title, [lowest, *named, *((area.area, area.name) for area in areas)]))
@@ -205,28 +192,26 @@ def _words(name: str) -> str:
 
 def _axes(found: Fitted) -> dict[str, tuple[float, float, float]]:
     """Lowest, highest and step of the sliders: somewhat more than was measured."""
-    box = found.force_map.measured_range
-    axes = {}
-    for i, (name, step) in enumerate((("distance_m", 0.005), ("height_m", 0.005), ("speed_mps", 0.001))):
-        low, high = float(box.lowest[i]), float(box.highest[i])
+    box, axes = found.force_map.measured_range, {}
+    least = (0.0, -math.inf, 0.001)
+    for name, step, low, high, floor in zip(_AXES, (0.005, 0.005, 0.001), box.lowest, box.highest, least, strict=True):
         more = max(0.1 * (high - low), step)
-        lowest = max(low - more, {"distance_m": 0.0, "speed_mps": step}.get(name, -math.inf))
-        axes[name] = (math.floor(lowest / step) * step, math.ceil((high + more) / step) * step, step)
-    return {name: (round(low, 3), round(high, 3), step) for name, (low, high, step) in axes.items()}
+        lowest, highest = math.floor(max(low - more, floor) / step) * step, math.ceil((high + more) / step) * step
+        axes[name] = (round(lowest, 3), round(highest, 3), step)
+    return axes
 
 
 def _middle(found: Fitted) -> dict[str, float]:
     box = found.force_map.measured_range
-    middle = ((box.lowest + box.highest) / 2).tolist()
-    return {name: round(value, 3) for name, value in zip(("distance_m", "height_m", "speed_mps"), middle, strict=True)}
+    return {name: round(value, 3) for name, value in zip(_AXES, ((box.lowest + box.highest) / 2).tolist(), strict=True)}
 
 
-def _downwards(found: Fitted) -> str:
+def _downwards(found: Fitted) -> dict[str, str]:
     """A path down in the middle of the measured range, with room for the position tolerance."""
     low, high = found.force_map.measured_range.lowest, found.force_map.measured_range.highest
-    d = (low[0] + high[0]) / 2
-    top, bottom = high[1] - 0.1 * (high[1] - low[1]), low[1] + 0.1 * (high[1] - low[1])
-    return f"{d:.3f},{top:.3f};{d:.3f},{bottom:.3f}" if high[1] > low[1] else f"{d:.3f},{low[1]:.3f}"
+    d, room = (low[0] + high[0]) / 2, 0.1 * (high[1] - low[1])
+    heights = (high[1] - room, low[1] + room) if room > 0 else (low[1],)
+    return {"points": ";".join(f"{d:.3f},{h:.3f}" for h in heights)}
 
 
 def _figure(value: float | None, digits: int = 1) -> str:
@@ -249,13 +234,13 @@ _TEMPLATES = Environment(
 _TEMPLATES.filters |= {
     "figure": _figure,
     "raised": _raised,
-    "speed": lambda value: floor_speed(math.nan if value is None else value),
+    "speed": lambda value: fm.floor_speed(math.nan if value is None else value),
     "words": _words,
-    "query": lambda parameters: urlencode(parameters),
+    "query": urlencode,
 }
 _TEMPLATES.globals |= {
-    "version": __version__,
-    "contacts": list(Contact),
+    "version": fm.__version__,
+    "contacts": list(fm.Contact),
     "bounds": list(BoundKind),
     "bodies": list(Body),
     "outcomes": OUTCOMES,

@@ -10,7 +10,8 @@ from urllib.parse import urlencode
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validator
 
-from forcemap import Bound, Contact, FixedMargin, ForceMap, ToleranceBound
+import forcemap as fm
+from forcemap.answers.comparison import Body
 
 Metres = Annotated[float, Field(ge=-10, le=10, allow_inf_nan=False)]
 MetresPerSecond = Annotated[float, Field(gt=0, le=10, allow_inf_nan=False)]
@@ -38,7 +39,7 @@ class Area(BaseModel):
     def _as_written(cls, value: Any, info: ValidationInfo) -> Any:
         """A number is digits, a point and an exponent; 1_0 is a slip, not ten."""
         kind = cls.model_fields[str(info.field_name)].annotation
-        text = any(isinstance(each, type) and issubclass(each, str) for each in (kind, *get_args(kind)))
+        text = any(isinstance(each, type) and issubclass(each, str | bool) for each in (kind, *get_args(kind)))
         if isinstance(value, str) and not text and not _NUMBER.fullmatch(value):
             raise ValueError("expected a number such as 0.25")
         return value
@@ -57,11 +58,15 @@ class Bounded(Area):
     content: float = Field(0.95, ge=0.5, le=0.999, allow_inf_nan=False, description="Share of states below it.")
     margin: float = Field(0.10, ge=0, le=1, allow_inf_nan=False, description="Share added by the bound margin.")
 
-    def bound_of(self, force_map: ForceMap) -> Bound:
-        """The bound, with the device error of the map's campaign."""
+    def stated_bound(self, device_error: float) -> fm.Bound:
+        """The bound for a device with that error [N]."""
         if self.bound is BoundKind.MARGIN:
-            return FixedMargin(self.margin)
-        bound = ToleranceBound(self.confidence, self.content, force_map.conditions.device.error_or_default)
+            return fm.FixedMargin(self.margin)
+        return fm.ToleranceBound(self.confidence, self.content, device_error)
+
+    def bound_of(self, force_map: fm.ForceMap) -> fm.Bound:
+        """The bound, with the device error of the map's campaign."""
+        bound = self.stated_bound(force_map.conditions.device.error_or_default)
         bound.require(force_map)
         return bound
 
@@ -69,7 +74,7 @@ class Bounded(Area):
 class Question(Bounded):
     """A body area or region, a bound and a kind of contact."""
 
-    contact: Contact = Field(Contact.TRANSIENT, description="Kind of contact.")
+    contact: fm.Contact = Field(fm.Contact.TRANSIENT, description="Kind of contact.")
 
 
 class Place(Question):
@@ -91,15 +96,39 @@ class Resolution(Question):
     places: int = Field(2500, ge=1, le=40_000, description="About how many places, spread evenly.")
 
 
-class ZoneSize(Question):
-    """What an export is made of."""
+class Steps(Question):
+    """A question about a grid of places over the measured range."""
 
-    zone_m: float = Field(0.05, ge=0.01, le=1, allow_inf_nan=False, description="Largest extent of a zone.")
+    step_m: float = Field(0.05, ge=0.01, le=1, allow_inf_nan=False, description="Distance between places.")
+
+
+class ComparisonQuestion(Area):
+    """What the standard's contact model needs; masses as campaign.toml states them if not given."""
+
+    body: Body = Field(Body.CONSTRAINED, description="Whether the body part can move away.")
+    moving_mass_kg: float | None = Field(None, gt=0, le=10_000, allow_inf_nan=False, description="Of the robot.")
+    payload_kg: float | None = Field(None, ge=0, le=10_000, allow_inf_nan=False, description="Effective payload.")
+
+
+class Allowing(Question):
+    """A question whose speeds allow for what a robot does beside its program."""
+
     overshoot_mps: float = Field(0.01, ge=0, le=1, allow_inf_nan=False, description="Speed overshoot, subtracted.")
     position_tolerance_m: float = Field(0.005, ge=0, le=0.1, allow_inf_nan=False, description="Allowed for.")
 
+    @property
+    def allowance(self) -> fm.Allowance:
+        """What is allowed for."""
+        return fm.Allowance(speed=self.overshoot_mps, position=self.position_tolerance_m)
 
-class PathQuestion(Question):
+
+class ZoneSize(Allowing):
+    """What an export is made of."""
+
+    zone_m: float = Field(0.05, ge=0.01, le=1, allow_inf_nan=False, description="Largest extent of a zone.")
+
+
+class PathQuestion(Allowing):
     """A question about a point, or a path through points, of the contact point in the plane of distance and height."""
 
     points: str = Field(
@@ -109,8 +138,6 @@ class PathQuestion(Question):
     )
     programmed_mps: MetresPerSecond | None = Field(None, description="Programmed speed, if any.")
     acceleration_mps2: float = Field(1.0, gt=0, le=100, allow_inf_nan=False, description="Along the path.")
-    overshoot_mps: float = Field(0.01, ge=0, le=1, allow_inf_nan=False, description="Speed overshoot, subtracted.")
-    position_tolerance_m: float = Field(0.005, ge=0, le=0.1, allow_inf_nan=False, description="Allowed for.")
 
     @property
     def places(self) -> list[tuple[float, float]]:

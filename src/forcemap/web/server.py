@@ -45,9 +45,8 @@ def serve(
     from forcemap.web.app import create_app
 
     if host not in (LOOPBACK, "localhost"):
-        raise InputError(
-            f"host: found {host!r}, expected {LOOPBACK}; the page has no password and stays on this machine"
-        )
+        why = "the page has no password and stays on this machine"
+        raise InputError(f"host: found {host!r}, expected {LOOPBACK}; {why}")
     app = create_app(folder, limit_table=limit_table)
     with socket.socket() as listening:
         listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)

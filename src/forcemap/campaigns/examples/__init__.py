@@ -5,8 +5,8 @@ from __future__ import annotations
 from importlib import resources
 from pathlib import Path
 
-from forcemap.errors import InputError, UnknownName
-from forcemap.files import write_atomically
+from forcemap.errors import UnknownName
+from forcemap.files import new_folder, write_atomically
 
 EXAMPLE_CAMPAIGNS = ("ur10e", "kuka-iiwa7-30nm", "kuka-iiwa7-10nm")
 
@@ -25,13 +25,7 @@ def copy_example(name: str, folder: str | Path) -> Path:
     """
     if name not in EXAMPLE_CAMPAIGNS:
         raise UnknownName("example campaign", name, EXAMPLE_CAMPAIGNS)
-    target = Path(folder)
-    try:
-        target.mkdir(parents=True, exist_ok=True)
-        if any(target.iterdir()):
-            raise InputError("the folder holds files already, expected a new or empty one", file=str(folder))
-    except OSError as error:
-        raise InputError(f"the folder cannot be made ({error.strerror})", file=str(folder)) from error
+    target = new_folder(folder)
     for file in _FILES:
         write_atomically(target / file, resources.files(__name__).joinpath(name, file).read_text(encoding="utf-8"))
     return target

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from forcemap.dynamics.drive_inertia import DriveInertia
+from forcemap.dynamics.effective_mass import DriveInertia
 from forcemap.dynamics.rigid_body import Body, Frame, moved_body
 from forcemap.dynamics.robot import Joint, JointKind, Robot
 from forcemap.errors import UnknownName
@@ -44,7 +44,6 @@ def robot_named(name: str) -> Robot:
         joints=tuple(_joint(entry) for entry in facts["joints"]),
         flange=Frame.of(facts["flange_xyz_m"]),
         reference_posture=np.radians(facts["reference_posture_deg"]),
-        contact_offset=np.zeros(3),
     )
 
 
@@ -77,16 +76,10 @@ def _facts(name: str) -> Any:
 
 
 def _joint(entry: dict[str, Any]) -> Joint:
-    lower, upper = np.radians(entry["limit_deg"])
+    lower, upper = np.radians(entry["limit_deg"]).tolist()
     i = entry["inertia_about_com_kg_m2"]
-    inertia = [[i["ixx"], i["ixy"], i["ixz"]], [i["ixy"], i["iyy"], i["iyz"]], [i["ixz"], i["iyz"], i["izz"]]]
+    inertia = [[i[f"i{min(a, b)}{max(a, b)}"] for b in "xyz"] for a in "xyz"]
     about_centre = Body.of(entry["mass_kg"], np.zeros(3), inertia)
-    return Joint(
-        name=entry["link"],
-        kind=JointKind.REVOLUTE,
-        origin=Frame.of(entry["origin_xyz_m"], entry["origin_rpy_rad"]),
-        axis=np.array(entry["axis"], dtype=np.float64),
-        lower=float(lower),
-        upper=float(upper),
-        body=moved_body(about_centre, Frame.of(entry["com_m"], entry["inertial_rpy_rad"])),
-    )
+    body = moved_body(about_centre, Frame.of(entry["com_m"], entry["inertial_rpy_rad"]))
+    origin, axis = Frame.of(entry["origin_xyz_m"], entry["origin_rpy_rad"]), np.array(entry["axis"], dtype=np.float64)
+    return Joint(entry["link"], JointKind.REVOLUTE, origin, axis, lower, upper, body)

@@ -4,41 +4,38 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 
 import numpy as np
 
-from forcemap.arrays import FloatArray, Indices, Mask
+from forcemap.arrays import FloatArray, Mask
 from forcemap.campaigns.conditions import Conditions
-from forcemap.campaigns.dataset import ImpactDataset
+from forcemap.campaigns.dataset import Binding, ImpactDataset, PhaseTwo
 from forcemap.campaigns.plan import MeasurementPlan
 from forcemap.campaigns.state import States, StateTolerance
 from forcemap.errors import BoundNotAvailable, FitError, InputError
+from forcemap.findings import Finding, FindingKind
 from forcemap.limits.force_limits import Contact, ForceLimit, NewtonLimit
-from forcemap.maps.bounds import MIN_DEGREES_OF_FREEDOM, ToleranceBound
+from forcemap.maps.bounds import MIN_DEGREES_OF_FREEDOM, FixedMargin, ToleranceBound
 from forcemap.maps.fit import fit_force_map
 from forcemap.maps.force_map import ForceMap
 from forcemap.maps.forms import CFM_3D, Form
-from forcemap.planning.expectation import Expectation
-from forcemap.planning.ladder import BoundLadder, Ladder, OpeningLadder
-from forcemap.planning.next.inputs import (
-    check_budget,
-    expectation_of,
-    highest_force,
-    limit_to_confirm,
-    speeds_between,
-)
+from forcemap.planning.design import check_limit, require_whole
+from forcemap.planning.expectation import Expectation, StandardExpectation
+from forcemap.planning.next.ladder import BoundLadder, OpeningLadder
 from forcemap.planning.next.outlook import Outlook
 from forcemap.planning.next.search import Search
 from forcemap.planning.places import PlaceRange
 from forcemap.planning.plan_warnings import map_warnings
-from forcemap.planning.runs import runs_of
-from forcemap.speeds.exceedance import first_exceedance
+from forcemap.planning.runs import runs_of, slow_to_fast
+from forcemap.speeds.basis import Basis, limit_basis
+from forcemap.speeds.enclosures import Patches, enclose
 from forcemap.speeds.safe_speed import safe_speed
 
 _PLACES = 9  # along each axis, at which confirmed speeds are counted
 _CANDIDATE_PLACES = 5  # along each axis
+_SPEED_STEP = 0.02  # [m/s] between the speeds to choose from; the slowest is among them
 _AIM = 0.93  # of the limit: where the bound reaches it, the prediction lies about this far below
 _AHEAD = 3  # batches for which the gain is foreseen at most
 _BUDGET = 27  # states of a campaign, the paper's number
@@ -61,17 +58,6 @@ class NextMeasurements:
 
     Parameters
     ----------
-    plan : MeasurementPlan or None
-        Runs to add to the campaign's plan, slow to fast; None if it is time to stop.
-    stop : Stop or None
-        Why to stop.
-    reason : str
-        Why these states, or why to stop, in words.
-    upper_force : array
-        What the force of every run is not expected to exceed [N], shape (runs,): by the bound once there is one, and
-        never below what was measured within 5 cm at a lower speed.
-    upper_words : str
-        What these figures are.
     places : int
         Number of places at which speeds are counted.
     confirmed, expected_confirmed : int
@@ -81,19 +67,30 @@ class NextMeasurements:
         NaN where no bound can be had.
     simulated : bool
         True if the impacts so far are simulated.
+    plan : MeasurementPlan or None
+        Runs to add to the campaign's plan, slow to fast; None if it is time to stop.
+    stop : Stop or None
+        Why to stop.
+    reason : Finding or str
+        Why these states, or why to stop.
+    upper_force : array
+        What the force of every run is not expected to exceed [N], shape (runs,): by the bound once there is one, and
+        never below what was measured within 5 cm at a lower speed.
+    upper_words : str
+        What these figures are.
     """
 
-    plan: MeasurementPlan | None
-    stop: Stop | None
-    reason: str
-    upper_force: FloatArray
-    upper_words: str
     places: int
     confirmed: int
     speed: float
     expected_confirmed: int
     expected_speed: float
-    simulated: bool = False
+    simulated: bool
+    plan: MeasurementPlan | None = None
+    stop: Stop | None = None
+    reason: Finding | str = ""
+    upper_force: FloatArray = field(default_factory=lambda: np.empty(0))
+    upper_words: str = ""
 
 
 def next_measurements(
@@ -183,38 +180,46 @@ def next_measurements(
     conditions = measured.conditions if isinstance(measured, ImpactDataset) else measured
     if not isinstance(bound, ToleranceBound):
         raise InputError(f"bound: found {bound!r}, expected a ToleranceBound: a margin does not tell what is gained")
-    usable = limit_to_confirm(limit, contact, conditions, dataset)
+    usable = _limit_to_confirm(limit, contact, conditions, dataset)
     newtons, level = float(usable.newtons), float(usable.level)
-    slowest, fastest = check_budget(speeds, batch, states, repeats, least_gain)
-    highest = highest_force(conditions, dataset, largest_force, newtons)
+    slowest, fastest = _check_budget(speeds, batch, states, repeats, least_gain)
+    highest = _highest_force(conditions, dataset, largest_force, newtons)
     place_range = PlaceRange.of(distances, heights, known)
     tolerance = StateTolerance.stated(conditions.place_tolerance, conditions.speed_tolerance)
     tolerance = dataset.tolerance if dataset is not None else tolerance
     search = Search(place_range, form, tolerance, seed)
-    candidates = place_range.states(_CANDIDATE_PLACES, speeds_between(slowest, fastest))
+    steps = np.round(np.arange(slowest, fastest + 1e-9, _SPEED_STEP), 6)
+    candidates = place_range.states(_CANDIDATE_PLACES, steps)
     so_far = len(known) if known is not None else 0
     left = (max(_BUDGET, so_far + _FURTHER) if states is None else states) - so_far
     force_map, no_bound = _map_with_bound(dataset, form, bound)
     targets = place_range.grid(_PLACES)
-    now = _Now.of(force_map, targets, level, bound)
+    now, has_speed = _confirmed(force_map, targets, level, bound)
 
-    if usable.refusal:
-        return now.stop(Stop.LIMIT_NOT_USABLE, f"this limit cannot be confirmed: {usable.refusal}")
-    ladder: Ladder
-    warnings: tuple[str, ...] = ()
+    def stop(why: Stop, *reasons: str) -> NextMeasurements:
+        return replace(now, stop=why, reason="; ".join(filter(None, reasons)))
+
+    if usable.refusals:
+        why = Finding.of(FindingKind.LIMIT_NOT_CONFIRMABLE, *usable.refusals)
+        return replace(now, stop=Stop.LIMIT_NOT_USABLE, reason=why)
+    spent = f"the campaign has the {states} states of its budget; --states {so_far + _FURTHER} lets it go on"
+    warnings: tuple[Finding | str, ...] = usable.notes if math.isnan(conditions.device.stiffness) else ()
+    ladder: OpeningLadder | BoundLadder
     if force_map is None or known is None or seen is None:
         if left <= 0:
-            return now.stop(Stop.BUDGET, _spent(so_far, states, no_bound))
-        ladder = OpeningLadder(
-            expectation_of(expected_force, conditions), highest, newtons, slowest, seen, place_range, tolerance
-        )
-        candidates = candidates[ladder.allows(candidates)]
-        chosen = search.opening(candidates, known, min(batch, left), left)
+            return stop(Stop.BUDGET, f"{spent}: {no_bound}")
+        expectation = expected_force or StandardExpectation.of(conditions)
+        if expectation is None:
+            raise InputError(
+                "expected force: nothing tells it before there is a bound; state the robot's moving mass, or give a "
+                "map of a similar robot"
+            )
+        ladder = OpeningLadder(expectation, highest, newtons, slowest, seen, place_range, tolerance)
+        chosen = search.opening(candidates[ladder.allows(candidates)], known, min(batch, left), left)
         if not len(chosen):
             within = f"no state is left that is expected to stay within {highest:g} N"
-            return now.stop(Stop.OUT_OF_REACH, f"{within}{_saturated(seen)}")
-        expected = (0, math.nan)
-        reason = f"opening: {no_bound}"
+            return stop(Stop.OUT_OF_REACH, within, _saturated(seen))
+        now = replace(now, reason=f"opening: {no_bound}")
     else:
         ladder = BoundLadder(force_map, bound, highest, seen, place_range, tolerance)
         reach = _reach(force_map, targets, _AIM * level, slowest, fastest)
@@ -222,90 +227,97 @@ def next_measurements(
         hopeless = _hopeless(bound.upper(force_map, targets[:, 0], targets[:, 1], slowest) > level, newtons, slowest)
         if not can.any():
             nowhere = f"{newtons:g} N is expected nowhere to be confirmed at {slowest:g} m/s or more"
-            return now.stop(Stop.NOTHING_TO_GAIN, f"{nowhere}: {hopeless}" if hopeless else nowhere)
+            return stop(Stop.NOTHING_TO_GAIN, f"{nowhere}: {hopeless}" if hopeless else nowhere)
         wanted = np.column_stack([targets, reach])[can]
-        unconfirmed = wanted[~now.has_speed[can]]
-        candidates = candidates[ladder.allows(candidates)]
         ahead = min(left, _AHEAD * batch) if left > 0 else _FURTHER
-        planned = search.refining(candidates, known, wanted, unconfirmed, ahead)
+        candidates = candidates[ladder.allows(candidates)]
+        planned = search.refining(candidates, known, wanted, wanted[~has_speed[can]], ahead)
         if not len(planned):
             within = f"no state is left whose bound stays within {highest:g} N"
-            return now.stop(Stop.OUT_OF_REACH, f"{within}{_saturated(seen)}")
+            return stop(Stop.OUT_OF_REACH, within, _saturated(seen))
         outlook = Outlook(force_map, bound, targets, level, fastest)
-        before, all_after = outlook.speeds(planned[:0]), outlook.speeds(planned)
-        raised = max(float(np.mean(all_after - before)), 0.0)
+        before = outlook.speeds(planned[:0])
+        raised = max(float(np.mean(outlook.speeds(planned) - before)), 0.0)
         gain = (
             f"{len(planned)} further states are expected to raise the mean confirmed speed by {raised:.4f} m/s, "
             f"{raised / len(planned):.5f} m/s a state"
         )
         if left <= 0:
-            return now.stop(Stop.BUDGET, _spent(so_far, states, gain))
+            return stop(Stop.BUDGET, f"{spent}: {gain}")
         if raised / len(planned) < least_gain:
-            least = f"{gain}, less than {least_gain:g} m/s a state"
-            return now.stop(Stop.NOTHING_TO_GAIN, f"{hopeless}; {least}" if hopeless else least)
+            return stop(Stop.NOTHING_TO_GAIN, hopeless, f"{gain}, less than {least_gain:g} m/s a state")
         chosen = search.first(planned, known, wanted, min(batch, left))
         after = outlook.speeds(chosen)
-        expected = (int(np.sum(after > 0)), float(np.mean(after)))
         reason = f"expected to raise the mean confirmed speed by {float(np.mean(after - before)):.4f} m/s"
-        warnings = tuple(map_warnings(force_map, chosen))
-    order = np.lexsort((chosen[:, 1], -chosen[:, 0], chosen[:, 2]))
-    chosen = chosen[order]
-    return NextMeasurements(
-        plan=runs_of(
-            chosen,
-            repeats,
-            ladder.expected(chosen),
-            expected_from=ladder.source(chosen),
-            warnings=(*(usable.statements if math.isnan(conditions.device.stiffness) else ()), *warnings),
-        ),
-        stop=None,
-        reason=reason,
-        upper_force=np.repeat(ladder.upper(chosen), repeats),
-        upper_words=ladder.upper_words(),
-        places=len(targets),
-        confirmed=int(now.has_speed.sum()),
-        speed=now.mean,
-        expected_confirmed=expected[0],
-        expected_speed=expected[1],
-        simulated=now.simulated,
-    )
+        warnings = (*warnings, *map_warnings(force_map, chosen))
+        count, mean = int(np.sum(after > 0)), float(np.mean(after))
+        now = replace(now, reason=reason, expected_confirmed=count, expected_speed=mean)
+    chosen = slow_to_fast(chosen)
+    expected, source = ladder.expected(chosen), ladder.source(chosen)
+    plan = runs_of(chosen, repeats, expected, expected_from=source, warnings=warnings)
+    upper = np.repeat(ladder.upper(chosen), repeats)
+    return replace(now, plan=plan, upper_force=upper, upper_words=ladder.upper_words())
 
 
-@dataclass(frozen=True, eq=False)
-class _Now:
-    """What is confirmed so far, at the places at which speeds are counted."""
+def _limit_to_confirm(
+    limit: ForceLimit | NewtonLimit | float,
+    contact: Contact | None,
+    conditions: Conditions,
+    dataset: ImpactDataset | None,
+) -> Basis:
+    """The limit, and what of the impacts so far forbids it; one in newtons counts as quasi-static unless named."""
+    stated = limit if isinstance(limit, ForceLimit) else NewtonLimit.of(limit, None, None)
+    if isinstance(stated, ForceLimit):
+        stated.require_permitted()
+    elif np.ndim(stated.force):
+        raise InputError("limit: expected one limit in newtons")
+    phase_two, binding = (PhaseTwo(), Binding()) if dataset is None else (dataset.phase_two, dataset.binding)
+    held = limit_basis(stated, contact, conditions, phase_two=phase_two, binding=binding)
+    can_be_stated = dataset is None and math.isnan(conditions.device.stiffness)  # until there is a map
+    return replace(held, refusals=()) if can_be_stated else held
 
-    has_speed: Mask
-    mean: float
-    simulated: bool = False
 
-    @classmethod
-    def of(cls, force_map: ForceMap | None, places: FloatArray, limit: float, bound: ToleranceBound) -> _Now:
-        """From a map that carries the bound; without one nothing is confirmed."""
-        if force_map is None:
-            return cls(np.zeros(len(places), dtype=np.bool_), math.nan)
-        if limit > force_map.highest_force - force_map.conditions.device.error_or_default:
-            return cls(np.zeros(len(places), dtype=np.bool_), 0.0, force_map.simulated)
-        found = safe_speed(force_map, *places.T, limit=limit, bound=bound, contact=Contact.QUASI_STATIC)
-        speed = np.nan_to_num(found.speed)
-        return cls(~np.isnan(found.speed), float(speed.mean()), force_map.simulated)
+def _check_budget(
+    speeds: Sequence[float], batch: int, states: int | None, repeats: int, least_gain: float
+) -> tuple[float, float]:
+    """Slowest and fastest speed [m/s], after a look at the figures."""
+    for name, number in (("batch", batch), ("states", states), ("repeats", repeats)):
+        require_whole(name, number)
+    if not 0 <= least_gain < math.inf:
+        raise InputError(f"least gain: found {least_gain:g} m/s, expected a finite number of at least 0")
+    given = [float(value) for value in speeds]
+    if len(given) < 2 or not np.isfinite(given).all() or not 0 < min(given) < max(given) <= 10:
+        raise InputError(f"speeds: found {list(speeds)}, expected (slowest, fastest) in metres per second, up to 10")
+    return min(given), max(given)
 
-    def stop(self, why: Stop, reason: str) -> NextMeasurements:
-        """The answer that nothing more is to be measured."""
-        confirmed = int(self.has_speed.sum())
-        return NextMeasurements(
-            plan=None,
-            stop=why,
-            reason=reason,
-            upper_force=np.empty(0),
-            upper_words="",
-            places=self.has_speed.size,
-            confirmed=confirmed,
-            speed=self.mean,
-            expected_confirmed=confirmed,
-            expected_speed=self.mean,
-            simulated=self.simulated,
+
+def _highest_force(conditions: Conditions, dataset: ImpactDataset | None, largest_force: float, limit: float) -> float:
+    """The force that no impact is to exceed [N]."""
+    device = conditions.device
+    reach = dataset.device_range - device.error_or_default if dataset is not None else device.highest_limit
+    if not largest_force > 0:
+        raise InputError(f"largest force: found {largest_force:g} N, expected newtons above 0")
+    if math.isnan(reach) and math.isinf(largest_force):
+        raise InputError(
+            "device range: not stated; state it (--device-range-N), or the largest force that an impact may reach "
+            "(--largest-force-N)"
         )
+    check_limit(limit, reach)
+    return float(np.fmin(reach, largest_force))
+
+
+def _confirmed(
+    force_map: ForceMap | None, places: FloatArray, limit: float, bound: ToleranceBound
+) -> tuple[NextMeasurements, Mask]:
+    """What is confirmed so far, and at which places; without a map that carries the bound nothing is."""
+    speed = np.full(len(places), math.nan)
+    if force_map is not None and limit <= force_map.highest_force - force_map.conditions.device.error_or_default:
+        speed = safe_speed(force_map, *places.T, limit=limit, bound=bound, contact=Contact.QUASI_STATIC).speed
+    there = ~np.isnan(speed)
+    if force_map is None:
+        return NextMeasurements(len(places), 0, math.nan, 0, math.nan, simulated=False), there
+    count, mean = int(there.sum()), float(np.nan_to_num(speed).mean())
+    return NextMeasurements(len(places), count, mean, count, mean, force_map.simulated), there
 
 
 def _saturated(seen: States | None) -> str:
@@ -313,15 +325,9 @@ def _saturated(seen: States | None) -> str:
     if seen is None or not (full := seen.select(seen.censored > 0)):
         return ""
     return (
-        f"; the device was saturated at {len(full)} of {len(seen)} states, from {full.speed.min():.3g} m/s up: measure "
+        f"the device was saturated at {len(full)} of {len(seen)} states, from {full.speed.min():.3g} m/s up: measure "
         "with a device of larger range, or begin slower"
     )
-
-
-def _spent(so_far: int, budget: int | None, gain: str) -> str:
-    """That the budget is spent, and what more states would give."""
-    further = so_far + _FURTHER
-    return f"the campaign has the {budget} states of its budget; --states {further} lets it go on: {gain}"
 
 
 def _hopeless(exceeds: Mask, limit: float, slowest: float) -> str:
@@ -337,13 +343,9 @@ def _hopeless(exceeds: Mask, limit: float, slowest: float) -> str:
 
 def _reach(force_map: ForceMap, places: FloatArray, force: float, slowest: float, fastest: float) -> FloatArray:
     """Speed up to which the prediction stays within a force, shape (n,); NaN where it exceeds it at the slowest."""
-
-    def log_force(place: Indices, speed: FloatArray) -> FloatArray:
-        at = places[place]
-        return np.asarray(np.log(np.clip(force_map.predict(at[:, :1], at[:, 1:], speed), 1e-300, 1e300)))
-
-    ends = np.full(len(places), slowest), np.full(len(places), fastest)
-    return first_exceedance(log_force, *ends, np.full(len(places), math.log(force)))[0]
+    low, high, level = (np.full(len(places), value) for value in (slowest, fastest, math.log(force)))
+    predicted = enclose(force_map, FixedMargin(0.0), Patches.at(*places.T), low, high)
+    return predicted.speed(predicted.certified(level))
 
 
 def _map_with_bound(dataset: ImpactDataset | None, form: Form, bound: ToleranceBound) -> tuple[ForceMap | None, str]:

@@ -6,11 +6,11 @@ import math
 
 import numpy as np
 
-from forcemap.arrays import FloatArray, Mask
+from forcemap.arrays import FloatArray
 from forcemap.maps.bounds import ToleranceBound
 from forcemap.maps.force_map import ForceMap
 from forcemap.maps.measured_range import MeasuredRange
-from forcemap.planning.bound_width import tolerance_factor
+from forcemap.planning.optimal_states import tolerance_factor
 
 _STEP = 0.0025  # [m/s]
 
@@ -39,10 +39,9 @@ class Outlook:
         self._map, self._bound, self._limit = force_map, bound, limit
         speeds = np.arange(1, math.ceil(fastest / _STEP) + 2) * _STEP
         self._places, self._speeds = places, speeds
-        states = np.repeat(places, speeds.size, axis=0), np.tile(speeds, len(places))
-        columns = states[0][:, 0], states[0][:, 1], states[1]
-        self._force = force_map.predict(*columns)
-        self._design = force_map.form.design(*columns)
+        states = np.column_stack([np.repeat(places, speeds.size, axis=0), np.tile(speeds, len(places))])
+        self._force = force_map.predict(*states.T)
+        self._design = force_map.form.design(*states.T)
         triangle = np.linalg.inv(force_map.require_fit().between_states.inverse_triangle)
         self._information = triangle.T @ triangle
 
@@ -61,15 +60,10 @@ class Outlook:
         upper = self._force * np.exp(np.minimum(fit.state_sd * factor, 50.0))
         upper = np.maximum(upper, self._force + self._bound.device_error)
         upper = upper.reshape(len(self._places), self._speeds.size)
-        points = self._map.measured_range.points
-        reach = MeasuredRange(np.vstack([points, further]) if len(further) else points)
+        reach = MeasuredRange(np.vstack([self._map.measured_range.points, further]))
         low, high = reach.speeds(self._places[:, 0], self._places[:, 1])
-        beyond = self._exceeds(upper, low)
+        measured = self._speeds[None, :] >= np.nan_to_num(low)[:, None] - _STEP
+        beyond = (upper > self._limit) & measured
         first = np.where(beyond.any(axis=1), beyond.argmax(axis=1), self._speeds.size)
         speed = np.minimum(np.append(0.0, self._speeds)[first], high)
         return np.where(np.isnan(low) | (speed < low), 0.0, speed)
-
-    def _exceeds(self, upper: FloatArray, low: FloatArray) -> Mask:
-        """Speeds at which the bound exceeds the limit, from the lowest measured one up."""
-        measured = self._speeds[None, :] >= np.nan_to_num(low)[:, None] - _STEP
-        return np.asarray((upper > self._limit) & measured)

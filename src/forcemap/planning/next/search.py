@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 
 from forcemap.arrays import FloatArray, Indices
@@ -10,7 +12,8 @@ from forcemap.errors import FitError
 from forcemap.maps.bounds import MIN_DEGREES_OF_FREEDOM
 from forcemap.maps.forms import Form
 from forcemap.planning.optimal_states import most_useful, optimal_states
-from forcemap.planning.places import PlaceRange
+from forcemap.planning.places import PlaceRange, no_repeats, spread
+from forcemap.planning.runs import slow_to_fast
 
 _WIDER = 1.5  # than the tolerance of repeats: how far states lie apart, for speeds never come out exactly
 _REGION_PLACES = 5  # along each axis
@@ -31,13 +34,14 @@ class Search:
     """
 
     def __init__(self, place_range: PlaceRange, form: Form, tolerance: StateTolerance, seed: int) -> None:
-        self._range, self._form, self._seed = place_range, form, seed
+        self._range, self._form = place_range, form
         self._tolerance = StateTolerance(_WIDER * tolerance.place, _WIDER * tolerance.speed)
+        self._designed = partial(optimal_states, form=form, tolerance=self._tolerance, seed=seed)
 
     def opening(self, candidates: FloatArray, known: States | None, count: int, left: int) -> FloatArray:
         """The `count` slowest states, or fewer, of those that complete a design from which a bound can be had."""
         fixed = np.empty((0, 3)) if known is None else known.coordinates
-        candidates = self._new(candidates, fixed)
+        candidates = candidates[no_repeats(candidates, fixed, self._tolerance)]
         if not len(candidates):
             return candidates
         uncensored = 0 if known is None else int(np.sum(known.impacts > 0))
@@ -48,15 +52,15 @@ class Search:
         number = min(max(wanted, count, corners.size), max(left, corners.size))
         chosen = self._optimal(candidates, number, region, fixed, corners)
         if not len(chosen):  # the few speeds that may be measured do not tell the terms apart yet
-            chosen = self._spread(candidates, fixed, count)
-        return chosen[np.lexsort((chosen[:, 1], -chosen[:, 0], chosen[:, 2]))][:count]
+            chosen = _far_apart(candidates, fixed, count)
+        return slow_to_fast(chosen)[:count]
 
     def refining(
         self, candidates: FloatArray, known: States, wanted: FloatArray, unconfirmed: FloatArray, count: int
     ) -> FloatArray:
         """States that make the prediction precise at the wanted ones, the corners below the unconfirmed ones first."""
         fixed = known.coordinates
-        candidates = self._new(candidates, fixed)
+        candidates = candidates[no_repeats(candidates, fixed, self._tolerance)]
         if not len(candidates):
             return candidates
         corners = np.empty(0, dtype=np.int64)
@@ -75,14 +79,6 @@ class Search:
         order = most_useful(planned, len(planned), form=self._form, region=wanted, fixed=known.coordinates)
         return planned[sorted(order, key=lambda i: not lowest[i])[:count]]
 
-    def _new(self, candidates: FloatArray, fixed: FloatArray) -> FloatArray:
-        """The candidates that are no repeats of what is measured."""
-        if not len(fixed):
-            return candidates
-        scale = self._tolerance.scale
-        away = np.abs(candidates[:, None, :] - fixed[None, :, :]) / scale
-        return np.asarray(candidates[away.max(axis=2).min(axis=1) > 1])
-
     def _corners(self, candidates: FloatArray, fixed: FloatArray, speed: float) -> Indices:
         """Numbers of the candidates at corners of the range, at `speed`, below which nothing is measured there."""
         at = np.flatnonzero(self._range.corners(candidates) & (np.abs(candidates[:, 2] - speed) < 1e-9))
@@ -96,32 +92,17 @@ class Search:
         self, candidates: FloatArray, count: int, region: FloatArray, fixed: FloatArray, required: Indices
     ) -> FloatArray:
         """An I-optimal choice; none where the candidates cannot determine the form."""
+        count = min(count, len(candidates))
         try:
-            designed = optimal_states(
-                candidates,
-                min(count, len(candidates)),
-                form=self._form,
-                region=region,
-                fixed=fixed,
-                required=required,
-                tolerance=self._tolerance,
-                seed=self._seed,
-            )
+            return self._designed(candidates, count, region=region, fixed=fixed, required=required).states
         except FitError:
             return np.empty((0, 3))
-        return designed.states
 
-    def _spread(self, candidates: FloatArray, fixed: FloatArray, count: int) -> FloatArray:
-        """States far from what is measured, and from each other."""
-        size = np.maximum(np.ptp(np.vstack([candidates, fixed]), axis=0), 1e-9)
-        chosen: list[int] = []
-        while len(chosen) < min(count, len(candidates)):
-            taken = np.vstack([fixed, candidates[chosen]])
-            if not len(taken):
-                chosen.append(0)
-                continue
-            away = np.abs((candidates[:, None, :] - taken[None, :, :]) / size).max(axis=2).min(axis=1)
-            if not away.max() > 0:
-                break
-            chosen.append(int(away.argmax()))
-        return candidates[chosen]
+
+def _far_apart(candidates: FloatArray, fixed: FloatArray, count: int) -> FloatArray:
+    """States far from what is measured, and from each other."""
+    points = np.vstack([fixed, candidates])
+    scaled = points / np.maximum(np.ptp(points, axis=0), 1e-9)
+    apart = np.abs(scaled[:, None] - scaled[None]).max(axis=2)
+    chosen = spread(apart, range(max(len(fixed), 1)), len(fixed) + count)
+    return points[[i for i in chosen if i >= len(fixed)]]

@@ -46,10 +46,10 @@ async function judge(next) {
 }
 
 async function draw() {
-  curve.hidden = !answer?.recordings;
+  curve.hidden = !answer?.curves;
   if (curve.hidden) return;
   const ink = layout().font.color;
-  const traces = answer.recordings.map((each) => ({ x: each.curve.time_s, y: each.curve.force_N, name: each.recording, line: { width: 1.5 } }));
+  const traces = answer.curves.map((each, at) => ({ x: each.time_s, y: each.force_N, name: answer.recordings[at].recording, line: { width: 1.5 } }));
   traces[0].line.color = COLOURS.measured;
   const shapes = [];
   const annotations = [];
@@ -60,10 +60,10 @@ async function draw() {
   };
   level(answer.transient_limit_N, "transient limit", COLOURS.limit, "dash");
   level(answer.quasi_static_limit_N, "quasi-static limit", COLOURS.quasi, "dashdot");
-  for (const impact of answer.recordings[0].impacts) {
-    const end = impact.onset_s + impact.phase1_end_s;
+  for (const impact of answer.impacts.filter((each) => each.recording === answer.recordings[0].recording)) {
+    const end = impact.phase1_end_s;
     shapes.push({ type: "line", yref: "paper", y0: 0, y1: 1, x0: end, x1: end, line: { color: ink, dash: "dot", width: 1 } });
-    traces.push({ x: [impact.onset_s + impact.peak_time_s], y: [impact.peak_force_N], mode: "markers", name: `Phase I peak, impact ${impact.number}`, marker: { symbol: "triangle-down", size: 11, color: "#F0E442", line: { color: ink, width: 1 } } });
+    traces.push({ x: [impact.peak_time_s], y: [impact.peak_force_N], mode: "markers", name: `Phase I peak, impact ${impact.impact}`, marker: { symbol: "triangle-down", size: 11, color: "#F0E442", line: { color: ink, width: 1 } } });
   }
   const titles = { xaxis: { title: { text: "Time [s]" } }, yaxis: { title: { text: "Contact force [N]" } } };
   const shown = answer;

@@ -15,7 +15,7 @@ function state() {
 }
 
 function lines(Plotly, answer, at) {
-  const limit = answer.speed.basis.limit_N;
+  const limit = answer.speed.limit_N;
   for (const [id, [title, name]] of Object.entries(AXES)) {
     const line = answer[id];
     const traces = [
@@ -32,7 +32,7 @@ function lines(Plotly, answer, at) {
 }
 
 function plane(Plotly, answer, at) {
-  const limit = answer.speed.basis.limit_N;
+  const limit = answer.speed.limit_N;
   const grid = { x: answer.distance_m, y: answer.height_m, z: answer.distance_m.length ? answer.height_m.map((_, j) => answer.place_bound_N.map((row) => row[j])) : [] };
   const colorbar = { title: { text: "N" }, thickness: 12, outlinewidth: 0 };
   const hovertemplate = "%{x:.3f} m, %{y:.3f} m: bound %{z:.1f} N<extra></extra>";
@@ -62,8 +62,8 @@ async function fill() {
   const response = await fetch(canvas.dataset.workspace);
   if (!response.ok) return;
   const cube = await response.json();
-  if (!ofThisMap(`${cube.basis.map_sha256} ${cube.basis.limits_sha256}`)) return;
-  workspace = block(canvas, cube, data("map-data").states);
+  if (!ofThisMap(`${cube.map_sha256} ${cube.limits_sha256}`)) return;
+  workspace = block(canvas, cube, data("map-data").measured_states);
   workspace.show(Object.values(state()));
   document.getElementById("forces").replaceChildren(...colourBar(...workspace.range.map((force) => `${force.toFixed(0)} N`)));
 }

@@ -140,12 +140,23 @@ export function plane(element, legend, axes, moved) {
     const inside = at.every((i) => i >= 0);
     const outcome = inside ? speeds.outcomes[speeds.outcome[at[0]][at[1]]] : "outside";
     const speed = inside ? speeds.speed_mps[at[0]][at[1]] : null;
-    readout.textContent = `${d.toFixed(3)} m, ${h.toFixed(3)} m: ${speed === null ? "" : `about ${floored(speed)} m/s, `}${WORDS[outcome]}`;
+    const reason = inside ? speeds.reasons[speeds.reason[at[0]][at[1]]] : "";
+    const words = outcome === "unconfirmed" ? `no speed: ${reason}` : WORDS[outcome];
+    readout.textContent = `${d.toFixed(3)} m, ${h.toFixed(3)} m: ${speed === null ? "" : `about ${floored(speed)} m/s, `}${words}`;
   }
 
   function nearest(axis, value) {
     const limits = edges(axis);
     return value < limits[0] || value > limits.at(-1) ? -1 : axis.findIndex((_, i) => value <= limits[i + 1]);
+  }
+
+  // why places inside what was measured have no speed
+  function refusals() {
+    const why = new Set();
+    speeds.speed_mps.forEach((column, i) => column.forEach((speed, j) => {
+      if (speed === null && speeds.outcomes[speeds.outcome[i][j]] !== "outside") why.add(speeds.reasons[speeds.reason[i][j]]);
+    }));
+    return why;
   }
 
   function explain() {
@@ -165,7 +176,7 @@ export function plane(element, legend, axes, moved) {
       bar.append(...colourBar(floored(low), `${floored(high)} m/s`));
       parts.unshift(bar);
     }
-    if (speeds.reason) parts.push(Object.assign(document.createElement("p"), { className: "problem", textContent: speeds.reason }));
+    for (const reason of refusals()) parts.push(Object.assign(document.createElement("p"), { className: "problem", textContent: reason }));
     legend.replaceChildren(...parts);
   }
 
@@ -192,7 +203,7 @@ export function plane(element, legend, axes, moved) {
       if (address !== asked) return;
       if (!found) asked = "";
       if (!found) show(null, "problem", "No speeds of all places: there was no answer.");
-      else if (ofThisMap(`${found.basis.map_sha256} ${found.basis.limits_sha256}`)) show(found);
+      else if (ofThisMap(`${found.map_sha256} ${found.limits_sha256}`)) show(found);
     },
   };
 }

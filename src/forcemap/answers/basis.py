@@ -1,0 +1,50 @@
+"""What speeds rest on, as every answer with a speed has it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+
+from forcemap.answers.answer import AllSaid, Answer, Bound, Figure, Said
+from forcemap.answers.words import assumptions, warnings
+from forcemap.findings import Finding
+from forcemap.limits.force_limits import ForceLimit
+from forcemap.maps.force_map import ForceMap
+from forcemap.maps.map_file import map_sha256
+from forcemap.speeds.basis import Basis
+
+
+class RestsOn(Answer):
+    """What a speed rests on; warnings are said before it. The limit is null where the standard permits no contact."""
+
+    limit: Said
+    limit_N: Figure
+    limit_source: str
+    contact: str | None
+    bound: Bound
+    simulated: bool
+    warnings: AllSaid
+    assumptions: AllSaid
+    map_sha256: str
+    limits_sha256: str | None
+
+
+def rests_on(force_map: ForceMap, basis: Basis, notes: Iterable[Finding | str] = ()) -> dict[str, Any]:
+    """What speeds of a map rest on; `notes` are what else is to be said of the limits."""
+    limit, source, sha256 = basis.limit, "given by the user in newtons", None
+    if isinstance(limit, ForceLimit):
+        source, sha256 = f"{limit}, {', '.join(limit.areas)}; {limit.source}", limit.sha256
+    return {
+        "limit": basis.limit_finding,
+        "limit_N": float(np.min(basis.newtons)),
+        "limit_source": source,
+        "contact": basis.contact,
+        "bound": basis.bound,
+        "simulated": force_map.simulated,
+        "warnings": warnings([basis]),
+        "assumptions": [*notes, *assumptions([basis])],
+        "map_sha256": map_sha256(force_map),
+        "limits_sha256": sha256,
+    }

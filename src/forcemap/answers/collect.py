@@ -1,0 +1,116 @@
+"""What collecting a campaign's recordings gave: what `collect` prints, and the page answers."""
+
+from __future__ import annotations
+
+import math
+
+from forcemap.answers.answer import Answer, Figure, Said, SaidOrEmpty, of
+from forcemap.answers.words import sentences
+from forcemap.campaigns.campaign import Campaign
+from forcemap.campaigns.dataset import ImpactDataset
+from forcemap.campaigns.repeatability import repeatability
+from forcemap.campaigns.summary import campaign_summary
+
+
+class Discard(Answer):
+    """A recording that is not used."""
+
+    recording: str = of("name")
+    use: str
+    reason: str
+
+
+class StateContact(Answer):
+    """Which limit the impacts of a state allow."""
+
+    state_id: str = of("state")
+    transient_allowed: bool
+    reason: str
+
+
+class Outlier(Answer):
+    """A repeat far from the others of its state."""
+
+    state_id: str = of("state")
+    repeat: int
+    recording: str
+    force_N: float = of("force")
+    deviation_N: float = of("deviation")
+
+    @property
+    def words(self) -> str:
+        """What to look at, in a line."""
+        name = self.recording or self.state_id
+        return f"{name} repeat {self.repeat}: {self.force_N:.1f} N, {self.deviation_N:+.1f} N from the others"
+
+
+class Symmetry(Answer):
+    """How far forces on one circle about the base differ."""
+
+    max_difference_N: Figure = of("max_difference")
+    mean_difference_N: Figure = of("mean_difference")
+    max_difference_percent: Figure
+    mean_difference_percent: Figure
+
+
+class Repeatability(Answer):
+    """How far repeats agree."""
+
+    max_sd_N: Figure = of("max_sd")
+    mean_sd_N: Figure = of("mean_sd")
+    max_sd_percent: Figure
+    mean_sd_percent: Figure
+    within_state_sd_percent: Figure
+    between_state_sd_percent: Figure
+    outliers: list[Outlier]
+    symmetry: Symmetry | None
+
+
+class BindingAnswer(Answer):
+    """Whether the table is what its recordings gave."""
+
+    state: str
+    reason: SaidOrEmpty
+
+
+class CollectAnswer(Answer):
+    """A campaign whose recordings are collected; `no_speed` says why its impacts give none, if they do not."""
+
+    folder: str
+    simulated: bool
+    no_speed: SaidOrEmpty
+    binding: BindingAnswer
+    recordings: int
+    used: int
+    states: int
+    censored: int
+    discards: list[Discard]
+    missing: list[str]
+    flags: dict[str, int]
+    scenarios: dict[str, int]
+    largest_phase2_force_N: Figure = of("phase_two", "largest_force")
+    phase_two: Said = of("phase_two", "finding")
+    transient_refused: list[str]
+    contacts: list[StateContact]
+    repeatability: Repeatability
+    not_stated: list[str]
+    files: list[str]
+
+    @classmethod
+    def of_campaign(cls, campaign: Campaign, dataset: ImpactDataset) -> CollectAnswer:
+        """A campaign read after `build_dataset`, and what that returned."""
+        summary = campaign_summary(campaign, dataset)
+        refusal = summary.phase_two.transient_refusal(math.inf, 0.0)
+        return cls.from_result(
+            summary,
+            folder=campaign.folder.resolve().name,
+            simulated=dataset.simulated,
+            no_speed=dataset.no_speed,
+            binding=dataset.binding,
+            states=len(dataset.states),
+            censored=int(dataset.censored.sum()),
+            scenarios={scenario.value: count for scenario, count in summary.phase_two.scenarios.items()},
+            transient_refused=sentences(refusal.also) if refusal else [],
+            repeatability=repeatability(dataset),
+            files=[campaign.register_file.name, campaign.table_file.name],
+        )

@@ -1,0 +1,176 @@
+"""A fitted collision-force map: what `fit` answers."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Any, Self
+
+from pydantic import BeforeValidator
+
+from forcemap.answers.accuracy import AccuracyAnswer
+from forcemap.answers.answer import AllSaid, Answer, Figure, Figures, Percent, PlannedState, SaidIfAny, if_any, of
+from forcemap.answers.selection import SelectionAnswer, SelectionRefused
+from forcemap.campaigns.dataset import ImpactDataset
+from forcemap.comparisons.censoring_effect import censoring_effect
+from forcemap.errors import BoundNotAvailable
+from forcemap.maps.accuracy import Accuracy
+from forcemap.maps.bounds import ToleranceBound, margins
+from forcemap.maps.force_map import ForceMap
+from forcemap.maps.map_file import map_sha256
+from forcemap.maps.saturation import saturation_doubt
+
+
+class OverSamples(Answer):
+    """The paper's inference, over all samples as if they were independent."""
+
+    standard_errors: Figures
+    t_values: Figures
+    p_values: Figures
+    r_squared: Figure
+    rmse_ln: Figure = of("rmse")
+
+
+class Margins(Answer):
+    """How far the tolerance bound lies above the prediction at the measured states [%]."""
+
+    lowest: float
+    highest: float
+
+
+def _span(shares: tuple[float, float]) -> dict[str, float] | None:
+    low, high = shares
+    return None if math.isnan(low) else {"lowest": 100 * low, "highest": 100 * high}
+
+
+Span = Annotated[Margins | None, BeforeValidator(_span)]
+
+
+class BindingAnswer(Answer):
+    """Whether a table is what was collected."""
+
+    state: str
+    reason: SaidIfAny
+
+
+class CensoredStates(Answer):
+    """States with censored impacts."""
+
+    state_id: list[str] = of("name")
+    distance_m: Figures = of("distance")
+    height_m: Figures = of("height")
+    speed_mps: Figures = of("speed")
+    censored: list[int]
+    at_least_N: Figures = of("at_least")
+
+
+class CensoringAnswer(Answer):
+    """The fit without censored impacts, beside the one with them."""
+
+    coefficients: Figures = of("discarded", "coefficients")
+    states: int
+    samples: int = of("discarded", "fit", "samples")
+    state_sd_percent: Percent = of("discarded", "fit", "state_sd")
+    measured_range_percent: Percent = of("range_kept")
+    bound_margin_percent: Span = of("margin_discarded")
+    bound_margin_with_censored_percent: Span = of("margin_shared")
+    at_censored: CensoredStates
+    predicted_at_censored_N: Figures = of("predicted_discarded")
+    predicted_with_censored_N: Figures = of("predicted_at_least")
+
+
+class MeasuredState(PlannedState):
+    """A state as it was measured; force null where every impact exceeded the device range."""
+
+    force_N: Figure
+    at_least_N: Figure
+    predicted_N: float
+
+
+class FitAnswer(Answer):
+    """A map fitted to the train rows of a table, ln F = sum of coefficient times term."""
+
+    name: str
+    source: str
+    form: str = of("form", "name")
+    terms: list[str] = of("form", "term_names")
+    coefficients: Figures
+    standard_errors: Figures = of("fit", "between_states", "standard_errors")
+    t_values: Figures = of("fit", "between_states", "t_values")
+    p_values: Figures = of("fit", "between_states", "p_values")
+    over_samples: OverSamples | None = of("fit", "over_samples")
+    states: int
+    states_left_out: int
+    states_left_out_names: list[str]
+    states_found: str = of("fit", "states_found")
+    samples: int = of("fit", "samples")
+    censored_samples: int = of("fit", "censored_samples")
+    censored_fit: bool = of("fit", "censored_fit")
+    repeats: int
+    fewest_repeats: int
+    rmse_N: Figure = of("fit", "rmse_force")
+    rmse_ln: Figure = of("fit", "between_states", "rmse")
+    r_squared: Figure = of("fit", "between_states", "r_squared")
+    state_sd_percent: Percent = of("fit", "state_sd")
+    degrees_of_freedom: Figure = of("fit", "between_states", "degrees_of_freedom")
+    condition_number: Figure = of("fit", "between_states", "condition_number")
+    bound_margin_percent: Span
+    rises_with_speed: bool
+    simulated: bool
+    accuracy: AccuracyAnswer
+    accuracies: list[AccuracyAnswer]
+    binding: BindingAnswer
+    disagreeing_repeats: list[str]
+    saturation_doubt: SaidIfAny
+    lowest_measured: Figures = of("measured_range", "lowest")
+    highest_measured: Figures = of("measured_range", "highest")
+    measured_states: list[MeasuredState]
+    map_sha256: str
+    assumptions: AllSaid
+    discard_fit: CensoringAnswer | None = if_any()
+    selection: SelectionAnswer | SelectionRefused | None = if_any()
+
+    @classmethod
+    def of_fit(cls, dataset: ImpactDataset, force_map: ForceMap, accuracies: tuple[Accuracy, ...], **also: Any) -> Self:
+        """The answer for a map fitted to impacts; the accuracy to trust first comes first."""
+        fit = force_map.require_fit()
+        fewest, most = fit.repeats
+        if fit.censored_fit:
+            effect = censoring_effect(dataset, form=force_map.form)
+            also["discard_fit"] = CensoringAnswer.from_result(
+                effect, states=len(effect.discarded.require_fit().states), at_censored=effect.states
+            )
+        return cls.from_result(
+            force_map,
+            states=len(fit.states),
+            states_left_out=len(fit.left_out),
+            states_left_out_names=fit.left_out.name,
+            repeats=most,
+            fewest_repeats=fewest,
+            bound_margin_percent=_margins(force_map),
+            accuracy=accuracies[0],
+            accuracies=accuracies,
+            disagreeing_repeats=dataset.disagreeing_repeats,
+            saturation_doubt=saturation_doubt(dataset.peak_force, dataset.state, censored=int(dataset.censored.sum())),
+            measured_states=_states(force_map),
+            map_sha256=map_sha256(force_map),
+            assumptions=[*force_map.conditions.findings, force_map.phase_two.finding],
+            **also,
+        )
+
+
+def _margins(force_map: ForceMap) -> tuple[float, float]:
+    bound = ToleranceBound(device_error=force_map.conditions.device.error_or_default)
+    try:
+        shares = margins(bound, force_map)
+    except BoundNotAvailable:
+        return math.nan, math.nan
+    return float(shares.min()), float(shares.max())
+
+
+def _states(force_map: ForceMap) -> list[MeasuredState]:
+    fit = force_map.require_fit()
+    states: list[MeasuredState] = []
+    for role, each in (("train", fit.states), ("left out", fit.left_out), ("test", fit.test)):
+        at, roles = each.coordinates.T, [role] * len(each)
+        states += MeasuredState.of_columns(each.name, roles, *at, each.force, each.at_least, force_map.predict(*at))
+    return states

@@ -1,0 +1,170 @@
+"""Speeds along a path, and positions of a table: what `path` and `place` answer."""
+
+from __future__ import annotations
+
+from typing import Any, Self
+
+import numpy as np
+
+from forcemap.answers.answer import AllSaid, Answer, AtPlace, Bound, Figure, Said, of
+from forcemap.answers.words import assumptions, warnings
+from forcemap.maps.force_map import ForceMap
+from forcemap.maps.map_file import map_sha256
+from forcemap.paths.path_speeds import PathSpeeds
+from forcemap.paths.table_positions import TaskPlaces
+from forcemap.speeds.basis import Basis
+
+RULES = ("allowed", "standard", "constant", "program")
+
+
+class PieceAnswer(Answer):
+    """A short piece of a path; speed null where none is permitted."""
+
+    segment: str
+    from_m: list[float]
+    to_m: list[float]
+    length_m: float
+    speed_mps: Figure
+    programmed_speed_mps: Figure
+    too_fast: bool
+    outcome: str
+    reason: Said
+    governed_by: str
+    limit_N: Figure
+
+
+class CycleTimeAnswer(Answer):
+    """A cycle time at one rule of speed; null if a piece has no permission, or the rule no speed."""
+
+    rule: str
+    cycle_time_s: Figure = of("duration")
+    permitted_time_s: Figure = of("permitted_duration")
+    speed_mps: Figure = of("speed")
+
+
+class Refused(Answer):
+    """How much of a segment has no permission for one reason."""
+
+    segment: str
+    outcome: str
+    reason: str
+    length_m: float
+
+
+class AlongAnswer(Answer):
+    """What speeds along paths rest on; warnings are said before them."""
+
+    bound: Bound
+    simulated: bool
+    warnings: AllSaid
+    assumptions: AllSaid
+    map_sha256: str
+
+
+class PathAnswer(AlongAnswer):
+    """Allowed speeds along a path; `too_fast` is of the pieces with permission, the lowest speed is theirs, too."""
+
+    permitted: bool
+    too_fast: bool
+    programmed: bool
+    length_m: float
+    refused_length_m: float
+    too_fast_length_m: float
+    lowest_speed_mps: Figure = of("constant", "speed")
+    cycle_times: list[CycleTimeAnswer]
+    speed_overshoot_mps: float = of("allowance", "speed")
+    position_tolerance_m: float = of("allowance", "position")
+    refusals: list[Refused]
+    pieces: list[PieceAnswer]
+
+    @classmethod
+    def of_path(cls, force_map: ForceMap, speeds: PathSpeeds, bound: Any, notes: tuple[str, ...] = ()) -> Self:
+        """The answer for a path."""
+        lengths, refused = speeds.path.lengths, speeds.refused
+        fast = speeds.too_fast & ~refused
+        return cls.from_result(
+            speeds,
+            permitted=not refused.any(),
+            too_fast=bool(fast.any()),
+            programmed=not np.isnan(speeds.programmed).any(),
+            length_m=float(lengths.sum()),
+            refused_length_m=float(lengths[refused].sum()),
+            too_fast_length_m=float(lengths[fast].sum()),
+            cycle_times=[getattr(speeds, rule) for rule in RULES],
+            refusals=_refusals(pieces := _pieces(speeds), refused.tolist()),
+            pieces=pieces,
+            assumptions=[*notes, *assumptions(speeds.bases, speeds.notes)],
+            **_rests_on(force_map, bound, speeds.bases),
+        )
+
+
+class Position(AtPlace):
+    """A position of the table's frame; cycle time null where a part of the path has no permission."""
+
+    cycle_time_s: Figure
+    standard_cycle_time_s: Figure
+    permitted_share: float
+
+
+class Best(AtPlace):
+    """The position with the shortest cycle time."""
+
+    cycle_time_s: float
+
+
+class Shift(Answer):
+    """What it costs to shift the best position; null where a part of the path then has no permission."""
+
+    distance_shift_m: float
+    height_shift_m: float
+    cycle_time_change_s: Figure
+
+
+class PlacesAnswer(AlongAnswer):
+    """Cycle times of a task at positions of its table; refusals are those of the position that permits most."""
+
+    best: Best | None
+    most_permitted: Position
+    sensitivity: list[Shift]
+    cycle_times: list[CycleTimeAnswer]
+    refusals: list[Refused]
+    positions: list[Position]
+
+    @classmethod
+    def of_places(cls, force_map: ForceMap, places: TaskPlaces, bound: Any) -> Self:
+        """The answer for positions of a table."""
+        closest, best = places.closest_speeds, places.best_speeds
+        at = np.meshgrid(places.distance, places.height, indexing="ij")
+        positions = Position.of_columns(*at, places.duration, places.standard_duration, places.permitted)
+        d, h, _ = places.most_permitted
+        return cls.from_result(
+            places,
+            most_permitted=next(each for each in positions if (each.distance_m, each.height_m) == (d, h)),
+            cycle_times=[] if best is None else [getattr(best, rule) for rule in RULES],
+            refusals=[] if places.best is not None else _refusals(_pieces(closest), closest.refused.tolist()),
+            positions=positions,
+            assumptions=assumptions(places.bases, places.notes),
+            **_rests_on(force_map, bound, closest.bases),
+        )
+
+
+def _rests_on(force_map: ForceMap, bound: Any, bases: tuple[Basis, ...]) -> dict[str, Any]:
+    of_map = {"simulated": force_map.simulated, "map_sha256": map_sha256(force_map)}
+    return {"bound": bound, "warnings": warnings(bases), **of_map}
+
+
+def _pieces(speeds: PathSpeeds) -> list[PieceAnswer]:
+    path, points = speeds.path, speeds.path.points.tolist()
+    figures = (path.lengths, speeds.speed, speeds.programmed, speeds.too_fast)
+    grounds = (speeds.outcome, speeds.reason, speeds.governed_by, speeds.limit)
+    return PieceAnswer.of_columns(path.names, points[:-1], points[1:], *figures, *grounds)
+
+
+def _refusals(pieces: list[PieceAnswer], refused: list[bool]) -> list[Refused]:
+    """Why pieces have no permission, for each segment and reason."""
+    lengths: dict[tuple[str, str, str], float] = {}
+    for piece, no in zip(pieces, refused, strict=True):
+        if no:
+            key = (piece.segment, piece.outcome, piece.reason)
+            lengths[key] = lengths.get(key, 0.0) + piece.length_m
+    return [Refused(segment=s, outcome=o, reason=r, length_m=length) for (s, o, r), length in lengths.items()]

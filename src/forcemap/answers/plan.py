@@ -1,0 +1,137 @@
+"""What to measure, what to measure next, and what confirms a map, as `plan`, `next` and `confirm` print it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, Self
+
+from forcemap.answers.answer import AllSaid, Answer, Bound, Figure, Said, of
+from forcemap.arrays import FloatArray
+from forcemap.campaigns.plan import MeasurementPlan
+from forcemap.planning.confirm import ConfirmationPlan, Confirmed
+from forcemap.planning.measurements import DesignedPlan
+from forcemap.planning.next.measurements import NextMeasurements, Stop
+
+
+class Run(Answer):
+    """An impact to make."""
+
+    recording: str
+    state_id: str
+    repeat: int
+    role: str
+    distance_m: float
+    height_m: float
+    speed_mps: float
+    base_angle_deg: Figure
+    expected_force_N: Figure
+
+
+class BoundedRun(Run):
+    """An impact to make, with what its force is not to exceed."""
+
+    upper_force_N: Figure
+
+
+class PlanAnswer(Answer):
+    """A campaign that was planned."""
+
+    folder: str
+    files: list[str]
+    states: int
+    runs: list[Run]
+    expected_from: str
+    left_out: list[str]
+    warnings: AllSaid
+    design_note: str = of("note")
+    expected_bound_width: Figure = of("bound_width")
+
+    @classmethod
+    def of_plan(cls, plan: DesignedPlan, folder: str, files: list[str]) -> Self:
+        """A plan that was written to a folder, into these files."""
+        return cls.from_result(plan, folder=folder, files=files, states=len(plan.states), runs=_runs(plan))
+
+
+class NextAnswer(Answer):
+    """What to measure next, or why to stop."""
+
+    folder: str
+    files: list[str]
+    simulated: bool
+    stop: Stop | None
+    reason: Said
+    places: int
+    confirmed_places: int = of("confirmed")
+    mean_speed_mps: Figure = of("speed")
+    expected_confirmed_places: int = of("expected_confirmed")
+    expected_mean_speed_mps: Figure = of("expected_speed")
+    states: int
+    runs: list[BoundedRun]
+    upper_force_is: str = of("upper_words")
+    warnings: AllSaid
+    next_command: str
+
+    @classmethod
+    def of_next(cls, measure: NextMeasurements, folder: str, files: list[str], command: str) -> Self:
+        """What to measure, the files written and the command that goes on."""
+        planned: dict[str, Any] = {"states": 0, "runs": [], "warnings": []}
+        if (plan := measure.plan) is not None:
+            runs = _runs(plan, measure.upper_force)
+            planned = {"states": len(plan.states), "runs": runs, "warnings": plan.warnings}
+        return cls.from_result(measure, folder=folder, files=files, next_command=command, **planned)
+
+
+class ConfirmingImpactAnswer(Answer):
+    """An impact at a released speed, and whether it confirms the map."""
+
+    recording: str
+    state_id: str = of("state")
+    distance_m: float = of("distance")
+    height_m: float = of("height")
+    speed_mps: float = of("speed")
+    peak_force_N: Figure = of("force")
+    bound_force_N: Figure = of("bound_force")
+    outcome: Confirmed
+    reason: Said
+
+
+class ConfirmAnswer(Answer):
+    """The impacts that are to confirm a map; `outcome` is null until one of them is measured."""
+
+    source: str
+    files: list[str]
+    simulated: bool = of("force_map", "simulated")
+    outcome: Confirmed | None
+    reason: Said
+    impacts: list[ConfirmingImpactAnswer]
+    missing: list[str]
+    limit_N: float = of("limit")
+    bound: Bound
+    rule: str
+    warnings: AllSaid
+    not_passed_probability: Figure = of("not_passed")
+    above_bound_probability: Figure = of("above_bound")
+    found_probability_10_percent: Figure = of("found")
+    runs: list[BoundedRun]
+    next_command: str
+
+    @classmethod
+    def of_confirmation(cls, confirmation: ConfirmationPlan, source: str, files: list[str], command: str) -> Self:
+        """A confirmation, planned or judged, the files written and the command that asks again."""
+        result = confirmation.result
+        return cls.from_result(
+            confirmation,
+            source=source,
+            files=files,
+            outcome=result and result.outcome,
+            reason=result.reason if result else confirmation.refusal or "",
+            impacts=[ConfirmingImpactAnswer.from_result(each) for each in (result.impacts if result else ())],
+            missing=result.missing if result else confirmation.plan.recording.tolist(),
+            runs=_runs(confirmation.plan, confirmation.bound_force),
+            next_command=command,
+        )
+
+
+def _runs(plan: MeasurementPlan, *upper: FloatArray) -> Sequence[Run]:
+    columns = [column.tolist() for column in (plan.recording, *plan.arrays.values(), *upper)]
+    return (BoundedRun if upper else Run).of_columns(*columns)

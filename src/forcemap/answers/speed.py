@@ -1,0 +1,61 @@
+"""The safe speed at a place: what `speed` answers."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any, Self
+
+from forcemap.answers.accuracy import AccuracyAnswer
+from forcemap.answers.answer import Figure, PlaceAndSpeed, Said, of
+from forcemap.answers.basis import RestsOn, rests_on
+from forcemap.findings import Finding
+from forcemap.maps.accuracy import Accuracy
+from forcemap.maps.bounds import FixedMargin
+from forcemap.maps.force_map import ForceMap
+from forcemap.speeds.safe_speed import SpeedOutcome, safe_speed
+
+
+class SpeedAnswer(RestsOn):
+    """The safe speed at a place; null unless the outcome is capped or admissible.
+
+    `measure_next` is where a measurement would turn "unconfirmed" into an answer; a hint, no permission.
+    """
+
+    outcome: str
+    reason: Said
+    distance_m: float
+    height_m: float
+    speed_mps: Figure = of("speed")
+    extrapolated_speed_mps: Figure = of("extrapolated_speed")
+    bound_force_N: Figure = of("bound_force")
+    predicted_force_N: Figure = of("predicted_force")
+    margin_10_speed_mps: Figure
+    margin_10_outcome: str
+    lowest_measured_speed_mps: Figure = of("lowest_measured_speed")
+    highest_measured_speed_mps: Figure = of("highest_measured_speed")
+    measure_next: PlaceAndSpeed | None
+    accuracy: AccuracyAnswer | None
+
+    @classmethod
+    def of_place(
+        cls,
+        force_map: ForceMap,
+        place: tuple[float, float],
+        accuracy: Accuracy | None,
+        notes: Iterable[Finding | str] = (),
+        **case: Any,
+    ) -> Self:
+        """The answer for a place: distance and height [m]; `case` is what `safe_speed` takes."""
+        speed = safe_speed(force_map, *place, **case)
+        with_margin = safe_speed(force_map, *place, **case | {"bound": FixedMargin(0.10)})
+        at = {"distance_m": place[0], "height_m": place[1]}
+        hint = speed.outcome is SpeedOutcome.UNCONFIRMED and speed.extrapolated_speed > 0
+        return cls.from_result(
+            speed,
+            **at,
+            margin_10_speed_mps=with_margin.speed,
+            margin_10_outcome=with_margin.outcome,
+            measure_next=at | {"speed_mps": speed.extrapolated_speed} if hint else None,
+            accuracy=accuracy,
+            **rests_on(force_map, speed.basis, notes),
+        )

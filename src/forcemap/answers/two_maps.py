@@ -1,0 +1,34 @@
+"""Two maps over the range that both have measured: what `compare MAP MAP` answers."""
+
+from __future__ import annotations
+
+from forcemap.answers.answer import AllSaid, Answer, Figure, PlaceAndSpeed, of
+
+
+class RatioAt(Answer):
+    """Force of the other map over that of the one, and where."""
+
+    ratio: float
+    distance_m: float = of("distance")
+    height_m: float = of("height")
+    speed_mps: float = of("speed")
+    one_N: float = of("one_force")
+    other_N: float = of("other_force")
+
+
+class TwoMapsAnswer(Answer):
+    """Two maps compared; ratios are the other's force over the one's."""
+
+    one: str
+    other: str
+    same_map: bool = of("same")
+    mean_ratio: Figure
+    geometric_mean_ratio: Figure
+    smallest: RatioAt
+    largest: RatioAt
+    higher_share: float
+    points: int
+    lowest: PlaceAndSpeed
+    highest: PlaceAndSpeed
+    simulated: bool
+    assumptions: AllSaid = of("statements")

@@ -1,0 +1,110 @@
+"""What every finding says in English: the one table of sentences is `words.toml`.
+
+No other code makes words of findings, none reads any.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+import tomllib
+from collections.abc import Container, Iterable
+from importlib import resources
+from typing import Any
+
+from forcemap.findings import Finding, FindingKind
+from forcemap.impacts.scenario import ContactScenario
+from forcemap.speeds.basis import Basis
+
+SENTENCES: dict[str, str] = tomllib.loads(resources.files(__package__).joinpath("words.toml").read_text("utf-8"))
+"""What findings say, by the value of their kind; words.toml says how."""
+
+_WHERE_STATED = re.compile(r"\[(\w+)\?([^|\]]*)\|?([^\]]*)\]")
+
+
+class _Figures(dict[str, Any]):
+    """Figures by name, with some as a sentence has them: `x_N_per_mm` of `x_N_per_m`, `x_percent` of `x`, lists."""
+
+    def __missing__(self, name: str) -> Any:
+        if name.endswith("_N_per_mm"):
+            return self[name[:-1]] / 1000
+        if name.endswith("_percent"):
+            return 100 * self[name.removesuffix("_percent")]
+        return getattr(self, f"_{name}")()
+
+    def states(self, name: str) -> bool:
+        """True unless a figure is not finite, none, empty or a count of 0."""
+        value = self[name]
+        return math.isfinite(value) if isinstance(value, float) else bool(value)
+
+    def _names(self) -> str:
+        first, *more = self["all"]
+        return f"{first or 'a row without recording'}{f' and {len(more)} more' if more else ''}"
+
+    def _six_files(self) -> str:
+        files = self["files"]
+        return ", ".join(files[:6]) + (f" and {len(files) - 6} more" if len(files) > 6 else "")
+
+    def _scenarios(self) -> str:
+        counts = [f"{self[each.name]} impacts {each.words}" for each in ContactScenario if self.get(each.name)]
+        return ", ".join(counts) or "scenario not stated"
+
+    def _who(self) -> str:
+        impacts, states = self["impacts"], self["states"]
+        return f"{states} states" if impacts == states else f"{impacts} impacts of {states} states"
+
+    def _added(self) -> str:
+        """What is added to a force before it counts as within a limit."""
+        what = [f"the device's error of {self['error_N']:g} N"]
+        what += [f"{self['drift_N']:.1f} N that drift may hide"] if self["drift_N"] >= 0.05 else []
+        what += [f"{self['unseen_N']:.1f} N that may lie between samples"] if self["unseen_N"] >= 0.05 else []
+        return ", ".join(what[:-1]) + " and " * (len(what) > 1) + what[-1]
+
+    def _conditions(self) -> str:
+        """Conditions that campaign.toml now states otherwise than when the recordings were registered."""
+        return "; ".join(
+            f"{entry} was {was!r} when {count} of the recordings were registered, campaign.toml "
+            + ("does not state it" if now is None else f"says {now!r}")
+            for entry, was, now, count in self["changes"]
+        )
+
+    def _columns(self) -> str:
+        return ", ".join(dict.fromkeys(entry for entry, *_ in self["changes"]))
+
+
+def sentence(finding: Finding | str) -> str:
+    """What a finding says; a text says itself."""
+    if isinstance(finding, str):
+        return finding
+    words, also = SENTENCES[finding.kind], "; ".join(sentence(each) for each in finding.also)
+    figures = _Figures(finding.figures, also=also)
+    said = _WHERE_STATED.sub(lambda part: part[2] if figures.states(part[1]) else part[3], words).format_map(figures)
+    return said if "{also}" in words or not also else f"{said}; {also}"
+
+
+def sentences(findings: Iterable[Finding | str]) -> list[str]:
+    """What findings say, each once, in their order."""
+    return list(dict.fromkeys(sentence(each) for each in findings))
+
+
+def assumptions(
+    bases: Iterable[Basis], notes: Iterable[Finding] = (), *, but: Container[FindingKind] = ()
+) -> list[str]:
+    """What speeds rest on, a line each, without those of the kinds in `but`, which stand elsewhere."""
+    findings = [*(each for basis in bases for each in basis.statements), *notes]
+    return sentences(each for each in findings if each.kind not in but)
+
+
+def warnings(bases: Iterable[Basis]) -> list[str]:
+    """What must be said before speeds that rest on these, a line each."""
+    return sentences(each for basis in bases for each in basis.warnings)
+
+
+def limit_words(basis: Basis) -> str:
+    """The limit that speeds are held against."""
+    return sentence(basis.limit_finding)
+
+
+def simulated_line(simulated: bool) -> list[str]:
+    """What comes first of what rests on simulated impacts; nothing of others."""
+    return [sentence(Finding.of(FindingKind.SIMULATED))] if simulated else []

@@ -1,0 +1,185 @@
+"""A campaign's folder: the files that a result rests on, its table of limits, and what does not fit together."""
+
+from __future__ import annotations
+
+import contextlib
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from forcemap.assessment.missing import error_words
+from forcemap.campaigns.build import collected, table_text
+from forcemap.campaigns.campaign import RECORDINGS_FOLDER, Campaign
+from forcemap.campaigns.conditions import CAMPAIGN_FILE, Conditions
+from forcemap.campaigns.impacts_table import TABLE_FILE
+from forcemap.campaigns.plan import PLAN_FILE
+from forcemap.campaigns.recordings_table import REGISTER_FILE
+from forcemap.errors import ForcemapError, InputError
+from forcemap.files import file_sha256, read_bytes, sha256
+from forcemap.findings import Finding, FindingKind
+from forcemap.limits.body_areas import LimitTable, read_limit_table, standard_limit_table
+from forcemap.limits.device_spring import device_suitability
+from forcemap.limits.force_limits import ForceLimit
+
+_FILES = (CAMPAIGN_FILE, PLAN_FILE, REGISTER_FILE, TABLE_FILE)
+_FOLDERS = ("maps", RECORDINGS_FOLDER)
+
+
+@dataclass(frozen=True)
+class InputFile:
+    """A file of a campaign.
+
+    Parameters
+    ----------
+    path : str
+        Below the campaign's folder, with slashes.
+    sha256 : str
+        Of its content, in hexadecimal; empty if it cannot be read.
+    """
+
+    path: str
+    sha256: str
+
+
+def campaign_inputs(folder: str | Path, *, further: Iterable[str] = ()) -> tuple[InputFile, ...]:
+    """The files that a campaign's result rests on: campaign.toml, the plan, register and table, maps, recordings.
+
+    Hidden files are left alone, and a link that leads to no file is none.
+
+    Parameters
+    ----------
+    folder : str or Path
+        The campaign's folder.
+    further : iterable of str
+        Paths of further files, below the folder.
+
+    Raises
+    ------
+    InputError
+        There is no such folder.
+    """
+    home = Path(folder)
+    if not home.is_dir():
+        raise InputError("there is no such folder", file=str(folder))
+    found = {name: home / name for name in (*_FILES, *further)}
+    for below in (path.relative_to(home) for name in _FOLDERS for path in (home / name).rglob("*")):
+        if not any(part.startswith(".") for part in below.parts):
+            found[below.as_posix()] = home / below
+    first = [name for name in found if "/" not in name]
+    names = [*first, *sorted(found.keys() - set(first))]
+    return tuple(InputFile(name, _sha256(found[name])) for name in names if found[name].is_file())
+
+
+def inputs_sha256(inputs: Iterable[InputFile]) -> str:
+    """One SHA-256 for all files: of their names and hashes, in order of the names."""
+    lines = sorted(f"{each.sha256}  {each.path}\n" for each in inputs)
+    return sha256("".join(lines).encode("utf-8", "surrogateescape"))
+
+
+def _sha256(path: Path) -> str:
+    with contextlib.suppress(InputError):
+        return file_sha256(path)
+    return ""
+
+
+@dataclass(frozen=True)
+class CampaignLimitTable:
+    """The table of limits of a campaign.
+
+    Parameters
+    ----------
+    table : LimitTable
+        That of the campaign, else the standard's.
+    file : str
+        Its file in the campaign's folder; empty for the standard's.
+    finding : Finding or None
+        Why a table that campaign.toml names was not used; None if none is, or it was.
+    """
+
+    table: LimitTable
+    file: str
+    finding: Finding | None = None
+
+
+def campaign_limit_table(folder: str | Path, conditions: Conditions) -> CampaignLimitTable:
+    """The table that campaign.toml names, if it is a file of the folder, else the standard's.
+
+    Parameters
+    ----------
+    folder : str or Path
+        The campaign's folder; a file outside it is not read.
+    conditions : Conditions
+        Of the campaign.
+    """
+    standard, name = standard_limit_table(), conditions.limit_table
+    if not name.lower().endswith(".csv"):  # a name in words
+        return CampaignLimitTable(standard, "")
+    home, inside = Path(folder).resolve(), False
+    with contextlib.suppress(OSError, ValueError):  # what no file can be named
+        file = (home / name).resolve()
+        inside = file.is_relative_to(home) and file.is_file()
+    if not inside:
+        return CampaignLimitTable(standard, "", Finding.of(FindingKind.OWN_LIMITS_MISSING, table=name))
+    try:
+        return CampaignLimitTable(read_limit_table(file), file.relative_to(home).as_posix())
+    except ForcemapError as error:
+        return CampaignLimitTable(standard, "", Finding.of(FindingKind.OWN_LIMITS_UNUSABLE, error=error_words(error)))
+
+
+def stated_findings(conditions: Conditions, limits: Sequence[ForceLimit]) -> list[Finding]:
+    """What the stated conditions contradict or leave open that every result hangs on."""
+    found = [limit.head_finding for limit in limits if limit.head_finding]
+    for limit in limits:
+        suits = device_suitability(limit.name, limit.stiffness, conditions.device.stiffness)
+        if limit.permitted and suits.refusal:
+            found.append(Finding.of(FindingKind.NO_SPEED_FOR_AREA, suits.refusal, area=limit.name))
+    if conditions.date and conditions.device.expired(conditions.date):
+        found.append(Finding.of(FindingKind.CALIBRATION_EXPIRED, date=conditions.date))
+    if math.isnan(conditions.device.range):
+        found.append(Finding.of(FindingKind.SATURATION_UNSEEN))
+    editions = list(dict.fromkeys(limit.edition for limit in limits))
+    stated = conditions.standard_edition
+    if stated and any(stated.split(",")[0].strip() not in edition for edition in editions):
+        found.append(Finding.of(FindingKind.OTHER_EDITION, stated=stated, editions=", ".join(editions)))
+    return found
+
+
+def file_findings(campaign: Campaign) -> list[Finding]:
+    """What differs between recordings, register and impacts table.
+
+    The table is made again from the recordings and compared; nothing is written.
+    """
+    try:
+        there = set(campaign.files())
+    except ForcemapError as error:
+        return [Finding.of(FindingKind.RECORDINGS_UNREADABLE, error=error.message)]
+    if not there and not campaign.entries:
+        return [Finding.of(FindingKind.RECORDINGS_NONE)]
+    digests = {entry.file: entry.sha256 for entry in campaign.entries if entry.sha256}
+    differing = {
+        FindingKind.RECORDINGS_CHANGED: [
+            file for file in digests if file in there and file_sha256(campaign.recordings / file) != digests[file]
+        ],
+        FindingKind.RECORDINGS_GONE: [file for file in digests if file not in there],
+        FindingKind.RECORDINGS_NEW: sorted(there - {entry.file for entry in campaign.entries}),
+    }
+    found = [Finding.of(kind, files=tuple(files)) for kind, files in differing.items() if files]
+    return found or _table_findings(campaign)
+
+
+def _table_findings(campaign: Campaign) -> list[Finding]:
+    if not campaign.table_file.exists():
+        return [Finding.of(FindingKind.TABLE_MISSING, table=TABLE_FILE)]
+    try:
+        text = table_text(campaign, *collected(campaign))
+    except ForcemapError as error:
+        return [Finding.of(FindingKind.TABLE_UNOBTAINABLE, table=TABLE_FILE, error=error.message)]
+    ours, made = read_bytes(campaign.table_file).splitlines(), text.encode().splitlines()
+    if ours == made:
+        return []
+    for row, (one, other) in enumerate(zip(ours, made, strict=False), start=1):
+        if one != other:
+            return [Finding.of(FindingKind.TABLE_ROW_DIFFERS, table=TABLE_FILE, row=row)]
+    figures = {"impacts": len(ours) - 1, "given": len(made) - 1}
+    return [Finding.of(FindingKind.TABLE_LENGTH_DIFFERS, table=TABLE_FILE, **figures)]

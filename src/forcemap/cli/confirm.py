@@ -1,0 +1,154 @@
+"""forcemap confirm."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path, PurePosixPath
+from typing import Annotated
+
+import numpy as np
+from typer import Option
+
+import forcemap as fm
+from forcemap.answers.plan import ConfirmAnswer
+from forcemap.answers.words import sentence, sentences, simulated_line
+from forcemap.cli import planned
+from forcemap.cli.options import ContactKind, FormName, Json, Limit, Source, bound_from, force_map_from, limit_from
+from forcemap.cli.output import emit, listing, table
+from forcemap.findings import Finding
+
+_EXIT = {fm.Confirmed.PASSES: 0, fm.Confirmed.DOES_NOT_PASS: 1, fm.Confirmed.CANNOT_TELL: 2}
+_WITHIN = {fm.VerdictOutcome.WITHIN: True, fm.VerdictOutcome.CANNOT_TELL: None, fm.VerdictOutcome.EXCEEDED: False}
+
+
+def confirm(
+    source: Source,
+    limit: Limit = None,
+    contact: ContactKind = None,
+    impacts: Annotated[
+        int | None, Option("--impacts", help="How many; default 6, or as many as are planned already.")
+    ] = None,
+    form: FormName = None,
+    as_json: Json = False,
+) -> int:
+    """Plan impacts at the released speeds, with the rule they must pass; once measured, tell whether they do.
+
+    Exit code: 0 planned, or passes; 1 does not pass, or no speed is released; 2 cannot tell.
+
+    Example: forcemap confirm my-campaign --area back_of_hand --contact transient
+    """
+    stated, kind = limit_from(limit, contact)
+    force_map = force_map_from(source, form)[0]
+    bound = bound_from(force_map)
+    campaign = fm.read_campaign(source) if Path(source, "plan.csv").exists() else None
+    plan = campaign.plan if campaign else None
+    answer = fm.confirm_plan(force_map, stated, bound=bound, contact=kind, impacts=impacts, planned=plan)
+    files: list[str] = []
+    if campaign is not None:
+        dataset = fm.read_dataset(source)
+        planned.refuse_waiting(campaign, campaign.plan.role == "train", dataset, "planned states")
+        answer = answer.judged(dataset, _checked(campaign, stated, kind))
+        if len(answer.added) or (len(answer.plan) and answer.result is None and not answer.refusal):
+            unmeasured = np.isin(answer.plan.recording, [*campaign.missing, *answer.added.recording.tolist()])
+            files = planned.write_campaign(
+                campaign.folder,
+                fm.extend_plan(campaign.plan, answer.added) if len(answer.added) else campaign.plan,
+                answer.plan.select(unmeasured),
+                campaign.conditions,
+                [f"Rule: {answer.rule}", f"at most: {answer.bound}"],
+                upper=answer.bound_force[unmeasured].tolist(),
+                waiting=planned.waiting_runs(campaign, but=answer.plan.recording.tolist()),
+            )
+    options = {**planned.limit_words(limit, contact), "--form": form}
+    again = planned.command_line("confirm", source, options | {"--impacts": impacts})
+    lines = _lines(source, answer, files, again, planned.command_line("next", source, options))
+    emit(ConfirmAnswer.of_confirmation(answer, source, files, again), lines, as_json=as_json)
+    return _EXIT[answer.result.outcome] if answer.result else int(bool(answer.refusal))
+
+
+def _checked(
+    campaign: fm.Campaign, limit: fm.ForceLimit | fm.NewtonLimit, contact: fm.Contact | None
+) -> dict[str, tuple[bool | None, Finding | str]]:
+    """Whether the recordings of confirming runs are within the limit (as `forcemap check`), and why.
+
+    By recording; by run where a recording is there that is not used.
+    """
+    plan = campaign.plan
+    confirming = plan.select(fm.ConfirmationPlan.among(plan)).states
+    recordings = {each.name: each for each in fm.check_campaign(campaign, limit, contact=contact).recordings}
+    checked: dict[str, tuple[bool | None, Finding | str]] = {}
+    for entry in campaign.entries:
+        named = plan.run_named(PurePosixPath(entry.file).stem) or plan.run_named(entry.curve) or ("", 0)
+        state, repeat = (entry.state_id, entry.repeat) if entry.state_id else named
+        if state in confirming and entry.use is not fm.Use.USED:
+            checked[f"{state}-r{repeat}"] = None, f"{entry.use}: {entry.reason}"
+        elif state in confirming:
+            recording = recordings.get(entry.name)  # None: its file has another name now
+            verdicts = recording.verdicts if recording else ()
+            worst = max(verdicts, key=lambda verdict: verdict.outcome.severity, default=None)
+            gone = (recording and recording.not_judged) or "not judged as it was registered; run forcemap collect"
+            why = worst.governing.reason if worst else gone
+            checked[entry.name] = _WITHIN[worst.outcome] if worst else None, why
+    return checked
+
+
+def _lines(source: str, answer: fm.ConfirmationPlan, files: list[str], again: str, more: str) -> list[str]:
+    simulated = simulated_line(answer.force_map.simulated)
+    warnings = [f"WARNING: {warning}" for warning in sentences(answer.warnings)]
+    result, to_measure = answer.result, planned.measuring_lines(source, files, again)
+    if result is not None:
+        after = to_measure if files or result.outcome is fm.Confirmed.CANNOT_TELL else []
+        if result.outcome is fm.Confirmed.DOES_NOT_PASS:
+            after = ["Next: measure more; this tells the states:", *planned.command_lines(more)]
+        return [
+            *simulated,
+            f"{result.outcome.replace('_', ' ').upper()}: {sentence(result.reason)}",
+            *warnings,
+            "",
+            *_impacts_table(result),
+            *(listing("Not measured yet", result.missing) if result.missing else []),
+            "",
+            f"Rule: {answer.rule}",
+            f"bound: {answer.bound}",
+            *after,
+        ]
+    if answer.refusal:
+        campaign = Path(source).is_dir()
+        go_on = planned.command_lines(more) if campaign else ["  forcemap next, with a campaign folder"]
+        return [*simulated, sentence(answer.refusal), "Next: measure more, slower states; this tells which:", *go_on]
+    chances = "How often a sound map does not pass is not known: the map has no measured states"
+    if not math.isnan(answer.not_passed):
+        chances = (
+            f"A sound map does not pass with a probability of {100 * answer.not_passed:.0f} % "
+            f"({100 * answer.above_bound:.0f} %: above the bound); a force 10 % higher, {100 * answer.found:.0f} %"
+        )
+    before = "" if len(answer.added) else ", planned before and not measured yet"
+    return [
+        *simulated,
+        f"{len(answer.plan)} impacts at the released speeds, slow to fast{before}",
+        *warnings,
+        "",
+        *planned.runs_table(answer.plan, answer.bound_force.tolist()),
+        f"at most: {answer.bound}",
+        "",
+        f"Rule: {answer.rule}",
+        chances,
+        *(to_measure if files else ["Nothing written: the source is no campaign with a plan"]),
+    ]
+
+
+def _impacts_table(result: fm.ConfirmationResult) -> list[str]:
+    """A line an impact, and why those that do not pass do not."""
+    rows = [
+        [
+            each.state,
+            *(f"{value:.3f}" for value in (each.distance, each.height, each.speed)),
+            *("-" if math.isnan(force) else f"{force:.1f}" for force in (each.force, each.bound_force)),
+            each.outcome.replace("_", " "),
+        ]
+        for each in result.impacts
+    ]
+    failed = [each for each in result.impacts if each.outcome is not fm.Confirmed.PASSES]
+    doubts = [f"{each.recording}: {sentence(each.reason)}" for each in failed]
+    header = ["state", "d [m]", "h [m]", "v [m/s]", "force [N]", "bound [N]", "outcome"]
+    return [*table(header, rows), *(listing("Why", doubts) if doubts else [])]

@@ -1,0 +1,164 @@
+"""forcemap next."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+from typer import Argument, Option
+
+import forcemap as fm
+from forcemap.answers.plan import NextAnswer
+from forcemap.answers.words import sentence, sentences, simulated_line
+from forcemap.cli import planned
+from forcemap.cli.options import ContactKind, DeviceSpring, FormName, Json, Limit, force_map_from, limit_from
+from forcemap.cli.output import emit
+from forcemap.cli.task_options import figures
+
+
+def next_(
+    folder: Annotated[str, Argument(help="Campaign folder, a new one too; or an impacts table.")],
+    limit: Limit = None,
+    contact: ContactKind = None,
+    distances: planned.Distances = None,
+    heights: planned.Heights = None,
+    speeds: Annotated[str | None, Option("--speeds-mps", help="Slowest and fastest speed; default 0.05,0.40.")] = None,
+    states: Annotated[
+        int | None,
+        Option("--states", help="Budget: states of the whole campaign; default 27, or 12 more than are measured."),
+    ] = None,
+    batch: Annotated[int, Option("--batch", help="States at a time.")] = 4,
+    repeats: planned.Repeats = 3,
+    largest_force: Annotated[
+        float | None, Option("--largest-force-N", help="No impact is to exceed it, nor the device's range.")
+    ] = None,
+    device_range: planned.DeviceRange = None,
+    device_spring: DeviceSpring = None,
+    expect: planned.Expect = None,
+    form: FormName = None,
+    as_json: Json = False,
+) -> int:
+    """Add the states to measure next for a limit to a campaign's plan, from nothing on; exit code 1 is time to stop.
+
+    Example: forcemap next new-cell --area back_of_hand --contact transient --distances-m 0.52,0.89
+    --heights-m 0.14,0.46 --moving-mass-kg 30 --device-range-N 500 --device-spring-N-per-mm 75
+    """
+    if folder.lower().endswith(".json") or (folder in fm.PUBLISHED_MAPS and not Path(folder).exists()):
+        raise fm.InputError(
+            "found a map, expected a campaign folder or an impacts table: next goes on from impacts; for a new "
+            "campaign that expects the forces of a map, name a new folder and give the map with --map",
+            file=folder,
+        )
+    mass, source = planned.expected_of(expect)
+    conditions = planned.conditions_of(folder, device_range, device_spring, mass)
+    stated, kind = limit_from(limit, contact)
+    campaign = fm.read_campaign(folder) if Path(folder, "plan.csv").exists() else None
+    # The runs for a table that is no campaign are shown and written nowhere.
+    table_alone = campaign is None and (Path(folder).is_file() or Path(folder, "impacts.csv").exists())
+    measured: fm.ImpactDataset | fm.Conditions = conditions
+    options: dict[str, Any] = {} if largest_force is None else {"largest_force": largest_force}
+    if table_alone:
+        measured = _with_device(fm.read_dataset(folder), conditions)
+    elif campaign is not None:
+        measured, trained = _measured(campaign), campaign.plan.role == "train"
+        if trained.any():
+            for name, values in (("distances", campaign.plan.distance), ("heights", campaign.plan.height)):
+                options[name] = values[trained].min(), values[trained].max()
+    ranges = {"distances": distances, "heights": heights, "speeds": speeds}
+    options |= {name: figures(name, text) for name, text in ranges.items() if text is not None}
+    answer = fm.next_measurements(
+        measured,
+        stated,
+        contact=kind,
+        expected_force=force_map_from(source, None)[0] if source else None,
+        form=fm.form_named(form or fm.CFM_3D.name),
+        batch=batch,
+        states=states,
+        repeats=repeats,
+        **options,
+    )
+    files: list[str] = []
+    if answer.plan is not None and not table_alone:
+        files = planned.write_campaign(
+            Path(folder),
+            answer.plan if campaign is None else fm.extend_plan(campaign.plan, answer.plan),
+            answer.plan,
+            conditions,
+            [answer.upper_words],
+            upper=answer.upper_force.tolist(),
+            waiting=planned.waiting_runs(campaign) if campaign else None,
+        )
+    asked = {
+        **planned.limit_words(limit, contact),
+        "--distances-m": distances,
+        "--heights-m": heights,
+        "--speeds-mps": speeds,
+        "--states": states,
+        "--batch": None if batch == 4 else batch,
+        "--largest-force-N": largest_force,
+        "--form": form,
+        "--repeats": None if repeats == 3 else repeats,
+        "--map": source,
+    }
+    if table_alone:
+        asked |= {"--device-range-N": device_range, "--device-spring-N-per-mm": device_spring}
+    again = planned.command_line("next", folder, asked)
+    emit(NextAnswer.of_next(answer, folder, files, again), _lines(folder, answer, files, again), as_json=as_json)
+    return 1 if answer.plan is None else 0
+
+
+def _measured(campaign: fm.Campaign) -> fm.ImpactDataset | fm.Conditions:
+    """The impacts so far; every planned state to train or to confirm must be among them.
+
+    One to train would be planned again, and the speed of one that confirms is that of the map before.
+    """
+    dataset = fm.read_dataset(str(campaign.folder)) if campaign.table_file.exists() else None
+    planned.refuse_waiting(campaign, campaign.plan.role == "train", dataset, "planned states")
+    planned.refuse_waiting(campaign, fm.ConfirmationPlan.among(campaign.plan), dataset, "states to confirm the map")
+    return campaign.conditions if dataset is None else dataset
+
+
+def _with_device(dataset: fm.ImpactDataset, stated: fm.Conditions) -> fm.ImpactDataset:
+    """A table that does not state its device, with the one that the options state."""
+    device = stated.device
+    if math.isnan(device.range) or not math.isnan(dataset.conditions.device.range):
+        return dataset
+    above = dataset.peak_force[~dataset.censored]
+    if above.size and above.max() >= device.range:
+        raise fm.InputError(
+            f"--device-range-N: found {device.range:g}, expected more than the {above.max():g} N that the table holds"
+        )
+    conditions = replace(dataset.conditions, device=device)
+    return replace(dataset, conditions=conditions, device_range=float(np.fmin(device.range, dataset.device_range)))
+
+
+def _lines(folder: str, answer: fm.NextMeasurements, files: list[str], again: str) -> list[str]:
+    simulated = simulated_line(answer.simulated)
+    speed = "" if math.isnan(answer.speed) else f", mean speed {fm.floor_speed(answer.speed)} m/s"
+    confirmed = f"{answer.confirmed} of {answer.places} places confirmed{speed}"
+    if answer.plan is None:
+        return [*simulated, f"Stop ({answer.stop}): {sentence(answer.reason)}", confirmed]
+    if not math.isnan(answer.expected_speed):
+        after = fm.floor_speed(answer.expected_speed)
+        confirmed += f"; {answer.expected_confirmed} expected after these, mean speed {after} m/s"
+    table_file = str(Path(folder, "impacts.csv")) if Path(folder).is_dir() else folder
+    unwritten = [
+        "Nothing written: there is no plan.csv, and forcemap collect would replace the table by new recordings alone",
+        f"Next: measure these states, add a row for each impact to {table_file}, then",
+        *planned.command_lines(again),
+    ]
+    return [
+        *simulated,
+        f"{len(answer.plan.states)} states to measure next, slow to fast",
+        sentence(answer.reason),
+        confirmed,
+        *(f"WARNING: {warning}" for warning in sentences(answer.plan.warnings)),
+        "",
+        *planned.runs_table(answer.plan, answer.upper_force.tolist()),
+        answer.upper_words,
+        "",
+        *(planned.measuring_lines(folder, files, again) if files else unwritten),
+    ]

@@ -1,0 +1,162 @@
+"""What plan, next and confirm share: options and what they stand for, and plans as text, as files and as a sheet."""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+import shlex
+import textwrap
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+from typer import Option
+
+import forcemap as fm
+from forcemap.arrays import Mask
+from forcemap.cli.options import number, stated, stiffness
+from forcemap.cli.output import table
+from forcemap.files import write_atomically
+
+SHEET = "run_sheet.txt"
+_WIDTH = 100
+
+Distances = Annotated[
+    str | None, Option("--distances-m", help="Nearest and farthest distance from the base z-axis, or all of them.")
+]
+Heights = Annotated[str | None, Option("--heights-m", help="Lowest and highest height above the base, or all of them.")]
+Repeats = Annotated[int, Option("--repeats", help="Impacts of every state.")]
+DeviceRange = Annotated[
+    float | None, Option("--device-range-N", help="Largest force the device can measure; else as campaign.toml states.")
+]
+Expect = Annotated[
+    list[str] | None,
+    Option(
+        "--moving-mass-kg",
+        "--map",
+        metavar="KG|MAP",
+        help="What force to expect: mass of the robot's moving parts, for the standard's contact model; or a map, "
+        "file or published name.",
+    ),
+]
+
+
+def limit_words(limit: Sequence[str] | None, contact: fm.Contact | None) -> dict[str, object]:
+    """The options that name the limit again."""
+    given = stated(limit)
+    parts: dict[str, Sequence[object]] = {"--area": given.names, "--limit-N": given.newtons}
+    parts |= {"--contact": [contact], "--limit-table": given.tables}
+    return {name: next(iter(values), None) for name, values in parts.items()}
+
+
+def expected_of(expect: Sequence[str] | None) -> tuple[float | None, str | None]:
+    """The moving mass [kg] and the name of a map that the option gives; None where it does not."""
+    masses = [mass for mass in map(number, expect or ()) if mass is not None]
+    maps = [text for text in expect or () if number(text) is None]
+    if len(masses) > 1 or len(maps) > 1:
+        raise fm.InputError("expected force: found several, expected one --moving-mass-kg and one --map at most")
+    return masses[0] if masses else None, maps[0] if maps else None
+
+
+def conditions_of(
+    folder: str, device_range: float | None, device_spring: float | None, moving_mass: float | None
+) -> fm.Conditions:
+    """What the folder's campaign.toml states; without one what the options state."""
+    toml = Path(folder, "campaign.toml")
+    conditions = fm.read_conditions(toml) if toml.exists() else fm.Conditions()
+    device = conditions.with_device_stiffness(stiffness(device_spring)).device
+    described = dataclasses.replace(
+        conditions,
+        device=device if device_range is None else dataclasses.replace(device, range=device_range),
+        moving_mass=conditions.moving_mass if moving_mass is None else moving_mass,
+    )
+    if toml.exists() and described.to_tables() != conditions.to_tables():
+        raise fm.InputError("this campaign.toml is there already; state device and mass in it", file=str(toml))
+    return described
+
+
+def command_line(command: str, source: str, options: Mapping[str, object]) -> str:
+    """A command with the options that are given."""
+    given = {name: value for name, value in options.items() if value is not None}
+    words = [(name, f"{value:.12g}" if isinstance(value, float) else str(value)) for name, value in given.items()]
+    return shlex.join(["forcemap", command, source, *itertools.chain(*words)])
+
+
+def command_lines(command: str, head: str = "  ") -> list[str]:
+    """A command as lines of at most 100 characters, that a shell takes for one."""
+    parts = textwrap.wrap(
+        command,
+        _WIDTH - 2,
+        initial_indent=head,
+        subsequent_indent=" " * (len(head) + 4),
+        break_long_words=False,
+        break_on_hyphens=False,
+    )
+    return [*(f"{part} \\" for part in parts[:-1]), parts[-1]]
+
+
+def write_campaign(
+    target: Path,
+    whole: fm.MeasurementPlan,
+    new: fm.MeasurementPlan,
+    conditions: fm.Conditions,
+    notes: Sequence[str] = (),
+    *,
+    upper: Sequence[float] = (),
+    waiting: fm.MeasurementPlan | None = None,
+) -> list[str]:
+    """Write a campaign's files, the sheet with the new runs and those that wait to be measured; their names."""
+    wrapped = [line for note in notes for line in textwrap.wrap(note, _WIDTH, subsequent_indent="    ")]
+    sheet = [*wrapped, *fm.run_sheet(new, conditions, upper_force=upper, waiting=waiting)]
+    try:
+        (target / "recordings").mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise fm.InputError(f"the folder cannot be made ({error.strerror})", file=str(target)) from error
+    files = ["plan.csv", SHEET]
+    if not (target / "campaign.toml").exists():
+        write_atomically(target / "campaign.toml", fm.campaign_text(conditions))
+        files.insert(0, "campaign.toml")
+    write_atomically(target / SHEET, "\n".join(sheet) + "\n")
+    fm.write_plan(whole, target)
+    return files
+
+
+def waiting_runs(campaign: fm.Campaign, *, but: Sequence[str] = ()) -> fm.MeasurementPlan:
+    """The planned runs without a recording that is used, but for some: what was printed before is not lost."""
+    names = campaign.plan.recording
+    return campaign.plan.select(np.isin(names, campaign.missing) & ~np.isin(names, list(but)))
+
+
+def refuse_waiting(campaign: fm.Campaign, runs: Mask, dataset: fm.ImpactDataset | None, what: str) -> None:
+    """Refuse to go on while states of the runs have no impact."""
+    states = set() if dataset is None else set(dataset.state.tolist())
+    waiting = [name for name in dict.fromkeys(campaign.plan.state_id[runs].tolist()) if name not in states]
+    if waiting:
+        raise fm.InputError(
+            f"{what} without an impact: {len(waiting)}, the first {waiting[0]}; measure them and run forcemap "
+            "collect, or take their rows out of plan.csv",
+            file=str(campaign.folder),
+        )
+
+
+def measuring_lines(folder: str, files: Sequence[str], then: str) -> list[str]:
+    """What was written, and the way from the printed sheet to the next answer."""
+    return [
+        *([f"Written to {folder}: {', '.join(files)}"] if files else []),
+        "Next:",
+        f"  1. print {folder}/{SHEET} and measure; save each file in {folder}/recordings under the name it says",
+        f"  2. forcemap collect {shlex.quote(folder)}",
+        *command_lines(then, "  3. "),
+    ]
+
+
+def runs_table(plan: fm.MeasurementPlan, upper: Sequence[float]) -> list[str]:
+    """A line a state."""
+    rows = {
+        name: [name, f"{d:.3f}", f"{h:.3f}", f"{v:.3f}", f"{force:.1f}", f"{most:.1f}"]
+        for name, d, h, v, force, most in zip(
+            plan.state_id.tolist(), plan.distance, plan.height, plan.speed, plan.expected_force, upper, strict=True
+        )
+    }
+    return table(["state", "d [m]", "h [m]", "v [m/s]", "expected [N]", "at most [N]"], rows.values())

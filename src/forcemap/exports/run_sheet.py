@@ -1,0 +1,90 @@
+"""A plan as lines to print, for the person at the robot."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import textwrap
+from collections.abc import Sequence
+
+from forcemap.answers.words import sentence, sentences
+from forcemap.campaigns.conditions import Conditions
+from forcemap.campaigns.plan import MeasurementPlan
+
+_SHEET_WIDTH = 100
+
+
+def run_sheet(
+    plan: MeasurementPlan,
+    conditions: Conditions,
+    *,
+    upper_force: Sequence[float] = (),
+    waiting: MeasurementPlan | None = None,
+) -> list[str]:
+    """The plan as lines of at most 100 characters, to print for the person at the robot.
+
+    Parameters
+    ----------
+    plan : MeasurementPlan
+        The runs to make.
+    conditions : Conditions
+        What they are measured under.
+    upper_force : sequence of float
+        What the force of each run is not to exceed [N], for a column "at most"; no column if not given.
+    waiting : MeasurementPlan, optional
+        Runs planned earlier that are not measured yet; they stand behind the others.
+    """
+    device = conditions.device
+    stated = {
+        "controller": conditions.controller,
+        "firmware": conditions.firmware,
+        "base angle": "" if math.isnan(conditions.base_angle) else f"{conditions.base_angle:g} deg",
+        "device": device.model,
+        "device calibrated": device.calibrated,
+        "device range": "" if math.isnan(device.range) else f"{device.range:g} N",
+        "device error": "" if math.isnan(device.error) else f"{device.error:g} N",
+        "device stiffness": "" if math.isnan(device.stiffness) else f"{device.stiffness:g} N/m",
+        "standard": conditions.standard_edition,
+        "operator": conditions.operator,
+    }
+    head = [
+        f"Runs: {len(plan)}, states: {len(plan.states)}",
+        *sentences(conditions.findings),
+        *(f"{name}: {value or 'not stated'}" for name, value in stated.items()),
+        f"expected forces: {plan.expected_from or 'not stated'}",
+        *(f"WARNING: {sentence(warning)}" for warning in plan.warnings),
+        *(f"left out: {line}" for line in plan.left_out),
+    ]
+    lines = [part for line in head for part in textwrap.wrap(line, _SHEET_WIDTH, subsequent_indent="    ")]
+    names = [*plan.recording.tolist(), *([] if waiting is None else waiting.recording.tolist())]
+    width = max(len("save as"), *(len(name) for name in names))
+    lines += _runs(plan, width, list(upper_force))
+    if waiting is not None and len(waiting):
+        lines += ["", "Planned earlier and not measured yet", *_runs(waiting, width, [], first=len(plan) + 1)]
+    return lines
+
+
+def _runs(plan: MeasurementPlan, width: int, upper: list[float], *, first: int = 1) -> list[str]:
+    """A table for each speed, its runs numbered from `first`."""
+    # The angle of the base gives way where the paper is too narrow for it and for what the force is not to exceed.
+    angles = not upper or not all(math.isnan(angle) for angle in plan.base_angle.tolist())
+    base = f" {'base [deg]':>10}" if angles else ""
+    most = f" {'at most [N]':>11}" if upper else ""
+    title = f"{'no.':>4}  {'save as':{width}} {'d [m]':>7} {'h [m]':>7}{base} {'rep.':>4} {'exp. [N]':>8}{most}  "
+    lines = []
+    runs = enumerate(zip(plan.speed.tolist(), plan.recording.tolist(), strict=True))
+    for speed, block in itertools.groupby(runs, key=lambda run: run[1][0]):
+        # v stands above its table: everybody at the robot must see the change to a faster block.
+        lines += ["", f"v = {speed:g} m/s", title + "done, note", "-" * (len(title) + 10)]
+        for i, (_, name) in block:
+            place = f"{plan.distance[i]:7.4g} {plan.height[i]:7.4g}"
+            place += f" {_figure(plan.base_angle[i], 'g'):>10}" if angles else ""
+            force = f"{_figure(plan.expected_force[i], '.0f'):>8}"
+            force += f" {math.floor(upper[i]):>11}" if upper else ""
+            blank = "_" * max(10, min(24, _SHEET_WIDTH - len(title)))
+            lines.append(f"{first + i:4}  {name:{width}} {place} {plan.repeat[i]:4} {force}  {blank}")
+    return lines
+
+
+def _figure(value: float, form: str) -> str:
+    return "-" if math.isnan(value) else format(value, form)

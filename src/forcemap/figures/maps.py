@@ -1,0 +1,288 @@
+"""Figures of a map: its profiles, the workspace, its residuals, and what stands beside it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import matplotlib
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+
+from forcemap.arrays import FloatArray
+from forcemap.campaigns.dataset import ImpactDataset
+from forcemap.comparisons.force_models import Comparison
+from forcemap.figures import style
+from forcemap.figures.canvas import finish, is_wide, new_figure, panels, settings
+from forcemap.figures.measured import Measured, a_few, draw_forces, draw_map, draw_profile, levels, middle, near
+from forcemap.figures.style import DISTANCE, FORCE, HEIGHT, PAGE_WIDTH, QUANTITY, SPEED
+from forcemap.limits.pfl import pfl_contact_force
+from forcemap.maps.bounds import Bound
+from forcemap.maps.force_map import ForceMap
+
+_AXES = (DISTANCE, HEIGHT, SPEED)
+_WORDS = ("distance {:.2f} m", "height {:.2f} m", "speed {:.2f} m/s")
+_CELLS = 16  # of a slice of the workspace along each axis
+_LOOKS = {"CFM_2D": style.MAP_2D, "CFM_2D per height": style.MAP_2D_PER_HEIGHT, "contact model": style.STANDARD}
+
+
+@settings()
+def force_profiles_figure(
+    force_map: ForceMap, dataset: ImpactDataset | None = None, *, bound: Bound | None = None, width: float = PAGE_WIDTH
+) -> Figure:
+    """Force against distance, height and speed, the other variables held at measured values.
+
+    Lines are drawn for the lowest, middle and highest measured speed (against speed: distance), each with its value
+    at its end, and end where the measured range ends.
+
+    Parameters
+    ----------
+    force_map : ForceMap
+        The map.
+    dataset : ImpactDataset, optional
+        Measured states to show; those of a fitted map if not given.
+    bound : Bound, optional
+        Bound to draw dashed.
+    width : float
+        Width of the figure [m].
+
+    Raises
+    ------
+    BoundNotAvailable
+        The map cannot carry the bound.
+    """
+    if bound is not None:
+        bound.require(force_map)
+    measured, wide = Measured.of(force_map, dataset), is_wide(width)
+    axis_levels = measured.levels(force_map.measured_range.points)
+    figure = new_figure("Force against distance, height and speed", width, 0.068 if wide else 0.16)
+    for along, axes in enumerate(panels(figure, 3, 3 if wide else 1, share_y=wide)):
+        by = 0 if along == 2 else 2  # the variable that differs from line to line
+        held = 3 - along - by
+        at = middle(axis_levels[held])
+        for value in a_few(axis_levels[by]):
+            fixed = {by: value, held: at}
+            x, force = draw_map(axes, force_map, bound, along, fixed)
+            _write_at_end(axes, x, force, _WORDS[by].format(value).partition(" ")[2])
+            draw_profile(axes, measured, along, fixed)
+        axes.set(xlabel=_AXES[along], title=f"{_WORDS[held].format(at)}\nlines: {_WORDS[by].split()[0]}")
+        axes.margins(y=0.12)
+        axes.set_ylim(bottom=0)
+        if axes.get_subplotspec().is_first_col():  # type: ignore[union-attr]
+            axes.set_ylabel(FORCE)
+    return finish(figure, simulated=measured.simulated, columns=3 if wide else 1)
+
+
+def _write_at_end(axes: Axes, x: FloatArray, force: FloatArray, words: str) -> None:
+    for last in np.flatnonzero(np.isfinite(force))[-1:]:
+        end = (float(x[last]), float(force[last]))
+        axes.annotate(words, end, (3, 0), textcoords="offset points", va="center", fontsize=6.5, annotation_clip=False)
+
+
+@settings()
+def workspace_figure(force_map: ForceMap, dataset: ImpactDataset | None = None, *, width: float = PAGE_WIDTH) -> Figure:
+    """Predicted force over distance, height and speed as colour, with the measured states (paper, section V-A).
+
+    Slices of the workspace at the lowest, middle and highest measured speed, as far as the measured range reaches;
+    the states measured at these speeds lie on them.
+
+    Parameters
+    ----------
+    force_map : ForceMap
+        The map.
+    dataset : ImpactDataset, optional
+        Measured states to show; those of a fitted map if not given.
+    width : float
+        Width of the figure [m].
+    """
+    measured = Measured.of(force_map, dataset)
+    reach = force_map.measured_range
+    ticks = [a_few(values) for values in measured.levels(reach.points)]
+    d, h = np.linspace(reach.lowest[:2], reach.highest[:2], _CELLS + 1, axis=1)
+    corner_d, corner_h = np.meshgrid(d, h, indexing="ij")
+    middles = *np.meshgrid((d[1:] + d[:-1]) / 2, (h[1:] + h[:-1]) / 2, indexing="ij"), np.c_[ticks[2]][:, None]
+    slices = np.where(reach.contains(*middles), force_map.predict(*middles), np.nan)
+    known = slices[np.isfinite(slices)]
+    scale = Normalize(known.min(), known.max()) if known.size else Normalize(0, 1)
+
+    wide = is_wide(width)
+    figure = new_figure("Predicted force over distance, height and speed", width, (0.68 if wide else 1.1) * width)
+    axes: Any = figure.add_subplot(projection="3d", computed_zorder=False)
+    colours = matplotlib.colormaps[QUANTITY]
+    for number, (speed, force) in enumerate(zip(ticks[2], slices, strict=True)):
+        faces = colours(scale(np.nan_to_num(force)))
+        faces[~np.isfinite(force)] = 0.0
+        every = {"rcount": _CELLS + 1, "ccount": _CELLS + 1}
+        plain = {"shade": False, "linewidth": 0, "antialiased": False}
+        surface = corner_d, corner_h, np.full(corner_d.shape, speed)
+        axes.plot_surface(*surface, facecolors=faces, zorder=2 * number, **every, **plain)
+        for look, states in measured.by_look:
+            here = states.select(near(states.speed, speed, measured.tolerance.speed))
+            axes.plot(here.distance, here.height, here.speed, zorder=2 * number + 1, **look.drawn)
+            if len(above := here.select(here.censored > 0)):
+                axes.plot(above.distance, above.height, above.speed, zorder=2 * number + 1, **style.CENSORED.drawn)
+    axes.set(xlabel=DISTANCE, ylabel=HEIGHT, zlabel=SPEED)
+    for set_ticks, places in zip((axes.set_xticks, axes.set_yticks, axes.set_zticks), ticks, strict=True):
+        set_ticks(places, [f"{place:.2f}" for place in places])
+    axes.view_init(elev=18, azim=-58)
+    axes.set_box_aspect((1, 1, 1.25), zoom=0.95 if wide else 0.85)  # its labels need room
+    label, pad = f"Predicted {FORCE[0].lower()}{FORCE[1:]}", 0.05 if wide else 0.2
+    figure.colorbar(ScalarMappable(scale, QUANTITY), ax=axes, label=label, shrink=0.7, pad=pad)
+    return finish(figure, simulated=measured.simulated, columns=3 if wide else 1)
+
+
+@settings()
+def residuals_figure(force_map: ForceMap, dataset: ImpactDataset, *, width: float = PAGE_WIDTH) -> Figure:
+    """Measured less predicted force, in percent of measured, against force, distance, height and speed.
+
+    Above zero the map underestimates: the dangerous side.
+
+    Parameters
+    ----------
+    force_map : ForceMap
+        The map.
+    dataset : ImpactDataset
+        Measured states.
+    width : float
+        Width of the figure [m].
+    """
+    measured, wide = Measured.of(force_map, dataset), is_wide(width)
+    figure = new_figure("Residuals against force, distance, height and speed", width, 0.11 if wide else 0.125)
+    all_axes = panels(figure, 4, 2, share_y=True)
+    for look, states in measured.by_look:
+        predicted = np.asarray(force_map.predict(states.distance, states.height, states.speed))
+        residual = 100 * (states.force - predicted) / states.force
+        at_least = 100 * (states.at_least - predicted) / states.at_least
+        for axes, x in zip(all_axes, (predicted, *states.coordinates.T), strict=True):
+            draw_forces(axes, look, states, x, residual, at_least)
+    low, high = all_axes[0].get_ylim()
+    low, high = min(low, -1.0), max(high, 1.0)
+    room = 0.12 * (high - low)  # for the words
+    for i, (axes, words) in enumerate(zip(all_axes, ("Predicted force [N]", *_AXES), strict=True)):
+        axes.axhspan(0, high + room, color=style.PALE, alpha=0.6, linewidth=0, zorder=0)
+        axes.axhline(0, color="#404040", linewidth=0.8)
+        axes.set_ylim(low - room, high + room)
+        axes.set_xlabel(words)
+        axes.locator_params(axis="x", nbins=6 if wide else 3)
+        if i % 2 == 0:
+            axes.set_ylabel("Measured − predicted\n[% of measured]")
+        axes.text(0.02, 0.98, "underestimated", transform=axes.transAxes, fontsize=6.5, va="top")
+        axes.text(0.02, 0.02, "overestimated", transform=axes.transAxes, fontsize=6.5, va="bottom")
+    return finish(figure, simulated=measured.simulated, columns=3 if wide else 1)
+
+
+@settings()
+def model_comparison_figure(
+    comparison: Comparison,
+    dataset: ImpactDataset,
+    force_map: ForceMap,
+    *,
+    maps_2d: Sequence[ForceMap] = (),
+    robot_mass: float,
+    body_mass: float,
+    stiffness: float,
+    speed: float | None = None,
+    height: float | None = None,
+    distance: float | None = None,
+    width: float = PAGE_WIDTH,
+) -> Figure:
+    """Force at one speed by the map, the 2D map and the standard, with measured states and the errors of each.
+
+    Force against distance at one height and against height at one distance (paper, section V-C), and how far each
+    model is from the measured states.
+
+    Parameters
+    ----------
+    comparison : Comparison
+        The models compared; its bound is drawn.
+    dataset : ImpactDataset
+        The impacts that were compared.
+    force_map : ForceMap
+        The measured map.
+    maps_2d : sequence of ForceMap
+        Maps of form CFM_2D: one for all heights, or one for each height.
+    robot_mass, body_mass, stiffness : float
+        Of the contact model, as for `compare_force_models` [kg], [kg], [N/m].
+    speed, height, distance : float, optional
+        Where to cut [m/s], [m], [m]; the middle measured ones if not given.
+    width : float
+        Width of the figure [m].
+
+    Raises
+    ------
+    BoundNotAvailable
+        The map cannot carry the bound of the comparison.
+    """
+    measured, place = Measured.of(force_map, dataset), dataset.tolerance.place
+    if speed is None:
+        speed = middle(levels(force_map.measured_range.points[:, 2], dataset.tolerance.speed))
+    states = dataset.states.select(near(dataset.states.speed, speed, dataset.tolerance.speed))
+    states = states if len(states) else dataset.states
+    given = ((distance, states.distance), (height, states.height))
+    held = {i: middle(levels(of, place)) if at is None else at for i, (at, of) in enumerate(given)}
+    standard = float(pfl_contact_force(speed, robot_mass=robot_mass, body_mass=body_mass, stiffness=stiffness))
+
+    wide = is_wide(width)
+    figure = new_figure("Force by the map, the 2D map and the standard", width, 0.075 if wide else 0.175)
+    *against, errors = panels(figure, 3, 3 if wide else 1)
+    for along, axes in enumerate(against):
+        fixed = {1 - along: held[1 - along], 2: speed}
+        x, _ = draw_map(axes, force_map, comparison.bound, along, fixed)
+        _draw_2d(axes, maps_2d, along, held, speed, place, x)
+        style.STANDARD.plot(axes, [x[0], x[-1]], [standard, standard])
+        draw_profile(axes, measured, along, fixed)
+        title = "\n".join(_WORDS[i].format(value) for i, value in fixed.items())
+        axes.set(xlabel=_AXES[along], ylabel=FORCE, title=title)
+        axes.margins(y=0.12)
+        axes.set_ylim(bottom=0)
+    _draw_errors(errors, comparison)
+    return finish(figure, simulated=measured.simulated, columns=3 if wide else 1)
+
+
+def _draw_2d(
+    axes: Axes,
+    maps_2d: Sequence[ForceMap],
+    along: int,
+    held: dict[int, float],
+    speed: float,
+    tolerance: float,
+    x: FloatArray,
+) -> None:
+    """Maps for all heights as lines; those of one height at their own height alone."""
+    own: list[tuple[float, float]] = []
+    for each in maps_2d:
+        low, high = each.measured_range.lowest[1], each.measured_range.highest[1]
+        if high - low > tolerance:
+            distances = x if along == 0 else np.full(x.size, held[0])
+            style.MAP_2D.plot(axes, x, each.predict(distances, 0.0, speed))
+        elif along == 1:
+            own.append(((low + high) / 2, float(each.predict(held[0], 0.0, speed))))
+        elif low - tolerance <= held[1] <= high + tolerance:
+            style.MAP_2D_PER_HEIGHT.plot(axes, x, each.predict(x, 0.0, speed), marker="")
+    if own:
+        heights, forces = zip(*sorted(own), strict=True)
+        style.MAP_2D_PER_HEIGHT.plot(axes, heights, forces)
+
+
+def _draw_errors(axes: Axes, comparison: Comparison) -> None:
+    """Largest and mean errors of each model in percent of measured; underestimation to the right, hatched."""
+    for row, model in enumerate(comparison.models):
+        look, accuracy = _LOOKS.get(model.model, style.PREDICTION), model.accuracy
+        over: dict[str, Any] = {"color": look.colour, "edgecolor": "#303030", "linewidth": 0.5, "height": 0.55}
+        axes.barh(row, -accuracy.max_overestimation_percent, alpha=0.45, **over)
+        axes.barh(row, accuracy.max_underestimation_percent, hatch="//////", **over)
+        for mean in (-accuracy.mean_overestimation_percent, accuracy.mean_underestimation_percent):
+            axes.plot([mean, mean], [row - 0.27, row + 0.27], color="#000000", linewidth=1.2)
+    axes.axvline(0, color="#404040", linewidth=0.7)
+    axes.set_yticks(range(len(comparison.models)), [_words(model.model) for model in comparison.models])
+    axes.invert_yaxis()
+    axes.margins(x=0.1)
+    axes.set(xlabel="Measured − predicted\n[% of measured]", title=f"{comparison.on}\nhatched: underestimated")
+
+
+def _words(model: str) -> str:
+    short = {"CFM_2D per height": "2D map of\neach height", "contact model": "standard"}
+    return short.get(model, _LOOKS.get(model, style.PREDICTION).words)

@@ -1,0 +1,181 @@
+"""Safe speeds over the workspace and along a path."""
+
+from __future__ import annotations
+
+import itertools
+import textwrap
+from collections.abc import Iterable, Iterator
+from typing import Any
+
+import matplotlib
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch
+
+from forcemap.answers.words import limit_words, warnings
+from forcemap.arrays import FloatArray
+from forcemap.errors import InputError
+from forcemap.figures import canvas, style
+from forcemap.figures.style import DISTANCE, HEIGHT, PAGE_WIDTH, QUANTITY, SPEED, Look
+from forcemap.paths.path_speeds import CycleTime, PathSpeeds
+from forcemap.paths.time_law import TimeLaw
+from forcemap.speeds.safe_speed import SpeedOutcome, floor_speed
+from forcemap.speeds.speed_map import SpeedMap
+
+_MOST_IN_WORDS = 150  # places of a grid whose speeds are written into it
+
+
+@canvas.settings()
+def safe_speed_figure(speed_map: SpeedMap, *, width: float = PAGE_WIDTH) -> Figure:
+    """Safe speeds over distance and height: speed as colour, outcomes as hatch patterns and words.
+
+    The limit and the bound behind the speeds stand above it, as `SafeSpeed.basis` has them.
+
+    Parameters
+    ----------
+    speed_map : SpeedMap
+        Safe speeds on a grid.
+    width : float
+        Width of the figure [m].
+    """
+    speeds, wide = speed_map.speeds, canvas.is_wide(width)
+    x, y = canvas.edges(np.asarray(speed_map.distance)), canvas.edges(np.asarray(speed_map.height))
+    figure = canvas.new_figure("Safe speeds over distance and height", width, 0.115 if wide else 0.12)
+    axes = figure.add_subplot()
+    known = np.ma.masked_invalid(np.asarray(speeds.speed, dtype=np.float64).T)
+    bar = canvas.colour_cells(axes, x, y, known, "Safe speed [m/s]")
+    if bar is not None:
+        bar.ax.yaxis.set_major_formatter(lambda value, _: floor_speed(round(value, 6)))
+    legend = []
+    for outcome, count in speed_map.counts.items():
+        look = style.OUTCOMES[SpeedOutcome(outcome)]
+        if count:
+            entry = canvas.hatch_cells(axes, x, y, (speeds.outcome == outcome) & (look.hatch != ""), look)
+            entry.set_label(f"{look.words} ({count} places)")
+            if look.face == "none":  # the colour beneath
+                entry.set_facecolor(matplotlib.colormaps[QUANTITY](0.6))
+            legend.append(entry)
+    if wide and known.count() and speeds.outcome.size <= _MOST_IN_WORDS:
+        _write_speeds(axes, speed_map)
+    axes.set(xlabel=DISTANCE, ylabel=HEIGHT, xlim=(x[0], x[-1]), ylim=(y[0], y[-1]))
+    axes.set_title(_words(speed_map, 100 if wide else 46), fontsize=7 if wide else 6.5)
+    first = warnings([speeds.basis])
+    return canvas.finish(figure, simulated=speeds.basis.simulated, columns=2 if wide else 1, also=legend, first=first)
+
+
+def _write_speeds(axes: Axes, speed_map: SpeedMap) -> None:
+    """The speed at each place, cut to 0.001 m/s."""
+    speed = np.asarray(speed_map.speeds.speed, dtype=np.float64)
+    low, high = np.nanmin(speed), np.nanmax(speed)
+    for i, j in np.argwhere(np.isfinite(speed)).tolist():
+        place = float(speed_map.distance[i]), float(speed_map.height[j])
+        colour = "#ffffff" if speed[i, j] < (low + high) / 2 else "#000000"
+        axes.text(*place, floor_speed(speed[i, j]), color=colour, fontsize=6.5, ha="center", va="center")
+
+
+def _words(speed_map: SpeedMap, columns: int) -> str:
+    """The limit and the bound, broken into lines."""
+    newtons, basis = np.unique(np.asarray(speed_map.speeds.limit)), speed_map.speeds.basis
+    figure = f"{newtons[0]:g}" + (f" to {newtons[-1]:g}" if newtons.size > 1 else "") + " N"
+    limit = limit_words(basis)
+    lines = [f"limit: {limit if limit.startswith(figure) else f'{figure}, {limit}'}", f"bound: {basis.bound}"]
+    return "\n".join(part for line in lines for part in textwrap.wrap(canvas.plain(line, 400), columns))
+
+
+@canvas.settings()
+def path_speeds_figure(path_speeds: PathSpeeds, *, profile: TimeLaw | None = None, width: float = PAGE_WIDTH) -> Figure:
+    """Allowed and programmed speed along a path; pieces without permission hatched, with the reason in words.
+
+    Parameters
+    ----------
+    path_speeds : PathSpeeds
+        Speeds of the pieces.
+    profile : TimeLaw, optional
+        The motion along the same pieces (`time_law`), drawn beneath the allowed speeds.
+    width : float
+        Width of the figure [m].
+
+    Raises
+    ------
+    InputError
+        The profile is of other pieces.
+    """
+    path, wide = path_speeds.path, canvas.is_wide(width)
+    length = path.lengths if profile is None else profile.length
+    if length.shape != path.lengths.shape or not np.allclose(length, path.lengths):
+        raise InputError(
+            f"profile: found {length.size} pieces, expected those of the path, {len(path)} of the same lengths"
+        )
+    along = np.concatenate([[0.0], np.cumsum(path.lengths)])
+    figure = canvas.new_figure("Speeds along the path", width, 0.085)
+    axes = figure.add_subplot()
+    patches = _draw_outcomes(axes, path_speeds, along)
+    _draw_steps(axes, along, path_speeds.speed, style.ALLOWED, _with_time(style.ALLOWED, path_speeds.allowed))
+    if np.isfinite(path_speeds.programmed).any():
+        words = _with_time(style.PROGRAMMED, path_speeds.program)
+        _draw_steps(axes, along, path_speeds.programmed, style.PROGRAMMED, words)
+    commanded = path_speeds.commanded
+    if np.any(commanded[~path_speeds.refused] != path_speeds.speed[~path_speeds.refused]):
+        _draw_steps(axes, along, commanded, style.COMMANDED, style.COMMANDED.words)
+    if profile is not None:
+        style.PROFILE.plot(axes, *_motion(profile, along))
+    axes.set(xlabel="Length along the path [m]", ylabel=SPEED, xlim=(along[0], along[-1]))
+    axes.margins(y=0.08)
+    axes.set_ylim(bottom=0)
+    _name_segments(axes, path.names, along)
+    first = warnings(path_speeds.bases)
+    return canvas.finish(figure, simulated=path_speeds.simulated, columns=2 if wide else 1, also=patches, first=first)
+
+
+def _draw_outcomes(axes: Axes, path_speeds: PathSpeeds, along: FloatArray) -> list[Patch]:
+    """An area for each stretch of one outcome, if it has a look of its own; and what the legend says of them."""
+    legend: dict[str, Patch] = {}
+    for outcome, start, stop in _stretches(path_speeds.outcome.tolist(), along):
+        look = style.PIECES[outcome]
+        if look.hatch or look.face != "none":
+            axes.axvspan(start, stop, zorder=0.5, **look.area)
+            legend.setdefault(look.words, look.patch())
+    return list(legend.values())
+
+
+def _stretches(values: Iterable[Any], along: FloatArray) -> Iterator[tuple[Any, float, float]]:
+    """Neighbouring pieces of the same value, and where they start and end [m]."""
+    first = 0
+    for value, pieces in itertools.groupby(values):
+        last = first + len(list(pieces))
+        yield value, along[first], along[last]
+        first = last
+
+
+def _draw_steps(axes: Axes, along: FloatArray, speed: FloatArray, look: Look, words: str) -> None:
+    """A speed for each piece, broken where there is none."""
+    look.plot(axes, np.repeat(along, 2)[1:-1], np.repeat(speed, 2), words)
+
+
+def _with_time(look: Look, time: CycleTime) -> str:
+    return look.words + (f", {time.duration:.2f} s" if np.isfinite(time.duration) else ", no cycle time")
+
+
+def _motion(profile: TimeLaw, along: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Speed over the length: accelerate, keep the top speed, decelerate on each piece."""
+    share = np.linspace(0.0, 1.0, 13)
+    gone = profile.length[:, None] * share
+    left = profile.length[:, None] - gone
+    faster = np.sqrt(profile.start_speed[:, None] ** 2 + 2 * profile.acceleration * gone)
+    slower = np.sqrt(profile.end_speed[:, None] ** 2 + 2 * profile.acceleration * left)
+    speed = np.minimum(np.minimum(faster, slower), profile.top_speed[:, None])
+    return (along[:-1, None] + gone).ravel(), speed.ravel()
+
+
+def _name_segments(axes: Axes, names: tuple[str, ...], along: FloatArray) -> None:
+    """The names of the segments above, and a line where one ends."""
+    segments = list(_stretches(names, along))
+    for _, start, _ in segments[1:]:
+        axes.axvline(start, color="#404040", linewidth=0.6)
+    if len(segments) > 1:
+        top = axes.secondary_xaxis("top")
+        middles = [(start + stop) / 2 for _, start, stop in segments]
+        top.set_xticks(middles, [canvas.plain(name, 24) for name, *_ in segments], rotation=35, ha="left", fontsize=6.5)
+        top.tick_params(length=0)
+        top.spines["top"].set_visible(False)

@@ -1,0 +1,422 @@
+"""A few impacts at the released speeds, to confirm a map before its speeds are used; what they say, by a rule."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from enum import StrEnum
+
+import numpy as np
+
+from forcemap.arrays import FloatArray, Mask
+from forcemap.campaigns.dataset import ImpactDataset, PhaseTwo
+from forcemap.campaigns.plan import MeasurementPlan
+from forcemap.campaigns.state import StateTolerance
+from forcemap.errors import NotReleasable
+from forcemap.findings import Finding, FindingKind, in_words
+from forcemap.limits.force_limits import Contact, ForceLimit, NewtonLimit
+from forcemap.maps.bounds import Bound, weakness
+from forcemap.maps.force_map import ForceMap
+from forcemap.planning.design import require_whole
+from forcemap.planning.measured_before import measured_before
+from forcemap.planning.places import PlaceRange, no_repeats, spread
+from forcemap.planning.plan_warnings import map_warnings
+from forcemap.planning.runs import extend_plan, runs_of, slow_to_fast
+from forcemap.speeds.safe_speed import floor_speed, safe_speed
+
+_PLACES = 15  # along each axis, to choose from
+_HIGHER = 1.10  # a robot that pushes this much harder should be found
+_IMPACTS = 6
+_PREFIX = "c-"  # of the names of confirming states
+
+
+class Confirmed(StrEnum):
+    """Whether an impact, or all of them, confirm a map; `cannot_tell` is no permission."""
+
+    PASSES = "passes"
+    DOES_NOT_PASS = "does_not_pass"
+    CANNOT_TELL = "cannot_tell"
+
+
+@dataclass(frozen=True)
+class ConfirmingImpact:
+    """One impact at a released speed.
+
+    Parameters
+    ----------
+    recording, state : str
+        Name of the raw file, or of the run where no impact of it can be used; name of the state.
+    distance, height, speed : float
+        Place [m], [m] and speed at contact [m/s].
+    force, bound_force : float
+        Peak force and the bound there [N]; a force of NaN is not known.
+    outcome : Confirmed
+    reason : Finding or str
+        Why, in words.
+    """
+
+    recording: str
+    state: str
+    distance: float
+    height: float
+    speed: float
+    force: float
+    bound_force: float
+    outcome: Confirmed
+    reason: Finding | str
+
+
+@dataclass(frozen=True)
+class ConfirmationResult:
+    """Whether the impacts at released speeds confirm the map.
+
+    Parameters
+    ----------
+    impacts : tuple of ConfirmingImpact
+        Every impact measured; of those planned for other speeds the ones that speak against the map.
+    missing : tuple of str
+        Planned runs without an impact.
+    outcome : Confirmed
+    reason : Finding or str
+        Why, in words.
+    """
+
+    impacts: tuple[ConfirmingImpact, ...]
+    missing: tuple[str, ...]
+    outcome: Confirmed
+    reason: Finding | str
+
+
+_Checked = tuple[bool | None, "Finding | str"]  # whether a recording is within its limit, and why
+
+
+@dataclass(frozen=True, eq=False)
+class ConfirmationPlan:
+    """Impacts at released speeds, and the rule by which they confirm the map.
+
+    Parameters
+    ----------
+    plan : MeasurementPlan
+        One run a state, slow to fast, all with role test; without runs where no speed is released.
+    added : MeasurementPlan
+        Those of them that were not planned before.
+    earlier : MeasurementPlan
+        Confirming runs planned before at other speeds, for another limit or map.
+    bound_force : array
+        Bound at each run of `plan` [N].
+    earlier_released : array
+        Speed released now at each run of `earlier` [m/s]; NaN where there is none.
+    limit : float
+        Force limit [N].
+    refusal : Finding or None
+        Why no speed is released; None if there is one.
+    warnings : tuple of (Finding or str)
+        What speaks against the map, or against counting an impact as a test.
+    rule : str
+        When the impacts confirm the map, in words.
+    not_passed : float
+        Probability that a sound map does not pass: states scatter as its own did; NaN if nothing tells how they do.
+    above_bound : float
+        Probability that an impact of a sound map lies above the bound; NaN likewise.
+    found : float
+        Probability that a force 10 % above the map's does not pass; NaN likewise.
+    force_map : ForceMap
+        The map to be confirmed.
+    bound : Bound
+        The bound that released the speeds.
+    result : ConfirmationResult or None
+        Whether the impacts confirm the map; None before `judged`, and before one is measured.
+    """
+
+    plan: MeasurementPlan
+    added: MeasurementPlan
+    earlier: MeasurementPlan
+    bound_force: FloatArray
+    earlier_released: FloatArray
+    limit: float
+    refusal: Finding | None
+    warnings: tuple[Finding | str, ...]
+    rule: str
+    not_passed: float
+    above_bound: float
+    found: float
+    force_map: ForceMap
+    bound: Bound
+    result: ConfirmationResult | None = None
+
+    @staticmethod
+    def among(plan: MeasurementPlan) -> Mask:
+        """Which runs of a plan are there to confirm a map, shape (n,)."""
+        return np.asarray(np.char.startswith(plan.state_id, _PREFIX) & (plan.role == "test"))
+
+    def judged(self, impacts: ImpactDataset, checked: Mapping[str, _Checked]) -> ConfirmationPlan:
+        """The same with its result: whether the measured impacts confirm the map by the rule.
+
+        Where they do not, no further ones are added.
+
+        Parameters
+        ----------
+        impacts : ImpactDataset
+            The campaign's impacts.
+        checked : mapping of str to (bool or None, str)
+            By recording, or by run where a recording gave no impact that can be used: True if it is within the limit,
+            False if it exceeds it, None if that cannot be told; and why.
+        """
+        judged = _judged(self, self.plan, impacts, checked)
+        missing = ~np.isin(self.plan.state_id, [impact.state for impact in judged])
+        released = dict(zip(self.earlier.state_id.tolist(), self.earlier_released.tolist(), strict=True))
+        # Planned for a lower speed than is released now, one that fails speaks against the map all the same.
+        judged += [
+            impact
+            for impact in _judged(self, self.earlier, impacts, checked)
+            if impact.outcome is Confirmed.DOES_NOT_PASS and impact.speed <= released[impact.state]
+        ]
+        if not judged:
+            return replace(self, result=None)
+        outcome, reason = _overall(self, judged, int(missing.sum()))
+        planned = self
+        if outcome is Confirmed.DOES_NOT_PASS:
+            before = ~np.isin(self.plan.recording, self.added.recording)
+            missing &= before
+            none, bounds = self.added.select(np.arange(0)), self.bound_force[before]
+            planned = replace(self, plan=self.plan.select(before), added=none, bound_force=bounds)
+        names = tuple(self.plan.recording[missing].tolist())
+        return replace(planned, result=ConfirmationResult(tuple(judged), names, outcome, reason))
+
+
+def _overall(plan: ConfirmationPlan, judged: list[ConfirmingImpact], missing: int) -> tuple[Confirmed, Finding | str]:
+    count = Counter(impact.outcome for impact in judged)
+    if failed := count[Confirmed.DOES_NOT_PASS]:
+        return Confirmed.DOES_NOT_PASS, f"impacts that do not pass: {failed} of {len(judged)}; release nothing"
+    if plan.refusal:
+        return Confirmed.DOES_NOT_PASS, Finding.of(FindingKind.RELEASE_NOTHING, plan.refusal)
+    if missing:
+        without = f"planned runs without an impact: {missing} of {len(plan.plan)}; release nothing yet"
+        return Confirmed.CANNOT_TELL, without
+    if unknown := count[Confirmed.CANNOT_TELL]:
+        return Confirmed.CANNOT_TELL, f"impacts that cannot tell: {unknown} of {len(judged)}; measure them again"
+    return Confirmed.PASSES, f"each of the {len(judged)} impacts is within {plan.limit:g} N and below the bound"
+
+
+def _judged(
+    plan: ConfirmationPlan, runs: MeasurementPlan, impacts: ImpactDataset, checked: Mapping[str, _Checked]
+) -> list[ConfirmingImpact]:
+    """Every impact of the runs' states, slow to fast, and the runs whose recording gave none that can be used."""
+    judged = []
+    columns = (runs.recording, runs.state_id, runs.distance, runs.height, runs.speed)
+    measured = (impacts.speed, impacts.peak_force, impacts.recording)
+    for name, state, d, h, v in zip(*(column.tolist() for column in columns), strict=True):
+        rows = np.flatnonzero(impacts.state == state).tolist()
+        for row in rows:
+            speed, force, recording = (each[row].item() for each in measured)
+            upper = float(plan.bound.upper(plan.force_map, d, h, speed))
+            within = checked.get(recording, (None, "its recording was not checked"))
+            outcome, reason = _outcome(force, upper, within, bool(impacts.censored[row]))
+            there = impacts.distance[row], impacts.height[row]
+            if outcome is Confirmed.PASSES and v - speed > impacts.tolerance.speed:
+                outcome, reason = Confirmed.CANNOT_TELL, f"{speed:g} m/s is slower than the {v:g} m/s released"
+            if outcome is Confirmed.PASSES and max(abs(there[0] - d), abs(there[1] - h)) > impacts.tolerance.scale[0]:
+                reason = f"measured at d = {there[0]:g} m, h = {there[1]:g} m, not as planned"
+                outcome = Confirmed.CANNOT_TELL
+            judged.append(ConfirmingImpact(recording, state, d, h, speed, force, upper, outcome, reason))
+        if not rows and name in checked:
+            upper = float(plan.bound.upper(plan.force_map, d, h, v))
+            outcome = Confirmed.DOES_NOT_PASS if checked[name][0] is False else Confirmed.CANNOT_TELL
+            judged.append(ConfirmingImpact(name, state, d, h, v, math.nan, upper, outcome, checked[name][1]))
+    return judged
+
+
+def _outcome(force: float, upper: float, checked: _Checked, censored: bool) -> tuple[Confirmed, Finding | str]:
+    """An impact by the rule: within the limit, and not above the bound."""
+    within, why = checked
+    if within is False:
+        return Confirmed.DOES_NOT_PASS, why
+    if force > upper:
+        least = "at least " if censored else ""
+        return Confirmed.DOES_NOT_PASS, f"{least}{force:.1f} N exceed the bound of {upper:.1f} N"
+    if within is None:
+        return Confirmed.CANNOT_TELL, why
+    if censored:
+        return Confirmed.CANNOT_TELL, f"at least {force:.1f} N: the device range was exceeded"
+    said = why if isinstance(why, Finding) else in_words(why)
+    return Confirmed.PASSES, said.and_(in_words(f"the bound is {upper:.1f} N"))
+
+
+def confirm_plan(
+    force_map: ForceMap,
+    limit: ForceLimit | NewtonLimit | float,
+    *,
+    bound: Bound,
+    contact: Contact | None = None,
+    impacts: int | None = None,
+    planned: MeasurementPlan | None = None,
+) -> ConfirmationPlan:
+    """Plan a few impacts at released speeds: the fastest, where the bound is tightest, and spread over the rest.
+
+    The impacts confirm the map if every one is within the limit by `check_impact` (its force and the device's error
+    stay below it) and none lies above the bound. They are no repeats of the map's states, which share its error.
+
+    Parameters
+    ----------
+    force_map : ForceMap
+        The map whose speeds are to be released.
+    limit : float, NewtonLimit or ForceLimit
+        Force limit [N]; or the limits of a body area together with `contact`.
+    bound : Bound
+        The bound that released the speeds.
+    contact : Contact, optional
+        Kind of contact, as in `safe_speed`.
+    impacts : int, optional
+        How many, at least 2, 6 if not given; more if more are planned already for these speeds.
+    planned : MeasurementPlan, optional
+        The campaign's plan. Its confirming runs at the speeds released by the training impacts stay.
+
+    Returns
+    -------
+    ConfirmationPlan
+
+    Raises
+    ------
+    InputError
+        Fewer than 2 impacts are asked for.
+    BoundNotAvailable
+        The map cannot carry the bound.
+    NotReleasable
+        A weak bound.
+
+    Examples
+    --------
+    >>> from forcemap import FixedMargin, published_map
+    >>> found = confirm_plan(published_map("ur10e"), 280.0, bound=FixedMargin(0.10))
+    >>> len(found.plan), found.plan.recording[-1].item()
+    (6, 'c-d890-h460-v362-r1')
+    """
+    require_whole("impacts", impacts, 2)
+    if isinstance(limit, ForceLimit):
+        limit.require_permitted()
+    if weakness(bound, force_map):
+        raise NotReleasable(f"nothing is released with a WEAK BOUND: {bound}")
+    conditions, fit = force_map.conditions, force_map.fit
+    tolerance = StateTolerance.stated(conditions.place_tolerance, conditions.speed_tolerance)
+    lowest, highest = force_map.measured_range.lowest, force_map.measured_range.highest
+    places = PlaceRange((lowest[0], highest[0]), (lowest[1], highest[1]))
+    grid = np.unique(places.grid(_PLACES), axis=0)
+    released = safe_speed(force_map, grid[:, 0], grid[:, 1], limit=limit, bound=bound, contact=contact)
+    newtons = float(released.limit)
+    speed = _cut(released.speed)
+    usable = speed >= released.lowest_measured_speed
+
+    before = planned or runs_of(np.empty((0, 3)), 1, np.empty(0))
+    before = before.select(ConfirmationPlan.among(before))
+    # What the impacts to be judged say must not change which of them are judged. Nothing is then known of Phase II, so
+    # newtons need a named contact; `released` tells whether they may be used.
+    blind, kind = force_map, contact or Contact.QUASI_STATIC
+    if fit is not None:
+        blind = replace(force_map, phase_two=PhaseTwo(), fit=replace(fit, test=fit.test.select(np.arange(0))))
+    now = _cut(safe_speed(blind, before.distance, before.height, limit=limit, bound=bound, contact=kind).speed)
+    current = np.abs(now - before.speed) < 5e-4
+    kept, earlier = before.select(current), before.select(~current)
+
+    states = np.column_stack([grid, speed])[usable]
+    old = _states_of(kept)
+    chosen, warnings = _worth_confirming(force_map, bound, states[no_repeats(states, old, tolerance)], tolerance)
+    count, new = _IMPACTS if impacts is None else int(impacts), np.empty((0, 3))
+    if len(chosen) and count > len(kept):
+        tightness = bound.upper(force_map, *chosen.T) / np.asarray(force_map.predict(*chosen.T))
+        every = np.vstack([old, chosen])
+        first = range(len(old)) if len(old) else (int(chosen[:, 2].argmax()), int(tightness.argmin()))
+        picked = spread(places.apart(every, every), first, count)
+        new = slow_to_fast(every[[i for i in picked if i >= len(old)]])
+    source, expected = f"map {force_map.name!r}", np.asarray(force_map.predict(*new.T))
+    added = runs_of(new, 1, expected, role="test", prefix=_PREFIX, expected_from=source)
+    both = extend_plan(kept, added)
+    plan = both.select(np.lexsort((both.height, -both.distance, both.speed)))
+    states = _states_of(plan)
+    upper = np.asarray(bound.upper(force_map, *states.T))
+    refusal: Finding | None = None
+    if not usable.any():
+        ((reason, _),) = Counter(released.reason.tolist()).most_common(1)
+        refusal = Finding.of(FindingKind.NOTHING_TO_CONFIRM, reason, limit_N=newtons)
+    elif not len(plan):
+        refusal = Finding.of(FindingKind.NONE_CAN_BE_CONFIRMED, limit_N=newtons)
+    elif len(plan) < count:
+        warnings.append(
+            f"impacts: {len(plan)}, fewer than the {count} asked for, because no other place has a released speed that "
+            "would be no repeat; fewer impacts find less"
+        )
+    if len(plan):
+        warnings += map_warnings(force_map, states)
+    if len(plan) and fit is not None:
+        measured = measured_before(states, fit.states, tolerance)
+        warnings += [
+            f"{plan.state_id[i]}: {measured[i]:.0f} N were measured within 5 cm at a lower speed, above its bound of "
+            f"{upper[i]:.0f} N: the map is wrong there"
+            for i in np.flatnonzero(measured > upper)
+        ]
+    error = conditions.device.error_or_default
+    most = np.minimum(newtons - error, upper)
+    rule = (
+        f"the map is confirmed if each of the {len(plan)} impacts is within {newtons:g} N (its force and the device's "
+        f"error of {error:g} N together) and none exceeds the bound; one that does not: release nothing, measure more"
+    )
+    said: tuple[Finding | str, ...] = (*released.basis.warnings, *warnings)
+    return ConfirmationPlan(
+        plan=replace(plan, warnings=said),
+        added=added,
+        earlier=earlier,
+        bound_force=upper,
+        earlier_released=now[~current],
+        limit=newtons,
+        refusal=refusal,
+        warnings=said,
+        rule=rule,
+        not_passed=_any_above(force_map, states, most, 1.0),
+        above_bound=_any_above(force_map, states, upper, 1.0),
+        found=_any_above(force_map, states, most, _HIGHER),
+        force_map=force_map,
+        bound=bound,
+    )
+
+
+def _cut(speed: FloatArray) -> FloatArray:
+    """Speeds as they are shown, cut to 0.001 m/s."""
+    return np.array([float(floor_speed(v)) if math.isfinite(v) else math.nan for v in np.atleast_1d(speed)])
+
+
+def _states_of(plan: MeasurementPlan) -> FloatArray:
+    return np.column_stack([plan.distance, plan.height, plan.speed])
+
+
+def _worth_confirming(
+    force_map: ForceMap, bound: Bound, states: FloatArray, tolerance: StateTolerance
+) -> tuple[FloatArray, list[str]]:
+    """The states that the device can measure and that are no repeats of the map's own; and what is wrong with them."""
+    if force_map.fit is not None:
+        before = measured_before(states, force_map.fit.states, tolerance)
+        highest = force_map.device_range - force_map.conditions.device.error_or_default
+        states = states[~(np.fmax(bound.upper(force_map, *states.T), before) > highest)]
+    new = no_repeats(states, force_map.measured_range.points, tolerance)
+    if not len(states) or np.sum(new) >= 2:
+        return states[new], []
+    return states, [
+        "nearly every speed is released at a state the map was fitted to: impacts there repeat it and do not count as "
+        "a test; measure at faster speeds, or between the places, first"
+    ]
+
+
+def _any_above(force_map: ForceMap, states: FloatArray, newtons: FloatArray, factor: float) -> float:
+    """Probability that one of new states measures more, if forces are `factor` times the map's; NaN if not known.
+
+    ln F of a new state less the prediction, over s sqrt(1 + l), has Student's t distribution; that the states share
+    the map's error makes the product too high rather than too low.
+    """
+    if force_map.fit is None or not len(states) or not force_map.fit.between_states.degrees_of_freedom > 0:
+        return math.nan
+    from scipy.special import stdtr
+
+    leverage = np.asarray(force_map.leverage(*states.T))
+    allowance = np.log(newtons / (factor * np.asarray(force_map.predict(*states.T))))
+    t = allowance / (force_map.fit.state_sd * np.sqrt(1 + leverage))
+    return float(1 - np.prod(stdtr(force_map.fit.between_states.degrees_of_freedom, t)))

@@ -1,1 +1,0 @@
-"""Which impacts confirm released speeds, and what they said."""

@@ -1,0 +1,204 @@
+"""The numbers of a delimited file, each checked: fast where all is plain, else line by line to name the row."""
+
+from __future__ import annotations
+
+import io
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from forcemap.arrays import FloatArray
+from forcemap.errors import RecordingError
+from forcemap.recordings.layout import LONGEST_LINE, NUMBERS, Layout, split_cells, text_of
+
+_CHUNK = 1 << 22
+
+
+@dataclass(frozen=True)
+class NumberBlock:
+    """The columns read, shape (rows, columns), and the name of the curve in each row, if a column says it.
+
+    `open_end` is true if the last row of the block has no line end; `cut_row` is the row of a last line that was left
+    out because it is cut off.
+    """
+
+    values: FloatArray
+    labels: list[str]
+    open_end: bool
+    cut_row: int | None
+
+
+def read_numbers(content: bytes, layout: Layout) -> NumberBlock:
+    """All rows of numbers in the columns read, in the units of the file.
+
+    Raises
+    ------
+    RecordingError
+        A row with another number of cells, a cell that is no number, a blank line between others; `row` names it.
+    """
+    whole, end = _ends(content, layout.start)
+    blocks: list[FloatArray] = []
+    labels: list[str] = []
+    row = layout.row
+    for chunk in _chunks(content, layout.start, whole, row):
+        values = plain_numbers(chunk, layout)
+        if values is None:
+            values, names = checked_numbers(chunk, layout, row)
+            labels += names
+        blocks.append(values)
+        row += len(values)
+    last = _open_line(content[whole:end], layout, row) if whole < end else None
+    if last:
+        blocks.append(last[0])
+        labels += last[1]
+    values = blocks[0] if len(blocks) == 1 else np.concatenate([np.empty((0, len(layout.selection.numbers))), *blocks])
+    return NumberBlock(values, labels, last is not None, row if whole < end and last is None else None)
+
+
+def plain_numbers(chunk: bytes, layout: Layout) -> FloatArray | None:
+    """The columns read of whole lines, or None if a line is not plain: `checked_numbers` reads the same.
+
+    Parameters
+    ----------
+    chunk : bytes
+        Whole lines, the last with its line end.
+    layout : Layout
+        The layout of the file.
+    """
+    if layout.selection.curve is not None:
+        return None
+    chunk = chunk.replace(b"\r\n", b"\n") if b"\r" in chunk else chunk
+    delimiter, point = layout.delimiter.encode(), layout.decimal.encode()
+    # what remains of such lines is known; a blank is not plain
+    ends = chunk.translate(None, b"0123456789+-eE" + point)
+    end_of_row = delimiter * (layout.width - 1) + b"\n"
+    rows = len(ends) // len(end_of_row)
+    if ends != end_of_row * rows or not chunk.strip():
+        return None
+    text = chunk.replace(b",", b".") if point == b"," else chunk
+    columns = list(layout.selection.numbers)
+    try:
+        stream = io.StringIO(text.decode("ascii"))
+        values = np.loadtxt(stream, delimiter=layout.delimiter or None, usecols=columns, ndmin=2, comments=None)
+    except ValueError:  # a cell such as "1.2.3", "1-2" or ""
+        return None
+    return values if len(values) == rows else None
+
+
+def checked_numbers(chunk: bytes, layout: Layout, row: int) -> tuple[FloatArray, list[str]]:
+    """The columns read of whole lines, and their curves, every cell checked; `row` is the first of them.
+
+    Raises
+    ------
+    RecordingError
+        The first line or cell that cannot be used.
+    """
+    number = NUMBERS[layout.decimal]
+    numbers, curve, width = layout.selection.numbers, layout.selection.curve, layout.width
+    values: list[float] = []
+    labels: list[str] = []
+    for at, line in enumerate(text_of(chunk).split("\n")[:-1], row):
+        if len(line) > LONGEST_LINE:
+            raise _too_long(len(line), at)
+        cells = split_cells(line.removesuffix("\r"), layout.delimiter)
+        if len(cells) != width:
+            raise _other_width(line, cells, layout, at)
+        for column in numbers:
+            if number.fullmatch(cell := cells[column].strip(" \t")) is None:
+                raise _no_number(cell, layout, at, column)
+            values.append(float(cell.replace(",", ".")))
+        if curve is not None:
+            labels.append(cells[curve].strip())
+            if not labels[-1]:
+                raise RecordingError("found no name of a curve, expected one", row=at, column=layout.name(curve))
+    return np.array(values, dtype=np.float64).reshape(-1, len(numbers)), labels
+
+
+def _open_line(line: bytes, layout: Layout, row: int) -> tuple[FloatArray, list[str]] | None:
+    """The last line of a file that does not end it; None if it is cut off by whatever stopped the writing."""
+    if len(line) > LONGEST_LINE:
+        raise _too_long(len(line), row)
+    cells = line.count(layout.delimiter.encode()) + 1 if layout.delimiter else 1
+    if cells <= layout.width and layout.selection.curve == layout.width - 1:
+        return None  # half the name of a curve may be the name of another
+    try:
+        return checked_numbers(line + b"\n", layout, row)
+    except RecordingError:
+        if cells > layout.width:
+            raise
+        return None
+
+
+def _ends(content: bytes, start: int) -> tuple[int, int]:
+    """Where the last line that has an end ends, and where the last line ends; blank lines at the end do not count."""
+    filled = start + len(content[start:].rstrip(b" \t\r\n"))
+    if (newline := content.find(b"\n", filled)) >= 0:
+        return newline + 1, newline + 1
+    return max(start, content.rfind(b"\n", start, filled) + 1), len(content)
+
+
+def _chunks(content: bytes, start: int, end: int, row: int) -> Iterator[bytes]:
+    """Whole lines, some megabytes at a time."""
+    while start < end:
+        stop = end if end - start <= _CHUNK else content.rfind(b"\n", start, start + _CHUNK) + 1
+        if stop <= start:
+            raise RecordingError(f"found a line of over {_CHUNK} characters, expected lines of numbers", row=row)
+        chunk = content[start:stop]
+        row += chunk.count(b"\n") if stop < end else 0
+        start = stop
+        yield chunk
+
+
+def _too_long(length: int, row: int) -> RecordingError:
+    found = f"found {length} characters in one line"
+    return RecordingError(f"{found}, expected a line of numbers; export it again", row=row)
+
+
+def _other_width(line: str, cells: list[str], layout: Layout, row: int) -> RecordingError:
+    if not line.strip():
+        found = "found a blank line between lines of numbers"
+        return RecordingError(f"{found}; take it out, or export the file again", row=row)
+    found = f"found {len(cells)} cell{'s' if len(cells) > 1 else ''}, expected {layout.width} as in row {layout.row}"
+    return RecordingError(f"{found}; is the line damaged, or delimiter or decimal sign another one?", row=row)
+
+
+def _no_number(cell: str, layout: Layout, row: int, column: int) -> RecordingError:
+    other = "," if layout.decimal == "." else "."
+    expected = "expected a number; correct the cell, or export the file again"
+    if other in cell or cell.count(layout.decimal) > 1:
+        remedy = "if the decimal sign is another one, state decimal in the column map"
+        expected = f"expected a number with {layout.decimal!r} as decimal sign and no thousands separator; {remedy}"
+    shown = repr(cell if len(cell) <= 40 else cell[:37] + "...") if cell else "an empty cell"
+    return RecordingError(f"found {shown}, {expected}", row=row, column=layout.name(column))
+
+
+def refuse_doubtful_decimal(content: bytes, layout: Layout) -> None:
+    """Refuse numbers that all look like "1.002": in one country that is one newton, in another a thousand.
+
+    One number with other than three digits behind the sign, more than three before it or a leading zero settles it for
+    the file. Between commas a decimal point is taken for granted, and so is a sign that the column map states.
+
+    Raises
+    ------
+    RecordingError
+        No number settles it.
+    """
+    sign = layout.decimal
+    if layout.columns.decimal or layout.delimiter == "," or content.find(sign.encode(), layout.start) < 0:
+        return
+    settled = re.compile(rf"[{sign}]([0-9]{{0,2}}(?![0-9])|[0-9]{{4}})|[0-9]{{4}}[{sign}]|(?<![0-9])(0[0-9]*)?[{sign}]")
+    start, row, doubtful = layout.start, layout.row, 0
+    while start < len(content):
+        end = content.find(b"\n", start) + 1 or len(content)
+        cells = split_cells(text_of(content[start:end]), layout.delimiter)
+        for column in layout.selection.numbers:
+            if column < len(cells) and sign in cells[column]:
+                if settled.search(cells[column]):
+                    return
+                doubtful = doubtful or row
+        start, row = end, row + 1
+    if doubtful:
+        doubt = f"every {sign!r} in a number has three digits behind it: it may be the decimal sign or group thousands"
+        raise RecordingError(f"{doubt}; state decimal in the column map", row=doubtful)

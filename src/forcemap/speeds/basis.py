@@ -1,0 +1,290 @@
+"""What speeds rest on: one gate for every speed, whatever is typed.
+
+Before any bound is looked at: does the standard permit contact, is the impacts table what its recordings gave, is the
+device stiff enough for the body area, does Phase II allow the kind of contact? What raises the bound (the device's
+spring, a motion off the map's direction), what must be said first and what forbids an export follow from that look.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from forcemap.campaigns.dataset import Binding, BindingState, Conditions, PhaseTwo
+from forcemap.errors import InputError
+from forcemap.findings import Finding, FindingKind
+from forcemap.limits.body_areas import MAX_TRANSIENT_FACTOR
+from forcemap.limits.device_spring import DeviceSuitability, device_suitability
+from forcemap.limits.force_limits import Contact, ForceLimit, NewtonLimit
+from forcemap.maps.bounds import Bound, ToleranceBound, contradiction, margins, weakness
+from forcemap.maps.direction import RAISED_OFF_AXIS, WIDEST_ANGLE, raised_off_axis
+from forcemap.maps.force_map import ForceMap
+from forcemap.maps.saturation import saturation_doubt
+
+
+@dataclass(frozen=True, eq=False)
+class Basis:
+    """What speeds rest on: a limit held against what impacts allow, and the map with its bound.
+
+    Parameters
+    ----------
+    limit : ForceLimit or NewtonLimit
+        The limit as stated.
+    contact : Contact or None
+        Kind of contact; None where it is not named.
+    newtons : float or array
+        The limit [N]; NaN where the standard permits no contact.
+    raised : float
+        Factor on the bound: for the device's spring, and for a motion off the map's direction.
+    refusals : tuple of Finding
+        Why no speed may rest on the impacts for this limit; empty if nothing forbids it.
+    warnings : tuple of Finding
+        What must be said before any speed.
+    notes : tuple of Finding
+        What else speeds depend on.
+    export_refusal : Finding or None
+        Why nothing may be exported or released of the speeds; None if nothing forbids it.
+    conditions : Conditions
+        What the impacts are measured under; they state the device.
+    phase_two : PhaseTwo
+        What is known of Phase II.
+    bound : Bound or None
+        The bound; None before there is a map.
+    source : str
+        Where the map comes from.
+    """
+
+    limit: ForceLimit | NewtonLimit
+    contact: Contact | None
+    newtons: Any
+    raised: float
+    refusals: tuple[Finding, ...]
+    warnings: tuple[Finding, ...]
+    notes: tuple[Finding, ...]
+    export_refusal: Finding | None
+    conditions: Conditions
+    phase_two: PhaseTwo
+    bound: Bound | None = None
+    source: str = ""
+
+    @property
+    def level(self) -> Any:
+        """What the bound as it stands must not exceed [N]: the limit less what raises the bound."""
+        return self.newtons / self.raised
+
+    @property
+    def permitted(self) -> bool:
+        """False if the standard permits no contact."""
+        return not isinstance(self.limit, ForceLimit) or self.limit.permitted
+
+    @property
+    def simulated(self) -> bool:
+        """True if the impacts are simulated."""
+        return self.conditions.simulated
+
+    @property
+    def refusal(self) -> Finding | None:
+        """Why no place has a speed, whatever the bound; None if nothing forbids it."""
+        return self.refusals[0].and_(*self.refusals[1:]) if self.refusals else None
+
+    @property
+    def unseen(self) -> tuple[Finding, ...]:
+        """What of Phase II was not measured, where that matters."""
+        seen = self.contact is not Contact.TRANSIENT or self.phase_two.complete or not self.permitted
+        return () if seen else (self.phase_two.finding,)
+
+    @property
+    def limit_finding(self) -> Finding:
+        """The limit and its contact."""
+        if isinstance(limit := self.limit, ForceLimit):
+            figures = {"limit_N": self.newtons if limit.permitted else None, "contact": str(self.contact)}
+            return Finding.of(FindingKind.LIMIT_OF_AREA, **figures, limit=str(limit))
+        parts = {"quasi_static_N": limit.quasi_static, "spring_N_per_m": limit.spring_N_per_m}
+        return Finding.of(FindingKind.LIMIT_IN_NEWTONS, contact=str(self.contact or ""), **parts)
+
+    @property
+    def statements(self) -> tuple[Finding, ...]:
+        """All that speeds depend on."""
+        of_map = [] if self.bound is None else [Finding.of(FindingKind.MAP_SOURCE, source=self.source)]
+        by = [] if self.bound is None else [Finding.of(FindingKind.BOUND, bound=str(self.bound))]
+        limit = Finding.of(FindingKind.LIMIT, self.limit_finding)
+        return (*self.conditions.findings, *of_map, self.phase_two.finding, limit, *by, *self.notes)
+
+
+def basis_of(
+    force_map: ForceMap,
+    limit: ForceLimit | NewtonLimit | ArrayLike,
+    *,
+    bound: Bound,
+    contact: Contact | None = None,
+    quasi_static_limit: float | None = None,
+    spring_N_per_m: float | None = None,
+    angle: float = 0.0,
+) -> Basis:
+    """Hold a limit against what a map rests on; arguments and errors as in `safe_speed`."""
+    if isinstance(bound, type) or not isinstance(bound, Bound):
+        raise InputError(f"bound: found {bound!r}, expected FixedMargin or ToleranceBound")
+    bound.require(force_map)
+    if not isinstance(limit, ForceLimit):
+        limit = NewtonLimit.of(limit, quasi_static_limit, spring_N_per_m)
+    elif quasi_static_limit is not None or spring_N_per_m is not None:
+        raise InputError("limit: quasi_static_limit and spring_N_per_m go with a limit in newtons, not with an area")
+    held = limit_basis(limit, contact, force_map.conditions, phase_two=force_map.phase_two, binding=force_map.binding)
+    if isinstance(limit, NewtonLimit) and not held.refusals:
+        _require_contact(force_map, limit, contact)
+    if not (held.refusals and math.isnan(force_map.device_range)):
+        _require_measured(force_map, held.newtons)
+    off_axis = raised_off_axis(angle)
+    figures = {"widest_deg": WIDEST_ANGLE, "angle_deg": angle, "raised": RAISED_OFF_AXIS - 1}
+    tilted = Finding.of(FindingKind.RAISED_OFF_AXIS if off_axis > 1 else FindingKind.ALONG_ONLY, **figures)
+    weak, contradicted = weakness(bound, force_map), contradiction(force_map, bound)
+    return replace(
+        held,
+        raised=held.raised * off_axis,
+        refusals=held.refusals or ((contradicted,) if contradicted else ()),
+        warnings=(*([weak] if weak else []), *held.warnings),
+        notes=(*held.notes, tilted, *_notes(force_map, bound)),
+        export_refusal=weak or held.export_refusal,
+        bound=bound,
+        source=force_map.source,
+    )
+
+
+def limit_basis(
+    limit: ForceLimit | NewtonLimit,
+    contact: Contact | None,
+    conditions: Conditions,
+    *,
+    phase_two: PhaseTwo,
+    binding: Binding,
+) -> Basis:
+    """Hold a limit against what impacts rest on, before there is a map.
+
+    Parameters
+    ----------
+    limit : ForceLimit or NewtonLimit
+    contact : Contact or None
+        Kind of contact; expected with a ForceLimit.
+    conditions : Conditions
+        What the impacts are measured under; they state the device.
+    phase_two : PhaseTwo
+        What is known of Phase II.
+    binding : Binding
+        Whether the impacts are what their recordings gave.
+
+    Raises
+    ------
+    InputError
+        `contact` is missing.
+    """
+    kind = None if contact is None else Contact.parse(contact)
+    error, suits = conditions.device.error_or_default, DeviceSuitability()
+    broken = binding.refusal
+    unbound = binding.reason if binding.state is BindingState.UNBOUND else None
+    first: Finding | None = None
+    if isinstance(limit, ForceLimit):
+        if kind is None:
+            raise InputError("contact: expected transient or quasi-static, which of the limits of a body area to use")
+        newtons: Any = limit.force(kind) if limit.permitted else math.nan
+        lowest, quasi_static, first = newtons, limit.tabulated_quasi_static, limit.head_finding
+        suits = device_suitability(limit.name, limit.stiffness, conditions.device.stiffness)
+    else:
+        newtons = limit.force
+        lowest = float(np.min(newtons)) if np.size(newtons) else math.inf
+        quasi_static = math.inf if limit.quasi_static is None else limit.quasi_static
+        if limit.spring_N_per_m is None:
+            first = Finding.of(FindingKind.DEVICE_ALONE)
+        else:
+            suits = device_suitability("the limit", limit.spring_N_per_m, conditions.device.stiffness)
+    gate = phase_two.transient_refusal if kind is Contact.TRANSIENT else phase_two.quasi_static_refusal
+    held = gate(quasi_static if kind is Contact.TRANSIENT else lowest, error, suits.raised)
+    refusals = (
+        [limit.refusal] if isinstance(limit, ForceLimit) and not limit.permitted else [broken, suits.refusal, held]
+    )
+    return Basis(
+        limit=limit,
+        contact=kind,
+        newtons=newtons,
+        raised=suits.raised,
+        refusals=tuple(each for each in refusals if each),
+        warnings=tuple(each for each in (first, unbound) if each),
+        notes=(suits.statement,) if suits.statement else (),
+        export_refusal=broken or (None if isinstance(limit, ForceLimit) else first),
+        conditions=conditions,
+        phase_two=phase_two,
+    )
+
+
+def _notes(force_map: ForceMap, bound: Bound) -> list[Finding]:
+    """What about the map and the bound a reader of the speed must know."""
+    kind, found, fit = FindingKind, [], force_map.fit
+
+    def note(kind: FindingKind, holds: Any = True, **figures: Any) -> None:
+        if holds:
+            found.append(Finding.of(kind, **figures))
+
+    note(kind.PERSON_AT_REST)
+    note(kind.PRESSURE_NOT_ASSESSED)
+    note(kind.FALLS_WITH_SPEED, not force_map.rises_with_speed)
+    note(kind.DEVICE_RANGE_NOT_STATED, math.isnan(force_map.device_range))
+    device = force_map.conditions.device
+    note(kind.DEVICE_ERROR_NOT_STATED, math.isnan(device.error), assumed_N=device.error_or_default)
+    if isinstance(bound, ToleranceBound):
+        too_small, states = int(np.sum(margins(bound, force_map) > 0.10)), len(force_map.measured_range.points)
+        note(kind.PAPER_MARGIN_TOO_SMALL, too_small, count=too_small, states=states)
+    if fit is None:
+        return found
+    scattered = int(np.sum(np.fmax(fit.states.highest, fit.states.at_least) > 1.05 * fit.states.force))
+    note(kind.SCATTERED, scattered, states=scattered)
+    censored = fit.censored_samples + int(fit.test.censored.sum())
+    doubt = saturation_doubt(fit.states.highest, fit.states.name, censored=censored)
+    found += [doubt] if doubt else []
+    note(kind.NO_RESIDUALS, fit.between_states.degrees_of_freedom == 0)
+    if fit.censored_samples and not fit.censored_fit:
+        note(kind.CENSORED_NOT_IN_FIT, impacts=fit.censored_samples, left_out=", ".join(fit.left_out.name))
+    note(kind.CENSORED_IN_FIT, fit.censored_samples and fit.censored_fit, impacts=fit.censored_samples)
+    return found
+
+
+def _require_contact(force_map: ForceMap, limit: NewtonLimit, contact: Contact | None) -> None:
+    """Refuse a limit in newtons of which is not said what Phase II has to be held against.
+
+    Unnamed contact is taken only where impacts are known to be over within 0.5 s and to leave no force above half of
+    the limit, the smallest quasi-static part that a limit of the standard has.
+    """
+    phase_two, kind = force_map.phase_two, None if contact is None else Contact.parse(contact)
+    lowest = float(np.min(limit.force)) if np.size(limit.force) else math.inf
+    if kind is None:
+        over = phase_two.complete and not phase_two.barred
+        held = phase_two.largest_force + force_map.conditions.device.error_or_default
+        if not over or held > lowest / MAX_TRANSIENT_FACTOR:
+            why = f"{phase_two.barred} impacts clamp, or may" if phase_two.barred else "Phase II not measured"
+            why = why if not over else f"a Phase II force of {phase_two.largest_force:.1f} N"
+            raise InputError(
+                "contact: expected transient or quasi-static (--contact) beside a limit in newtons, because this map "
+                f"is not known to be free of clamping ({why})"
+            )
+    elif kind is Contact.TRANSIENT and limit.quasi_static is None and not math.isnan(phase_two.largest_force):
+        raise InputError(
+            "quasi-static limit: expected it beside a transient limit in newtons (--quasi-static-limit-N, "
+            "quasi_static_limit=), to hold the measured Phase II forces against it"
+        )
+    elif kind is Contact.QUASI_STATIC and limit.quasi_static not in (None, lowest):
+        raise InputError("quasi-static limit: expected none beside a limit that is quasi-static itself")
+
+
+def _require_measured(force_map: ForceMap, newtons: Any) -> None:
+    """Refuse a limit [N] above what the device can confirm: nothing above was ever measured."""
+    highest = force_map.highest_force - force_map.conditions.device.error_or_default
+    if np.any(np.asarray(newtons) > highest):
+        what = "the range of the measuring device"
+        if math.isnan(force_map.device_range):
+            what = "the largest force that was measured, because the device range is not stated,"
+        raise InputError(
+            f"force limit: found {np.max(newtons):g} N, expected at most {highest:g} N, {what} less its error; nothing "
+            f"above was ever measured"
+        )

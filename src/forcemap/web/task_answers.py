@@ -1,0 +1,56 @@
+"""A task in the plane of distance and height: a point, or a path with its allowed speeds and cycle times."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from forcemap import Finding, FindingKind, SpeedOutcome, Zones, zone_speeds
+from forcemap.answers.answer import Answer, Figure, Said
+from forcemap.answers.basis import RestsOn, rests_on
+from forcemap.answers.path import PathAnswer
+from forcemap.answers.speed import SpeedAnswer
+from forcemap.web.map_answers import Asked
+from forcemap.web.question import PathQuestion
+
+
+class Stop(Answer):
+    """A task of one point: the speed to program there, overshoot subtracted, anywhere within the position tolerance."""
+
+    outcome: str
+    reason: Said
+    speed_mps: Figure
+    programmed_speed_mps: Figure
+    too_fast: bool
+
+
+class TaskAnswer(RestsOn):
+    """A task: its points without the allowances of a task, and what one of them, or the path through more, allows."""
+
+    points: list[SpeedAnswer]
+    point: Stop | None
+    path: PathAnswer | None
+
+
+def task_answer(asked: Asked, question: PathQuestion) -> TaskAnswer:
+    """A task of one point, or of a path through points."""
+    force_map = asked.fitted.force_map
+    points = [asked.speed_at(question, place) for place in question.places]
+    if len(points) > 1:
+        path = asked.path(question)
+        of_path = {"bound": question.bound_of(force_map), "assumptions": path.assumptions}
+        return TaskAnswer.from_result(points[0], points=points, point=None, path=path, **of_path)
+    allowance, (distance, height) = question.allowance, np.array(question.places).T
+    around = Zones(distance, distance, height, height).grown(allowance.position)
+    zone = zone_speeds(force_map, around, **asked.case(question))
+    speed, outcome, reason = float(zone.speed[0]) - allowance.speed, zone.outcome[0], zone.reason[0]
+    if speed <= 0:
+        speed, outcome, reason = math.nan, SpeedOutcome.UNCONFIRMED, Finding.of(FindingKind.ALLOWANCE_SPENT)
+    programmed = question.programmed_mps
+    too_fast = programmed is not None and not programmed <= speed
+    stop = Stop(outcome=outcome, reason=reason, speed_mps=speed, programmed_speed_mps=programmed, too_fast=too_fast)
+    compared = "not stated, so none is compared with the allowed one" if programmed is None else f"{programmed:g} m/s"
+    basis = rests_on(force_map, zone.basis, asked.limits.statements)
+    basis["assumptions"] = [*basis["assumptions"], allowance.finding, f"programmed speed: {compared}"]
+    return TaskAnswer(points=points, point=stop, path=None, **basis)

@@ -1,0 +1,178 @@
+"""One shape for every answer: what a command prints with --json is what the page answers to the same question."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+import forcemap as fm
+from forcemap.answers.accuracy import EvaluateAnswer
+from forcemap.answers.comparison import ComparisonAnswer
+from forcemap.answers.error import ErrorAnswer
+from forcemap.answers.forms import FormsAnswer
+from forcemap.answers.limits import LimitsAnswer
+from forcemap.answers.map import FitAnswer
+from forcemap.answers.map_check import MapCheckAnswer
+from forcemap.answers.path import PathAnswer, PlacesAnswer
+from forcemap.answers.speed import SpeedAnswer
+from forcemap.answers.speed_map import SpeedMapAnswer
+from forcemap.answers.two_maps import TwoMapsAnswer
+from web_server import client_of
+
+MODELS = (
+    ComparisonAnswer, ErrorAnswer, EvaluateAnswer, FitAnswer, FormsAnswer, LimitsAnswer, MapCheckAnswer, PathAnswer,
+    PlacesAnswer, SpeedAnswer, SpeedMapAnswer, TwoMapsAnswer,
+)  # fmt: skip
+AREA = ("--area", "back_of_hand", "--contact")
+
+
+@pytest.fixture(scope="module")
+def campaigns(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("served")
+    for name in ("ur10e", "kuka-iiwa7-30nm"):
+        fm.copy_example(name, folder / name)
+    (folder / "path.csv").write_text("x_m,y_m,z_m,segment\n0.8,0,0.44,path\n0.8,0,0.2,path\n")
+    return folder
+
+
+@pytest.fixture(scope="module")
+def client(campaigns):
+    with client_of(campaigns) as found:
+        yield found
+
+
+QUESTIONS = {
+    "fit": (("fit", "{folder}"), "map", {}),
+    "evaluate": (("evaluate", "{folder}"), "evaluate", {}),
+    "compare": (("compare", "{folder}"), "compare", {"area": "hand_fingers"}),
+    "compare, a free chest": (
+        ("compare", "{folder}", "--region", "chest", "--body", "free", "--moving-mass-kg", "25", "--payload-kg", "2"),
+        "compare",
+        {"area": "chest", "body": "free", "moving_mass_kg": 25, "payload_kg": 2},
+    ),
+    "compare, the head": (("compare", "{folder}", "--region", "face"), "compare", {"area": "face"}),
+    "speed": (
+        ("speed", "{folder}", "--distance", "0.8", "--height", "0.4", *AREA, "transient"),
+        "speed",
+        {"distance_m": 0.8, "height_m": 0.4, "contact": "transient"},
+    ),
+    "speed, unconfirmed": (
+        ("speed", "{folder}", "--distance", "0.8", "--height", "0.4", *AREA, "quasi-static"),
+        "speed",
+        {"distance_m": 0.8, "height_m": 0.4, "contact": "quasi-static"},
+    ),
+    "speed, outside, with a margin": (
+        ("speed", "{folder}", "--distance", "2", "--height", "0.4", *AREA, "transient", "--bound", "margin"),
+        "speed",
+        {"distance_m": 2, "height_m": 0.4, "contact": "transient", "bound": "margin"},
+    ),
+    "speed, the head": (
+        ("speed", "{folder}", "--distance", "0.8", "--height", "0.4", "--area", "face", "--contact", "transient"),
+        "speed",
+        {"area": "face", "distance_m": 0.8, "height_m": 0.4, "contact": "transient"},
+    ),
+    "speed map": (
+        ("speed-map", "{folder}", *AREA, "transient", "--step-m", "0.1", "--bound", "tolerance:0.9/0.99"),
+        "speed-map",
+        {"contact": "transient", "step_m": 0.1, "confidence": 0.9, "content": 0.99},
+    ),
+    "speed map, the head": (
+        ("speed-map", "{folder}", "--area", "face", "--contact", "transient", "--step-m", "0.1"),
+        "speed-map",
+        {"area": "face", "contact": "transient", "step_m": 0.1},
+    ),
+    "path": (
+        ("path", "{folder}", "{path}", *AREA, "transient", "--overshoot-mps", "0.02", "--acceleration-mps2", "2"),
+        "path",
+        {"points": "0.8,0.44;0.8,0.2", "contact": "transient", "overshoot_mps": 0.02, "acceleration_mps2": 2},
+    ),
+}
+
+
+@pytest.mark.parametrize("name", ["ur10e", "kuka-iiwa7-30nm"])
+@pytest.mark.parametrize(("command", "page", "query"), QUESTIONS.values(), ids=QUESTIONS)
+def test_a_command_and_the_page_answer_alike(forcemap, client, campaigns, name, command, page, query):
+    words = [word.format(folder=campaigns / name, path=campaigns / "path.csv") for word in command]
+    code, out, _ = forcemap(*words, "--json")
+    assert code in (0, 1)
+    served = client.get(f"/api/campaigns/{name}/{page}", params=query)
+    assert served.status_code == 200, served.text
+    assert served.json() == json.loads(out)
+
+
+@pytest.mark.parametrize("model", MODELS, ids=lambda model: model.__name__)
+def test_every_answer_has_a_schema_with_units_in_its_keys(model):
+    schema = model.model_json_schema(mode="serialization")
+    for part in (schema, *schema.get("$defs", {}).values()):
+        assert part["description"], part["title"]
+    keys = {key for part in (schema, *schema.get("$defs", {}).values()) for key in part.get("properties", {})}
+    for quantity in ("speed", "distance", "height", "force", "limit", "length", "margin"):
+        assert quantity not in keys - {"limit"}
+
+
+def test_errors_are_alike(forcemap, client, campaigns):
+    words = ("speed", campaigns / "ur10e", "--distance", "0.8", "--height", "0.4", "--area", "hnad")
+    _, out, _ = forcemap(*words, "--contact", "transient", "--json")
+    query = {"distance_m": 0.8, "height_m": 0.4, "area": "hnad"}
+    assert client.get("/api/campaigns/ur10e/speed", params=query).json() == json.loads(out)
+
+
+COMMANDS = (
+    ("fit", "{folder}", "--select"),
+    ("evaluate", "{folder}"),
+    ("evaluate", "{folder}", "--forms"),
+    ("compare", "{folder}"),
+    ("compare", "kuka-iiwa7-30nm", "kuka-iiwa7-10nm"),
+    ("limits", "--moving-mass-kg", "30"),
+    ("speed", "{folder}", "--distance", "0.8", "--height", "0.4", *AREA, "transient"),
+    ("speed-map", "{folder}", *AREA, "transient"),
+    ("path", "{folder}", "{path}", *AREA, "transient"),
+    ("place", "ur10e", "{path}", *AREA, "transient", "--step-m", "0.2"),
+)
+
+
+@pytest.mark.parametrize("command", COMMANDS, ids=lambda command: " ".join(command[:1] + command[2:3]))
+def test_no_line_is_wider_than_100_columns(forcemap, campaigns, command):
+    words = [word.format(folder=campaigns / "ur10e", path=campaigns / "path.csv") for word in command]
+    out = forcemap(*words)[1]
+    assert max(map(len, out.splitlines())) <= 100
+
+
+def test_no_command_of_these_has_more_than_15_options():
+    import typer
+
+    from forcemap.cli.app import app
+
+    commands = typer.main.get_command(app).commands
+    for name in (
+        "fit",
+        "evaluate",
+        "compare",
+        "limits",
+        "speed",
+        "speed-map",
+        "path",
+        "place",
+        "export",
+        "export-path",
+    ):
+        assert len([each for each in commands[name].params if each.name != "help"]) <= 15, name
+
+
+@pytest.mark.parametrize(
+    ("arguments", "part"),
+    [
+        (("--area", "140", "--contact", "transient"), "newtons are --limit-N"),
+        (("--limit-N", "palm"), "found palm, expected newtons"),
+        (("--area", "palm", "--region", "chest", "--contact", "transient"), "expected one of --area, --region"),
+        (("--area", "palm", "--limit-N", "140", "--contact", "transient"), "expected one of --area, --region"),
+        (("--limit-table", "palm", "--contact", "transient"), "expected .csv"),
+        (("--limit-N", "200", "--bound", "tolerance:0.9"), "expected two figures"),
+        (("--limit-N", "200", "--bound", "median"), "expected tolerance"),
+    ],
+)
+def test_a_limit_is_named_once_and_as_it_is_spelled(forcemap, arguments, part):
+    code, _, err = forcemap("speed", "ur10e", "--distance", "0.8", "--height", "0.4", *arguments)
+    assert code == 2
+    assert part in err

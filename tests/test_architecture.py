@@ -1,0 +1,69 @@
+"""docs/architecture.md says what the source is: the table of imports, the picture, the files to change."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from test_import_directions import FACES, GROUND, ROOMS, ROOT, imports, room_of
+
+PROJECT = Path(__file__).parents[1]
+PAGE = (PROJECT / "docs" / "architecture.md").read_text()
+
+
+def section(heading):
+    (text,) = re.findall(rf"^## {heading}\n(.*?)(?=^## |\Z)", PAGE, re.M | re.S)
+    return text
+
+
+def allowed(words):
+    """The rooms that a cell of the table names; public names are the empty one."""
+    named, every, others = words.partition("every library room but ")
+    if every:
+        return set(named.split(", ")) - {""} | (set(ROOMS) - set(others.split(", ")))
+    return {"" if name == "public names" else name for name in words.split(", ")} - {"nothing"}
+
+
+def test_the_table_is_the_one_that_is_enforced():
+    rows = dict(re.findall(r"^\| `(\w+)` \|.*\| (.*) \|$", section("Rooms"), re.M))
+    assert set(rows) == {path.parent.name for path in ROOT.glob("*/__init__.py")}
+    for room, words in rows.items():
+        assert allowed(words) - {room} == (ROOMS | FACES)[room] - {room}, room
+    ground = re.findall(r"`(\w+)`\s\(", section("Rooms").split("| room |")[0])
+    assert set(ground) == {name for name in GROUND if not name.startswith("_")}
+
+
+def edges_of_the_code():
+    """(imported, importing) rooms, the package itself among them."""
+    found = set()
+    for path in ROOT.rglob("*.py"):
+        room = "public-names" if path == ROOT / "__init__.py" else room_of(path)
+        room = "answers.words" if path == ROOT / "answers" / "words.py" else room
+        for module, _ in imports(path):
+            package, _, inner = module.partition(".")
+            target = inner if inner == "answers.words" else inner.split(".")[0] or "public-names"
+            if package == "forcemap" and not {target, room} & GROUND and target != room:
+                found.add((target, room))
+    return found
+
+
+def test_the_picture_shows_what_imports_what():
+    """Every arrow is an import, and every import is an arrow or a chain of them."""
+    drawn = set(re.findall(r'<path id="(.*?)"', (PROJECT / "docs" / "pictures" / "rooms.svg").read_text()))
+    edges = edges_of_the_code()
+    rooms = {room for edge in edges for room in edge}
+    arrows = {(a, b) for a in rooms for b in rooms if f"{a}-{b}" in drawn}
+    assert len(arrows) == len(drawn)
+    assert arrows <= edges
+    after = {room: {b for a, b in arrows if a == room} for room in rooms}
+
+    def leads(a, b):
+        return b in after[a] or any(leads(each, b) for each in after[a])
+
+    assert [edge for edge in edges if not leads(*edge)] == []
+
+
+def test_the_files_to_change_exist():
+    for name in re.findall(r"`([\w./]+/[\w.]*)`", section("Where to change what")):
+        home = PROJECT if name.startswith(("tests/", "scripts/", "src/")) else ROOT
+        assert (home / name).exists(), name
