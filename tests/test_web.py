@@ -277,6 +277,14 @@ def test_what_is_taken_away_is_what_the_library_writes(client, measured, tmp_pat
     assert "factor" in client.get(f"{files}/scaling.csv?points=0.8,0.44;0.8,0.2&programmed_mps=0.3").text
 
 
+@pytest.mark.parametrize("form", ["csv", "json", "urscript", "krl-data", "krl-source", "safety"])
+def test_no_file_of_zeros_is_taken_away(client, form):
+    """A robot that clamps has no transient speed, and no program that says so with zeros."""
+    asked = {"area": "back_of_hand", "contact": "transient", "format": form}
+    answer = client.get("/api/campaigns/kuka/files/speeds", params=asked)
+    assert (answer.status_code, answer.json()["error"]["kind"]) == (409, "not_releasable")
+
+
 def test_a_dropped_recording_is_judged_and_nothing_is_stored(upload, half_done):
     folder, later = half_done
     before = contents(folder.parent)

@@ -11,6 +11,7 @@ from pathlib import Path
 from pydantic import Field
 
 import forcemap as fm
+from forcemap.answers.words import sentence
 from forcemap.exports.robot_table import Provenance
 from forcemap.findings import in_words
 from forcemap.web.limits import Limits, limits_of
@@ -99,15 +100,12 @@ def comparison_svg(asked: Asked, question: ComparisonQuestion) -> str:
 
 
 def _zones(asked: Asked, question: ZoneSize) -> fm.RobotTable:
-    limit = asked.limits.of(question.area)
+    limit, force_map = asked.limits.of(question.area), asked.fitted.force_map
     limit.require_permitted()
-    table = fm.robot_table(
-        asked.fitted.force_map,
-        limits=[(limit, question.contact)],
-        bound=question.bound_of(asked.fitted.force_map),
-        size=question.zone_m,
-        allowance=question.allowance,
-    )
+    limits, bound = [(limit, question.contact)], question.bound_of(force_map)
+    table = fm.robot_table(force_map, limits=limits, bound=bound, size=question.zone_m, allowance=question.allowance)
+    if table.refusal:  # a program of zeros would only cover an earlier one
+        raise fm.NotReleasable(f"nothing is exported: {sentence(table.refusal)}")
     return replace(table, provenance=_with(table.provenance, asked.limits))
 
 
