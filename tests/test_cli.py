@@ -375,6 +375,31 @@ def test_a_number_is_no_body_area(forcemap, command, option):
     assert "found 9000" in err
 
 
+def test_a_form_of_file_that_export_does_not_know(forcemap):
+    code, _, err = forcemap("export", "ur10e", "--format", "scaling", *HAND, "transient")
+    assert code == 2
+    assert (
+        err
+        == "error: Invalid value for '--format': 'scaling' is not one of 'csv', 'json', 'urscript', 'krl', 'safety'.\n"
+    )
+
+
+def test_a_task_with_the_head_among_its_areas_gives_nothing(forcemap, example_folders, tmp_path):
+    """Neither a speed along the path, nor a program, nor factors."""
+    (tmp_path / "p.csv").write_text("x_m,y_m,z_m\n0.8,0,0.45\n0.8,0,0.30\n")
+    segment = '[[segments]]\nname = "path"\nareas = ["back_of_hand", "temple"]\nclamping_possible = false\n'
+    (tmp_path / "t.toml").write_text(f'schema = "forcemap-task/1"\n{segment}')
+    ur10e, path, task = example_folders["ur10e"], tmp_path / "p.csv", ("--task", tmp_path / "t.toml")
+    code, out, err = forcemap("path", ur10e, path, *task)
+    assert (code, err) == (1, "")
+    assert "NOT PERMITTED on 100 % of the path" in out
+    for command in (("export", ur10e, "--format", "urscript"), ("export-path", ur10e, path)):
+        code, out, _ = forcemap(*command, *task, "-o", tmp_path / "program")
+        assert code == 1
+        assert "contact with temple is not permitted" in " ".join(out.split())
+        assert not (tmp_path / "program").exists()
+
+
 def test_repeats_that_disagree_are_named(ask, examples, tmp_path):
     frame = examples["ur10e"].to_frame()
     frame.loc[0, "peak_force_N"] *= 1.2

@@ -109,7 +109,8 @@ def run(arguments: list[str]) -> int:
     except ForcemapError as error:
         emit_error(error, as_json=as_json)
     except TyperException as error:
-        words = _moved_option(arguments) or " ".join(error.format_message().split()) or "see --help"
+        found = " ".join(error.format_message().split()).replace("Value error, ", "")
+        words = _moved_option(arguments) or found or "see --help"
         emit_error(InputError(words), as_json=as_json)
     except BrokenPipeError:
         sys.stdout = None  # the reader has gone; nothing is left to flush

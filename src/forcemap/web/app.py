@@ -84,7 +84,7 @@ def _as_ours(error: Exception) -> ForcemapError:
         first = error.errors()[0]
         shown = repr(first["input"]) if "input" in first else ""
         shown = shown if len(shown) < 80 else f"{shown[:76]}..."
-        return Refusal(422, "input", f"{first['loc'][-1]}: found {shown}; {first['msg']}")
+        return Refusal(422, "input", f"{first['loc'][-1]}: found {shown}; {first['msg'].removeprefix('Value error, ')}")
     assert isinstance(error, HTTPException)
     message = {404: "there is no such page; the overview is at /", 405: "this address does not take that method"}
     return Refusal(error.status_code, "not_found", message.get(error.status_code, str(error.detail)))
