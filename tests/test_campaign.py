@@ -332,5 +332,5 @@ def test_the_summary_says_what_is_missing_and_what_each_state_allows(tmp_path):
     assert summary.missing == (OTHER,)
     barred = [each for each in summary.contacts if not each.transient_allowed]
     assert [each.state for each in barred] == [RUN.removesuffix("-r1")]
-    assert "1 of 2 impacts" in barred[0].reason
+    assert "1 of 2 impacts" in sentence(barred[0].reason)
     assert "device.calibrated" in summary.not_stated

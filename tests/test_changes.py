@@ -12,6 +12,7 @@ from scipy import stats
 from scipy.spatial import ConvexHull
 
 import forcemap as fm
+from forcemap.answers.words import sentence, sentences
 from forcemap.errors import BoundNotAvailable, InputError
 
 EFFECT = 0.022
@@ -105,7 +106,7 @@ def test_a_single_place_that_moved_is_named(force_map):
     check = fm.check_map(force_map, new_impacts(rng, READABLE[:60:6], factor=np.where(np.arange(10) == 4, 1.25, 1.0)))
     assert check.outcome is fm.MapOutcome.DOES_NOT_HOLD
     assert [each.state for each in check.moved] == ["n4"]
-    assert "n4" in check.reason
+    assert "n4" in sentence(check.reason)
     assert not check.states[0].moved
 
 
@@ -113,7 +114,7 @@ def test_a_single_place_that_moved_is_named(force_map):
 def test_the_direction_is_said(force_map, factor, words):
     check = fm.check_map(force_map, new_impacts(np.random.default_rng(8), READABLE[::9], factor=factor))
     assert check.outcome is fm.MapOutcome.DOES_NOT_HOLD
-    assert words in check.reason
+    assert words in sentence(check.reason)
     assert (check.mean_ratio > 1) == (factor > 1)
 
 
@@ -121,13 +122,13 @@ def test_nothing_found_with_little_evidence_is_no_permission(force_map):
     rng = np.random.default_rng(9)
     few = fm.check_map(force_map, new_impacts(rng, READABLE[::40][:2]))
     assert few.outcome is fm.MapOutcome.CANNOT_TELL
-    assert "2 uncensored states" in few.reason
+    assert "2 uncensored states" in sentence(few.reason)
     clear = fm.check_map(force_map, new_impacts(rng, READABLE[::40][:2], factor=1.4))
     assert clear.outcome is fm.MapOutcome.DOES_NOT_HOLD  # a change that two states show is a change
     coarse = fm.check_map(old_map(rng, effect=0.09), new_impacts(rng, READABLE[::25][:4]))
     assert coarse.outcome is fm.MapOutcome.CANNOT_TELL
     assert coarse.detectable_change > 0.10
-    assert "measure more states" in coarse.next_step
+    assert "measure more states" in sentence(coarse.next_step)
 
 
 def test_states_outside_the_measured_range_are_named_and_do_not_count(force_map):
@@ -136,7 +137,7 @@ def test_states_outside_the_measured_range_are_named_and_do_not_count(force_map)
     points = [*READABLE[::12], (0.7, 0.3, 0.45), (0.95, 0.3, 0.3), edge]
     check = fm.check_map(force_map, new_impacts(rng, points))
     assert [each.state for each in check.left_out] == [f"n{len(points) - 3}", f"n{len(points) - 2}"]
-    assert {each.reason for each in check.left_out} == {"outside the measured range of the map"}
+    assert {sentence(each.reason) for each in check.left_out} == {"outside the measured range of the map"}
     assert (check.left_out[0].distance, check.left_out[0].speed) == (0.7, 0.45)
     assert len(check.states) == len(points) - 2
     nowhere = fm.check_map(force_map, new_impacts(rng, points[-3:-1]))
@@ -151,10 +152,10 @@ def test_a_map_does_not_hold_on_less_than_half_of_the_states(force_map):
     new = [new_impacts(np.random.default_rng(18), points, effect=0.01) for points in (near + far[1:], near + far)]
     half, fewer = (fm.check_map(force_map, each) for each in new)
     assert half.outcome is fm.MapOutcome.HOLDS
-    assert "keep the map" in half.next_step
+    assert "keep the map" in sentence(half.next_step)
     assert fewer.outcome is fm.MapOutcome.CANNOT_TELL
-    assert f"{len(far)} of {len(near) + len(far)} states, more than half, are left out" in fewer.reason
-    assert "measure more states" in fewer.next_step
+    assert f"{len(far)} of {len(near) + len(far)} states, more than half, are left out" in sentence(fewer.reason)
+    assert "measure more states" in sentence(fewer.next_step)
     raised = new_impacts(np.random.default_rng(18), near + far, effect=0.01, factor=1.2)
     assert fm.check_map(force_map, raised).outcome is fm.MapOutcome.DOES_NOT_HOLD
 
@@ -172,7 +173,7 @@ def test_censored_impacts_count_only_if_predicted_below_what_they_reached(force_
     high = [(0.52, 0.14, 0.35), (0.52, 0.22, 0.3)]  # about 590 and 450 N
     check = fm.check_map(force_map, new_impacts(rng, [*low, *high], device_range=400.0))
     assert {each.state for each in check.left_out} >= {f"n{len(low)}", f"n{len(low) + 1}"}
-    assert all("device range of 400 N" in each.reason for each in check.left_out)
+    assert all("device range of 400 N" in sentence(each.reason) for each in check.left_out)
     changed = fm.check_map(force_map, new_impacts(rng, high, factor=1.5, device_range=560.0))
     (counted,) = [each for each in changed.states if each.state == "n1"]
     assert counted.censored == 3
@@ -201,7 +202,7 @@ def test_censored_states_do_not_hide_that_the_others_differ(force_map):
     )
     assert sorted(each.censored for each in check.states) == [0, 0, 0, 0, 3, 3, 3, 3]
     assert check.outcome is fm.MapOutcome.CANNOT_TELL
-    assert "the uncensored states differ" in check.reason
+    assert "the uncensored states differ" in sentence(check.reason)
 
 
 def test_fewer_repeats_than_the_map_has_widen_the_expected_range(force_map):
@@ -211,7 +212,7 @@ def test_fewer_repeats_than_the_map_has_widen_the_expected_range(force_map):
     thrice = fm.check_map(force_map, new_impacts(np.random.default_rng(13), points, repeats=3, **noisy))
     width = [each.states[0].highest_expected / each.states[0].lowest_expected for each in (twice, thrice)]
     assert width[0] > width[1]
-    assert any("2 impacts, the map's have 3" in line for line in twice.statements)
+    assert any("2 impacts, the map's have 3" in line for line in sentences(twice.statements))
 
 
 def test_a_map_from_its_file_gives_the_same_answer(force_map, tmp_path):
@@ -253,7 +254,7 @@ def test_conditions_that_differ_are_named():
     )
     changed = replace(dataset, conditions=after)
     force_map = replace(old_map(rng), conditions=before)
-    statements = fm.check_map(force_map, changed).statements
+    statements = sentences(fm.check_map(force_map, changed).statements)
     assert "differs: robot.firmware: map 5.11, new 5.12" in statements
     assert "stated by only one of the two campaigns: tool.name" in statements
     assert "somebody" not in " ".join(statements)
@@ -360,7 +361,7 @@ def test_a_map_is_not_said_to_hold_by_what_cannot_show_a_change():
     spot = [(0.70, 0.30, 0.21), (0.707, 0.30, 0.21), (0.714, 0.30, 0.21), (0.70, 0.31, 0.21)]
     narrow = fm.check_map(force_map, new(spot))
     assert narrow.outcome is fm.MapOutcome.CANNOT_TELL
-    assert "distances and heights and speeds" in narrow.reason
+    assert "distances and heights and speeds" in sentence(narrow.reason)
     near_range = [*spread, (0.54, 0.20, 0.245)]
     doubled = new(near_range, np.array([1, 1, 1, 1, 1, 2.0]))
     assert doubled.states.impacts.min() == 0

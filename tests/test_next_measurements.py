@@ -9,15 +9,20 @@ import pytest
 from oracle import printed_force, training_grid
 
 import forcemap as fm
-from forcemap.answers.words import sentences
+from forcemap.answers.words import sentence, sentences
 from forcemap.errors import ContactNotPermitted, InputError
-from forcemap.findings import FindingKind
+from forcemap.findings import FindingKind, in_words
 from sequence import HEIGHTS, Sequence, planned_states, released
 
 QUASI_STATIC = fm.Contact.QUASI_STATIC
 
 CELL = fm.Conditions(device=fm.Device(range=500.0, error=3.0, stiffness=75e3), moving_mass=30.0)
 PLACES = {"distances": (0.52, 0.89), "heights": HEIGHTS}
+
+
+def reason_of(found):
+    """Why these states, or why to stop, in words."""
+    return "; ".join(sentences(found.reasons))
 
 
 def test_the_opening_stays_at_or_below_the_contact_formula_slow_to_fast():
@@ -29,7 +34,7 @@ def test_the_opening_stays_at_or_below_the_contact_formula_slow_to_fast():
         assert (found.stop, found.confirmed, found.expected_confirmed) == (None, 0, 0)
         assert np.isnan(found.speed)
         assert np.isnan(found.expected_speed)
-        assert found.reason.startswith("opening")
+        assert reason_of(found).startswith("opening")
         states = planned_states(found.plan)
         assert states[:, 2].tolist() == sorted(states[:, 2].tolist())
         np.testing.assert_allclose(found.plan.expected_force[::3], states[:, 2] * np.sqrt(75e3 * 15), rtol=1e-9)
@@ -131,7 +136,7 @@ def test_ranges_default_to_what_was_measured_and_test_rows_do_not_count():
     np.testing.assert_array_equal(planned_states(found.plan), planned_states(same.plan))
     copy = {name: getattr(dataset, name) for name in ("distance", "height", "speed", "peak_force", "state", "censored")}
     test = fm.ImpactDataset.from_arrays(**copy, role=["test"] * len(dataset), conditions=dataset.conditions)
-    assert fm.next_measurements(test, 140.0, **PLACES).reason.startswith("opening")
+    assert reason_of(fm.next_measurements(test, 140.0, **PLACES)).startswith("opening")
 
 
 def test_it_stops_when_there_is_nothing_to_gain_and_says_why():
@@ -139,11 +144,11 @@ def test_it_stops_when_there_is_nothing_to_gain_and_says_why():
     found = sequence.run(states=200, batch=8, least_gain=0.0006)
     assert found.stop is fm.Stop.NOTHING_TO_GAIN
     assert len(sequence.states) < 60
-    assert "further states are expected to raise the mean confirmed speed by" in found.reason
+    assert "further states are expected to raise the mean confirmed speed by" in reason_of(found)
     assert found.confirmed == found.expected_confirmed > 40
     hopeless = fm.next_measurements(sequence.measured, 30.0)
     assert (hopeless.stop, hopeless.plan) == (fm.Stop.NOTHING_TO_GAIN, None)
-    assert "30 N is expected nowhere to be confirmed at 0.05 m/s or more" in hopeless.reason
+    assert "30 N is expected nowhere to be confirmed at 0.05 m/s or more" in reason_of(hopeless)
     spent = sequence.next(states=5)
     assert (spent.stop, len(spent.upper_force)) == (fm.Stop.BUDGET, 0)
 
@@ -159,7 +164,7 @@ def test_a_map_that_dips_below_the_measured_speeds_does_not_end_a_campaign():
 def test_a_force_that_cannot_be_kept_stops_before_the_first_impact():
     found = fm.next_measurements(CELL, 140.0, **PLACES, largest_force=200.0)
     assert found.stop is fm.Stop.OUT_OF_REACH
-    assert "expected to stay within 200 N" in found.reason
+    assert "expected to stay within 200 N" in reason_of(found)
 
 
 def test_a_limit_that_phase_two_forbids_is_not_worth_an_impact():
@@ -173,7 +178,7 @@ def test_a_limit_that_phase_two_forbids_is_not_worth_an_impact():
     hand = fm.force_limit("back_of_hand")
     found = fm.next_measurements(clamping, hand, contact=fm.Contact.TRANSIENT)
     assert found.stop is fm.Stop.LIMIT_NOT_USABLE
-    (why,) = found.reason.also
+    (why,) = found.reasons[0].also
     assert (why.kind, why.also[0].kind) == (FindingKind.TRANSIENT_NOT_USABLE, FindingKind.CLAMPING)
     assert fm.next_measurements(clamping, hand, contact=fm.Contact.QUASI_STATIC).plan is not None
     with pytest.raises(ContactNotPermitted):
@@ -186,7 +191,9 @@ def test_other_forms_and_expectations():
     found = fm.next_measurements(bare, 140.0, **PLACES, expected_force=robot, form=fm.LOG_SPEED)
     states = planned_states(found.plan)
     np.testing.assert_allclose(found.plan.expected_force[::3], robot.predict(*states.T))
-    assert "map 'kuka-iiwa7-10nm'; 4 of 4 planned states lie outside its measured range" in found.plan.expected_from
+    assert "map 'kuka-iiwa7-10nm'; 4 of 4 planned states lie outside its measured range" in sentence(
+        found.plan.expected_from
+    )
     sequence = Sequence.of("kuka-iiwa7-10nm", 9)
     sequence.run(states=20, form=fm.LOG_SPEED)
     force_map = fm.fit_force_map(sequence.measured, form=fm.LOG_SPEED)
@@ -247,8 +254,8 @@ class TestAtMost:
         faster = near & (found.plan.speed >= 0.07)
         assert np.all(found.upper_force[faster] >= 260 * found.plan.speed[faster] / 0.25)
         assert np.all(found.upper_force <= min(497, largest_force))
-        assert "bound" in found.upper_words
-        assert "95 % confidence" in found.upper_words
+        assert "bound" in sentence(found.upper_is)
+        assert "95 % confidence" in sentence(found.upper_is)
 
     def test_the_measured_force_goes_on_in_proportion_to_speed(self):
         from forcemap.planning.measured_before import raised_by_measured
@@ -269,12 +276,12 @@ class TestAtMost:
         sequence = Sequence.of("kuka-iiwa7-10nm", 13)
         sequence.measure(training_grid("kuka-iiwa7-10nm"))
         sequence.forces *= np.exp(rng.normal(0, 0.09, (27, 1)))
-        warnings = sequence.next(limit=250.0, least_gain=0.0).plan.warnings
+        warnings = sentences(sequence.next(limit=250.0, least_gain=0.0).plan.warnings)
         assert any("states scatter by" in line and "at most 6 %" in line for line in warnings)
         falling = Sequence.of("kuka-iiwa7-10nm", 13)
         falling.measure(training_grid("kuka-iiwa7-10nm"))
         falling.forces *= 1.9 - 3 * falling.states[:, 2:]
-        warnings = falling.next(limit=250.0, least_gain=0.0).plan.warnings
+        warnings = sentences(falling.next(limit=250.0, least_gain=0.0).plan.warnings)
         assert any("the predicted force falls with speed at" in line for line in warnings)
         sound = Sequence.of("kuka-iiwa7-10nm", 13)
         sound.measure(training_grid("kuka-iiwa7-10nm"))
@@ -313,7 +320,7 @@ class TestAboveWhatWasMeasured:
         assert plan.speed[place].tolist() == [0.1, 0.2, 0.3]
         np.testing.assert_allclose(force[:2], turning.predict(0.7, 0.3, np.array([0.1, 0.2])))
         np.testing.assert_allclose(force[2], top * 0.3 / 0.25, rtol=1e-3)
-        assert any(line.startswith("d700-h300-v500: ") and "N expected" in line for line in plan.left_out)
+        assert any(line.startswith("d700-h300-v500: ") and "N expected" in line for line in sentences(plan.left_out))
 
     def test_the_bound_of_the_map_measured_so_far(self):
         form, dataset = self.turning()
@@ -401,13 +408,13 @@ class TestSaturated:
             )
             found = fm.next_measurements(dataset, 140.0, **PLACES)
             assert (found.stop, found.plan, found.confirmed) == (fm.Stop.OUT_OF_REACH, None, 0)
-            assert f"saturated at {len(states)} of {len(states)} states" in found.reason
+            assert f"saturated at {len(states)} of {len(states)} states" in reason_of(found)
 
 
 class TestNothingFallsOpen:
     def test_one_state(self):
         found = fm.next_measurements(dataset_of([[0.7, 0.3, 0.1]], [120.0]), 140.0, **PLACES)
-        assert found.reason == "opening: no bound can be had from fewer than 12 states of CFM_3D, found 1"
+        assert reason_of(found) == "opening: no tolerance bound can be had from fewer than 12 states of CFM_3D, found 1"
         assert found.confirmed == 0
         with pytest.raises(InputError, match=r"distances: found \[0.7, 0.7\], expected"):
             fm.next_measurements(dataset_of([[0.7, 0.3, 0.1]], [120.0]), 140.0)
@@ -417,11 +424,13 @@ class TestNothingFallsOpen:
         states = [[d, 0.3, v] for d in np.linspace(0.5, 0.9, 6) for v in np.linspace(0.1, 0.4, 6)]
         dataset = dataset_of(states, [100 + 200 * v for _, _, v in states])
         found = fm.next_measurements(dataset, 140.0, **PLACES)
-        assert found.reason.startswith("opening: no bound can be had yet: found that the measured states determine 6")
+        assert reason_of(found).startswith(
+            "opening: no bound can be had yet: found that the measured states determine 6"
+        )
         assert (found.confirmed, found.expected_confirmed) == (0, 0)
         spent = fm.next_measurements(dataset, 140.0, **PLACES, states=36)
         assert spent.stop is fm.Stop.BUDGET
-        assert "no bound can be had yet" in spent.reason
+        assert "no bound can be had yet" in reason_of(spent)
 
     @pytest.mark.parametrize(
         ("change", "message"),
@@ -448,11 +457,11 @@ def test_a_whole_campaign_goes_on_unless_a_budget_says_otherwise():
     assert len(sequence.next().plan.states) == 4
     spent = sequence.next(states=27)
     assert spent.stop is fm.Stop.BUDGET
-    assert "the 27 states of its budget; --states 39 lets it go on: 12 further states" in spent.reason
-    assert "m/s a state" in spent.reason
+    assert "the 27 states of its budget; --states 39 lets it go on: 12 further states" in reason_of(spent)
+    assert "m/s a state" in reason_of(spent)
     few = Sequence.of("ur10e", 1)
     few.measure(planned_states(few.next().plan))
-    assert "no bound can be had from fewer than 12 states of CFM_3D" in few.next(states=4).reason
+    assert "no tolerance bound can be had from fewer than 12 states of CFM_3D" in reason_of(few.next(states=4))
 
 
 def test_a_stop_names_figure_and_threshold_in_one_unit():
@@ -460,9 +469,9 @@ def test_a_stop_names_figure_and_threshold_in_one_unit():
     sequence.measure(training_grid("kuka-iiwa7-10nm"))
     found = sequence.next(least_gain=0.5)
     assert found.stop is fm.Stop.NOTHING_TO_GAIN
-    assert found.reason.endswith("m/s a state, less than 0.5 m/s a state")
+    assert reason_of(found).endswith("m/s a state, less than 0.5 m/s a state")
     hopeless = sequence.next(limit=40.0)
-    assert "40 N is exceeded at 0.05 m/s everywhere (by the bound, at 81 of 81 places)" in hopeless.reason
+    assert "40 N is exceeded at 0.05 m/s everywhere (by the bound, at 81 of 81 places)" in reason_of(hopeless)
 
 
 def test_a_longer_plan_keeps_the_old_runs():
@@ -501,7 +510,7 @@ class TestConfirmation:
             force_map, *fm.measured_grid(force_map, 0.02), limit=140.0, contact=QUASI_STATIC, bound=fm.ToleranceBound()
         ).speeds.speed
         assert states[:, 2].max() > np.nanmax(grid) - 0.005
-        assert "each of the 6 impacts is within 140 N" in found.rule
+        assert "each of the 6 impacts is within 140 N" in sentence(found.rule)
 
     def test_the_chances_stated_are_those_of_simulation(self):
         """Whole campaigns, and the impacts of their confirmation with new state effects."""
@@ -570,7 +579,7 @@ class TestConfirmation:
                 distance=plan.distance[rows], height=plan.height[rows], speed=speed[rows], peak_force=force[rows],
                 state=plan.state_id[rows], role=["test"] * runs, recording=names, censored=[censored] * runs,
             )  # fmt: skip
-            within = dict.fromkeys(names, (True, "within")) | (checked or {})
+            within = dict.fromkeys(names, (True, in_words("within"))) | (checked or {})
             return planned.judged(impacts, within).result
 
         below = found.bound_force - 1.0
@@ -583,9 +592,9 @@ class TestConfirmation:
             "does_not_pass",
             n - 1,
         )
-        assert "exceed the bound" in result.impacts[2].reason
-        assert judged(below, checked={f"{name}.csv": (False, "exceeds")}).outcome == "does_not_pass"
-        assert judged(below, checked={f"{name}.csv": (None, "saturated")}).outcome == "cannot_tell"
+        assert "exceed the bound" in sentence(result.impacts[2].reason)
+        assert judged(below, checked={f"{name}.csv": (False, in_words("exceeds"))}).outcome == "does_not_pass"
+        assert judged(below, checked={f"{name}.csv": (None, in_words("saturated"))}).outcome == "cannot_tell"
         assert judged(below, censored=True).outcome == "cannot_tell"
         assert judged(one_above, censored=True).outcome == "does_not_pass"
         assert judged(0.8 * below, speed=plan.speed - 0.011).outcome == "cannot_tell"
@@ -653,4 +662,4 @@ class TestConfirmation:
                 distance=plan.distance + away, height=plan.height, speed=plan.speed, peak_force=found.bound_force - 1,
                 state=plan.state_id, role=["test"] * 2, recording=names,
             )  # fmt: skip
-            assert found.judged(impacts, dict.fromkeys(names, (True, "within"))).result.outcome == outcome
+            assert found.judged(impacts, dict.fromkeys(names, (True, in_words("within")))).result.outcome == outcome

@@ -55,7 +55,7 @@ def test_an_i_optimal_plan(ask, forcemap, tmp_path):
     weak = ("--speeds-mps", "0.1,0.4", "--design", "i-optimal", "--map", "ur10e", "--device-range-N", 350)
     found = ask("plan", tmp_path / "weak", *RANGES, *weak)[1]
     assert found["left_out"] == []
-    assert "(31 expected above the device range less its error were no candidates)" in found["design_note"]
+    assert "; 31 expected above the device range less its error were no candidates" in found["design_note"]
     runs = [run for run in found["runs"] if run["repeat"] == 1]
     outside = sum(run["speed_mps"] < 0.2 for run in runs)
     assert f"; {outside} of 18 planned states lie outside its measured range" in found["expected_from"]

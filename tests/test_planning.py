@@ -14,6 +14,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import forcemap as fm
+from forcemap.answers.words import sentence, sentences
 from forcemap.campaigns.plan import MeasurementPlan, read_plan, write_plan
 from forcemap.errors import InputError, TableError
 from forcemap.exports.run_sheet import run_sheet
@@ -116,12 +117,14 @@ def test_states_above_the_device_range_and_beyond_reach_are_left_out_and_listed(
     plan = plan_measurements(**UR10E, expected_force=robot, device=DEVICE, reach=0.95)
     everything = plan_measurements(**UR10E)
     assert len(plan.left_out) + len(plan.states) == len(everything.states) == 27
-    assert not set(plan.states) & {line.split(":")[0] for line in plan.left_out}
+    assert not set(plan.states) & {line.split(":")[0] for line in sentences(plan.left_out)}
     assert np.all(plan.expected_force <= 497)
-    assert "d520-h140-v400: 671 N expected, the device measures up to 497 N (range less error)" in plan.left_out
-    assert "d890-h460-v200: 1.002 m from the base, beyond the reach of 0.95 m" in plan.left_out
+    assert "d520-h140-v400: 671 N expected, the device measures up to 497 N (range less error)" in sentences(
+        plan.left_out
+    )
+    assert "d890-h460-v200: 1.002 m from the base, beyond the reach of 0.95 m" in sentences(plan.left_out)
     np.testing.assert_array_equal(plan.expected_force, robot.predict(plan.distance, plan.height, plan.speed))
-    assert plan.expected_from == "map 'ur10e'"
+    assert sentence(plan.expected_from) == "map 'ur10e'"
     assert plan.warnings == ()
 
 
@@ -138,7 +141,7 @@ def test_few_states_are_refused_unless_their_number_is_named():
         plan_measurements(**UR10E, **weak)
     plan = plan_measurements(**UR10E, **weak, states=13)
     assert len(plan.states) == 13
-    assert "13 states to train, fewer than 18: the bound is expected to lie 13 %" in plan.warnings[0]
+    assert "13 states to train, fewer than 18: the bound is expected to lie 13 %" in sentence(plan.warnings[0])
     with pytest.raises(InputError, match="found 12, expected 13, the number to train of this design"):
         plan_measurements(**UR10E, **weak, states=12)
     with pytest.raises(InputError, match="found 18, expected 27"):
@@ -153,10 +156,10 @@ def test_hardly_more_states_than_coefficients_have_no_bound():
 
 def test_what_cannot_be_checked_is_said():
     assert plan_measurements(**UR10E).warnings == ()
-    by_range, by_limit = plan_measurements(**UR10E, device=DEVICE, limit=140).warnings
+    by_range, by_limit = sentences(plan_measurements(**UR10E, device=DEVICE, limit=140).warnings)
     assert "no state was checked against the device range" in by_range
     assert "nothing tells whether 140 N" in by_limit
-    (unknown,) = plan_measurements(**UR10E, expected_force=StandardExpectation(30)).warnings
+    (unknown,) = sentences(plan_measurements(**UR10E, expected_force=StandardExpectation(30)).warnings)
     assert "device range is not stated" in unknown
 
 
@@ -177,7 +180,7 @@ def test_the_proposed_speed_is_the_one_the_map_says(name, limit):
         for place, v in zip(exceeding, crossings, strict=True)
         if 1.1 * robot.predict(*place, 0.05) <= limit and v >= 0.05
     ]
-    lines = [line for line in plan.warnings if f"{limit:g} N is not expected" in line]
+    lines = [line for line in sentences(plan.warnings) if f"{limit:g} N is not expected" in line]
     if not exceeding:
         assert lines == []
         return
@@ -188,13 +191,15 @@ def test_the_proposed_speed_is_the_one_the_map_says(name, limit):
     assert ("no speed from 0.05 m/s up" in line) == (hopeless > 0)
     assert "the map extrapolates" in line
     again = plan_measurements(axes[0], axes[1], [min(usable), *axes[2]], expected_force=robot, limit=limit)
-    lines = [line for line in again.warnings if f"{limit:g} N is not expected" in line]
+    lines = [line for line in sentences(again.warnings) if f"{limit:g} N is not expected" in line]
     assert len(lines) == (hopeless > 0)
     assert all(f"at {hopeless} of 9 places" in line and "add " not in line for line in lines)
 
 
 def test_a_limit_no_speed_is_expected_to_confirm():
-    (line,) = plan_measurements(**UR10E, expected_force=lambda d, h, v: 150 + v, limit=140, device=DEVICE).warnings
+    (line,) = sentences(
+        plan_measurements(**UR10E, expected_force=lambda d, h, v: 150 + v, limit=140, device=DEVICE).warnings
+    )
     assert "at 9 no speed from 0.05 m/s up is expected to be confirmed" in line
     assert "add" not in line
 
@@ -208,7 +213,7 @@ def test_the_standards_model_is_doubled_because_maps_exceed_it():
         assert 1.5 < np.max(robot.predict(*points.T) / standard) < 2.0
     expected = StandardExpectation(30)
     assert expected(0.5, 0.3, 0.3) == pytest.approx(318.2, abs=0.05)
-    (line,) = plan_measurements(**UR10E, expected_force=expected, limit=140, device=DEVICE).warnings
+    (line,) = sentences(plan_measurements(**UR10E, expected_force=expected, limit=140, device=DEVICE).warnings)
     assert "2 times the expected force" in line
     assert "add 0.06 m/s" in line  # 0.1320 / 2
     assert "vanishes at rest, a robot's does not" in line
@@ -331,7 +336,7 @@ def test_what_a_spreadsheet_saves_is_read(tmp_path, text):
     assert plan.distance.tolist() == [0.5, 0.6]
     np.testing.assert_array_equal(plan.expected_force, [math.nan, 123.5])
     np.testing.assert_array_equal(plan.base_angle, [math.nan, 10.0])
-    assert (plan.left_out, plan.warnings, plan.expected_from) == ((), (), "")
+    assert (plan.left_out, plan.warnings, plan.expected_from) == ((), (), None)
 
 
 def test_only_five_columns_are_needed(tmp_path):
@@ -416,8 +421,8 @@ def test_the_sheet_names_every_run_once_and_fits_the_paper():
     assert [int(row[6]) for row in rows] == np.round(plan.expected_force).tolist()
     assert [line for line in lines if line.startswith("v = ")] == ["v = 0.2 m/s", "v = 0.3 m/s", "v = 0.4 m/s"]
     flowing = " ".join(text.split())
-    assert all(warning in flowing for warning in plan.warnings)
-    assert all(line in flowing for line in plan.left_out)
+    assert all(warning in flowing for warning in sentences(plan.warnings))
+    assert all(line in flowing for line in sentences(plan.left_out))
     assert "device: CBSF-75-Basic" in text
 
 

@@ -9,6 +9,7 @@ from scipy import stats
 
 from forcemap import CFM_2D, CFM_3D, FULL_CUBIC, FitError, Form, ImpactDataset, InputError, RankDeficient, TooFewStates
 from forcemap import fit_force_map as fit
+from forcemap.answers.words import sentence, sentences
 from forcemap.comparisons.selection import PAPER_COUNTS, STABLE_SHARE, select_terms, selection_stability
 
 REPEAT_SD = dict(zip(PRINTED, (1.1, 0.6, 0.6), strict=True))
@@ -122,8 +123,8 @@ def test_a_selection_is_stable_with_repeat_noise_alone_and_not_with_state_effect
     real = [selection_stability(campaigns(seed, STATE_EFFECTS), resamples=40) for seed in seeds]
     assert all(each.same_terms < 0.4 < STABLE_SHARE for each in real)
     for each in (*alone, *real):
-        assert each.stable == each.reason.startswith("stable: ")
-        assert each.stable != each.reason.startswith("not stable: ")
+        assert each.stable == sentence(each.reason).startswith("stable: ")
+        assert each.stable != sentence(each.reason).startswith("not stable: ")
 
 
 def test_how_often_terms_survive_is_reproducible_and_counts_every_term():
@@ -173,7 +174,7 @@ def test_censored_impacts_are_counted_and_not_used():
     censored = sum(int(dataset.censored.sum()) for dataset in datasets)
     assert censored > 0
     selection = select_terms(datasets)
-    assert f"{censored} censored impacts not used" in selection.statements
+    assert f"{censored} censored impacts not used" in sentences(selection.statements)
     assert select_terms([each.select(~each.censored) for each in datasets]).steps == selection.steps
 
 

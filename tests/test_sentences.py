@@ -48,6 +48,18 @@ COMMANDS = [
     ["export", "broken", *HAND, "--format", "csv", "-o", "none.csv"],
     ["export", "ur10e", "--area", "temple", "--contact", "transient", "--format", "csv", "-o", "none.csv"],
     ["collect", "cell"],
+    ["plan", "new", "--distances-m", "0.52,0.89", "--heights-m", "0.14,0.46", "--speeds-mps", "0.1,0.4",
+     "--reach-m", "0.95", "--device-range-N", "500", "--moving-mass-kg", "30", *IN_NEWTONS],
+    ["next", "more", *HAND],
+    ["next", "begun", *IN_NEWTONS, "--distances-m", "0.52,0.89", "--heights-m", "0.14,0.46", "--moving-mass-kg", "30",
+     "--device-range-N", "500"],
+    ["confirm", "more", *HAND],
+    ["evaluate", "cell", "--forms"],
+    ["fit", "cell", "-o", "cell.json"],
+    ["evaluate", "later", "--against", "cell.json"],
+    ["evaluate", "soft", "--against", "cell.json"],
+    ["compare", "ur10e", "kuka-iiwa7-30nm"],
+    ["compare", "cell.json", "ur10e"],
 ]  # fmt: skip
 
 WORLD = r"""
@@ -128,6 +140,8 @@ def worlds(tmp_path_factory):
     collect(as_is / "soft")
     table = as_is / "broken" / "impacts.csv"
     table.write_text(table.read_text().replace(",0.1,", ",0.1001,", 1))
+    shutil.copytree(as_is / "cell", as_is / "more")
+    collect(write_campaign(as_is / "later", toml=toml, seed=1))
     (as_is / "press.csv").write_text("x_m,y_m,z_m\n0.85,0,0.3\n0.85,0,0.22\n0.7,0,0.22\n")
     shutil.copytree(as_is, home / "other")
     commands = COMMANDS + [[*command, "--json"] for command in COMMANDS]

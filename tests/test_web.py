@@ -22,7 +22,7 @@ import pandas as pd
 import pytest
 
 import forcemap as fm
-from forcemap.answers.words import assumptions
+from forcemap.answers.words import assumptions, sentence
 from forcemap.cli.app import run
 from forcemap.lab.example_campaigns import simulate_example
 from web_server import PATIENCE, client_of, contents, serving
@@ -373,7 +373,7 @@ def test_a_dropped_table_is_held_against_the_map(client, measured, tmp_path):
     expected = fm.check_map(force_map, fm.read_dataset(tmp_path / "table.csv"))
     assert expected.outcome is not fm.MapOutcome.HOLDS
     assert answer["against_campaign"] == expected.outcome.replace("_", " ")
-    assert expected.reason in answer["against_reason"]
+    assert sentence(expected.reason) in answer["against_reason"]
 
 
 def test_a_recording_is_added_as_a_run_of_the_plan(upload, half_done):

@@ -102,16 +102,16 @@ Percent = Annotated[Figure, BeforeValidator(lambda share: 100 * share)]
 """A share as a percentage."""
 
 Said = Annotated[str, BeforeValidator(sentence)]
-"""What a finding says."""
+"""What a finding says; empty for None."""
 
-SaidIfAny = Annotated[str | None, BeforeValidator(lambda finding: sentence(finding) or None if finding else None)]
+SaidIfAny = Annotated[str | None, BeforeValidator(lambda finding: sentence(finding) or None)]
 """What a finding says; null where there is none."""
-
-SaidOrEmpty = Annotated[str, BeforeValidator(lambda finding: sentence(finding) if finding else "")]
-"""What a finding says; empty where there is none."""
 
 AllSaid = Annotated[list[str], BeforeValidator(sentences)]
 """What findings say, each once."""
+
+Joined = Annotated[str, BeforeValidator(lambda findings: "; ".join(sentences(findings)))]
+"""What findings say, each once, in one line."""
 
 Words = Annotated[str, BeforeValidator(str)]
 """What something is called."""

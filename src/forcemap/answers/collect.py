@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from forcemap.answers.answer import Answer, Figure, Said, SaidOrEmpty, of
+from forcemap.answers.answer import Answer, Figure, Said, of
 from forcemap.answers.words import sentences
 from forcemap.campaigns.campaign import Campaign
 from forcemap.campaigns.dataset import ImpactDataset
@@ -25,7 +25,7 @@ class StateContact(Answer):
 
     state_id: str = of("state")
     transient_allowed: bool
-    reason: str
+    reason: Said
 
 
 class Outlier(Answer):
@@ -70,7 +70,7 @@ class BindingAnswer(Answer):
     """Whether the table is what its recordings gave."""
 
     state: str
-    reason: SaidOrEmpty
+    reason: Said
 
 
 class CollectAnswer(Answer):
@@ -78,7 +78,7 @@ class CollectAnswer(Answer):
 
     folder: str
     simulated: bool
-    no_speed: SaidOrEmpty
+    no_speed: Said
     binding: BindingAnswer
     recordings: int
     used: int

@@ -34,7 +34,7 @@ class ModelAnswer(Answer):
     overestimated_share: float
     most_underestimated: StateError | None
     most_overestimated: StateError | None
-    note: str
+    note: Said
 
 
 class Body(StrEnum):

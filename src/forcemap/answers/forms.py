@@ -7,7 +7,7 @@ from typing import Annotated
 from pydantic import BeforeValidator
 
 from forcemap.answers.accuracy import AccuracyAnswer
-from forcemap.answers.answer import AllSaid, Answer, Bound, Figure, of
+from forcemap.answers.answer import AllSaid, Answer, Bound, Figure, Joined, Said, of
 
 
 class FormAnswer(Answer):
@@ -22,22 +22,22 @@ class FormAnswer(Answer):
     rises_inside: bool
     rises_above: bool
     p_better: Figure
-    note: str
+    note: Joined = of("notes")
 
 
 class RefusedForm(Answer):
     """A form that these impacts cannot be compared on."""
 
     form: str = of("form", "name")
-    reason: str
+    reason: Said
 
 
 class FormsAnswer(Answer):
     """Forms compared on the same left-out states; nothing is recommended where no form carries the bound."""
 
     recommended: Annotated[str | None, BeforeValidator(lambda form: form and form.name)]
-    reason: str
-    reasons: list[str]
+    reason: Joined = of("reasons")
+    reasons: AllSaid
     states: int
     bound: Bound
     forms: list[FormAnswer] = of("results")

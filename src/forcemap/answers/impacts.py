@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from forcemap.answers.answer import Answer, Figure, Figures, SaidOrEmpty, of
+from forcemap.answers.answer import Answer, Figure, Figures, Said, of
 from forcemap.arrays import FloatArray, Indices
 from forcemap.campaigns.conditions import Conditions
 from forcemap.campaigns.walk import RecordedImpacts
@@ -76,7 +76,7 @@ class InspectedRecording(RecordingAnswer):
     """A recording and its impacts; `problem` says why there are none, or what was not done."""
 
     impacts: list[ImpactFigures]
-    problem: SaidOrEmpty
+    problem: Said
 
 
 class InspectAnswer(Answer):

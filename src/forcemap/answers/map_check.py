@@ -30,7 +30,7 @@ class StateCheck(NewState):
 class LeftOutState(NewState):
     """A new state that cannot be compared, and why."""
 
-    reason: str
+    reason: Said
 
 
 class MapCheckAnswer(Answer):
@@ -38,7 +38,7 @@ class MapCheckAnswer(Answer):
 
     outcome: str
     reason: Said
-    next_step: str
+    next_step: Said
     mean_ratio: Figure
     mean_ratio_low: Figure
     mean_ratio_high: Figure

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any, Self
 
-from forcemap.answers.answer import AllSaid, Answer, Bound, Figure, Said, of
+from forcemap.answers.answer import AllSaid, Answer, Bound, Figure, Joined, Said, of
 from forcemap.arrays import FloatArray
 from forcemap.campaigns.plan import MeasurementPlan
 from forcemap.planning.confirm import ConfirmationPlan, Confirmed
@@ -40,10 +40,10 @@ class PlanAnswer(Answer):
     files: list[str]
     states: int
     runs: list[Run]
-    expected_from: str
-    left_out: list[str]
+    expected_from: Said
+    left_out: AllSaid
     warnings: AllSaid
-    design_note: str = of("note")
+    design_note: Said = of("note")
     expected_bound_width: Figure = of("bound_width")
 
     @classmethod
@@ -59,7 +59,7 @@ class NextAnswer(Answer):
     files: list[str]
     simulated: bool
     stop: Stop | None
-    reason: Said
+    reason: Joined = of("reasons")
     places: int
     confirmed_places: int = of("confirmed")
     mean_speed_mps: Figure = of("speed")
@@ -67,7 +67,7 @@ class NextAnswer(Answer):
     expected_mean_speed_mps: Figure = of("expected_speed")
     states: int
     runs: list[BoundedRun]
-    upper_force_is: str = of("upper_words")
+    upper_force_is: Said = of("upper_is")
     warnings: AllSaid
     next_command: str
 
@@ -107,7 +107,7 @@ class ConfirmAnswer(Answer):
     missing: list[str]
     limit_N: float = of("limit")
     bound: Bound
-    rule: str
+    rule: Said
     warnings: AllSaid
     not_passed_probability: Figure = of("not_passed")
     above_bound_probability: Figure = of("above_bound")
@@ -124,7 +124,7 @@ class ConfirmAnswer(Answer):
             source=source,
             files=files,
             outcome=result and result.outcome,
-            reason=result.reason if result else confirmation.refusal or "",
+            reason=result.reason if result else confirmation.refusal,
             impacts=[ConfirmingImpactAnswer.from_result(each) for each in (result.impacts if result else ())],
             missing=result.missing if result else confirmation.plan.recording.tolist(),
             runs=_runs(confirmation.plan, confirmation.bound_force),

@@ -6,7 +6,7 @@ from typing import Annotated, Self
 
 from pydantic import BeforeValidator
 
-from forcemap.answers.answer import AllSaid, Answer, Words, of
+from forcemap.answers.answer import AllSaid, Answer, Said, Words, of
 from forcemap.comparisons.selection import PAPER_COUNTS, SelectionStability
 
 
@@ -45,7 +45,7 @@ class SelectionAnswer(Answer):
     resamples: int
     seed: int
     survival: Annotated[dict[str, float], BeforeValidator(lambda terms: {str(each.term): each.share for each in terms})]
-    reason: str
+    reason: Said
     assumptions: AllSaid = of("selection", "statements")
 
     @classmethod

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from forcemap.answers.answer import AllSaid, Answer, Figure, PlaceAndSpeed, of
+from forcemap.answers.answer import AllSaid, Answer, Figure, PlaceAndSpeed, Said, of
 
 
 class RatioAt(Answer):
@@ -19,8 +19,8 @@ class RatioAt(Answer):
 class TwoMapsAnswer(Answer):
     """Two maps compared; ratios are the other's force over the one's."""
 
-    one: str
-    other: str
+    one: Said
+    other: Said
     same_map: bool = of("same")
     mean_ratio: Figure
     geometric_mean_ratio: Figure

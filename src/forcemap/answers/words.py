@@ -30,6 +30,12 @@ class _Figures(dict[str, Any]):
             return self[name[:-1]] / 1000
         if name.endswith("_percent"):
             return 100 * self[name.removesuffix("_percent")]
+        if name.endswith(("_listed", "_and")):
+            name, _, how = name.rpartition("_")
+            return {"listed": ", ", "and": " and "}[how].join(self[name])
+        if name.endswith("_six"):
+            first, more = self[name[:-4]][:6], len(self[name[:-4]]) - 6
+            return ", ".join(first) + (f" and {more} more" if more > 0 else "")
         return getattr(self, f"_{name}")()
 
     def states(self, name: str) -> bool:
@@ -40,10 +46,6 @@ class _Figures(dict[str, Any]):
     def _names(self) -> str:
         first, *more = self["all"]
         return f"{first or 'a row without recording'}{f' and {len(more)} more' if more else ''}"
-
-    def _six_files(self) -> str:
-        files = self["files"]
-        return ", ".join(files[:6]) + (f" and {len(files) - 6} more" if len(files) > 6 else "")
 
     def _scenarios(self) -> str:
         counts = [f"{self[each.name]} impacts {each.words}" for each in ContactScenario if self.get(each.name)]
@@ -72,10 +74,10 @@ class _Figures(dict[str, Any]):
         return ", ".join(dict.fromkeys(entry for entry, *_ in self["changes"]))
 
 
-def sentence(finding: Finding | str) -> str:
-    """What a finding says; a text says itself."""
-    if isinstance(finding, str):
-        return finding
+def sentence(finding: Finding | str | None) -> str:
+    """What a finding says; a text says itself, None nothing."""
+    if finding is None or isinstance(finding, str):
+        return finding or ""
     words, also = SENTENCES[finding.kind], "; ".join(sentence(each) for each in finding.also)
     figures = _Figures(finding.figures, also=also)
     said = _WHERE_STATED.sub(lambda part: part[2] if figures.states(part[1]) else part[3], words).format_map(figures)

@@ -53,12 +53,12 @@ class MeasurementPlan:
         Angle of the base joint [deg]; NaN is "not stated".
     expected_force : array
         Expected peak force [N]; NaN where nothing tells.
-    left_out : tuple of str
+    left_out : tuple of Finding
         Each planned state that was left out, and why. Not in the file.
-    warnings : tuple of (Finding or str)
+    warnings : tuple of Finding
         What the plan will not give. Not in the file.
-    expected_from : str
-        What the expected forces come from; empty if nothing. Not in the file.
+    expected_from : Finding or None
+        What the expected forces come from; None if nothing. Not in the file.
     """
 
     state_id: Texts
@@ -69,9 +69,9 @@ class MeasurementPlan:
     speed: FloatArray
     base_angle: FloatArray
     expected_force: FloatArray
-    left_out: tuple[str, ...] = ()
-    warnings: tuple[Finding | str, ...] = ()
-    expected_from: str = ""
+    left_out: tuple[Finding, ...] = ()
+    warnings: tuple[Finding, ...] = ()
+    expected_from: Finding | None = None
 
     def __len__(self) -> int:
         return int(self.state_id.size)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from forcemap.campaigns.campaign import Campaign
 from forcemap.campaigns.dataset import ImpactDataset, PhaseTwo
 from forcemap.campaigns.recordings_table import Entry, Use
+from forcemap.findings import Finding, FindingKind
 from forcemap.impacts.scenario import BARRING, ContactScenario
 
 _ASKED = (
@@ -24,13 +25,13 @@ class StateContact:
     state : str
     transient_allowed : bool
         False if an impact clamps, may clamp, or was not seen after Phase I.
-    reason : str
-        Why, in words.
+    reason : Finding
+        Why.
     """
 
     state: str
     transient_allowed: bool
-    reason: str
+    reason: Finding
 
 
 @dataclass(frozen=True)
@@ -100,6 +101,6 @@ def campaign_summary(campaign: Campaign, dataset: ImpactDataset) -> CampaignSumm
 def _contact(state: str, scenarios: list[ContactScenario]) -> StateContact:
     for barrier in BARRING:
         if barrier in scenarios:
-            count = f"{scenarios.count(barrier)} of {len(scenarios)} impacts"
-            return StateContact(state, False, f"{count} {barrier.words}: quasi-static limit only")
-    return StateContact(state, True, "the force diminishes in every impact: the transient limit may be used")
+            count = {"impacts": scenarios.count(barrier), "of": len(scenarios)}
+            return StateContact(state, False, Finding.of(FindingKind.BARRED, **count, scenario=barrier.words))
+    return StateContact(state, True, Finding.of(FindingKind.DIMINISHES))

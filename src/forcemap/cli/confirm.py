@@ -15,7 +15,7 @@ from forcemap.answers.words import sentence, sentences, simulated_line
 from forcemap.cli import planned
 from forcemap.cli.options import ContactKind, FormName, Json, Limit, Source, bound_from, force_map_from, limit_from
 from forcemap.cli.output import emit, listing, table
-from forcemap.findings import Finding
+from forcemap.findings import Finding, in_words
 
 _EXIT = {fm.Confirmed.PASSES: 0, fm.Confirmed.DOES_NOT_PASS: 1, fm.Confirmed.CANNOT_TELL: 2}
 _WITHIN = {fm.VerdictOutcome.WITHIN: True, fm.VerdictOutcome.CANNOT_TELL: None, fm.VerdictOutcome.EXCEEDED: False}
@@ -55,7 +55,7 @@ def confirm(
                 fm.extend_plan(campaign.plan, answer.added) if len(answer.added) else campaign.plan,
                 answer.plan.select(unmeasured),
                 campaign.conditions,
-                [f"Rule: {answer.rule}", f"at most: {answer.bound}"],
+                [f"Rule: {sentence(answer.rule)}", f"at most: {answer.bound}"],
                 upper=answer.bound_force[unmeasured].tolist(),
                 waiting=planned.waiting_runs(campaign, but=answer.plan.recording.tolist()),
             )
@@ -68,7 +68,7 @@ def confirm(
 
 def _checked(
     campaign: fm.Campaign, limit: fm.ForceLimit | fm.NewtonLimit, contact: fm.Contact | None
-) -> dict[str, tuple[bool | None, Finding | str]]:
+) -> dict[str, tuple[bool | None, Finding]]:
     """Whether the recordings of confirming runs are within the limit (as `forcemap check`), and why.
 
     By recording; by run where a recording is there that is not used.
@@ -76,18 +76,18 @@ def _checked(
     plan = campaign.plan
     confirming = plan.select(fm.ConfirmationPlan.among(plan)).states
     recordings = {each.name: each for each in fm.check_campaign(campaign, limit, contact=contact).recordings}
-    checked: dict[str, tuple[bool | None, Finding | str]] = {}
+    checked: dict[str, tuple[bool | None, Finding]] = {}
     for entry in campaign.entries:
         named = plan.run_named(PurePosixPath(entry.file).stem) or plan.run_named(entry.curve) or ("", 0)
         state, repeat = (entry.state_id, entry.repeat) if entry.state_id else named
         if state in confirming and entry.use is not fm.Use.USED:
-            checked[f"{state}-r{repeat}"] = None, f"{entry.use}: {entry.reason}"
+            checked[f"{state}-r{repeat}"] = None, in_words(f"{entry.use}: {entry.reason}")
         elif state in confirming:
             recording = recordings.get(entry.name)  # None: its file has another name now
             verdicts = recording.verdicts if recording else ()
             worst = max(verdicts, key=lambda verdict: verdict.outcome.severity, default=None)
-            gone = (recording and recording.not_judged) or "not judged as it was registered; run forcemap collect"
-            why = worst.governing.reason if worst else gone
+            gone = in_words("not judged as it was registered; run forcemap collect")
+            why = worst.governing.reason if worst else (recording and recording.not_judged) or gone
             checked[entry.name] = _WITHIN[worst.outcome] if worst else None, why
     return checked
 
@@ -108,7 +108,7 @@ def _lines(source: str, answer: fm.ConfirmationPlan, files: list[str], again: st
             *_impacts_table(result),
             *(listing("Not measured yet", result.missing) if result.missing else []),
             "",
-            f"Rule: {answer.rule}",
+            f"Rule: {sentence(answer.rule)}",
             f"bound: {answer.bound}",
             *after,
         ]
@@ -131,7 +131,7 @@ def _lines(source: str, answer: fm.ConfirmationPlan, files: list[str], again: st
         *planned.runs_table(answer.plan, answer.bound_force.tolist()),
         f"at most: {answer.bound}",
         "",
-        f"Rule: {answer.rule}",
+        f"Rule: {sentence(answer.rule)}",
         chances,
         *(to_measure if files else ["Nothing written: the source is no campaign with a plan"]),
     ]

@@ -87,7 +87,7 @@ def next_(
             answer.plan if campaign is None else fm.extend_plan(campaign.plan, answer.plan),
             answer.plan,
             conditions,
-            [answer.upper_words],
+            [sentence(answer.upper_is)],
             upper=answer.upper_force.tolist(),
             waiting=planned.waiting_runs(campaign) if campaign else None,
         )
@@ -136,11 +136,11 @@ def _with_device(dataset: fm.ImpactDataset, stated: fm.Conditions) -> fm.ImpactD
 
 
 def _lines(folder: str, answer: fm.NextMeasurements, files: list[str], again: str) -> list[str]:
-    simulated = simulated_line(answer.simulated)
+    simulated, why = simulated_line(answer.simulated), "; ".join(sentences(answer.reasons))
     speed = "" if math.isnan(answer.speed) else f", mean speed {fm.floor_speed(answer.speed)} m/s"
     confirmed = f"{answer.confirmed} of {answer.places} places confirmed{speed}"
     if answer.plan is None:
-        return [*simulated, f"Stop ({answer.stop}): {sentence(answer.reason)}", confirmed]
+        return [*simulated, f"Stop ({answer.stop}): {why}", confirmed]
     if not math.isnan(answer.expected_speed):
         after = fm.floor_speed(answer.expected_speed)
         confirmed += f"; {answer.expected_confirmed} expected after these, mean speed {after} m/s"
@@ -153,12 +153,12 @@ def _lines(folder: str, answer: fm.NextMeasurements, files: list[str], again: st
     return [
         *simulated,
         f"{len(answer.plan.states)} states to measure next, slow to fast",
-        sentence(answer.reason),
+        why,
         confirmed,
         *(f"WARNING: {warning}" for warning in sentences(answer.plan.warnings)),
         "",
         *planned.runs_table(answer.plan, answer.upper_force.tolist()),
-        answer.upper_words,
+        sentence(answer.upper_is),
         "",
         *(planned.measuring_lines(folder, files, again) if files else unwritten),
     ]

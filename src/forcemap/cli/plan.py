@@ -16,6 +16,7 @@ from forcemap.cli import planned
 from forcemap.cli.options import ContactKind, DeviceSpring, Json, Limit, force_map_from, limit_from
 from forcemap.cli.output import emit, listing
 from forcemap.cli.task_options import figures
+from forcemap.findings import Finding, FindingKind
 
 
 def plan(
@@ -87,25 +88,26 @@ def plan(
     emit(PlanAnswer.of_plan(made, folder, files), _lines(folder, made, files), as_json=as_json)
 
 
-def _to_confirm(limit: list[str], contact: fm.Contact | None, stiffness: float) -> tuple[float, list[str]]:
+def _to_confirm(limit: list[str], contact: fm.Contact | None, stiffness: float) -> tuple[float, list[Finding]]:
     """The limit [N], and why this device will confirm no speed for it, if so."""
     stated, kind = limit_from(limit, contact)
     if not isinstance(stated, fm.ForceLimit):
         return float(stated.force), []
     refusal = fm.device_suitability(stated.name, stated.stiffness, stiffness).refusal
-    doubts = [f"no speed will be confirmed for {stated.name}: {sentence(refusal)}"] if refusal else []
+    doubts = [Finding.of(FindingKind.NO_SPEED_FOR_AREA, refusal, area=stated.name)] if refusal else []
     return stated.force(kind) if kind else math.nan, doubts
 
 
 def _lines(folder: str, made: fm.DesignedPlan, files: list[str]) -> list[str]:
     speeds = ", ".join(f"{v:g}" for v in sorted(set(made.speed.tolist())))
+    source = sentence(made.expected_from) or "nothing (give --moving-mass-kg or --map)"
     return [
         f"{len(made)} impacts in {len(made.states)} states, at {speeds} m/s, written to {folder}",
         "all places at the lowest speed first, far to near, then the next speed",
-        *([made.note] if made.note else []),
-        f"expected forces from: {made.expected_from or 'nothing (give --moving-mass-kg or --map)'}",
+        *([sentence(made.note)] if made.note else []),
+        f"expected forces from: {source}",
         *(f"WARNING: {warning}" for warning in sentences(made.warnings)),
-        *(listing("Left out", made.left_out) if made.left_out else []),
+        *(listing("Left out", sentences(made.left_out)) if made.left_out else []),
         "",
         f"Files: {', '.join(files)}",
         "Next:",

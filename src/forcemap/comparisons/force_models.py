@@ -11,7 +11,7 @@ import numpy as np
 from forcemap.arrays import FloatArray
 from forcemap.campaigns.dataset import ImpactDataset, States
 from forcemap.errors import BoundNotAvailable, FitError, InputError
-from forcemap.findings import Finding, FindingKind
+from forcemap.findings import Finding, FindingKind, in_words
 from forcemap.limits.force_limits import Contact, ForceLimit
 from forcemap.limits.pfl import pfl_contact_force, pfl_speed_limit
 from forcemap.maps.accuracy import Accuracy, left_out_predictions
@@ -59,7 +59,7 @@ class ModelComparison:
         Its errors.
     most_underestimated, most_overestimated : StateError or None
         The extremes; None where no state is on that side.
-    note : str
+    note : Finding or None
         What to know of the model.
     """
 
@@ -67,7 +67,7 @@ class ModelComparison:
     accuracy: Accuracy
     most_underestimated: StateError | None
     most_overestimated: StateError | None
-    note: str
+    note: Finding | None
 
     @property
     def underestimated_share(self) -> float:
@@ -98,7 +98,7 @@ class AllowedSpeed:
         Number of measured places, and of those with a confirmed speed.
     lowest, median, highest : float
         Of the confirmed speeds [m/s]; NaN if there is none.
-    note : Finding or str
+    note : Finding or None
         What to know of it.
     """
 
@@ -111,7 +111,7 @@ class AllowedSpeed:
     lowest: float
     median: float
     highest: float
-    note: Finding | str
+    note: Finding | None
 
 
 @dataclass(frozen=True)
@@ -225,14 +225,13 @@ def compare_force_models(
     has_test = bool((test.states.impacts > 0).any())
     on = "test states" if has_test else "each state left out in turn"
     states = test.states if has_test else maps[0].require_fit().states.uncensored
-    predictions = [(m.form.name, _predictions(m, states, has_test), "") for m in maps]
-    predictions[-1] = (*predictions[-1][:2], "one map for all heights")
+    kind, notes = FindingKind, [None] * (len(maps) - 1) + [Finding.of(FindingKind.ONE_MAP_FOR_HEIGHTS)]
+    predictions = [(m.form.name, _predictions(m, states, has_test), n) for m, n in zip(maps, notes, strict=True)]
     per_height, heights_fitted = _per_height(dataset, states, has_test)
     if not np.isnan(per_height).all():
-        note = f"a map for each of {heights_fitted} heights, for comparison only: fitted to test states too"
-        predictions.append(("CFM_2D per height", per_height, note))
-    note = "the standard's, one speed for the whole workspace"
-    predictions.append(("contact model", pfl_contact_force(states.speed, **body), note))
+        predictions.append(("CFM_2D per height", per_height, Finding.of(kind.MAP_PER_HEIGHT, heights=heights_fitted)))
+    of_standard = Finding.of(kind.ONE_SPEED_FOR_WORKSPACE)
+    predictions.append(("contact model", pfl_contact_force(states.speed, **body), of_standard))
     return Comparison(
         on=on,
         models=tuple(_model(*each, states, on) for each in predictions),
@@ -243,10 +242,10 @@ def compare_force_models(
             *maps[0].conditions.findings,
             maps[0].phase_two.finding,
             Finding.of(
-                FindingKind.CONTACT_MODEL, robot_mass_kg=robot_mass, body_mass_kg=body_mass, stiffness_N_per_m=stiffness
+                kind.CONTACT_MODEL, robot_mass_kg=robot_mass, body_mass_kg=body_mass, stiffness_N_per_m=stiffness
             ),
-            Finding.of(FindingKind.PERSON_AT_REST),
-            Finding.of(FindingKind.PRESSURE_NOT_ASSESSED),
+            Finding.of(kind.PERSON_AT_REST),
+            Finding.of(kind.PRESSURE_NOT_ASSESSED),
         ),
     )
 
@@ -278,7 +277,7 @@ def _per_height(dataset: ImpactDataset, states: States, has_test: bool) -> tuple
     return predicted, fitted
 
 
-def _model(name: str, predicted: FloatArray, note: str, states: States, on: str) -> ModelComparison:
+def _model(name: str, predicted: FloatArray, note: Finding | None, states: States, on: str) -> ModelComparison:
     known = ~np.isnan(predicted)
     if not known.any():
         raise InputError(f"found no state that {name} can be compared on ({on}), expected at least one")
@@ -310,12 +309,12 @@ def _allowed(
             try:
                 speeds = safe_speed(each, *places.T, limit=limit, bound=bound, contact=contact)
             except (InputError, BoundNotAvailable) as error:
-                yield AllowedSpeed(each.form.name, *case, 0, *nothing, error.message)
+                yield AllowedSpeed(each.form.name, *case, 0, *nothing, in_words(error.message))
                 continue
             confirmed = speeds.speed[~np.isnan(speeds.speed)]
             lowest, median, highest = np.quantile(confirmed, (0.0, 0.5, 1.0)).tolist() if confirmed.size else nothing
             refused = [r for r, o in zip(speeds.reason, speeds.outcome, strict=True) if o is SpeedOutcome.UNCONFIRMED]
-            why = max(refused, key=refused.count) if refused and not confirmed.size else ""
+            why = max(refused, key=refused.count) if refused and not confirmed.size else None
             yield AllowedSpeed(each.form.name, *case, confirmed.size, lowest, median, highest, why)
         standard = pfl_speed_limit(newtons, **body)
         note = Finding.of(FindingKind.FORMULA)

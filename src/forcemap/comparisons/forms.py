@@ -11,7 +11,7 @@ import numpy as np
 from forcemap.arrays import FloatArray
 from forcemap.campaigns.dataset import ImpactDataset, States
 from forcemap.errors import BoundNotAvailable, FitError, InputError
-from forcemap.findings import Finding
+from forcemap.findings import Finding, FindingKind, in_words
 from forcemap.maps.accuracy import Accuracy, left_out_predictions
 from forcemap.maps.bounds import Bound, ToleranceBound, margins
 from forcemap.maps.fit import fit_force_map
@@ -43,8 +43,6 @@ class EuclideanForm:
 EUCLIDEAN_2D = EuclideanForm()
 """The rejected Euclidean-distance map."""
 
-_EUCLIDEAN_NOTE = "terms 1, v, r, r^2 with r = sqrt(d^2 + h^2); for comparison only: rejected by the paper"
-
 COMPARED_FORMS: tuple[Form | EuclideanForm, ...] = (CFM_2D, EUCLIDEAN_2D, CFM_3D, LOG_SPEED, FULL_CUBIC)
 """Forms compared if none are named."""
 
@@ -72,7 +70,7 @@ class FormResult:
     p_better : float
         One-sided p value of the paired comparison with the reference: small if this form is better; NaN for the
         reference itself.
-    note : str
+    notes : tuple of Finding
         What to know of it.
     """
 
@@ -86,7 +84,7 @@ class FormResult:
     rises_inside: bool
     rises_above: bool
     p_better: float
-    note: str
+    notes: tuple[Finding, ...]
 
 
 @dataclass(frozen=True)
@@ -97,12 +95,12 @@ class RefusedForm:
     ----------
     form : Form or EuclideanForm
         The form.
-    reason : str
-        Why, in words.
+    reason : Finding
+        Why.
     """
 
     form: Form | EuclideanForm
-    reason: str
+    reason: Finding
 
 
 @dataclass(frozen=True)
@@ -118,28 +116,23 @@ class FormComparison:
     recommended : Form or None
         The default unless another is clearly better; None if no form carries the bound, so that no safe speed follows
         from any.
-    reasons : tuple of str
-        Why, in words.
+    reasons : tuple of Finding
+        Why.
     states : int
         Number of uncensored states compared on.
     bound : Bound
         The bound whose width is given.
-    statements : tuple of (Finding or str)
-        What the comparison depends on, a line each.
+    statements : tuple of Finding
+        What the comparison depends on.
     """
 
     results: tuple[FormResult, ...]
     refused: tuple[RefusedForm, ...]
     recommended: Form | None
-    reasons: tuple[str, ...]
+    reasons: tuple[Finding, ...]
     states: int
     bound: Bound
-    statements: tuple[Finding | str, ...]
-
-    @property
-    def reason(self) -> str:
-        """The reasons in one line."""
-        return "; ".join(self.reasons)
+    statements: tuple[Finding, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -193,37 +186,37 @@ def compare_forms(
     names = [form.name for form in forms]
     if len(set(names)) < len(names) or not any(isinstance(form, Form) for form in forms):
         raise InputError(f"forms: found {', '.join(names) or 'none'}, expected at least one form and none twice")
-    fitted, refused = [], []
+    fitted, errors = [], {}
     for form in forms:
         try:
             fitted.append(_fit(form, dataset))
         except FitError as error:
-            refused.append(RefusedForm(form, error.message))
+            errors[form] = error.message
     usable = [each.form for each in fitted if isinstance(each.form, Form)]
     if not usable:
-        found = "; ".join(f"{each.form.name}: {each.reason}" for each in refused)
+        found = "; ".join(f"{form.name}: {message}" for form, message in errors.items())
         raise FitError(f"no form can be compared: {found}", file=dataset.source or None)
+    refused = tuple(RefusedForm(form, in_words(message)) for form, message in errors.items())
     reference = CFM_3D if CFM_3D in usable else usable[0]
     states = _common_states(dataset, fitted)
     below_range, measured = states.uncensored, len(states.uncensored)
-    errors = {each.form.name: np.log(each.predicted(below_range)) - below_range.log_force for each in fitted}
+    left = {each.form.name: np.log(each.predicted(below_range)) - below_range.log_force for each in fitted}
     wholly_censored = int(np.sum(dataset.train.states.impacts == 0))
-    results = tuple(_result(each, states, errors, reference, bound) for each in fitted)
+    results = tuple(_result(each, states, left, reference, bound) for each in fitted)
     recommended, reasons = _recommend(results, reference, refused)
     return FormComparison(
         results=results,
-        refused=tuple(refused),
+        refused=refused,
         recommended=recommended,
         reasons=reasons,
         states=measured,
         bound=bound,
         statements=(
             *fitted[0].force_map.conditions.findings,
-            f"states with role train, each predicted from the others: {measured}, the same for all forms",
-            "a form chosen by these figures is flattered by them a little: test it on states of role test",
-            f"wholly censored states: {wholly_censored}, of which {len(states) - measured} are compared, and only by "
-            "whether they are predicted below the force they reached at least",
-            f"width of the bound at all fitted states: {bound}",
+            Finding.of(FindingKind.STATES_LEFT_OUT_IN_TURN, states=measured),
+            Finding.of(FindingKind.FLATTERED),
+            Finding.of(FindingKind.WHOLLY_CENSORED, states=wholly_censored, compared=len(states) - measured),
+            Finding.of(FindingKind.WIDTH_OF_BOUND, bound=bound),
         ),
     )
 
@@ -264,13 +257,13 @@ def _result(
     predicted, wholly = fitted.predicted(states), states.impacts == 0
     below_reached = np.log(predicted[wholly] / states.at_least[wholly])
     skipped = len(force_map.require_fit().states.uncensored) - error.size
-    notes = [] if isinstance(fitted.form, Form) else [_EUCLIDEAN_NOTE]
+    notes = [] if isinstance(fitted.form, Form) else [Finding.of(FindingKind.EUCLIDEAN_FORM)]
     try:
         width = 100 * margins(bound, force_map)
         mean_bound, max_bound = float(width.mean()), float(width.max())
     except BoundNotAvailable as refusal:
         mean_bound = max_bound = math.nan
-        notes.append(f"no bound: {refusal.message}")
+        notes.append(Finding.of(FindingKind.NO_BOUND, in_words(refusal.message)))
     points = force_map.measured_range.points
     further = MeasuredRange(np.vstack([points, points * (1.0, 1.0, ABOVE)]))
     return FormResult(
@@ -284,7 +277,7 @@ def _result(
         rises_inside=force_map.rises_with_speed,
         rises_above=replace(force_map, measured_range=further).rises_with_speed,
         p_better=math.nan if fitted.form == reference else _p_better(error, errors[reference.name]),
-        note="; ".join(notes),
+        notes=tuple(notes),
     )
 
 
@@ -305,48 +298,49 @@ def _p_better(error: FloatArray, of_reference: FloatArray) -> float:
 
 def _recommend(
     results: Sequence[FormResult], reference: Form, refused: Sequence[RefusedForm]
-) -> tuple[Form | None, tuple[str, ...]]:
+) -> tuple[Form | None, tuple[Finding, ...]]:
     """The reference unless another form is clearly better; of several, the one with the lowest error."""
+    kind, name = FindingKind, reference.name
     (standard,) = [each for each in results if each.form == reference]
     others = [each for each in results if each.form != reference and isinstance(each.form, Form)]
-    words = [f"{each.form.name} cannot be fitted ({each.reason})" for each in refused if each.form == CFM_3D]
+    found = [
+        Finding.of(kind.FORM_NOT_FITTED, each.reason, form=each.form.name) for each in refused if each.form == CFM_3D
+    ]
     if not any(_bounded(each) for each in (standard, *others)):
-        tried = ", ".join(each.form.name for each in (standard, *others))
-        words.append(f"no form carries a bound on these states ({tried}), so no safe speed follows from any")
-        return None, (*words, f"{reference.name}: {standard.note}")
+        tried = tuple(each.form.name for each in (standard, *others))
+        why = Finding.of(kind.NOTE_OF_FORM, *standard.notes, form=name)
+        return None, (*found, Finding.of(kind.NO_FORM_CARRIES_BOUND, forms=tried), why)
     level = SIGNIFICANCE / max(1, len(others))
     better = [each for each in others if _clearly_better(each, standard, level)]
-    why = "the default" if reference == CFM_3D else "the first form that can be compared"
     if better:
         best = min(better, key=lambda each: each.error_percent)
         assert isinstance(best.form, Form)
-        words.append(
-            f"{best.form.name} is clearly better than {reference.name}: left-out error {best.error_percent:.2f} % "
-            f"against {standard.error_percent:.2f} %, p = {best.p_better:#.3g} state by state"
-        )
-        return best.form, (*words, *_unbounded(best))
-    words.append(f"{reference.name}, {why}: left-out error {standard.error_percent:.2f} %; no form is clearly better")
-    words += _unbounded(standard)
+        errors = {"error_percent": best.error_percent, "against_percent": standard.error_percent}
+        found.append(Finding.of(kind.FORM_CLEARLY_BETTER, form=best.form.name, than=name, **errors, p=best.p_better))
+        return best.form, (*found, *_unbounded(best))
+    is_default = reference == CFM_3D
+    found.append(Finding.of(kind.FORM_KEPT, form=name, default=is_default, error_percent=standard.error_percent))
+    found += _unbounded(standard)
     for each in others:
-        comparison = "lower" if each.error_percent < standard.error_percent else "not lower"
-        words.append(f"{each.form.name} has {each.error_percent:.2f} %, {comparison}, p = {each.p_better:#.3g}")
-        if each.rises_inside < standard.rises_inside:
-            words[-1] += ", and falls with speed inside the measured range"
-        if not _censored_no_worse(each, standard):
-            words[-1] += ", and underestimates wholly censored states more"
-        if _bounded(each) < _bounded(standard):
-            words[-1] += ", and carries no bound"
+        compared = {
+            "lower": each.error_percent < standard.error_percent,
+            "falls": each.rises_inside < standard.rises_inside,
+            "censored_worse": not _censored_no_worse(each, standard),
+            "unbounded": _bounded(each) < _bounded(standard),
+        }
+        figures = {"form": each.form.name, "error_percent": each.error_percent, "p": each.p_better}
+        found.append(Finding.of(kind.FORM_COMPARED, **figures, **compared))
     if not standard.rises_above:
-        words.append(f"{reference.name} falls with speed above the measured speeds, where no speed is given")
-    return reference, tuple(words)
+        found.append(Finding.of(kind.FORM_FALLS_ABOVE, form=name))
+    return reference, tuple(found)
 
 
 def _bounded(each: FormResult) -> bool:
     return math.isfinite(each.mean_bound_percent)
 
 
-def _unbounded(each: FormResult) -> list[str]:
-    return [] if _bounded(each) else [f"{each.form.name} carries no bound on so few states: no safe speed follows"]
+def _unbounded(each: FormResult) -> list[Finding]:
+    return [] if _bounded(each) else [Finding.of(FindingKind.FORM_UNBOUNDED, form=each.form.name)]
 
 
 def _censored_no_worse(each: FormResult, standard: FormResult) -> bool:

@@ -13,7 +13,7 @@ from forcemap.campaigns.dataset import ImpactDataset, States
 from forcemap.comparisons.residual_tests import MEAN_SHARE, POWER, STATES_SHARE, WHOLE_SHARE, ResidualTests, interval
 from forcemap.comparisons.two_maps import differences
 from forcemap.errors import BoundNotAvailable, InputError
-from forcemap.findings import Finding, FindingKind, in_words
+from forcemap.findings import Finding, FindingKind
 from forcemap.limits.device_spring import device_suitability
 from forcemap.maps.bounds import MIN_DEGREES_OF_FREEDOM
 from forcemap.maps.fit import repeat_variance
@@ -28,27 +28,6 @@ LEAST_SPAN = 0.3
 RELEVANT_CHANGE = 0.10
 """Mean change of the force (the paper's margin) that impacts must be able to show before a map is said to hold."""
 
-_OWN = "the map was fitted to it"
-_BEYOND = "outside the measured range of the map"
-_NAMED = 6  # states named in the reason
-_KEEP = "keep the map; check again after the next change of firmware, tool or safety settings"
-_MEASURE_MORE = (
-    "measure more states, inside the measured range of the map and below the device range, and check again; until then "
-    "this is no permission"
-)
-_MEASURE_CENSORED = (
-    "measure the censored states with a larger device range or at a lower speed, and check again; until then this is "
-    "no permission"
-)
-_MEASURE_AGAIN = (
-    "take no speed from this map; look at the recordings of the states that differ most and measure them again, then "
-    "fit a new map to new impacts if they stay"
-)
-_NEW_MAP = "take no speed from this map; measure a new campaign (plan, collect) and fit a new map to it"
-_HIDDEN = (
-    "the uncensored states differ from the map, but with the censored ones, known only as lower bounds, no change is "
-    "found"
-)
 _FLAT = 0.011  # a coordinate that varies no more than repeats of a state may is not varied [m, m/s]
 _LEAST_SD = 1e-6  # of ln F; below it figures are computed, not measured
 
@@ -116,11 +95,11 @@ class LeftOutState(NewState):
 
     Parameters
     ----------
-    reason : str
-        Why, in words; the same words for the same cause.
+    reason : Finding
+        Why; the same for the same cause.
     """
 
-    reason: str
+    reason: Finding
 
 
 @dataclass(frozen=True)
@@ -131,10 +110,10 @@ class MapCheck:
     ----------
     outcome : MapOutcome
         What they say.
-    reason : Finding or str
-        Why, in words.
-    next_step : str
-        What to do now, in words.
+    reason : Finding
+        Why.
+    next_step : Finding
+        What to do now.
     mean_ratio, mean_ratio_low, mean_ratio_high : float
         Geometric mean of measured over predicted force, and its confidence interval; above 1 is the dangerous side.
         A lower bound if any state is censored. NaN without a state that counts.
@@ -151,13 +130,13 @@ class MapCheck:
         The states that count, in the order of the table.
     left_out : tuple of LeftOutState
         The others, too.
-    statements : tuple of (Finding or str)
-        What the outcome depends on, a line each.
+    statements : tuple of Finding
+        What the outcome depends on.
     """
 
     outcome: MapOutcome
-    reason: Finding | str
-    next_step: str
+    reason: Finding
+    next_step: Finding
     mean_ratio: float
     mean_ratio_low: float
     mean_ratio_high: float
@@ -168,7 +147,7 @@ class MapCheck:
     error_probability: float
     states: tuple[StateCheck, ...]
     left_out: tuple[LeftOutState, ...]
-    statements: tuple[Finding | str, ...]
+    statements: tuple[Finding, ...]
 
     @property
     def moved(self) -> tuple[StateCheck, ...]:
@@ -231,7 +210,7 @@ def check_map(force_map: ForceMap, dataset: ImpactDataset, *, error_probability:
     narrow = _narrow(force_map, states.coordinates[whole])
     outcome, reason, next_step = _outcome(tests, of_whole, len(left_out), error_probability, narrow)
     if outcome is MapOutcome.HOLDS and (against := _not_comparable(force_map, dataset)):
-        outcome, reason, next_step = MapOutcome.CANNOT_TELL, against, "mend that, then check again"
+        outcome, reason, next_step = MapOutcome.CANNOT_TELL, against, Finding.of(FindingKind.MEND_AND_CHECK)
     low, high = interval(tests.mean, tests.mean_sd, freedom, MEAN_SHARE * error_probability)
     spread = np.sqrt(np.diag(covariance))
     expected = interval(predicted, spread, freedom, STATES_SHARE * error_probability / max(len(states), 1))
@@ -239,10 +218,8 @@ def check_map(force_map: ForceMap, dataset: ImpactDataset, *, error_probability:
     forces = np.exp([measured, predicted, *expected, residual])
     figures = (*states.coordinates.T, forces[0], states.censored, *forces[1:], tests.p_states, moved)
     checked = [StateCheck(*each) for each in zip(states.name, *(figure.tolist() for figure in figures), strict=True)]
-    if names := [each.state for each in checked if each.moved]:
-        more = f" and {len(names) - _NAMED} more" if len(names) > _NAMED else ""
-        words = f"moved significantly as single states: {', '.join(names[:_NAMED])}{more}"
-        reason = reason.and_(in_words(words)) if isinstance(reason, Finding) else f"{reason}; {words}"
+    if names := tuple(each.state for each in checked if each.moved):
+        reason = reason.and_(Finding.of(FindingKind.STATES_MOVED, states=names))
     return MapCheck(
         outcome=outcome,
         reason=reason,
@@ -261,18 +238,15 @@ def check_map(force_map: ForceMap, dataset: ImpactDataset, *, error_probability:
     )
 
 
-def _not_comparable(force_map: ForceMap, dataset: ImpactDataset) -> Finding | str:
-    """Why no agreement of the new impacts with the map may count; empty if nothing speaks against it."""
+def _not_comparable(force_map: ForceMap, dataset: ImpactDataset) -> Finding | None:
+    """Why no agreement of the new impacts with the map may count; None if nothing speaks against it."""
     for of, binding in (("the map", force_map.binding), ("the new impacts", dataset.binding)):
         if binding.refusal:
             return Finding.of(FindingKind.BINDING_OF, binding.refusal, of=of)
     then, now = force_map.conditions.device.stiffness, dataset.conditions.device.stiffness
     if not (math.isnan(then) or math.isnan(now)) and device_suitability("the map", then, now).refusal:
-        return (
-            f"the new impacts were measured with a device of {now / 1000:g} N/mm, the map with one of {then / 1000:g} "
-            "N/mm: a softer spring hides a force that rose"
-        )
-    return ""
+        return Finding.of(FindingKind.SPRING_SOFTER_THAN_MAPS, new_N_per_m=now, map_N_per_m=then)
+    return None
 
 
 def _fit_of(force_map: ForceMap) -> Fit:
@@ -321,8 +295,10 @@ def _left_out(force_map: ForceMap, dataset: ImpactDataset, states: States, own: 
     allowed = np.abs(facets[:, :3]) @ dataset.tolerance.scale  # how far repeats of a state may lie across each facet
     beyond = np.any(states.coordinates @ facets[:, :3].T + facets[:, 3] > allowed, axis=1)
     unread = force_map.predict(*states.coordinates.T) >= dataset.device_range
-    why_unread = f"predicted at or above the device range of {dataset.device_range:g} N: only a lower force can be read"
-    why = np.select([np.isin(states.name, own), beyond, unread], [_OWN, _BEYOND, why_unread], default="")
+    why = np.full(len(states), None, dtype=object)
+    why[unread] = Finding.of(FindingKind.PREDICTED_ABOVE_RANGE, range_N=dataset.device_range)
+    why[beyond] = Finding.of(FindingKind.STATE_OUTSIDE_MAP)
+    why[np.isin(states.name, own)] = Finding.of(FindingKind.STATE_OF_MAP)
     found = zip(states.name, *states.coordinates.T.tolist(), why.tolist(), strict=True)
     return tuple(LeftOutState(*each) for each in found if each[-1])
 
@@ -339,69 +315,75 @@ def _covariance(force_map: ForceMap, fit: Fit, dataset: ImpactDataset, states: S
 
 
 def _outcome(
-    tests: ResidualTests, of_whole: ResidualTests, left_out: int, error_probability: float, narrow: str
-) -> tuple[MapOutcome, Finding | str, str]:
+    tests: ResidualTests, of_whole: ResidualTests, left_out: int, error_probability: float, narrow: tuple[str, ...]
+) -> tuple[MapOutcome, Finding, Finding]:
     """What the tests of all states that count, and of the uncensored ones among them, say; and what to do."""
     counted, whole = tests.p_states.size, of_whole.p_states.size
     if tests.changed(error_probability):
-        amount, side = f"{abs(100 * math.expm1(tests.mean)):.1f} %", "higher" if tests.mean > 0 else "lower"
+        figures = {"change": abs(math.expm1(tests.mean)), "higher": tests.mean > 0, "at_least": counted > whole}
         if tests.p_mean > MEAN_SHARE * error_probability:
-            reason = f"forces are {amount} {side} on average, but not everywhere alike"
-            return MapOutcome.DOES_NOT_HOLD, reason, _MEASURE_AGAIN
-        bound, danger = "at least " if counted > whole else "", ", the dangerous side" if tests.mean > 0 else ""
-        reason = f"forces are on average {bound}{amount} {side} than predicted{danger}"
-        return MapOutcome.DOES_NOT_HOLD, reason, _NEW_MAP
-    change, step = math.expm1(of_whole.detectable), _MEASURE_MORE
-    power = f"would have been found with {100 * POWER:.0f} % probability"
+            reason, step = FindingKind.FORCES_MOVED_UNEVENLY, FindingKind.MEASURE_STATES_AGAIN
+        else:
+            reason, step = FindingKind.FORCES_MOVED, FindingKind.MEASURE_NEW_MAP
+        return MapOutcome.DOES_NOT_HOLD, Finding.of(reason, **figures), Finding.of(step)
+    shown = {"change": math.expm1(of_whole.detectable), "power": POWER}
+    step = FindingKind.MEASURE_MORE_STATES
     if whole < MIN_STATES:
-        but = f"only {whole} uncensored states count, expected at least {MIN_STATES}"
-    elif not change <= RELEVANT_CHANGE:
-        but = f"only one of {100 * change:.0f} % or more {power}, expected at most {100 * RELEVANT_CHANGE:.0f} %"
+        but = Finding.of(FindingKind.TOO_FEW_UNCENSORED, states=whole, fewest=MIN_STATES)
+    elif not shown["change"] <= RELEVANT_CHANGE:
+        but = Finding.of(FindingKind.CHANGE_NOT_SHOWN, **shown, relevant=RELEVANT_CHANGE)
     elif of_whole.changed(error_probability):
-        return MapOutcome.CANNOT_TELL, _HIDDEN, _MEASURE_CENSORED
+        hidden = Finding.of(FindingKind.CHANGE_HIDDEN_BY_CENSORED)
+        return MapOutcome.CANNOT_TELL, hidden, Finding.of(FindingKind.MEASURE_CENSORED_STATES)
     elif counted > whole:
-        but = f"{counted - whole} states are known only to be at least what the device measures"
-        step = _MEASURE_CENSORED
+        but, step = Finding.of(FindingKind.KNOWN_AT_LEAST, states=counted - whole), FindingKind.MEASURE_CENSORED_STATES
     elif narrow:
-        but = f"the new states lie close together: they span little of the map's {narrow}"
+        but = Finding.of(FindingKind.STATES_CLOSE_TOGETHER, coordinates=narrow)
     elif left_out > counted:
-        but = f"{left_out} of {left_out + counted} states, more than half, are left out"
+        but = Finding.of(FindingKind.MOST_LEFT_OUT, left_out=left_out, states=left_out + counted)
     else:
-        return MapOutcome.HOLDS, f"no change found; one of {100 * change:.1f} % on average {power}", _KEEP
-    return MapOutcome.CANNOT_TELL, f"no change found, but {but}", step
+        return MapOutcome.HOLDS, Finding.of(FindingKind.NO_CHANGE, **shown), Finding.of(FindingKind.KEEP_MAP)
+    return MapOutcome.CANNOT_TELL, Finding.of(FindingKind.NO_CHANGE_BUT, but), Finding.of(step)
 
 
-def _narrow(force_map: ForceMap, coordinates: FloatArray) -> str:
-    """The coordinates of which the new states span less than LEAST_SPAN of the measured range, in words."""
+def _narrow(force_map: ForceMap, coordinates: FloatArray) -> tuple[str, ...]:
+    """The coordinates of which the new states span less than LEAST_SPAN of the measured range."""
     extent = force_map.measured_range.highest - force_map.measured_range.lowest
     span = np.ptp(coordinates, axis=0) if len(coordinates) else np.zeros(3)
     short = (extent > _FLAT) & (span < LEAST_SPAN * extent)
-    return " and ".join(np.array(["distances", "heights", "speeds"])[short])
+    return tuple(np.array(["distances", "heights", "speeds"])[short].tolist())
 
 
 def _check_statements(
     force_map: ForceMap, fit: Fit, dataset: ImpactDataset, states: States, error_probability: float
-) -> tuple[Finding | str, ...]:
-    simulated = dataset.simulated or force_map.simulated
+) -> tuple[Finding, ...]:
+    kind, found = FindingKind, [Finding.of(FindingKind.SIMULATED)] if dataset.simulated or force_map.simulated else []
     bindings = (("the map", force_map.binding), ("the new impacts", dataset.binding))
-    not_stated = math.isnan(dataset.conditions.device.stiffness)
-    percent = 100 * error_probability
-    fewest = int(np.min(states.impacts + states.censored, initial=fit.repeats[0]))
+    found += [Finding.of(kind.BINDING_OF, each.reason, of=of) for of, each in bindings if each.reason]
+    if math.isnan(dataset.conditions.device.stiffness):
+        found.append(Finding.of(kind.NEW_SPRING_NOT_STATED))
+    shares = {"mean": MEAN_SHARE, "whole": WHOLE_SHARE, "single": STATES_SHARE}
     error = float(np.fmax(dataset.conditions.device.error_or_default, force_map.conditions.device.error_or_default))
-    saturated = [name for name, n in zip(states.name, states.censored, strict=True) if n]
-    at_least = f"impacts above the device range count as at least that force: {', '.join(saturated)}"
-    fewer = f"states with {fewest} impacts, the map's have {fit.repeats[0]}: repeat noise taken from the new impacts"
-    return (
-        *([Finding.of(FindingKind.SIMULATED)] if simulated else []),
-        *(Finding.of(FindingKind.BINDING_OF, each.reason, of=of) for of, each in bindings if each.reason),
-        *(["the spring of the device that the new impacts were measured with is not stated"] if not_stated else []),
-        f"map: {force_map.source}, {force_map.form.name}, {len(fit.states)} states, state-to-state SD "
-        f"{100 * fit.state_sd:.2f} % with {fit.between_states.degrees_of_freedom:.1f} degrees of freedom",
-        f"error probability {percent:g} % in all: {percent * MEAN_SHARE:g} % for the mean, {percent * WHOLE_SHARE:g} % "
-        f"for all states together, {percent * STATES_SHARE:g} % for single states",
-        "a new state is taken to scatter about the map as its own states do; repeats of a state share that",
-        f"the error of the device, up to {error:g} N, is not part of the test: measure with the same device",
-        *([fewer] if fewest < fit.repeats[0] else []),
-        *([at_least] if saturated else []),
-        *differences(force_map.conditions, dataset.conditions, ("map", "new")),
-    )
+    found += [
+        Finding.of(
+            kind.CHECKED_MAP,
+            source=force_map.source,
+            form=force_map.form.name,
+            states=len(fit.states),
+            state_sd=fit.state_sd,
+            freedom=fit.between_states.degrees_of_freedom,
+        ),
+        Finding.of(
+            kind.ERROR_PROBABILITY,
+            all=error_probability,
+            **{name: error_probability * share for name, share in shares.items()},
+        ),
+        Finding.of(kind.SCATTER_AS_MAPS),
+        Finding.of(kind.DEVICE_ERROR_NOT_TESTED, error_N=error),
+    ]
+    fewest = int(np.min(states.impacts + states.censored, initial=fit.repeats[0]))
+    if fewest < fit.repeats[0]:
+        found.append(Finding.of(kind.FEWER_IMPACTS, impacts=fewest, of_map=fit.repeats[0]))
+    if saturated := tuple(name for name, n in zip(states.name, states.censored, strict=True) if n):
+        found.append(Finding.of(kind.CENSORED_AT_LEAST, states=saturated))
+    return (*found, *differences(force_map.conditions, dataset.conditions, ("map", "new")))

@@ -11,6 +11,7 @@ import numpy as np
 from forcemap.arrays import FloatArray, Indices
 from forcemap.campaigns.dataset import ImpactDataset
 from forcemap.errors import FitError, InputError, RankDeficient, TooFewStates
+from forcemap.findings import Finding, FindingKind
 from forcemap.maps.forms import CFM_3D, FULL_CUBIC, Form, Term
 from forcemap.maps.regression import least_squares
 
@@ -92,8 +93,8 @@ class TermSelection:
         Level of significance of stage one.
     threshold : float
         Largest change by a removal in stage two [N].
-    statements : tuple of str
-        What the selection depends on, a line each.
+    statements : tuple of Finding
+        What the selection depends on.
     """
 
     form: Form
@@ -104,7 +105,7 @@ class TermSelection:
     refused: SelectionStep | None
     significance: float
     threshold: float
-    statements: tuple[str, ...]
+    statements: tuple[Finding, ...]
 
     @property
     def terms(self) -> tuple[Term, ...]:
@@ -179,11 +180,10 @@ class SelectionStability:
         return self.same_terms >= STABLE_SHARE
 
     @property
-    def reason(self) -> str:
-        """Why it is stable or not, in words."""
-        found = f"{100 * self.same_terms:.0f} % of {self.resamples} resamples of the states return the same terms"
-        rule = f"stable is at least {100 * STABLE_SHARE:.0f} %"
-        return f"{'stable' if self.stable else 'not stable'}: {found}, {rule}"
+    def reason(self) -> Finding:
+        """Why it is stable or not."""
+        figures = {"same": self.same_terms, "resamples": self.resamples, "least": STABLE_SHARE}
+        return Finding.of(FindingKind.SELECTION_STABLE, stable=self.stable, **figures)
 
 
 @dataclass(frozen=True)
@@ -377,9 +377,9 @@ def _select(samples: Sequence[_Samples], start: Form, significance: float, thres
         significance=significance,
         threshold=threshold,
         statements=(
-            "impacts of every role; a form selected on test states is not tested by them",
-            f"{sum(each.censored for each in samples)} censored impacts not used",
-            "p values over samples, as the paper: repeats share the error of their state, so they are too small",
+            Finding.of(FindingKind.SELECTED_ON_ALL_ROLES),
+            Finding.of(FindingKind.CENSORED_NOT_USED, impacts=sum(each.censored for each in samples)),
+            Finding.of(FindingKind.P_VALUES_OVER_SAMPLES),
         ),
     )
 

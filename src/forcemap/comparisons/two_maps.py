@@ -46,8 +46,8 @@ class MapComparison:
 
     Parameters
     ----------
-    one, other : str
-        What the maps are, in words: form, source, states, what became of censored impacts, start of the SHA-256.
+    one, other : Finding
+        What the maps are: form, source, states, what became of censored impacts, start of the SHA-256.
     same : bool
         True if they are the same map: their files would be equal, byte by byte.
     mean_ratio, geometric_mean_ratio : float
@@ -60,12 +60,12 @@ class MapComparison:
         Points compared, evenly over the common range.
     lowest, highest : tuple of float
         Box around them: distance [m], height [m], speed [m/s].
-    statements : tuple of (Finding or str)
-        What the comparison depends on, a line each.
+    statements : tuple of Finding
+        What the comparison depends on.
     """
 
-    one: str
-    other: str
+    one: Finding
+    other: Finding
     same: bool
     mean_ratio: float
     geometric_mean_ratio: float
@@ -75,7 +75,7 @@ class MapComparison:
     points: int
     lowest: tuple[float, float, float]
     highest: tuple[float, float, float]
-    statements: tuple[Finding | str, ...]
+    statements: tuple[Finding, ...]
 
 
 def compare_maps(one: ForceMap, other: ForceMap) -> MapComparison:
@@ -126,8 +126,8 @@ def compare_maps(one: ForceMap, other: ForceMap) -> MapComparison:
     )
     simulated = one.simulated or other.simulated
     return MapComparison(
-        one=_words(one),
-        other=_words(other),
+        one=_described(one),
+        other=_described(other),
         same=map_sha256(one) == map_sha256(other),
         mean_ratio=float(ratio.mean()),
         geometric_mean_ratio=float(np.exp(np.log(ratio).mean())),
@@ -139,19 +139,23 @@ def compare_maps(one: ForceMap, other: ForceMap) -> MapComparison:
         highest=(float(evenly[:, 0].max()), float(evenly[:, 1].max()), float(evenly[:, 2].max())),
         statements=(
             *([Finding.of(FindingKind.SIMULATED)] if simulated else []),
-            "predictions are compared, without their bounds: a difference within the scatter of the maps is none",
+            Finding.of(FindingKind.WITHOUT_BOUNDS),
             *differences(one.conditions, other.conditions, ("the one", "the other")),
         ),
     )
 
 
-def _words(force_map: ForceMap) -> str:
+def _described(force_map: ForceMap) -> Finding:
     fit = force_map.fit
-    states = "published" if fit is None else f"{len(fit.states)} states"
-    if fit is not None and fit.censored_samples:
-        used = "count as at least that force" if fit.censored_fit else "discarded"
-        states += f", {fit.censored_samples} impacts above the device range {used}"
-    return f"{force_map.form.name} {force_map.source}, {states}, SHA-256 {map_sha256(force_map)[:8]}"
+    return Finding.of(
+        FindingKind.MAP_COMPARED,
+        form=force_map.form.name,
+        source=force_map.source,
+        states=0 if fit is None else len(fit.states),
+        counted=fit.censored_samples if fit is not None and fit.censored_fit else 0,
+        discarded=fit.censored_samples if fit is not None and not fit.censored_fit else 0,
+        sha256=map_sha256(force_map)[:8],
+    )
 
 
 def _range_words(force_map: ForceMap) -> str:
@@ -159,13 +163,16 @@ def _range_words(force_map: ForceMap) -> str:
     return f"{force_map.name} " + ", ".join(f"{axis} {low:g} to {high:g} {unit}" for axis, low, high, unit in axes)
 
 
-def differences(of_one: Conditions, of_other: Conditions, called: tuple[str, str]) -> list[str]:
-    """Entries of campaign.toml that differ, a line each, and those that only one of the two states, in one line."""
+def differences(of_one: Conditions, of_other: Conditions, called: tuple[str, str]) -> list[Finding]:
+    """Entries of campaign.toml that differ, and in one more finding those that only one of the two states."""
     one, other = _entries(of_one), _entries(of_other)
-    both = [name for name in one if name in other and one[name] != other[name]]
-    alone = sorted(one.keys() ^ other.keys())
-    lines = [f"differs: {name}: {called[0]} {one[name]}, {called[1]} {other[name]}" for name in both]
-    return [*lines, f"stated by only one of the two campaigns: {', '.join(alone)}"] if alone else lines
+    found = [
+        Finding.of(FindingKind.DIFFERS, entry=name, one=called[0], says=one[name], other=called[1], but=other[name])
+        for name in one
+        if name in other and one[name] != other[name]
+    ]
+    alone = tuple(sorted(one.keys() ^ other.keys()))
+    return [*found, Finding.of(FindingKind.STATED_BY_ONE, entries=alone)] if alone else found
 
 
 def _entries(conditions: Conditions) -> dict[str, object]:

@@ -51,9 +51,9 @@ def run_sheet(
         f"Runs: {len(plan)}, states: {len(plan.states)}",
         *sentences(conditions.findings),
         *(f"{name}: {value or 'not stated'}" for name, value in stated.items()),
-        f"expected forces: {plan.expected_from or 'not stated'}",
+        f"expected forces: {sentence(plan.expected_from) or 'not stated'}",
         *(f"WARNING: {sentence(warning)}" for warning in plan.warnings),
-        *(f"left out: {line}" for line in plan.left_out),
+        *(f"left out: {sentence(each)}" for each in plan.left_out),
     ]
     lines = [part for line in head for part in textwrap.wrap(line, _SHEET_WIDTH, subsequent_indent="    ")]
     names = [*plan.recording.tolist(), *([] if waiting is None else waiting.recording.tolist())]

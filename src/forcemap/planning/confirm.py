@@ -15,7 +15,7 @@ from forcemap.campaigns.dataset import ImpactDataset, PhaseTwo
 from forcemap.campaigns.plan import MeasurementPlan
 from forcemap.campaigns.state import StateTolerance
 from forcemap.errors import NotReleasable
-from forcemap.findings import Finding, FindingKind, in_words
+from forcemap.findings import Finding, FindingKind
 from forcemap.limits.force_limits import Contact, ForceLimit, NewtonLimit
 from forcemap.maps.bounds import Bound, weakness
 from forcemap.maps.force_map import ForceMap
@@ -53,8 +53,8 @@ class ConfirmingImpact:
     force, bound_force : float
         Peak force and the bound there [N]; a force of NaN is not known.
     outcome : Confirmed
-    reason : Finding or str
-        Why, in words.
+    reason : Finding
+        Why.
     """
 
     recording: str
@@ -65,7 +65,7 @@ class ConfirmingImpact:
     force: float
     bound_force: float
     outcome: Confirmed
-    reason: Finding | str
+    reason: Finding
 
 
 @dataclass(frozen=True)
@@ -79,17 +79,17 @@ class ConfirmationResult:
     missing : tuple of str
         Planned runs without an impact.
     outcome : Confirmed
-    reason : Finding or str
-        Why, in words.
+    reason : Finding
+        Why.
     """
 
     impacts: tuple[ConfirmingImpact, ...]
     missing: tuple[str, ...]
     outcome: Confirmed
-    reason: Finding | str
+    reason: Finding
 
 
-_Checked = tuple[bool | None, "Finding | str"]  # whether a recording is within its limit, and why
+_Checked = tuple[bool | None, Finding]  # whether a recording is within its limit, and why
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,10 +112,10 @@ class ConfirmationPlan:
         Force limit [N].
     refusal : Finding or None
         Why no speed is released; None if there is one.
-    warnings : tuple of (Finding or str)
+    warnings : tuple of Finding
         What speaks against the map, or against counting an impact as a test.
-    rule : str
-        When the impacts confirm the map, in words.
+    rule : Finding
+        When the impacts confirm the map.
     not_passed : float
         Probability that a sound map does not pass: states scatter as its own did; NaN if nothing tells how they do.
     above_bound : float
@@ -137,8 +137,8 @@ class ConfirmationPlan:
     earlier_released: FloatArray
     limit: float
     refusal: Finding | None
-    warnings: tuple[Finding | str, ...]
-    rule: str
+    warnings: tuple[Finding, ...]
+    rule: Finding
     not_passed: float
     above_bound: float
     found: float
@@ -160,7 +160,7 @@ class ConfirmationPlan:
         ----------
         impacts : ImpactDataset
             The campaign's impacts.
-        checked : mapping of str to (bool or None, str)
+        checked : mapping of str to (bool or None, Finding)
             By recording, or by run where a recording gave no impact that can be used: True if it is within the limit,
             False if it exceeds it, None if that cannot be told; and why.
         """
@@ -186,18 +186,17 @@ class ConfirmationPlan:
         return replace(planned, result=ConfirmationResult(tuple(judged), names, outcome, reason))
 
 
-def _overall(plan: ConfirmationPlan, judged: list[ConfirmingImpact], missing: int) -> tuple[Confirmed, Finding | str]:
-    count = Counter(impact.outcome for impact in judged)
+def _overall(plan: ConfirmationPlan, judged: list[ConfirmingImpact], missing: int) -> tuple[Confirmed, Finding]:
+    count, kind = Counter(impact.outcome for impact in judged), FindingKind
     if failed := count[Confirmed.DOES_NOT_PASS]:
-        return Confirmed.DOES_NOT_PASS, f"impacts that do not pass: {failed} of {len(judged)}; release nothing"
+        return Confirmed.DOES_NOT_PASS, Finding.of(kind.IMPACTS_FAILED, impacts=failed, of=len(judged))
     if plan.refusal:
-        return Confirmed.DOES_NOT_PASS, Finding.of(FindingKind.RELEASE_NOTHING, plan.refusal)
+        return Confirmed.DOES_NOT_PASS, Finding.of(kind.RELEASE_NOTHING, plan.refusal)
     if missing:
-        without = f"planned runs without an impact: {missing} of {len(plan.plan)}; release nothing yet"
-        return Confirmed.CANNOT_TELL, without
+        return Confirmed.CANNOT_TELL, Finding.of(kind.RUNS_MISSING, runs=missing, of=len(plan.plan))
     if unknown := count[Confirmed.CANNOT_TELL]:
-        return Confirmed.CANNOT_TELL, f"impacts that cannot tell: {unknown} of {len(judged)}; measure them again"
-    return Confirmed.PASSES, f"each of the {len(judged)} impacts is within {plan.limit:g} N and below the bound"
+        return Confirmed.CANNOT_TELL, Finding.of(kind.IMPACTS_CANNOT_TELL, impacts=unknown, of=len(judged))
+    return Confirmed.PASSES, Finding.of(kind.IMPACTS_PASSED, impacts=len(judged), limit_N=plan.limit)
 
 
 def _judged(
@@ -212,14 +211,15 @@ def _judged(
         for row in rows:
             speed, force, recording = (each[row].item() for each in measured)
             upper = float(plan.bound.upper(plan.force_map, d, h, speed))
-            within = checked.get(recording, (None, "its recording was not checked"))
+            within = checked.get(recording, (None, Finding.of(FindingKind.RECORDING_NOT_CHECKED)))
             outcome, reason = _outcome(force, upper, within, bool(impacts.censored[row]))
             there = impacts.distance[row], impacts.height[row]
             if outcome is Confirmed.PASSES and v - speed > impacts.tolerance.speed:
-                outcome, reason = Confirmed.CANNOT_TELL, f"{speed:g} m/s is slower than the {v:g} m/s released"
-            if outcome is Confirmed.PASSES and max(abs(there[0] - d), abs(there[1] - h)) > impacts.tolerance.scale[0]:
-                reason = f"measured at d = {there[0]:g} m, h = {there[1]:g} m, not as planned"
                 outcome = Confirmed.CANNOT_TELL
+                reason = Finding.of(FindingKind.SLOWER_THAN_RELEASED, speed_mps=speed, released_mps=v)
+            if outcome is Confirmed.PASSES and max(abs(there[0] - d), abs(there[1] - h)) > impacts.tolerance.scale[0]:
+                outcome = Confirmed.CANNOT_TELL
+                reason = Finding.of(FindingKind.NOT_WHERE_PLANNED, distance_m=there[0].item(), height_m=there[1].item())
             judged.append(ConfirmingImpact(recording, state, d, h, speed, force, upper, outcome, reason))
         if not rows and name in checked:
             upper = float(plan.bound.upper(plan.force_map, d, h, v))
@@ -228,20 +228,19 @@ def _judged(
     return judged
 
 
-def _outcome(force: float, upper: float, checked: _Checked, censored: bool) -> tuple[Confirmed, Finding | str]:
+def _outcome(force: float, upper: float, checked: _Checked, censored: bool) -> tuple[Confirmed, Finding]:
     """An impact by the rule: within the limit, and not above the bound."""
     within, why = checked
     if within is False:
         return Confirmed.DOES_NOT_PASS, why
     if force > upper:
-        least = "at least " if censored else ""
-        return Confirmed.DOES_NOT_PASS, f"{least}{force:.1f} N exceed the bound of {upper:.1f} N"
+        above = Finding.of(FindingKind.ABOVE_BOUND, force_N=force, bound_N=upper, at_least=censored)
+        return Confirmed.DOES_NOT_PASS, above
     if within is None:
         return Confirmed.CANNOT_TELL, why
     if censored:
-        return Confirmed.CANNOT_TELL, f"at least {force:.1f} N: the device range was exceeded"
-    said = why if isinstance(why, Finding) else in_words(why)
-    return Confirmed.PASSES, said.and_(in_words(f"the bound is {upper:.1f} N"))
+        return Confirmed.CANNOT_TELL, Finding.of(FindingKind.DEVICE_RANGE_EXCEEDED, force_N=force)
+    return Confirmed.PASSES, why.and_(Finding.of(FindingKind.BOUND_THERE, bound_N=upper))
 
 
 def confirm_plan(
@@ -329,7 +328,7 @@ def confirm_plan(
         first = range(len(old)) if len(old) else (int(chosen[:, 2].argmax()), int(tightness.argmin()))
         picked = spread(places.apart(every, every), first, count)
         new = slow_to_fast(every[[i for i in picked if i >= len(old)]])
-    source, expected = f"map {force_map.name!r}", np.asarray(force_map.predict(*new.T))
+    source, expected = Finding.of(FindingKind.MAP_NAMED, name=force_map.name), np.asarray(force_map.predict(*new.T))
     added = runs_of(new, 1, expected, role="test", prefix=_PREFIX, expected_from=source)
     both = extend_plan(kept, added)
     plan = both.select(np.lexsort((both.height, -both.distance, both.speed)))
@@ -342,26 +341,24 @@ def confirm_plan(
     elif not len(plan):
         refusal = Finding.of(FindingKind.NONE_CAN_BE_CONFIRMED, limit_N=newtons)
     elif len(plan) < count:
-        warnings.append(
-            f"impacts: {len(plan)}, fewer than the {count} asked for, because no other place has a released speed that "
-            "would be no repeat; fewer impacts find less"
-        )
+        warnings.append(Finding.of(FindingKind.FEWER_THAN_ASKED, impacts=len(plan), asked=count))
     if len(plan):
         warnings += map_warnings(force_map, states)
     if len(plan) and fit is not None:
         measured = measured_before(states, fit.states, tolerance)
         warnings += [
-            f"{plan.state_id[i]}: {measured[i]:.0f} N were measured within 5 cm at a lower speed, above its bound of "
-            f"{upper[i]:.0f} N: the map is wrong there"
+            Finding.of(
+                FindingKind.MEASURED_ABOVE_BOUND,
+                state=plan.state_id[i].item(),
+                force_N=measured[i].item(),
+                bound_N=upper[i].item(),
+            )
             for i in np.flatnonzero(measured > upper)
         ]
     error = conditions.device.error_or_default
     most = np.minimum(newtons - error, upper)
-    rule = (
-        f"the map is confirmed if each of the {len(plan)} impacts is within {newtons:g} N (its force and the device's "
-        f"error of {error:g} N together) and none exceeds the bound; one that does not: release nothing, measure more"
-    )
-    said: tuple[Finding | str, ...] = (*released.basis.warnings, *warnings)
+    rule = Finding.of(FindingKind.CONFIRMING_RULE, impacts=len(plan), limit_N=newtons, error_N=error)
+    said = (*released.basis.warnings, *warnings)
     return ConfirmationPlan(
         plan=replace(plan, warnings=said),
         added=added,
@@ -391,7 +388,7 @@ def _states_of(plan: MeasurementPlan) -> FloatArray:
 
 def _worth_confirming(
     force_map: ForceMap, bound: Bound, states: FloatArray, tolerance: StateTolerance
-) -> tuple[FloatArray, list[str]]:
+) -> tuple[FloatArray, list[Finding]]:
     """The states that the device can measure and that are no repeats of the map's own; and what is wrong with them."""
     if force_map.fit is not None:
         before = measured_before(states, force_map.fit.states, tolerance)
@@ -400,10 +397,7 @@ def _worth_confirming(
     new = no_repeats(states, force_map.measured_range.points, tolerance)
     if not len(states) or np.sum(new) >= 2:
         return states[new], []
-    return states, [
-        "nearly every speed is released at a state the map was fitted to: impacts there repeat it and do not count as "
-        "a test; measure at faster speeds, or between the places, first"
-    ]
+    return states, [Finding.of(FindingKind.REPEATS_ALONE)]
 
 
 def _any_above(force_map: ForceMap, states: FloatArray, newtons: FloatArray, factor: float) -> float:

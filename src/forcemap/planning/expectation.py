@@ -12,6 +12,7 @@ import numpy as np
 from forcemap.arrays import FloatArray
 from forcemap.campaigns.conditions import Conditions
 from forcemap.errors import InputError
+from forcemap.findings import Finding, FindingKind
 from forcemap.limits.pfl import pfl_contact_force, pfl_robot_mass
 from forcemap.maps.force_map import ForceMap
 
@@ -60,9 +61,6 @@ class StandardExpectation:
         """Force [N] at a speed [m/s]; the same at every place [m]."""
         mass = pfl_robot_mass(self.moving_mass, self.payload)
         return float(pfl_contact_force(speed, robot_mass=mass, body_mass=self.body_mass, stiffness=self.stiffness))
-
-    def __str__(self) -> str:
-        return f"the standard's contact model (M = {self.moving_mass:g} kg, m_L = {self.payload:g} kg)"
 
 
 Expectation = ForceMap | StandardExpectation | Callable[[float, float, float], float]
@@ -127,13 +125,14 @@ def rest_of(expectation: Expectation) -> float:
     return REST_FORCE if isinstance(expectation, StandardExpectation) else 0.0
 
 
-def source_of(expectation: Expectation | None, states: FloatArray) -> str:
+def source_of(expectation: Expectation | None, states: FloatArray) -> Finding | None:
     """What the expected forces of states, shape (n, 3), come from."""
     if isinstance(expectation, ForceMap):
         outside = int(np.sum(~expectation.measured_range.contains(*states.T)))
-        simulated = " (SIMULATED impacts)" if expectation.simulated else ""
-        note = f"; {outside} of {len(states)} planned states lie outside its measured range" if outside else ""
-        return f"map {expectation.name!r}{simulated}{note}"
-    if expectation is None or isinstance(expectation, StandardExpectation):
-        return str(expectation or "")
-    return f"the function {getattr(expectation, '__name__', type(expectation).__name__)!r}"
+        figures = {"name": expectation.name, "simulated": expectation.simulated, "outside": outside}
+        return Finding.of(FindingKind.EXPECTED_BY_MAP, **figures, states=len(states))
+    if isinstance(expectation, StandardExpectation):
+        masses = {"moving_mass_kg": expectation.moving_mass, "payload_kg": expectation.payload}
+        return Finding.of(FindingKind.EXPECTED_BY_STANDARD, **masses)
+    name = getattr(expectation, "__name__", type(expectation).__name__)
+    return None if expectation is None else Finding.of(FindingKind.EXPECTED_BY_FUNCTION, name=name)

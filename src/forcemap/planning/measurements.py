@@ -14,6 +14,7 @@ from forcemap.arrays import FloatArray
 from forcemap.campaigns.plan import Device, MeasurementPlan
 from forcemap.campaigns.state import StateTolerance
 from forcemap.errors import InputError
+from forcemap.findings import Finding, FindingKind
 from forcemap.maps.forms import CFM_3D, Form
 from forcemap.planning.design import Design, angles_of, axis_of, check_limit, names_of, require_whole
 from forcemap.planning.expectation import Expectation, expected_forces, source_of
@@ -27,13 +28,13 @@ class DesignedPlan(MeasurementPlan):
 
     Parameters
     ----------
-    note : str
-        From what the states were chosen and the bound to expect, in words; empty for other designs.
+    note : Finding or None
+        From what the states were chosen and the bound to expect; None for other designs.
     bound_width : float
         Mean over the candidates of the tolerance bound above the prediction, as a share of it; NaN likewise.
     """
 
-    note: str = ""
+    note: Finding | None = None
     bound_width: float = math.nan
 
 
@@ -136,22 +137,34 @@ def plan_measurements(
     expected = expected_forces(expected_force, every)
     away = np.hypot(every[:, 0], every[:, 1])
     far, forceful = away > reach, (away <= reach) & (expected > device.highest_limit)
-    most = f"the device measures up to {device.highest_limit:g} N (range less error)"
+    kind, most = FindingKind, device.highest_limit
     left_out = tuple(
-        f"{names[i]}: {away[i]:.3f} m from the base, beyond the reach of {reach:g} m"
+        Finding.of(kind.BEYOND_REACH, state=names[i].item(), away_m=away[i].item(), reach_m=reach)
         if far[i]
-        else f"{names[i]}: {expected[i]:.0f} N expected, {most}"
+        else Finding.of(kind.EXPECTED_ABOVE_DEVICE, state=names[i].item(), force_N=expected[i].item(), most_N=most)
         for i in np.flatnonzero(far | forceful)
     )
     measurable = ~(far | forceful)
     if not measurable.any():
-        raise InputError(f"no state is left to measure, the first of {len(left_out)}: {left_out[0]}; change the values")
+        raise InputError(
+            f"no state is left to measure: {far.sum()} lie beyond the reach of {reach:g} m, {forceful.sum()} are "
+            f"expected above the {most:g} N that the device measures (range less error); change the values"
+        )
     possible, kept = every[measurable], np.flatnonzero(measurable)
-    note, width = "", math.nan
+    note, width = None, math.nan
     if design is Design.I_OPTIMAL:
         designed = _optimal(possible, FEW_STATES if states is None else states, form, tolerance, seed)
         kept, width = kept[designed.index], designed.bound_width
-        note = _note(designed, form, possible=len(possible), far=int(far.sum()), forceful=int(forceful.sum()))
+        note = Finding.of(
+            kind.STATES_CHOSEN,
+            states=len(kept),
+            possible=len(possible),
+            form=form.name,
+            far=int(far.sum()),
+            forceful=int(forceful.sum()),
+            width=width,
+            state_sd=designed.state_sd,
+        )
         left_out = ()  # no more than many others that were not chosen
 
     trains = np.full(len(every), design in (Design.TRAINING, Design.I_OPTIMAL))
@@ -191,20 +204,3 @@ def _optimal(possible: FloatArray, n: int, form: Form, tolerance: StateTolerance
     if n < len(corners):
         raise InputError(f"states: found {n}, expected at least {len(corners)}, the corners of the range")
     return optimal_states(possible, n, form=form, required=sorted(corners), tolerance=tolerance, seed=seed)
-
-
-def _note(designed: DesignedStates, form: Form, *, possible: int, far: int, forceful: int) -> str:
-    """What was chosen for a form from how many possible states, beside those too far away or too forceful."""
-    beyond = {"beyond the reach": far, "expected above the device range less its error": forceful}
-    out = " and ".join(f"{count} {where}" for where, count in beyond.items() if count)
-    beside = f" ({out} were no candidates)" if out else ""
-    bound = (
-        "no bound can be had from so few"
-        if math.isnan(designed.bound_width)
-        else f"the bound is expected to lie {100 * designed.bound_width:.1f} % above the prediction on average "
-        f"(if states scatter by {100 * designed.state_sd:g} %)"
-    )
-    return (
-        f"{len(designed.index)} of {possible} states chosen for {form.name}{beside}, the slowest and the fastest at "
-        f"the corners of the places among them; {bound}"
-    )

@@ -1,4 +1,4 @@
-"""What a plan will not give, and what speaks against the map that further measurements rest on, in words."""
+"""What a plan will not give, and what speaks against the map that further measurements rest on."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import numpy as np
 from forcemap.arrays import FloatArray, Mask
 from forcemap.campaigns.plan import Device
 from forcemap.errors import InputError
+from forcemap.findings import Finding, FindingKind
 from forcemap.maps.bounds import MIN_DEGREES_OF_FREEDOM
 from forcemap.maps.force_map import ForceMap
 from forcemap.maps.forms import Form
@@ -27,7 +28,7 @@ _FALL = 0.01  # of the force; less is no turn
 _SPEEDS = 65  # between the slowest and the fastest speed of a place
 
 
-def few_states(training: FloatArray, accepted: int | None, form: Form, region: FloatArray) -> Iterator[str]:
+def few_states(training: FloatArray, accepted: int | None, form: Form, region: FloatArray) -> Iterator[Finding]:
     """The bound to expect of fewer than 18 states to train, which are refused unless their number is accepted."""
     count = len(training)
     if accepted is not None and accepted != count:
@@ -37,29 +38,39 @@ def few_states(training: FloatArray, accepted: int | None, form: Form, region: F
         )
     if count >= FEW_STATES:
         return
-    words = _width_words(training, form, region)
+    bounded = count >= (fewest := len(form.terms) + MIN_DEGREES_OF_FREEDOM)
+    width = expected_width(training, form=form, region=region) if bounded else math.nan
     if accepted is None:
+        known = f"the bound is expected to lie {100 * width:.0f} % above the prediction on average"
+        none = f"no tolerance bound can be had from fewer than {fewest} states of {form.name}"
         raise InputError(
-            f"states: found {count} to train, expected at least {FEW_STATES}: {words}; choose lower speeds, nearer "
-            f"places or a device of larger range, or name the number ({count}) to plan them all the same"
+            f"states: found {count} to train, expected at least {FEW_STATES}: {known if width > 0 else none}; choose "
+            f"lower speeds, nearer places or a device of larger range, or name the number ({count}) to plan them all "
+            "the same"
         )
-    yield f"{count} states to train, fewer than {FEW_STATES}: {words}"
+    if not bounded:
+        why = Finding.of(FindingKind.NO_BOUND_FROM_STATES, fewest=fewest, form=form.name, states=count)
+    elif math.isnan(width):
+        why = Finding.of(FindingKind.FORM_NOT_DETERMINED, form=form.name)
+    else:
+        why = Finding.of(FindingKind.EXPECTED_WIDTH, width=width, form=form.name, state_sd=STATE_SD)
+    yield Finding.of(FindingKind.FEW_STATES, why, states=count, fewest=FEW_STATES)
 
 
-def unchecked(expectation: Expectation | None, device: Device, limit: float) -> Iterator[str]:
+def unchecked(expectation: Expectation | None, device: Device, limit: float) -> Iterator[Finding]:
     """What could not be checked for want of a figure."""
     if expectation is None:
         if not math.isnan(device.range):
-            yield "no expected force is given, so no state was checked against the device range"
+            yield Finding.of(FindingKind.RANGE_NOT_CHECKED)
         if not math.isnan(limit):
-            yield f"no expected force is given, so nothing tells whether {limit:g} N can be confirmed at these speeds"
+            yield Finding.of(FindingKind.LIMIT_NOT_CHECKED, limit_N=limit)
     elif math.isnan(device.range):
-        yield "the device range is not stated, so no state was checked against it"
+        yield Finding.of(FindingKind.NO_RANGE_TO_CHECK)
 
 
 def unconfirmed(
     states: FloatArray, measurable: Mask, expectation: Expectation | None, limit: float, apart: float
-) -> Iterator[str]:
+) -> Iterator[Finding]:
     """Where even the slowest planned speed is expected to exceed the limit, and the speed to add.
 
     No speed below the lowest measured one is ever confirmed, so a plan without it cannot answer there. As for safe
@@ -79,22 +90,18 @@ def unconfirmed(
     ]
     if not len(exceeding):
         return
-    parts = [
-        f"{limit:g} N is not expected to be confirmed at {len(exceeding)} of {len(slowest)} places: {factor:g} times "
-        "the expected force exceeds it already at the slowest planned speed"
-    ]
+    parts = []
     if proposed:
-        parts.append(f"add {min(proposed):.2f} m/s, which is expected to confirm it at {len(proposed)} of these")
+        parts.append(Finding.of(FindingKind.SPEED_TO_ADD, speed_mps=min(proposed), places=len(proposed)))
     if hopeless := len(exceeding) - len(proposed):
-        parts.append(f"at {hopeless} no speed from {_SLOWEST_PROPOSED:g} m/s up is expected to be confirmed")
+        parts.append(Finding.of(FindingKind.NO_SPEED_TO_ADD, places=hopeless, slowest_mps=_SLOWEST_PROPOSED))
     if isinstance(expectation, ForceMap):
-        lowest = expectation.measured_range.lowest[2]
-        parts.append(f"below its lowest measured speed, {lowest:g} m/s, the map extrapolates")
+        lowest = float(expectation.measured_range.lowest[2])
+        parts.append(Finding.of(FindingKind.MAP_EXTRAPOLATES_BELOW, lowest_mps=lowest))
     elif isinstance(expectation, StandardExpectation):
-        parts.append(
-            "the contact model's force vanishes at rest, a robot's does not: an even lower speed may be needed"
-        )
-    yield "; ".join(parts)
+        parts.append(Finding.of(FindingKind.MODEL_VANISHES_AT_REST))
+    places = {"places": len(exceeding), "of": len(slowest), "factor": factor}
+    yield Finding.of(FindingKind.NOT_EXPECTED_TO_CONFIRM, *parts, limit_N=limit, **places)
 
 
 def _slower(expectation: Expectation, place: list[float], below: float, force: float) -> float:
@@ -110,13 +117,10 @@ def _slower(expectation: Expectation, place: list[float], below: float, force: f
     return highest
 
 
-def map_warnings(force_map: ForceMap, states: FloatArray) -> Iterator[str]:
+def map_warnings(force_map: ForceMap, states: FloatArray) -> Iterator[Finding]:
     """Where the predicted force falls with speed at the places of states, shape (n, 3), and states that scatter."""
     if force_map.fit is not None and force_map.fit.state_sd > LARGEST_STATE_SD:
-        yield (
-            f"states scatter by {100 * force_map.fit.state_sd:.1f} % about the map, expected at most "
-            f"{100 * LARGEST_STATE_SD:g} %: check the recordings and the speeds, or compare forms (evaluate --forms)"
-        )
+        yield Finding.of(FindingKind.STATES_SCATTER, state_sd=force_map.fit.state_sd, most=LARGEST_STATE_SD)
     low, high = force_map.measured_range.speeds(states[:, 0], states[:, 1])
     low = np.fmin(np.where(np.isnan(low), force_map.measured_range.lowest[2], low), states[:, 2])
     high = np.fmax(high, states[:, 2])
@@ -127,22 +131,6 @@ def map_warnings(force_map: ForceMap, states: FloatArray) -> Iterator[str]:
     if len(places):
         first = int(fall.any(axis=1).argmax())
         top = speeds[first, force[first, : fall[first].argmax() + 1].argmax()]
-        yield (
-            f"the predicted force falls with speed at {len(places)} of {len(np.unique(states[:, :2], axis=0))} planned "
-            f"places, first at d = {states[first, 0]:g} m, h = {states[first, 1]:g} m above {top:.3f} m/s: no robot's "
-            "force does, so the map is wrong there; begin with the slowest run and stop where a force exceeds the "
-            "expected one"
-        )
-
-
-def _width_words(states: FloatArray, form: Form, region: FloatArray) -> str:
-    """The bound to expect of a campaign, in words."""
-    if len(states) < (fewest := len(form.terms) + MIN_DEGREES_OF_FREEDOM):
-        return f"no tolerance bound can be had from fewer than {fewest} states of {form.name}"
-    width = expected_width(states, form=form, region=region)
-    if math.isnan(width):
-        return f"they do not determine {form.name}"
-    return (
-        f"the bound is expected to lie {100 * width:.0f} % above the prediction of {form.name} on average "
-        f"(if states scatter by {100 * STATE_SD:g} %)"
-    )
+        where = {"distance_m": states[first, 0], "height_m": states[first, 1], "speed_mps": top}
+        planned = len(np.unique(states[:, :2], axis=0))
+        yield Finding.of(FindingKind.PREDICTION_FALLS, places=len(places), of=planned, **where)

@@ -20,8 +20,8 @@ def runs_of(
     *,
     role: str = "train",
     prefix: str = "",
-    expected_from: str = "",
-    warnings: tuple[Finding | str, ...] = (),
+    expected_from: Finding | None = None,
+    warnings: tuple[Finding, ...] = (),
 ) -> MeasurementPlan:
     """A plan of states, shape (n, 3), in their order; each is named for its place and speed in thousandths."""
     names = [prefix + "-".join(f"{x}{_thousandths(v)}" for x, v in zip("dhv", s, strict=True)) for s in states.tolist()]

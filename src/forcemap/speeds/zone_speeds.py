@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from forcemap.arrays import FloatArray, Indices, Mask, Objects
 from forcemap.errors import InputError
 from forcemap.findings import Finding, FindingKind
-from forcemap.limits.force_limits import ForceLimit, NewtonLimit
+from forcemap.limits.force_limits import Contact, ForceLimit, NewtonLimit
 from forcemap.maps.bounds import Bound
 from forcemap.maps.force_map import ForceMap
 from forcemap.speeds.basis import Basis
@@ -75,7 +75,10 @@ def zone_speeds(
     *,
     limit: ForceLimit | NewtonLimit | ArrayLike,
     bound: Bound,
-    **stated: Any,
+    contact: Contact | None = None,
+    quasi_static_limit: float | None = None,
+    spring_N_per_m: float | None = None,
+    angle: float = 0.0,
 ) -> ZoneSpeeds:
     """A speed for each zone that exceeds the safe speed at no place in it.
 
@@ -93,8 +96,8 @@ def zone_speeds(
         As in `safe_speed`; an array has one limit for each zone.
     bound : Bound
         `FixedMargin` or `ToleranceBound`.
-    stated : optional
-        contact, quasi_static_limit, spring_N_per_m and angle, as in `safe_speed`.
+    contact, quasi_static_limit, spring_N_per_m, angle : optional
+        As in `safe_speed`.
 
     Returns
     -------
@@ -117,7 +120,18 @@ def zone_speeds(
     """
     n = len(zones)
     distance, height = zones.probes
-    at = safe_speed(force_map, distance, height, limit=_each(limit, n), bound=bound, hints=False, **stated)
+    at = safe_speed(
+        force_map,
+        distance,
+        height,
+        limit=_each(limit, n),
+        bound=bound,
+        contact=contact,
+        quasi_static_limit=quasi_static_limit,
+        spring_N_per_m=spring_N_per_m,
+        angle=angle,
+        hints=False,
+    )
     newtons, level = (
         np.broadcast_to(np.asarray(force, dtype=np.float64), distance.shape)[:, 0].copy()
         for force in (at.limit, at.basis.level)

@@ -11,7 +11,7 @@ import forcemap as fm
 from forcemap.answers.accuracy import AccuracyAnswer
 from forcemap.answers.check import CheckAnswer
 from forcemap.answers.collect import Outlier
-from forcemap.answers.words import sentence
+from forcemap.answers.words import sentences
 from forcemap.web.held import fitted
 from forcemap.web.limits import Limits
 from forcemap.web.question import Area
@@ -75,7 +75,7 @@ def table_answer(path: Path, name: str, campaign: Path) -> TableAnswer:
         words = f"no map: {error.message}"
     try:
         check = fm.check_map(fitted(campaign).force_map, dataset)
-        against, reason = check.outcome.value.replace("_", " "), f"{sentence(check.reason)}; {check.next_step}"
+        against, reason = check.outcome.value.replace("_", " "), "; ".join(sentences([check.reason, check.next_step]))
     except fm.ForcemapError as error:
         against, reason = "cannot tell", error.message
     return TableAnswer(

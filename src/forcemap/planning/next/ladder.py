@@ -8,6 +8,7 @@ import numpy as np
 
 from forcemap.arrays import FloatArray, Mask
 from forcemap.campaigns.state import States, StateTolerance
+from forcemap.findings import Finding, FindingKind
 from forcemap.maps.bounds import Bound
 from forcemap.maps.force_map import ForceMap
 from forcemap.planning import measured_before as before
@@ -49,18 +50,14 @@ class OpeningLadder:
     place_range: PlaceRange
     tolerance: StateTolerance
 
-    def source(self, states: FloatArray) -> str:
+    def source(self, states: FloatArray) -> Finding | None:
         """What the expected forces come from."""
         return source_of(self.expectation, states)
 
-    def upper_words(self) -> str:
+    def upper_is(self) -> Finding:
         """What `upper` is."""
-        rest = rest_of(self.expectation)
-        more = f", or {rest:g} N more if that is larger" if rest else ""
-        return (
-            f"at most: a guess for planning, no bound: {factor_of(self.expectation):g} times the expected force{more}; "
-            f"by what was measured once there is any, never less than within {1000 * NEAR:g} mm at a lower speed"
-        )
+        figures = {"factor": factor_of(self.expectation), "rest_N": rest_of(self.expectation), "near_mm": 1000 * NEAR}
+        return Finding.of(FindingKind.UPPER_BY_EXPECTATION, **figures)
 
     def expected(self, states: FloatArray) -> FloatArray:
         """Expected force [N], shape (n,)."""
@@ -135,9 +132,9 @@ class BoundLadder:
     place_range: PlaceRange
     tolerance: StateTolerance
 
-    def source(self, states: FloatArray) -> str:
+    def source(self, states: FloatArray) -> Finding | None:
         """What the expected forces come from."""
-        return f"the map of the {len(self.force_map.measured_range.points)} states measured so far"
+        return Finding.of(FindingKind.EXPECTED_BY_STATES, states=len(self.force_map.measured_range.points))
 
     def expected(self, states: FloatArray) -> FloatArray:
         """Expected force [N], shape (n,)."""
@@ -162,12 +159,9 @@ class BoundLadder:
         low, high = self.force_map.measured_range.speeds(states[:, 0], states[:, 1])
         return np.where(np.isnan(low), nearest, low), np.where(np.isnan(high), nearest, high)
 
-    def upper_words(self) -> str:
+    def upper_is(self) -> Finding:
         """What `upper` is."""
-        return (
-            f"at most: {self.bound}, above the speeds measured there at least in proportion to speed; where an impact "
-            f"within {1000 * NEAR:g} mm at a lower speed contradicts it, that impact's force in proportion to speed"
-        )
+        return Finding.of(FindingKind.UPPER_BY_BOUND, bound=self.bound, near_mm=1000 * NEAR)
 
     def allows(self, states: FloatArray) -> Mask:
         """Which states may be measured, shape (n,)."""

@@ -15,7 +15,7 @@ from forcemap.campaigns.dataset import Binding, ImpactDataset, PhaseTwo
 from forcemap.campaigns.plan import MeasurementPlan
 from forcemap.campaigns.state import States, StateTolerance
 from forcemap.errors import BoundNotAvailable, FitError, InputError
-from forcemap.findings import Finding, FindingKind
+from forcemap.findings import Finding, FindingKind, in_words
 from forcemap.limits.force_limits import Contact, ForceLimit, NewtonLimit
 from forcemap.maps.bounds import MIN_DEGREES_OF_FREEDOM, FixedMargin, ToleranceBound
 from forcemap.maps.fit import fit_force_map
@@ -71,12 +71,12 @@ class NextMeasurements:
         Runs to add to the campaign's plan, slow to fast; None if it is time to stop.
     stop : Stop or None
         Why to stop.
-    reason : Finding or str
+    reasons : tuple of Finding
         Why these states, or why to stop.
     upper_force : array
         What the force of every run is not expected to exceed [N], shape (runs,): by the bound once there is one, and
         never below what was measured within 5 cm at a lower speed.
-    upper_words : str
+    upper_is : Finding or None
         What these figures are.
     """
 
@@ -88,9 +88,9 @@ class NextMeasurements:
     simulated: bool
     plan: MeasurementPlan | None = None
     stop: Stop | None = None
-    reason: Finding | str = ""
+    reasons: tuple[Finding, ...] = ()
     upper_force: FloatArray = field(default_factory=lambda: np.empty(0))
-    upper_words: str = ""
+    upper_is: Finding | None = None
 
 
 def next_measurements(
@@ -196,18 +196,17 @@ def next_measurements(
     targets = place_range.grid(_PLACES)
     now, has_speed = _confirmed(force_map, targets, level, bound)
 
-    def stop(why: Stop, *reasons: str) -> NextMeasurements:
-        return replace(now, stop=why, reason="; ".join(filter(None, reasons)))
+    def stop(why: Stop, *reasons: Finding | None) -> NextMeasurements:
+        return replace(now, stop=why, reasons=tuple(reason for reason in reasons if reason))
 
+    kind = FindingKind
     if usable.refusals:
-        why = Finding.of(FindingKind.LIMIT_NOT_CONFIRMABLE, *usable.refusals)
-        return replace(now, stop=Stop.LIMIT_NOT_USABLE, reason=why)
-    spent = f"the campaign has the {states} states of its budget; --states {so_far + _FURTHER} lets it go on"
-    warnings: tuple[Finding | str, ...] = usable.notes if math.isnan(conditions.device.stiffness) else ()
+        return stop(Stop.LIMIT_NOT_USABLE, Finding.of(kind.LIMIT_NOT_CONFIRMABLE, *usable.refusals))
+    warnings = usable.notes if math.isnan(conditions.device.stiffness) else ()
     ladder: OpeningLadder | BoundLadder
     if force_map is None or known is None or seen is None:
         if left <= 0:
-            return stop(Stop.BUDGET, f"{spent}: {no_bound}")
+            return stop(Stop.BUDGET, Finding.of(kind.BUDGET_SPENT, *no_bound, states=states, further=so_far + _FURTHER))
         expectation = expected_force or StandardExpectation.of(conditions)
         if expectation is None:
             raise InputError(
@@ -217,46 +216,42 @@ def next_measurements(
         ladder = OpeningLadder(expectation, highest, newtons, slowest, seen, place_range, tolerance)
         chosen = search.opening(candidates[ladder.allows(candidates)], known, min(batch, left), left)
         if not len(chosen):
-            within = f"no state is left that is expected to stay within {highest:g} N"
-            return stop(Stop.OUT_OF_REACH, within, _saturated(seen))
-        now = replace(now, reason=f"opening: {no_bound}")
+            return stop(Stop.OUT_OF_REACH, Finding.of(kind.NONE_EXPECTED_WITHIN, force_N=highest), _saturated(seen))
+        now = replace(now, reasons=(Finding.of(kind.OPENING, *no_bound),))
     else:
         ladder = BoundLadder(force_map, bound, highest, seen, place_range, tolerance)
         reach = _reach(force_map, targets, _AIM * level, slowest, fastest)
         can = ~np.isnan(reach)
         hopeless = _hopeless(bound.upper(force_map, targets[:, 0], targets[:, 1], slowest) > level, newtons, slowest)
         if not can.any():
-            nowhere = f"{newtons:g} N is expected nowhere to be confirmed at {slowest:g} m/s or more"
-            return stop(Stop.NOTHING_TO_GAIN, f"{nowhere}: {hopeless}" if hopeless else nowhere)
+            nowhere = Finding.of(kind.EXPECTED_NOWHERE, limit_N=newtons, slowest_mps=slowest)
+            return stop(Stop.NOTHING_TO_GAIN, nowhere, hopeless)
         wanted = np.column_stack([targets, reach])[can]
         ahead = min(left, _AHEAD * batch) if left > 0 else _FURTHER
         candidates = candidates[ladder.allows(candidates)]
         planned = search.refining(candidates, known, wanted, wanted[~has_speed[can]], ahead)
         if not len(planned):
-            within = f"no state is left whose bound stays within {highest:g} N"
-            return stop(Stop.OUT_OF_REACH, within, _saturated(seen))
+            return stop(Stop.OUT_OF_REACH, Finding.of(kind.NO_BOUND_WITHIN, force_N=highest), _saturated(seen))
         outlook = Outlook(force_map, bound, targets, level, fastest)
         before = outlook.speeds(planned[:0])
         raised = max(float(np.mean(outlook.speeds(planned) - before)), 0.0)
-        gain = (
-            f"{len(planned)} further states are expected to raise the mean confirmed speed by {raised:.4f} m/s, "
-            f"{raised / len(planned):.5f} m/s a state"
-        )
+        each = raised / len(planned)
+        gain = Finding.of(kind.GAIN_OF_MORE, states=len(planned), gain_mps=raised, each_mps=each)
         if left <= 0:
-            return stop(Stop.BUDGET, f"{spent}: {gain}")
-        if raised / len(planned) < least_gain:
-            return stop(Stop.NOTHING_TO_GAIN, hopeless, f"{gain}, less than {least_gain:g} m/s a state")
+            return stop(Stop.BUDGET, Finding.of(kind.BUDGET_SPENT, gain, states=states, further=so_far + _FURTHER))
+        if each < least_gain:
+            return stop(Stop.NOTHING_TO_GAIN, hopeless, Finding.of(kind.TOO_LITTLE_GAIN, gain, least_mps=least_gain))
         chosen = search.first(planned, known, wanted, min(batch, left))
         after = outlook.speeds(chosen)
-        reason = f"expected to raise the mean confirmed speed by {float(np.mean(after - before)):.4f} m/s"
+        reason = Finding.of(kind.GAIN_OF_THESE, gain_mps=float(np.mean(after - before)))
         warnings = (*warnings, *map_warnings(force_map, chosen))
         count, mean = int(np.sum(after > 0)), float(np.mean(after))
-        now = replace(now, reason=reason, expected_confirmed=count, expected_speed=mean)
+        now = replace(now, reasons=(reason,), expected_confirmed=count, expected_speed=mean)
     chosen = slow_to_fast(chosen)
     expected, source = ladder.expected(chosen), ladder.source(chosen)
     plan = runs_of(chosen, repeats, expected, expected_from=source, warnings=warnings)
     upper = np.repeat(ladder.upper(chosen), repeats)
-    return replace(now, plan=plan, upper_force=upper, upper_words=ladder.upper_words())
+    return replace(now, plan=plan, upper_force=upper, upper_is=ladder.upper_is())
 
 
 def _limit_to_confirm(
@@ -320,25 +315,20 @@ def _confirmed(
     return NextMeasurements(len(places), count, mean, count, mean, force_map.simulated), there
 
 
-def _saturated(seen: States | None) -> str:
+def _saturated(seen: States | None) -> Finding | None:
     """That states saturated the device, if any did: no impact as fast is planned there."""
     if seen is None or not (full := seen.select(seen.censored > 0)):
-        return ""
-    return (
-        f"the device was saturated at {len(full)} of {len(seen)} states, from {full.speed.min():.3g} m/s up: measure "
-        "with a device of larger range, or begin slower"
-    )
+        return None
+    slowest = float(full.speed.min())
+    return Finding.of(FindingKind.DEVICE_WAS_SATURATED, states=len(full), of=len(seen), slowest_mps=slowest)
 
 
-def _hopeless(exceeds: Mask, limit: float, slowest: float) -> str:
+def _hopeless(exceeds: Mask, limit: float, slowest: float) -> Finding | None:
     """That the bound exceeds the limit at the slowest speed, if it does so nearly everywhere."""
     if np.mean(exceeds) < _NEARLY:
-        return ""
-    where = "everywhere" if exceeds.all() else "nearly everywhere"
-    return (
-        f"{limit:g} N is exceeded at {slowest:g} m/s {where} (by the bound, at {int(exceeds.sum())} of {exceeds.size} "
-        "places)"
-    )
+        return None
+    figures = {"limit_N": limit, "slowest_mps": slowest, "all": bool(exceeds.all())}
+    return Finding.of(FindingKind.EXCEEDED_EVERYWHERE, **figures, places=int(exceeds.sum()), of=exceeds.size)
 
 
 def _reach(force_map: ForceMap, places: FloatArray, force: float, slowest: float, fastest: float) -> FloatArray:
@@ -348,16 +338,19 @@ def _reach(force_map: ForceMap, places: FloatArray, force: float, slowest: float
     return predicted.speed(predicted.certified(level))
 
 
-def _map_with_bound(dataset: ImpactDataset | None, form: Form, bound: ToleranceBound) -> tuple[ForceMap | None, str]:
+def _map_with_bound(
+    dataset: ImpactDataset | None, form: Form, bound: ToleranceBound
+) -> tuple[ForceMap | None, tuple[Finding, ...]]:
     """The map of what was measured; None where it or its bound cannot be had yet, and why."""
     fewest = len(form.terms) + MIN_DEGREES_OF_FREEDOM
     uncensored = 0 if dataset is None else len(dataset.train.states.uncensored)
-    too_few = f"no bound can be had from fewer than {fewest} states of {form.name}, found {uncensored}"
+    too_few = Finding.of(FindingKind.NO_BOUND_FROM_STATES, fewest=fewest, form=form.name, states=uncensored)
     if dataset is None:
-        return None, too_few
+        return None, (too_few,)
     try:
         force_map = fit_force_map(dataset, form=form)
         bound.require(force_map)
     except (FitError, BoundNotAvailable) as refusal:
-        return None, too_few if uncensored < fewest else f"no bound can be had yet: {refusal.message}"
-    return force_map, ""
+        not_yet = Finding.of(FindingKind.NO_BOUND_YET, in_words(refusal.message))
+        return None, (too_few if uncensored < fewest else not_yet,)
+    return force_map, ()
