@@ -16,8 +16,8 @@ from forcemap.files import write_atomically
 
 ROOT = Path("src/forcemap")
 PICTURE = Path("docs/pictures/rooms.svg")
-NAMES, WORDS = "public names", "answers.words"
-"""The boxes of `forcemap/__init__.py` and of the table of sentences, which faces use that no model reaches."""
+NAMES, WORDS = "public names", "words"
+"""The boxes of `forcemap/__init__.py` and of the table of sentences."""
 
 Edges = set[tuple[str, str]]
 """(imported, importing) rooms."""
@@ -29,10 +29,9 @@ _WIDTH, _HEIGHT, _ROW = 116, 42, 78
 
 def rooms() -> dict[str, list[Path]]:
     """The Python files of every room, and of the public names."""
-    words = ROOT / "answers" / "words.py"
     folders = sorted(path.parent for path in ROOT.glob("*/__init__.py"))
-    found = {folder.name: sorted(set(folder.rglob("*.py")) - {words}) for folder in folders}
-    return found | {NAMES: [ROOT / "__init__.py"], WORDS: [words]}
+    found = {folder.name: sorted(folder.rglob("*.py")) for folder in folders}
+    return found | {NAMES: [ROOT / "__init__.py"], WORDS: [ROOT / "words.py"]}
 
 
 def edges() -> Edges:
@@ -50,7 +49,7 @@ def edges() -> Edges:
 def room_of(module: str) -> str:
     """The room of a module of ours."""
     inner = module.removeprefix("forcemap").removeprefix(".")
-    return inner if inner == WORDS else inner.split(".")[0] or NAMES
+    return inner.split(".")[0] or NAMES
 
 
 def imported(file: Path) -> Iterator[str]:

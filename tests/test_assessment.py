@@ -11,9 +11,9 @@ import pytest
 import scipy.stats
 
 import forcemap as fm
-from forcemap.answers.words import sentence, sentences
 from forcemap.findings import FindingKind
 from forcemap.verdicts.recording_results import thinned
+from forcemap.words import sentence, sentences
 from pulses import TOML, collect, pulse, save, write_campaign
 
 MASS = "[robot]\nmoving_mass_kg = 30.0\n"

@@ -10,8 +10,8 @@ from oracle import simulate, training_grid
 from scipy import stats
 
 import forcemap as fm
-from forcemap.answers.words import assumptions
 from forcemap.errors import BoundNotAvailable
+from forcemap.words import assumptions
 
 QUASI_STATIC = fm.Contact.QUASI_STATIC
 

@@ -10,8 +10,8 @@ import pytest
 
 import forcemap as fm
 from curves import curve
-from forcemap.answers.words import sentence
 from forcemap.errors import CampaignFileError
+from forcemap.words import sentence
 from pulses import TOML, collect, half_sine, pulse, register, rows, save, truth, write_campaign
 
 RUN, OTHER = "d500-h200-v100-r1", "d500-h200-v200-r1"  # two runs of the plan

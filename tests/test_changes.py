@@ -12,8 +12,8 @@ from scipy import stats
 from scipy.spatial import ConvexHull
 
 import forcemap as fm
-from forcemap.answers.words import sentence, sentences
 from forcemap.errors import BoundNotAvailable, InputError
+from forcemap.words import sentence, sentences
 
 EFFECT = 0.022
 READABLE = [point for point in full_grid("ur10e") if printed_force("ur10e", *point) < 430]

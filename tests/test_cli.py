@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 import forcemap as fm
-from forcemap.answers.words import assumptions
+from forcemap.words import assumptions
 
 SPEED_KEYS = {
     "outcome", "reason", "speed_mps", "extrapolated_speed_mps", "limit_N", "limit_source", "contact", "bound",

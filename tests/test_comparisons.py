@@ -10,7 +10,7 @@ from oracle import simulate
 from scipy.stats import kendalltau
 
 import forcemap as fm
-from forcemap.answers.words import sentence
+from forcemap.words import sentence
 
 HAND = {"robot_mass": 15.0, "body_mass": math.inf, "stiffness": 75e3}
 

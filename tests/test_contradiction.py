@@ -7,7 +7,7 @@ import pytest
 from oracle import printed_force, simulate, training_grid
 
 import forcemap as fm
-from forcemap.answers.words import sentence
+from forcemap.words import sentence
 
 QUASI_STATIC = fm.Contact.QUASI_STATIC
 

@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 import forcemap as fm
-from forcemap.answers.words import assumptions, sentence, warnings
+from forcemap.words import assumptions, sentence, warnings
 from pulses import TOML, collect, rows, write_campaign
 from web_server import client_of
 

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import forcemap as fm
-from forcemap.answers.words import assumptions, sentence
 from forcemap.errors import CampaignFileError, RecordingError, TableError
+from forcemap.words import assumptions, sentence
 from pulses import TOML, collect, half_sine, pulse, recording, register, rows, save, write_campaign
 
 RUN, AGAIN = "d500-h200-v100-r1", "d500-h200-v100-r2"

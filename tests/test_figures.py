@@ -19,7 +19,7 @@ from PIL import Image
 
 import forcemap as fm
 from forcemap import figures
-from forcemap.answers.words import warnings
+from forcemap.words import warnings
 from pulses import pulse, save
 
 DISTANCE, HEIGHT, SPEED, FORCE = "Distance [m]", "Height [m]", "Speed [m/s]", "Force [N]"

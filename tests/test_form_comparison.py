@@ -24,8 +24,8 @@ from forcemap import (
     fit_force_map,
     leave_one_state_out,
 )
-from forcemap.answers.words import sentence, sentences
 from forcemap.comparisons.forms import COMPARED_FORMS, EUCLIDEAN_2D, compare_forms
+from forcemap.words import sentence, sentences
 
 EFFECTS = dict(zip(PRINTED, (0.022, 0.033, 0.021), strict=True))
 

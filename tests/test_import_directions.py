@@ -26,15 +26,16 @@ ROOMS: dict[str, set[str]] = {
     "comparisons": {"campaigns", "maps", "limits", "dynamics", "speeds"},
     "paths": {"campaigns", "maps", "limits", "dynamics", "speeds"},
     "lab": {"recordings", "campaigns", "dynamics"},  # never what it checks
-    "exports": {"campaigns", "maps", "limits", "speeds", "paths", "answers.words"},
+    "exports": {"campaigns", "maps", "limits", "speeds", "paths", "words"},
 }
 ROOMS["assessment"] = set(ROOMS) - {"lab", "exports"}
 FACES = {
-    "answers": set(ROOMS) - {"lab"},  # result types
-    "figures": set(ROOMS) - {"lab", "exports", "assessment"} | {"answers.words"},  # result types
-    "report": {"answers.words", "assessment", "figures", "campaigns", "limits", "speeds", "comparisons", "verdicts"},
-    "web": {"", "answers", "exports", "report", "figures"},
-    "cli": {"", "answers", "exports", "report", "figures", "web", "lab"},
+    "words": {"impacts", "speeds"},  # no library room imports it: none makes a sentence
+    "answers": set(ROOMS) - {"lab"} | {"words"},  # result types
+    "figures": set(ROOMS) - {"lab", "exports", "assessment"} | {"words"},
+    "report": {"words", "assessment", "figures", "campaigns", "limits", "speeds", "comparisons", "verdicts"},
+    "web": {"", "words", "answers", "exports", "report", "figures"},
+    "cli": {"", "words", "answers", "exports", "report", "figures", "web", "lab"},
 }
 ALLOWED = ROOMS | FACES
 FACE_PACKAGES = {"matplotlib", "jinja2", "fastapi", "uvicorn", "typer", "rich", "plotly", "starlette", "pydantic"}

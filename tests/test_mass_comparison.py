@@ -7,8 +7,8 @@ import pytest
 from scipy.stats import spearmanr
 
 import forcemap as fm
-from forcemap.answers.words import sentences
 from forcemap.cli.app import run
+from forcemap.words import sentences
 
 OUT = (1.0, 0.0, 0.0)
 

@@ -9,9 +9,9 @@ import pytest
 from oracle import printed_force, training_grid
 
 import forcemap as fm
-from forcemap.answers.words import sentence, sentences
 from forcemap.errors import ContactNotPermitted, InputError
 from forcemap.findings import FindingKind, in_words
+from forcemap.words import sentence, sentences
 from sequence import HEIGHTS, Sequence, planned_states, released
 
 QUASI_STATIC = fm.Contact.QUASI_STATIC

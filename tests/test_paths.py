@@ -12,10 +12,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import forcemap as fm
-from forcemap.answers.words import assumptions, sentence, sentences
 from forcemap.dynamics.kinematics import forward_kinematics
 from forcemap.dynamics.robots import robot_named
 from forcemap.paths.time_law import braking_speeds
+from forcemap.words import assumptions, sentence, sentences
 
 BARE = fm.Allowance(speed=0.0, position=0.0)
 HAND = fm.one_segment_task("path", ("back_of_hand",), fm.Contact.TRANSIENT)

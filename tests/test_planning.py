@@ -14,13 +14,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import forcemap as fm
-from forcemap.answers.words import sentence, sentences
 from forcemap.campaigns.plan import MeasurementPlan, read_plan, write_plan
 from forcemap.errors import InputError, TableError
 from forcemap.exports.run_sheet import run_sheet
 from forcemap.planning.design import Design
 from forcemap.planning.expectation import StandardExpectation
 from forcemap.planning.measurements import plan_measurements
+from forcemap.words import sentence, sentences
 
 FACTS = json.loads(resources.files("forcemap.maps.published").joinpath("published_maps.json").read_text())["maps"]
 DEVICE = fm.Device(range=500.0, error=3.0)

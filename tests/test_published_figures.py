@@ -9,7 +9,7 @@ import pytest
 from oracle import full_grid, printed_force
 
 import forcemap as fm
-from forcemap.answers.words import sentence
+from forcemap.words import sentence
 
 CROSSINGS = {  # limit 140 N, 280 N, and with 1.1 on force, at d = 0.8 m, h = 0.4 m
     "ur10e": (0.1590, 0.3560, 0.1381, 0.3212),

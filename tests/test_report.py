@@ -17,8 +17,8 @@ import pypdf
 import pytest
 
 import forcemap as fm
-from forcemap.answers.words import sentences
 from forcemap.report import report_html, report_pdf
+from forcemap.words import sentences
 from pulses import TOML, collect, pulse, save, write_campaign
 
 DATE = "2026-11-21"

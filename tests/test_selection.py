@@ -9,8 +9,8 @@ from scipy import stats
 
 from forcemap import CFM_2D, CFM_3D, FULL_CUBIC, FitError, Form, ImpactDataset, InputError, RankDeficient, TooFewStates
 from forcemap import fit_force_map as fit
-from forcemap.answers.words import sentence, sentences
 from forcemap.comparisons.selection import PAPER_COUNTS, STABLE_SHARE, select_terms, selection_stability
+from forcemap.words import sentence, sentences
 
 REPEAT_SD = dict(zip(PRINTED, (1.1, 0.6, 0.6), strict=True))
 REPEATS = dict(zip(PRINTED, (3, 3, 1), strict=True))

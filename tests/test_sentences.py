@@ -17,9 +17,9 @@ from pathlib import Path
 
 import pytest
 
-from forcemap.answers.words import SENTENCES, sentence
 from forcemap.campaigns.conditions import Conditions
 from forcemap.findings import FindingKind
+from forcemap.words import SENTENCES, sentence
 from pulses import TOML, collect, write_campaign
 
 HAND = ["--area", "back_of_hand", "--contact", "quasi-static"]
@@ -102,7 +102,7 @@ class Finder:
     @staticmethod
     def find_spec(name, path=None, target=None):
         parts = name.split(".")
-        if parts[0] == "forcemap" and (parts[1:2] and parts[1] in ROOMS or name == "forcemap.answers.words"):
+        if parts[0] == "forcemap" and (parts[1:2] and parts[1] in ROOMS or name == "forcemap.words"):
             spec = PathFinder.find_spec(name, path, target)
             if spec is not None and spec.origin is not None:
                 spec.loader = Loader(name, spec.origin)
@@ -112,7 +112,7 @@ class Finder:
 
 if sys.argv[1] == "other":
     sys.meta_path.insert(0, Finder)
-    from forcemap.answers.words import SENTENCES
+    from forcemap.words import SENTENCES
 
     SENTENCES.update({kind: other(words) for kind, words in SENTENCES.items()})
 os.chdir(sys.argv[2])

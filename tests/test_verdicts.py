@@ -10,7 +10,7 @@ import pytest
 
 import forcemap as fm
 from curves import curve
-from forcemap.answers.words import sentence
+from forcemap.words import sentence
 from pulses import DEVICE, pulse, recording
 
 HAND = fm.force_limit("back_of_hand")  # 280 N transient, 140 N quasi-static

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import forcemap as fm
-from forcemap.answers.words import sentence
+from forcemap.words import sentence
 from pulses import TOML, collect, pulse, register, save, write_campaign
 from web_server import client_of
 

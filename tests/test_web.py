@@ -22,9 +22,9 @@ import pandas as pd
 import pytest
 
 import forcemap as fm
-from forcemap.answers.words import assumptions, sentence
 from forcemap.cli.app import run
 from forcemap.lab.example_campaigns import simulate_example
+from forcemap.words import assumptions, sentence
 from web_server import PATIENCE, client_of, contents, serving
 
 PLAIN = {"content-type": "application/octet-stream"}

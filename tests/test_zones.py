@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from oracle import full_grid, simulate, training_grid
 
 import forcemap as fm
-from forcemap.answers.words import sentence
 from forcemap.maps.measured_range import MeasuredRange
+from forcemap.words import sentence
 
 QUASI_STATIC = fm.Contact.QUASI_STATIC
 

@@ -1,7 +1,6 @@
 """forcemap: from measured impacts to a bounded collision-force map and safe robot speeds."""
 
 from forcemap._version import __version__
-from forcemap.answers.words import sentence
 from forcemap.assessment.assess_campaign import CampaignAssessment, assess_campaign
 from forcemap.assessment.folder import campaign_limit_table
 from forcemap.assessment.missing import Missing, present
@@ -138,6 +137,7 @@ from forcemap.verdicts.recording_results import (
     check_file,
 )
 from forcemap.verdicts.verdict import Interpretation, Verdict, VerdictOutcome, check_impact
+from forcemap.words import sentence
 
 __all__ = [
     "CFM_2D", "CFM_3D", "DOWN", "EUCLIDEAN_2D", "EXAMPLE_CAMPAIGNS", "FULL_CUBIC", "INSPECTION_DISTANCES",

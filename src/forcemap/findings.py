@@ -70,7 +70,7 @@ FindingKind = StrEnum(
     "SLOWER_THAN_RELEASED NOT_WHERE_PLANNED ABOVE_BOUND BOUND_THERE DEVICE_RANGE_EXCEEDED FEWER_THAN_ASKED "
     "MEASURED_ABOVE_BOUND REPEATS_ALONE ",
 )
-"""What a finding says; the figures that go with a kind are named in its sentence (`answers/words.toml`)."""
+"""What a finding says; the figures that go with a kind are named in its sentence (`words.toml`)."""
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Self
 import numpy as np
 from pydantic import AliasPath, BaseModel, BeforeValidator, ConfigDict, Field, model_validator
 
-from forcemap.answers.words import sentence, sentences
+from forcemap.words import sentence, sentences
 
 
 class Answer(BaseModel):

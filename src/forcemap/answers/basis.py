@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 
 from forcemap.answers.answer import AllSaid, Answer, Bound, Figure, Said
-from forcemap.answers.words import assumptions, warnings
 from forcemap.findings import Finding
 from forcemap.limits.force_limits import ForceLimit
 from forcemap.maps.force_map import ForceMap
 from forcemap.maps.map_file import map_sha256
 from forcemap.speeds.basis import Basis
+from forcemap.words import assumptions, warnings
 
 
 class RestsOn(Answer):

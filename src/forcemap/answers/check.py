@@ -8,10 +8,10 @@ from typing import Literal
 
 from forcemap.answers.answer import Answer, Figure, Said, if_any, of
 from forcemap.answers.impacts import Curve, ImpactFigures, RecordingAnswer, curves
-from forcemap.answers.words import sentence, sentences
 from forcemap.limits.force_limits import ForceLimit, NewtonLimit
 from forcemap.verdicts.recording_results import CheckedRecording, RecordingsCheck
 from forcemap.verdicts.verdict import VerdictOutcome
+from forcemap.words import sentence, sentences
 
 NOT_PERMITTED = "not_permitted"
 

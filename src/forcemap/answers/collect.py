@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 
 from forcemap.answers.answer import Answer, Figure, Said, of
-from forcemap.answers.words import sentences
 from forcemap.campaigns.campaign import Campaign
 from forcemap.campaigns.dataset import ImpactDataset
 from forcemap.campaigns.repeatability import repeatability
 from forcemap.campaigns.summary import campaign_summary
+from forcemap.words import sentences
 
 
 class Discard(Answer):

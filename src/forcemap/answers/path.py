@@ -7,12 +7,12 @@ from typing import Any, Self
 import numpy as np
 
 from forcemap.answers.answer import AllSaid, Answer, AtPlace, Bound, Figure, Said, of
-from forcemap.answers.words import assumptions, warnings
 from forcemap.maps.force_map import ForceMap
 from forcemap.maps.map_file import map_sha256
 from forcemap.paths.path_speeds import PathSpeeds
 from forcemap.paths.table_positions import TaskPlaces
 from forcemap.speeds.basis import Basis
+from forcemap.words import assumptions, warnings
 
 RULES = ("allowed", "standard", "constant", "program")
 

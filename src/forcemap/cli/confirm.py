@@ -11,11 +11,11 @@ from typer import Option
 
 import forcemap as fm
 from forcemap.answers.plan import ConfirmAnswer
-from forcemap.answers.words import sentence, sentences, simulated_line
 from forcemap.cli import planned
 from forcemap.cli.options import ContactKind, FormName, Json, Limit, Source, bound_from, force_map_from, limit_from
 from forcemap.cli.output import emit, listing, table
 from forcemap.findings import Finding, in_words
+from forcemap.words import sentence, sentences, simulated_line
 
 _EXIT = {fm.Confirmed.PASSES: 0, fm.Confirmed.DOES_NOT_PASS: 1, fm.Confirmed.CANNOT_TELL: 2}
 _WITHIN = {fm.VerdictOutcome.WITHIN: True, fm.VerdictOutcome.CANNOT_TELL: None, fm.VerdictOutcome.EXCEEDED: False}

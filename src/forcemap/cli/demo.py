@@ -16,7 +16,6 @@ from forcemap.answers.collect import CollectAnswer
 from forcemap.answers.comparison import ComparisonAnswer
 from forcemap.answers.map import FitAnswer
 from forcemap.answers.speed_map import SpeedMapAnswer
-from forcemap.answers.words import sentence, sentences
 from forcemap.cli.collect import contact_lines, scatter_lines
 from forcemap.cli.fit import impacts_words
 from forcemap.cli.options import Json
@@ -24,6 +23,7 @@ from forcemap.cli.output import emit, listing, table, wrapped
 from forcemap.cli.report import REPORT_FILE, answer_lines, write_report
 from forcemap.cli.speed import fastest_line, grid_lines, next_lines, speed_map_table
 from forcemap.files import write_atomically
+from forcemap.words import sentence, sentences
 
 _AREA = "back_of_hand"
 

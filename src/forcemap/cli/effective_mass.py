@@ -9,10 +9,10 @@ from typer import Argument, Exit, Option
 
 import forcemap as fm
 from forcemap.answers.effective_mass import MassAnswer, MassMapAnswer, PlaceMass, PlaceMassAnswer
-from forcemap.answers.words import sentences
 from forcemap.cli.options import Json
 from forcemap.cli.output import emit, grid, listing, table
 from forcemap.cli.task_options import Base, DriveInertiaOption, Tip, ToolDirection, direction_from, figures, robot_from
+from forcemap.words import sentences
 
 
 def effective_mass(

@@ -12,12 +12,12 @@ from typing import Annotated, Any
 from typer import Argument, Option
 
 import forcemap as fm
-from forcemap.answers.words import sentence, warnings
 from forcemap.cli import options
 from forcemap.cli.output import emit, json_text, write_result
 from forcemap.cli.task_options import Angle, Overshoot, PositionTolerance, limits_of, path_from, task_from
 from forcemap.errors import InputError
 from forcemap.exports.head import SIMULATED
+from forcemap.words import sentence, warnings
 
 _MARK = "made by forcemap"
 

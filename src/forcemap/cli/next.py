@@ -12,11 +12,11 @@ from typer import Argument, Option
 
 import forcemap as fm
 from forcemap.answers.plan import NextAnswer
-from forcemap.answers.words import sentence, sentences, simulated_line
 from forcemap.cli import planned
 from forcemap.cli.options import ContactKind, DeviceSpring, FormName, Json, Limit, force_map_from, limit_from
 from forcemap.cli.output import emit
 from forcemap.cli.task_options import figures
+from forcemap.words import sentence, sentences, simulated_line
 
 
 def next_(

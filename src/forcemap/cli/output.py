@@ -18,10 +18,10 @@ from forcemap.answers.answer import Answer
 from forcemap.answers.basis import RestsOn
 from forcemap.answers.error import ErrorAnswer
 from forcemap.answers.path import AlongAnswer
-from forcemap.answers.words import sentence
 from forcemap.errors import ForcemapError, InputError
 from forcemap.files import read_bytes, write_atomically
 from forcemap.findings import Finding, FindingKind
+from forcemap.words import sentence
 
 SIMULATED = sentence(Finding.of(FindingKind.SIMULATED))
 _WIDEST = 100  # columns of a line of text

@@ -11,12 +11,12 @@ from typer import Argument, Option
 
 import forcemap as fm
 from forcemap.answers.plan import PlanAnswer
-from forcemap.answers.words import sentence, sentences
 from forcemap.cli import planned
 from forcemap.cli.options import ContactKind, DeviceSpring, Json, Limit, force_map_from, limit_from
 from forcemap.cli.output import emit, listing
 from forcemap.cli.task_options import figures
 from forcemap.findings import Finding, FindingKind
+from forcemap.words import sentence, sentences
 
 
 def plan(

@@ -10,10 +10,10 @@ from typing import Annotated, Any
 from typer import Argument, Option
 
 import forcemap as fm
-from forcemap.answers.words import sentences
 from forcemap.cli.options import BoundOption, FormName, Json, LimitTable, Margin, stated_bound
 from forcemap.cli.output import Progress, emit, listing, write_result
 from forcemap.files import read_bytes, write_atomically
+from forcemap.words import sentences
 
 REPORT_FILE = "report.html"
 _PDF = b"%PDF"

@@ -7,9 +7,9 @@ import io
 from collections.abc import Iterable
 from typing import Any
 
-from forcemap.answers.words import assumptions, limit_words, sentence, warnings
 from forcemap.exports.robot_table import Provenance
 from forcemap.findings import FindingKind
+from forcemap.words import assumptions, limit_words, sentence, warnings
 
 NOT_SAFETY_RATED = (
     "NOT SAFETY-RATED: an estimate from measurements, looked up by an ordinary program; the robot's own safety "

@@ -12,7 +12,6 @@ from typing import Self
 
 import numpy as np
 
-from forcemap.answers.words import sentence
 from forcemap.arrays import FloatArray, Indices, Objects
 from forcemap.errors import InputError, NotReleasable
 from forcemap.files import file_sha256, stated_date
@@ -27,6 +26,7 @@ from forcemap.speeds.basis import Basis, basis_of
 from forcemap.speeds.safe_speed import SpeedOutcome, floor_speed
 from forcemap.speeds.zone_speeds import ZoneSpeeds, zone_speeds
 from forcemap.speeds.zones import Allowance, Zones
+from forcemap.words import sentence
 
 _WHOLE = Decimal("0.001")  # [m]; edges in whole millimetres, which every controller can hold
 

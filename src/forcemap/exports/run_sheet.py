@@ -7,9 +7,9 @@ import math
 import textwrap
 from collections.abc import Sequence
 
-from forcemap.answers.words import sentence, sentences
 from forcemap.campaigns.conditions import Conditions
 from forcemap.campaigns.plan import MeasurementPlan
+from forcemap.words import sentence, sentences
 
 _SHEET_WIDTH = 100
 

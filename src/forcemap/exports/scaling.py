@@ -7,12 +7,12 @@ from decimal import ROUND_FLOOR, Decimal
 from operator import itemgetter
 from typing import Any
 
-from forcemap.answers.words import sentence
 from forcemap.errors import InputError
 from forcemap.exports.head import cell, csv_text, head_lines, head_result, one_line
 from forcemap.exports.robot_table import Provenance, require_exportable
 from forcemap.paths.path_speeds import PathSpeeds
 from forcemap.speeds.safe_speed import floor_speed
+from forcemap.words import sentence
 
 _PLACES = ("from_x_m", "from_y_m", "from_z_m", "to_x_m", "to_y_m", "to_z_m")
 _SPEEDS = ("programmed_speed_mps", "allowed_speed_mps", "commanded_speed_mps")

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from forcemap.answers.words import assumptions, sentence, warnings
 from forcemap.exports.head import cell, csv_text
 from forcemap.speeds.safe_speed import floor_speed
 from forcemap.speeds.speed_map import SpeedMap
+from forcemap.words import assumptions, sentence, warnings
 
 _SPEEDS = {
     "speed_mps": "speed",

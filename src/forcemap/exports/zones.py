@@ -6,9 +6,9 @@ import itertools
 import math
 from typing import Any
 
-from forcemap.answers.words import sentence
 from forcemap.exports.head import cell, csv_text, head_lines, head_result, one_line
 from forcemap.exports.robot_table import RobotTable
+from forcemap.words import sentence
 
 _EDGES = ("distance_from_m", "distance_to_m", "height_from_m", "height_to_m")
 _SPEEDS = ("speed_mps", "outcome", "lower_bound_mps", "spread_mps")

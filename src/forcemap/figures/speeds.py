@@ -13,7 +13,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from forcemap.answers.words import limit_words, warnings
 from forcemap.arrays import FloatArray
 from forcemap.errors import InputError
 from forcemap.figures import canvas, style
@@ -22,6 +21,7 @@ from forcemap.paths.path_speeds import CycleTime, PathSpeeds
 from forcemap.paths.time_law import TimeLaw
 from forcemap.speeds.safe_speed import SpeedOutcome, floor_speed
 from forcemap.speeds.speed_map import SpeedMap
+from forcemap.words import limit_words, warnings
 
 _MOST_IN_WORDS = 150  # places of a grid whose speeds are written into it
 

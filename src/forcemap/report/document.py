@@ -12,7 +12,6 @@ from typing import Any
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-from forcemap.answers.words import sentence, sentences
 from forcemap.assessment.assess_campaign import CampaignAssessment
 from forcemap.assessment.folder import inputs_sha256
 from forcemap.assessment.missing import Missing
@@ -27,6 +26,7 @@ from forcemap.report.pictures import Pictures
 from forcemap.report.seal import MARK, made_for, quoted, seal, seal_tag
 from forcemap.speeds.safe_speed import floor_speed
 from forcemap.verdicts.verdict import Interpretation, VerdictOutcome
+from forcemap.words import sentence, sentences
 
 _COLUMNS_AT_ONCE = 9  # of a speed table, so that it fits on a page
 

@@ -11,9 +11,9 @@ from pydantic import Field
 import forcemap as fm
 from forcemap.answers.answer import Answer, Figure, PlannedState, Said, of
 from forcemap.answers.collect import Outlier
-from forcemap.answers.words import sentence
 from forcemap.web.folder import Folder
 from forcemap.web.held import fitted, impacts_of
+from forcemap.words import sentence
 
 
 class StateProgress(PlannedState):

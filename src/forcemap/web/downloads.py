@@ -11,12 +11,12 @@ from pathlib import Path
 from pydantic import Field
 
 import forcemap as fm
-from forcemap.answers.words import sentence
 from forcemap.exports.robot_table import Provenance
 from forcemap.findings import in_words
 from forcemap.web.limits import Limits, limits_of
 from forcemap.web.map_answers import Asked
 from forcemap.web.question import Bounded, ComparisonQuestion, PathQuestion, ZoneSize
+from forcemap.words import sentence
 
 
 class Format(StrEnum):

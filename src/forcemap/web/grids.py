@@ -12,10 +12,10 @@ from forcemap import SpeedOutcome, map_sha256, safe_speed
 from forcemap.answers.answer import AllSaid, Answer, Figure, figures
 from forcemap.answers.basis import RestsOn, rests_on
 from forcemap.answers.speed import SpeedAnswer
-from forcemap.answers.words import sentence, sentences
 from forcemap.arrays import FloatArray
 from forcemap.web.map_answers import Asked
 from forcemap.web.question import Resolution, State
+from forcemap.words import sentence, sentences
 
 _CUBE = 50  # points along each edge of the workspace: more than 10^5, also with a corner cut away
 _ALONG = 61

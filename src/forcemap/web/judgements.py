@@ -11,10 +11,10 @@ import forcemap as fm
 from forcemap.answers.accuracy import AccuracyAnswer
 from forcemap.answers.check import CheckAnswer
 from forcemap.answers.collect import Outlier
-from forcemap.answers.words import sentences
 from forcemap.web.held import fitted
 from forcemap.web.limits import Limits
 from forcemap.web.question import Area
+from forcemap.words import sentences
 
 
 class TableAnswer(BaseModel):

@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import Any
 
 import forcemap as fm
-from forcemap.answers.words import sentence
 from forcemap.errors import UnknownName
 from forcemap.web.question import Area
+from forcemap.words import sentence
 
 
 @dataclass(frozen=True)
