@@ -1,7 +1,11 @@
 from __future__ import annotations
 
+import contextlib
+import fcntl
+import io
 import json
 import os
+import shutil
 from pathlib import Path
 
 import pytest
@@ -9,6 +13,7 @@ from hypothesis import HealthCheck, settings
 
 import forcemap as fm
 from real_data import FOLDER, REASON
+from sizes import FULL_SIZE
 
 settings.register_profile("forcemap", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("forcemap")
@@ -17,7 +22,7 @@ settings.load_profile("forcemap")
 @pytest.fixture(scope="session")
 def full_size() -> bool:
     """True under `make validity`: the long runs at full size."""
-    return os.environ.get("FORCEMAP_VALIDITY") == "full"
+    return FULL_SIZE
 
 
 @pytest.fixture(scope="session")
@@ -37,6 +42,49 @@ def example_folders(tmp_path_factory):
 @pytest.fixture(scope="session")
 def examples(example_folders):
     return {name: fm.read_dataset(folder) for name, folder in example_folders.items()}
+
+
+def made_once(tmp_path_factory, name, make):
+    """A folder that the first who asks makes, for all files and processes of a run. Whoever changes it takes a copy."""
+    home = tmp_path_factory.getbasetemp()
+    if "PYTEST_XDIST_WORKER" in os.environ:
+        home = home.parent
+    with (home / f"{name}.lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        if not (home / name).exists():
+            part = home / f"{name}.part"
+            shutil.rmtree(part, ignore_errors=True)
+            make(part)
+            part.rename(home / name)
+    return home / name
+
+
+@pytest.fixture(scope="session")
+def simulated(tmp_path_factory):
+    """The simulated ur10e example of 345 recordings, collected."""
+    from forcemap.lab.example_campaigns import simulate_example
+
+    def make(folder):
+        simulate_example("ur10e", folder)
+        fm.build_dataset(fm.read_campaign(folder))
+
+    return made_once(tmp_path_factory, "simulated", make)
+
+
+@pytest.fixture(scope="session")
+def demo(tmp_path_factory):
+    """Where `forcemap demo` ran: what it printed, and cell/, in which forcemap-demo was taken already."""
+    from forcemap.cli.app import run
+
+    def make(folder):
+        (folder / "cell" / "forcemap-demo").mkdir(parents=True)
+        (folder / "cell" / "forcemap-demo" / "mine.txt").write_text("kept")
+        out = io.StringIO()
+        with contextlib.chdir(folder / "cell"), contextlib.redirect_stdout(out):
+            assert run(["demo"]) == 0
+        (folder / "printed.txt").write_text(out.getvalue())
+
+    return made_once(tmp_path_factory, "demo", make)
 
 
 @pytest.fixture

@@ -296,13 +296,11 @@ def test_demo(ask, forcemap, tmp_path, example):
     assert "holds files already" in err
 
 
-def test_demo_picks_a_free_folder(forcemap, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "forcemap-demo").mkdir()
-    (tmp_path / "forcemap-demo" / "mine.txt").write_text("kept")
-    assert forcemap("demo")[0] == 0
-    assert [path.name for path in (tmp_path / "forcemap-demo").iterdir()] == ["mine.txt"]
-    assert sorted(p.name for p in tmp_path.iterdir()) == ["forcemap-demo", "forcemap-demo-2"]
+def test_demo_picks_a_free_folder(demo):
+    assert [path.name for path in (demo / "cell" / "forcemap-demo").iterdir()] == ["mine.txt"]
+    assert (demo / "cell" / "forcemap-demo" / "mine.txt").read_text() == "kept"
+    assert sorted(path.name for path in (demo / "cell").iterdir()) == ["forcemap-demo", "forcemap-demo-2"]
+    assert (demo / "cell" / "forcemap-demo-2" / "report.html").exists()
 
 
 def test_as_a_program():

@@ -125,9 +125,8 @@ def test_the_readmes_python_runs(monkeypatch, capsys, example_folders):
     assert "admissible" in capsys.readouterr().out
 
 
-def test_the_readmes_demo_is_what_the_demo_prints(tmp_path, capsys):
-    assert run(["demo", str(tmp_path / "demo")]) == 0
-    printed = capsys.readouterr().out
+def test_the_readmes_demo_is_what_the_demo_prints(demo):
+    printed = (demo / "printed.txt").read_text()
     (shown,) = re.findall(r"<!-- demo:start -->\n\n(.*?)\n\n<!-- demo:end -->", page("README.md"), re.S)
     shown = re.sub(r"^    ", "", shown, flags=re.M)
     assert shown in printed
@@ -139,6 +138,8 @@ def test_every_command_is_in_the_readme_and_every_example_in_a_help_text_runs(wo
         assert f"forcemap {command.name}" in page("README.md") or command.name == "demo"
         (example,) = re.findall(r"Example: forcemap (.*?)(?:\n\n|\Z)", inspect.getdoc(command.callback), re.S)
         if command.name == "serve":  # until it is interrupted: test_web.py
+            continue
+        if re.fullmatch(r"demo [\w-]+", example):  # with a folder, too: test_cli.py
             continue
         assert perform(example) in (0, 1), (example, capsys.readouterr().err)
     capsys.readouterr()

@@ -438,7 +438,8 @@ def test_an_edited_table_is_not_replaced_either(cell):
     assert collect(cell).binding.state is fm.BindingState.BOUND
 
 
-def test_a_report_for_another_area_is_not_replaced(cell, forcemap):
+def test_a_report_for_another_area_is_not_replaced(tmp_path, forcemap):
+    cell = write_campaign(tmp_path / "cell", recorded=False, toml=DOWN)
     assert forcemap("report", cell, "--area", "back_of_hand")[0] == 0
     before = (cell / "report.html").read_bytes()
     code, _, err = forcemap("report", cell, "--area", "chest")

@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import statsmodels.api as sm
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from oracle import PRINTED, full_grid, printed_force, simulate, training_grid
 
 import forcemap as fm
+from sizes import COSTLY
 
 QUASI_STATIC = fm.Contact.QUASI_STATIC
 
@@ -155,6 +156,7 @@ def test_a_coordinate_that_varies_within_the_tolerance_carries_no_term(axis):
         assert fm.fit_force_map(noise_free("kuka-iiwa7-10nm", points), form=fm.CFM_2D).fit
 
 
+@settings(max_examples=COSTLY)
 @given(st.integers(0, 2**32 - 1))
 def test_property_row_order_changes_nothing(seed):
     rng = np.random.default_rng(seed)

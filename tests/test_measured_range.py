@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from oracle import full_grid, training_grid
 from scipy.optimize import linprog
 
 from forcemap.maps.measured_range import MeasuredRange
+from sizes import COSTLY
 
 
 def by_linear_programming(points, d, h):
@@ -20,6 +21,7 @@ def by_linear_programming(points, d, h):
     return (np.nan, np.nan) if ends[0].status == 2 else (ends[0].fun, -ends[1].fun)
 
 
+@settings(max_examples=COSTLY)
 @given(st.integers(0, 2**32 - 1), st.integers(4, 30), st.sampled_from(["random", "grid", "jittered"]))
 def test_property_speeds_agree_with_linear_programming(seed, n, kind):
     rng = np.random.default_rng(seed)

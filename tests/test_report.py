@@ -46,13 +46,6 @@ def write_bare(folder):
     collect(folder)
 
 
-def write_demo(folder):
-    from forcemap.lab.example_campaigns import simulate_example
-
-    simulate_example("ur10e", folder)
-    collect(folder)
-
-
 def write_table(folder):
     """impacts.csv and campaign.toml, no recordings."""
     fm.copy_example("ur10e", folder)
@@ -65,19 +58,22 @@ def write_plan(folder):
     write_campaign(folder, recorded=False)
 
 
-CASES = {"demo": write_demo, "bare": write_bare, "saturated": write_saturated, "table": write_table, "plan": write_plan}
+CASES = {"demo": None, "bare": write_bare, "saturated": write_saturated, "table": write_table, "plan": write_plan}
 LIMITS = {"demo": ("back_of_hand", "temple")}
 
 
 @pytest.fixture(scope="module")
-def reports(tmp_path_factory):
+def reports(tmp_path_factory, simulated):
     """Folder, assessment and page of every case, each made once, when it is first asked for."""
     made = {}
 
     def of(case):
         if case not in made:
             folder = tmp_path_factory.mktemp("reports") / case
-            CASES[case](folder)
+            if case == "demo":
+                shutil.copytree(simulated, folder)
+            else:
+                CASES[case](folder)
             limits = [fm.force_limit(name) for name in LIMITS.get(case, ())]
             assessment = fm.assess_campaign(folder, limits=limits)
             made[case] = folder, assessment, report_html(assessment, date=DATE)

@@ -7,13 +7,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from oracle import full_grid, printed_force, simulate, training_grid
 
 import forcemap as fm
 from forcemap.maps.measured_range import MeasuredRange
 from forcemap.words import assumptions, sentence
+from sizes import COSTLY
 
 QUASI_STATIC = fm.Contact.QUASI_STATIC
 
@@ -61,7 +62,7 @@ def falling_map():
     return replace(ur10e, measured_range=MeasuredRange(points))
 
 
-def test_against_brute_force():
+def test_against_brute_force(full_size):
     rng = np.random.default_rng(20)
     places = 10_000
     maps = [(name, fm.published_map(name)) for name in fm.PUBLISHED_MAPS] + [("turns over", falling_map())]
@@ -282,6 +283,7 @@ def test_quasi_static_limits_hold_for_maps_that_clamp():
     assert found.limit == 220.0
 
 
+@settings(max_examples=COSTLY)
 @given(st.integers(0, 2**32 - 1), st.floats(60, 490))
 def test_property_no_speed_outside_what_was_measured(seed, limit):
     rng = np.random.default_rng(seed)

@@ -243,7 +243,7 @@ LIMITS["iiwa7-like-10nm"] = LIMITS["iiwa7-like-30nm"]
 def trials(request, tmp_path_factory, full_size):
     preset, effect = request.param
     folder = tmp_path_factory.mktemp("limits")
-    number, count = range(10 if full_size else 1), 1000 if full_size or effect == 0 else 600
+    number, count = range(10 if full_size else 1), 1000 if full_size else 600
     found = [trial(preset, effect, count, [SEED, each], folder, limits=LIMITS[preset]) for each in number]
     permitted, ratio = (
         np.concatenate(each) for each in zip(*((t.permitted.angle, t.ratio) for t in found), strict=True)

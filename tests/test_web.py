@@ -23,7 +23,6 @@ import pytest
 
 import forcemap as fm
 from forcemap.cli.app import run
-from forcemap.lab.example_campaigns import simulate_example
 from forcemap.words import assumptions, sentence
 from web_server import PATIENCE, client_of, contents, serving
 
@@ -33,11 +32,10 @@ PAGES = ["", "/map", "/speeds", "/compare", "/task", "/downloads"]
 
 
 @pytest.fixture(scope="module")
-def measured(tmp_path_factory):
+def measured(tmp_path_factory, simulated):
     """A folder of two campaigns: one with recordings, one with an impacts table alone."""
     root = tmp_path_factory.mktemp("served")
-    simulate_example("ur10e", root / "ur10e")
-    fm.build_dataset(fm.read_campaign(root / "ur10e"))
+    shutil.copytree(simulated, root / "ur10e")
     fm.copy_example("kuka-iiwa7-30nm", root / "kuka")
     return root
 
@@ -790,19 +788,20 @@ def test_an_interrupt_ends_it_and_a_taken_port_is_said(measured, capsys):
     assert "there is no such folder" in capsys.readouterr().err
 
 
-def test_parallel_uploads_lose_nothing(half_done):
+def test_parallel_uploads_lose_nothing(half_done, full_size):
     folder, later = half_done
-    some = dict(list(later.items())[:200])
+    number = 200 if full_size else 100
+    some = dict(list(later.items())[:number])
     outside = contents(folder.parent.parent).keys()
-    with serving(folder.parent) as (_, address), ThreadPoolExecutor(200) as crowd:
+    with serving(folder.parent) as (_, address), ThreadPoolExecutor(number) as crowd:
         answers = list(crowd.map(lambda run: post(address, run, some[run]), some))
-    assert [status for status, _ in answers] == [200] * 200
+    assert [status for status, _ in answers] == [200] * number
     assert {json.loads(body)["use"] for _, body in answers} == {"used"}
     for name, content in some.items():
         assert (folder / "recordings" / f"{name}.csv").read_bytes() == content
     campaign = fm.read_campaign(folder)
     assert {Path(entry.file).stem for entry in campaign.entries} >= set(some)
-    assert len(fm.read_dataset(folder)) == 210
+    assert len(fm.read_dataset(folder)) == number + 10
     new = {path.as_posix() for path in contents(folder.parent.parent).keys() - outside}
     kept = {f"served/half/recordings/{name}.csv" for name in some}
     assert new == kept | {"served/half/impacts.csv", "served/half/recordings.csv"}

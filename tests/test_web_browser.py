@@ -12,7 +12,6 @@ import pandas as pd
 import pytest
 
 import forcemap as fm
-from forcemap.lab.example_campaigns import simulate_example
 from web_server import PATIENCE, contents, serving
 
 playwright = pytest.importorskip("playwright.sync_api", reason="playwright is missing: pip install 'forcemap[test]'")
@@ -42,10 +41,12 @@ for (const way of ["text", "json"]) {
 
 
 @pytest.fixture(scope="module")
-def served(tmp_path_factory):
+def served(tmp_path_factory, simulated):
     """Address of a page of a campaign that lacks its last recording, its folder, and that recording."""
     folder = tmp_path_factory.mktemp("served") / "lab"
-    simulate_example("ur10e", folder)
+    shutil.copytree(simulated, folder)
+    for name in ("recordings.csv", "impacts.csv"):
+        (folder / name).unlink()
     last = sorted((folder / "recordings").iterdir())[-1]
     kept = folder.parent / last.name
     last.rename(kept)

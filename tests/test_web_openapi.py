@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import os
+import shutil
 
 import pytest
 import schemathesis
@@ -11,18 +11,19 @@ from schemathesis import GenerationMode
 from schemathesis.specs.openapi.checks import positive_data_acceptance
 
 import forcemap as fm
-from forcemap.lab.example_campaigns import simulate_example
+from sizes import FULL_SIZE
 from web_server import PATIENCE, client_of
 
-EXAMPLES = 100 if os.environ.get("FORCEMAP_VALIDITY") == "full" else 4
+EXAMPLES = 100 if FULL_SIZE else 4
 SLOW = {"/api/campaigns/{name}/files/report.html": 4, "/api/campaigns/{name}/files/speeds": 3}
 
 
 @pytest.fixture(scope="module")
-def description(tmp_path_factory):
+def description(tmp_path_factory, simulated):
     """The description of a server with a campaign of twenty recordings."""
     root = tmp_path_factory.mktemp("served")
-    simulate_example("ur10e", root / "lab")
+    shutil.copytree(simulated, root / "lab")
+    (root / "lab" / "recordings.csv").unlink()
     for path in sorted((root / "lab" / "recordings").iterdir())[20:]:
         path.unlink()
     (root / "lab" / "impacts.csv").write_bytes((fm.copy_example("ur10e", root / "ur10e") / "impacts.csv").read_bytes())

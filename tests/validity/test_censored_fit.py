@@ -36,7 +36,7 @@ def errors(name, device_range, effect, seeds):
 
 @pytest.fixture(scope="module")
 def pooled(full_size):
-    found = [row for case in CASES for row in errors(*case, range(60 if full_size else 8))]
+    found = [row for case in CASES for row in errors(*case, range(60 if full_size else 4))]
     wholly = np.concatenate([row[2] for row in found])
     predicted = np.array([np.concatenate([row[0][k] for row in found]) for k in (0, 1)])
     upper = np.array([np.concatenate([row[1][k] for row in found]) for k in (0, 1)])

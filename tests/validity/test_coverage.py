@@ -55,7 +55,7 @@ def keeps_the_promise(shares):
 @pytest.mark.parametrize("effect", EFFECTS)
 @pytest.mark.parametrize("name", ["ur10e", "kuka-iiwa7-30nm"])
 def test_tolerance_bound_keeps_its_promise(name, effect, full_size):
-    campaigns = 2000 if full_size else 60
+    campaigns = 2000 if full_size else 20
     found = coverages(name, effect, campaigns, seed=202611)
     for bound, shares in found.items():
         kept = np.mean(shares >= 0.95)
