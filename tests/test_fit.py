@@ -224,3 +224,38 @@ def test_property_every_accepted_table_fits_or_is_refused(table, form):
         return
     assert np.isfinite(force_map.coefficients).all()
     assert (found.bound_force[~np.isnan(found.speed)] <= 50.0 * (1 + 1e-9)).all()
+
+
+@pytest.mark.parametrize("seed", [2, 8, 20, 62, 83, 113, 565, 672])
+def test_forces_of_every_size_fit_or_are_refused(seed):
+    """Censored fits whose repeats hardly differ, or whose predictions no number holds."""
+    rng = np.random.default_rng(seed)
+    n = rng.integers(10, 60)
+
+    def mixed(values, low, high):
+        regular = rng.random(n) < rng.choice([0.5, 0.9, 1.0])
+        return np.where(regular, rng.choice(values, n), rng.uniform(low, high, n))
+
+    columns = {
+        "distance": mixed([0.3, 0.5, 0.7, 0.9], 0.01, 9),
+        "height": mixed([-0.2, 0.1, 0.3, 0.5], -9, 9),
+        "speed": mixed([0.1, 0.2, 0.3, 0.4], 0.01, 9),
+    }
+    force = np.exp(rng.uniform(0, np.log(1e5), n)) if rng.random() < 0.5 else rng.uniform(1, 1e5, n)
+    if rng.random() < 0.3:
+        force = 150 * np.exp(rng.normal(0, rng.choice([1e-6, 1e-3, 0.1, 1]), n))
+    censored = rng.random(n) < rng.choice([0.05, 0.2, 0.5])
+    role = np.where(rng.random(n) < 0.8, "train", "test")
+    form = [fm.CFM_2D, fm.CFM_3D, fm.FULL_CUBIC, fm.LOG_SPEED][rng.integers(4)]
+    try:
+        dataset = fm.ImpactDataset.from_arrays(**columns, peak_force=force, censored=censored, role=role)
+        force_map = fm.fit_force_map(dataset, form=form)
+    except fm.ForcemapError:
+        return
+    fm.map_accuracy(force_map, dataset)
+    d, h, _ = force_map.measured_range.points.T
+    try:
+        found = fm.safe_speed(force_map, d, h, limit=50.0, contact=QUASI_STATIC, bound=fm.ToleranceBound())
+    except fm.ForcemapError:
+        return
+    assert (found.bound_force[~np.isnan(found.speed)] <= 50.0 * (1 + 1e-9)).all()

@@ -178,10 +178,10 @@ def left_out_predictions(force_map: ForceMap) -> FloatArray:
     """
     fit = force_map.require_fit()
     between_states = fit.between_states
-    if isinstance(between_states, CensoredRegression):
-        data = state_data(force_map.form, fit.states, between_states.repeat_variance)
-        return np.asarray(np.exp(left_out_levels(data, between_states)))
     left = 1 - between_states.leverage
     with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
+        if isinstance(between_states, CensoredRegression):
+            data = state_data(force_map.form, fit.states, between_states.repeat_variance)
+            return np.asarray(np.exp(left_out_levels(data, between_states)))
         predicted = np.exp(fit.states.log_force - between_states.residuals / left)
     return np.where(left > 1e-9, predicted, np.nan)

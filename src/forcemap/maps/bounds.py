@@ -227,7 +227,9 @@ def margins(bound: Bound, force_map: ForceMap) -> FloatArray:
     Where a tolerance bound lies above 0.10, the paper's fixed margin is too small there.
     """
     points = force_map.measured_range.points.T
-    return np.asarray(bound.upper(force_map, *points) / force_map.predict(*points) - 1)
+    with np.errstate(invalid="ignore"):  # where no number holds either force
+        margin = bound.upper(force_map, *points) / force_map.predict(*points) - 1
+    return np.where(np.isnan(margin), np.inf, margin)
 
 
 def tolerance_nodes(bound: ToleranceBound, force_map: ForceMap) -> tuple[FloatArray, FloatArray, float]:

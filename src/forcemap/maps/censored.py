@@ -16,6 +16,7 @@ _NODES = 128  # of the quadrature over the force of a censored state
 _WIDE = 8.5  # standard deviations beyond which a normal distribution counts as empty
 _LEVEL = 1e-10  # of the likelihood's slope, by ln F: below it the fit has converged
 _legendre = lru_cache(np.polynomial.legendre.leggauss)
+_STEPS = 100  # of Newton's method, at most; a handful are needed
 _LEAST_SHARE = 0.05  # of the variance of a state's mean that is taken for the state effect, at least
 
 
@@ -166,9 +167,9 @@ def left_out_levels(data: StateData, fitted: CensoredRegression) -> FloatArray:
         known = rest.impacts > 0
         try:
             start = least_squares(rest.design[known], rest.mean[known])
-        except FitError:  # too few or rank deficient without it
+            levels[i] = data.design[i] @ _Profile(rest, start).solve(2 * math.log(fitted.deviation))[0]
+        except FitError:  # too few, rank deficient or without a maximum when it is left out
             continue
-        levels[i] = data.design[i] @ _Profile(rest, start).solve(2 * math.log(fitted.deviation))[0]
     return levels
 
 
@@ -255,7 +256,8 @@ def _reached(
     from scipy.special import log_ndtr
 
     narrow = sd < 0.25 * noise
-    mode = _mode(m, sd, threshold, noise, count)
+    mode = np.zeros_like(m)
+    mode[narrow] = _mode(m[narrow], sd[narrow], threshold[narrow], noise, count[narrow])
     low = np.where(narrow, mode - _WIDE * sd, np.maximum(threshold - _WIDE * noise, m - _WIDE * sd))
     high = np.where(narrow, mode + _WIDE * sd, np.maximum(threshold + _WIDE * noise, low))
     nodes, weights = _legendre(_NODES)
@@ -277,27 +279,25 @@ def _reached(
 
 
 def _mode(m: FloatArray, sd: FloatArray, threshold: FloatArray, noise: float, count: Indices) -> FloatArray:
-    """Where exp(-(eta - m)^2 / 2 sd^2) Phi((eta - c) / noise)^count is largest, to 1e-3 sd, shape (k,)."""
-    from scipy.optimize import newton
-    from scipy.special import log_ndtr
+    """Where exp(-(eta - m)^2 / 2 sd^2) Phi((eta - c) / noise)^count is largest, to 1e-3 sd, shape (k,).
 
-    def hazard(u: FloatArray) -> tuple[FloatArray, FloatArray]:
+    With u = (eta - m) / sd the slope of its logarithm, count sd / noise phi(z) / Phi(z) - u, is convex and falls, and
+    is not below 0 at u = 0: Newton's steps from there rise to the root, and pass it nowhere.
+    """
+    from scipy.special import erfcx
+
+    u, ratio = np.zeros_like(m), sd / noise
+    for _ in range(_STEPS):
         z = (m + sd * u - threshold) / noise
-        return z, np.exp(-0.5 * z**2 - 0.5 * math.log(2 * np.pi) - log_ndtr(z))
-
-    ratio = count * sd / noise
-
-    def slope(u: FloatArray) -> FloatArray:
-        return np.asarray(ratio * hazard(u)[1] - u)
-
-    def bend(u: FloatArray) -> FloatArray:
-        z, rate = hazard(u)
-        return np.asarray(-ratio * sd / noise * rate * (z + rate) - 1.0)
-
-    found = newton(slope, np.zeros_like(m), bend, tol=1e-3, maxiter=100, full_output=True, disp=False)
-    if not np.all(found[1]):
-        raise FitError("the censored fit does not converge; discard the censored impacts, or check their forces")
-    return np.asarray(m + sd * found[0])
+        rate = math.sqrt(2 / math.pi) / erfcx(
+            -z / math.sqrt(2.0)
+        )  # phi(z) / Phi(z), without a difference of logarithms
+        bend = np.where(z < -1e4, 1.0, np.clip(rate * (z + rate), 0.0, 1.0))
+        step = (count * ratio * rate - u) / (count * ratio**2 * bend + 1.0)
+        u += step
+        if not np.any(step > 1e-3):
+            break
+    return np.asarray(m + sd * u)
 
 
 def _maximum(profile: _Profile, start: float) -> tuple[float, float]:

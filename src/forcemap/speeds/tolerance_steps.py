@@ -60,17 +60,22 @@ class ToleranceSteps:
         root = np.sqrt(np.maximum(leverage, 0.0))
         beyond = np.maximum(root - self.root[-1], 0.0) * self.last_slope
         allowance = np.interp(root, self.root, self.highest) + beyond
-        with np.errstate(over="ignore"):
-            return np.asarray(np.maximum(log_force + allowance, np.log(np.exp(log_force) + self.error)) + 1e-12)
+        return np.asarray(np.maximum(log_force + allowance, self._log_with_error(log_force)) + 1e-12)
 
     def smallest(self, log_force: FloatArray, leverage: FloatArray) -> FloatArray:
         """At most ln of the bound where ln F and the leverage are at least these."""
         allowance = np.interp(np.sqrt(np.maximum(leverage, 0.0)), self.root, self.lowest)
-        return np.asarray(np.maximum(log_force + allowance, np.log(np.exp(log_force) + self.error)) - 1e-9)
+        return np.asarray(np.maximum(log_force + allowance, self._log_with_error(log_force)) - 1e-9)
+
+    def _log_with_error(self, log_force: FloatArray) -> FloatArray:
+        """ln (F + device error); infinite where no number holds F."""
+        with np.errstate(over="ignore"):
+            return np.asarray(np.log(np.exp(log_force) + self.error))
 
     def share(self, log_force: FloatArray) -> FloatArray:
         """At most F / (F + device error) where ln F is at least this: what the error leaves of a slope of ln F."""
-        return np.asarray(1 / (1 + self.error * np.exp(-log_force)))
+        with np.errstate(over="ignore"):
+            return np.asarray(1 / (1 + self.error * np.exp(-log_force)))
 
     def slopes(
         self, falls: FloatArray, rises: FloatArray, least: FloatArray, most: FloatArray
