@@ -34,7 +34,7 @@ API_PAGES = {
     "Effective mass": ("dynamics",),
     "Exports": ("exports",),
     "Figures": ("figures",),
-    "Findings and errors": ("findings", "answers", "errors"),
+    "Findings and errors": ("findings", "words", "errors"),
 }
 
 COMMANDS_HEAD = """# Commands

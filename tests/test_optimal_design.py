@@ -10,6 +10,7 @@ from oracle import full_grid
 
 import forcemap as fm
 from forcemap.errors import InputError, RankDeficient, TooFewStates
+from forcemap.words import sentence
 
 LINE = fm.Form.of("LINE", ["1", "d", "v"])
 AXES = (0.5, 0.6, 0.8), (0.2,), (0.1, 0.2, 0.4)
@@ -143,7 +144,7 @@ def test_a_plan_keeps_to_the_device_range_and_names_the_bound_to_expect():
     assert plan.expected_force.max() <= 347
     few = fm.plan_measurements(**ranges, **options, states=13)
     assert len(few.states) == 13
-    assert "13 states to train, fewer than 18: the bound is expected to lie" in few.warnings[0]
+    assert "13 states to train, fewer than 18: the bound is expected to lie" in sentence(few.warnings[0])
     with pytest.raises(InputError, match="at least 8, the corners of the range"):
         fm.plan_measurements(**ranges, states=7)
     with pytest.raises(InputError, match="states: found 0"):
