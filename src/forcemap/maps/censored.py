@@ -289,9 +289,7 @@ def _mode(m: FloatArray, sd: FloatArray, threshold: FloatArray, noise: float, co
     u, ratio = np.zeros_like(m), sd / noise
     for _ in range(_STEPS):
         z = (m + sd * u - threshold) / noise
-        rate = math.sqrt(2 / math.pi) / erfcx(
-            -z / math.sqrt(2.0)
-        )  # phi(z) / Phi(z), without a difference of logarithms
+        rate = math.sqrt(2 / math.pi) / erfcx(-z / math.sqrt(2.0))  # phi(z) / Phi(z)
         bend = np.where(z < -1e4, 1.0, np.clip(rate * (z + rate), 0.0, 1.0))
         step = (count * ratio * rate - u) / (count * ratio**2 * bend + 1.0)
         u += step
