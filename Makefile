@@ -9,8 +9,9 @@ demo: .venv/.app
 	rm -rf build/demo
 	$(BIN)/forcemap demo build/demo
 
+# One worker more than there are cores: many tests wait for another process or a browser.
 test: .venv/.test
-	$(BIN)/python -m pytest -n auto --dist loadfile
+	$(BIN)/python -m pytest -n $$($(BIN)/python -c "import os; print(1 + (os.cpu_count() or 1))") --dist loadfile
 
 check: .venv/.check
 	$(BIN)/ruff check .

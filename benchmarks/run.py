@@ -345,8 +345,9 @@ def pages():
     )
     with tempfile.TemporaryDirectory() as folder, sync_playwright() as started:
         fm.copy_example("ur10e", Path(folder) / "ur10e")
-        with serving(folder) as (_, address):
+        with serving(folder) as (_, address, token):
             page = started.chromium.launch(executable_path=chromium, args=["--no-sandbox"]).new_page(base_url=address)
+            page.goto(f"/?token={token}")
             seen = []
             for part in ("", "/map", "/speeds", "/compare", "/task", "/downloads"):
                 times = []

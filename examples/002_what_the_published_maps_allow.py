@@ -21,7 +21,7 @@ for name in fm.PUBLISHED_MAPS:
         answer = fm.safe_speed(force_map, 0.8, 0.4, limit=hand, contact=contact, bound=fm.FixedMargin(0.10))
         formula = fm.pfl_speed_limit(newtons, robot_mass=robot_mass, body_mass=math.inf, stiffness=region.stiffness)
         crossing = force_map.crossing_speed(0.8, 0.4, newtons)
-        speed = f"{fm.floor_speed(answer.speed)} m/s" if answer.outcome.has_speed else "no speed"
+        speed = f"{fm.floor_speed(answer.speed)} m/s at contact" if answer.outcome.has_speed else "no speed"
         print(
             f"  {contact}, {newtons:g} N: {answer.outcome}, {speed} ({answer.reason}); "
             f"the prediction alone reaches the limit at {fm.floor_speed(crossing)} m/s, "

@@ -22,7 +22,7 @@ for name in ("ur10e", "kuka-iiwa7-30nm"):
         print(f"{name}, {contact} contact, {newtons:g} N: the paper says {f'{said} m/s' if said else 'nothing'}")
         for margin in (0.0, 0.10):
             found = fm.safe_speed(force_map, 0.8, 0.4, limit=hand, contact=contact, bound=fm.FixedMargin(margin))
-            speed = f"{fm.floor_speed(found.speed)} m/s" if found.outcome.has_speed else "no speed"
+            speed = f"{fm.floor_speed(found.speed)} m/s at contact" if found.outcome.has_speed else "no speed"
             print(f"  prediction + {100 * margin:g} %: {found.outcome}, {speed} ({found.reason})")
             if found.outcome is fm.SpeedOutcome.UNCONFIRMED and found.extrapolated_speed > 0:
                 print(f"    to confirm it, measure here at about {fm.floor_speed(found.extrapolated_speed)} m/s")

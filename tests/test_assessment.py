@@ -45,7 +45,7 @@ def whole(measured):
 def test_its_parts_are_those_of_the_library(whole, measured):
     campaign, dataset = fm.read_campaign(measured), fm.read_dataset(measured)
     force_map = fm.fit_force_map(dataset)
-    assert whole.findings == ()
+    assert [each.kind for each in whole.findings] == [fm.FindingKind.SPEED_ERROR_NOT_STATED]
     assert whole.simulated is False
     np.testing.assert_array_equal(whole.force_map.coefficients, force_map.coefficients)
     assert whole.bound == fm.ToleranceBound(device_error=3.0)

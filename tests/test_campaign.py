@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import csv
 import math
+import sys
 
 import numpy as np
 import pytest
 
 import forcemap as fm
 from curves import curve
+from forcemap.campaigns.walk import walk
 from forcemap.errors import CampaignFileError
 from forcemap.words import sentence
 from pulses import TOML, collect, half_sine, pulse, register, rows, save, truth, write_campaign
@@ -48,7 +50,9 @@ def edit_register(folder, edits, *, delimiter=",", decimal="."):
         writer = csv.DictWriter(stream, next(iter(table.values())), delimiter=delimiter)
         writer.writeheader()
         for row in table.values():
-            numbers = {key: cell.replace(".", decimal) for key, cell in row.items() if key.endswith(("_N", "_mps"))}
+            numbers = {
+                key: cell.replace(".", decimal) for key, cell in row.items() if key.endswith(("_N", "_mps", "_s"))
+            }
             writer.writerow(row | numbers)
 
 
@@ -109,7 +113,7 @@ def test_a_raw_file_that_changed_or_vanished_is_named(folder, raw):
     kept = written(folder)
     path = folder / "recordings" / f"{RUN}.csv"
     content = path.read_bytes()
-    path.write_bytes(content + b"0.900000,0.000\n")
+    path.write_bytes(content[:-3] + b"1" + content[-2:])
     with pytest.raises(
         CampaignFileError, match=r"changed since it was registered.*restore it; .* takes another repeat"
     ) as e:
@@ -123,6 +127,70 @@ def test_a_raw_file_that_changed_or_vanished_is_named(folder, raw):
     path.write_bytes(content)
     collect(folder)
     assert written(folder) == kept
+
+
+def test_half_a_file_that_goes_on_is_read_again(tmp_path):
+    """Cut at any byte: before, within and after the impact, in the middle of a line; several times, too."""
+    whole = write_campaign(tmp_path / "whole")
+    collect(whole)
+    folder = write_campaign(tmp_path / "campaign")
+    path = folder / "recordings" / f"{RUN}.csv"
+    content, rng = path.read_bytes(), np.random.default_rng(SEED)
+    used = set()
+    for cut in [0, 5, len(content) - 1, *rng.integers(len(content) // 5, len(content) // 2, 8)]:
+        was, before = "", b""
+        for part in (content[:cut], content[: (cut + len(content)) // 2], content):
+            path.write_bytes(part)
+            if was == "used" and part != before:
+                (doubt,) = [each.doubt for each in walk(fm.read_campaign(folder)) if each.entry.file == path.name]
+                assert doubt.kind == "file_grown"
+            collect(folder)
+            was, before = register(folder)[path.name]["use"], part
+            used.add(was)
+        assert written(folder) == written(whole)
+        (folder / "recordings.csv").unlink()
+    assert used == {"used", "discarded", "unreadable"}
+
+
+def test_what_gave_nothing_may_be_replaced_and_nothing_else(folder, raw):
+    """A corrected export of a file that was unreadable, or held no impact, is simply read again."""
+    time, force = pulse(150.0)
+    raw(OTHER, *pulse(160.0))
+    path = folder / "recordings" / f"{RUN}.csv"
+    for gave_nothing in (b"time_s,force_N\n0,1\n1,x\n", b"", b"PK\x03\x04", "flat"):
+        raw(RUN, time, 0 * force)
+        if gave_nothing != "flat":
+            path.write_bytes(gave_nothing)
+        collect(folder)
+        assert register(folder)[path.name]["use"] in ("unreadable", "discarded")
+        before = path.read_bytes()
+        raw(RUN, time, force)
+        assert len(collect(folder)) == 2
+        assert (register(folder)[path.name]["use"], register(folder)[path.name]["reason"]) == ("used", "")
+        path.write_bytes(before)
+        with pytest.raises(CampaignFileError, match="changed since it was registered"):
+            collect(folder)
+        (folder / "recordings.csv").unlink()
+    collect(folder)
+    edit_register(folder, {path.name: {"exclude": "cut off"}})
+    collect(folder)
+    raw(RUN, *pulse(400.0))
+    with pytest.raises(CampaignFileError, match="changed since it was registered"):
+        collect(folder)
+
+
+def test_a_package_that_is_missing_takes_no_row_out(tmp_path, ask, monkeypatch):
+    pytest.importorskip("nptdms")
+    folder = write_campaign(tmp_path / "campaign")
+    collect(folder)
+    before = written(folder)
+    path = folder / "recordings" / f"{RUN}.csv"
+    path.rename(path.with_suffix(".tdms"))
+    monkeypatch.setitem(sys.modules, "nptdms", None)
+    code, found = ask("collect", folder)
+    assert (code, found["error"]["kind"]) == (2, "missing_extra")
+    assert "pip install 'forcemap[tdms]'" in found["error"]["message"]
+    assert written(folder) == before
 
 
 def test_every_discard_has_its_reason_and_no_row(folder, raw):

@@ -15,6 +15,17 @@ import tracemalloc
 import numpy as np
 import pytest
 
+from damages import (
+    DAMAGES,
+    a_piece_lost,
+    a_piece_twice,
+    beheaded,
+    binary,
+    random_bytes,
+    shuffled_bytes,
+    swapped_columns,
+    truncated,
+)
 from forcemap.errors import ForcemapError
 from forcemap.recordings.column_map import ColumnMap
 from forcemap.recordings.read import read_recordings
@@ -30,88 +41,6 @@ def lines(rng, delimiter, decimal, end, header):
     return text.replace(".", decimal).replace(";", delimiter).encode()
 
 
-def truncated(rng, content):
-    return content[: rng.integers(0, len(content))]
-
-
-def beheaded(rng, content):
-    return content[rng.integers(0, len(content)) :]
-
-
-def shuffled_bytes(rng, content):
-    data = bytearray(content)
-    at = rng.integers(0, len(data), rng.integers(2, 40))
-    picked = [data[one] for one in at]
-    rng.shuffle(picked)
-    for one, byte in zip(at, picked, strict=True):
-        data[one] = byte
-    return bytes(data)
-
-
-def random_bytes(rng, content):
-    data = bytearray(content)
-    for at in rng.integers(0, len(data), rng.integers(1, 20)):
-        data[at] = rng.integers(0, 256)
-    return bytes(data)
-
-
-def a_piece_lost(rng, content):
-    start, stop = sorted(rng.integers(0, len(content), 2))
-    return content[:start] + content[stop:]
-
-
-def a_piece_twice(rng, content):
-    start, stop = sorted(rng.integers(0, len(content), 2))
-    return content[:stop] + content[start:]
-
-
-def shuffled_lines(rng, content):
-    rows = content.splitlines(keepends=True)
-    rng.shuffle(rows)
-    return b"".join(rows)
-
-
-def other_separators(rng, content):
-    table = bytes.maketrans(b",;.\t", bytes(rng.choice(list(b",;.\t |:"), 4).tolist()))
-    part = rng.integers(0, len(content))
-    return content.translate(table) if rng.random() < 0.5 else content[:part] + content[part:].translate(table)
-
-
-def swapped_columns(rng, content):
-    return re.sub(rb"([^;,\t\r\n]+)([;,\t])([^;,\t\r\n]+)", rb"\3\2\1", content)
-
-
-def huge_numbers(rng, content):
-    cells = re.split(rb"([;,\t\r\n])", content)
-    for at in rng.integers(0, len(cells), 5):
-        cells[at] = [b"1e308", b"-9e99999", b"9" * 400, b"1e-400", b"nan", b"inf", b"0x7f", b"1e", b"--1"][
-            rng.integers(9)
-        ]
-    return b"".join(cells)
-
-
-def empty(rng, content):
-    return bytes(rng.choice(list(b" \t\r\n;,"), rng.integers(0, 50)).tolist())
-
-
-def binary(rng, content):
-    return rng.bytes(rng.integers(1, 5000))
-
-
-DAMAGES = [
-    truncated,
-    beheaded,
-    shuffled_bytes,
-    random_bytes,
-    a_piece_lost,
-    a_piece_twice,
-    shuffled_lines,
-    other_separators,
-    swapped_columns,
-    huge_numbers,
-    empty,
-    binary,
-]
 HEADERS = ["", "time_ms;force_N;n\n", "Device 5\nRate;2000\n\ntime_ms;force_N;n\nms;N;-\n", "µs °\xff\n"]
 MAPS = [
     {"time": 1, "time_unit": "ms", "force": 2},
@@ -140,10 +69,13 @@ def read_or_refuse(path, columns):
 
 def holds(content, recording):
     """True if times and forces are those of the last lines, in one of the ways to read them; names may be swapped."""
-    rows = [row for row in content.decode("latin-1").split("\n") if row.strip()]
+    rows = content.decode("latin-1").split("\n")
+    if recording.notes and (below := re.search(r"from row ([0-9]+) on", recording.notes[-1])):
+        rows = rows[: int(below[1]) - 1]
+    rows = [row for row in rows if row.strip()]
     if recording.notes and "cut off" in recording.notes[-1]:
         rows.pop()
-    for delimiter, decimal, order in itertools.product(",;\t", ".,", (1, -1)):
+    for delimiter, decimal, order in itertools.product([",", ";", "\t", None], ".,", (1, -1)):
         try:
             cells = [row.replace("\r", "").split(delimiter)[:2][::order] for row in rows[-recording.samples :]]
             found = np.array([[float(cell.replace(decimal, ".")) for cell in row] for row in cells])

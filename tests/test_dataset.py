@@ -59,8 +59,9 @@ REFUSED = [
     (HEADER, ["-0.5,0.2,0.25,200"], 2, "distance_m", "-0.5"),
     (HEADER, ["0.5,0.2,0,200"], 2, "speed_mps", "found 0"),
     (HEADER, ["0.5,0.2,0.25,-200"], 2, "peak_force_N", "-200"),
-    (HEADER, ["520,0.2,0.25,200"], 2, "distance_m", "metres"),
-    (HEADER, ["0.5,0.2,250,200"], 2, "speed_mps", "metres per second"),
+    (HEADER, ["520,0.2,0.25,200"], 2, "distance_m", "up to 10; is it in mm?"),
+    (HEADER, ["0.5,0.2,250,200"], 2, "speed_mps", "up to 10; is it in mm/s"),
+    (HEADER, ["0.5,-25,0.25,200"], 2, "height_m", "metres from -10 to 10; is it in mm or cm?"),
     (HEADER, ["0.5,0.2,0.25,0.2"], 2, "peak_force_N", "newtons"),
     (HEADER, ["0.5,0.2,0.25"], 2, None, "3 cells"),
     (HEADER, ["0.5,0.2,0.25,200,7"], 2, None, "5 cells"),
@@ -73,7 +74,13 @@ REFUSED = [
     (HEADER + ",state_id,repeat", ["0.5,0.2,0.25,200,a,1", "0.5,0.2,0.25,201,a,1"], 3, "repeat", "again"),
     (HEADER + ",state_id", ["0.5,0.2,0.25,200,a", "0.5052,0.2,0.25,200,a"], 3, "distance_m", "0.0052"),
     (HEADER + ",state_id", ["0.5,0.2,0.25,200,a", "0.5,0.2,0.2602,200,a"], 3, "speed_mps", "0.0102"),
-    (HEADER + ",state_id", ["0.5,0.2,0.25,200,a", "0.5,0.2,0.25,200,b"], 3, "state_id", "same distance"),
+    (
+        HEADER + ",state_id",
+        ["0.5,0.2,0.25,200,a", "0.504,0.2,0.25,200,b", "0.508,0.2,0.25,200,c"],
+        4,
+        "distance_m",
+        "form a chain: lower the tolerance",
+    ),
     (HEADER, ["0.5,0.2,0.250,200", "0.5,0.2,0.258,200", "0.5,0.2,0.266,200"], 4, "speed_mps", "chain"),
     (HEADER + ",speed_mps", ["0.5,0.2,0.25,200,0.3"], 1, "speed_mps", "twice"),
     (HEADER, ['0.5,0.2,"0.25,200'], 2, None, "not a CSV"),
@@ -168,6 +175,29 @@ def test_equal_coordinates_stay_exact():
         distance=[0.1] * 3, height=[0.3] * 3, speed=[0.1] * 3, peak_force=[100, 101, 102]
     )
     assert (dataset.states.distance[0], dataset.states.height[0], dataset.states.speed[0]) == (0.1, 0.3, 0.1)
+
+
+@pytest.mark.parametrize("apart", [(0, 0, 0), (0.004, 0, 0), (0, -0.005, 0), (0.003, 0.003, 0.01)])
+def test_repeats_named_as_states_of_their_own_are_one_state(apart):
+    d, h, v = np.array([[0.5, 0.2, 0.25], [0.5, 0.2, 0.25], [0.7, 0.2, 0.25]]).T
+    d, h, v = (np.append(each, each[0] + more) for each, more in zip((d, h, v), apart, strict=True))
+    dataset = fm.ImpactDataset.from_arrays(
+        distance=d,
+        height=h,
+        speed=v,
+        peak_force=[200, 201, 150, 202],
+        state=["b", "b", "far", "a"],
+        repeat=[1, 2, 7, 1],
+    )
+    assert dataset.state.tolist() == ["b", "b", "far", "b"]
+    assert dataset.repeat.tolist() == [1, 2, 7, 3]
+    assert len(dataset.states) == 2
+    near = fm.ImpactDataset.from_arrays(
+        distance=d, height=h, speed=v, peak_force=[200, 201, 150, 202], state=["b", "b", "far", "a"],
+        role=["train"] * 3 + ["test"],
+    )  # fmt: skip
+    assert near.test.state.tolist() == ["a"]
+    assert len(near.independent_test) == 0  # it shares the error of the training state
 
 
 def test_tolerance_is_adjustable():

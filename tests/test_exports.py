@@ -54,7 +54,7 @@ def test_the_table_is_certified_and_floored(table):
                 assert table.lowest[i, j] - table.speed_mmps[i, j] / 1000 < 0.011 + 1e-9
             else:
                 assert not table.outcome[i, j].has_speed
-    assert 20 < table.permitted < table.speed_mmps.size
+    assert 15 < table.permitted < table.speed_mmps.size
     straight = fm.robot_table(ur10e, limits=[HAND], bound=fm.FixedMargin(0.10), angle=0.0)
     assert table.permitted < straight.permitted
     assert (table.speed_mmps <= straight.speed_mmps).all()
@@ -96,7 +96,8 @@ def test_neutral_tables(table):
         assert float(row["speed_mps"]) == zone["speed_mps"]
         assert row["outcome"] == zone["outcome"]
         assert float(row["distance_from_m"]) == zone["distance_from_m"]
-        assert (zone["speed_mps"] == 0) == (zone["lower_bound_mps"] is None)
+        assert (zone["speed_mps"] == 0) == (zone["outcome"] in ("unconfirmed", "outside"))
+        assert zone["speed_mps"] + 0.01 <= (zone["lower_bound_mps"] or math.inf)
         assert float(row["limit_N"]) == zone["limit_N"] == 280.0
         assert row["map_sha256"] == fm.map_sha256(fm.published_map("ur10e"))
         if row["spread_mps"]:

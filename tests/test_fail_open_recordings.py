@@ -343,7 +343,8 @@ def test_check_of_a_folder_names_what_it_does_not_judge(folder, ask):
         stream.write("9.000000,0.000\n")
     code, found = ask("check", folder, *HAND_OPTIONS)
     assert (code, found["outcome"]) == (2, "cannot_tell")
-    assert found["unjudged"] == [{"recording": second, "reason": "the file has changed since it was registered"}]
+    grown = "the file has grown since it was registered: collect the campaign again"
+    assert found["unjudged"] == [{"recording": second, "reason": grown}]
     (folder / "recordings" / third).unlink()
     code, found = ask("check", folder, *HAND_OPTIONS)
     assert code == 2

@@ -312,14 +312,14 @@ def test_safe_speeds(made, speeds):
     axes, bar = figure.axes
     cells = axes.collections[0].get_array()
     np.testing.assert_array_equal(np.ma.filled(cells, np.nan), speeds.speeds.speed.T)
-    assert bar.get_ylabel() == "Safe speed [m/s]"
+    assert bar.get_ylabel() == "Safe speed at contact [m/s]"
     refused = int((speeds.speeds.outcome == fm.SpeedOutcome.UNCONFIRMED).sum())
     assert refused
     assert f"unconfirmed: no speed ({refused} places)" in legend(figure)
     assert any(patch.get_hatch() == "xxxx" for patch in axes.patches)
     words = [text.get_text() for text in axes.texts]
-    finite = speeds.speeds.speed[np.isfinite(speeds.speeds.speed)]
-    assert sorted(words) == sorted(fm.floor_speed(each) for each in finite)
+    both = np.array([speeds.speeds.speed_to_program, speeds.speeds.speed])[:, np.isfinite(speeds.speeds.speed)]
+    assert sorted(words) == sorted(f"{fm.floor_speed(program)}\n({fm.floor_speed(at)})" for program, at in both.T)
     assert "280 N" in axes.get_title("left")
     assert "95 % confidence" in axes.get_title("left").replace("\n", " ")
 
@@ -340,7 +340,7 @@ def test_path_speeds(made, along_path):
     for outcome, text in (("not_downward", "not downward"), ("outside", "outside what")):
         assert outcome in set(along_path.outcome)
         assert any(entry.startswith(text) and "no permission" in entry for entry in legend(figure))
-    x, speed = series(axes, "allowed speed, no cycle time")
+    x, speed = series(axes, "speed to program, no cycle time")
     np.testing.assert_array_equal(speed, np.repeat(along_path.speed, 2))
     assert x[-1] == pytest.approx(along_path.path.lengths.sum())
     assert {patch.get_hatch() for patch in axes.patches} >= {"////", "...."}
@@ -362,6 +362,6 @@ def test_repeatability(made, dataset):
 def test_what_must_be_said_first_stands_above_the_speeds(force_map, width):
     case = {"limit": fm.force_limit(HAND), "contact": fm.Contact.TRANSIENT, "bound": fm.FixedMargin(0.0)}
     weak = fm.speed_map(force_map, *fm.measured_grid(force_map, 0.1), **case)
-    (first,) = warnings([weak.speeds.basis])
+    first, then = warnings([weak.speeds.basis])
     said = figures.safe_speed_figure(weak, width=width).get_suptitle()
-    assert said.replace("\n", " ") == f"{SIMULATED} {first}"
+    assert said.replace("\n", " ") == f"{SIMULATED} {first} {then}"

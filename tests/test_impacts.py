@@ -190,6 +190,11 @@ def with_spike(at, force):
     return TIME, FORCE + force * (np.abs(TIME - at) < 1e-9)
 
 
+def shifted(by):
+    """The force that much later."""
+    return np.interp(TIME + by, TIME, FORCE)
+
+
 def without(first, last):
     kept = (first > TIME) | (last < TIME)
     return TIME[kept], FORCE[kept]
@@ -225,6 +230,39 @@ FLAGGED = {
         (TIME, FORCE + half_sine(TIME, 9.0, 0.08, -0.15), {}, r"\d\d% of the samples before contact are not quiet"),
     ],
     "cut_off": [(TIME[TIME < 0.01], FORCE[TIME < 0.01], {}, r"ends while 1\d\d\.\d N act, before the peak is over")],
+    "spike": [
+        (*with_spike(0.008, 200.0), {}, r"and back at 0\.0080 s, 1 such sample in all: interference; 3\d\d\.\d N with")
+    ],
+    "jump": [
+        (
+            TIME,
+            np.where(TIME < 0.004, FORCE, shifted(0.018)),
+            {},
+            r"changes by \+\d\d\.\d N from one sample to the next 0\.00",
+        ),
+    ],
+    "step": [
+        (TIME, np.where(TIME < 0.016, FORCE, shifted(0.004)), {}, r"changes by -\d\d\.\d N from one sample to the next")
+    ],
+    "stuck": [
+        (TIME, np.where((TIME > 0.006) & (TIME < 0.022), FORCE[TIME > 0.006][0], FORCE), {}, r"\d\d equal readings"),
+    ],
+    "hum": [
+        (
+            TIME,
+            FORCE + 9.0 * np.sin(100 * np.pi * TIME),
+            {},
+            r"swings by (8\.[5-9]|9\.[0-5]) N about [45]\d times a second, 6% of",
+        )
+    ],
+    "unit": [
+        (
+            np.arange(-20_000, 5_000) / 1e6,
+            half_sine(np.arange(-20_000, 5_000) / 1e6, 150.0, 4e-4),
+            {},
+            r"0\.2\d* ms wide",
+        )
+    ],
     "drift": [(TIME, FORCE + 12.0 * TIME, {}, r"drifts by 1[12]\.\d N/s")],
     "double_hit": [(TIME, FORCE + half_sine(TIME, 140.0, 0.03, 0.15), {}, r"1[34]\d\.\d N after a Phase I peak of 1")],
     "later_peak": [

@@ -171,3 +171,87 @@ def test_a_write_that_fails_leaves_the_old_file(tmp_path, fitted):
     fm.write_map(fitted, path)
     assert json.loads(path.read_text())["schema"] == "forcemap-map/1"
     assert [p.name for p in tmp_path.iterdir()] == ["map.json"]
+
+
+def sealed(content):
+    """The text of a map file with the hash of what it holds now: nothing but its entries speaks against it."""
+    text = json.dumps(content, indent=1, allow_nan=False) + "\n"
+    digest = hashlib.sha256(text.encode()).hexdigest()
+    return json.dumps(content | {"content_sha256": digest}, indent=1) + "\n"
+
+
+def entries(value, path=()):
+    """The path of every entry of a map file, of a list the first, the middle and the last."""
+    inner = value.items() if isinstance(value, dict) else ()
+    if isinstance(value, list):
+        inner = ((i, value[i]) for i in sorted({0, len(value) // 2, len(value) - 1} & {*range(len(value))}))
+    for key, each in inner:
+        yield (*path, key)
+        yield from entries(each, (*path, key))
+
+
+SWAPPED = (
+    None, True, False, -1, 0, 1.5, -5, 1e308, -1e308, 1e-320, 10**400, 2**63, "x", "", "d^99999", "NaN", [], {}, [1],
+    [[1]], [None], {"a": 1}, [1e308] * 27, ["x"] * 27, float("nan"), float("inf"),
+)  # fmt: skip
+
+
+def damaged(content, rng, paths):
+    """The content with one entry taken out, halved, doubled or swapped for a value of another kind."""
+    content = json.loads(json.dumps(content))
+    *above, last = paths[rng.integers(len(paths))]
+    holder = content
+    for key in above:
+        holder = holder[key]
+    how = rng.integers(len(SWAPPED) + 3)
+    if how < len(SWAPPED):
+        holder[last] = SWAPPED[how]
+    elif how == len(SWAPPED):
+        del holder[last]
+    elif isinstance(holder[last], list | str):
+        half = len(holder[last]) // 2
+        holder[last] = holder[last][:half] if how == len(SWAPPED) + 1 else 2 * holder[last]
+    return content
+
+
+@pytest.mark.parametrize("kind", ["least squares", "censored", "log speed", "published"])
+def test_damaged_entries_end_in_our_errors(tmp_path, kind, full_size):
+    """Entries of another kind, huge, NaN or missing, under a hash that holds: refused, or a map that answers."""
+    rng = np.random.default_rng([14, len(kind)])
+    dataset = simulate("ur10e", rng, effect=0.022, device_range=500.0 if kind == "least squares" else 330.0).dataset
+    form = fm.LOG_SPEED if kind == "log speed" else fm.CFM_3D
+    force_map = fm.published_map("ur10e") if kind == "published" else fm.fit_force_map(dataset, form=form)
+    path = tmp_path / "map.json"
+    fm.write_map(force_map, path)
+    content = json.loads(path.read_text())
+    content.pop("content_sha256")
+    paths, bound = [*entries(content)], fm.FixedMargin()
+    for _ in range(5000 if full_size else 40):
+        try:
+            path.write_text(sealed(damaged(content, rng, paths)))
+        except ValueError:  # NaN and infinity, which no hash of ours is made of
+            path.write_text(json.dumps(damaged(content, rng, paths)))
+        try:
+            again = fm.read_map(path)
+            fm.safe_speed(again, 0.7, 0.3, limit=fm.force_limit("chest"), contact="quasi-static", bound=bound)
+            fm.write_map(again, tmp_path / "again.json")
+        except fm.ForcemapError:
+            pass
+
+
+@pytest.mark.parametrize("kind", ["cut", "flipped", "a piece lost", "a piece twice"])
+def test_damaged_bytes_end_in_our_errors(tmp_path, fitted, kind, full_size):
+    fm.write_map(fitted, tmp_path / "map.json")
+    whole, rng = (tmp_path / "map.json").read_bytes(), np.random.default_rng([15, len(kind)])
+    refused = 0
+    for _ in range(2000 if full_size else 30):
+        one, other = np.sort(rng.integers(0, len(whole), 2)).tolist()
+        changed = bytearray(whole)
+        changed[one] ^= 1 << int(rng.integers(8))
+        pieces = {"cut": whole[:one], "flipped": bytes(changed), "a piece lost": whole[:one] + whole[other + 1 :]}
+        (tmp_path / "map.json").write_bytes(pieces.get(kind, whole[:other] + whole[one:]))
+        try:  # a blank more, or an entry twice, is the same map
+            assert fm.map_sha256(fm.read_map(tmp_path / "map.json")) == fm.map_sha256(fitted)
+        except MapFileError:
+            refused += 1
+    assert refused > 10

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 import pytest
 from scipy.stats import spearmanr
@@ -111,6 +113,15 @@ class TestCommands:
         assert "does not predict the force" in out
         assert "    ." in out
 
+    @pytest.mark.parametrize(
+        "options",
+        [("--posture-deg", "14,-120,-100,-50,90,0"), ("--tool-axis", "x"), ("--drive-inertia-kgm2", "identified")],
+    )
+    def test_stance_and_load_of_no_robot_are_refused(self, ask, options):
+        code, refused = ask("compare", "ur10e", *options)
+        assert code == 2
+        assert "go with --effective-mass" in refused["error"]["message"]
+
     def test_effective_mass_at_a_place(self, ask):
         at = ("--distance", 0.8, "--height", 0.4)
         code, found = ask("effective-mass", "ur10e", *at, "--drive-inertia-kgm2", "identified")
@@ -124,6 +135,78 @@ class TestCommands:
         assert heavier["effective_mass_kg"] > lighter["effective_mass_kg"] + 1
         code, found = ask("effective-mass", "ur10e", "--distance", 2.0, "--height", 0.4)
         assert (code, found["outcome"], found["effective_mass_kg"]) == (1, "unreachable", None)
+
+    def test_the_posture_is_shown_and_gives_the_same_mass(self, ask, capsys):
+        at = ("--distance", 0.8, "--height", 0.4)
+        _, found = ask("effective-mass", "ur10e", *at)
+        stated = ",".join(map(repr, found["posture"].values()))
+        _, again = ask("effective-mass", "ur10e", "--posture-deg", stated)
+        assert again["effective_mass_kg"] == pytest.approx(found["effective_mass_kg"], rel=1e-9)
+        assert (again["distance_m"], again["height_m"]) == pytest.approx((0.8, 0.4), abs=1e-6)
+        assert again["tool_direction"] == pytest.approx([0, 0, -1], abs=1e-6)
+        # elbow down is another posture at the same place, and another mass
+        _, other = ask("effective-mass", "ur10e", *at, "--posture-deg", "170,-10,-100,-160,-90,0", "--direction", "out")
+        _, upper = ask("effective-mass", "ur10e", *at, "--direction", "out")
+        assert other["posture"]["forearm_deg"] < 0 < upper["posture"]["forearm_deg"]
+        assert abs(other["effective_mass_kg"] - upper["effective_mass_kg"]) > 0.05
+        assert run(["effective-mass", "ur10e", *map(str, at)]) == 0
+        assert "posture: shoulder 167.427 deg, upper_arm" in capsys.readouterr().out
+        _, places = ask("effective-mass", "ur10e", "--distances-m", "0.8,3", "--heights-m", "0.4")
+        reached, too_far = (each["posture"] for each in places["places"])
+        assert (reached, too_far) == (pytest.approx(found["posture"], abs=1e-9), None)
+
+    def test_out_is_away_from_the_base_wherever_the_arm_stands(self, ask):
+        asked = ("effective-mass", "ur10e", "--direction", "out", "--posture-deg")
+        masses = [ask(*asked, f"{pan},-60,100,-130,-90,0")[1]["effective_mass_kg"] for pan in (-30, 0, 170)]
+        assert masses == pytest.approx([masses[0]] * 3, rel=1e-9)
+
+    def test_the_tools_axis_and_the_contact_point(self, ask):
+        """The axis of the tool decides how the arm stands."""
+        at = ("--distance", 0.7, "--height", 0.3)
+        _, along = ask("effective-mass", "ur10e", *at)
+        _, across = ask("effective-mass", "ur10e", *at, "--tool-axis", "-y")
+        assert (along["tool_axis"], across["tool_axis"]) == ([0, 0, 1], [0, -1, 0])
+        assert across["effective_mass_kg"] < 0.7 * along["effective_mass_kg"]
+        _, same = ask("effective-mass", "ur10e", *at, "--tool-axis", "0,0,5", "--contact-offset-m", "0,0,0")
+        assert same["effective_mass_kg"] == along["effective_mass_kg"]
+        _, longer = ask("effective-mass", "ur10e", *at, "--contact-offset-m", "0.05,0,0.2")
+        robot = fm.robot_named("ur10e").with_tool(contact_offset=[0.05, 0, 0.2])
+        assert longer["effective_mass_kg"] == fm.robot_effective_mass_at(robot, 0.7, 0.3).value
+
+    def test_a_robot_with_a_hand_of_several_ends(self, ask, tmp_path, capsys):
+        """What its file states wrongly beside the chain is said first."""
+        links = "".join(
+            f'<link name="{name}"><inertial><mass value="{mass}"/><inertia ixx="0.1" iyy="0.1" izz="{izz}" ixy="0" '
+            'ixz="0" iyz="0"/></inertial></link>'
+            for name, mass, izz in (
+                ("base", -3, 1),
+                ("arm", 3, 0.1),
+                ("fore", 2, 0.1),
+                ("tool", 1, 0.1),
+                ("lamp", 1, -9),
+            )
+        )
+        chain = ("base", "arm", "fore", "tool")
+        joints = "".join(
+            f'<joint name="{child}_joint" type="continuous"><parent link="{parent}"/><child link="{child}"/>'
+            f'<origin xyz="0.4 0 0"/><axis xyz="0 1 0"/></joint>'
+            for parent, child in itertools.pairwise(chain)
+        )
+        lamp = '<joint name="lamp_joint" type="fixed"><parent link="fore"/><child link="lamp"/></joint>'
+        file = tmp_path / "lit.urdf"
+        file.write_text(f'<robot name="lit">{links}{joints}{lamp}</robot>')
+        asked = ("effective-mass", str(file), "--posture-deg", "20,-40,30")
+        assert ask(*asked)[1]["error"]["message"].endswith("name the one that is the flange as the tip (--tip)")
+        code, found = ask(*asked, "--tip", "tool")
+        assert (code, found["moving_mass_kg"]) == (0, 7)
+        assert "'lamp' hangs beside the chain and counts as a point mass" in found["findings"][0]
+        assert run([*asked, "--tip", "tool"]) == 0
+        assert capsys.readouterr().out.startswith("link 'lamp'")
+        code, refused = ask("compare", "ur10e", "--effective-mass", f"{file}:tip=lamp")
+        assert (code, "principal value -9" in refused["error"]["message"]) == (2, True)
+        _, compared = ask("compare", "ur10e", "--effective-mass", "ur10e", "--posture-deg", "14,-120,-100,-50,90,0")
+        assert any("postures nearest to shoulder 14 deg" in line for line in compared["statements"])
+        assert compared["places"][0]["posture"]["shoulder_deg"] == pytest.approx(14, abs=40)
 
     def test_effective_mass_map(self, ask, capsys):
         places = ("--distances-m", "0.56,0.71,0.86", "--heights-m", "0.14,0.46")
@@ -142,6 +225,12 @@ class TestCommands:
             ("ur10e", "--distance", 1, "--height", 1, "--drive-inertia-kgm2", "1,2"),
             ("kuka-iiwa7", "--distance", 1, "--height", 1, "--drive-inertia-kgm2", "identified"),
             ("ur10e", "--distance", 1, "--height", 1, "--tool-direction", "sideways"),
+            ("ur10e", "--distance", 1, "--height", 1, "--tool-axis", "sideways"),
+            ("ur10e", "--distance", 1, "--height", 1, "--contact-offset-m", "1,2"),
+            ("ur10e", "--posture-deg", "1,2"),
+            ("ur10e", "--posture-deg", "0,0,200,0,0,0"),
+            ("ur10e", "--posture-deg", "0,-60,100,-130,-90,0", "--tool-direction", "out"),
+            ("ur10e", "--posture-deg", "0,-60,100,-130,-90,0", "--distance", 1),
         ],
     )
     def test_refused(self, ask, options):

@@ -225,8 +225,9 @@ def test_the_standards_model_is_doubled_because_maps_exceed_it():
         ({"distances": (0.5,)}, r"distances: found 1, expected \(lowest, highest\) or at least 3"),
         ({"distances": 0.5}, "distances: found 1"),
         ({"distances": ()}, "distances: found 0"),
-        ({"distances": (520, 890)}, "distances: found 520, expected metres"),
+        ({"distances": (520, 890)}, "distances: found 520, expected metres above 0 and up to 10; is it in mm"),
         ({"distances": (0.0, 0.5)}, "distances: found 0, expected metres above 0"),
+        ({"speeds": (20, 40)}, "speeds: found 20, expected .* is it in mm/s or cm/s"),
         ({"distances": "far"}, "distances: found 'far'"),
         ({"distances": [[0.5, 0.6], [0.7, 0.8]]}, "distances: found an array of shape"),
         ({"heights": (0.1, math.nan)}, "heights: found nan"),
@@ -351,7 +352,7 @@ def test_only_five_columns_are_needed(tmp_path):
     [
         (table(distance_m=["0.5", "far"]), 3, "distance_m", "found 'far', expected a number"),
         (table(distance_m=["0.5", ""]), 3, "distance_m", "found ''"),
-        (table(distance_m=["520", "0.6"]), 2, "distance_m", "metres above 0 and up to 10"),
+        (table(distance_m=["520", "0.6"]), 2, "distance_m", "metres above 0 and up to 10; is it in mm"),
         (table(speed_mps=["0", "0.2"]), 2, "speed_mps", "metres per second above 0"),
         (table(speed_mps=["nan", "0.2"]), 2, "speed_mps", "found 'nan'"),
         (table(expected_force_N=["-3", ""]), 2, "expected_force_N", "newtons"),
@@ -365,7 +366,7 @@ def test_only_five_columns_are_needed(tmp_path):
         (table(recording=["a-r2", ""]), 2, "recording", "found 'a-r2', expected 'a-r1' or an empty cell"),
         (table(state_id=["a", "a"], distance_m=["0.5", "0.5"]), 3, "repeat", "again"),
         (table(state_id=["a", "a"], repeat=["1", "2"]), 2, "distance_m", "apart"),
-        (table(distance_m=["0.5", "0.5"], role=["", ""]), 3, "state_id", "same distance, height and speed"),
+        (table(distance_m=["0.5", "0.5"], role=["", ""]), 3, "state_id", "as close to 'a' as repeats may be"),
         (table(speed_mps=None), 1, "speed_mps", "the column is missing"),
         (table(note=["x", "y"]), 1, "note", "unknown column 'note', the nearest known ones are"),
         (table(distance_mm=["x", "y"]), 1, "distance_mm", "the nearest known ones are distance_m"),
@@ -428,8 +429,9 @@ def test_the_sheet_names_every_run_once_and_fits_the_paper():
 
 def test_the_sheet_says_what_is_not_stated():
     lines = run_sheet(plan_measurements(**UR10E), fm.Conditions())
-    for name in ("robot", "controller", "firmware", "device", "device calibrated", "operator", "expected forces"):
+    for name in ("robot", "controller", "firmware", "device calibrated", "operator", "expected forces"):
         assert f"{name}: not stated" in lines
+    assert any(line.startswith("force measuring device: model not stated, spring not stated") for line in lines)
 
 
 def test_long_names_still_fit(tmp_path):

@@ -6,6 +6,7 @@ import contextlib
 import itertools
 import json
 import math
+import xml.etree.ElementTree as ElementTree
 from importlib import resources
 
 import numpy as np
@@ -18,11 +19,18 @@ from scipy.optimize import least_squares
 from forcemap.dynamics.effective_mass import effective_mass
 from forcemap.dynamics.inverse_kinematics import inverse_kinematics, places_in_plane
 from forcemap.dynamics.kinematics import forward_kinematics, jacobian, mass_matrix
-from forcemap.dynamics.mass_map import Trend, robot_effective_mass, robot_effective_mass_at, robot_mass_map
+from forcemap.dynamics.mass_map import (
+    Trend,
+    robot_effective_mass,
+    robot_effective_mass_at,
+    robot_mass_in_posture,
+    robot_mass_map,
+)
 from forcemap.dynamics.robot import JointKind
 from forcemap.dynamics.robots import ROBOTS, identified_drive_inertia, robot_named
 from forcemap.dynamics.urdf import read_urdf
 from forcemap.errors import ForcemapError, InputError, UnknownName
+from forcemap.words import sentence
 
 # The paper's two grids (section IV-D).
 GRIDS = {
@@ -216,6 +224,8 @@ def test_tools_and_payloads_agree_with_pinocchio(name):
         ({"mass": math.inf}, "mass: found inf kg"),
         ({"centre_of_mass": [0, 0]}, "centre of mass"),
         ({"contact_offset": [0, 0, math.nan]}, "contact offset"),
+        ({"axis": [0, 0, 0]}, "length zero"),
+        ({"axis": np.eye(3)}, "expected three numbers"),
         ({"inertia": np.diag([1.0, 1.0, -1.0])}, "principal value -1"),
         ({"mass": 0.0, "inertia": np.eye(3)}, "without a mass"),
     ],
@@ -406,7 +416,8 @@ BROKEN = [
     (changed(('value="1"', 'value="heavy"')), 3, "found 'heavy', expected a finite number"),
     (changed(('value="1"', 'value="nan"')), 3, "found 'nan', expected a finite number"),
     (changed(('value="1"', 'value="-1"')), 3, "link 'b': mass: found -1 kg"),
-    (changed(('value="1"', 'value="0"')), 3, "link 'b': inertia: found one without a mass"),
+    (changed(('value="1"', 'value="0"')), None, "no link that moves has a mass"),
+    (changed(('type="revolute"', 'type="floating"')), 5, "if it moves the whole robot, name the link after it as the"),
     (changed(('izz="1"', "")), 4, "<inertia> has no izz"),
     (changed(('izz="1"', 'izz="-1"')), 3, "link 'b': inertia: found the principal value -1"),
     (changed(('ixy="0"', 'ixy="5"')), 3, "principal value -4"),
@@ -433,6 +444,216 @@ def test_broken_urdfs_give_one_clear_line(tmp_path, text, row, message):
     if row:
         assert caught.value.row == row
     assert "\n" not in str(caught.value)
+
+
+def with_line(text, line):
+    """A robot with one more line before its end."""
+    return text.replace("</robot>", line + "</robot>")
+
+
+def hung(parent, name, inertial, joint='type="fixed"', inside=""):
+    """A link that hangs on another one."""
+    inertia = f"<inertial>{inertial}</inertial>" if inertial else ""
+    return (
+        f'<link name="{name}">{inertia}</link><joint name="{name}_joint" {joint}><parent link="{parent}"/>'
+        f'<child link="{name}"/>{inside}</joint>'
+    )
+
+
+def inertial(mass, figure, *, off=0.0):
+    return f'<mass value="{mass}"/><inertia ixx="{figure}" iyy="1" izz="1" ixy="{off}" ixz="0" iyz="0"/>'
+
+
+ANTENNA = '<mass value="1e-6"/><inertia ixx="2e-8" iyy="3e-8" izz="4e-8" ixy="6e-8" ixz="1e-8" iyz="1e-8"/>'
+BESIDE_THE_BASE = [  # nothing of these moves
+    hung("world", "antenna", ANTENNA),
+    hung("world", "mast", inertial(-5, 1)),
+    hung("world", "wheel", inertial("heavy", 1), 'type="revolute"'),
+    hung("rail", "cart", inertial(0, 1), 'type="floating"', '<origin xyz="nowhere"/>'),
+    hung("rail", "leg", "<nothing/>", 'type="prismatic"', '<limit lower="2" upper="1"/>'),
+    hung("world", "sun", inertial(2e9, 1e30)),
+]
+
+
+@pytest.mark.parametrize("line", BESIDE_THE_BASE, ids=range(len(BESIDE_THE_BASE)))
+def test_what_does_not_move_refuses_nothing(tmp_path, gantry, line):
+    (tmp_path / "with.urdf").write_text(with_line(GANTRY, line))
+    robot = read_urdf(tmp_path / "with.urdf", tip="pad")
+    q = random_positions(robot, 5)
+    np.testing.assert_array_equal(mass_matrix(robot, q), mass_matrix(gantry, q))
+    assert robot.findings == ()
+
+
+POINT = '<mass value="0.5"/><inertia ixx="0" iyy="0" izz="0" ixy="0" ixz="0" iyz="0"/>'
+AT = '<origin xyz="0.1 0 0.02" rpy="0 0.4 0"/>'
+CARRIED = [  # what hangs on the turret and cannot be used as it stands, and as what it counts
+    (hung("turret", "lamp", inertial(0.5, 1, off=7)), hung("turret", "lamp", POINT), "link_as_point_mass", "-6"),
+    (hung("turret", "lamp", '<mass value="0.5"/>'), hung("turret", "lamp", POINT), "link_as_point_mass", "inertia"),
+    (hung("turret", "lamp", inertial(-1, 1)), "", "link_left_out", "found -1 kg"),
+    (hung("turret", "lamp", '<origin xyz="120 0 3"/>' + inertial(0.5, 1)), "", "link_left_out", "is it in mm"),
+    (hung("turret", "lamp", POINT, inside='<origin xyz="0 0 58"/>') + hung("lamp", "bulb", POINT), "", "joint_left_out",
+     "is it in mm or cm"),
+    (hung("turret", "lamp", POINT, 'type="revolute"', AT), hung("turret", "lamp", POINT, inside=AT), "joint_at_zero",
+     "limit"),
+    (hung("turret", "lamp", POINT, 'type="planar"', AT), hung("turret", "lamp", POINT, inside=AT), "joint_at_zero",
+     "planar"),
+    (hung("turret", "lamp", POINT, inside='<origin xyz="1 2"/>') + hung("lamp", "bulb", POINT), "", "joint_left_out",
+     "'1 2'"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("line", "counted", "kind", "why"), CARRIED, ids=range(len(CARRIED)))
+def test_what_is_carried_beside_the_chain_counts_as_far_as_it_can(tmp_path, line, counted, kind, why):
+    (tmp_path / "with.urdf").write_text(with_line(GANTRY, line))
+    (tmp_path / "counted.urdf").write_text(with_line(GANTRY, counted))
+    robot, same = (read_urdf(tmp_path / f"{name}.urdf", tip="pad") for name in ("with", "counted"))
+    q = random_positions(robot, 5)
+    np.testing.assert_allclose(mass_matrix(robot, q), mass_matrix(same, q), rtol=1e-12, atol=1e-12)
+    (found,) = robot.findings
+    assert found.kind == kind
+    assert found.figure("name") in ("lamp", "lamp_joint")
+    assert why in sentence(found)
+    assert same.findings == ()
+    with pytest.raises(InputError):  # in the chain itself the same is refused
+        read_urdf(tmp_path / "with.urdf", tip="bulb" if "bulb" in line else "lamp")
+
+
+def test_an_inertia_without_a_mass_counts_as_it_stands_and_is_said(tmp_path):
+    """Simulators' robots have such flanges: pinocchio counts them too, and so do figures beside the chain."""
+    text = urdf_of("kuka-iiwa7")
+    for line in (hung("tip", "hand", inertial(0, 0.1)), hung("link_4", "box", inertial(0, 0.3))):
+        text = with_line(text, line.replace('iyy="1" izz="1"', 'iyy="0.1" izz="0.1"'))
+    assert 'link="link_4"' in text
+    (tmp_path / "with.urdf").write_text(text)
+    robot = read_urdf(tmp_path / "with.urdf", tip="hand")
+    agrees(robot, pin.buildModelFromXML(text), "hand", random_positions(robot, 200))
+    assert [(each.kind, each.figure("link")) for each in robot.findings] == [
+        ("inertia_without_mass", "box"),
+        ("inertia_without_mass", "hand"),
+    ]
+
+
+def test_an_inertia_within_rounding_is_none(tmp_path):
+    (tmp_path / "good.urdf").write_text(
+        changed(('izz="1"', 'izz="-1e-7"'), ('ixx="1"', 'ixx="0"'), ('iyy="1"', 'iyy="0"'))
+    )
+    assert read_urdf(tmp_path / "good.urdf").moving_mass == 1
+
+
+def in_units(text, *, mass=1.0, length=1.0, inertia=1.0, angle=1.0, limit=1.0, com=1.0):
+    """A URDF whose figures are in other units."""
+    root = ElementTree.fromstring(text)
+
+    def times(element, factor, *keys):
+        for key in keys:
+            if element is not None and key in element.attrib:
+                element.set(key, " ".join(repr(float(part) * factor) for part in element.get(key).split()))
+
+    for each in root.iter("inertial"):
+        times(each.find("mass"), mass, "value")
+        times(each.find("inertia"), inertia, *(f"i{axes}" for axes in ("xx", "yy", "zz", "xy", "xz", "yz")))
+        times(each.find("origin"), com, "xyz")
+    for each in root.iter("joint"):
+        times(each.find("origin"), length, "xyz")
+        turns = each.get("type") in ("revolute", "continuous")
+        times(each.find("limit"), limit if turns else length, "lower", "upper")
+    for each in root.iter("origin"):
+        times(each, angle, "rpy")
+    return ElementTree.tostring(root, encoding="unicode")
+
+
+DEGREES = math.degrees(1)
+UNITS = [
+    ({"mass": 1e3}, "masses in g"),
+    ({"mass": 1e3, "inertia": 1e3}, "masses in g"),
+    ({"mass": 1e3, "inertia": 0.0}, "masses in g"),
+    ({"mass": 1e3, "inertia": 1e9}, r"mm\^2"),
+    ({"mass": 1e-3}, "mass(es)? in t"),
+    ({"mass": 1e-3, "inertia": 1e-3}, "masses in t"),
+    ({"mass": 1e-3, "inertia": 1e3, "length": 1e3, "com": 1e3}, "in mm"),
+    ({"length": 1e3}, "in mm"),
+    ({"length": 1e3, "com": 1e3, "inertia": 1e6}, "in mm"),
+    ({"com": 1e3}, "in mm"),
+    ({"length": 100, "com": 100, "inertia": 1e4}, "in mm or cm|in cm"),
+    ({"inertia": 1e6}, r"mm\^2"),
+    ({"inertia": 1e4}, r"cm\^2"),
+    ({"inertia": 1e9}, r"g mm\^2"),
+    ({"limit": DEGREES}, "in degrees"),
+    ({"angle": DEGREES}, "in degrees"),
+]  # the iiwa's frames are not turned to each other
+
+
+@pytest.mark.parametrize("which", [*ROBOTS, "gantry"])
+@pytest.mark.parametrize(("units", "likely"), UNITS, ids=range(len(UNITS)))
+def test_other_units_are_refused_with_the_likely_one(tmp_path, which, units, likely):
+    if which == "kuka-iiwa7" and "angle" in units:
+        return
+    text = GANTRY if which == "gantry" else urdf_of(which)
+    path = tmp_path / "other.urdf"
+    path.write_text(in_units(text))
+    assert read_urdf(path, tip="pad" if which == "gantry" else "tip").findings == ()
+    path.write_text(in_units(text, **units))
+    with pytest.raises(InputError, match=likely):
+        read_urdf(path, tip="pad" if which == "gantry" else "tip")
+
+
+def test_limits_that_are_none_as_simulators_write_them(tmp_path):
+    (tmp_path / "good.urdf").write_text(changed(('lower="-1" upper="1"', 'lower="-1e16" upper="inf"')))
+    robot = read_urdf(tmp_path / "good.urdf")
+    assert (robot.lower[0], robot.upper[0], robot.reference_posture[0]) == (-math.inf, math.inf, 0)
+
+
+def test_the_base_of_the_ur10e_is_its_controllers(tmp_path):
+    """The maker's URDF has it turned by 180 degrees under `base_link`; the joint angles are the same."""
+    robot, text = robot_named("ur10e"), urdf_of("ur10e").replace('"base"', '"base_link_inertia"')
+    turned = (
+        '<link name="base_link"/><joint name="turned" type="fixed"><parent link="base_link"/>'
+        f'<child link="base_link_inertia"/><origin rpy="0 0 {math.pi!r}"/></joint>'
+    )
+    (tmp_path / "ur.urdf").write_text(with_line(text, turned))
+    q = random_positions(robot, 20)
+    places = forward_kinematics(robot, q).position
+    same = read_urdf(tmp_path / "ur.urdf", base="base_link_inertia")
+    np.testing.assert_allclose(forward_kinematics(same, q).position, places, atol=1e-12)
+    makers = forward_kinematics(read_urdf(tmp_path / "ur.urdf"), q).position
+    np.testing.assert_allclose(makers, places * [-1, -1, 1], atol=1e-12)
+
+
+@pytest.mark.parametrize("axis", [(1, 0, 0), (0, 0, -2), (0.3, -0.5, 0.7)])
+def test_the_tools_axis_is_turned_where_it_shall_point(axis):
+    """And the posture that is shown is the one whose effective mass it is, by pinocchio."""
+    robot = robot_named("ur10e").with_tool(contact_offset=[0.02, 0.1, 0.05], axis=axis)
+    found = robot_effective_mass_at(robot, [0.6, 0.75, 9.0], 0.3, tool_direction=[0.2, 0, -1])
+    assert found.outcome.tolist() == ["regular", "regular", "unreachable"]
+    assert np.isnan(found.positions[2]).all()
+    model = pin.buildModelFromXML(urdf_of("ur10e"))
+    end = model.frames[model.getFrameId("tip")]
+    contact = end.placement * pin.SE3(np.eye(3), np.array([0.02, 0.1, 0.05]))
+    model.addFrame(pin.Frame("contact", end.parentJoint, contact, pin.FrameType.OP_FRAME))
+    places, axes, jacobians, matrices = oracle(model, "contact", found.positions[:2])
+    np.testing.assert_allclose(places, [[0.6, 0, 0.3], [0.75, 0, 0.3]], atol=1e-6)
+    expected = np.array([0.2, 0, -1]) / np.linalg.norm([0.2, 0, -1])
+    np.testing.assert_allclose(axes @ np.array(axis) / np.linalg.norm(axis), [expected] * 2, atol=1e-6)
+    down = jacobians[:, 2]
+    mass = 1 / np.einsum("bn,bn->b", down, np.linalg.solve(matrices, down[..., None])[..., 0])
+    np.testing.assert_allclose(found.value[:2], mass, rtol=1e-9)
+
+
+def test_a_posture_is_a_map_of_one_place(gantry):
+    stated = [0.3, 40.0, -20.0, 0.1, 15.0]  # m where a joint slides
+    q = gantry.from_degrees(stated)
+    names = ("slide_m", "turn_deg", "lift_deg", "stroke_m", "roll_deg")
+    assert gantry.stated(q) == pytest.approx(dict(zip(names, stated, strict=True)))
+    assert robot_mass_in_posture(gantry, q).mass.value[0, 0] == robot_effective_mass(gantry, q).value
+    x, y, z = forward_kinematics(gantry, q).position
+    at = robot_mass_in_posture(gantry, q)
+    assert (at.distances[0], at.heights[0]) == (math.hypot(x, y), z)
+    with pytest.raises(InputError, match=r"found stroke_m = 0\.5, expected 0 to 0\.4"):
+        gantry.with_reference([0, 0, 0, 0.5, 0])
+    with pytest.raises(InputError, match="found 2 positions, expected one for each joint of gantry-arm: slide, turn"):
+        gantry.with_reference([0, 0])
+    with pytest.raises(InputError, match="posture: found turn_deg = nan"):
+        gantry.with_reference([0, math.nan, 0, 0, 0])
 
 
 def test_names_of_links_that_are_none(tmp_path):

@@ -23,8 +23,9 @@ import pytest
 
 import forcemap as fm
 from forcemap.cli.app import run
+from forcemap.files import hidden_file
 from forcemap.words import assumptions, sentence
-from web_server import PATIENCE, client_of, contents, serving
+from web_server import PATIENCE, TOKEN, bearer, client_of, contents, serving
 
 PLAIN = {"content-type": "application/octet-stream"}
 PLACE = {"distance_m": 0.8, "height_m": 0.4}
@@ -119,7 +120,11 @@ def test_the_speed_is_the_librarys_floored_and_never_alone(client, measured, are
     page = client.get("/campaigns/ur10e/speeds", params=query).text
     shown = re.findall(r'id="speed">([\d.]+)<', page)
     assert shown == ([fm.floor_speed(expected.speed)] if answer["speed_mps"] is not None else [])
-    assert f"{answer['outcome']}</span>" in page
+    program = re.findall(r'id="program">([\d.]+)<', page)
+    assert program == (
+        [fm.floor_speed(expected.speed_to_program)] if answer["speed_to_program_mps"] is not None else []
+    )
+    assert f"{answer['to_program_outcome']}</span>" in page
     for statement in ("SIMULATED", "person at rest", "pressure not assessed", "bound:"):
         assert statement in page
 
@@ -308,7 +313,8 @@ def test_judging_says_what_it_leaves_open(upload, half_done):
     unstated = "device range not stated: saturation was judged by the shape of the curves alone"
     assert notes == [unstated, "pressure is not assessed"]
     address = f"{upload.base}/campaigns/half/judge?file={name}.csv"
-    page = httpx.post(address, content=content, headers=PLAIN, timeout=PATIENCE, trust_env=False).text
+    headers = PLAIN | bearer(TOKEN)
+    page = httpx.post(address, content=content, headers=headers, timeout=PATIENCE, trust_env=False).text
     assert all(note in page for note in notes)
 
 
@@ -431,7 +437,7 @@ def test_only_campaigns_have_names(client, name):
         f"/static/{quote(f'{name}/app.py', safe='')}",
     ):
         connection = http.client.HTTPConnection(client.base_url.netloc.decode())  # sends an address as it is
-        connection.request("GET", address)
+        connection.request("GET", address, headers=bearer(TOKEN))
         assert connection.getresponse().status == 404, address
         connection.close()
 
@@ -456,7 +462,7 @@ def test_uploads_are_limited_in_size_type_and_form(upload, half_done):
             answer = upload(way, content, "run.csv")
             assert answer.status_code == 422
             assert "\n" not in answer.json()["error"]["message"]
-            assert ".incoming" not in answer.text
+            assert ".forcemap" not in answer.text
     assert contents(half_done[0]) == before
 
 
@@ -503,7 +509,8 @@ def test_other_sites_cannot_act(upload, half_done):
     host, origin = upload.base.removeprefix("http://"), "http://evil.example"
     connection = http.client.HTTPConnection(host)
     connection.putrequest("POST", "/api/campaigns/half/recordings?file=run.csv")
-    for header in (("origin", upload.base), ("origin", origin), *PLAIN.items(), ("content-length", "0")):
+    sent = (("origin", upload.base), ("origin", origin), *(PLAIN | bearer(TOKEN)).items(), ("content-length", "0"))
+    for header in sent:
         connection.putheader(*header)
     connection.endheaders()
     assert connection.getresponse().status == 403
@@ -531,13 +538,13 @@ def test_other_sites_cannot_ask_but_may_link(client, site):
 def test_light_answers_do_not_wait_behind_heavy_ones(measured):
     """The heavy ones are asked first, all of them: the order of answers counts, not when they come."""
     points = ";".join(f"0.8,{0.44 if i % 2 else 0.2}" for i in range(50))
-    with serving(measured) as (_, address), ExitStack() as stack:
+    with serving(measured) as (_, address, token), ExitStack() as stack:
         host = urlsplit(address)
 
         def ask(way, **query):
             connection = stack.enter_context(socket.create_connection((host.hostname, host.port), timeout=PATIENCE))
-            head = f"GET /api/campaigns/ur10e/{way}?{urlencode(query)} HTTP/1.1\r\nhost: {host.netloc}\r\n\r\n"
-            connection.sendall(head.encode())
+            head = f"GET /api/campaigns/ur10e/{way}?{urlencode(query)} HTTP/1.1\r\nhost: {host.netloc}\r\n"
+            connection.sendall(f"{head}authorization: Bearer {token}\r\n\r\n".encode())
             return connection
 
         def status(connection):
@@ -565,18 +572,16 @@ def test_large_files_do_not_fill_the_memory(half_done):
     text = next(iter(later.values())).decode()
     head = text[: text.index("force_N\n") + 8]
     content = (head + "".join(f"{i},{2 + i % 3}\n" for i in range(1_900_000))).encode()
-    with serving(folder.parent) as (process, address), ThreadPoolExecutor(5) as crowd:
+    with serving(folder.parent) as (process, address, token), ThreadPoolExecutor(5) as crowd:
 
         def memory(key):
             return int(re.search(rf"{key}:\s+(\d+) kB", Path(f"/proc/{process.pid}/status").read_text())[1]) / 1000
 
         send = f"{address}/api/campaigns/half/judge?file=large.csv"
-        assert httpx.get(f"{address}/api/campaigns/half", timeout=PATIENCE, trust_env=False).status_code == 200
+        as_ours = {"headers": PLAIN | bearer(token), "timeout": PATIENCE, "trust_env": False}
+        assert httpx.get(f"{address}/api/campaigns/half", **as_ours).status_code == 200
         before = memory("VmRSS")
-        crowd_asks = [
-            crowd.submit(httpx.post, send, content=content, headers=PLAIN, timeout=PATIENCE, trust_env=False)
-            for _ in range(5)
-        ]
+        crowd_asks = [crowd.submit(httpx.post, send, content=content, **as_ours) for _ in range(5)]
         assert {each.result().status_code for each in crowd_asks} == {200}
         assert memory("VmHWM") - before < 400
     table = b"distance_m,height_m,speed_mps,peak_force_N\n" + b"0.5,0.5,0.5,100\n" * 200_000
@@ -642,15 +647,15 @@ def test_what_is_no_file_is_not_waited_for(measured, tmp_path):
 
 
 def test_leftovers_of_a_killed_server_are_swept(measured, tmp_path):
+    """Whatever time they bear; not what a process still writes, nor what is no file."""
     folder = tmp_path / "served" / "kuka"
     shutil.copytree(measured / "kuka", folder)
-    write(folder / ".incoming-old.csv", b"1")
-    (folder / ".incoming-folder").mkdir()
-    for path in folder.glob(".incoming-*"):
-        os.utime(path, (0, 0))
-    with client_of(folder.parent) as client:
+    for name, time in (("old", 0), ("ahead", 4e9)):
+        os.utime(write(folder / f".forcemap-part-{name}.csv", b"1"), (time, time))
+    (folder / ".forcemap-part-folder").mkdir()
+    with hidden_file(folder, ".csv") as (written, _), client_of(folder.parent) as client:
         assert client.get("/api/campaigns/kuka").status_code == 200
-    assert [path.name for path in folder.glob(".incoming-*")] == [".incoming-folder"]
+        assert {path.name for path in folder.glob(".*")} == {".forcemap-part-folder", written.name}
 
 
 @pytest.mark.parametrize("query", ["heigth_m=0.2", "utm_source=x"])
@@ -778,10 +783,11 @@ def test_only_loopback_is_served(measured, capsys, host):
 
 
 def test_an_interrupt_ends_it_and_a_taken_port_is_said(measured, capsys):
-    with serving(measured) as (process, address):
+    with serving(measured) as (process, address, token):
         assert run(["serve", str(measured), "--port", str(urlsplit(address).port)]) == 2
         assert "choose another with --port" in capsys.readouterr().err
-        assert httpx.get(address, timeout=PATIENCE, trust_env=False).status_code in (200, 307)  # it has started
+        answer = httpx.get(address, headers=bearer(token), timeout=PATIENCE, trust_env=False)
+        assert answer.status_code in (200, 307)  # it has started
         process.send_signal(signal.SIGINT)
         assert process.wait(PATIENCE) == 0
     assert run(["serve", str(measured / "nothing")]) == 2
@@ -790,11 +796,11 @@ def test_an_interrupt_ends_it_and_a_taken_port_is_said(measured, capsys):
 
 def test_parallel_uploads_lose_nothing(half_done, full_size):
     folder, later = half_done
-    number = 200 if full_size else 100
+    number = 200 if full_size else 50
     some = dict(list(later.items())[:number])
     outside = contents(folder.parent.parent).keys()
-    with serving(folder.parent) as (_, address), ThreadPoolExecutor(number) as crowd:
-        answers = list(crowd.map(lambda run: post(address, run, some[run]), some))
+    with serving(folder.parent) as (_, address, token), ThreadPoolExecutor(number) as crowd:
+        answers = list(crowd.map(lambda run: post(address, token, run, some[run]), some))
     assert [status for status, _ in answers] == [200] * number
     assert {json.loads(body)["use"] for _, body in answers} == {"used"}
     for name, content in some.items():
@@ -814,14 +820,14 @@ def test_a_killed_server_loses_nothing(half_done):
 
     def send(run):
         try:
-            status, _ = post(address, run, some[run])
+            status, _ = post(address, token, run, some[run])
         except (OSError, http.client.HTTPException):
             return
         done[run] = status
         if len(done) >= 12:
             process.kill()
 
-    with serving(folder.parent) as (process, address), ThreadPoolExecutor(8) as crowd:
+    with serving(folder.parent) as (process, address, token), ThreadPoolExecutor(8) as crowd:
         list(crowd.map(send, some))
     assert 12 <= len(done) < 60
     stored = {path.stem: path.read_bytes() for path in (folder / "recordings").iterdir()}
@@ -831,10 +837,10 @@ def test_a_killed_server_loses_nothing(half_done):
     assert {Path(entry.file).stem for entry in fm.read_campaign(folder).entries} == set(stored)
 
 
-def post(address, run, content):
+def post(address, token, run, content):
     connection = http.client.HTTPConnection(urlsplit(address).netloc, timeout=PATIENCE)
     try:
-        connection.request("POST", f"/api/campaigns/half/recordings?file={run}.csv", body=content, headers=PLAIN)
+        connection.request("POST", f"/api/campaigns/half/recordings?file={run}.csv", content, PLAIN | bearer(token))
         answer = connection.getresponse()
         return answer.status, answer.read()
     finally:

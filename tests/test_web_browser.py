@@ -6,12 +6,14 @@ import os
 import re
 import shutil
 import time
+from contextlib import closing
 from urllib.parse import urlsplit
 
 import pandas as pd
 import pytest
 
 import forcemap as fm
+from sizes import FULL_SIZE
 from web_server import PATIENCE, contents, serving
 
 playwright = pytest.importorskip("playwright.sync_api", reason="playwright is missing: pip install 'forcemap[test]'")
@@ -42,7 +44,7 @@ for (const way of ["text", "json"]) {
 
 @pytest.fixture(scope="module")
 def served(tmp_path_factory, simulated):
-    """Address of a page of a campaign that lacks its last recording, its folder, and that recording."""
+    """Address of a page of a campaign that lacks its last recording, its folder, that recording, and the token."""
     folder = tmp_path_factory.mktemp("served") / "lab"
     shutil.copytree(simulated, folder)
     for name in ("recordings.csv", "impacts.csv"):
@@ -51,8 +53,8 @@ def served(tmp_path_factory, simulated):
     kept = folder.parent / last.name
     last.rename(kept)
     fm.build_dataset(fm.read_campaign(folder))
-    with serving(folder) as (_, address):
-        yield address, folder, kept
+    with serving(folder) as (_, address, token):
+        yield address, folder, kept, token
 
 
 @pytest.fixture(scope="module")
@@ -72,14 +74,21 @@ def opened(browser, served):
     def open_page(**options):
         contexts.append(browser.new_context(base_url=served[0], **options))
         contexts[-1].set_default_timeout(1000 * PATIENCE)
-        return contexts[-1].new_page()
+        page = contexts[-1].new_page()
+        page.goto(f"/?token={served[3]}", wait_until="commit")
+        return page
 
     yield open_page
     for context in contexts:
         context.close()
 
 
-@pytest.fixture(params=[(1280, "light"), (390, "dark")], ids=["desk", "phone, dark"])
+LOOKS = [pytest.param((1280, "light"), id="desk"), pytest.param((390, "dark"), id="phone, dark")]
+# for what is done on a page, not how it looks
+desk_will_do = pytest.mark.parametrize("page", LOOKS if FULL_SIZE else LOOKS[:1], indirect=True)
+
+
+@pytest.fixture(params=LOOKS)
 def page(request, opened):
     """A page that must not complain and must not ask anybody else."""
     width, scheme = request.param
@@ -150,8 +159,9 @@ def test_each_page_fits(page, part):
     assert len(names) == len(set(names))
 
 
+@desk_will_do
 def test_a_dropped_recording_is_judged_at_once(page, served):
-    _, folder, kept = served
+    _, folder, kept, _ = served
     before = contents(folder)
     page.goto("/campaigns/lab")
     carried = page.evaluate_handle(
@@ -171,8 +181,9 @@ def test_a_dropped_recording_is_judged_at_once(page, served):
     page.wait_for_selector("#judgement.not_permitted")
 
 
+@desk_will_do
 def test_a_recording_is_added_on_request(page, served):
-    _, folder, kept = served
+    _, folder, kept, _ = served
     page.goto("/campaigns/lab")
     assert "344 of 344" in page.inner_text("#swap-state")
     page.set_input_files("#file", kept)
@@ -186,6 +197,7 @@ def test_a_recording_is_added_on_request(page, served):
     fm.build_dataset(fm.read_campaign(folder))
 
 
+@desk_will_do
 def test_each_slider_changes_the_speed_to_the_librarys(page, force_map):
     page.goto("/campaigns/lab/map")
     for name, value in (("distance_m", 0.8), ("height_m", 0.4), ("distance_m", 0.55), ("speed_mps", 0.25)):
@@ -216,6 +228,7 @@ def test_the_head_is_refused_with_the_reason(page):
     playwright.expect(page.locator("#counts")).to_contain_text("contact not permitted")
 
 
+@desk_will_do
 def test_a_task_is_dragged_and_outside_is_said(page, force_map):
     page.goto("/campaigns/lab/task?points=0.8,0.4")
     assert page.inner_text("#speed") == fm.floor_speed(tasks_speed(force_map, 0.8, 0.4))
@@ -342,6 +355,7 @@ def test_speeds_are_cut_like_the_librarys(single):
     assert found == [fm.floor_speed(speed) for speed in speeds]
 
 
+@desk_will_do
 def test_the_keyboard_is_enough(page, force_map):
     page.goto("/campaigns/lab/speeds")
     page.keyboard.press("Tab")
@@ -368,6 +382,7 @@ def test_the_keyboard_is_enough(page, force_map):
     page.keyboard.press("ArrowLeft")
 
 
+@desk_will_do
 def test_the_report_and_the_map_are_taken_away(page, force_map, tmp_path):
     page.goto("/campaigns/lab/downloads")
     with page.expect_download() as taken:
@@ -383,6 +398,7 @@ def test_the_report_and_the_map_are_taken_away(page, force_map, tmp_path):
     assert taken.value.suggested_filename == "speeds.csv"
 
 
+@desk_will_do
 def test_a_hundred_thousand_points_are_turned(page):
     page.goto("/campaigns/lab/map")
     page.wait_for_selector("#workspace[data-points]")
@@ -414,6 +430,35 @@ def test_light_and_dark_differ(opened):
         grounds.append(sum(map(int, re.findall(r"\d+", colour)[:3])))
     assert grounds[0] > 600
     assert grounds[1] < 150
+
+
+@pytest.mark.parametrize("width", [1280, 390])
+def test_without_the_token_the_page_says_where_it_is(browser, served, width):
+    """From the printed address on a person works as before; a link of another site needs one more click."""
+    address, _, _, token = served
+    with closing(browser.new_context(base_url=address, viewport={"width": width, "height": 844})) as context:
+        context.set_default_timeout(1000 * PATIENCE)
+        page = context.new_page()
+        asked = "/campaigns/lab/speeds?distance_m=0.8&height_m=0.4"
+        assert page.goto(asked).status == 401
+        assert "forcemap serve printed where it was started" in page.inner_text("#problem")
+        assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+        assert "lab" not in page.inner_text("body")
+        page.click("#again")
+        assert page.locator("#problem").count() == 1
+        page.goto(f"/?token={token}")
+        assert page.url == f"{address}/campaigns/lab"
+        (cookie,) = context.cookies()
+        assert (cookie["httpOnly"], cookie["sameSite"], cookie["expires"]) == (True, "Strict", -1)
+        assert token not in page.content()
+        assert page.evaluate("document.cookie") == ""
+        page.goto(asked)
+        page.wait_for_selector("#speed")
+        page.route("http://elsewhere.test/", lambda route: route.fulfill(body=f"<a href='{address}{asked}'>link</a>"))
+        page.goto("http://elsewhere.test/")
+        page.click("a")
+        page.click("#again")  # a browser sends the cookie from this site alone
+        page.wait_for_selector("#speed")
 
 
 def drag(page, number, right, down):

@@ -12,7 +12,7 @@ from schemathesis.specs.openapi.checks import positive_data_acceptance
 
 import forcemap as fm
 from sizes import FULL_SIZE
-from web_server import PATIENCE, client_of
+from web_server import PATIENCE, TOKEN, bearer, client_of
 
 EXAMPLES = 100 if FULL_SIZE else 4
 SLOW = {"/api/campaigns/{name}/files/report.html": 4, "/api/campaigns/{name}/files/speeds": 3}
@@ -28,7 +28,8 @@ def description(tmp_path_factory, simulated):
         path.unlink()
     (root / "lab" / "impacts.csv").write_bytes((fm.copy_example("ur10e", root / "ur10e") / "impacts.csv").read_bytes())
     with client_of(root) as client:
-        yield schemathesis.openapi.from_url(f"{str(client.base_url).rstrip('/')}/api/openapi.json")
+        address = f"{str(client.base_url).rstrip('/')}/api/openapi.json"
+        yield schemathesis.openapi.from_url(address, headers=bearer(TOKEN))
 
 
 def test_every_answer_is_as_described(description):
@@ -49,6 +50,6 @@ def ask(operation, cases):
     @settings(max_examples=max(1, EXAMPLES // SLOW.get(operation.path, 1)), deadline=None, database=None)
     @given(case=cases)
     def asked(case):
-        case.call_and_validate(timeout=PATIENCE, excluded_checks=[positive_data_acceptance])
+        case.call_and_validate(timeout=PATIENCE, headers=bearer(TOKEN), excluded_checks=[positive_data_acceptance])
 
     asked()

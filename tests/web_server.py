@@ -9,22 +9,29 @@ import threading
 from contextlib import contextmanager
 
 import httpx
-import uvicorn
 
 from forcemap.web.app import create_app
+from forcemap.web.server import server_of
 
+TOKEN = "the-token-of-the-tests"
 PATIENCE = 300.0  # s; ends what hangs, and nothing that is slow
+
+
+def bearer(token):
+    """The header by which a program is let in."""
+    return {"Authorization": f"Bearer {token}"}
 
 
 @contextmanager
 def serving(folder):
-    """Process and address of a server, killed afterwards."""
+    """Process, address and token of a server, killed afterwards."""
     command = [sys.executable, "-c", "from forcemap.cli import main; main()", "serve", str(folder), "--port", "0"]
     process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
     try:
         said = process.stderr.readline()
         assert said.startswith("Open http://127.0.0.1:"), said
-        yield process, said.split()[1].rstrip("/")
+        address, token = said.split()[1].split("/?token=")
+        yield process, address, token
     finally:
         process.kill()
         process.wait()
@@ -37,12 +44,13 @@ def client_of(folder):
     with socket.socket() as listening:
         listening.bind(("127.0.0.1", 0))
         listening.listen(64)
-        server = uvicorn.Server(uvicorn.Config(create_app(folder), log_level="error"))
+        server = server_of(create_app(folder, token=TOKEN))
         thread = threading.Thread(target=server.run, kwargs={"sockets": [listening]})
         thread.start()
         address = f"http://127.0.0.1:{listening.getsockname()[1]}"
         try:
-            with httpx.Client(base_url=address, timeout=PATIENCE, follow_redirects=True, trust_env=False) as client:
+            options = {"timeout": PATIENCE, "follow_redirects": True, "trust_env": False}
+            with httpx.Client(base_url=address, headers=bearer(TOKEN), **options) as client:
                 yield client
         finally:
             server.should_exit = True

@@ -6,7 +6,7 @@ from forcemap.assessment.folder import campaign_limit_table
 from forcemap.assessment.missing import Missing, present
 from forcemap.assessment.place_speeds import PlaceSpeeds
 from forcemap.campaigns.binding import BindingState
-from forcemap.campaigns.build import build_dataset
+from forcemap.campaigns.build import build_dataset, collect_campaign
 from forcemap.campaigns.campaign import Campaign, read_campaign
 from forcemap.campaigns.conditions import Conditions, read_campaign_file, read_conditions
 from forcemap.campaigns.dataset import ImpactDataset, StateTolerance
@@ -15,6 +15,7 @@ from forcemap.campaigns.impacts_table import read_dataset, write_dataset
 from forcemap.campaigns.plan import MeasurementPlan, read_plan, write_plan
 from forcemap.campaigns.recordings_table import Entry, Use
 from forcemap.campaigns.repeatability import repeatability
+from forcemap.campaigns.run_order import RecordingOrder, RunProposal, assign_runs, propose_runs
 from forcemap.campaigns.summary import campaign_summary
 from forcemap.campaigns.template import campaign_text
 from forcemap.campaigns.walk import RecordedImpacts, recorded_impacts
@@ -46,6 +47,7 @@ from forcemap.dynamics.mass_map import (
     planar_mass_map,
     robot_effective_mass,
     robot_effective_mass_at,
+    robot_mass_in_posture,
     robot_mass_map,
 )
 from forcemap.dynamics.planar_arm import (
@@ -127,14 +129,16 @@ from forcemap.recordings.column_map import ColumnMap
 from forcemap.recordings.device import Device
 from forcemap.recordings.read import read_recording, read_recordings
 from forcemap.recordings.recording import Recording
+from forcemap.speeds.allowance import Allowance
 from forcemap.speeds.basis import Basis
 from forcemap.speeds.safe_speed import SafeSpeed, SpeedOutcome, floor_speed, safe_speed
 from forcemap.speeds.speed_map import SpeedMap, measured_grid, speed_map
 from forcemap.speeds.zone_speeds import zone_speeds
-from forcemap.speeds.zones import Allowance, Segments, Zones, zone_grid
+from forcemap.speeds.zones import Segments, Zones, zone_grid
 from forcemap.verdicts.recording_results import (
     check_campaign,
     check_file,
+    recording_doubt,
 )
 from forcemap.verdicts.verdict import Interpretation, Verdict, VerdictOutcome, check_impact
 from forcemap.words import sentence
@@ -149,26 +153,27 @@ __all__ = [
     "FixedMargin", "ForceLimit", "ForceMap", "ForcemapError", "Form", "Impact", "ImpactDataset", "InputError",
     "Interpretation", "LimitTable", "LinkMass", "MapOutcome", "MassComparison", "MassOutcome", "MeasurementPlan",
     "Missing", "NewtonLimit", "NextMeasurements", "NotReleasable", "PathSpeeds", "PieceOutcome", "PlaceSpeeds",
-    "PlanarArm", "Provenance", "Quality", "RankDeficient", "RecordedImpacts", "Recording", "RecordingError", "Robot",
-    "RobotTable", "SafeSpeed", "Segments", "SpeedMap", "SpeedOutcome", "StandardExpectation", "StateTolerance", "Stop",
-    "Task", "TaskSegment", "Term", "ToleranceBound", "TooFewStates", "ToolPath", "Use", "Verdict", "VerdictOutcome",
-    "Wrist", "Zones", "__version__", "assess_campaign", "body_region", "build_dataset", "campaign_limit_table",
-    "campaign_summary", "campaign_text", "censoring_effect", "check_campaign", "check_file", "check_impact",
-    "check_map", "classify_contact", "compare_effective_mass", "compare_force_models", "compare_forms", "compare_maps",
-    "confirm_plan", "contact_model", "copy_example", "cover_estimate", "device_suitability", "effective_mass",
-    "extend_plan", "find_impact", "find_impacts", "fit_force_map", "floor_speed", "force_limit", "force_map_accuracy",
-    "form_named", "forward_kinematics", "identified_drive_inertia", "inverse_kinematics", "jacobian", "krl_data",
-    "krl_source", "leave_one_state_out", "map_accuracy", "map_sha256", "map_text", "margins",
-    "mass_matrix", "measured_grid", "next_measurements", "one_segment_task", "optimal_states", "path_speeds",
-    "payload_estimate", "pfl_contact_force", "pfl_energy", "pfl_governing_speed_limit", "pfl_pressure_speed_limit",
-    "pfl_robot_mass", "pfl_speed_limit", "place_task", "places_in_plane", "plan_measurements", "planar_contact_point",
-    "planar_effective_mass_at", "planar_inverse_kinematics", "planar_jacobian", "planar_mass_map", "planar_mass_matrix",
-    "present", "published_map", "raised_off_axis", "read_campaign", "read_campaign_file", "read_conditions",
-    "read_dataset", "read_limit_table", "read_map", "read_path", "read_plan", "read_recording", "read_recordings",
-    "read_task", "read_urdf", "recorded_impacts", "repeatability", "robot_effective_mass", "robot_effective_mass_at",
-    "robot_mass_map", "robot_named", "robot_table", "run_sheet", "safe_speed", "safety_proposal", "scaling_csv",
-    "scaling_result", "select_terms", "selection_stability", "sentence", "speed_map", "speed_map_csv",
-    "standard_effective_mass",
-    "standard_limit_table", "table_positions", "time_law", "urscript", "write_dataset", "write_map", "write_plan",
-    "zone_grid", "zone_speeds", "zones_csv", "zones_result",
+    "PlanarArm", "Provenance", "Quality", "RankDeficient", "RecordedImpacts", "Recording", "RecordingError",
+    "RecordingOrder", "Robot", "RobotTable", "RunProposal", "SafeSpeed", "Segments", "SpeedMap", "SpeedOutcome",
+    "StandardExpectation", "StateTolerance", "Stop", "Task", "TaskSegment", "Term", "ToleranceBound", "TooFewStates",
+    "ToolPath", "Use", "Verdict", "VerdictOutcome", "Wrist", "Zones", "__version__", "assess_campaign", "assign_runs",
+    "body_region", "build_dataset", "campaign_limit_table", "campaign_summary", "campaign_text", "censoring_effect",
+    "check_campaign", "check_file", "check_impact", "check_map", "classify_contact", "collect_campaign",
+    "compare_effective_mass", "compare_force_models", "compare_forms", "compare_maps", "confirm_plan", "contact_model",
+    "copy_example", "cover_estimate", "device_suitability", "effective_mass", "extend_plan", "find_impact",
+    "find_impacts", "fit_force_map", "floor_speed", "force_limit", "force_map_accuracy", "form_named",
+    "forward_kinematics", "identified_drive_inertia", "inverse_kinematics", "jacobian", "krl_data", "krl_source",
+    "leave_one_state_out", "map_accuracy", "map_sha256", "map_text", "margins", "mass_matrix", "measured_grid",
+    "next_measurements", "one_segment_task", "optimal_states", "path_speeds", "payload_estimate", "pfl_contact_force",
+    "pfl_energy", "pfl_governing_speed_limit", "pfl_pressure_speed_limit", "pfl_robot_mass", "pfl_speed_limit",
+    "place_task", "places_in_plane", "plan_measurements", "planar_contact_point", "planar_effective_mass_at",
+    "planar_inverse_kinematics", "planar_jacobian", "planar_mass_map", "planar_mass_matrix", "present", "propose_runs",
+    "published_map", "raised_off_axis", "read_campaign", "read_campaign_file", "read_conditions", "read_dataset",
+    "read_limit_table", "read_map", "read_path", "read_plan", "read_recording", "read_recordings", "read_task",
+    "read_urdf", "recorded_impacts", "recording_doubt", "repeatability", "robot_effective_mass",
+    "robot_effective_mass_at",
+    "robot_mass_in_posture", "robot_mass_map", "robot_named", "robot_table", "run_sheet", "safe_speed",
+    "safety_proposal", "scaling_csv", "scaling_result", "select_terms", "selection_stability", "sentence", "speed_map",
+    "speed_map_csv", "standard_effective_mass", "standard_limit_table", "table_positions", "time_law", "urscript",
+    "write_dataset", "write_map", "write_plan", "zone_grid", "zone_speeds", "zones_csv", "zones_result",
 ]  # fmt: skip

@@ -6,13 +6,16 @@ import csv
 import io
 import math
 import re
+from collections import Counter
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from forcemap.errors import TableError, nearest_names
 
-_ONE = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
+_ONE = r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?"
 _NUMBER, _NUMBER_OR_NONE = re.compile(_ONE, re.ASCII), re.compile(f"(?:{_ONE})?", re.ASCII)
+_FORMULA = re.compile(r"'*[=+@\t\r-]")
+_LARGEST = 20_000_000  # bytes
 _WHOLE_NUMBER = re.compile(r"\d{1,9}", re.ASCII)
 _NUMBERS = {  # a whole column at once
     True: re.compile(rf"{_ONE}(?:\n{_ONE})*", re.ASCII),
@@ -111,6 +114,9 @@ def read_table(content: bytes, file: str, *, what: str, remarked: bool = False) 
     TableError
         Not text, not a table, no row, a row of another length than the header, a column twice.
     """
+    if len(content) > _LARGEST:
+        most = f"at most {_LARGEST / 1e6:.0f} MB"
+        raise TableError(f"found {len(content) / 1e6:.0f} MB, expected {most}: is this a table of {what}s?", file=file)
     text, remarks = _text(content, file), {}
     if remarked:
         lines = text.splitlines()
@@ -126,7 +132,7 @@ def read_table(content: bytes, file: str, *, what: str, remarked: bool = False) 
     try:
         for record in reader:
             if any(cell.strip() for cell in record):
-                records.append((reader.line_num, [cell.strip() for cell in record]))
+                records.append((reader.line_num, [_plain(cell.strip()) for cell in record]))
     except csv.Error as error:
         raise TableError(f"not a CSV table ({error})", file=file, row=reader.line_num) from None
     if not records:
@@ -136,8 +142,8 @@ def read_table(content: bytes, file: str, *, what: str, remarked: bool = False) 
         header.pop()  # empty columns at the end, as spreadsheets write them
         for _, record in body:
             record.pop()
-    for name in header:
-        if header.count(name) > 1:
+    for name, times in Counter(header).items():
+        if times > 1:
             message = f"found column {name!r} twice, expected it once"
             raise TableError(message, file=file, row=header_row, column=name)
     for row, record in body:
@@ -155,12 +161,22 @@ def csv_cell(value: object, form: str = "") -> str:
 
 
 def csv_text(columns: Mapping[str, Sequence[str]]) -> str:
-    """The text of a CSV file with these columns."""
+    """The text of a CSV file with these columns; `read_table` gives back the same cells."""
     stream = io.StringIO()
     writer = csv.writer(stream, lineterminator="\n")
-    writer.writerow(columns)
-    writer.writerows(zip(*columns.values(), strict=True))
+    writer.writerow(map(_no_formula, columns))
+    writer.writerows(map(_no_formula, row) for row in zip(*columns.values(), strict=True))
     return stream.getvalue()
+
+
+def _no_formula(cell: str) -> str:
+    """A cell behind an apostrophe where a spreadsheet would take its text for a formula; `_plain` takes it off."""
+    return f"'{cell}" if _FORMULA.match(cell) and not _NUMBER.fullmatch(cell) else cell
+
+
+def _plain(cell: str) -> str:
+    """The cell as it was before `_no_formula`."""
+    return cell[1:] if cell.startswith("'") and _FORMULA.match(cell) else cell
 
 
 def _text(content: bytes, file: str) -> str:

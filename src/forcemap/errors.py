@@ -22,8 +22,11 @@ A message says what was found, what was expected and what to do; the numbers sta
 from __future__ import annotations
 
 import difflib
+import re
 from collections.abc import Iterable
 from typing import Any
+
+_LONGEST, _LONGEST_NAME = 2000, 200  # characters of a message, of a column: they may quote a whole damaged file
 
 
 class ForcemapError(Exception):
@@ -39,16 +42,17 @@ class ForcemapError(Exception):
         row: int | None = None,
         column: str | None = None,
     ) -> None:
-        self.message = message
+        message = one_line(message)
+        self.message = message if len(message) <= _LONGEST else f"{message[:_LONGEST]}..."
         self.file = file
         self.row = row
         self.column = column
         where = [
             *([file] if file else []),
             *([f"row {row}"] if row is not None else []),
-            *([f"column {column}"] if column else []),
+            *([f"column {column[:_LONGEST_NAME]}"] if column else []),
         ]
-        super().__init__(": ".join([", ".join(where), message] if where else [message]))
+        super().__init__(one_line(": ".join([", ".join(where), self.message] if where else [self.message])))
 
 
 class InputError(ForcemapError, ValueError):
@@ -141,11 +145,26 @@ class MissingExtra(ForcemapError):
 
     kind = "missing_extra"
 
+    @classmethod
+    def of(cls, error: ModuleNotFoundError) -> MissingExtra:
+        """The error where the command line or the page needs a package that is not there."""
+        return cls(f"this needs the package {error.name}; install it with: pip install 'forcemap[app]'")
+
+
+_BREAKS = re.compile("[\n\r\v\f\x1c-\x1e\x85\u2028\u2029][\\s]*")
+# control characters, and marks that turn the direction of text
+_UNSEEN = re.compile("[\x00-\x08\x0e-\x1f\x7f-\x9f\u200e\u200f\u202a-\u202e\u2066-\u2069\ud800-\udfff]")
+
+
+def one_line(text: str) -> str:
+    """A text that stays on its line and shows what it is: names and cells come from files, and go to a terminal."""
+    return _UNSEEN.sub("\ufffd", _BREAKS.sub(" ", text).replace("\t", " "))
+
 
 def nearest_names(name: str, known: Iterable[str], count: int = 5) -> list[str]:
     """The known names most like `name`, best first: those that contain it, then those spelt alike."""
     names = list(known)
-    wanted = name.strip().lower().replace(" ", "_").replace("-", "_")
+    wanted = name[:100].strip().lower().replace(" ", "_").replace("-", "_")
     words = [word for word in wanted.split("_") if len(word) > 2]
 
     def likeness(candidate: str) -> float:

@@ -1,44 +1,93 @@
-"""Files that survive a crash: written aside, flushed to disk, then renamed; and dates as files state them."""
+"""Files that survive a crash: written aside, flushed to disk, then renamed; who is alone with a folder; dates."""
 
 from __future__ import annotations
 
 import hashlib
 import os
 import re
-import tempfile
+import secrets
+import tomllib
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from datetime import date
 from pathlib import Path
+from typing import Any, BinaryIO
 
 from forcemap.errors import InputError
+
+_BEING_WRITTEN = ".forcemap-part-"
 
 
 def write_atomically(path: str | Path, text: str | bytes) -> None:
     """Write bytes, or a text as UTF-8; at any moment the file is either the old one or the new one, whole."""
     target = Path(path)
     try:
-        descriptor, temporary = tempfile.mkstemp(prefix=f".{target.name}.", dir=target.parent)
-    except OSError as error:
-        raise InputError(f"cannot be written ({error.strerror}); name a folder that exists", file=str(path)) from error
-    try:
-        with os.fdopen(descriptor, "wb") as stream:
+        with hidden_file(target.parent) as (hidden, stream):
             stream.write(text.encode() if isinstance(text, str) else text)
             stream.flush()
             os.fsync(stream.fileno())
-        mask = os.umask(0)
-        os.umask(mask)
-        os.chmod(temporary, 0o666 & ~mask)
-        os.replace(temporary, target)
-        folder = os.open(target.parent, os.O_RDONLY)
-        try:
-            os.fsync(folder)
-        finally:
-            os.close(folder)
+            os.replace(hidden, target)
+            flush_to_disk(target.parent)
     except OSError as error:
-        Path(temporary).unlink(missing_ok=True)
-        raise InputError(f"cannot be written ({error.strerror})", file=str(path)) from error
-    except BaseException:
-        Path(temporary).unlink(missing_ok=True)
-        raise
+        remedy = "" if target.parent.is_dir() else "; name a folder that exists"
+        raise InputError(f"cannot be written ({error.strerror}){remedy}", file=str(path)) from error
+
+
+@contextmanager
+def hidden_file(folder: Path, ending: str = "") -> Iterator[tuple[Path, BinaryIO]]:
+    """A new hidden file, locked, gone afterwards unless it was renamed; those that killed processes left go first."""
+    sweep(folder)
+    while True:
+        hidden = folder / f"{_BEING_WRITTEN}{secrets.token_hex(8)}{ending}"
+        descriptor = os.open(hidden, os.O_CREAT | os.O_EXCL | os.O_RDWR, 0o666)
+        _lock(descriptor)
+        if os.fstat(descriptor).st_nlink:
+            break
+        os.close(descriptor)  # swept by another process before it was locked
+    with os.fdopen(descriptor, "wb") as stream:
+        try:
+            yield hidden, stream
+        finally:
+            hidden.unlink(missing_ok=True)
+
+
+def sweep(folder: Path) -> None:
+    """Take away the hidden files of killed processes: those that nobody holds, whatever time they bear."""
+    for left in folder.glob(f"{_BEING_WRITTEN}*"):
+        with suppress(OSError), left.open("rb+") as stream:  # of another user, or a folder
+            if _lock(stream.fileno(), wait=False):
+                left.unlink()
+
+
+@contextmanager
+def alone(folder: Path) -> Iterator[None]:
+    """Other processes that ask for the same folder wait meanwhile."""
+    descriptor = os.open(folder, os.O_RDONLY)
+    try:
+        _lock(descriptor)
+        yield
+    finally:
+        os.close(descriptor)
+
+
+def flush_to_disk(path: Path) -> None:
+    """Wait until a file, or the names in a folder, are on the disk."""
+    descriptor = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
+
+
+def _lock(descriptor: int, *, wait: bool = True) -> bool:
+    """Hold a file until it is closed or its process ends; False where another holds it, or the drive knows no locks."""
+    import fcntl  # there is none on Windows, where files can be read
+
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX if wait else fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        return False
+    return True
 
 
 def read_bytes(path: str | Path) -> bytes:
@@ -72,6 +121,15 @@ def file_sha256(path: str | Path) -> str:
         raise InputError(f"cannot be read ({error.strerror})", file=str(path)) from error
 
 
+def begins_with(path: str | Path, size: int, checksum: str) -> bool:
+    """Whether the first bytes of a file are the content that has this SHA-256."""
+    try:
+        with Path(path).open("rb") as stream:
+            return hashlib.sha256(stream.read(size)).hexdigest() == checksum
+    except OSError:
+        return False
+
+
 def sha256(content: bytes | str) -> str:
     """SHA-256 of bytes, or of a text's UTF-8, in hexadecimal."""
     return hashlib.sha256(content.encode() if isinstance(content, str) else content).hexdigest()
@@ -91,3 +149,40 @@ def stated_date(what: str, text: str) -> date:
     except (TypeError, ValueError):
         pass
     raise InputError(f"{what}: found {text!r}, expected YYYY-MM-DD")
+
+
+_LARGEST_TOML, _LONGEST_TOML_LINE = 1 << 18, 1 << 12  # bytes
+_DEEPEST_TOML = 20
+
+
+def toml_tables(content: bytes) -> dict[str, Any]:
+    """The tables of a TOML file.
+
+    Raises
+    ------
+    InputError
+        Not TOML in UTF-8, larger or deeper than any campaign needs, or a whole number beyond 64 bits, the most that
+        TOML has.
+    """
+    longest = max(map(len, content.split(b"\n")))
+    if len(content) > _LARGEST_TOML or longest > _LONGEST_TOML_LINE:
+        most = f"at most {_LARGEST_TOML} bytes, {_LONGEST_TOML_LINE} in a line"
+        raise InputError(f"found a TOML file of {len(content)} bytes, {longest} in a line, expected {most}")
+    try:
+        tables = tomllib.loads(content.decode("utf-8-sig"))
+    except RecursionError:
+        raise InputError("not a TOML file that can be used: nested too deeply") from None
+    except ValueError as error:  # also a number of thousands of digits
+        raise InputError(f"not a TOML file in UTF-8: {error}") from None
+    entries: list[tuple[str, Any, int]] = [("", tables, 0)]
+    while entries:
+        name, value, depth = entries.pop()
+        if depth > _DEEPEST_TOML:
+            raise InputError("found tables nested too deeply", column=name[:100])
+        if isinstance(value, int) and not -(2**63) <= value < 2**63:
+            raise InputError("found a whole number beyond 64 bits, expected one that fits", column=name[:100])
+        if isinstance(value, dict):
+            entries += [(f"{name}.{key}".strip("."), each, depth + 1) for key, each in value.items()]
+        elif isinstance(value, list):
+            entries += [(name, each, depth + 1) for each in value]
+    return tables

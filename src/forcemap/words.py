@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 import re
 import tomllib
-from collections.abc import Container, Iterable
+from collections.abc import Container, Iterable, Mapping
 from importlib import resources
 from typing import Any
 
@@ -62,16 +62,36 @@ class _Figures(dict[str, Any]):
         what += [f"{self['unseen_N']:.1f} N that may lie between samples"] if self["unseen_N"] >= 0.05 else []
         return ", ".join(what[:-1]) + " and " * (len(what) > 1) + what[-1]
 
+    def _reference_posture(self) -> str:
+        return posture_words(dict(self["reference"]))
+
+    def _tool(self) -> str:
+        return tool_words(self["tool_axis"], self["towards"], self["contact_offset_m"])
+
     def _conditions(self) -> str:
         """Conditions that campaign.toml now states otherwise than when the recordings were registered."""
         return "; ".join(
-            f"{entry} was {was!r} when {count} of the recordings were registered, campaign.toml "
+            f"{entry} was {was!r} when {count} of the recordings were registered"
+            + "".join(f" (measured on {day})" for day in days if day)
+            + ", campaign.toml "
             + ("does not state it" if now is None else f"says {now!r}")
-            for entry, was, now, count in self["changes"]
+            for entry, was, now, count, *days in self["changes"]
         )
 
     def _columns(self) -> str:
         return ", ".join(dict.fromkeys(entry for entry, *_ in self["changes"]))
+
+
+def posture_words(posture: Mapping[str, float]) -> str:
+    """A posture in a line: positions by joint, the unit behind the name."""
+    named = {name.rpartition("_"): figure for name, figure in posture.items()}
+    return ", ".join(f"{joint} {round(figure, 3) + 0.0:g} {unit}" for (joint, _, unit), figure in named.items())
+
+
+def tool_words(axis: Iterable[float], towards: Iterable[float], offset: Iterable[float]) -> str:
+    """Where a tool's axis, which stands in the frame of the flange, points, and where it is hit [m]."""
+    of_flange, of_base, point = (", ".join(f"{round(x, 4) + 0.0:g}" for x in each) for each in (axis, towards, offset))
+    return f"tool axis ({of_flange}) of the flange pointing to ({of_base}), contact point at ({point}) m in its frame"
 
 
 def sentence(finding: Finding | str | None) -> str:

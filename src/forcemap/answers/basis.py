@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from typing import Any
 
@@ -17,18 +18,30 @@ from forcemap.words import assumptions, warnings
 
 
 class RestsOn(Answer):
-    """What a speed rests on; warnings are said before it. The limit is null where the standard permits no contact."""
+    """What a speed rests on; warnings are said before it. The limit is null where the standard permits no contact.
+
+    `speed_kind` and `speed_error` are what the campaign states of its speeds, the error a share that is subtracted from
+    them; `speed_overshoot_mps` is what a speed to program lies below the speed at contact.
+    """
 
     limit: Said
     limit_N: Figure
     limit_source: str
     contact: str | None
     bound: Bound
+    speed_kind: str | None
+    speed_error: Figure
+    speed_overshoot_mps: float
     simulated: bool
     warnings: AllSaid
     assumptions: AllSaid
     map_sha256: str
     limits_sha256: str | None
+
+
+def campaign_speeds(force_map: ForceMap) -> dict[str, Any]:
+    """What the campaign of a map states of its speeds."""
+    return {"speed_kind": force_map.conditions.speed_kind or None, "speed_error": force_map.conditions.speed_error}
 
 
 def rests_on(force_map: ForceMap, basis: Basis, notes: Iterable[Finding | str] = ()) -> dict[str, Any]:
@@ -42,6 +55,8 @@ def rests_on(force_map: ForceMap, basis: Basis, notes: Iterable[Finding | str] =
         "limit_source": source,
         "contact": basis.contact,
         "bound": basis.bound,
+        **campaign_speeds(force_map),
+        "speed_overshoot_mps": math.nan if basis.allowance is None else basis.allowance.speed,
         "simulated": force_map.simulated,
         "warnings": warnings([basis]),
         "assumptions": [*notes, *assumptions([basis])],

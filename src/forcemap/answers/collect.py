@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 
-from forcemap.answers.answer import Answer, Figure, Said, of
+from forcemap.answers.answer import AllSaid, Answer, Figure, Said, of
 from forcemap.campaigns.campaign import Campaign
-from forcemap.campaigns.dataset import ImpactDataset
+from forcemap.campaigns.dataset import ImpactDataset, unit_finding
 from forcemap.campaigns.repeatability import repeatability
 from forcemap.campaigns.summary import campaign_summary
 from forcemap.words import sentences
@@ -18,6 +18,28 @@ class Discard(Answer):
     recording: str = of("name")
     use: str
     reason: str
+
+
+class ProposedRun(Answer):
+    """A recording whose name says no run, and the run it is taken for."""
+
+    recording: str = of("name")
+    run: str
+    written: str
+    distance_m: float = of("distance")
+    height_m: float = of("height")
+    speed_mps: float = of("speed")
+    expected_force_N: Figure = of("expected_force")
+    peak_force_N: Figure = of("peak_force")
+    out_of_order: bool
+
+
+class AssignAnswer(Answer):
+    """Recordings in the order of the run sheet; nothing is written yet."""
+
+    folder: str
+    by: str
+    proposed: list[ProposedRun]
 
 
 class StateContact(Answer):
@@ -93,7 +115,9 @@ class CollectAnswer(Answer):
     transient_refused: list[str]
     contacts: list[StateContact]
     repeatability: Repeatability
+    contradictions: AllSaid
     not_stated: list[str]
+    units: Said
     files: list[str]
 
     @classmethod
@@ -111,6 +135,8 @@ class CollectAnswer(Answer):
             censored=int(dataset.censored.sum()),
             scenarios={scenario.value: count for scenario, count in summary.phase_two.scenarios.items()},
             transient_refused=sentences(refusal.also) if refusal else [],
+            contradictions=dataset.contradictions,
             repeatability=repeatability(dataset),
+            units=unit_finding(dataset.conditions, dataset.states),
             files=[campaign.register_file.name, campaign.table_file.name],
         )

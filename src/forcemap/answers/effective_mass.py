@@ -15,10 +15,11 @@ from forcemap.dynamics.robot import Robot
 
 
 class PlaceMass(AtPlace):
-    """Effective mass at a place."""
+    """Effective mass at a place, and the posture that it is the effective mass of: positions by joint, with units."""
 
     effective_mass_kg: Figure
     outcome: MassOutcome
+    posture: dict[str, float] | None
 
 
 class MassAnswer(Answer):
@@ -27,11 +28,16 @@ class MassAnswer(Answer):
     model_config = ConfigDict(serialize_by_alias=True)
 
     robot: str = of("name")
+    source: str
+    findings: AllSaid
     moving_mass_kg: float = of("moving_mass")
     load_kg: float = of("load")
     standard_effective_mass_kg: float = of("standard_effective_mass")
     direction: tuple[float, ...]
     tool_direction: tuple[float, ...]
+    tool_axis: tuple[float, ...]
+    contact_offset_m: tuple[float, ...] = of("contact_offset")
+    reference_posture: dict[str, float]
     drive_inertia_kg_m2: list[float] | None
     assumption: str
     not_: str = Field("effective mass is no force: no safe speed follows from it", serialization_alias="not")
@@ -41,7 +47,7 @@ class MassAnswer(Answer):
         """Of a map; of a place alone if the map has no other."""
         mass, drives = mass_map.mass, mass_map.mass.drive_inertia
         at = np.meshgrid(mass_map.distances, mass_map.heights, indexing="ij")
-        places = PlaceMass.of_columns(*at, mass.value, mass.outcome)
+        places = PlaceMass.of_columns(*at, mass.value, mass.outcome, robot.stated_each(mass.positions))
         also = {
             **vars(places[0]),
             "places": places,
@@ -50,6 +56,7 @@ class MassAnswer(Answer):
             "force_ratio": mass_map.force_ratio,
             "drive_inertia_kg_m2": None if drives is None else drives.values.tolist(),
             "assumption": mass.assumption,
+            "reference_posture": robot.stated(robot.reference_posture),
         }
         return cls.from_result(robot, **stands, **also)
 
@@ -77,10 +84,11 @@ class PlaceExplanation(Answer):
 
 
 class ComparedPlace(AtPlace):
-    """A force, the effective mass that it would take, and what effective masses say."""
+    """A force, the effective mass that it would take, and what effective masses say, of which posture."""
 
     force_N: float
     measured_effective_mass_kg: float
+    posture: dict[str, float] | None
     by_mass: list[PlaceExplanation]
 
 
@@ -116,6 +124,7 @@ class MassComparisonAnswer(Answer):
         ratios = [{"ratio_lowest": np.nanmin(e.ratio), "ratio_highest": np.nanmax(e.ratio)} for e in explanations]
         by_mass = [Explanation.from_result(e, **of_mass) for e, of_mass in zip(explanations, ratios, strict=True)]
         columns = comparison.distance, comparison.height, comparison.measured_force, comparison.measured_mass
+        known = (*columns, comparison.postures)
         said = [PlaceExplanation.of_columns(e.mass.value, e.mass.outcome, e.force, e.ratio) for e in explanations]
-        places = [ComparedPlace.model_validate((*row[:4], row[4:])) for row in zip(*columns, *said, strict=True)]
+        places = [ComparedPlace.model_validate((*row[:5], row[5:])) for row in zip(*known, *said, strict=True)]
         return cls.from_result(comparison, places=places, by_mass=by_mass)

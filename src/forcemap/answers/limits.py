@@ -39,6 +39,7 @@ class LimitAnswer(Answer):
     transient_N: float | None
     quasi_static_N_per_cm2: Pressure
     transient_N_per_cm2: Pressure
+    spring_N_per_m: Figure = of("stiffness")
     contact_model: ContactModelAnswer | None
 
 

@@ -121,6 +121,7 @@ class FitAnswer(Answer):
     binding: BindingAnswer
     disagreeing_repeats: list[str]
     saturation_doubt: SaidIfAny
+    contradictions: AllSaid
     lowest_measured: Figures = of("measured_range", "lowest")
     highest_measured: Figures = of("measured_range", "highest")
     measured_states: list[MeasuredState]
@@ -151,6 +152,7 @@ class FitAnswer(Answer):
             accuracies=accuracies,
             disagreeing_repeats=dataset.disagreeing_repeats,
             saturation_doubt=saturation_doubt(dataset.peak_force, dataset.state, censored=int(dataset.censored.sum())),
+            contradictions=dataset.contradictions,
             measured_states=_states(force_map),
             map_sha256=map_sha256(force_map),
             assumptions=[*force_map.conditions.findings, force_map.phase_two.finding],

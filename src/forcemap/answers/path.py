@@ -7,6 +7,7 @@ from typing import Any, Self
 import numpy as np
 
 from forcemap.answers.answer import AllSaid, Answer, AtPlace, Bound, Figure, Said, of
+from forcemap.answers.basis import campaign_speeds
 from forcemap.maps.force_map import ForceMap
 from forcemap.maps.map_file import map_sha256
 from forcemap.paths.path_speeds import PathSpeeds
@@ -18,13 +19,14 @@ RULES = ("allowed", "standard", "constant", "program")
 
 
 class PieceAnswer(Answer):
-    """A short piece of a path; speed null where none is permitted."""
+    """A short piece of a path; its speed to program, and at contact, null where none is permitted."""
 
     segment: str
     from_m: list[float]
     to_m: list[float]
     length_m: float
     speed_mps: Figure
+    contact_speed_mps: Figure
     programmed_speed_mps: Figure
     too_fast: bool
     outcome: str
@@ -52,9 +54,11 @@ class Refused(Answer):
 
 
 class AlongAnswer(Answer):
-    """What speeds along paths rest on; warnings are said before them."""
+    """What speeds along paths rest on, as `RestsOn`; warnings are said before them."""
 
     bound: Bound
+    speed_kind: str | None
+    speed_error: Figure
     simulated: bool
     warnings: AllSaid
     assumptions: AllSaid
@@ -150,12 +154,12 @@ class PlacesAnswer(AlongAnswer):
 
 def _rests_on(force_map: ForceMap, bound: Any, bases: tuple[Basis, ...]) -> dict[str, Any]:
     of_map = {"simulated": force_map.simulated, "map_sha256": map_sha256(force_map)}
-    return {"bound": bound, "warnings": warnings(bases), **of_map}
+    return {"bound": bound, "warnings": warnings(bases), **of_map, **campaign_speeds(force_map)}
 
 
 def _pieces(speeds: PathSpeeds) -> list[PieceAnswer]:
     path, points = speeds.path, speeds.path.points.tolist()
-    figures = (path.lengths, speeds.speed, speeds.programmed, speeds.too_fast)
+    figures = (path.lengths, speeds.speed, speeds.contact_speed, speeds.programmed, speeds.too_fast)
     grounds = (speeds.outcome, speeds.reason, speeds.governed_by, speeds.limit)
     return PieceAnswer.of_columns(path.names, points[:-1], points[1:], *figures, *grounds)
 

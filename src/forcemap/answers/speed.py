@@ -16,7 +16,7 @@ from forcemap.speeds.safe_speed import SpeedOutcome, safe_speed
 
 
 class SpeedAnswer(RestsOn):
-    """The safe speed at a place; null unless the outcome is capped or admissible.
+    """The safe speed at a place: at contact, and to program; null unless its outcome is capped or admissible.
 
     `measure_next` is where a measurement would turn "unconfirmed" into an answer; a hint, no permission.
     """
@@ -26,6 +26,9 @@ class SpeedAnswer(RestsOn):
     distance_m: float
     height_m: float
     speed_mps: Figure = of("speed")
+    to_program_outcome: str
+    to_program_reason: Said
+    speed_to_program_mps: Figure = of("speed_to_program")
     extrapolated_speed_mps: Figure = of("extrapolated_speed")
     bound_force_N: Figure = of("bound_force")
     predicted_force_N: Figure = of("predicted_force")

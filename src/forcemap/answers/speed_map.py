@@ -18,7 +18,7 @@ from forcemap.speeds.speed_map import SpeedMap
 
 
 class PlaceAnswer(AtPlace):
-    """The safe speed at a place of the grid; null unless the outcome is capped or admissible."""
+    """The safe speed at a place of the grid, at contact and to program; null unless its outcome has a speed."""
 
     outcome: str
     reason: Said
@@ -28,15 +28,30 @@ class PlaceAnswer(AtPlace):
     highest_measured_speed_mps: Figure
     predicted_force_N: Figure
     bound_force_N: Figure
+    speed_to_program_mps: Figure
+    to_program_outcome: str
+    to_program_reason: Said
+
+
+class PlaceToProgram(AtPlace):
+    """A place and its speed to program."""
+
+    speed_to_program_mps: float
 
 
 class SpeedMapAnswer(RestsOn):
-    """Safe speeds on a grid, distance slowest; outcome and reason are of the fastest place, if any is confirmed."""
+    """Safe speeds on a grid, distance slowest; outcome and reason are of the fastest place, if any is confirmed.
+
+    `outcome`, `counts` and `fastest` are of speeds at contact.
+    """
 
     outcome: str
     reason: Said
     counts: dict[str, int]
     fastest: PlaceAndSpeed | None
+    fastest_to_program: PlaceToProgram | None
+    to_program_outcome: str
+    to_program_reason: Said
     places: list[PlaceAnswer]
     accuracy: AccuracyAnswer | None
 
@@ -49,12 +64,16 @@ class SpeedMapAnswer(RestsOn):
         figures = (found.outcome, found.reason, found.speed, found.extrapolated_speed)
         measured = (found.lowest_measured_speed, found.highest_measured_speed, found.predicted_force, found.bound_force)
         at = np.meshgrid(speeds.distance, speeds.height, indexing="ij")
-        places = PlaceAnswer.of_columns(*at, *figures, *measured)
+        program = (found.speed_to_program, found.to_program_outcome, found.to_program_reason)
+        places = PlaceAnswer.of_columns(*at, *figures, *measured, *program)
         best = max(places, key=lambda each: (each.speed_mps or 0.0, each.outcome == SpeedOutcome.UNCONFIRMED))
+        quick = max(places, key=lambda each: (each.speed_to_program_mps or 0.0, each.speed_mps or 0.0, each is best))
         return cls.from_result(
             speeds,
             outcome=best.outcome,
             reason=best.reason,
+            to_program_outcome=quick.to_program_outcome,
+            to_program_reason=quick.to_program_reason,
             places=places,
             accuracy=accuracy,
             **rests_on(force_map, found.basis, notes),

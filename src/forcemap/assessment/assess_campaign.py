@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -33,6 +34,7 @@ from forcemap.maps.bounds import Bound, ToleranceBound, weakness
 from forcemap.maps.fit import fit_force_map
 from forcemap.maps.force_map import ForceMap
 from forcemap.maps.forms import CFM_2D, CFM_3D, Form
+from forcemap.speeds.allowance import Allowance
 from forcemap.verdicts.recording_results import JudgedRecordings, judge_recordings
 
 CONFIDENCE = 0.95
@@ -172,6 +174,7 @@ def assess_campaign(
     bound: Bound | None = None,
     form: Form = CFM_3D,
     step: float = 0.05,
+    allowance: Allowance | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> CampaignAssessment:
     """Assess a campaign's folder as a whole; a part that cannot be had is a `Missing` that says why.
@@ -193,6 +196,8 @@ def assess_campaign(
         Form of the map.
     step : float
         Distance between the places of the speed tables [m].
+    allowance : Allowance, optional
+        What the robot may deviate; `Allowance()` if not given.
     progress : callable, optional
         Called with the number of recordings judged and of all recordings.
 
@@ -247,6 +252,7 @@ def assess_campaign(
     carried = attempt(lambda: _carried(present(force_map), wanted))
     if not isinstance(dataset, Missing) and dataset.binding.reason:
         findings.append(dataset.binding.reason)
+    findings += [doubt] if (doubt := conditions.speed_doubt) else []
     if not isinstance(force_map, Missing) and (weak := weakness(wanted, force_map)):
         findings.insert(0, weak)
     models = tuple(attempt(partial(contact_model, conditions, limit.name)) for limit in limits)
@@ -254,7 +260,8 @@ def assess_campaign(
     def speeds_of(limit: ForceLimit, model: ContactModel | Missing, contact: Contact) -> PlaceSpeeds:
         known = conditions if isinstance(dataset, Missing) else dataset
         plan = None if isinstance(home, Missing) else home.plan
-        return place_speeds(limit, contact, force_map, carried, measured=known, plan=plan, model=model, step=step)
+        rest: dict[str, Any] = {"measured": known, "plan": plan, "model": model, "step": step}
+        return place_speeds(limit, contact, force_map, carried, allowance=allowance or Allowance(), **rest)
 
     def compared(limit: ForceLimit, model: ContactModel | Missing) -> Comparison:
         impacts, _, masses = present(dataset), present(force_map), present(model)

@@ -20,13 +20,14 @@ from forcemap.limits.force_limits import Contact, ForceLimit
 from forcemap.maps.bounds import Bound, ToleranceBound
 from forcemap.maps.force_map import ForceMap
 from forcemap.planning.next.measurements import NextMeasurements, next_measurements
+from forcemap.speeds.allowance import Allowance
 from forcemap.speeds.safe_speed import SpeedOutcome
 from forcemap.speeds.speed_map import SpeedMap, measured_grid, speed_map
 
 
 @dataclass(frozen=True)
 class OpenPlaces:
-    """Places without a confirmed speed, for one reason.
+    """Places without a speed to program, for one reason.
 
     Parameters
     ----------
@@ -53,7 +54,7 @@ class PlaceSpeeds:
     speeds : SpeedMap or Missing
         Safe speeds on a grid.
     open_places : tuple of OpenPlaces
-        Places inside the measured range without a confirmed speed.
+        Places inside the measured range without a speed to program.
     standard_speed : float
         What the standard's contact model allows everywhere, the body part constrained [m/s]; a formula, confirmed by no
         measurement. NaN where contact is not permitted or the moving mass is not stated.
@@ -70,28 +71,41 @@ class PlaceSpeeds:
 
     @cached_property
     def _confirmed(self) -> FloatArray:
-        speeds = np.empty(0) if isinstance(self.speeds, Missing) else np.asarray(self.speeds.speeds.speed)
-        return speeds[~np.isnan(speeds)]
+        """Speeds at contact and to program where there is one to program, shape (2, n)."""
+        if isinstance(self.speeds, Missing):
+            return np.empty((2, 0))
+        pairs = np.array([self.speeds.speeds.speed.ravel(), self.speeds.speeds.speed_to_program.ravel()])
+        return pairs[:, ~np.isnan(pairs[1])]
 
     @property
     def confirmed(self) -> int:
-        """Number of places with a confirmed speed."""
-        return self._confirmed.size
+        """Number of places with a speed to program."""
+        return len(self._confirmed.T)
 
     @property
     def unconfirmed(self) -> int:
-        """Number of places inside the measured range without one."""
+        """Number of other places inside the measured range."""
         return sum(len(each.places) for each in self.open_places)
 
     @property
     def slowest(self) -> float:
-        """Lowest of the confirmed speeds [m/s]: what holds at all confirmed places; NaN if there is none."""
-        return float(self._confirmed.min()) if self.confirmed else math.nan
+        """Lowest of the speeds at contact there [m/s]: what holds at all confirmed places; NaN if there is none."""
+        return float(self._confirmed[0].min()) if self.confirmed else math.nan
 
     @property
     def fastest(self) -> float:
-        """Highest of the confirmed speeds [m/s]; NaN if there is none."""
-        return float(self._confirmed.max()) if self.confirmed else math.nan
+        """Highest of the speeds at contact there [m/s]; NaN if there is none."""
+        return float(self._confirmed[0].max()) if self.confirmed else math.nan
+
+    @property
+    def slowest_to_program(self) -> float:
+        """Lowest of the speeds to program [m/s]; NaN if there is none."""
+        return float(self._confirmed[1].min()) if self.confirmed else math.nan
+
+    @property
+    def fastest_to_program(self) -> float:
+        """Highest of the speeds to program [m/s]; NaN if there is none."""
+        return float(self._confirmed[1].max()) if self.confirmed else math.nan
 
 
 def place_speeds(
@@ -104,6 +118,7 @@ def place_speeds(
     plan: MeasurementPlan | None,
     model: ContactModel | Missing,
     step: float,
+    allowance: Allowance,
 ) -> PlaceSpeeds:
     """Safe speeds on a grid `step` [m] apart, and what to measure next; each is missing where it cannot be had.
 
@@ -125,7 +140,7 @@ def place_speeds(
     if not limit.permitted:
         why = Missing(f"NOT PERMITTED: the standard permits no contact with {limit.name}, at no speed")
         return PlaceSpeeds(limit, contact, why, (), math.nan, why)
-    speeds = attempt(lambda: _speeds(limit, contact, present(force_map), present(bound), step))
+    speeds = attempt(lambda: _speeds(limit, contact, present(force_map), present(bound), step, allowance))
     conditions = measured.conditions if isinstance(measured, ImpactDataset) else measured
     error = conditions.device.error_or_default
     tolerance = bound if isinstance(bound, ToleranceBound) else ToleranceBound(device_error=error)
@@ -143,14 +158,17 @@ def place_speeds(
     )
 
 
-def _speeds(limit: ForceLimit, contact: Contact, force_map: ForceMap, bound: Bound, step: float) -> SpeedMap:
-    distance, height = measured_grid(force_map, step)
-    return speed_map(force_map, distance, height, limit=limit, bound=bound, contact=contact)
+def _speeds(
+    limit: ForceLimit, contact: Contact, force_map: ForceMap, bound: Bound, step: float, allowance: Allowance
+) -> SpeedMap:
+    places = measured_grid(force_map, step)
+    return speed_map(force_map, *places, limit=limit, bound=bound, contact=contact, allowance=allowance)
 
 
 def _open_places(found: SpeedMap) -> tuple[OpenPlaces, ...]:
     speeds = found.speeds
     reasons: dict[Finding, list[tuple[float, float]]] = {}
-    for i, j in np.argwhere(speeds.outcome == SpeedOutcome.UNCONFIRMED).tolist():
-        reasons.setdefault(speeds.reason[i, j], []).append((float(found.distance[i]), float(found.height[j])))
+    for i, j in np.argwhere(speeds.to_program_outcome == SpeedOutcome.UNCONFIRMED).tolist():
+        at = float(found.distance[i]), float(found.height[j])
+        reasons.setdefault(speeds.to_program_reason[i, j], []).append(at)
     return tuple(OpenPlaces(reason, tuple(places)) for reason, places in reasons.items())

@@ -2,22 +2,27 @@
 
 The register holds for every recording the hash of its row in the impacts table, the conditions under which it was first
 registered, and the hash of its own row. A table or register that was changed since `forcemap collect` wrote them, or a
-campaign.toml that states something else, no longer fits: nothing then tells what the peaks are.
+campaign.toml that states something else, no longer fits: nothing then tells what the peaks are. Nor does it where the
+states themselves show that a unit is mistaken.
 """
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from forcemap.campaigns.columns import COLUMNS, NUMBERS, RAW_PEAK, UNUSED
 from forcemap.campaigns.conditions import MEASURED_UNDER, Conditions
 from forcemap.campaigns.phase_two import unused_cells
-from forcemap.campaigns.recordings_table import REGISTER_FILE, Use, read_register, row_sha256
+from forcemap.campaigns.recordings_table import MEASURED_ON, REGISTER_FILE, Entry, Use, read_register, row_sha256
+from forcemap.campaigns.state import States
+from forcemap.campaigns.units import unit_finding, unit_of_time_finding
 from forcemap.errors import InputError
 from forcemap.files import sha256
 from forcemap.findings import Finding, FindingKind
@@ -39,7 +44,7 @@ class Binding:
     Parameters
     ----------
     state : BindingState
-        NO_RECORDINGS where the table names none.
+        NO_RECORDINGS where the table names none; BROKEN where its figures cannot be what was measured.
     reason : Finding or None
         Why it is unbound or broken.
     """
@@ -97,16 +102,41 @@ def binding_of(table: Path, rows: Sequence[Mapping[str, str]], conditions: Condi
     other = other or [name for name, cell in unused if any(_value(row.get(name, "")) != _value(cell) for row in rows)]
     if other:
         return _broken(FindingKind.TABLE_EDITED, table=table.name, all=tuple(other))
-    now = conditions.measured_under()
-    stated = [(key, entry.conditions.get(key)) for entry in used.values() for key in MEASURED_UNDER]
-    then = Counter((key, value) for key, value in stated if value and value != now.get(key))
-    if then:  # entry, as it was when recordings were first registered, now, of how many
-        changes = tuple((key, value, now.get(key), count) for (key, value), count in then.items())
-        return _broken(FindingKind.CONDITION_CHANGED, changes=changes)
+    if changed := changed_conditions(used.values(), conditions):
+        return Binding(BindingState.BROKEN, changed)
     if moved := [entry for entry in used.values() if entry.changed]:
         files = tuple(entry.file for entry in moved)
         return _broken(FindingKind.RECORDING_CHANGED, all=files, changed=moved[0].changed)
-    return Binding(BindingState.BOUND)
+    springs = np.array([conditions.device_of(each.state_id, each.name).stiffness for each in used.values()])
+    durations = np.array([each.phase1_duration for each in used.values()])
+    mistaken = unit_of_time_finding(durations, springs, conditions.robot_mass)
+    return Binding(BindingState.BROKEN, mistaken) if mistaken else Binding(BindingState.BOUND)
+
+
+def in_stated_units(binding: Binding, conditions: Conditions, *groups: States) -> Binding:
+    """The binding of impacts, broken where the campaign's states show that a unit is mistaken."""
+    found = unit_finding(conditions, *groups)
+    if found is None or found.kind is not FindingKind.UNIT_SLIP or binding.refusal:
+        return binding
+    return Binding(BindingState.BROKEN, found)
+
+
+def changed_conditions(entries: Iterable[Entry], conditions: Conditions) -> Finding | None:
+    """What was otherwise when recordings were registered; None if nothing was.
+
+    Each change: the entry, as it was, as it is, of how many recordings, measured when.
+    """
+    then = Counter(change for entry in entries for change in _changes(entry, conditions))
+    changes = tuple((key, was, now, count, day) for (key, was, now, day), count in then.items())
+    return Finding.of(FindingKind.CONDITION_CHANGED, changes=changes) if changes else None
+
+
+def _changes(entry: Entry, conditions: Conditions) -> Iterator[tuple[str, str, str | None, str]]:
+    """Conditions that were otherwise when a recording was registered: entry, then, now, and the day stated then."""
+    now = conditions.measured_under(entry.state_id, entry.name)
+    for key in MEASURED_UNDER:
+        if (was := entry.conditions.get(key)) and was != now.get(key):
+            yield key, was, now.get(key), entry.conditions.get(MEASURED_ON, "")
 
 
 def _broken(kind: FindingKind, **figures: Any) -> Binding:

@@ -6,7 +6,7 @@ import math
 from pathlib import Path
 
 from forcemap.campaigns.binding import impact_sha256
-from forcemap.campaigns.campaign import Campaign
+from forcemap.campaigns.campaign import Campaign, read_campaign
 from forcemap.campaigns.columns import UNUSED
 from forcemap.campaigns.conditions import CAMPAIGN_FILE
 from forcemap.campaigns.dataset import ImpactDataset
@@ -16,11 +16,12 @@ from forcemap.campaigns.phase_two import OLD_COLUMN, unused_cells
 from forcemap.campaigns.recordings_table import Entry, register_text
 from forcemap.campaigns.walk import CampaignRecording, FileState, Progress, walk
 from forcemap.csv_table import csv_text, read_table
-from forcemap.errors import CampaignFileError, ChangedMeanwhile, TableError
-from forcemap.files import file_sha256, read_bytes, sha256, write_atomically
+from forcemap.errors import CampaignFileError, ChangedMeanwhile, MissingExtra, TableError
+from forcemap.files import alone, file_sha256, read_bytes, sha256, write_atomically
 
 _NOTE = ".collecting"
 _NEARLY_ALL = 0.9  # of a table's rows
+_TRIES = 3
 
 
 def build_dataset(campaign: Campaign, *, progress: Progress | None = None) -> ImpactDataset:
@@ -48,20 +49,54 @@ def build_dataset(campaign: Campaign, *, progress: Progress | None = None) -> Im
         table that is there was not written by this function, so that it would be lost.
     ChangedMeanwhile
         The register was changed while the recordings were read; nothing was written.
+    MissingExtra
+        A recording needs a package that is not installed.
     TableError
         No recording gave an impact that can be used, or the impacts contradict each other.
     """
     entries, rows = collected(campaign, progress=progress)
-    if _sha256(campaign.register_file) != campaign.register_sha256:
-        message = "was changed meanwhile, so nothing was written; run it again"
-        raise ChangedMeanwhile(message, file=str(campaign.register_file))
-    register = register_text(entries)
-    if not rows:
-        write_atomically(campaign.register_file, register)
-    table = table_text(campaign, entries, rows)
-    _require_own(campaign, table)
-    _write_together(campaign, register, table)
-    return read_dataset(campaign.folder)
+    with alone(campaign.folder):
+        if _sha256(campaign.register_file) != campaign.register_sha256:
+            message = "was changed meanwhile, so nothing was written; run it again"
+            raise ChangedMeanwhile(message, file=str(campaign.register_file))
+        register = register_text(entries)
+        if not rows:
+            write_atomically(campaign.register_file, register)
+        table = table_text(campaign, entries, rows)
+        _require_own(campaign, entries, table)
+        _write_together(campaign, register, table)
+        return read_dataset(campaign.folder)
+
+
+def collect_campaign(folder: str | Path, *, progress: Progress | None = None) -> tuple[Campaign, ImpactDataset]:
+    """Read a campaign's folder and build its dataset, again where another process collected it meanwhile.
+
+    Parameters
+    ----------
+    folder : str or Path
+    progress : callable, optional
+        Called with the number of files done and of all files.
+
+    Returns
+    -------
+    campaign : Campaign
+        As it is afterwards.
+    dataset : ImpactDataset
+
+    Raises
+    ------
+    ForcemapError
+        Those of `read_campaign` and `build_dataset`.
+    """
+    tries = _TRIES
+    while True:
+        try:
+            dataset = build_dataset(read_campaign(folder), progress=progress)
+            return read_campaign(folder), dataset
+        except ChangedMeanwhile:
+            tries -= 1
+            if not tries:
+                raise
 
 
 def collected(campaign: Campaign, *, progress: Progress | None = None) -> tuple[list[Entry], list[Row]]:
@@ -79,8 +114,10 @@ def collected(campaign: Campaign, *, progress: Progress | None = None) -> tuple[
     judged: list[tuple[Entry, Row | None]] = []
     taken = Taken()
     for found in walk(campaign, progress=progress):
-        if found.state is FileState.GONE and found.entry.scenario is None and not found.entry.exclude:
-            continue  # nothing was known of it
+        if found.state is FileState.GONE and found.entry.blank:
+            continue
+        if found.missing_extra:  # what is not installed here must not take its row out of the table
+            raise MissingExtra(found.unreadable, file=str(campaign.recordings / found.entry.file))
         _require_unchanged(campaign, found)
         judged.append(registered(campaign, found, taken))
     return [entry for entry, _ in judged], [row for _, row in judged if row]
@@ -120,12 +157,12 @@ def _require_unchanged(campaign: Campaign, found: CampaignRecording) -> None:
         raise CampaignFileError(message, file=str(campaign.recordings / entry.file))
 
 
-def _require_own(campaign: Campaign, text: str) -> None:
+def _require_own(campaign: Campaign, entries: list[Entry], text: str) -> None:
     """Refuse to replace an impacts table that was not written here: it would be lost.
 
-    The register knows the rows of its own table. Without one, as where a person deleted it to register anew, a table is
-    taken for one of the recordings that are there if it has the columns that are written here and nearly all of its
-    rows name one of them.
+    The register knows the rows of its own table, and so does the one to be written. Without one, as where a person
+    deleted it to register anew, a table is taken for one of the recordings that are there if it has the columns that
+    are written here and nearly all of its rows name one of them.
     """
     if not campaign.table_file.exists():
         return
@@ -133,12 +170,13 @@ def _require_own(campaign: Campaign, text: str) -> None:
     if content == text.encode() or sha256(content) in _being_replaced(campaign):
         return
     known = {entry.impact_sha256 for entry in campaign.entries} - {""}
+    written_now = {entry.impact_sha256 for entry in entries}
     try:
         rows = read_table(content, TABLE_FILE, what="impact").texts
     except TableError:
         rows = [{}]
     if known:
-        own = all(impact_sha256(row) in known for row in rows)
+        own = all(impact_sha256(row) in known | written_now for row in rows)
     else:
         files = {file.lower() for file in campaign.files()}
         named = sum(row.get("recording", "").partition("#")[0].lower() in files for row in rows)

@@ -108,14 +108,23 @@ def read_campaign(folder: str | Path) -> Campaign:
     home = Path(folder)
     if not home.is_dir():
         raise InputError("there is no such folder", file=str(folder))
-    for name in (CAMPAIGN_FILE, PLAN_FILE):
-        if not (home / name).exists():
-            message = f"a campaign's folder holds {CAMPAIGN_FILE} and {PLAN_FILE}, this one has no {name}"
-            raise InputError(f"{message}; forcemap plan writes both", file=str(folder))
+    _require(home / CAMPAIGN_FILE, folder)
     conditions, columns = read_campaign_file(home / CAMPAIGN_FILE)
+    _require(home / PLAN_FILE, folder)
     tolerance = StateTolerance.stated(conditions.place_tolerance, conditions.speed_tolerance)
     register = home / REGISTER_FILE
     register_sha256 = file_sha256(register) if register.exists() else ""  # before it is read: an edit then shows
     plan = read_plan(home / PLAN_FILE, tolerance=tolerance)
     entries = read_register(register) if register.exists() else ()
-    return Campaign(home, conditions, columns, plan, entries, register_sha256)
+    campaign = Campaign(home, conditions, columns, plan, entries, register_sha256)
+    if conditions.devices:
+        runs = zip(plan.state_id.tolist(), plan.recording.tolist(), strict=True)
+        recordings = [*((each.state_id, each.name) for each in entries), *(("", file) for file in campaign.files())]
+        conditions.require_devices_used([*runs, *recordings], str(home / CAMPAIGN_FILE))
+    return campaign
+
+
+def _require(file: Path, folder: str | Path) -> None:
+    if not file.exists():
+        message = f"a campaign's folder holds {CAMPAIGN_FILE} and {PLAN_FILE}, this one has no {file.name}"
+        raise InputError(f"{message}; forcemap plan writes both", file=str(folder))

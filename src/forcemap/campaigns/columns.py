@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import difflib
 import re
-from collections.abc import Sequence
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NoReturn
 
@@ -15,7 +16,7 @@ from forcemap.arrays import FloatArray, Indices, Mask, Objects, Texts
 from forcemap.errors import InputError, TableError
 from forcemap.impacts.scenario import ContactScenario
 
-# column of the table -> argument of ImpactDataset.from_arrays, which is also the field of ImpactDataset
+# column of the table -> argument of ImpactDataset.from_arrays, and attribute of ImpactDataset.as_stated
 _EVERY = {"distance_m": "distance", "height_m": "height", "speed_mps": "speed", "peak_force_N": "peak_force"}
 _OF_STATE = {"state_id": "state", "repeat": "repeat", "role": "role", "censored": "censored"}
 _BESIDE = {"base_angle_deg": "base_angle", "phase2_force_N": "phase2_force"}
@@ -98,8 +99,19 @@ def numbers(column: str, values: ArrayLike | None, where: Where) -> FloatArray:
     low, high, expected = _PLAUSIBLE[column]
     above_zero = column in ("distance_m", "speed_mps")
     accepted = (array >= low) & (array <= high) & ~((array == 0) & above_zero)
-    where.refuse(~(accepted | (np.isnan(array) & optional)), column, array, expected)
+    refused = ~(accepted | (np.isnan(array) & optional))
+    unit = {"distance_m": "m", "height_m": "m", "speed_mps": "m/s"}.get(column)
+    where.refuse(
+        refused, column, array, expected + (likely_unit(array[refused][0], unit) if unit and refused.any() else "")
+    )
     return array
+
+
+def likely_unit(value: float, unit: str) -> str:
+    """The question whether a figure that no robot has in m or m/s is in mm or cm; empty if it is not."""
+    scaled = {"m": 1e-3, "c": 1e-2}
+    likely = [f"{name}{unit}" for name, scale in scaled.items() if 10 < abs(value) <= 2 / scale]
+    return f"; is it in {' or '.join(likely)}?" if likely else ""
 
 
 def texts(column: str, values: ArrayLike | None, where: Where, default: str = "") -> Texts:
@@ -178,16 +190,21 @@ def repeats(values: ArrayLike | None, names: Texts, where: Where) -> Indices:
     return repeats
 
 
+def _letters(name: str) -> str:
+    return re.sub(r"[^a-z0-9]", "", name.lower())
+
+
 def require_columns(header: Sequence[str], file: str, row: int | None = None) -> None:
     """Refuse a header without a required column, with one twice, or with one whose name is a slip of another."""
 
     def refuse(column: str, message: str) -> NoReturn:
         raise TableError(message, file=file, row=row, column=column)
 
-    for name in header:
-        if header.count(name) > 1:
+    known = {column: difflib.SequenceMatcher(None, b=_letters(column)) for column in COLUMNS}
+    for name, times in Counter(header).items():
+        if times > 1:
             refuse(name, f"found column {name!r} twice, expected it once")
-        if meant := _meant(name):
+        if meant := _meant(name, known):
             remedy = f"name it {meant!r} if that is what it holds, else give it a name that differs more"
             refuse(name, f"found a column {name!r} that would not be read; {remedy}")
     for name in REQUIRED:
@@ -200,17 +217,18 @@ def require_columns(header: Sequence[str], file: str, row: int | None = None) ->
             refuse(name, f"the column is missing, expected at least {', '.join(REQUIRED)}{similar}")
 
 
-def _meant(name: str) -> str:
+def _meant(name: str, known: Mapping[str, difflib.SequenceMatcher[str]]) -> str:
     """The optional column that an unknown column's name is a slip of; empty if none is.
 
     A saturated or clamping impact in a column that nobody reads would be taken for a good one.
     """
     if name in COLUMNS or name in UNUSED:
         return ""
-    plain = re.sub(r"[^a-z0-9]", "", name.lower())
-    for column in COLUMNS:
-        known = re.sub(r"[^a-z0-9]", "", column.lower())
-        slip = difflib.SequenceMatcher(None, plain, known).ratio() > 0.85 and column not in REQUIRED
-        if plain == known or slip or any(word in plain for word in _DECISIVE.get(column, ())):
+    plain = _letters(name)
+    for column, beside in known.items():
+        beside.set_seq1(plain)
+        alike = (beside.real_quick_ratio, beside.quick_ratio, beside.ratio)  # the quick ones are never lower
+        slip = column not in REQUIRED and all(likeness() > 0.85 for likeness in alike)
+        if plain == _letters(column) or slip or any(word in plain for word in _DECISIVE.get(column, ())):
             return column
     return ""

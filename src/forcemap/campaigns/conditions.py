@@ -3,22 +3,30 @@
 from __future__ import annotations
 
 import math
-import tomllib
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
+from fnmatch import fnmatchcase
 from operator import attrgetter
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from typing import Any
 
+import numpy as np
+
+from forcemap.arrays import FloatArray
 from forcemap.errors import CampaignFileError, InputError, nearest_names
-from forcemap.files import read_bytes
+from forcemap.files import read_bytes, toml_tables
 from forcemap.findings import Finding, FindingKind
 from forcemap.recordings.column_map import ColumnMap
 from forcemap.recordings.device import Device
 
 SCHEMA = "forcemap-campaign/1"
 CAMPAIGN_FILE = "campaign.toml"
+UNFINISHED = "unfinished"
+"""The entry that stands in campaign.toml as long as the lab writes recordings beside it."""
+
+_LARGEST_SPEED_ERROR = 0.5  # more is a percentage, or a campaign that says nothing of speeds
+_USUAL_SPEED_ERROR = 0.03  # that a warning names as an example: at this one, half of campaigns break their promise
 
 
 @dataclass(frozen=True)
@@ -43,6 +51,9 @@ class Conditions:
         The robot's safety settings.
     speed_kind : str
         "measured" or "commanded": what the speed at contact is.
+    speed_error : float
+        How much lower than stated the speed at contact may have been in the whole campaign, as a share of it: 0.03 for
+        3 %. NaN is "not stated".
     standard_edition, limit_table, operator, date, note : str
         As the campaign states them; the date of the measurements as YYYY-MM-DD.
     channel_frequency_class : float
@@ -52,7 +63,10 @@ class Conditions:
     simulated : bool
         True if the impacts are simulated.
     device : Device
-        The force measuring device.
+        The force measuring device; of several what they are good for together (`Device.weakest`).
+    devices : tuple of (str, Device)
+        Where several were used: a pattern of names of states or recordings, with * and ?, and the device of these; the
+        first that fits counts.
     """
 
     robot: str = ""
@@ -67,6 +81,7 @@ class Conditions:
     base_angle: float = math.nan
     safety_settings: str = ""
     speed_kind: str = ""
+    speed_error: float = math.nan
     standard_edition: str = ""
     limit_table: str = ""
     operator: str = ""
@@ -77,10 +92,14 @@ class Conditions:
     speed_tolerance: float = math.nan
     simulated: bool = False
     device: Device = field(default_factory=Device)
+    devices: tuple[tuple[str, Device], ...] = ()
 
     def __post_init__(self) -> None:
         if self.speed_kind not in ("", "measured", "commanded"):
             raise InputError(f"contact.speed: found {self.speed_kind!r}, expected 'measured' or 'commanded'")
+        if not (math.isnan(self.speed_error) or 0 <= self.speed_error < _LARGEST_SPEED_ERROR):
+            expected = f"expected a share from 0 to {_LARGEST_SPEED_ERROR:g}, such as 0.03 for 3 %"
+            raise InputError(f"robot.speed_error: found {self.speed_error:g}, {expected}")
         if self.moving_mass <= 0 or self.moving_mass == math.inf:  # NaN: not stated
             raise InputError(f"moving mass: found {self.moving_mass:g} kg, expected a positive finite number")
         if self.payload < 0 or self.payload == math.inf:
@@ -97,6 +116,64 @@ class Conditions:
         """Effective payload [kg]; 0 where none is stated."""
         return 0.0 if math.isnan(self.payload) else self.payload
 
+    def at_contact(self, stated: FloatArray) -> FloatArray:
+        """Speeds at contact that count [m/s], of speeds as the campaign states them: less its speed error."""
+        return stated if math.isnan(self.speed_error) else stated * (1 - self.speed_error)
+
+    def as_stated(self, at_contact: FloatArray) -> FloatArray:
+        """What the campaign states of speeds at contact that count [m/s], rounded to 1e-9 where an error is stated."""
+        return at_contact if math.isnan(self.speed_error) else np.round(at_contact / (1 - self.speed_error), 9)
+
+    @property
+    def speed_doubt(self) -> Finding | None:
+        """That nothing tells how far off the stated speeds are; None if they were measured, or an error is stated."""
+        if self.speed_kind == "measured" or not math.isnan(self.speed_error):
+            return None
+        return Finding.of(FindingKind.SPEED_ERROR_NOT_STATED, kind=self.speed_kind, example=_USUAL_SPEED_ERROR)
+
+    @property
+    def robot_mass(self) -> float:
+        """Effective robot mass m_R = M/2 + m_L [kg]; NaN if the moving mass is not stated."""
+        return self.moving_mass / 2 + self.load
+
+    def device_of(self, *names: str) -> Device:
+        """The device of an impact by the names of its state and its recording, in whatever folder, with any ending."""
+        position = self._device_position(*names)
+        return self.device if not self.devices else Device() if position is None else self.devices[position][1]
+
+    def require_devices_used(self, names: Iterable[tuple[str, str]], file: str) -> None:
+        """Refuse an entry [[devices]] that is the first to fit none of these names of states and recordings.
+
+        Raises
+        ------
+        CampaignFileError
+            A slip in a pattern: its recordings would silently be those of another device.
+        """
+        used = {self._device_position(*each) for each in names}
+        for number, (pattern, _) in enumerate(self.devices):
+            if number not in used and not (pattern == "*" and number == len(self.devices) - 1):
+                found = f"found {pattern!r}, which fits no state or recording that an entry before it does not fit"
+                remedy = "expected such as d520-* for the states d520-...; correct it, or take the entry out"
+                raise CampaignFileError(f"{found}; {remedy}", file=file, column=f"devices[{number + 1}].recordings")
+
+    def _device_position(self, *names: str) -> int | None:
+        """Position of the first entry of `devices` that fits the names; None if none does."""
+        known = [name for text in names for name in (text, PurePosixPath(text.partition("#")[0]).stem)]
+        known += [curve for text in names if (curve := text.partition("#")[2])]
+        known = [name.casefold() for name in known]
+        patterns = [pattern.casefold() for pattern, _ in self.devices]
+        return next((at for at, each in enumerate(patterns) if any(fnmatchcase(name, each) for name in known)), None)
+
+    def of_devices(self, used: Iterable[Device]) -> Conditions:
+        """The same with the devices that were used alone, and what these are good for together."""
+        if not self.devices:
+            return self
+        there = dict.fromkeys(used)
+        devices = [entry for entry in self.devices if entry[1] in there]
+        if {*there} > {each for _, each in devices}:  # of some impacts no device is stated
+            devices.append(("*", Device()))
+        return replace(self, device=Device.weakest([*there]), devices=tuple(devices))
+
     @property
     def findings(self) -> tuple[Finding, ...]:
         """What a speed depends on of them, SIMULATED first; what is not stated is among them."""
@@ -108,8 +185,9 @@ class Conditions:
             Finding.of(FindingKind.CONTACT_SITE, contact_site=self.contact_site),
             Finding.of(FindingKind.TOOL, tool=self.tool, payload_kg=float(self.payload), covers=self.covers),
             Finding.of(FindingKind.SAFETY_SETTINGS, safety_settings=self.safety_settings),
-            Finding.of(FindingKind.SPEED_KIND, kind=self.speed_kind),
+            Finding.of(FindingKind.SPEED_KIND, kind=self.speed_kind, error=self.speed_error),
             *([Finding.of(FindingKind.LIMIT_TABLE, table=self.limit_table)] if self.limit_table else []),
+            *(_device_finding(*each) for each in self.devices or (("", self.device),)),
             *([Finding.of(FindingKind.CALIBRATION_EXPIRED, date=self.date)] if expired else []),
         )
 
@@ -128,14 +206,20 @@ class Conditions:
         """
         if stiffness is None or self.device.stiffness == stiffness:
             return self
+        if self.devices:
+            raise InputError("device spring: campaign.toml states several devices; state their springs there")
         if not math.isnan(self.device.stiffness):
             stated = f"campaign.toml states {self.device.stiffness / 1000:g} N/mm (device.stiffness_N_per_m)"
             raise InputError(f"device spring: found {stiffness / 1000:g} N/mm, but {stated}; give one of them")
         return replace(self, device=replace(self.device, stiffness=stiffness))
 
-    def measured_under(self) -> dict[str, str]:
-        """What is stated of robot, tool, contact and device, as texts by entry: what a map holds for."""
-        return {entry: condition_text(entry, value) for entry, value in self.stated.items() if entry in MEASURED_UNDER}
+    def measured_under(self, *names: str) -> dict[str, str]:
+        """What is stated of robot, tool, contact and device, as texts by entry: what a map holds for.
+
+        With the names of a state and a recording the device is theirs.
+        """
+        stated = replace(self, device=self.device_of(*names)).stated
+        return {entry: condition_text(entry, value) for entry, value in stated.items() if entry in MEASURED_UNDER}
 
     @property
     def stated(self) -> dict[str, Any]:
@@ -149,6 +233,13 @@ class Conditions:
         for entry, value in self.stated.items():
             section, _, key = entry.rpartition(".")
             (tables.setdefault(section, {}) if section else tables)[key] = value
+        for pattern, device in self.devices:
+            stated = Conditions(device=device).to_tables().get("device", {})
+            tables["devices"] = [*tables.get("devices", []), {"recordings": pattern, **stated}]
+        if self.devices:  # the one device follows from them
+            tables.pop("device", None)
+            if "device.channel_frequency_class" in self.stated:
+                tables["device"] = {"channel_frequency_class": self.channel_frequency_class}
         return tables
 
     @classmethod
@@ -162,6 +253,8 @@ class Conditions:
         """
         flat: dict[str, Any] = {}
         for name, value in tables.items():
+            if name == "devices":
+                continue
             section = isinstance(value, Mapping)
             flat |= {f"{name}.{key}": each for key, each in value.items()} if section else {name: value}
         found: dict[str, Any] = {}
@@ -173,7 +266,35 @@ class Conditions:
             name, _ = ENTRIES[entry]
             target = device if name.startswith("device.") else found
             target[name.removeprefix("device.")] = _typed(entry, value, attrgetter(name)(cls()))
-        return cls(**found, device=Device(**device))
+        only = cls(**found, device=Device(**device))
+        if "devices" not in tables:
+            return only
+        devices = (*_several(tables["devices"]), *([("*", only.device)] if device else []))  # [device]: of the others
+        return replace(only, devices=devices).of_devices(each for _, each in devices)
+
+
+def _several(entries: Any) -> Iterator[tuple[str, Device]]:
+    """Pattern and device of each of the tables [[devices]]."""
+    if not isinstance(entries, list) or not entries:
+        raise InputError("expected tables [[devices]], one for each device", column="devices")
+    for number, entry in enumerate(entries, start=1):
+        column = f"devices[{number}]"
+        if not isinstance(entry, Mapping) or not isinstance(pattern := entry.get("recordings"), str) or not pattern:
+            states = "the name of its states or recordings, * for any text"
+            raise InputError(f"expected a table with the entry recordings, {states}", column=column)
+        try:
+            stated = {key: value for key, value in entry.items() if key != "recordings"}
+            if "channel_frequency_class" in stated:
+                raise InputError("expected in [device], one for all", column="device.channel_frequency_class")
+            yield pattern, Conditions.from_tables({"device": stated}).device
+        except InputError as error:
+            column = (error.column or "device").replace("device", column, 1)
+            raise InputError(error.message, column=column) from None
+
+
+def _device_finding(recordings: str, device: Device) -> Finding:
+    figures = {"range_N": device.range, "spring_N_per_m": device.stiffness}
+    return Finding.of(FindingKind.DEVICE, recordings=recordings, model=device.model, pad=device.pad, **figures)
 
 
 def read_conditions(path: str | Path) -> Conditions:
@@ -195,14 +316,18 @@ def read_campaign_file(path: str | Path) -> tuple[Conditions, ColumnMap | None]:
     CampaignFileError
         Not TOML, not of this schema, or an entry that cannot be used.
     """
+    content = read_bytes(path)
     try:
-        tables = tomllib.loads(read_bytes(path).decode("utf-8-sig"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise CampaignFileError(f"not a TOML file in UTF-8: {error}", file=str(path)) from None
+        tables = toml_tables(content)
+    except InputError as error:
+        raise CampaignFileError(error.message, file=str(path), column=error.column) from None
     schema = tables.pop("schema", None)
     if schema != SCHEMA:
         found = "the entry is missing" if schema is None else f"found {schema!r}"
         raise CampaignFileError(f"{found}, expected schema = {SCHEMA!r}", file=str(path), column="schema")
+    if tables.pop(UNFINISHED, False):
+        message = "forcemap simulate was ended before all recordings were written; delete the folder and simulate again"
+        raise CampaignFileError(f"an unfinished simulation: {message}", file=str(path), column=UNFINISHED)
     recordings, section = tables.pop("recordings", None), ""
     try:
         conditions = Conditions.from_tables(tables)
@@ -228,6 +353,10 @@ ENTRIES: dict[str, tuple[str, str | None]] = {  # entry: field, and what a new c
         "safety_settings",
         "force, power, speed limits, stopping time; or a checksum of the safety configuration",
     ),
+    "robot.speed_error": (
+        "speed_error",
+        "by which share all speeds at contact may have been lower than stated: 0.03 for 3 %; 0 if none",
+    ),
     "tool.name": ("tool", ""),
     "tool.payload_kg": ("payload", "effective payload"),
     "tool.covers": ("covers", "protective covers, or none"),
@@ -244,6 +373,7 @@ ENTRIES: dict[str, tuple[str, str | None]] = {  # entry: field, and what a new c
         "device.stiffness",
         "spring constant, 75000 for 75 N/mm; REQUIRED for limits of body areas",
     ),
+    "device.pad": ("device.pad", "pad or damping on it, with its hardness, or none"),
     "device.calibrated": ("device.calibrated", "date of the last calibration"),
     "device.calibration_expires": ("device.calibration_expires", "one year after it if not stated"),
     "device.channel_frequency_class": (
@@ -257,7 +387,7 @@ ENTRIES: dict[str, tuple[str, str | None]] = {  # entry: field, and what a new c
 MEASURED_UNDER = (
     "simulated",
     *(entry for entry in ENTRIES if entry.startswith(("robot.", "tool.", "contact."))),
-    *(f"device.{key}" for key in ("model", "range_N", "error_N", "stiffness_N_per_m")),
+    *(f"device.{key}" for key in ("model", "range_N", "error_N", "stiffness_N_per_m", "pad")),
 )
 """Entries of campaign.toml that say what was measured, and so what a map holds for."""
 

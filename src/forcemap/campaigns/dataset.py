@@ -13,10 +13,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from forcemap.arrays import FloatArray, Indices, Mask, Objects, Texts
 from forcemap.campaigns import columns
-from forcemap.campaigns.binding import NOT_BESIDE, Binding, BindingState
+from forcemap.campaigns.binding import NOT_BESIDE, Binding, BindingState, in_stated_units
 from forcemap.campaigns.conditions import Conditions
+from forcemap.campaigns.contradictions import contradictions, opposite_base_angle
+from forcemap.campaigns.one_campaign import require_one_campaign
 from forcemap.campaigns.phase_two import PhaseTwo, including_unused
 from forcemap.campaigns.state import States, StateTolerance, identify_states
+from forcemap.campaigns.units import unit_finding
 from forcemap.errors import InputError, TableError
 from forcemap.findings import Finding, FindingKind
 from forcemap.impacts.scenario import ContactScenario
@@ -25,7 +28,10 @@ if TYPE_CHECKING:
     import pandas as pd
 
 # what other rooms take from here beside ImpactDataset
-__all__ = ["Binding", "BindingState", "Conditions", "ContactScenario", "PhaseTwo", "StateTolerance", "States"]
+__all__ = [
+    "Binding", "BindingState", "Conditions", "ContactScenario", "PhaseTwo", "StateTolerance", "States",
+    "contradictions", "in_stated_units", "unit_finding",
+]  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -38,8 +44,8 @@ class ImpactDataset:
     ----------
     distance, height : array
         Place of the impact: distance from the base z-axis [m], height above the base [m].
-    speed : array
-        Speed of the end effector at contact [m/s].
+    stated_speed : array
+        Speed of the end effector at contact as the campaign states it [m/s]; `speed` is what counts.
     peak_force : array
         Phase I peak force [N]; a lower bound where `censored`.
     state : array of str
@@ -79,7 +85,7 @@ class ImpactDataset:
 
     distance: FloatArray
     height: FloatArray
-    speed: FloatArray
+    stated_speed: FloatArray
     peak_force: FloatArray
     state: Texts
     repeat: Indices
@@ -127,9 +133,11 @@ class ImpactDataset:
     ) -> ImpactDataset:
         """Check arrays of shape (n,) and group their impacts into states; units as in the class.
 
-        Without `state`, impacts within the tolerance of each other form a state. `device_stiffness` [N/m] states the
-        spring of the measuring device where `conditions` do not. `rows` are the line numbers that errors name; without
-        it the first impact is row 1.
+        `speed` is as the campaign states it; `conditions.speed_error` is subtracted wherever it counts.
+        Without `state`, impacts within the tolerance of each other form a state; with it, states of one role within the
+        tolerance of each other are one, whatever they are named, and its repeats are counted anew. `device_stiffness`
+        [N/m] states the spring of the measuring device where `conditions` do not. `rows` are the line numbers that
+        errors name; without it the first impact is row 1.
 
         Raises
         ------
@@ -137,7 +145,9 @@ class ImpactDataset:
             No impact; arrays of unequal length; a figure that is not finite, not positive (height may be
             negative) or in another unit; a force at or above the stated device range that is not censored; the same
             (state, repeat) twice; repeats of a state further apart than the tolerance, or a factor of 3 apart in
-            force; one state under two names.
+            force; names of states that follow each other within the tolerance and spread further than it; a column
+            that names several robots, tools, sites, directions or safety settings, or another than the conditions
+            state.
         """
         conditions = (conditions or Conditions()).with_device_stiffness(device_stiffness)
         tolerance = tolerance or StateTolerance.stated(conditions.place_tolerance, conditions.speed_tolerance)
@@ -150,24 +160,30 @@ class ImpactDataset:
         checked: dict[str, Any] = {columns.COLUMNS[name]: columns.numbers(name, each, where) for name, each in given}
         force = checked["peak_force"]
         is_censored = columns.truths(censored, where)
-        below = f"less than the device range of {conditions.device.range:g} N, or censored true"
-        where.refuse((force >= conditions.device.range) & ~is_censored, "peak_force_N", force, below)
         words, recordings = columns.texts("flags", flags, where), columns.texts("recording", recording, where)
         unmarked = np.array(["saturat" in word.lower() for word in words]) & ~is_censored
         where.refuse(unmarked, "flags", words, "censored true where a flag says saturated")
         for name in set(extra or {}) & columns.COLUMNS.keys():
             raise TableError("found a known column among the extra ones, expected its own argument", column=name)
+        require_one_campaign(extra or {}, conditions, where)
         roles, scenarios = columns.roles(role, where), columns.scenarios(scenario, where)
         stated = None if state is None else columns.texts("state_id", state, where)
         if stated is not None:
             where.refuse(stated == "", "state_id", stated, "a name in every row, or no such column")
         coordinates = np.column_stack([checked["distance"], checked["height"], checked["speed"]])
         names = identify_states(coordinates, roles, stated, tolerance, where)
+        devices = [conditions.device_of(*each) for each in zip(names.tolist(), recordings.tolist(), strict=True)]
+        ranges = np.array([each.range for each in devices])
+        above = (force >= ranges) & ~is_censored
+        below = f"less than the device range of {ranges[above.argmax()]:g} N, or censored true"
+        where.refuse(above, "peak_force_N", force, below)
+        conditions = conditions.of_devices(devices)
         columns.refuse_other_units(force, is_censored, np.char.add(roles, names), where)
-        return cls(
+        dataset = cls(
+            stated_speed=checked.pop("speed"),
             **checked,
             state=names,
-            repeat=columns.repeats(repeat, names, where),
+            repeat=_repeats(repeat, stated, names, where),
             role=roles,
             censored=is_censored,
             scenario=scenarios,
@@ -175,14 +191,14 @@ class ImpactDataset:
             flags=words,
             extra={name: tuple(str(value) for value in values) for name, values in (extra or {}).items()},
             conditions=conditions,
-            states_found=f"{'by coordinates' if stated is None else 'by state_id'}, repeats within {tolerance}",
+            states_found=f"{_found(stated, names)}, repeats within {tolerance}",
             tolerance=tolerance,
             source=source,
             sha256=sha256,
             phase_two=PhaseTwo.of(scenarios, checked["phase2_force"], force),
             device_range=_usable_range(conditions.device.range, force, is_censored),
-            binding=NOT_BESIDE if any(recordings) else Binding(),
         )
+        return dataset.bound_by(NOT_BESIDE if any(recordings) else Binding())
 
     def __repr__(self) -> str:
         size = f"{len(self)} impacts, {len(self.states)} states"
@@ -190,6 +206,16 @@ class ImpactDataset:
 
     def __len__(self) -> int:
         return int(self.distance.size)
+
+    @property
+    def speed(self) -> FloatArray:
+        """Speed at contact that counts [m/s]: as stated, less the speed error that the campaign states."""
+        return self.conditions.at_contact(self.stated_speed)
+
+    @property
+    def as_stated(self) -> ImpactDataset:
+        """The same with the speeds as the campaign states them, its speed error neither subtracted nor stated."""
+        return replace(self, conditions=replace(self.conditions, speed_error=math.nan))
 
     def select(self, mask: Mask) -> ImpactDataset:
         """The impacts where `mask`, shape (n,), is true; states keep their names.
@@ -235,7 +261,7 @@ class ImpactDataset:
 
         scale = self.tolerance.scale
         apart, _ = cKDTree(train.coordinates / scale).query(test.coordinates / scale, p=np.inf)
-        copies = (apart <= 0.1) | np.isin(test.name, train.name)
+        copies = (apart <= 1) | np.isin(test.name, train.name)
         return self.select((self.role == "test") & np.isin(self.state, np.array(test.name)[~copies]))
 
     @cached_property
@@ -243,6 +269,10 @@ class ImpactDataset:
         """The states, in order of distance, height and speed."""
         coordinates = np.column_stack([self.distance, self.height, self.speed])
         return States.of(coordinates, self.peak_force, self.state, self.censored)
+
+    def bound_by(self, binding: Binding) -> ImpactDataset:
+        """The same with the state of its binding, which is broken where its own states show a slip of a unit."""
+        return replace(self, binding=in_stated_units(binding, self.conditions, self.states))
 
     @property
     def simulated(self) -> bool:
@@ -257,6 +287,12 @@ class ImpactDataset:
         return Finding.of(FindingKind.SPRING_NOT_STATED)
 
     @property
+    def contradictions(self) -> tuple[Finding, ...]:
+        """What in the table contradicts itself: names, places, speeds, base angles; each a doubt to be looked at."""
+        turned = opposite_base_angle(self.base_angle, self.conditions.base_angle)
+        return (*contradictions(self.as_stated.states), *([turned] if turned else []))
+
+    @property
     def disagreeing_repeats(self) -> list[str]:
         """Names of the states whose repeats, censored ones too, lie more than 10 % apart: look at their recordings."""
         order = np.lexsort((self.peak_force, self.state))
@@ -268,7 +304,8 @@ class ImpactDataset:
         """The impacts as a pandas DataFrame with the columns of the impacts table."""
         import pandas as pd
 
-        frame = {column: getattr(self, name) for column, name in columns.COLUMNS.items()}
+        stated = self.as_stated
+        frame = {column: getattr(stated, name) for column, name in columns.COLUMNS.items()}
         frame["scenario"] = [None if scenario is None else scenario.value for scenario in self.scenario]
         return pd.DataFrame(frame | {name: list(values) for name, values in self.extra.items()})
 
@@ -303,6 +340,22 @@ class ImpactDataset:
             why = Finding.of(FindingKind.UNUSED_NOT_TOLD, table=file, column=columns.UNUSED[0])
             binding = Binding(BindingState.BROKEN, why)
         return replace(self, phase_two=phase_two, binding=binding)
+
+
+def _repeats(given: ArrayLike | None, stated: Texts | None, names: Texts, where: columns.Where) -> Indices:
+    """Repeat numbers; those of states that were joined of several are counted anew."""
+    numbered = columns.repeats(given, names if stated is None else stated, where)
+    if stated is None or np.array_equal(stated, names):
+        return numbered
+    return np.where(np.isin(names, names[stated != names]), columns.repeats(None, names, where), numbered)
+
+
+def _found(stated: Texts | None, names: Texts) -> str:
+    """How states were found."""
+    if stated is None:
+        return "by coordinates"
+    given, found = np.unique(stated).size, np.unique(names).size
+    return "by state_id" if given == found else f"by state_id, {given} names of {found} states"
 
 
 def _usable_range(stated: float, peak_force: FloatArray, censored: Mask) -> float:

@@ -11,27 +11,26 @@ from forcemap.campaigns.binding import impact_sha256
 from forcemap.campaigns.campaign import Campaign
 from forcemap.campaigns.columns import COLUMNS, RAW_PEAK
 from forcemap.campaigns.conditions import CAMPAIGN_FILE
+from forcemap.campaigns.contradictions import SPEEDS_APART
 from forcemap.campaigns.plan import PLAN_FILE
-from forcemap.campaigns.recordings_table import FIRST_READ, PLANNED, READ_WITH, REGISTER_FILE, Entry, Use
+from forcemap.campaigns.recordings_table import FIRST_READ, MEASURED_ON, PLANNED, READ_WITH, REGISTER_FILE, Entry, Use
 from forcemap.campaigns.walk import CampaignRecording
 from forcemap.csv_table import csv_cell
+from forcemap.files import sha256
 from forcemap.impacts.detect import force_without_impact, no_impact
-from forcemap.impacts.impact import Impact, Quality
 from forcemap.impacts.quality import UNKNOWN_PEAK
 from forcemap.impacts.scenario import BARRING, ContactScenario
 
 Row = dict[str, str]
 """A row of the impacts table, a text for each column."""
 
-_SPEEDS_APART = 1.5  # a measured speed may differ from the planned one by this factor
-
 
 @dataclass
 class Taken:
-    """Which runs, and which contents of files, have a recording that is used."""
+    """Which runs, and which forces, have a recording that is used."""
 
     runs: dict[tuple[str, int], str] = field(default_factory=dict)
-    contents: dict[tuple[str, str], str] = field(default_factory=dict)  # SHA-256 and curve -> recording
+    forces: dict[str, str] = field(default_factory=dict)  # SHA-256 of all samples -> recording
 
 
 def registered(campaign: Campaign, found: CampaignRecording, taken: Taken) -> tuple[Entry, Row | None]:
@@ -48,21 +47,32 @@ def registered(campaign: Campaign, found: CampaignRecording, taken: Taken) -> tu
     entry = _fresh(found)
     if entry.use is Use.USED:
         entry = _assigned(campaign, found, entry, taken)
-    now = campaign.conditions.measured_under()
+    now = campaign.conditions.measured_under(entry.state_id, entry.name)
+    if not entry.conditions and campaign.conditions.date:
+        now[MEASURED_ON] = campaign.conditions.date
     if entry.use is not Use.USED:
+        if campaign.conditions.devices and not entry.state_id:  # of which device it is hangs on the run it is
+            now = {name: text for name, text in now.items() if not name.startswith("device.")}
         given_before = found.entry.impact_sha256 if entry.use is Use.UNREADABLE else ""
         return replace(entry, impact_sha256=given_before, conditions=now | dict(entry.conditions)), None
     row = _row(campaign, found, entry)
-    taken.runs[entry.state_id, entry.repeat] = taken.contents[entry.sha256, entry.curve] = entry.name
-    return _sealed(entry, row, now | _basis(campaign, entry)), row
+    taken.runs[entry.state_id, entry.repeat] = taken.forces[_hash_of_forces(found)] = entry.name
+    return _sealed(entry, row, now | _basis(campaign, entry), several=bool(campaign.conditions.devices)), row
 
 
 def _fresh(found: CampaignRecording) -> Entry:
     """The entry with what a person may state, nothing of an earlier judgement, and what its impacts show."""
     entry = Entry(sha256=found.sha256, use=Use.USED, **{name: getattr(found.entry, name) for name in _STATED})
+    if found.entry.sha256 not in (
+        "",
+        found.sha256,
+    ):  # it has grown, or nothing was found in it: as if read the first time
+        read = {name: cell for name, cell in entry.conditions.items() if name not in (READ_WITH, FIRST_READ)}
+        entry = replace(entry, conditions=read)
     recorded = found.recorded
     if recorded is None:
         return replace(entry, use=Use.UNREADABLE, reason=found.unreadable)
+    entry = replace(entry, size=recorded.recording.size)
     if impacts := recorded.impacts:
         scenarios = [each.scenario for each in impacts]
         entry = replace(
@@ -71,6 +81,7 @@ def _fresh(found: CampaignRecording) -> Entry:
             peak_force=impacts[0].peak_force,
             raw_peak_force=impacts[0].raw_peak_force,
             phase2_force=float(np.fmax.reduce([each.phase2_force for each in impacts])),
+            phase1_duration=impacts[0].phase1_end - impacts[0].onset,
             flags="; ".join([*map(str, impacts[0].flags), *recorded.recording.notes]),
         )
     elif held := force_without_impact(recorded.recording):  # a slow clamp is none, but a force acts all the same
@@ -84,6 +95,11 @@ def _fresh(found: CampaignRecording) -> Entry:
     return entry
 
 
+def _hash_of_forces(found: CampaignRecording) -> str:
+    """SHA-256 of the forces of a recording, whatever else is in its file."""
+    return sha256(found.recorded.recording.force.tobytes()) if found.recorded else ""
+
+
 _STATED = ("file", "curve", "state_id", "repeat", "speed", "exclude", "conditions")
 
 
@@ -95,19 +111,24 @@ def _assigned(campaign: Campaign, found: CampaignRecording, entry: Entry, taken:
     if state not in plan.first_row or repeat < 1:
         reason = "the repeat is missing" if state in plan.first_row else f"{PLAN_FILE} has no state {state!r}"
         if found.run is None:
-            remedy = f"rename it as {PLAN_FILE} says, or give state_id and repeat in {REGISTER_FILE}"
+            remedy = (
+                f"rename it as {PLAN_FILE} says, give state_id and repeat in {REGISTER_FILE}, or assign all in order"
+            )
+            remedy = f"{remedy} (forcemap collect --assign)"
             reason = f"no run of the plan has this name; {remedy}"
         return replace(entry, use=Use.UNASSIGNED, reason=reason)
     entry = replace(entry, state_id=state, repeat=repeat)
     planned = float(plan.speed[plan.first_row[state]])
     speed = planned if math.isnan(entry.speed) else entry.speed
+    if math.isnan(recorded.recording.device.range):
+        return replace(entry, use=Use.DISCARDED, reason=f"none of [[devices]] in {CAMPAIGN_FILE} is for it")
     doubts = [str(flag) for flag in recorded.impacts[0].flags if flag.name in UNKNOWN_PEAK]
     if reason := "; ".join(filter(None, [recorded.not_filtered, *doubts])):
         pass
-    elif not planned / _SPEEDS_APART <= speed <= planned * _SPEEDS_APART:
+    elif not planned / SPEEDS_APART <= speed <= planned * SPEEDS_APART:
         reason = f"speed_mps {speed:g} is far from the planned {planned:g} m/s; is it another state?"
-    elif copied := taken.contents.get((entry.sha256, entry.curve)):
-        reason = f"the same content as {copied}: a copy is no repeat"
+    elif copied := taken.forces.get(_hash_of_forces(found)):
+        reason = f"the same forces as {copied}: a copy is no repeat"
     elif other := taken.runs.get((state, repeat)):
         reason = f"{other} is that run already; give this one another repeat, or exclude one of the two"
     return replace(entry, use=Use.DISCARDED, reason=reason) if reason else entry
@@ -128,11 +149,13 @@ def _basis(campaign: Campaign, entry: Entry) -> dict[str, str]:
     }
 
 
-def _sealed(entry: Entry, row: Row, now: dict[str, str]) -> Entry:
+def _sealed(entry: Entry, row: Row, now: dict[str, str], *, several: bool) -> Entry:
     """The entry with the hash of its row, what was so when it was first used, and what is otherwise now."""
     then = dict(entry.conditions)
     if not then.get(PLANNED, "").startswith(f"{entry.state_id}: "):
         then.pop(PLANNED, None)  # a person says that it is another run
+        if several:
+            then = {name: text for name, text in then.items() if not name.startswith("device.")}
     if READ_WITH not in then:
         then.pop(FIRST_READ, None)
     was = now | then
@@ -156,7 +179,7 @@ def _row(campaign: Campaign, found: CampaignRecording, entry: Entry) -> Row:
         "distance_m": repr(float(plan.distance[i])),
         "height_m": repr(float(plan.height[i])),
         "speed_mps": repr(float(plan.speed[i]) if math.isnan(entry.speed) else entry.speed),
-        "peak_force_N": f"{_peak(impact):.2f}",
+        "peak_force_N": f"{impact.map_force:.2f}",
         "state_id": entry.state_id,
         "repeat": str(entry.repeat),
         "role": str(plan.role[i]),
@@ -172,14 +195,3 @@ def _row(campaign: Campaign, found: CampaignRecording, entry: Entry) -> Row:
 
 WRITTEN = ("state_id", "repeat", "role", *(c for c in COLUMNS if c not in ("state_id", "repeat", "role")), RAW_PEAK)
 """The columns of a row, in the order of the table."""
-
-
-def _peak(impact: Impact) -> float:
-    """The peak [N] of an impact; a lower bound if it is saturated.
-
-    A force after Phase I that exceeds it within the 0.5 s of the transient limit takes its place: a map of the lower
-    one would permit too much.
-    """
-    peak = impact.raw_peak_force if impact.saturated else impact.peak_force
-    later = impact.has(Quality.LATER_PEAK) or impact.has(Quality.DOUBLE_HIT)
-    return max(peak, impact.later_force) if later else peak

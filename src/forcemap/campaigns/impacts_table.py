@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from forcemap.campaigns.binding import binding_of
-from forcemap.campaigns.columns import COLUMNS, NUMBERS, REQUIRED, require_columns
+from forcemap.campaigns.columns import COLUMNS, NUMBERS, REQUIRED, Where, require_columns
 from forcemap.campaigns.conditions import CAMPAIGN_FILE, Conditions, read_conditions
 from forcemap.campaigns.dataset import ImpactDataset, StateTolerance
+from forcemap.campaigns.one_campaign import require_one_scenario, require_one_series
 from forcemap.campaigns.plan import PLAN_FILE
 from forcemap.csv_table import Table, csv_cell, csv_text, read_table
 from forcemap.errors import InputError, TableError
@@ -50,17 +52,18 @@ def read_dataset(
     Raises
     ------
     TableError
-        The file is empty, not text or not a table; a column is missing; a cell cannot be used.
+        The file is empty, not text or not a table; a column is missing; a cell cannot be used; the impacts are of
+        several campaigns.
     CampaignFileError
         The campaign.toml beside the table cannot be used.
     """
     table = Path(path) / TABLE_FILE if Path(path).is_dir() else Path(path)
-    if Path(path).is_dir() and not table.exists() and (Path(path) / PLAN_FILE).exists():
-        raise InputError(f"there is no {TABLE_FILE} yet; forcemap collect {path} writes it", file=str(path))
-    content = read_bytes(table)
     if conditions is None:
         beside = table.parent / CAMPAIGN_FILE
         conditions = read_conditions(beside) if beside.exists() else Conditions()
+    if Path(path).is_dir() and not table.exists() and (Path(path) / PLAN_FILE).exists():
+        raise InputError(f"there is no {TABLE_FILE} yet; forcemap collect {path} writes it", file=str(path))
+    content = read_bytes(table)
     cells = None
     try:
         cells = read_table(content, table.name, what="impact")
@@ -77,11 +80,17 @@ def read_dataset(
             sha256=sha256(content),
             rows=cells.rows,
         )
+        if conditions and conditions.devices and not (table.parent / PLAN_FILE).exists():
+            names = zip(dataset.state.tolist(), dataset.recording.tolist(), strict=True)
+            conditions.require_devices_used(names, str(table.parent / CAMPAIGN_FILE))
+        where, known = Where(table.name, cells.rows), np.where(dataset.censored, np.nan, dataset.peak_force)
+        require_one_scenario(dataset.scenario, dataset.recording, where)
+        require_one_series(dataset.state, known, dataset.recording, dataset.extra, where)
     except TableError as error:  # name the file as it was given; the dataset keeps its bare name
         broken = cells is not None and binding_of(table, cells.texts, conditions).refusal is not None
         message = f"{error.message}; and the table is not what forcemap collect wrote" if broken else error.message
         raise TableError(message, file=str(table), row=error.row, column=error.column) from None
-    return replace(dataset, binding=binding_of(table, cells.texts, dataset.conditions)).with_unused(str(table))
+    return dataset.bound_by(binding_of(table, cells.texts, dataset.conditions)).with_unused(str(table))
 
 
 def write_dataset(dataset: ImpactDataset, path: str | Path) -> None:
@@ -114,8 +123,9 @@ def _arguments(table: Table) -> dict[str, Any]:
 def _cells(dataset: ImpactDataset) -> dict[str, list[str]]:
     """Text of every column to write; optional columns only where they say something."""
     columns: dict[str, list[str]] = {}
+    stated = dataset.as_stated
     for column, name in COLUMNS.items():
-        cells = [csv_cell(value) for value in getattr(dataset, name).tolist()]
+        cells = [csv_cell(value) for value in getattr(stated, name).tolist()]
         if column in REQUIRED or column in ("state_id", "repeat", "role", "censored") or any(cells):
             columns[column] = cells
     return columns | {name: list(values) for name, values in dataset.extra.items()}

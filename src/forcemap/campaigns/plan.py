@@ -167,7 +167,7 @@ def read_plan(path: str | Path, *, tolerance: StateTolerance | None = None) -> M
     ------
     TableError
         The file is empty, not text or not a table; a column is missing or unknown; a cell cannot be used; the same
-        repeat of a state twice; repeats of a state further apart than the tolerance; one state under two names.
+        repeat of a state twice; repeats of a state further apart than the tolerance; states within it of each other.
     """
     file = str(_file(path))
     table = read_table(read_bytes(file), file, what="run", remarked=True)
@@ -187,7 +187,11 @@ def read_plan(path: str | Path, *, tolerance: StateTolerance | None = None) -> M
     repeat = columns.repeats(table.whole_numbers("repeat"), names, where)
     tolerance = tolerance or StateTolerance()
     states = identify_states(np.column_stack([distance, height, speed]), roles, names, tolerance, where)
-    plan = MeasurementPlan(states, repeat, roles, distance, height, speed, angle, expected)
+    for position in np.flatnonzero(states != names)[:1].tolist():
+        close = f"found state {str(names[position])!r} as close to {str(states[position])!r} as repeats may be"
+        remedy = f"expected one state_id within {tolerance}, or a lower tolerance ([states] in campaign.toml)"
+        raise where.error(position, "state_id", f"{close}, {remedy}")
+    plan = MeasurementPlan(names, repeat, roles, distance, height, speed, angle, expected)
     _refuse_other_names(plan, cells.get("recording", [""] * n), where)
     return plan
 

@@ -37,6 +37,8 @@ class Entry:
         Path below the folder of recordings, with slashes; name of the curve in a file of several.
     sha256 : str
         Of the file.
+    size : int
+        Of the file [bytes]; 0 if it could not be read.
     state_id : str
         The state it belongs to; empty if nothing tells.
     repeat : int
@@ -53,12 +55,15 @@ class Entry:
         What was found to follow Phase I; None without an impact.
     peak_force, raw_peak_force, phase2_force : float
         Phase I peak corrected for noise, its largest sample, and the largest force after 0.5 s [N].
+    phase1_duration : float
+        Duration of Phase I [s].
     flags : str
         Quality flags with their figures.
     impact_sha256 : str
         Hash of its row in the impacts table; empty if it is not used.
     conditions : mapping of str to str
-        What campaign.toml stated of the measurement when it was first registered, by entry such as `tool.name`; and
+        What campaign.toml stated of the measurement when it was first registered, by entry such as `tool.name`, with
+        the `date` of the measurements; and
         from when it was first used, `planned`, its place in the plan, `read_with`, the entries of [recordings], and
         `first_read`, what they gave.
     changed : str
@@ -71,6 +76,7 @@ class Entry:
     file: str
     curve: str = ""
     sha256: str = ""
+    size: int = 0
     state_id: str = ""
     repeat: int = 0
     speed: float = math.nan
@@ -81,6 +87,7 @@ class Entry:
     peak_force: float = math.nan
     raw_peak_force: float = math.nan
     phase2_force: float = math.nan
+    phase1_duration: float = math.nan
     flags: str = ""
     impact_sha256: str = ""
     changed: str = ""
@@ -92,14 +99,22 @@ class Entry:
         """The file, and the curve if it holds several."""
         return f"{self.file}#{self.curve}" if self.curve else self.file
 
+    @property
+    def blank(self) -> bool:
+        """True if no impact was found in it and no person excluded it: it may go, or be replaced."""
+        return not (self.scenario or self.impact_sha256 or self.exclude)
 
-_UNITS = {"speed": "speed_mps"} | {name: f"{name}_N" for name in ("peak_force", "raw_peak_force", "phase2_force")}
+
+_UNITS = {"speed": "speed_mps", "size": "size_bytes", "phase1_duration": "phase1_duration_s"} | {
+    name: f"{name}_N" for name in ("peak_force", "raw_peak_force", "phase2_force")
+}
 _COLUMNS = {_UNITS.get(n, n): n for n in (each.name for each in fields(Entry)) if n not in ("conditions", "row_sha256")}
-PLANNED, READ_WITH, FIRST_READ = "planned", "read_with", "first_read"
+PLANNED, READ_WITH, FIRST_READ, MEASURED_ON = "planned", "read_with", "first_read", "date"
 _ROW_SHA256 = "row_sha256"
-_SEALED = (*MEASURED_UNDER, PLANNED, READ_WITH, FIRST_READ)
+_SEALED = (*MEASURED_UNDER, MEASURED_ON, PLANNED, READ_WITH, FIRST_READ)
 _KNOWN = (*_COLUMNS, *_SEALED, _ROW_SHA256)
-_NUMBERS = tuple(_UNITS.values())
+_WHOLE = ("size_bytes", "repeat")
+_NUMBERS = tuple(unit for unit in _UNITS.values() if unit not in _WHOLE)
 
 
 def read_register(path: str | Path) -> tuple[Entry, ...]:
@@ -145,16 +160,19 @@ def row_sha256(entry: Entry) -> str:
 
 
 def _cells(entry: Entry) -> dict[str, str]:
-    values = {column: getattr(entry, name) for column, name in _COLUMNS.items()} | {"repeat": entry.repeat or None}
-    cells = {column: csv_cell(value, ".2f" if column.endswith("_N") else "") for column, value in values.items()}
-    return cells | dict(entry.conditions)
+    values = {column: getattr(entry, name) for column, name in _COLUMNS.items()}
+    values |= {column: values[column] or None for column in _WHOLE}
+    shown = {"_N": ".2f", "_s": ".4g"}
+    cells = {column: csv_cell(value, shown.get(column[-2:], "")) for column, value in values.items()}
+    return cells | {name: entry.conditions[name] for name in _SEALED if name in entry.conditions}
 
 
 def _entry(values: dict[str, str | float], conditions: Mapping[str, str]) -> Entry:
     """An entry from the cells of its row."""
-    repeat = str(values.get("repeat", "")) or "0"
-    if not (repeat.isascii() and repeat.isdigit() and len(repeat) < 10):
-        raise InputError(f"found {repeat!r}, expected a whole number or an empty cell", column="repeat")
+    whole = {_COLUMNS[column]: str(values.get(_COLUMNS[column], "")) or "0" for column in _WHOLE}
+    for column, cell in zip(_WHOLE, whole.values(), strict=True):
+        if not (cell.isascii() and cell.isdigit() and len(cell) < 10):
+            raise InputError(f"found {cell!r}, expected a whole number or an empty cell", column=column)
     speed = values.get("speed", math.nan)
     if isinstance(speed, float) and not (math.isnan(speed) or 0 < speed <= 10):
         raise InputError(f"found {speed:g}, expected metres per second above 0 and up to 10", column="speed_mps")
@@ -168,5 +186,8 @@ def _entry(values: dict[str, str | float], conditions: Mapping[str, str]) -> Ent
     if use not in set(Use):
         raise InputError(f"found {use!r}, expected one of {', '.join(Use)} or an empty cell", column="use")
     scenario = str(values.get("scenario", ""))
-    parsed = {"repeat": int(repeat), "use": Use(use), "scenario": ContactScenario.parse(scenario) if scenario else None}
+    parsed = {name: int(cell) for name, cell in whole.items()} | {
+        "use": Use(use),
+        "scenario": ContactScenario.parse(scenario) if scenario else None,
+    }
     return Entry(**{**values, **parsed}, conditions=conditions)  # type: ignore[arg-type]

@@ -122,7 +122,7 @@ class States:
 def identify_states(
     coordinates: FloatArray, role: Texts, given: Texts | None, tolerance: StateTolerance, where: Where
 ) -> Texts:
-    """The state of every impact: as given, else found by coordinates.
+    """The state of every impact: as given, those that lie as close as repeats joined; else found by coordinates.
 
     Parameters
     ----------
@@ -138,20 +138,21 @@ def identify_states(
     Raises
     ------
     TableError
-        Repeats of a state further apart than the tolerance; one state under two names.
+        Repeats of a state, or states that follow each other within the tolerance, spread further than it.
     """
     if given is None:
-        index = _clusters(coordinates / tolerance.scale)
+        index = clusters(coordinates / tolerance.scale)
         names = np.array([f"S{number + 1}" for number in range(index.max() + 1)])
     else:
         names, index = np.unique(given, return_inverse=True)
     _refuse_wide_states(coordinates, index, names, tolerance, where, found=given is None)
     if given is not None:
-        _refuse_copies(coordinates, role, index, names, tolerance, where)
+        names, index = np.unique(_joined(coordinates, role, index, names, tolerance), return_inverse=True)
+        _refuse_wide_states(coordinates, index, names, tolerance, where, found=True)
     return names[index]
 
 
-def _clusters(scaled: FloatArray) -> Indices:
+def clusters(scaled: FloatArray) -> Indices:
     """Number of the cluster of every point; points within 1 of each other in every coordinate are linked."""
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
@@ -179,38 +180,28 @@ def _refuse_wide_states(
         position = int(member[::-1][away[::-1].argmax()])
         remedy = f"is this row of state {str(names[state])!r}?"
         if found:
-            way_out = "add a state_id column or lower the tolerance ([states] in campaign.toml)"
-            remedy = f"impacts that lie closer than this form a chain: {way_out}"
+            way_out = "lower the tolerance ([states] in campaign.toml), or name them in a state_id column"
+            remedy = f"impacts or states that lie closer than this form a chain: {way_out}"
         apart = f"{spread[state, axis]:.4g} {unit} apart, expected at most {allowed:g} {unit}"
         raise where.error(position, column, f"found repeats of one state {apart}; {remedy}")
 
 
-def _refuse_copies(
-    coordinates: FloatArray, role: Texts, index: Indices, names: Texts, tolerance: StateTolerance, where: Where
-) -> None:
-    """Refuse names that do not group repeats: as independent states they would make the bound too low.
+def _joined(coordinates: FloatArray, role: Texts, index: Indices, names: Texts, tolerance: StateTolerance) -> Texts:
+    """Names of states, those of one role within the tolerance of each other under the name that comes first.
 
-    Two states of one role within a tenth of the tolerance are one state under two names; and if a quarter of the
-    states have another within the tolerance, repeats were named one by one.
+    As independent states, repeats named one by one would make the bound too low.
     """
-    from scipy.spatial import cKDTree
-
-    first = np.unique(index, return_index=True)[1]
+    joined = names[index]
     for kind in ("train", "test"):
-        rows = role == kind
-        member, number = np.unique(index[rows], return_inverse=True)
-        if member.size < 2:
+        rows = np.flatnonzero(role == kind)
+        if not rows.size:
             continue
-        means = [_means(coordinates[rows, axis], number, member.size) for axis in range(3)]
-        scaled = np.column_stack(means) / tolerance.scale
-        pairs = cKDTree(scaled).query_pairs(1.0, p=np.inf, output_type="ndarray")
-        apart = np.abs(scaled[pairs[:, 0]] - scaled[pairs[:, 1]]).max(axis=1)
-        crowded = 4 * np.unique(pairs).size > member.size and len(pairs) > 1
-        for one, other in member[pairs[apart <= (1.0 if crowded else 0.1)][:1]]:
-            found = f"found states {str(names[one])!r} and {str(names[other])!r} at the same distance, height and speed"
-            expected = "expected one state_id for all repeats of a state (they share its error)"
-            remedy = "if they are meant to differ, lower the tolerance ([states] in campaign.toml)"
-            raise where.error(int(first[max(one, other)]), "state_id", f"{found}, {expected}; {remedy}")
+        member, number = np.unique(index[rows], return_inverse=True)
+        means = [_means(each[rows], number, member.size) for each in coordinates.T]
+        state = clusters(np.column_stack(means) / tolerance.scale)[number]
+        first = np.unique(state, return_index=True)[1]
+        joined[rows] = joined[rows[first]][state]
+    return joined
 
 
 def _largest(values: FloatArray, index: Indices, size: int) -> FloatArray:

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 from forcemap.campaigns.campaign import Campaign
+from forcemap.campaigns.conditions import Conditions
 from forcemap.campaigns.dataset import ImpactDataset, PhaseTwo
 from forcemap.campaigns.recordings_table import Entry, Use
 from forcemap.findings import Finding, FindingKind
 from forcemap.impacts.scenario import BARRING, ContactScenario
 
 _ASKED = (
-    *("robot.model", "robot.safety_settings", "tool.name", "contact.site", "contact.direction", "contact.speed"),
-    *("device.stiffness_N_per_m", "device.calibrated", "date"),
+    *("robot.model", "robot.firmware", "robot.moving_mass_kg", "robot.safety_settings"),
+    *("tool.name", "tool.payload_kg", "tool.covers", "contact.site", "contact.direction", "contact.speed", "date"),
 )
+_ASKED_OF_DEVICE = ("model", "error_N", "stiffness_N_per_m", "pad", "calibrated")
 
 
 @dataclass(frozen=True)
@@ -78,9 +81,6 @@ def campaign_summary(campaign: Campaign, dataset: ImpactDataset) -> CampaignSumm
     dataset : ImpactDataset
         What `build_dataset` returned.
     """
-    stated = campaign.conditions.stated
-    if campaign.conditions.device.calibration_stated:
-        stated["device.calibrated"] = True
     names = [name for cell in dataset.flags.tolist() for name in cell.split("; ") if name and name != "simulated"]
     seen: dict[str, list[ContactScenario]] = {}
     for entry in campaign.entries:
@@ -94,8 +94,17 @@ def campaign_summary(campaign: Campaign, dataset: ImpactDataset) -> CampaignSumm
         phase_two=dataset.phase_two,
         contacts=tuple(_contact(state, scenarios) for state, scenarios in seen.items()),
         flags={name: names.count(name) for name in sorted(set(names))},
-        not_stated=tuple(entry for entry in _ASKED if entry not in stated),
+        not_stated=tuple(_not_stated(campaign.conditions)),
     )
+
+
+def _not_stated(conditions: Conditions) -> Iterator[str]:
+    yield from (entry for entry in _ASKED if entry not in conditions.stated)
+    for pattern, device in conditions.devices or (("", conditions.device),):
+        stated = Conditions(device=device).to_tables().get("device", {})
+        stated |= {"calibrated": True} if device.calibration_stated else {}
+        of = f" of the device of {pattern}" if pattern else ""
+        yield from (f"device.{key}{of}" for key in _ASKED_OF_DEVICE if key not in stated)
 
 
 def _contact(state: str, scenarios: list[ContactScenario]) -> StateContact:

@@ -4,18 +4,18 @@ from __future__ import annotations
 
 import json
 import math
+from operator import attrgetter
 from typing import Any
 
 from forcemap.campaigns.conditions import ENTRIES, SCHEMA, Conditions
 from forcemap.recordings.column_map import ColumnMap
 
-_UNITS = ("kg", "deg", "N", "m", "class")  # how the keys of numbers end
 _DATES = ("date", "calibrated", "calibration_expires")
 _COLUMN_HELP = """
 # How the device writes its files; see docs/your_device_files.md. Columns by name or by number, counted from 1.
 [recordings]
 # time = "time_ms"             # or sampling_rate_Hz = 1000.0
-# time_unit = "ms"             # s, ms or us
+# time_unit = "ms"             # s, ms, us or ns
 # force = "force_N"            # or three columns: [20, 21, 22]
 # force_unit = "N"             # N, kN or counts (with newtons_per_count, zero_count)
 # sign = 1                     # -1 if pressing forces are negative
@@ -32,17 +32,23 @@ def campaign_text(conditions: Conditions, columns: ColumnMap | None = None) -> s
     columns : ColumnMap, optional
         How the device writes its files.
     """
-    stated, section = conditions.stated, ""
+    several, stated, section = conditions.devices, conditions.stated, ""
     lines = [f"schema = {json.dumps(SCHEMA)}"]
-    for entry, (_, comment) in sorted(ENTRIES.items(), key=lambda item: item[0].startswith("states.")):
-        if comment is None and entry not in stated:
+    for entry, (name, comment) in sorted(ENTRIES.items(), key=lambda item: item[0].startswith("states.")):
+        of_one = name.startswith("device.")  # of several each has its own
+        if (comment is None and entry not in stated) or (several and of_one):
             continue
         above, _, key = entry.rpartition(".")
         lines += ["", f"[{above}]"] if above != section else []
         section = above
-        blank = "0.0" if key.rpartition("_")[2] in _UNITS else "2026-01-31" if key in _DATES else '""'
+        number = isinstance(attrgetter(name)(Conditions()), float)
+        blank = "0.0" if number else "2026-01-31" if key in _DATES else '""'
         text = f"{key} = {_toml(stated[entry])}" if entry in stated else f"# {key} = {blank}"
         lines.append(f"{text}  # {comment}" if comment else text)
+    if several:
+        lines += ["", "# of several devices; the first whose pattern of states or recordings fits counts"]
+    for device in conditions.to_tables().get("devices", []):
+        lines += ["[[devices]]", *(f"{key} = {_toml(value)}" for key, value in device.items()), ""]
     if columns is None:
         return "\n".join(lines) + "\n" + _COLUMN_HELP
     lines += ["", "[recordings]", *(f"{key} = {_toml(value)}" for key, value in columns.to_table().items())]

@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from pathlib import Path, PurePosixPath
-from typing import Any
+from typing import Any, NamedTuple
 
+import numpy as np
+
+from forcemap.campaigns.binding import changed_conditions
 from forcemap.campaigns.campaign import Campaign
 from forcemap.campaigns.conditions import Conditions
 from forcemap.campaigns.plan import MeasurementPlan
-from forcemap.campaigns.recordings_table import Entry, Use
+from forcemap.campaigns.recordings_table import Entry
+from forcemap.campaigns.state import States
+from forcemap.campaigns.units import unit_finding, unit_of_time_finding
 from forcemap.errors import InputError, MissingExtra, RecordingError
-from forcemap.files import file_sha256
+from forcemap.files import begins_with, file_sha256
 from forcemap.findings import Finding, FindingKind, in_words
 from forcemap.impacts.detect import find_impacts, no_impact
 from forcemap.impacts.impact import Impact
@@ -53,16 +58,27 @@ class FileState(StrEnum):
 
     NEW = "new"
     REGISTERED = "registered"
+    GROWN = "grown"
     CHANGED = "changed"
     GONE = "gone"
     CURVE_GONE = "curve_gone"
 
 
 _DOUBTS = {
+    FileState.GROWN: FindingKind.FILE_GROWN,
     FileState.CHANGED: FindingKind.FILE_CHANGED,
     FileState.GONE: FindingKind.FILE_GONE,
     FileState.CURVE_GONE: FindingKind.CURVE_GONE,
 }
+
+
+class Measured(NamedTuple):
+    """Run, force [N], whether it is at least that, and duration of Phase I [s] of an impact."""
+
+    run: tuple[str, int]
+    force: float
+    saturated: bool
+    duration: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,6 +98,10 @@ class CampaignRecording:
         What the file holds; None if it is gone or cannot be read.
     unreadable : str
         Why it cannot be read.
+    missing_extra : bool
+        It cannot be read here because an optional dependency is not installed.
+    otherwise : Finding or None
+        What campaign.toml states otherwise than when it was registered.
     """
 
     entry: Entry
@@ -90,6 +110,16 @@ class CampaignRecording:
     run: tuple[str, int] | None = None
     recorded: RecordedImpacts | None = None
     unreadable: str = ""
+    missing_extra: bool = False
+    otherwise: Finding | None = None
+
+    @property
+    def measured(self) -> Measured | None:
+        """What its only impact says of the units; None without one, or where a person excluded it."""
+        if self.run is None or self.excluded or self.recorded is None or len(self.recorded.impacts) != 1:
+            return None
+        impact = self.recorded.impacts[0]
+        return Measured(self.run, impact.map_force, impact.saturated, impact.phase1_end - impact.onset)
 
     @property
     def excluded(self) -> str:
@@ -101,7 +131,25 @@ class CampaignRecording:
         """Why it does not show that a limit was kept; None if it may."""
         if self.state in _DOUBTS:
             return Finding.of(_DOUBTS[self.state])
+        if self.otherwise:
+            return self.otherwise
         return self.recorded.doubt if self.recorded else in_words(self.unreadable)
+
+
+def mistaken_unit(campaign: Campaign, measured: Iterable[Measured]) -> Finding | None:
+    """That forces, speeds or times of a campaign are in another unit than they are taken for; else None."""
+    plan, conditions = campaign.plan, campaign.conditions
+    planned = [(plan.row_of[each.run], each) for each in measured if each.run in plan.row_of and each.force > 0]
+    if not planned:
+        return None
+    rows, force = [row for row, _ in planned], np.array([each.force for _, each in planned])
+    places = np.column_stack([plan.distance, plan.height, plan.speed])[rows]
+    names, censored = plan.state_id[rows], np.array([each.saturated for _, each in planned])
+    found = unit_finding(conditions, States.of(places, force, names, censored))
+    if found and found.kind is FindingKind.UNIT_SLIP:
+        return found
+    springs = np.array([conditions.device_of(name).stiffness for name in names.tolist()])
+    return unit_of_time_finding(np.array([each.duration for _, each in planned]), springs, conditions.robot_mass)
 
 
 def recorded_impacts(
@@ -132,10 +180,15 @@ def recorded_impacts(
     read = read_recordings(path, columns=columns, device=conditions.device)
     if name or date:
         read = [replace(each, file=name or each.file, metadata={**each.metadata, **date}) for each in read]
-    return [_with_impacts(each, conditions.channel_frequency_class) for each in read]
+    return [_with_impacts(each, conditions) for each in read]
 
 
-def _with_impacts(recording: Recording, frequency_class: float) -> RecordedImpacts:
+def _with_impacts(recording: Recording, conditions: Conditions, state: str = "") -> RecordedImpacts:
+    """A recording of a state, if that is known, with its impacts on its own device."""
+    frequency_class = conditions.channel_frequency_class
+    if conditions.devices:
+        device = conditions.device_of(state, f"{recording.file}#{recording.curve}")
+        recording = replace(recording, device=device)
     try:
         return RecordedImpacts(recording, tuple(find_impacts(recording, channel_frequency_class=frequency_class)))
     except InputError as error:  # sampled too unevenly: its scenario, and that it exceeds a limit, count all the same
@@ -204,24 +257,28 @@ def _sha256(path: Path) -> str:
 
 def _file(campaign: Campaign, file: str, known: Mapping[str, Entry]) -> Iterator[CampaignRecording]:
     """The recordings of a file that is there."""
-    path, unreadable = campaign.recordings / file, ""
+    path, unreadable, missing_extra = campaign.recordings / file, "", False
     recorded: list[RecordedImpacts] = []
     try:
         recorded = recorded_impacts(path, campaign.conditions, campaign.columns, name=file)
     except (InputError, MissingExtra) as error:
         row = error.row if isinstance(error, RecordingError) else None
         unreadable = f"row {row}, {error.message}" if row is not None else error.message
+        missing_extra = isinstance(error, MissingExtra)
     sha256 = recorded[0].recording.sha256 if recorded else _sha256(path)
 
     def state(entry: Entry) -> FileState:
-        """A file that could never be read may be replaced by one that can."""
-        given_up = entry.use is Use.UNREADABLE and not entry.impact_sha256
-        changed = entry.sha256 not in ("", sha256) and not given_up
-        return FileState.CHANGED if changed else FileState.REGISTERED if known else FileState.NEW
+        """A file in which nothing was found may be replaced; one that was not complete begins as it was."""
+        if not known:
+            return FileState.NEW
+        if entry.blank or entry.sha256 in ("", sha256):
+            return FileState.REGISTERED
+        goes_on = entry.size and not entry.exclude and begins_with(path, entry.size, entry.sha256)
+        return FileState.GROWN if goes_on else FileState.CHANGED
 
     if unreadable:
         for entry in known.values() or [Entry(file=file)]:
-            yield CampaignRecording(entry, state(entry), sha256, unreadable=unreadable)
+            yield CampaignRecording(entry, state(entry), sha256, None, None, unreadable, missing_extra)
         return
     curves = [each.recording.curve for each in recorded]
     for curve, entry in known.items():
@@ -232,7 +289,10 @@ def _file(campaign: Campaign, file: str, known: Mapping[str, Entry]) -> Iterator
         entry = known.get(curve) or known.get("") or Entry(file=file)  # "": registered while it could not be read
         entry = replace(entry, curve=curve)
         run = _run(campaign.plan, entry, alone=len(recorded) == 1)
-        yield CampaignRecording(entry, state(entry), sha256, run, each)
+        if run and campaign.conditions.device_of(run[0], entry.name) != each.recording.device:  # by its state alone
+            each = _with_impacts(each.recording, campaign.conditions, run[0])
+        otherwise = changed_conditions([entry], campaign.conditions)
+        yield CampaignRecording(entry, state(entry), sha256, run, each, otherwise=otherwise)
 
 
 def _run(plan: MeasurementPlan, entry: Entry, *, alone: bool) -> tuple[str, int] | None:

@@ -1,5 +1,22 @@
 """The command line: each command parses, makes one public call, and prints."""
 
-from forcemap.cli.app import main
+import json
+import sys
+
+from forcemap.errors import MissingExtra
 
 __all__ = ["main"]
+
+
+def main() -> None:
+    """Run the command line and exit with its code; without the packages that it needs it says so, as any error."""
+    try:
+        from forcemap.cli.app import run
+    except ModuleNotFoundError as error:
+        missing = MissingExtra.of(error)
+        print(f"error: {missing}", file=sys.stderr)
+        if "--json" in sys.argv:
+            where = dict.fromkeys(("file", "row", "column"))
+            print(json.dumps({"error": {"kind": missing.kind, "message": missing.message, **where}}))
+        sys.exit(2)
+    sys.exit(run(sys.argv[1:]))

@@ -5,11 +5,8 @@ from __future__ import annotations
 import sys
 from typing import Annotated
 
-try:
-    import typer
-    from typer.exceptions import TyperException
-except ImportError:
-    sys.exit("error: the command line needs an extra; install it with: pip install 'forcemap[app]'")
+import typer
+from typer.exceptions import TyperException
 
 from forcemap._version import __version__
 from forcemap.cli.check import check, inspect
@@ -31,7 +28,7 @@ from forcemap.cli.report import report
 from forcemap.cli.serve import serve
 from forcemap.cli.simulate import simulate
 from forcemap.cli.speed import speed, speed_map
-from forcemap.errors import ForcemapError, InputError
+from forcemap.errors import ForcemapError, InputError, MissingExtra
 
 _PLAN = {
     "--next": "is a command: forcemap next FOLDER",
@@ -90,11 +87,6 @@ for command in (*_MEASURING, *_USING, report, serve):
     app.command(name=command.__name__.rstrip("_").replace("_", "-"))(command)
 
 
-def main() -> None:
-    """Run the command line and exit with its code."""
-    sys.exit(run(sys.argv[1:]))
-
-
 def run(arguments: list[str]) -> int:
     """Run one command and return its exit code; every error becomes one line on stderr (and JSON if asked for)."""
     as_json = "--json" in arguments
@@ -112,6 +104,8 @@ def run(arguments: list[str]) -> int:
         found = " ".join(error.format_message().split()).replace("Value error, ", "")
         words = _moved_option(arguments) or found or "see --help"
         emit_error(InputError(words), as_json=as_json)
+    except ModuleNotFoundError as error:
+        emit_error(MissingExtra.of(error), as_json=as_json)
     except BrokenPipeError:
         sys.stdout = None  # the reader has gone; nothing is left to flush
     except (KeyboardInterrupt, typer.Abort):

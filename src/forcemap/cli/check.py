@@ -15,7 +15,15 @@ import forcemap as fm
 from forcemap.answers.check import CheckAnswer, CheckedImpact, JudgementAnswer
 from forcemap.answers.impacts import InspectAnswer
 from forcemap.arrays import FloatArray
-from forcemap.cli.column_options import CampaignOption, Columns, DeviceError, DeviceRange, FrequencyClass, described
+from forcemap.cli.column_options import (
+    CampaignOption,
+    Columns,
+    DeviceError,
+    DeviceRange,
+    FrequencyClass,
+    campaign_of,
+    described,
+)
 from forcemap.cli.options import DeviceSpring, Json, Limit, LimitSpring, QuasiStaticN, limit_from
 from forcemap.cli.output import Progress, emit, listing, table
 
@@ -53,11 +61,13 @@ def check(
     )
     asked: dict[str, Any] = {"interpretation": interpretation, "contact": contact}
     if Path(source).is_dir():
-        home = replace(fm.read_campaign(source), conditions=conditions, columns=columns)
-        with Progress("checked", len(home.files())) as progress:
-            found = fm.check_campaign(home, held, **asked, progress=lambda done, _: progress.show(done))
+        whole = replace(fm.read_campaign(source), conditions=conditions, columns=columns)
+        with Progress("checked", len(whole.files())) as progress:
+            found = fm.check_campaign(whole, held, **asked, progress=lambda done, _: progress.show(done))
     else:
-        found = fm.check_file(source, held, conditions=conditions, columns=columns, **asked)
+        home = campaign_of(source, campaign)
+        doubt = fm.recording_doubt(home, source) if home and not column else None
+        found = fm.check_file(source, held, conditions=conditions, columns=columns, **asked, doubt=doubt)
     answer = CheckAnswer.of_check(found)
     emit(answer, check_lines(answer), as_json=as_json)
     return 1 if found.outcome is None else EXIT_CODES[found.outcome]

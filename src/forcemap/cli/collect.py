@@ -2,17 +2,29 @@
 
 from __future__ import annotations
 
+import sys
 import time
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, NamedTuple
 
-from typer import Argument, Option
+from typer import Argument, Option, confirm
 
-from forcemap import Campaign, ForcemapError, ImpactDataset, InputError, build_dataset, read_campaign
-from forcemap.answers.collect import CollectAnswer, Repeatability
+from forcemap import (
+    Campaign,
+    ForcemapError,
+    ImpactDataset,
+    InputError,
+    RecordingOrder,
+    assign_runs,
+    collect_campaign,
+    propose_runs,
+    read_campaign,
+)
+from forcemap.answers.collect import AssignAnswer, CollectAnswer, ProposedRun, Repeatability
 from forcemap.cli.check import SHOWN, SIMULATED, shortened
 from forcemap.cli.options import Json
-from forcemap.cli.output import Progress, emit, emit_error, listing
+from forcemap.cli.output import Progress, emit, emit_error, listing, table
+from forcemap.errors import one_line
 
 _STEADY = 1.5  # files that stay as they are for so long are complete [s]
 
@@ -20,6 +32,16 @@ _STEADY = 1.5  # files that stay as they are for so long are complete [s]
 def collect(
     folder: Annotated[str, Argument(help="Campaign folder, as forcemap plan makes it.")],
     watch: Annotated[bool, Option("--watch", help="Go on and pick up new files until interrupted (Ctrl-C).")] = False,
+    assign: Annotated[
+        RecordingOrder | None,
+        Option(
+            "--assign",
+            help="Take recordings whose names say no run for the missing runs, in the order of the run sheet: by the "
+            "numbers in their names, or by the times of their files. Shown first, done after a yes.",
+        ),
+    ] = None,
+    last: Annotated[str, Option("--last", help="With --assign: the run made last, if not all were.")] = "",
+    yes: Annotated[bool, Option("--yes", help="With --assign: do it without asking.")] = False,
     as_json: Json = False,
 ) -> None:
     """Read and judge all recordings of a campaign and write its impacts table.
@@ -27,57 +49,113 @@ def collect(
     Example: forcemap collect my-campaign
     """
     if watch:
-        if as_json:
-            raise InputError("watch: --watch goes on until interrupted and prints text; leave --json out")
+        if as_json or assign:
+            left_out = "--json" if as_json else "--assign"
+            raise InputError(f"watch: --watch goes on until interrupted and prints text; leave {left_out} out")
         _watch(folder)
+        return
+    if assign is not None and not _assigned(folder, assign, last, yes=yes, as_json=as_json):
         return
     answer = CollectAnswer.of_campaign(*_collect(folder))
     emit(answer, _lines(answer, folder), as_json=as_json)
 
 
-def _collect(folder: str) -> tuple[Campaign, ImpactDataset]:
+def _assigned(folder: str, by: RecordingOrder, last: str, *, yes: bool, as_json: bool) -> bool:
+    """Show which recording is taken for which run, and do so if a person says yes; True if it was done."""
     campaign = read_campaign(folder)
     with Progress("recordings read", len(campaign.files())) as progress:
-        dataset = build_dataset(campaign, progress=lambda done, _: progress.show(done))
-    return read_campaign(folder), dataset
+        proposed = propose_runs(campaign, by=by, last=last, progress=lambda done, _: progress.show(done))
+    if not (yes and as_json):
+        answer = AssignAnswer(folder=folder, by=by, proposed=[ProposedRun.from_result(each) for each in proposed])
+        emit(answer, _proposal_lines(answer), as_json=as_json)
+    if not proposed:
+        return not as_json or yes
+    if not yes and (as_json or not sys.stdin.isatty() or not confirm("Register them so?")):
+        if not as_json:
+            up_to = f" --last {last}" if last else ""
+            print(f"Nothing was written; with --yes it is: forcemap collect {folder} --assign {by}{up_to} --yes")
+        return False
+    assign_runs(campaign, proposed)
+    return True
+
+
+def _proposal_lines(answer: AssignAnswer) -> list[str]:
+    if not answer.proposed:
+        return ["Every recording says which run it is, or is excluded: nothing to assign."]
+    header = ["recording", "written", "run", "d [m]", "h [m]", "v [m/s]", "exp. [N]", "peak [N]"]
+    rows = []
+    for each in answer.proposed:
+        expected = "-" if each.expected_force_N is None else f"{each.expected_force_N:.0f}"
+        figures = [f"{figure:.3f}" for figure in (each.distance_m, each.height_m, each.speed_mps)]
+        sign = " *" if each.out_of_order else ""
+        rows.append([each.recording + sign, each.written[5:], each.run, *figures, expected, f"{each.peak_force_N:.1f}"])
+    other = "the times of the files" if answer.by == RecordingOrder.NAME else "the names"
+    lines = table(header, [[one_line(cell) for cell in row] for row in rows])
+    starred = sum(each.out_of_order for each in answer.proposed)
+    return [
+        *lines,
+        *([f"* {starred} would be another run by {other}: look which order is the right one"] * bool(starred)),
+    ]
+
+
+def _collect(folder: str) -> tuple[Campaign, ImpactDataset]:
+    with Progress("recordings read", len(read_campaign(folder).files())) as progress:
+        return collect_campaign(folder, progress=lambda done, _: progress.show(done))
+
+
+class _Look(NamedTuple):
+    """What collecting depends on, as far as a glance tells."""
+
+    recordings: dict[str, tuple[int, ...]]
+    stated: tuple[tuple[int, ...], ...]
+    register: str
+
+    @classmethod
+    def at(cls, folder: str) -> _Look:
+        campaign = read_campaign(folder)
+        recordings = {file: _state(campaign.recordings / file) for file in campaign.files()}
+        stated = tuple(_state(campaign.folder / name) for name in ("campaign.toml", "plan.csv"))
+        return cls(recordings, stated, campaign.register_sha256)
 
 
 def _watch(folder: str) -> None:
-    """Collect whenever files have been added and are complete, and say what is missing.
+    """Collect whenever the folder has changed and is complete, and say what is missing; what is wrong is said once.
 
     Files are complete once they have stayed as they are, by this program's own clock: the time a file bears may be that
-    of another machine.
+    of another machine. One that goes on afterwards is read again as a whole.
     """
-    seen: dict[str, tuple[int, int]] = {}
-    collected, since = seen, time.monotonic()
+    seen = collected = _Look({}, (), "")
+    since, wrong = time.monotonic(), ""
     print(f"watching {read_campaign(folder).recordings}; Ctrl-C ends", flush=True)
     while True:
-        campaign = read_campaign(folder)
-        files = {file: _state(campaign.recordings / file) for file in campaign.files()}
-        if files != seen:
-            seen, since = files, time.monotonic()
-        elif files != collected and time.monotonic() - since >= _STEADY:
-            new = sorted(file for file in files if files[file] != collected.get(file))
-            collected = files
-            try:
+        try:
+            look = _Look.at(folder)
+            if look != seen:
+                seen, since = look, time.monotonic()
+            elif look != collected and time.monotonic() - since >= _STEADY:
+                new = sorted(look.recordings.items() - collected.recordings.items())
+                collected = look
                 campaign, dataset = _collect(folder)
+                collected = seen = look._replace(register=campaign.register_sha256)
                 judged = {entry.file: entry for entry in campaign.entries}
-                for file in new[-SHOWN:]:
-                    entry = judged.get(file)
-                    print(f"  {file}: {entry.use if entry else 'unknown'} {entry.reason if entry else ''}".rstrip())
+                for entry in [judged[file] for file, _ in new if file in judged][-SHOWN:]:
+                    print(one_line(f"  {entry.file}: {entry.use} {entry.reason}").rstrip())
                 print(f"{len(dataset)} impacts; {_missing_words(campaign.missing)}", flush=True)
-            except ForcemapError as error:
+                wrong = ""
+        except ForcemapError as error:
+            if str(error) != wrong:
                 emit_error(error, as_json=False)
+            wrong = str(error)
         time.sleep(0.5)
 
 
-def _state(path: Path) -> tuple[int, int]:
-    """Size and time of a file, as long as it is there."""
+def _state(path: Path) -> tuple[int, ...]:
+    """Size and times of a file, as long as it is there; the second time nobody can set."""
     try:
         status = path.stat()
     except OSError:
-        return 0, 0
-    return status.st_size, status.st_mtime_ns
+        return ()
+    return status.st_size, status.st_mtime_ns, status.st_ctime_ns
 
 
 def _missing_words(missing: list[str]) -> str:
@@ -90,6 +168,7 @@ def _missing_words(missing: list[str]) -> str:
 def _lines(answer: CollectAnswer, folder: str) -> list[str]:
     lines = [SIMULATED] * answer.simulated
     lines += [f"NO SPEED from these impacts: {answer.no_speed}"] if answer.no_speed else []
+    lines += answer.contradictions
     lines += [
         f"{answer.recordings} recordings: {answer.used} used, in {answer.states} states; {answer.censored} of them "
         "reached the device range (censored)",
@@ -97,17 +176,20 @@ def _lines(answer: CollectAnswer, folder: str) -> list[str]:
     ]
     if answer.discards:
         lines += listing("Not used", shortened([f"{e.recording}: {e.use}, {e.reason}" for e in answer.discards]))
+    if unassigned := sum(each.use == "unassigned" for each in answer.discards):
+        lines.append(f"{unassigned} say no run: forcemap collect {folder} --assign name (or time) shows an assignment")
     if answer.flags:
         lines += ["Flags of the used ones: " + ", ".join(f"{name} {count}" for name, count in answer.flags.items())]
     lines += ["", *contact_lines(answer), *scatter_lines(answer.repeatability)]
+    lines += [answer.units.capitalize()] if answer.units and answer.units != answer.no_speed else []
     if answer.not_stated:
         lines += ["", "campaign.toml does not state: " + ", ".join(answer.not_stated)]
-    register, table = (Path(folder, name) for name in answer.files)
+    register, impacts = (Path(folder, name) for name in answer.files)
     return [
         *lines,
         "",
-        f"Written: {register} (every recording and what became of it), {table}",
-        f"Next: forcemap fit {folder}",
+        f"Written: {register} (every recording and what became of it), {impacts}",
+        "Next: mend what is said first, and collect again" if answer.no_speed else f"Next: forcemap fit {folder}",
     ]
 
 

@@ -58,9 +58,19 @@ def described(
     conditions = conditions.with_device_stiffness(stiffness(device_spring))
     figures = {"range": device_range, "error": device_error}
     stated: dict[str, Any] = {name: figure for name, figure in figures.items() if figure is not None}
+    if stated and conditions.devices:
+        raise InputError("device: campaign.toml states several devices; state range and error there", file=str(file))
     device = dataclasses.replace(conditions.device, **stated)
     wanted = conditions.channel_frequency_class if frequency_class is None else frequency_class
     return dataclasses.replace(conditions, device=device, channel_frequency_class=wanted), columns
+
+
+def campaign_of(file: str, campaign: str | None) -> Path | None:
+    """The folder of the campaign that a file of recordings lies in; None for a file elsewhere."""
+    path = Path(file)
+    home = Path(campaign) if campaign else _home(path)
+    inside = (home / "plan.csv").exists() and path.resolve().is_relative_to((home / "recordings").resolve())
+    return home if inside else None
 
 
 def _home(file: Path) -> Path:

@@ -14,7 +14,15 @@ from forcemap.answers.two_maps import RatioAt, TwoMapsAnswer
 from forcemap.cli.effective_mass import mass_comparison_lines
 from forcemap.cli.options import FormName, Json, MovingMass, Payload, force_map_from, too_few_states_named
 from forcemap.cli.output import SIMULATED, accuracy_lines, bound_words, change, emit, listing, shown, table
-from forcemap.cli.task_options import DriveInertiaOption, ToolDirection, direction_from, robot_from
+from forcemap.cli.task_options import (
+    ContactOffset,
+    DriveInertiaOption,
+    Posture,
+    ToolAxis,
+    ToolDirection,
+    direction_from,
+    robot_from,
+)
 
 
 def compare(
@@ -34,10 +42,16 @@ def compare(
     form: FormName = None,
     robot: Annotated[
         str | None,
-        Option("--effective-mass", help="Compare with the effective mass of this robot: ur10e, kuka-iiwa7, a URDF."),
+        Option(
+            "--effective-mass",
+            help="Compare with the effective mass of this robot: ur10e, kuka-iiwa7, FILE.urdf[:base=LINK][:tip=LINK].",
+        ),
     ] = None,
     drive_inertia: DriveInertiaOption = None,
     tool_direction: ToolDirection = "down",
+    tool_axis: ToolAxis = "z",
+    contact_offset: ContactOffset = None,
+    posture: Posture = None,
     as_json: Json = False,
 ) -> None:
     """Compare the measured map with the 2D map and the standard's contact model on the same states.
@@ -52,12 +66,17 @@ def compare(
             raise fm.InputError(
                 "compare: --effective-mass goes with one map or table, a robot, its load and its stance"
             )
-        found = robot_from(robot, None, None, drive_inertia, payload or 0.0)
+        found = robot_from(robot, None, None, drive_inertia, payload or 0.0, contact_offset, tool_axis, posture)
         forces = force_map_from(table, form)[0] if _is_map(table) else fm.read_dataset(table)
         stance = direction_from("tool direction", tool_direction)
         by_mass = fm.compare_effective_mass(forces, found, tool_direction=stance)
         emit(MassComparisonAnswer.of_comparison(by_mass), mass_comparison_lines(by_mass), as_json=as_json)
         return
+    if (drive_inertia, contact_offset, posture, tool_direction, tool_axis) != (None, None, None, "down", "z"):
+        raise fm.InputError(
+            "compare: --drive-inertia-kgm2, --contact-offset-m, --posture-deg, --tool-direction and --tool-axis "
+            "go with --effective-mass"
+        )
     if other is not None:
         if any(option is not None for option in (region, moving_mass, payload, body)):
             raise fm.InputError(
@@ -139,7 +158,7 @@ def comparison_lines(answer: ComparisonAnswer) -> list[str]:
         *(f"{model.model}: {model.note}" for model in answer.models if model.note),
     ]
     if answer.allowed:
-        header = ["speeds allowed [m/s]", "limit", "measured places", "confirmed", "lowest", "median", "highest"]
+        header = ["speeds at contact [m/s]", "limit", "measured places", "confirmed", "lowest", "median", "highest"]
         sources = dict.fromkeys(f"{each.limit_N:g} N: {each.limit_source}" for each in answer.allowed)
         rows = [
             [each.model, f"{each.limit_N:g} N", str(each.places), str(each.confirmed_places)]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, NoReturn
 
 import numpy as np
 from typer import Argument, Exit, Option
@@ -11,8 +11,19 @@ import forcemap as fm
 from forcemap.answers.effective_mass import MassAnswer, MassMapAnswer, PlaceMass, PlaceMassAnswer
 from forcemap.cli.options import Json
 from forcemap.cli.output import emit, grid, listing, table
-from forcemap.cli.task_options import Base, DriveInertiaOption, Tip, ToolDirection, direction_from, figures, robot_from
-from forcemap.words import sentences
+from forcemap.cli.task_options import (
+    Base,
+    ContactOffset,
+    DriveInertiaOption,
+    Posture,
+    Tip,
+    ToolAxis,
+    ToolDirection,
+    direction_from,
+    figures,
+    robot_from,
+)
+from forcemap.words import posture_words, sentences, tool_words
 
 
 def effective_mass(
@@ -22,31 +33,41 @@ def effective_mass(
     distances: Annotated[str | None, Option("--distances-m", help="For a map: distances, ascending.")] = None,
     heights: Annotated[str | None, Option("--heights-m", help="For a map: heights, ascending.")] = None,
     direction: Annotated[str, Option("--direction", help="Of the impact: down, up, out, or x,y,z.")] = "down",
+    posture: Posture = None,
     tool_direction: ToolDirection = "down",
+    tool_axis: ToolAxis = "z",
+    contact_offset: ContactOffset = None,
     drive_inertia: DriveInertiaOption = None,
     payload: Annotated[float, Option("--payload-kg", help="Payload, a point mass at the flange.")] = 0.0,
     base: Base = None,
     tip: Tip = None,
     as_json: Json = False,
 ) -> None:
-    """Show the effective mass of a robot at a place, or a map of it.
+    """Show the effective mass of a robot at a place, in a posture, or a map of it.
+
+    At a place the tool's axis points where --tool-direction says; the turn about it is free, and of the postures that
+    are left the one nearest to a reference is taken. It is shown: another posture is another effective mass.
 
     Example: forcemap effective-mass ur10e --distance 0.8 --height 0.4 --drive-inertia-kgm2 identified
     """
-    chosen = robot_from(robot, base, tip, drive_inertia, payload)
+    chosen = robot_from(robot, base, tip, drive_inertia, payload, contact_offset, tool_axis, posture)
     stands = {
         "direction": direction_from("direction", direction),
         "tool_direction": direction_from("tool direction", tool_direction),
     }
+    if posture is not None and all(each is None for each in (distance, height, distances, heights)):
+        if tool_direction != "down":
+            raise fm.InputError("tool direction: a posture says by itself where the tool points; leave one of them out")
+        pose = fm.forward_kinematics(chosen, chosen.reference_posture)
+        stands["tool_direction"] = tuple((pose.rotation @ chosen.tool_axis).tolist())
+        if direction == "out":
+            stands["direction"] = (*pose.position[:2].tolist(), 0.0)
+        at = fm.robot_mass_in_posture(chosen, chosen.reference_posture, direction=stands["direction"])
+        _show_place(PlaceMassAnswer.of_map(chosen, at, **stands), as_json)
     if distance is not None and height is not None and distances is None and heights is None:
-        at = fm.robot_mass_map(chosen, [distance], [height], **stands)
-        place = PlaceMassAnswer.of_map(chosen, at, **stands)
-        where = f"at d = {distance:g} m, h = {height:g} m"
-        regular = place.outcome is fm.MassOutcome.REGULAR
-        words = f"no effective mass {where}: {place.outcome.replace('_', ' ')}"
-        lines = [f"effective mass {place.effective_mass_kg:.3f} kg {where}" if regular else words]
-        emit(place, [*lines, *_rests_on(place)], as_json=as_json)
-        raise Exit(int(not regular))
+        _show_place(
+            PlaceMassAnswer.of_map(chosen, fm.robot_mass_map(chosen, [distance], [height], **stands), **stands), as_json
+        )
     if distance is not None or height is not None or distances is None or heights is None:
         raise fm.InputError("place: expected --distance and --height, or --distances-m and --heights-m for a map")
     over = fm.robot_mass_map(chosen, figures("distances", distances), figures("heights", heights), **stands)
@@ -57,7 +78,16 @@ def effective_mass(
         f"with distance: {over.trend_with_distance}; with height: {over.trend_with_height}; "
         f"forces would vary by a factor of {over.force_ratio:.2f} if they followed sqrt(m_u)",
     ]
-    emit(answer, [*lines, *_rests_on(answer)], as_json=as_json)
+    emit(answer, [*answer.findings, *lines, *_rests_on(answer)], as_json=as_json)
+
+
+def _show_place(place: PlaceMassAnswer, as_json: bool) -> NoReturn:
+    where = f"at d = {place.distance_m:.6g} m, h = {place.height_m:.6g} m"
+    regular = place.outcome is fm.MassOutcome.REGULAR
+    words = f"no effective mass {where}: {place.outcome.replace('_', ' ')}"
+    lines = [f"effective mass {place.effective_mass_kg:.3f} kg {where}" if regular else words]
+    emit(place, [*place.findings, *lines, *_rests_on(place)], as_json=as_json)
+    raise Exit(int(not regular))
 
 
 def _cell(place: PlaceMass) -> str:
@@ -67,7 +97,14 @@ def _cell(place: PlaceMass) -> str:
 
 
 def _rests_on(answer: MassAnswer) -> list[str]:
+    if isinstance(answer, PlaceMassAnswer):
+        posture = f"posture: {posture_words(answer.posture)}" if answer.posture else "no posture reaches it"
+    else:
+        posture = f"postures (in --json) nearest to {posture_words(answer.reference_posture)}"
     return [
+        f"{answer.robot}: {answer.source}",
+        posture,
+        tool_words(answer.tool_axis, answer.tool_direction, answer.contact_offset_m),
         f"the standard's, for every place: {answer.standard_effective_mass_kg:.1f} kg "
         f"(M = {answer.moving_mass_kg:.1f} kg, m_L = {answer.load_kg:g} kg)",
         answer.assumption,

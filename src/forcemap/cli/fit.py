@@ -78,7 +78,7 @@ def fit_lines(answer: FitAnswer) -> list[str]:
     repeats = counted(most, "impact") if few == most else f"{few} to {most} impacts"
     effect, selection = answer.discard_fit, answer.selection
     lines = [SIMULATED] * answer.simulated
-    lines += [words for words in (answer.binding.reason, answer.saturation_doubt) if words]
+    lines += [words for words in (answer.binding.reason, answer.saturation_doubt, *answer.contradictions) if words]
     lines += [selection.refused, ""] if isinstance(selection, SelectionRefused) else []
     lines += [
         _verdict(answer),

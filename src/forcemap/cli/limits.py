@@ -84,7 +84,7 @@ def _speeds(limit: fm.ForceLimit, model: fm.ContactModel, body: Body, contact_ar
 
 
 def _lines(answer: LimitsAnswer, regions: list[str], assumptions: list[str], modelled: bool) -> list[str]:
-    header = ["area or region", "region", "quasi-static", "transient", "pressure quasi-static", "transient"]
+    header = ["area or region", "region", "quasi-static", "transient", "pressure quasi-static", "transient", "spring"]
     rows = [[limit.name, region, *_cells(limit)] for limit, region in zip(answer.limits, regions, strict=True)]
     lines = table(header, rows)
     if modelled:
@@ -99,9 +99,10 @@ def _lines(answer: LimitsAnswer, regions: list[str], assumptions: list[str], mod
 
 def _cells(limit: LimitAnswer) -> list[str]:
     if not limit.permitted:
-        return ["not permitted", "-", "-", "-"]
+        return ["not permitted", "-", "-", "-", "-"]
     pressures = (limit.quasi_static_N_per_cm2, limit.transient_N_per_cm2)
-    return [f"{limit.quasi_static_N:g} N", f"{limit.transient_N:g} N", *(f"{p:g} N/cm^2" for p in pressures)]
+    spring = "not known" if limit.spring_N_per_m is None else f"{limit.spring_N_per_m / 1000:g} N/mm"
+    return [f"{limit.quasi_static_N:g} N", f"{limit.transient_N:g} N", *(f"{p:g} N/cm^2" for p in pressures), spring]
 
 
 def _model_line(limit: LimitAnswer) -> str:

@@ -14,10 +14,6 @@ import forcemap as fm
 from forcemap import LimitTable as TableOfLimits
 from forcemap.answers.comparison import Body
 
-STIFFEST = 1000.0
-"""Largest spring constant that is taken for one in N/mm; the standard's are 10 to 150, 9000 would be one in N/m."""
-
-
 Json = Annotated[bool, Option("--json", help="Print one JSON object.")]
 Table = Annotated[str, Argument(help="Impacts table (CSV) or campaign folder.")]
 Source = Annotated[str, Argument(help=f"Map file, impacts table, campaign folder, or {', '.join(fm.PUBLISHED_MAPS)}.")]
@@ -130,11 +126,12 @@ def fitted(
 
 def stiffness(spring: float | None) -> float | None:
     """A spring constant in N/mm as N/m."""
-    if spring is not None and not 0 < spring <= STIFFEST:
-        raise fm.InputError(
-            f"spring: found {spring:g}, expected N/mm above 0 and up to {STIFFEST:g} (75000 N/m are 75 N/mm)"
-        )
-    return None if spring is None else 1000 * spring
+    if spring is None:
+        return None
+    try:
+        return fm.Device(stiffness=1000 * spring).stiffness
+    except fm.InputError as error:
+        raise fm.InputError(f"spring: found {spring:g} N/mm; {error.message}") from None
 
 
 @contextlib.contextmanager

@@ -18,7 +18,7 @@ from forcemap.answers.answer import Answer
 from forcemap.answers.basis import RestsOn
 from forcemap.answers.error import ErrorAnswer
 from forcemap.answers.path import AlongAnswer
-from forcemap.errors import ForcemapError, InputError
+from forcemap.errors import ForcemapError, InputError, one_line
 from forcemap.files import read_bytes, write_atomically
 from forcemap.findings import Finding, FindingKind
 from forcemap.words import sentence
@@ -33,7 +33,7 @@ def emit(answer: Answer | dict[str, Any], lines: Iterable[str], *, as_json: bool
     if as_json:
         print(answer.json_text() if isinstance(answer, Answer) else json_text(answer))
     else:
-        print("\n".join(wrapped(lines)))
+        print("\n".join(wrapped(map(one_line, lines))))
 
 
 def wrapped(lines: Iterable[str]) -> list[str]:

@@ -121,14 +121,15 @@ def path_lines(answer: PathAnswer, file: str) -> list[str]:
         rows.append([name, length, where, outcome, allowed, _programmed(pieces), governed_by])
         if not speeds:
             reasons.append(f"{name}, {where}: no permission, {reason}")
-    header = ["segment", "length m", "d, h m", "outcome", "allowed m/s", "programmed", "governed by"]
+    header = ["segment", "length m", "d, h m", "outcome", "to program m/s", "programmed", "governed by"]
     return [
         *first_lines(answer),
         _verdict(answer),
         *reasons,
         *_hints(answer.refusals),
         "",
-        f"Allowed speeds along {file}: {len(answer.pieces)} pieces, {answer.length_m:.3f} m",
+        f"Speeds to program along {file}: {len(answer.pieces)} pieces, {answer.length_m:.3f} m; at contact "
+        f"{answer.speed_overshoot_mps:g} m/s overshoot is added",
         *table(header, rows),
         "",
         *_cycle_lines(answer.cycle_times, refused=not answer.permitted),

@@ -83,7 +83,7 @@ def plan(
         states=states,
         form=fm.form_named(form) if form else fm.CFM_3D,
     )
-    made = dataclasses.replace(made, warnings=(*doubts, *made.warnings))
+    made = dataclasses.replace(made, warnings=(*doubts, *made.warnings, *_needed(conditions.device)))
     files = planned.write_campaign(Path(folder), made, made, conditions)
     emit(PlanAnswer.of_plan(made, folder, files), _lines(folder, made, files), as_json=as_json)
 
@@ -96,6 +96,13 @@ def _to_confirm(limit: list[str], contact: fm.Contact | None, stiffness: float) 
     refusal = fm.device_suitability(stated.name, stated.stiffness, stiffness).refusal
     doubts = [Finding.of(FindingKind.NO_SPEED_FOR_AREA, refusal, area=stated.name)] if refusal else []
     return stated.force(kind) if kind else math.nan, doubts
+
+
+def _needed(device: fm.Device) -> list[Finding]:
+    """What collecting, and a speed for a body area, will need of the device."""
+    found = [Finding.of(FindingKind.COLLECT_NEEDS, entry="device.range_N")] if math.isnan(device.range) else []
+    spring = Finding.of(FindingKind.SPRING_NEEDED, entry="device.stiffness_N_per_m")
+    return [*found, spring] if math.isnan(device.stiffness) else found
 
 
 def _lines(folder: str, made: fm.DesignedPlan, files: list[str]) -> list[str]:

@@ -12,6 +12,7 @@ from typer import Argument, Option
 import forcemap as fm
 from forcemap.cli.options import BoundOption, FormName, Json, LimitTable, Margin, stated_bound
 from forcemap.cli.output import Progress, emit, listing, write_result
+from forcemap.cli.task_options import Overshoot
 from forcemap.files import read_bytes, write_atomically
 from forcemap.words import sentences
 
@@ -36,6 +37,7 @@ def report(
     margin: Margin = None,
     form: FormName = None,
     step: Annotated[float, Option("--step-m", help="Distance between places of the speed tables [m].")] = 0.05,
+    overshoot: Overshoot = 0.01,
     date: Annotated[str | None, Option("--date", help="Date of the report, YYYY-MM-DD; default: today.")] = None,
     verify: Annotated[
         str | None, Option("--verify", help="Write nothing: say what changed since this report was written.")
@@ -70,6 +72,7 @@ def report(
             bound=bound,
             form=fm.form_named(form or fm.CFM_3D.name),
             step=step,
+            allowance=fm.Allowance(speed=overshoot),
             progress=lambda done, _: progress.show(done),
         )
     files = write_report(assessment, target, date, pdf=pdf)
@@ -151,6 +154,8 @@ def _result(assessment: fm.CampaignAssessment, files: list[str]) -> dict[str, An
                 "unconfirmed_places": found.unconfirmed,
                 "lowest_speed_mps": found.slowest,
                 "highest_speed_mps": found.fastest,
+                "lowest_speed_to_program_mps": found.slowest_to_program,
+                "highest_speed_to_program_mps": found.fastest_to_program,
             }
             for found, permitted in ((each, each.limit.permitted) for each in assessment.speeds)
         ],
@@ -169,8 +174,10 @@ def answer_lines(assessment: fm.CampaignAssessment) -> list[str]:
             continue
         newtons = f"{name}, {found.limit.force(found.contact):g} N"
         lines.append(
-            f"{newtons}: {found.confirmed} places confirmed, at {fm.floor_speed(found.slowest)} to "
-            f"{fm.floor_speed(found.fastest)} m/s; {found.unconfirmed} unconfirmed"
+            f"{newtons}: {found.confirmed} places confirmed, program at most "
+            f"{fm.floor_speed(found.slowest_to_program)} to {fm.floor_speed(found.fastest_to_program)} m/s "
+            f"({fm.floor_speed(found.slowest)} to {fm.floor_speed(found.fastest)} m/s at contact), place by place; "
+            f"{found.unconfirmed} unconfirmed"
             if found.confirmed
             else f"{newtons}: no place confirmed"
         )

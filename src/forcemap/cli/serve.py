@@ -20,7 +20,8 @@ def serve(
 ) -> int:
     """Show campaigns as a web page on this machine: drop recordings, turn the map, move a task, take away a report.
 
-    Nothing is reached over the network and no other machine can reach it. Ends with Ctrl-C.
+    Nothing is reached over the network and no other machine can reach it; the printed address carries a token, without
+    which nothing is answered. Ends with Ctrl-C.
 
     Example: forcemap serve my-campaign --port 8000
     """

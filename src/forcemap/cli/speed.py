@@ -2,15 +2,26 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Any
 
 from typer import Option
 
 import forcemap as fm
 from forcemap.answers.speed import SpeedAnswer
-from forcemap.answers.speed_map import PlaceAnswer, SpeedMapAnswer
+from forcemap.answers.speed_map import SpeedMapAnswer
 from forcemap.cli import options
-from forcemap.cli.output import accuracy_words, assumes, bound_words, emit, first_lines, grid, shown, write_result
+from forcemap.cli.output import (
+    accuracy_words,
+    assumes,
+    bound_words,
+    counted,
+    emit,
+    first_lines,
+    grid,
+    shown,
+    write_result,
+)
+from forcemap.cli.task_options import Overshoot
 from forcemap.exports.speed_table import speed_map_csv
 
 
@@ -26,18 +37,22 @@ def speed(
     margin: options.Margin = None,
     form: options.FormName = None,
     device_spring: options.DeviceSpring = None,
+    overshoot: Overshoot = 0.01,
     as_json: options.Json = False,
 ) -> int:
-    """Give the highest speed at a place that the measurements confirm for a force limit.
+    """Give the highest speed to program at a place that the measurements confirm for a force limit.
+
+    Beside it stands the speed at contact, which is higher by the overshoot. Exit code 1 if there is none to program.
 
     Example: forcemap speed ur10e --distance 0.8 --height 0.4 --area back_of_hand --contact transient
     """
     force_map, accuracy = options.force_map_from(source, form, device_spring)
     held, kind = options.limit_from(limit, contact, quasi_static, limit_spring)
     used = options.bound_from(force_map, bound, margin)
-    answer = SpeedAnswer.of_place(force_map, (distance, height), accuracy, limit=held, contact=kind, bound=used)
+    case: dict[str, Any] = {"limit": held, "contact": kind, "bound": used, "allowance": fm.Allowance(speed=overshoot)}
+    answer = SpeedAnswer.of_place(force_map, (distance, height), accuracy, **case)
     emit(answer, speed_lines(answer), as_json=as_json)
-    return 1 if answer.speed_mps is None else 0
+    return 1 if answer.speed_to_program_mps is None else 0
 
 
 def speed_map(
@@ -51,10 +66,11 @@ def speed_map(
     margin: options.Margin = None,
     form: options.FormName = None,
     device_spring: options.DeviceSpring = None,
+    overshoot: Overshoot = 0.01,
     output: Annotated[str | None, Option("-o", "--output", help="Write a .csv or .json file.")] = None,
     as_json: options.Json = False,
 ) -> int:
-    """Give safe speeds on a grid of places over the measured range.
+    """Give safe speeds, to program and at contact, on a grid of places over the measured range.
 
     Example: forcemap speed-map impacts.csv --area back_of_hand --contact quasi-static -o speeds.csv
     """
@@ -63,14 +79,15 @@ def speed_map(
     force_map, accuracy = options.force_map_from(source, form, device_spring)
     held, kind = options.limit_from(limit, contact, quasi_static, limit_spring)
     used = options.bound_from(force_map, bound, margin)
-    speeds = fm.speed_map(force_map, *fm.measured_grid(force_map, step), limit=held, bound=used, contact=kind)
+    case: dict[str, Any] = {"limit": held, "contact": kind, "bound": used, "allowance": fm.Allowance(speed=overshoot)}
+    speeds = fm.speed_map(force_map, *fm.measured_grid(force_map, step), **case)
     answer = SpeedMapAnswer.of_speeds(force_map, speeds, accuracy)
     if output and output.endswith(".csv"):
         write_result(output, speed_map_table(speeds, answer, force_map.source), mark="distance_m,height_m,outcome")
     elif output:
         write_result(output, answer.json_text() + "\n", mark='"limit_N"')
     emit(answer, speed_map_lines(answer, output), as_json=as_json)
-    return 0 if speeds.fastest else 1
+    return 0 if speeds.fastest_to_program else 1
 
 
 def speed_map_table(speeds: fm.SpeedMap, answer: SpeedMapAnswer, source: str) -> str:
@@ -85,15 +102,16 @@ _MARGIN = {"kind": "margin", "margin": 0.1}
 
 
 def speed_lines(answer: SpeedAnswer) -> list[str]:
-    """The safe speed at a place, and what it rests on."""
-    head, forces = "no speed", ""
+    """The speed to program at a place, the speed at contact, and what they rest on."""
+    program, contact, forces = answer.speed_to_program_mps, "", ""
+    head = "No speed to program" if program is None else f"Program at most {shown(program)} m/s"
     if answer.speed_mps is not None:
-        head = f"{shown(answer.speed_mps)} m/s"
-        forces = f": {answer.bound_force_N:.1f} N at this speed, predicted {answer.predicted_force_N:.1f} N"
+        contact = f"contact  {shown(answer.speed_mps)} m/s with {answer.speed_overshoot_mps:g} m/s overshoot: "
+        forces = f": {answer.bound_force_N:.1f} N at contact, predicted {answer.predicted_force_N:.1f} N"
     lines = [
         *first_lines(answer),
-        f"{head} at d = {answer.distance_m:.6g} m, h = {answer.height_m:.6g} m: {answer.outcome}",
-        f"  {answer.reason}",
+        f"{head} at d = {answer.distance_m:.6g} m, h = {answer.height_m:.6g} m: {answer.to_program_outcome}",
+        f"  {contact}{answer.to_program_reason}",
         f"  limit    {answer.limit}",
         f"  bound    {bound_words(answer.bound)}{forces}",
     ]
@@ -104,7 +122,7 @@ def speed_lines(answer: SpeedAnswer) -> list[str]:
         lines.append(f"  map      {accuracy_words(answer.accuracy)}")
     if answer.bound != _MARGIN:
         margin = answer.margin_10_speed_mps
-        beside = answer.margin_10_outcome if margin is None else f"{shown(margin)} m/s"
+        beside = answer.margin_10_outcome if margin is None else f"{shown(margin)} m/s at contact"
         lines.append(f"  beside   prediction + 10 %: {beside} (a fixed margin, which promises nothing)")
     if answer.measure_next:
         hint = shown(answer.measure_next.speed_mps)
@@ -113,7 +131,7 @@ def speed_lines(answer: SpeedAnswer) -> list[str]:
 
 
 def speed_map_lines(answer: SpeedMapAnswer, written: str | None) -> list[str]:
-    """Safe speeds on a grid: the fastest, the table, what to measure next, what all rests on."""
+    """Safe speeds on a grid: the fastest, the tables, what to measure next, what all rests on."""
     return [
         *first_lines(answer),
         fastest_line(answer),
@@ -121,6 +139,10 @@ def speed_map_lines(answer: SpeedMapAnswer, written: str | None) -> list[str]:
         f"bound: {bound_words(answer.bound)}",
         "",
         *grid_lines(answer),
+        "",
+        "speed at contact in m/s",
+        *grid({(each.distance_m, each.height_m): _cell(each.outcome, each.speed_mps) for each in answer.places}),
+        "",
         *next_lines(answer),
         *([f"written to {written}"] if written else []),
         *([accuracy_words(answer.accuracy)] if answer.accuracy else []),
@@ -129,29 +151,33 @@ def speed_map_lines(answer: SpeedMapAnswer, written: str | None) -> list[str]:
 
 
 def fastest_line(answer: SpeedMapAnswer) -> str:
-    """The fastest confirmed place."""
-    fast = answer.fastest
-    if fast is None:
-        return f"no place is confirmed: {answer.reason}"
-    place = f"d = {fast.distance_m:.3f} m, h = {fast.height_m:.3f} m"
-    return f"fastest confirmed place shown: {shown(fast.speed_mps)} m/s at {place}"
+    """How fast may be programmed where, at the fastest place and at the slowest that has a speed."""
+    program = [each for each in answer.places if each.speed_to_program_mps is not None]
+    if not program:
+        return f"No speed to program at any place: {answer.to_program_reason}"
+    slow, fast = (pick(program, key=lambda each: each.speed_to_program_mps or 0.0) for pick in (min, max))
+    every = f"{shown(slow.speed_to_program_mps)} m/s at all {counted(len(program), 'place')} with a speed"
+    where = f"{shown(fast.speed_to_program_mps)} m/s at d = {fast.distance_m:.4g} m, h = {fast.height_m:.4g} m"
+    return f"Program at most {every}; up to {where}"
 
 
 def grid_lines(answer: SpeedMapAnswer) -> list[str]:
-    """A speed map as a table, heights downwards."""
-    lines = grid({(place.distance_m, place.height_m): _cell(place) for place in answer.places})
-    return [*lines, "safe speed in m/s; + capped at the highest speed measured there; ? unconfirmed; . outside"]
+    """Speeds to program as a table, heights downwards."""
+    off = f"{answer.speed_overshoot_mps:g} m/s overshoot subtracted"
+    cells = {(p.distance_m, p.height_m): _cell(p.to_program_outcome, p.speed_to_program_mps) for p in answer.places}
+    marks = "+ capped at the highest speed measured there; ? unconfirmed; . outside"
+    return [f"speed to program in m/s, {off}", *grid(cells), marks]
 
 
-def _cell(place: PlaceAnswer) -> str:
-    return _MARKS.get(place.outcome) or f"{shown(place.speed_mps)}{'+' if place.outcome == 'capped' else ''}"
+def _cell(outcome: str, speed: float | None) -> str:
+    return _MARKS.get(outcome) or f"{shown(speed)}{'+' if outcome == 'capped' else ''}"
 
 
 def next_lines(answer: SpeedMapAnswer) -> list[str]:
     """Why places are unconfirmed, and where a measurement would confirm the nearest of them."""
-    unconfirmed = [place for place in answer.places if place.outcome == "unconfirmed"]
-    reasons = [place.reason for place in unconfirmed]
-    lines = [f"unconfirmed: {reason} ({reasons.count(reason)} places)" for reason in dict.fromkeys(reasons)]
+    unconfirmed = [place for place in answer.places if place.to_program_outcome == "unconfirmed"]
+    reasons = [place.to_program_reason for place in unconfirmed]
+    lines = [f"unconfirmed: {reason} ({counted(reasons.count(reason), 'place')})" for reason in dict.fromkeys(reasons)]
     hints = [place for place in unconfirmed if (place.extrapolated_speed_mps or 0.0) > _SLOWEST_HINT]
     for place in sorted(hints, key=lambda each: -(each.extrapolated_speed_mps or 0.0))[:3]:
         lines.append(

@@ -20,16 +20,52 @@ DriveInertiaOption = Annotated[
     ),
 ]
 ToolDirection = Annotated[
-    str, Option("--tool-direction", help="Where the flange points: down, out (away from the base), or x,y,z.")
+    str, Option("--tool-direction", help="Where the tool's axis points: down, up, out (away from the base), or x,y,z.")
 ]
-Tip = Annotated[str | None, Option("--tip", help="Link of a URDF that is the flange.")]
+ToolAxis = Annotated[
+    str,
+    Option(
+        "--tool-axis",
+        help="The tool's axis in the frame of the flange: x, y, z, -x, -y, -z, or its components x,y,z. It decides how "
+        "the arm stands at a place, and with that the effective mass.",
+    ),
+]
+Tip = Annotated[
+    str | None,
+    Option("--tip", help="Link of a URDF whose frame is the flange; its z axis is the tool's, if not --tool-axis."),
+]
 Base = Annotated[str | None, Option("--base", help="Link of a URDF from which places are counted.")]
 
+Posture = Annotated[
+    str | None,
+    Option(
+        "--posture-deg",
+        help="Positions of the joints between commas, in degrees (a sliding one in m): of this posture; with places, "
+        "of the posture at each that is nearest to it.",
+    ),
+]
+ContactOffset = Annotated[
+    str | None, Option("--contact-offset-m", help="Contact point in the frame of the flange, x,y,z.")
+]
+
 _DIRECTIONS = {"down": (0.0, 0.0, -1.0), "up": (0.0, 0.0, 1.0), "out": (1.0, 0.0, 0.0)}
+_AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
 
-def robot_from(name: str, base: str | None, tip: str | None, drive_inertia: str | None, payload: float) -> fm.Robot:
-    """The robot that the options name: one of the paper's, or that of a URDF, with a payload at its flange."""
+def robot_from(
+    name: str,
+    base: str | None = None,
+    tip: str | None = None,
+    drive_inertia: str | None = None,
+    payload: float = 0.0,
+    contact_offset: str | None = None,
+    tool_axis: str = "z",
+    posture: str | None = None,
+) -> fm.Robot:
+    """The robot that the options name: one of the paper's, or FILE[:base=LINK][:tip=LINK]; with tool and payload."""
+    name, *links = re.split(":(?=base=|tip=)", name)
+    stated = dict(link.split("=", 1) for link in links)
+    base, tip = base or stated.get("base"), tip or stated.get("tip")
     if name in fm.ROBOTS and not Path(name).exists():
         if base is not None or tip is not None:
             raise fm.InputError(f"robot: --base and --tip go with a URDF, {name} has its own")
@@ -42,7 +78,17 @@ def robot_from(name: str, base: str | None, tip: str | None, drive_inertia: str 
         robot = robot.with_drive_inertia(fm.identified_drive_inertia(robot.name))
     elif drive_inertia is not None:
         robot = robot.with_drive_inertia(figures("drive inertia", drive_inertia))
-    return robot.with_payload(mass=payload, centre_of_mass=(0.0, 0.0, 0.0)) if payload else robot
+    offset = (0.0, 0.0, 0.0) if contact_offset is None else figures("contact offset", contact_offset)
+    robot = robot.with_tool(mass=payload, contact_offset=offset, axis=axis_from(tool_axis))
+    return robot if posture is None else robot.with_reference(robot.from_degrees(figures("posture", posture)))
+
+
+def axis_from(text: str) -> tuple[float, ...]:
+    """An axis of the flange by name or by its components."""
+    name = text.strip().lstrip("+-")
+    if name in _AXES:
+        return tuple((-1.0 if text.strip().startswith("-") else 1.0) * each for each in _AXES[name])
+    return tuple(figures("tool axis (x, y, z, -x, -y, -z or x,y,z)", text))
 
 
 def direction_from(what: str, text: str) -> tuple[float, ...]:
@@ -78,9 +124,6 @@ RobotOption = Annotated[
         help="For a path of joints: ur10e, kuka-iiwa7, or the file of a URDF, as arm.urdf:base=LINK:tip=LINK.",
     ),
 ]
-ContactOffset = Annotated[
-    str | None, Option("--contact-offset-m", help="Contact point in the frame of the flange, x,y,z.")
-]
 
 
 def path_from(file: str, robot: str | None = None, offset: str | None = None) -> fm.ToolPath:
@@ -89,12 +132,7 @@ def path_from(file: str, robot: str | None = None, offset: str | None = None) ->
         if offset is not None:
             raise fm.InputError("path: --contact-offset-m goes with --robot")
         return fm.read_path(file)
-    name, *links = re.split(":(?=base=|tip=)", robot)
-    stated = dict(link.split("=", 1) for link in links)
-    arm: fm.Robot = robot_from(name, stated.get("base"), stated.get("tip"), None, 0.0)
-    if offset is not None:
-        arm = arm.with_tool(mass=0.0, centre_of_mass=(0, 0, 0), contact_offset=figures("contact offset", offset))
-    return fm.read_path(file, robot=arm)
+    return fm.read_path(file, robot=robot_from(robot, contact_offset=offset))
 
 
 def task_from(

@@ -13,6 +13,7 @@ from forcemap.comparisons.force_models import rank_correlation
 from forcemap.dynamics.effective_mass import EffectiveMass
 from forcemap.dynamics.inverse_kinematics import DOWN
 from forcemap.dynamics.mass_map import robot_effective_mass_at
+from forcemap.dynamics.rigid_body import unit_direction
 from forcemap.dynamics.robot import Robot
 from forcemap.errors import InputError
 from forcemap.findings import Finding, FindingKind, in_words
@@ -83,6 +84,8 @@ class MassComparison:
         Forces of the map or the measurement [N].
     measured_mass : array, shape (n,)
         Effective mass that the forces would take, (F / v)^2 / k [kg].
+    postures : tuple of dict, or None
+        The robot's posture at each place, positions by joint with the unit; None where it does not reach the place.
     explanations : tuple of MassExplanation
         Links alone; with drive inertia, if the robot has it.
     statements : tuple of Finding
@@ -97,6 +100,7 @@ class MassComparison:
     height: FloatArray
     measured_force: FloatArray
     measured_mass: FloatArray
+    postures: tuple[dict[str, float] | None, ...]
     explanations: tuple[MassExplanation, ...]
     statements: tuple[Finding, ...]
 
@@ -137,7 +141,7 @@ def compare_effective_mass(
     """
     if not 1000 <= stiffness < np.inf:
         raise InputError(f"stiffness: found {stiffness:g} N/m, expected at least 1000: it is not in N/mm")
-    at = _forces(forces, speed)
+    at, towards = _forces(forces, speed), unit_direction(tool_direction, 3)
     variants = [("links alone", replace(robot, drive_inertia=None))]
     if robot.drive_inertia is not None:
         variants.append(("with drive inertia", robot))
@@ -151,15 +155,25 @@ def compare_effective_mass(
         height=at.height,
         measured_force=at.force,
         measured_mass=(at.force / at.speed) ** 2 / stiffness,
+        postures=tuple(robot.stated_each(explanations[0].mass.positions)),
         explanations=explanations,
         statements=(
+            *robot.findings,
             *forces.conditions.findings,
             Finding.of(FindingKind.FORCES_COMPARED, on=at.on, speed_mps=at.typical_speed, stiffness_N_per_m=stiffness),
-            Finding.of(FindingKind.POSTURE, robot=robot.name, load_kg=float(robot.load)),
+            _posture(robot, towards),
             *(in_words(each.mass.assumption) for each in explanations),
             Finding.of(FindingKind.MASS_PREDICTS_NOTHING),
         ),
     )
+
+
+def _posture(robot: Robot, towards: FloatArray) -> Finding:
+    """How the robot stands and is hit."""
+    reference = tuple(robot.stated(robot.reference_posture).items())
+    figures = {"tool_axis": robot.tool_axis, "towards": towards, "contact_offset_m": robot.contact_offset}
+    places = {name: tuple(each.tolist()) for name, each in figures.items()}
+    return Finding.of(FindingKind.POSTURE, robot=robot.name, load_kg=float(robot.load), reference=reference, **places)
 
 
 @dataclass(frozen=True, eq=False)

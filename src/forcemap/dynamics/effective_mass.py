@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Any, Self
 
@@ -100,16 +100,23 @@ class EffectiveMass:
         What is known about the value.
     drive_inertia : DriveInertia or None
         The drive inertia in the value; None if the links alone are.
+    positions : array, shape (..., n)
+        Positions of the joints [rad], [m] that it is the effective mass of, NaN where the place is unreachable; empty
+        where a Jacobian and a mass matrix were given.
     """
 
     value: Any
     outcome: Any
     drive_inertia: DriveInertia | None
+    positions: FloatArray = field(default_factory=lambda: np.empty(0))
 
     @classmethod
-    def of(cls, value: FloatArray, outcome: Objects, drives: DriveInertia | None) -> Self:
+    def of(
+        cls, value: FloatArray, outcome: Objects, drives: DriveInertia | None, positions: FloatArray | None = None
+    ) -> Self:
         """From arrays; those without an axis as a float and a name."""
-        return cls(value, outcome, drives) if value.ndim else cls(float(value), outcome.item(), drives)
+        of = np.empty(0) if positions is None else positions
+        return cls(value, outcome, drives, of) if value.ndim else cls(float(value), outcome.item(), drives, of)
 
     @property
     def assumption(self) -> str:

@@ -214,4 +214,4 @@ def _miss(robot: Robot, posture: Posture, goals: FloatArray, tool: FloatArray) -
 
 
 def _tool_axis(robot: Robot, posture: Posture) -> FloatArray:
-    return np.asarray(robot.flange.rotation[:, 2] @ posture.rotations[-1])
+    return np.asarray((robot.flange.rotation @ robot.tool_axis) @ posture.rotations[-1])

@@ -12,7 +12,13 @@ from numpy.typing import ArrayLike
 from forcemap.arrays import FloatArray
 from forcemap.dynamics.effective_mass import Drives, EffectiveMass, MassOutcome, effective_mass, mass_along
 from forcemap.dynamics.inverse_kinematics import DOWN, Reach, ReachOutcome, inverse_kinematics, places_in_plane
-from forcemap.dynamics.kinematics import contact_jacobian, joint_positions, posture_mass_matrix, posture_of
+from forcemap.dynamics.kinematics import (
+    contact_jacobian,
+    forward_kinematics,
+    joint_positions,
+    posture_mass_matrix,
+    posture_of,
+)
 from forcemap.dynamics.planar_arm import PlanarArm, planar_inverse_kinematics, planar_jacobian, planar_mass_matrix
 from forcemap.dynamics.rigid_body import unit_direction
 from forcemap.dynamics.robot import Robot
@@ -100,7 +106,7 @@ def robot_effective_mass(robot: Robot, positions: ArrayLike, direction: ArrayLik
         j, m = (np.moveaxis(f(robot, posture), -1, 0) for f in (contact_jacobian, posture_mass_matrix))
         mass = mass_along(j, m, u, robot.drive_inertia)
         value[block], outcome[block] = mass.value, mass.outcome
-    return EffectiveMass.of(value.reshape(q.shape[:-1]), outcome.reshape(q.shape[:-1]), robot.drive_inertia)
+    return EffectiveMass.of(value.reshape(q.shape[:-1]), outcome.reshape(q.shape[:-1]), robot.drive_inertia, q)
 
 
 def robot_effective_mass_at(
@@ -177,7 +183,7 @@ def _where_reached(reach: Reach, stand_in: FloatArray, mass_of: Callable[[FloatA
     mass = mass_of(np.where(reached[..., None], reach.positions, stand_in))
     outcome = np.array(mass.outcome, dtype=object)
     outcome[~reached] = MassOutcome.UNREACHABLE
-    return EffectiveMass.of(np.where(reached, mass.value, np.nan), outcome, mass.drive_inertia)
+    return EffectiveMass.of(np.where(reached, mass.value, np.nan), outcome, mass.drive_inertia, reach.positions)
 
 
 def planar_mass_map(
@@ -242,6 +248,28 @@ def robot_mass_map(
         robot, d[:, None], h, direction=direction, tool_direction=tool_direction, reference=reference
     )
     return MassMap(d, h, mass)
+
+
+def robot_mass_in_posture(robot: Robot, positions: ArrayLike, *, direction: ArrayLike = DOWN) -> MassMap:
+    """Effective mass of a robot in one posture, as a map of the one place that its contact point is at.
+
+    Parameters
+    ----------
+    robot : Robot
+        The robot.
+    positions : array, shape (n,)
+        Positions of the joints [rad], [m].
+    direction : array, shape (3,)
+        Direction of the impact in the frame of the base; down if not given.
+
+    Raises
+    ------
+    InputError
+        Not one finite number for every joint, or a direction that is none.
+    """
+    q = joint_positions(robot, positions)
+    x, y, z = forward_kinematics(robot, q).position
+    return MassMap(np.array([np.hypot(x, y)]), np.array([z]), robot_effective_mass(robot, q[None, None], direction))
 
 
 def _trend(steps: FloatArray) -> Trend:

@@ -13,6 +13,8 @@ from numpy.typing import ArrayLike
 from forcemap.arrays import FloatArray
 from forcemap.errors import InputError
 
+_ROUNDING = 1e-3  # radius of gyration [m] below which an inertia is rounding
+
 
 @dataclass(frozen=True, eq=False)
 class Frame:
@@ -65,8 +67,8 @@ class Body:
         Raises
         ------
         InputError
-            A mass below zero, an inertia that is not symmetric or has a principal value below zero, numbers that are
-            not finite, or an inertia without a mass.
+            A mass below zero, an inertia that is not symmetric or has a principal value below zero (by more than that
+            of its mass 1 mm from the centre), numbers that are not finite, or an inertia without a mass.
         """
         centre = np.array(centre_of_mass, dtype=np.float64)
         i = np.array(inertia, dtype=np.float64)
@@ -77,7 +79,7 @@ class Body:
         if i.shape != (3, 3) or not np.isfinite(i).all() or not np.allclose(i, i.T, rtol=1e-9, atol=1e-12):
             raise InputError("inertia: expected a symmetric matrix of 3 x 3 finite numbers in kg m^2")
         least, *_, largest = np.linalg.eigvalsh(i)
-        if least < -1e-9 * abs(largest):
+        if least < -max(1e-9 * abs(largest), _ROUNDING**2 * mass):
             raise InputError(f"inertia: found the principal value {least:.3g} kg m^2, expected none below 0")
         if mass == 0 and largest > 0:
             raise InputError("inertia: found one without a mass, expected a mass above 0 kg")
@@ -95,11 +97,11 @@ def moved_body(body: Body, frame: Frame) -> Body:
 
 def united(bodies: Iterable[Body]) -> Body:
     """One body made of several in the same frame (parallel-axis theorem)."""
-    parts = [body for body in bodies if body.mass > 0]
+    parts = [body for body in bodies if body.mass > 0 or body.inertia.any()]
     if not parts:
         return NOTHING
     masses, centres = np.array([body.mass for body in parts]), np.array([body.centre_of_mass for body in parts])
-    centre = masses @ centres / masses.sum()
+    centre = masses @ centres / (masses.sum() or 1.0)
     spread = (centres - centre).T * masses @ (centres - centre)
     inertia = sum((body.inertia for body in parts), np.trace(spread) * np.eye(3) - spread)
     return Body(float(masses.sum()), centre, inertia)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from typing import Self
@@ -11,8 +12,11 @@ from numpy.typing import ArrayLike
 
 from forcemap.arrays import FloatArray
 from forcemap.dynamics.effective_mass import DriveInertia, as_drive_inertia, standard_effective_mass
-from forcemap.dynamics.rigid_body import Body, Frame, moved_body, turn, united
+from forcemap.dynamics.rigid_body import Body, Frame, moved_body, turn, unit_direction, united
 from forcemap.errors import InputError
+from forcemap.findings import Finding
+
+_AT_LIMIT = 1e-6  # a position that was rounded is still at its limit [rad], [m]
 
 
 class JointKind(StrEnum):
@@ -73,7 +77,7 @@ class Robot:
     joints : tuple of Joint
         The moving joints from the base to the contact point; fixed joints are part of origins and bodies.
     flange : Frame
-        Where tools are mounted, in the frame of the last joint; its z axis is the direction of the tool.
+        Where tools are mounted, in the frame of the last joint.
     reference_posture : array, shape (n,)
         Posture whose neighbours inverse kinematics prefers [rad], [m].
     contact_offset : array, shape (3,)
@@ -84,6 +88,10 @@ class Robot:
         Inertia of the drives; None if only the links count.
     held_joints : tuple of str
         Joints beside the chain (fingers of a gripper), held where they are nearest to zero; their bodies are carried.
+    tool_axis : array, shape (3,)
+        Direction of the tool in the frame of the flange, a unit vector: what a tool direction turns.
+    findings : tuple of Finding
+        What of its description does not count as it stands.
     """
 
     name: str
@@ -95,6 +103,8 @@ class Robot:
     load: float = 0.0
     drive_inertia: DriveInertia | None = None
     held_joints: tuple[str, ...] = ()
+    tool_axis: FloatArray = field(default_factory=lambda: np.array([0.0, 0.0, 1.0]))
+    findings: tuple[Finding, ...] = ()
 
     @property
     def lower(self) -> FloatArray:
@@ -107,6 +117,38 @@ class Robot:
         return np.array([joint.upper for joint in self.joints])
 
     @property
+    def _per_radian(self) -> FloatArray:
+        """Degrees in a radian for joints that turn, 1 for those that slide."""
+        return np.array([1.0 if joint.kind is JointKind.PRISMATIC else math.degrees(1.0) for joint in self.joints])
+
+    def stated(self, positions: ArrayLike) -> dict[str, float]:
+        """Positions of the joints, shape (n,) [rad], [m], by name with the unit: `elbow_deg`, `rail_m`."""
+        names = [f"{each.name}_{'m' if each.kind is JointKind.PRISMATIC else 'deg'}" for each in self.joints]
+        return dict(zip(names, (np.asarray(positions) * self._per_radian).tolist(), strict=True))
+
+    def stated_each(self, positions: FloatArray) -> list[dict[str, float] | None]:
+        """The same of many postures, shape (..., n), in a row; None for one that is not known (NaN)."""
+        flat = positions.reshape(-1, len(self.joints))
+        return [None if np.isnan(q).any() else self.stated(q) for q in flat]
+
+    def from_degrees(self, positions: ArrayLike) -> FloatArray:
+        """Positions [rad], [m] of such in degrees, and in m where a joint slides; shape (n,).
+
+        Raises
+        ------
+        InputError
+            Not one number for every joint.
+        """
+        return self._one_each(positions) / self._per_radian
+
+    def _one_each(self, positions: ArrayLike) -> FloatArray:
+        q = np.array(positions, dtype=np.float64)
+        if q.shape != (len(self.joints),):
+            names = ", ".join(joint.name for joint in self.joints)
+            raise InputError(f"posture: found {q.size} positions, expected one for each joint of {self.name}: {names}")
+        return q
+
+    @property
     def moving_mass(self) -> float:
         """Mass M of the moving parts of the robot, without tool and payload [kg]."""
         return float(sum(joint.body.mass for joint in self.joints)) - self.load
@@ -117,29 +159,40 @@ class Robot:
         return standard_effective_mass(self.moving_mass, self.load)
 
     def with_tool(
-        self, *, mass: float, centre_of_mass: ArrayLike, contact_offset: ArrayLike, inertia: ArrayLike | None = None
+        self,
+        *,
+        mass: float = 0.0,
+        centre_of_mass: ArrayLike = (0.0, 0.0, 0.0),
+        contact_offset: ArrayLike = (0.0, 0.0, 0.0),
+        inertia: ArrayLike | None = None,
+        axis: ArrayLike = (0.0, 0.0, 1.0),
     ) -> Self:
         """The robot with a tool on its flange, touching at a point of the tool.
 
         Parameters
         ----------
         mass : float
-            Mass of the tool [kg]; 0 moves the contact point alone.
+            Mass of the tool [kg]; 0 if contact point and axis alone change.
         centre_of_mass, contact_offset : array, shape (3,)
             Centre of mass and contact point in the frame of the flange [m].
         inertia : array, shape (3, 3), optional
             Inertia about the centre of mass, in axes of the flange [kg m^2]; without it the tool is a point mass.
+        axis : array, shape (3,)
+            Direction of the tool in the frame of the flange, of any length but zero; its z axis if not given.
 
         Raises
         ------
         InputError
-            A mass below zero, an impossible inertia, or numbers that are not finite.
+            A mass below zero, an impossible inertia, an axis of length zero, or numbers that are not finite.
         """
         loaded = self.with_payload(mass=mass, centre_of_mass=centre_of_mass, inertia=inertia)
         offset = np.array(contact_offset, dtype=np.float64)
         if offset.shape != (3,) or not np.isfinite(offset).all():
             raise InputError(f"contact offset: found {contact_offset!r}, expected three finite numbers in m")
-        return replace(loaded, contact_offset=offset)
+        direction = unit_direction(axis, 3)
+        if direction.ndim != 1:
+            raise InputError(f"tool axis: found the shape {direction.shape}, expected three numbers")
+        return replace(loaded, contact_offset=offset, tool_axis=direction)
 
     def with_payload(self, *, mass: float, centre_of_mass: ArrayLike, inertia: ArrayLike | None = None) -> Self:
         """The robot with a workpiece in its tool; the contact point stays.
@@ -161,6 +214,27 @@ class Robot:
         added = Body.of(mass, centre_of_mass, np.zeros((3, 3)) if inertia is None else inertia)
         *others, last = self.joints
         return replace(self, joints=(*others, last.with_body(added, self.flange)), load=self.load + added.mass)
+
+    def with_reference(self, positions: ArrayLike) -> Self:
+        """The robot with another posture whose neighbours inverse kinematics prefers.
+
+        Parameters
+        ----------
+        positions : array, shape (n,)
+            Positions of the joints [rad], [m].
+
+        Raises
+        ------
+        InputError
+            Not one number within the limits for every joint.
+        """
+        q = self._one_each(positions)
+        if (beyond := ~((q >= self.lower - _AT_LIMIT) & (q <= self.upper + _AT_LIMIT))).any():
+            (name, found), lower, upper = (
+                list(self.stated(each).items())[beyond.argmax()] for each in (q, self.lower, self.upper)
+            )
+            raise InputError(f"posture: found {name} = {found:g}, expected {lower[1]:g} to {upper[1]:g}")
+        return replace(self, reference_posture=q)
 
     def with_drive_inertia(self, drive_inertia: ArrayLike | DriveInertia) -> Self:
         """The robot with the inertia of its drives.

@@ -11,10 +11,13 @@ import numpy as np
 
 from forcemap.dynamics.rigid_body import NOTHING, Body, Frame, moved_body, united
 from forcemap.dynamics.robot import Joint, JointKind, Robot
+from forcemap.dynamics.urdf_units import joint_limits, origin_length, refuse_body, refuse_masses, refuse_turns
 from forcemap.dynamics.xml_tree import Element, read_xml
 from forcemap.errors import InputError, UnknownName
+from forcemap.findings import Finding, FindingKind
 
 _MOST_LINKS = 500
+_FIXED = "fixed"
 
 
 def read_urdf(path: str | Path, *, base: str | None = None, tip: str | None = None) -> Robot:
@@ -22,7 +25,9 @@ def read_urdf(path: str | Path, *, base: str | None = None, tip: str | None = No
 
     Meshes, materials and controllers are not read. A link without <inertial> has no mass, as the format says. Joints
     that do not lie between base and tip, such as the fingers of a gripper, are held where they are nearest to zero;
-    what they carry is carried along, and `Robot.held_joints` names them.
+    what they carry is carried along, and `Robot.held_joints` names them. Only the chain from base to tip has to be
+    sound: what hangs on it and cannot be used counts as far as it can, `Robot.findings` says how, and what does not
+    move is not looked at.
 
     Parameters
     ----------
@@ -31,12 +36,14 @@ def read_urdf(path: str | Path, *, base: str | None = None, tip: str | None = No
     base : str, optional
         Link whose frame distances and heights refer to; if not given, the root.
     tip : str, optional
-        Link whose frame is the flange, its z axis the direction of the tool; if not given, the only end of the tree.
+        Link whose frame is the flange, its z axis the direction of the tool unless `Robot.with_tool` names another
+        axis; if not given, the only end of the tree.
 
     Raises
     ------
     InputError
-        The file cannot be read, or does not describe a tree of links with possible inertias and limits.
+        The file cannot be read, or does not describe a tree of links; the chain has an impossible inertia or limit, or
+        figures in another unit than m, kg, kg m^2 and rad.
     UnknownName
         No link is named as base or tip says.
     """
@@ -45,29 +52,32 @@ def read_urdf(path: str | Path, *, base: str | None = None, tip: str | None = No
         raise root.refused(f"found <{root.tag}>, expected <robot>: a URDF")
     if any(child.tag.startswith("xacro:") for child in root.children):
         raise root.refused("this is a xacro file, expected a URDF; run xacro on it first")
-    links = {name: _link_body(link) for name, link in _named(root.all("link")).items()}
+    links = _named(root.all("link"))
     tree = _LinkTree(file, links, [_link_joint(*each, links) for each in _named(root.all("joint")).items()])
-    chain = tree.chain(base, tip)
-    frame, joints, held = Frame.of(), list[Joint](), list[str]()
+    chain, beside = tree.chain(base, tip), _Beside()
+    first = next(place for place, joint in enumerate(chain) if joint.kind != _FIXED)
+    length = sum(origin_length(joint.element, joint.name, _origin(joint.element)) for joint in chain[first + 1 :])
+    frame, joints, bodies = Frame.of(), list[Joint](), list[Body]()
     for each in chain:  # fixed joints become part of the origins and bodies of those that move
-        frame = frame.then(each.origin)
-        if each.moving is not None:
-            joints.append(replace(each.moving, origin=frame))
+        frame = frame.then(_origin(each.element))
+        if each.kind != _FIXED:
+            joints.append(_moving(each, frame))
             frame = Frame.of()
         if joints:  # what stands before the first of them does not move
-            body, beside = tree.carried(each.child, chain)
-            joints[-1] = joints[-1].with_body(body, frame)
-            held += beside
+            bodies.append(beside.with_mass(links[each.child], _link_body(links[each.child])))
+            joints[-1] = joints[-1].with_body(bodies[-1], frame)
+            joints[-1] = joints[-1].with_body(tree.carried(each.child, chain, beside), frame)
     if not any(joint.body.mass > 0 for joint in joints):
         raise InputError("no link that moves has a mass, expected <inertial> elements", file=file)
-    middle = [0.0 if math.isinf(joint.lower) else (joint.lower + joint.upper) / 2 for joint in joints]
+    refuse_masses(bodies, length, file)
     return Robot(
         name=root.attributes.get("name") or file,
         source=f"{file}, from {chain[0].parent!r} to {chain[-1].child!r}",
         joints=tuple(joints),
         flange=frame,
-        reference_posture=np.array(middle),
-        held_joints=tuple(held),
+        reference_posture=np.array([_middle(joint) for joint in joints]),
+        held_joints=tuple(beside.held),
+        findings=tuple(beside.findings),
     )
 
 
@@ -80,62 +90,131 @@ def _named(elements: Iterable[Element]) -> dict[str, Element]:
     return named
 
 
-def _link_body(link: Element) -> Body:
-    """Body of a link, in the frame of the link."""
+def _link_body(link: Element, *, point: bool = False) -> Body:
+    """Body of a link, in the frame of the link; of a point mass if only that is asked for."""
     inertial = link.first("inertial")
     if inertial is None:
         return NOTHING
-    (mass,), inertia = inertial.inside("mass").numbers("value"), inertial.inside("inertia")
-    matrix = [[inertia.numbers(f"i{min(a, b)}{max(a, b)}")[0] for b in "xyz"] for a in "xyz"]
-    try:
-        return moved_body(Body.of(mass, np.zeros(3), matrix), _origin(inertial))
+    what, matrix = f"link {link.attributes['name']!r}", np.zeros((3, 3))
+    (mass,) = inertial.inside("mass").numbers("value")
+    if not point:
+        inertia = inertial.inside("inertia")
+        matrix = np.array([[inertia.numbers(f"i{min(a, b)}{max(a, b)}")[0] for b in "xyz"] for a in "xyz"])
+    try:  # an inertia without a mass cannot be, but stands in many files: it counts as stated, and is said
+        body = replace(Body.of(mass or 1.0, np.zeros(3), matrix), mass=mass)
     except InputError as error:
-        raise inertial.refused(f"link {link.attributes['name']!r}: {error.message}") from None
+        raise inertial.refused(f"{what}: {error.message}") from None
+    body = moved_body(body, _origin(inertial))
+    refuse_body(inertial, what, body)
+    return body
 
 
 def _link_joint(name: str, joint: Element, links: Iterable[str]) -> _LinkJoint:
-    kind, origin = joint.text("type"), _origin(joint)
-    if kind not in (kinds := ("fixed", *JointKind)):
-        raise joint.refused(f"joint {name!r}: found the type {kind!r}, expected one of {', '.join(kinds)}")
     ends = {end: joint.inside(end).text("link") for end in ("parent", "child")}
     for end, link in ends.items():
         if link not in links:
             raise joint.inside(end).refused(f"joint {name!r}: there is no link named {link!r}, its {end}")
-    moving = None if kind == "fixed" else _moving(name, joint, JointKind(kind), origin)
-    return _LinkJoint(joint, name, **ends, origin=origin, moving=moving)
+    return _LinkJoint(joint, name, **ends)
 
 
-def _moving(name: str, joint: Element, kind: JointKind, origin: Frame) -> Joint:
-    element = joint.first("axis")
+def _moving(joint: _LinkJoint, origin: Frame) -> Joint:
+    """A joint that moves, its frame in that of the one before; nothing hangs on it yet."""
+    if joint.kind not in (kinds := (_FIXED, *JointKind)):
+        found = f"joint {joint.name!r}: found the type {joint.kind!r}, expected one of {', '.join(kinds)}"
+        raise joint.element.refused(f"{found}; if it moves the whole robot, name the link after it as the base")
+    what, kind, element = f"joint {joint.name!r}", JointKind(joint.kind), joint.element.first("axis")
     axis = np.array([1.0, 0.0, 0.0] if element is None else element.numbers("xyz", 3))
     length = np.linalg.norm(axis)
     if not 1e-9 < length < math.inf:
-        raise joint.refused(f"joint {name!r}: found an axis of length {length:g}, expected 1")
+        raise joint.element.refused(f"{what}: found an axis of length {length:g}, expected 1")
     lower, upper = -math.inf, math.inf
     if kind is not JointKind.CONTINUOUS:
-        limit = joint.inside("limit")
-        lower, upper = (limit.numbers(key)[0] if key in limit.attributes else 0.0 for key in ("lower", "upper"))
-        if lower >= upper:
-            raise limit.refused(f"joint {name!r}: found limits from {lower:g} to {upper:g}, expected lower < upper")
-    return Joint(name, kind, origin, axis / length, lower, upper, NOTHING)
+        limit = joint.element.inside("limit")
+        stated = {key: limit.numbers(key, largest=math.inf)[0] for key in ("lower", "upper") if key in limit.attributes}
+        ends = stated.get("lower", 0.0), stated.get("upper", 0.0)
+        lower, upper = joint_limits(limit, what, *ends, slides=kind is JointKind.PRISMATIC)
+    return Joint(joint.name, kind, origin, axis / length, lower, upper, NOTHING)
+
+
+def _middle(joint: Joint) -> float:
+    """The middle of a joint's range; as near to zero as can be where it has no limit."""
+    bounded = math.isfinite(joint.lower) and math.isfinite(joint.upper)
+    return (joint.lower + joint.upper) / 2 if bounded else min(max(0.0, joint.lower), joint.upper)
 
 
 def _origin(element: Element) -> Frame:
     if (origin := element.first("origin")) is None:
         return Frame.of()
-    return Frame.of(**{key: origin.numbers(key, 3) for key in ("xyz", "rpy") if key in origin.attributes})
+    stated = {key: origin.numbers(key, 3) for key in ("xyz", "rpy") if key in origin.attributes}
+    refuse_turns(origin, stated.get("rpy", [0.0]))
+    return Frame.of(**stated)
 
 
 @dataclass(frozen=True, eq=False)
 class _LinkJoint:
-    """A joint of the file, between two links; `moving` is None where it is fixed."""
+    """A joint of the file, between two links; what else it says is read where it counts."""
 
     element: Element
     name: str
     parent: str
     child: str
-    origin: Frame
-    moving: Joint | None
+
+    @property
+    def kind(self) -> str:
+        return self.element.text("type")
+
+
+@dataclass(frozen=True, eq=False)
+class _Beside:
+    """What hangs on the chain beside it, as far as it can be used: `held` joints, and findings on what cannot."""
+
+    held: list[str] = field(default_factory=list)
+    findings: list[Finding] = field(default_factory=list)
+
+    def frame(self, joint: _LinkJoint) -> Frame:
+        """Where a joint beside the chain stands, held as near to zero as its limits allow.
+
+        Raises
+        ------
+        InputError
+            Where its frame is not known, so that nothing on it can be placed.
+        """
+        origin = _origin(joint.element)
+        origin_length(joint.element, joint.name, origin)
+        if joint.kind == _FIXED:
+            return origin
+        self.held.append(joint.name)
+        try:
+            return _moving(joint, origin).held()
+        except InputError as error:
+            self._say(FindingKind.JOINT_AT_ZERO, joint.element, error)
+            return origin
+
+    def body(self, link: Element) -> Body:
+        """Body of a link beside the chain: a point mass if its inertia cannot be used, nothing if its mass cannot."""
+        try:
+            return self.with_mass(link, _link_body(link))
+        except InputError as error:
+            try:
+                body, kind = _link_body(link, point=True), FindingKind.LINK_AS_POINT_MASS
+            except InputError:
+                body, kind = NOTHING, FindingKind.LINK_LEFT_OUT
+            self._say(kind, link, error)
+            return body
+
+    def with_mass(self, link: Element, body: Body) -> Body:
+        """The body; that it has an inertia and no mass is said."""
+        if body.mass == 0 and body.inertia.any():
+            figures = {"link": link.attributes["name"], "inertia_kg_m2": float(np.linalg.eigvalsh(body.inertia)[-1])}
+            self.findings.append(Finding.of(FindingKind.INERTIA_WITHOUT_MASS, **figures))
+        return body
+
+    def left_out(self, joint: _LinkJoint, error: InputError) -> None:
+        """Nothing that hangs on a joint can be placed."""
+        self._say(FindingKind.JOINT_LEFT_OUT, joint.element, error)
+
+    def _say(self, kind: FindingKind, element: Element, why: InputError) -> None:
+        self.findings.append(Finding.of(kind, name=element.attributes["name"], why=why.message, row=why.row))
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,8 +225,8 @@ class _LinkTree:
     ----------
     file : str
         Name of the file, for messages.
-    links : dict of str to Body
-        Bodies by the name of the link.
+    links : dict of str to Element
+        Links by their names.
     joints : list of _LinkJoint
         The joints.
     carrying : dict of str to _LinkJoint
@@ -160,7 +239,7 @@ class _LinkTree:
     """
 
     file: str
-    links: dict[str, Body]
+    links: dict[str, Element]
     joints: list[_LinkJoint]
     carrying: dict[str, _LinkJoint] = field(init=False, default_factory=dict)
 
@@ -196,7 +275,9 @@ class _LinkTree:
         ends = [name for name in self.links if name not in parents]
         if tip is None and len(ends) > 1:
             listed = _listed(ends)
-            raise self._refused(f"the robot ends in the links {listed}; name the one that is the flange as the tip")
+            raise self._refused(
+                f"the robot ends in the links {listed}; name the one that is the flange as the tip (--tip)"
+            )
         first = next(name for name in self.links if name not in self.carrying) if base is None else base
         last = link = ends[0] if tip is None else tip
         for name in (first, last):
@@ -208,22 +289,26 @@ class _LinkTree:
                 raise self._refused(f"the link {last!r} does not hang on {first!r}; name another base or tip")
             chain.insert(0, self.carrying[link])
             link = chain[0].parent
-        if all(joint.moving is None for joint in chain):
+        if all(joint.kind == _FIXED for joint in chain):
             raise self._refused(f"no joint moves between {first!r} and {last!r}, expected at least one")
         for joint in chain:
             if joint.element.first("mimic"):
                 raise joint.element.refused(f"joint {joint.name!r} mimics another, expected free joints up to the tip")
         return chain
 
-    def carried(self, link: str, chain: list[_LinkJoint]) -> tuple[Body, list[str]]:
-        """Body of a link with all that hangs on it beside the chain, and the names of the joints held for it."""
-        bodies, held = [self.links[link]], []
+    def carried(self, link: str, chain: list[_LinkJoint], beside: _Beside) -> Body:
+        """Body of all that hangs on a link beside the chain, in the frame of the link."""
+        bodies = []
         for joint in self.joints:
             if joint.parent == link and joint not in chain:
-                body, inner = self.carried(joint.child, chain)
-                bodies.append(moved_body(body, joint.moving.held() if joint.moving else joint.origin))
-                held += [joint.name] * (joint.moving is not None) + inner
-        return united(bodies), held
+                try:
+                    frame = beside.frame(joint)
+                except InputError as error:
+                    beside.left_out(joint, error)
+                    continue
+                bodies += [moved_body(beside.body(self.links[joint.child]), frame)]
+                bodies += [moved_body(self.carried(joint.child, chain, beside), frame)]
+        return united(bodies)
 
     def _refused(self, message: str) -> InputError:
         return InputError(message, file=self.file)

@@ -49,14 +49,14 @@ class Element:
             return value
         raise self.refused(f'<{self.tag}> has no {key}, expected {key}="..."')
 
-    def numbers(self, key: str, count: int = 1) -> list[float]:
-        """An attribute that is one finite number, or three."""
+    def numbers(self, key: str, count: int = 1, *, largest: float = _LARGEST) -> list[float]:
+        """An attribute that is one number of at most that size, or three."""
         text = self.text(key)
         try:
             numbers = [float(part) for part in text.split()]
         except ValueError:
             numbers = []
-        if len(numbers) != count or "_" in text or not all(abs(number) <= _LARGEST for number in numbers):
+        if len(numbers) != count or "_" in text or not all(abs(number) <= largest for number in numbers):
             words = "a finite number" if count == 1 else "three finite numbers"
             raise self.refused(f"<{self.tag} {key}>: found {text!r}, expected {words}")
         return numbers

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+import math
 from collections.abc import Iterable
 from typing import Any
 
@@ -16,7 +17,7 @@ NOT_SAFETY_RATED = (
     "functions must hold without it"
 )
 SIMULATED = "SIMULATED: made from simulated impacts, not a measurement of any robot; not for use on one"
-_ELSEWHERE = (FindingKind.LIMIT, FindingKind.BOUND, FindingKind.ALLOWANCE)  # lines of their own in the head
+_ELSEWHERE = (FindingKind.LIMIT, FindingKind.BOUND, FindingKind.OVERSHOOT)  # lines of their own in the head
 WHO_CONFIRMS = (
     "to be confirmed before use: by the person responsible for the risk assessment, with measurements at the speeds "
     "used, and by whoever changes the safety configuration"
@@ -25,6 +26,7 @@ WHO_CONFIRMS = (
 
 def head_lines(provenance: Provenance) -> list[str]:
     """The head as lines of text; what a campaign states cannot add one."""
+    allowance = provenance.allowance
     lines = [
         *([SIMULATED] if provenance.simulated else []),
         *warnings(provenance.bases),
@@ -37,7 +39,7 @@ def head_lines(provenance: Provenance) -> list[str]:
         f"date: {provenance.date}",
         *(f"limit: {limit}" for limit in _limits(provenance)),
         f"bound: {provenance.bound}",
-        f"allowance: {sentence(provenance.allowance.finding)}",
+        f"allowance: {'; '.join(map(sentence, (allowance.of_speed, allowance.of_position)))}",
         *(f"assumes: {line}" for line in assumptions(provenance.bases, provenance.notes, but=_ELSEWHERE)),
     ]
     return [one_line(line) for line in lines]
@@ -86,6 +88,8 @@ def head_result(provenance: Provenance) -> dict[str, Any]:
         "limits": [one_line(line) for line in _limits(provenance)],
         "limits_N": list(provenance.limits_N),
         "bound": str(provenance.bound),
+        "speed_kind": provenance.bases[0].conditions.speed_kind or None,
+        "speed_error": None if math.isnan(error := provenance.bases[0].speed_error) else error,
         "speed_overshoot_mps": provenance.allowance.speed,
         "position_tolerance_m": provenance.allowance.position,
         "warnings": [one_line(line) for line in warnings(provenance.bases)],

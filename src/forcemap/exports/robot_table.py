@@ -22,10 +22,11 @@ from forcemap.maps.direction import WIDEST_ANGLE, direction_vector
 from forcemap.maps.force_map import ForceMap
 from forcemap.maps.map_file import map_sha256
 from forcemap.paths.path_speeds import PathSpeeds
+from forcemap.speeds.allowance import Allowance
 from forcemap.speeds.basis import Basis, basis_of
-from forcemap.speeds.safe_speed import SpeedOutcome, floor_speed
+from forcemap.speeds.safe_speed import floor_speed
 from forcemap.speeds.zone_speeds import ZoneSpeeds, zone_speeds
-from forcemap.speeds.zones import Allowance, Zones
+from forcemap.speeds.zones import Zones
 from forcemap.words import sentence
 
 _WHOLE = Decimal("0.001")  # [m]; edges in whole millimetres, which every controller can hold
@@ -97,7 +98,8 @@ class RobotTable:
     outcome, reason : array of SpeedOutcome, array of Finding, shape (n, m)
         What is known of it, and why.
     lowest : array, shape (n, m)
-        The lower bound of the safe speeds, before allowance and flooring [m/s]; NaN where there is none.
+        The speed at contact: the lower bound of the safe speeds, before allowance and flooring [m/s]; NaN where there
+        is none.
     spread : array, shape (n, m)
         How much faster the fastest corner of the zone is [m/s]: the price of its size.
     limit : array, shape (n, m)
@@ -195,7 +197,7 @@ def robot_table(
     for limit, contact in limits:
         require_exportable(basis_of(force_map, limit, bound=bound, contact=contact, angle=angle))
     found = [
-        zone_speeds(force_map, zones, limit=limit, bound=bound, contact=contact, angle=angle)
+        zone_speeds(force_map, zones, limit=limit, bound=bound, contact=contact, angle=angle, allowance=allowance)
         for limit, contact in limits
     ]
     governing = np.argmin([np.where(np.isnan(each.speed), -np.inf, each.speed) for each in found], axis=0)
@@ -205,10 +207,8 @@ def robot_table(
         return np.asarray(columns[governing, np.arange(len(zones))].reshape(shape))
 
     lowest = strictest("speed").astype(np.float64)
-    outcome, reason = strictest("outcome"), strictest("reason")
-    millimetres = np.array([_floored(value - allowance.speed) for value in lowest.ravel()]).reshape(shape)
-    spent = (millimetres == 0) & ~np.isnan(lowest)
-    outcome[spent], reason[spent] = SpeedOutcome.UNCONFIRMED, Finding.of(FindingKind.ALLOWANCE_SPENT)
+    outcome, reason = strictest("to_program_outcome"), strictest("to_program_reason")
+    millimetres = np.array([_floored(value) for value in strictest("speed_to_program").ravel()]).reshape(shape)
     spread, limit_N = strictest("spread").astype(np.float64), strictest("limit").astype(np.float64)
     head = provenance(force_map, found, bound, allowance, date)
     return RobotTable(edges[0], edges[1], millimetres, outcome, reason, lowest, spread, limit_N, head)

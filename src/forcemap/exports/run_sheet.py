@@ -39,11 +39,8 @@ def run_sheet(
         "controller": conditions.controller,
         "firmware": conditions.firmware,
         "base angle": "" if math.isnan(conditions.base_angle) else f"{conditions.base_angle:g} deg",
-        "device": device.model,
         "device calibrated": device.calibrated,
-        "device range": "" if math.isnan(device.range) else f"{device.range:g} N",
         "device error": "" if math.isnan(device.error) else f"{device.error:g} N",
-        "device stiffness": "" if math.isnan(device.stiffness) else f"{device.stiffness:g} N/m",
         "standard": conditions.standard_edition,
         "operator": conditions.operator,
     }

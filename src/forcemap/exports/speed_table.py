@@ -12,6 +12,7 @@ from forcemap.words import assumptions, sentence, warnings
 
 _SPEEDS = {
     "speed_mps": "speed",
+    "speed_to_program_mps": "speed_to_program",
     "extrapolated_speed_mps": "extrapolated_speed",
     "lowest_measured_speed_mps": "lowest_measured_speed",
     "highest_measured_speed_mps": "highest_measured_speed",
@@ -20,7 +21,7 @@ _FORCES = {"predicted_force_N": "predicted_force", "bound_force_N": "bound_force
 
 
 def speed_map_csv(speed_map: SpeedMap, *, basis: dict[str, str]) -> str:
-    """A row for each place, speeds [m/s] floored to 0.001 and empty where there is none.
+    """A row for each place, speeds at contact and to program [m/s] floored to 0.001 and empty where there is none.
 
     Parameters
     ----------
@@ -29,7 +30,8 @@ def speed_map_csv(speed_map: SpeedMap, *, basis: dict[str, str]) -> str:
     basis : dict
         What every speed rests on (limit, bound, map): a column each, repeated in every row.
     """
-    columns = ["distance_m", "height_m", "outcome", *_SPEEDS, *_FORCES, "limit_N", "reason", *basis, "assumptions"]
+    said = ["limit_N", "reason", "to_program_outcome", "to_program_reason"]
+    columns = ["distance_m", "height_m", "outcome", *_SPEEDS, *_FORCES, *said, *basis, "assumptions"]
     rows: list[list[str]] = []
     bases = [speed_map.speeds.basis]
     rests_on = cell("; ".join((*warnings(bases), *assumptions(bases))))
@@ -38,8 +40,8 @@ def speed_map_csv(speed_map: SpeedMap, *, basis: dict[str, str]) -> str:
         speeds = [floor_speed(place[column]).replace("-", "") for column in _SPEEDS]
         forces = ["" if math.isnan(place[column]) else f"{place[column]:.1f}" for column in _FORCES]
         at = [repr(place["distance_m"]), repr(place["height_m"]), place["outcome"]]
-        limit = f"{speed_map.speeds.limit:g}"
-        rows.append([*at, *speeds, *forces, limit, cell(place["reason"]), *stated, rests_on])
+        limit, program = f"{speed_map.speeds.limit:g}", [place["to_program_outcome"], cell(place["to_program_reason"])]
+        rows.append([*at, *speeds, *forces, limit, cell(place["reason"]), *program, *stated, rests_on])
     return csv_text(columns, rows)
 
 
@@ -52,6 +54,8 @@ def _places(speed_map: SpeedMap) -> list[dict[str, Any]]:
             "height_m": height,
             "outcome": speeds.outcome[i, j].value,
             "reason": sentence(speeds.reason[i, j]),
+            "to_program_outcome": speeds.to_program_outcome[i, j].value,
+            "to_program_reason": sentence(speeds.to_program_reason[i, j]),
             **{column: float(getattr(speeds, name)[i, j]) for column, name in (_SPEEDS | _FORCES).items()},
         }
         for i, distance in enumerate(speed_map.distance.tolist())

@@ -28,9 +28,10 @@ _MOST_IN_WORDS = 150  # places of a grid whose speeds are written into it
 
 @canvas.settings()
 def safe_speed_figure(speed_map: SpeedMap, *, width: float = PAGE_WIDTH) -> Figure:
-    """Safe speeds over distance and height: speed as colour, outcomes as hatch patterns and words.
+    """Safe speeds over distance and height: speed at contact as colour, outcomes as hatch patterns and words.
 
-    The limit and the bound behind the speeds stand above it, as `SafeSpeed.basis` has them.
+    At each place of a small grid stands the speed to program, in brackets below it the speed at contact. The limit and
+    the bound behind the speeds stand above it, as `SafeSpeed.basis` has them.
 
     Parameters
     ----------
@@ -44,7 +45,7 @@ def safe_speed_figure(speed_map: SpeedMap, *, width: float = PAGE_WIDTH) -> Figu
     figure = canvas.new_figure("Safe speeds over distance and height", width, 0.115 if wide else 0.12)
     axes = figure.add_subplot()
     known = np.ma.masked_invalid(np.asarray(speeds.speed, dtype=np.float64).T)
-    bar = canvas.colour_cells(axes, x, y, known, "Safe speed [m/s]")
+    bar = canvas.colour_cells(axes, x, y, known, "Safe speed at contact [m/s]")
     if bar is not None:
         bar.ax.yaxis.set_major_formatter(lambda value, _: floor_speed(round(value, 6)))
     legend = []
@@ -65,21 +66,28 @@ def safe_speed_figure(speed_map: SpeedMap, *, width: float = PAGE_WIDTH) -> Figu
 
 
 def _write_speeds(axes: Axes, speed_map: SpeedMap) -> None:
-    """The speed at each place, cut to 0.001 m/s."""
+    """The speed to program and at contact at each place, cut to 0.001 m/s."""
     speed = np.asarray(speed_map.speeds.speed, dtype=np.float64)
+    program = np.asarray(speed_map.speeds.speed_to_program, dtype=np.float64)
     low, high = np.nanmin(speed), np.nanmax(speed)
     for i, j in np.argwhere(np.isfinite(speed)).tolist():
         place = float(speed_map.distance[i]), float(speed_map.height[j])
         colour = "#ffffff" if speed[i, j] < (low + high) / 2 else "#000000"
-        axes.text(*place, floor_speed(speed[i, j]), color=colour, fontsize=6.5, ha="center", va="center")
+        words = f"{floor_speed(program[i, j])}\n({floor_speed(speed[i, j])})"
+        axes.text(*place, words, color=colour, fontsize=5.5, ha="center", va="center")
 
 
 def _words(speed_map: SpeedMap, columns: int) -> str:
-    """The limit and the bound, broken into lines."""
+    """The limit, the bound and what the speeds are, broken into lines."""
     newtons, basis = np.unique(np.asarray(speed_map.speeds.limit)), speed_map.speeds.basis
     figure = f"{newtons[0]:g}" + (f" to {newtons[-1]:g}" if newtons.size > 1 else "") + " N"
     limit = limit_words(basis)
-    lines = [f"limit: {limit if limit.startswith(figure) else f'{figure}, {limit}'}", f"bound: {basis.bound}"]
+    off = f"{basis.allowance.speed:g} m/s overshoot subtracted" if basis.allowance else ""
+    lines = [
+        f"limit: {limit if limit.startswith(figure) else f'{figure}, {limit}'}",
+        f"bound: {basis.bound}",
+        f"in figures: speed to program, {off} (in brackets: at contact)",
+    ]
     return "\n".join(part for line in lines for part in textwrap.wrap(canvas.plain(line, 400), columns))
 
 

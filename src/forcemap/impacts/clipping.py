@@ -29,14 +29,14 @@ _SLIGHT = 0.03  # ... where the curve rings by no more than that
 _CLEAR = 4.0  # ... and at least so many times the depth of the band at the top
 _DEEPEST = 0.45  # ... but no more than this, however noisy: twice as deep there must still be a rise
 _BAND, _DEPTH, _LIFT = 5.0, 3.0, 2.0  # [SD] of the noise: width of the band at the top; below, above the curve
-_QUANTUM = 0.3  # noise of a reading in steps of the readings (1 / sqrt(12))
+QUANTUM = 0.3  # noise of a reading in steps of the readings (1 / sqrt(12))
 _LEFT = (1.0, 0.65, 0.4)  # shares of the noise that may be left at the top: a ceiling takes away what comes before it
 _FEW = 2.0  # standard deviations by which a few samples before contact may understate the noise
 _AVERAGED = 24  # noise may be averaged over this part of the time near the top, without flattening it
 _QUIET = 36.0  # [SD] of the averaged noise in the depth "near"; with less, noise blurs the times
 _HELD = 0.15  # a longer stay at the top is a force that is held: no peak of an impact is as flat for as long [s]
 _KEPT = 1.2  # a rise that is cut takes so much longer for its last part than for the one before; a round one 1.6 times
-_FROZEN = 2.0  # [steps]; with more noise than this a force that is held does not repeat its largest reading
+FROZEN = 2.0  # [steps]; with more noise than this a force that is held does not repeat its largest reading
 _REPEATS = 8  # ... so many times, and for over half of the stay
 _TAKEN_OFF = 1.5  # [SD] of the noise, which may feign as much
 _MOST = 0.99  # of r, where the flanks are steps and h has no end
@@ -138,7 +138,7 @@ def tops(impact: Impact) -> list[Top]:
         away = component[start : end + 1] - np.median(component[max(start - _ZERO, 0) : max(int(onset) - 1, 1)])
         away = away if away.max() >= -away.min() else -away
         if away.max() >= _SHARE * impact.raw_peak_force:
-            top = _top(time, away, noise, _step(component), phase1)
+            top = _top(time, away, noise, smallest_step(component), phase1)
             found.append(replace(top, recorded=abs(float(component[start + int(away.argmax())]))))
     return found
 
@@ -170,7 +170,7 @@ def samples_across(impact: Impact) -> int:
     return 2 * min((abs(at - peak) for at in (left, right) if 0 <= at < force.size), default=1) - 1
 
 
-def _step(readings: FloatArray) -> float:
+def smallest_step(readings: FloatArray) -> float:
     """Smallest step of the readings [N]."""
     steps = np.diff(np.unique(readings))
     steps = steps[steps > 1e-9 * np.abs(readings).max()]
@@ -179,10 +179,10 @@ def _step(readings: FloatArray) -> float:
 
 def _top(time: FloatArray, force: FloatArray, noise: float, step: float, last: int) -> Top:
     """The top of a curve [s], [N] with such noise and steps of its readings [N]; Phase I ends at sample `last`."""
-    curves = [(force, _Band(0.5 * step, step, 0.0, 0.0, exact=noise >= _FROZEN * step))]
+    curves = [(force, _Band(0.5 * step, step, 0.0, 0.0, exact=noise >= FROZEN * step))]
     for share in _LEFT:
-        averaged = _averaged(time, force, max(share * noise, _QUANTUM * step))
-        left = max(share * noise / math.sqrt(averaged), _QUANTUM * step)
+        averaged = _averaged(time, force, max(share * noise, QUANTUM * step))
+        left = max(share * noise / math.sqrt(averaged), QUANTUM * step)
         band = _Band(_BAND * left, _DEPTH * left, _LIFT * left, share * noise)
         curves.append((moving_mean(force, averaged), band))
     wide = [top for curve, band in curves for top in _at_top(time, curve, band, _NEAR, last)]

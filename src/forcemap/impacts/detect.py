@@ -10,13 +10,15 @@ import numpy as np
 from forcemap.arrays import FloatArray
 from forcemap.errors import InputError
 from forcemap.impacts.baseline import ContactForce, contact_force, noise_sd
-from forcemap.impacts.impact import Impact
+from forcemap.impacts.impact import Flag, Impact, Quality
+from forcemap.impacts.interference import jumps
 from forcemap.impacts.measure import Start, found_start, measure
 from forcemap.impacts.smooth import low_pass, moving_mean
 from forcemap.recordings.recording import Recording
 
 _RISE_TIME = 0.05  # an impact raises the force within this time [s]
 _LEAST_RISE = 8.0  # by at least this much [N]
+_SPIKE_TELLS = 0.03  # share of the peak that spikes may change
 _APART = 0.5  # contacts further apart than this are different impacts [s]
 
 
@@ -42,6 +44,12 @@ def find_impacts(recording: Recording, *, channel_frequency_class: float = math.
     InputError
         A channel frequency class that the recording's sampling does not allow.
     """
+    impacts = _flag_spikes(recording, _impacts(recording))
+    filtered = not math.isnan(channel_frequency_class)
+    return [_filtered(impact, channel_frequency_class) for impact in impacts] if filtered else impacts
+
+
+def _impacts(recording: Recording) -> list[Impact]:
     starts: list[Start] = []
     search: int | None = 0
     while search is not None and (found := _first_rise(recording, search)):
@@ -51,9 +59,32 @@ def find_impacts(recording: Recording, *, channel_frequency_class: float = math.
         starts.append(start)
         search = _next_search(start)
     ends = [*(start.before for start in starts), recording.samples - 1][1:]
-    impacts = [measure(recording, *each, number) for number, each in enumerate(zip(starts, ends, strict=True), 1)]
-    filtered = not math.isnan(channel_frequency_class)
-    return [_filtered(impact, channel_frequency_class) for impact in impacts] if filtered else impacts
+    return [measure(recording, *each, number) for number, each in enumerate(zip(starts, ends, strict=True), 1)]
+
+
+def _flag_spikes(recording: Recording, impacts: list[Impact]) -> list[Impact]:
+    """The impacts, flagged if spikes make other peaks of them than the samples beside the spikes do."""
+    kept, beyond = np.ones(recording.samples, dtype=np.bool_), recording.beyond_range
+    spikes = []
+    for spike in (jump for impact in impacts for jump in jumps(impact) if jump.samples):
+        taken = slice(spike.index + 1, spike.index + 1 + spike.samples)
+        if beyond is None or not beyond[taken].any():  # what is beyond the range is told by the device
+            kept[taken] = False
+            spikes.append(spike)
+    if not spikes:
+        return impacts
+    columns = recording.force.reshape(recording.samples, -1).T
+    force = np.column_stack([np.interp(recording.time, recording.time[kept], each[kept]) for each in columns])
+    others = _impacts(dataclasses.replace(recording, force=force.reshape(recording.force.shape)))
+    peaks, without = ([each.map_force for each in found] for found in (impacts, others))
+    if len(peaks) == len(without) and np.allclose(peaks, without, rtol=_SPIKE_TELLS, atol=0.0):
+        return impacts
+    read, left = (", ".join(f"{each:.1f}" for each in forces) or "no impact" for forces in (peaks, without))
+    first, samples = spikes[0], sum(spike.samples for spike in spikes)
+    many = f"{samples} such sample{'s' if samples > 1 else ''} in all: interference"
+    spike_at = f"{first.force:+.1f} N and back at {recording.time[first.index + 1]:.4f} s"
+    flag = Flag(Quality.SPIKE, f"{spike_at}, {many}; {read} N with, {left} N without")
+    return [dataclasses.replace(impact, flags=(flag, *impact.flags)) for impact in impacts]
 
 
 def find_impact(recording: Recording, *, channel_frequency_class: float = math.nan) -> Impact:

@@ -34,6 +34,12 @@ class Quality(StrEnum):
     TOO_SHORT = "too_short"
     BRAKING_TRANSIENT = "braking_transient"
     GAP = "gap"
+    UNIT = "unit"
+    SPIKE = "spike"
+    JUMP = "jump"
+    STEP = "step"
+    STUCK = "stuck"
+    HUM = "hum"
     CALIBRATION_EXPIRED = "calibration_expired"
 
 
@@ -150,6 +156,17 @@ class Impact:
         """The larger of the peak corrected for noise and the largest sample of Phase I [N]: what verdicts use."""
         filtered = -math.inf if math.isnan(self.filtered_peak_force) else self.filtered_peak_force
         return max(self.peak_force, self.raw_peak_force, filtered)
+
+    @property
+    def map_force(self) -> float:
+        """What a map takes as the force of the impact [N]; a lower bound if it is saturated.
+
+        A force after Phase I that exceeds it within the 0.5 s of the transient limit takes its place: a map of the
+        lower one would permit too much.
+        """
+        peak = self.raw_peak_force if self.saturated else self.peak_force
+        later = self.has(Quality.LATER_PEAK) or self.has(Quality.DOUBLE_HIT)
+        return max(peak, self.later_force) if later else peak
 
     @property
     def saturated(self) -> bool:

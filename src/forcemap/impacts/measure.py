@@ -11,6 +11,7 @@ from forcemap.arrays import FloatArray, Mask
 from forcemap.impacts.baseline import ContactForce
 from forcemap.impacts.clipping import tops, unseen_force
 from forcemap.impacts.impact import TRANSIENT_TIME, Impact
+from forcemap.impacts.interference import jumps, swing
 from forcemap.impacts.phases import GAP, PhaseOne, classify_contact, end_level, first_peak, hold_force, onset_time
 from forcemap.impacts.quality import EARLY, flags_of
 from forcemap.impacts.scenario import ContactScenario
@@ -141,8 +142,10 @@ def measure(recording: Recording, start: Start, last: int, number: int) -> Impac
         flags=(),
     )
     found = tops(impact)
-    flags = flags_of(impact, found, before, smooth + contact.drift_allowance(time))
-    return replace(impact, scenario=classify_contact(impact), flags=flags, unseen_force=unseen_force(impact, found))
+    steps, swings = [jump for jump in jumps(impact) if not jump.samples], swing(impact)
+    flags = flags_of(impact, found, before, smooth + contact.drift_allowance(time), steps, swings)
+    unseen = max(unseen_force(impact, found), swings.amplitude)
+    return replace(impact, scenario=classify_contact(impact), flags=flags, unseen_force=unseen)
 
 
 def _longest_gap(after: FloatArray, above: Mask) -> float:

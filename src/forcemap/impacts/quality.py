@@ -11,6 +11,7 @@ import numpy as np
 from forcemap.arrays import FloatArray
 from forcemap.impacts.clipping import Top, samples_across
 from forcemap.impacts.impact import TRANSIENT_TIME, Flag, Impact, Quality
+from forcemap.impacts.interference import Jump, Swing, corner, lopsided, still
 from forcemap.impacts.smooth import mean_interval
 from forcemap.recordings.recording import Recording
 
@@ -22,20 +23,28 @@ LEAST_ACROSS = 7  # samples across the half width of the peak: with straight fla
 MOST_BETWEEN = 0.04  # the top may lie so much higher by what its flanks say
 # So much higher even if its stay is counted a sampling interval shorter: it may be cut off; and it is, a lower bound.
 MOST_HIDDEN, CUT_OFF_BY = 0.013, 0.03  # one false lower bound spoils a campaign, one peak too few does not
+MOST_OBLIQUE = 1.06  # whole force over that in the stated direction
+MOST_SWING = 0.05  # amplitude before contact; the peak may be lifted or lowered by as much
 _FINER = 1.5  # what is missed falls with the square of the sampling rate, and for a noisy top more slowly
 
-UNKNOWN_PEAK = (  # the peak is not known: by its zero, its direction, its samples
+UNKNOWN_PEAK = (  # the peak is not known: by its zero, its direction, its samples, or what is not the contact's
     *(Quality.NO_BASELINE, Quality.OFFSET, Quality.UNQUIET),
     *(Quality.REVERSED, Quality.OBLIQUE),
-    *(Quality.UNRESOLVED, Quality.CUT_OFF, Quality.GAP),
+    *(Quality.UNRESOLVED, Quality.CUT_OFF, Quality.GAP, Quality.UNIT),
+    *(Quality.SPIKE, Quality.JUMP, Quality.STUCK, Quality.HUM),
 )
+DOUBTFUL = (*UNKNOWN_PEAK, Quality.SATURATED, Quality.STEP)  # no impact is within a limit with one of these
 _MOST_DRIFT = 15.0  # [N/s]; more is a force that grows
+_LOPSIDED = 4.0  # times; real and simulated impacts that are followed by a higher force: up to 3
 _MOST_UNQUIET = 0.25  # share of the samples before contact
 _MOST_OFFSET = 50.0  # [N], or a tenth of the device range; more is a load
+_NARROWEST = 4e-4  # Phase I of steel on steel [s]
 _PULL = 0.01  # a device cannot pull for longer [s]
 
 
-def flags_of(impact: Impact, found: list[Top], before: FloatArray, smooth: FloatArray) -> tuple[Flag, ...]:
+def flags_of(
+    impact: Impact, found: list[Top], before: FloatArray, smooth: FloatArray, steps: list[Jump], swing: Swing
+) -> tuple[Flag, ...]:
     """The flags of an impact.
 
     Parameters
@@ -47,11 +56,23 @@ def flags_of(impact: Impact, found: list[Top], before: FloatArray, smooth: Float
         Contact force before onset, since the start or the impact before [N].
     smooth : array (n,)
         Smoothed contact force from the onset on, and the drift to reckon with [N].
+    steps : list of Jump
+        Changes of the force that are not taken back.
+    swing : Swing
+        How the force swings before contact.
     """
     cut = tuple(_saturated(impact, found))
     few = _unresolved(impact, 0.0 if cut else _missed(found))  # where it is cut off, it is a lower bound
-    others = (_baseline(impact), _reversed(impact, before, smooth), _oblique(impact), _course(impact), _gap(impact))
-    return tuple(Flag(*doubt) for doubt in (*cut, *few, *chain(*others), *_calibration(impact.recording)))
+    others = (
+        _baseline(impact),
+        _reversed(impact, before, smooth),
+        _oblique(impact),
+        _course(impact),
+        _gap(impact),
+        _unit(impact),
+    )
+    foreign = (*(() if cut else (*_jumps(impact, steps), *_stuck(impact))), *_hum(impact, swing))
+    return tuple(Flag(*doubt) for doubt in (*cut, *few, *foreign, *chain(*others), *_calibration(impact.recording)))
 
 
 _Doubts = Iterator[tuple[Quality, str]]
@@ -63,7 +84,11 @@ def _saturated(impact: Impact, found: list[Top]) -> _Doubts:
     read = float(np.linalg.norm(recorded.reshape(len(recorded), -1), axis=1).max())
     reading = max(read, impact.verdict_peak_force, float(impact.contact.force[first : last + 1].max()))
     cut_off = [top for top in found if top.least >= CUT_OFF_BY * top.reading]
-    if reading >= 0.999 * device_range:
+    beyond = impact.recording.beyond_range
+    if beyond is not None and (samples := int(beyond[first : last + 1].sum())):
+        what = f"the device said {samples} time{'s' if samples > 1 else ''} that its range was exceeded"
+        yield Quality.SATURATED, f"{what}: at least {reading:.1f} N"
+    elif reading >= 0.999 * device_range:
         what = f"read {read:.1f} N" if read >= 0.999 * device_range else f"{reading:.1f} N of contact force"
         yield Quality.SATURATED, f"{what} of a device range of {device_range:g} N"
     elif cut_off:
@@ -99,6 +124,36 @@ def _unresolved(impact: Impact, between: float) -> _Doubts:
             f"{LEAST_EARLY_SAMPLES}); {missed}it takes {math.ceil(needed / 100) * 100:d} Hz or more, "
             f"this is {rate:.0f} Hz",
         )
+
+
+def _jumps(impact: Impact, steps: list[Jump]) -> _Doubts:
+    if steps:
+        largest = max(steps, key=lambda step: (step.hides_top, abs(step.force)))
+        after = impact.contact.time[largest.index] - impact.onset
+        change = f"the force changes by {largest.force:+.1f} N from one sample to the next {after:.4f} s after onset"
+        name = Quality.JUMP if largest.hides_top else Quality.STEP
+        yield name, f"{change}, far more than before and after: samples may be missing"
+    if impact.later_force > impact.verdict_peak_force and (times := lopsided(impact)) > _LOPSIDED:
+        falls = f"Phase I falls to half in {times:.1f} times as long as it rose from there"
+        yield Quality.STEP, f"{falls}, and {impact.later_force:.1f} N follow: its peak may be missing"
+    if not any(step.hides_top for step in steps) and (turn := corner(impact)):
+        rise, fall = (slope / 1000.0 for slope in turn)
+        turns = f"the force turns from one sample to the next, from {rise:+.3g} to {fall:+.3g} N/ms"
+        yield Quality.JUMP, f"{turns}, where a top is round: samples may be missing"
+
+
+def _stuck(impact: Impact) -> _Doubts:
+    if run := still(impact):
+        at = f"{run.samples} equal readings, {run.duration:.4f} s long, {run.time - impact.onset:.4f} s after onset"
+        name = Quality.STUCK if run.hides_top else Quality.STEP
+        yield name, f"{at}, while the force moves: the logger stood still"
+
+
+def _hum(impact: Impact, swing: Swing) -> _Doubts:
+    peak = np.fmax(impact.peak_force, impact.later_force)
+    if swing.amplitude > MOST_SWING * peak:
+        often = f"about {swing.frequency:.0f} times a second, {swing.amplitude / peak:.0%} of the peak"
+        yield Quality.HUM, f"the force before contact swings by {swing.amplitude:.1f} N {often}"
 
 
 def _baseline(impact: Impact) -> _Doubts:
@@ -138,7 +193,7 @@ def _oblique(impact: Impact) -> _Doubts:
     recording, along = impact.recording, impact.raw_peak_force
     peak, onset = recording.time.searchsorted([impact.peak_time, impact.onset])
     whole = float(np.linalg.norm(recording.force[peak] - recording.force[max(onset - 1, 0)]))
-    if recording.direction is not None and whole > 1.2 * along + impact.floor:
+    if recording.direction is not None and whole > MOST_OBLIQUE * along + impact.floor:
         yield Quality.OBLIQUE, f"{whole:.1f} N act, {along:.1f} N of them in the stated direction"
 
 
@@ -148,9 +203,8 @@ def _course(impact: Impact) -> _Doubts:
         name = Quality.DOUBLE_HIT if impact.bounces else Quality.LATER_PEAK
         yield name, f"{later:.1f} N after a Phase I peak of {peak:.1f} N"
     if impact.recorded_time < TRANSIENT_TIME:
-        after, force = impact.curve()
-        following = force[after.searchsorted(impact.peak_time - impact.onset) + 1 :]
-        if not (following < 0.88 * impact.raw_peak_force - 4.0 * contact.baseline_sd).any():  # clear of noise
+        _, force = impact.curve()
+        if force[-1] >= 0.88 * force.max() - 4.0 * contact.baseline_sd:  # clear of noise
             yield Quality.CUT_OFF, f"the recording ends while {impact.end_force:.1f} N act, before the peak is over"
         yield Quality.TOO_SHORT, f"recorded for {impact.recorded_time:.3f} s after onset, expected 0.7 s"
     excess = impact.raw_peak_force - peak
@@ -174,6 +228,12 @@ def _gap(impact: Impact) -> _Doubts:
         yield Quality.GAP, f"no sample for {at_top:.4f} s at the top of Phase I"
     elif impact.gap:
         yield Quality.GAP, f"no sample for {impact.gap:.4f} s after Phase I"
+
+
+def _unit(impact: Impact) -> _Doubts:
+    if impact.phase1_width < _NARROWEST:
+        wide = f"Phase I is {1000 * impact.phase1_width:.3g} ms wide, narrower than {1000 * _NARROWEST:g} ms"
+        yield Quality.UNIT, f"{wide} no contact of a robot is; is the time in another unit?"
 
 
 def _calibration(recording: Recording) -> _Doubts:

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from forcemap.campaigns.campaign import RECORDINGS_FOLDER
-from forcemap.campaigns.conditions import CAMPAIGN_FILE, Conditions
+from forcemap.campaigns.conditions import CAMPAIGN_FILE, UNFINISHED, Conditions
 from forcemap.campaigns.plan import MeasurementPlan, write_plan
 from forcemap.campaigns.template import campaign_text
 from forcemap.csv_table import csv_text
@@ -80,14 +80,16 @@ def simulate_campaign(
     impacts = simulate_impacts(robot, *states, device_stiffness=stiffness, duration=device.after, step=STEP)
     origin = f"SIMULATED by the virtual impact lab of forcemap ({robot.described}): not a measurement of any robot"
     readings = device.readings(impacts.force, STEP, device.scale(rng), rng)
+    stated = campaign_text(_stated(robot, device, conditions), COLUMNS)
+    write_atomically(target / CAMPAIGN_FILE, f"{UNFINISHED} = true  # until all recordings are written\n{stated}")
     (target / RECORDINGS_FOLDER).mkdir()
-    write_atomically(target / CAMPAIGN_FILE, campaign_text(_stated(robot, device, conditions), COLUMNS))
     write_plan(plan, target, remark=origin)
     times, names = device.times(), tuple(plan.recording.tolist())
     for name, column in zip(names, readings.T, strict=True):
         text = recording_text(times, column, origin)
         (target / RECORDINGS_FOLDER / f"{name}.csv").write_text(text, encoding="utf-8")
     write_atomically(target / TRUTH_FILE, _truth(names, impacts, origin))
+    write_atomically(target / CAMPAIGN_FILE, stated)
     return SimulatedCampaign(target, names, impacts)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 import unicodedata
 from collections.abc import Mapping
@@ -10,12 +11,15 @@ from functools import lru_cache, partial
 from importlib import resources
 from pathlib import Path
 
+import numpy as np
+
 from forcemap.csv_table import Table, read_table
 from forcemap.errors import InputError, TableError, UnknownName
 from forcemap.files import read_bytes, sha256
 
 _PRESSURE, _FORCE, _FACTOR = "quasi_static_pressure_N_per_cm2", "quasi_static_force_N", "transient_factor"
 _AREA_COLUMNS = ("area", "name", "region", _PRESSURE, _FORCE, _FACTOR)
+_SPRING = "spring_constant_N_per_mm"
 _STANDARD = "body_areas.csv"
 _PASCALS = 1e4  # Pa in 1 N/cm^2
 _MAX_FIGURE = 2000.0  # [N], [N/cm^2]: several times the largest of the standard
@@ -45,6 +49,8 @@ class BodyArea:
         Quasi-static pressure limit [Pa].
     transient_factor : float
         Transient over quasi-static limit; 0 means that contact is not permitted.
+    stated_stiffness : float
+        Spring constant that the table states [N/m]; NaN where that of its region holds.
     """
 
     area: str
@@ -53,6 +59,13 @@ class BodyArea:
     quasi_static_force: float
     quasi_static_pressure: float
     transient_factor: float
+    stated_stiffness: float = math.nan
+
+    @property
+    def stiffness(self) -> float:
+        """Spring constant [N/m], which the measuring device must have; NaN if neither table nor standard has one."""
+        region = body_regions().get(self.region)
+        return self.stated_stiffness if region is None else float(np.fmax(self.stated_stiffness, region.stiffness))
 
     @property
     def head(self) -> bool:
@@ -200,6 +213,9 @@ def _limit_table(content: bytes, file: str) -> LimitTable:
     for column in _AREA_COLUMNS:
         if column not in table.columns:
             raise TableError("the column is missing", file=file, row=table.header_row, column=column)
+    for column in table.columns:
+        if column != _SPRING and re.search("spring|stiff|feder|steif", column, re.IGNORECASE):
+            raise TableError(f"found a spring in another column than {_SPRING}", file=file, column=column)
     if not table.rows:
         raise TableError("found no body area, expected at least one", file=file)
     facts = table.remarks
@@ -219,7 +235,8 @@ def _limit_table(content: bytes, file: str) -> LimitTable:
                 "measuring device's spring goes by it",
                 column="region",
             )
-        areas[name] = BodyArea(name, row["name"], region, force, pressure * _PASCALS, factor)
+        spring = _spring(row.get(_SPRING, ""), region, refused)
+        areas[name] = BodyArea(name, row["name"], region, force, pressure * _PASCALS, factor, spring)
     return LimitTable(
         areas,
         edition=facts.get("edition", f"not stated in {file}"),
@@ -255,6 +272,21 @@ def _head_contact(words: str, file: str) -> str:
 def identifier(name: str) -> str:
     """A name as identifiers are written: small letters and underscores."""
     return "_".join(name.lower().replace("-", " ").replace("_", " ").split())
+
+
+def _spring(cell: str, region: str, refused: partial[TableError]) -> float:
+    """The spring constant that a table states [N/m]; NaN for an empty cell.
+
+    None may be softer than the standard's: a device as soft would read the region's forces too low.
+    """
+    if not cell:
+        return math.nan
+    spring, usual = _number(cell, refused, _SPRING), body_regions().get(region)
+    least = 1.0 if usual is None else usual.stiffness / 1000
+    if spring < least:
+        expected = f"expected at least {least:g} N/mm" + (f", the standard's for {region}" if usual else "")
+        raise refused(f"found {spring:g} N/mm, {expected}", column=_SPRING)
+    return 1000 * spring
 
 
 def _number(cell: str, refused: partial[TableError], column: str) -> float:

@@ -16,7 +16,6 @@ from forcemap.limits.body_areas import (
     MAX_TRANSIENT_FACTOR,
     BodyArea,
     LimitTable,
-    body_regions,
     identifier,
     standard_limit_table,
 )
@@ -62,8 +61,8 @@ class ForceLimit:
     edition, source, version, sha256 : str
         Of the table.
     stiffness : float
-        Largest spring constant of the areas' regions [N/m], which a measuring device must have; NaN if the standard
-        does not have one of the regions.
+        Largest spring constant of the areas [N/m], which a measuring device must have; NaN if neither the table nor
+        the standard has that of one of them.
     lacking : tuple of str
         Where the name is a region: areas that the standard has in it and a user's table does not.
     head : bool
@@ -235,8 +234,8 @@ def force_limit(area_or_region: str, *, table: LimitTable | None = None) -> Forc
     False
     """
     table = table or standard_limit_table()
-    areas, known = table.find(area_or_region), body_regions()
-    regions, head = {area.region for area in areas}, any(area.head for area in areas)
+    areas = table.find(area_or_region)
+    head = any(area.head for area in areas)
     return ForceLimit(
         name=area_or_region,
         areas=tuple(area.area for area in areas),
@@ -249,8 +248,7 @@ def force_limit(area_or_region: str, *, table: LimitTable | None = None) -> Forc
         source=table.source,
         version=table.version,
         sha256=table.sha256,
-        # no other area's spring stands for one that the standard does not have
-        stiffness=max(known[each].stiffness for each in regions) if regions <= known.keys() else math.nan,
+        stiffness=float(np.max([area.stiffness for area in areas])),  # NaN: no other area's stands for one not known
         lacking=_lacking(areas, area_or_region),
         head=head,
         head_contact=table.head_contact if head else "",

@@ -4,13 +4,23 @@ from __future__ import annotations
 
 import json
 import math
+import reprlib
+from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from forcemap.campaigns.dataset import Binding, BindingState, Conditions, ContactScenario, PhaseTwo, States
+from forcemap.campaigns.dataset import (
+    Binding,
+    BindingState,
+    Conditions,
+    ContactScenario,
+    PhaseTwo,
+    States,
+    in_stated_units,
+)
 from forcemap.errors import ForcemapError, MapFileError
 from forcemap.files import read_bytes, sha256, write_atomically
 from forcemap.findings import Finding, FindingKind, in_words
@@ -30,6 +40,24 @@ _SAME = 1e-6
 
 _SAME_CENSORED = 1e-5
 """The same for a censored fit, whose maximum is found in steps; ten times that, as a share, for its scatter."""
+
+_LARGEST = 1e9
+_PLACES = {"distance_m": (5e-324, 10.0), "height_m": (-10.0, 10.0), "speed_mps": (5e-324, 10.0)}
+_RANGES = {  # of a number in the file, or of every number in a list
+    **_PLACES,
+    **dict.fromkeys(("peak_force_N", "at_least_N", "highest_N"), (1.0, 1e5)),
+    **dict.fromkeys(("impacts", "censored", "unrecorded", "above_peak", "excluded", "largest_force_N"), (0, _LARGEST)),
+    **{each.value: (0, _LARGEST) for each in ContactScenario},
+    **dict.fromkeys(("state_weights", "repeat_variance_ln", "state_sd_ln", "degrees_of_freedom"), (0.0, _LARGEST)),
+    "device_range_N": (5e-324, _LARGEST),
+}
+"""Between which figures a number of the file lies; any other between -1e9 and 1e9."""
+
+_TEXTS = {"schema", "name", "source", "software", "form", "terms", "state_id", "states_found"}
+_TEXTS |= {"impacts_table", "impacts_table_sha256"}
+
+_TABLES = {"phase_two", "scenarios", "measured_states", "states_left_out", "test_states", "fit"}
+_LISTS = {"terms", "coefficients", "standard_errors", "state_weights"}
 
 # column of the file -> field of States
 _STATE_COLUMNS = {
@@ -69,7 +97,7 @@ def read_map(path: str | Path) -> ForceMap:
     try:
         content = json.loads(read_bytes(path).decode())
     except (ValueError, RecursionError) as error:
-        raise MapFileError(f"not a JSON file: {error}", file=file) from None
+        raise MapFileError(f"not a JSON file: {error}; fit the map again", file=file) from None
     if not isinstance(content, dict) or content.get("schema") != SCHEMA:
         found = content.get("schema") if isinstance(content, dict) else type(content).__name__
         raise MapFileError(f"found {found!r}, expected a map with schema {SCHEMA!r}", file=file, column="schema")
@@ -77,12 +105,14 @@ def read_map(path: str | Path) -> ForceMap:
     try:
         if stated != sha256(_text(content)):
             raise MapFileError("the file was changed after it was written; fit the map again", column="content_sha256")
-        return _from_content(content)
+        _require_sound(content, content.keys() - {"binding", "campaign"})
+        with np.errstate(divide="raise", over="raise", invalid="raise"):
+            return _from_content(content)
     except MapFileError as error:
         raise MapFileError(error.message, file=file, column=error.column) from None
     except KeyError as error:
         raise MapFileError("the entry is missing", file=file, column=str(error.args[0])) from None
-    except (ForcemapError, TypeError, ValueError, AttributeError, IndexError, OverflowError) as error:
+    except (ForcemapError, TypeError, ValueError, AttributeError, IndexError, ArithmeticError) as error:
         raise MapFileError(f"an entry cannot be used: {error}", file=file) from None
 
 
@@ -158,6 +188,26 @@ def _to_content(force_map: ForceMap) -> dict[str, Any]:
     }
 
 
+def _require_sound(content: dict[str, Any], names: Iterable[str]) -> None:
+    """Refuse an entry with a number that cannot be, or with anything but numbers where numbers belong."""
+    for name in names:
+        value = content[name]
+        if isinstance(value, dict) and name in _TABLES:
+            _require_sound(value, value)
+            continue
+        several = name in _LISTS or name in _STATE_COLUMNS
+        if isinstance(value, list) != several:
+            raise MapFileError(f"expected {'a list' if several else 'no list'}", column=name)
+        cells = value if isinstance(value, list) else [value]
+        texts = name in _TEXTS
+        low, high = _RANGES.get(name, (-_LARGEST, _LARGEST))
+        for cell in cells:
+            number = isinstance(cell, int | float) and not isinstance(cell, bool) and low <= cell <= high
+            if not (isinstance(cell, str) if texts else number or cell is None or name == "simulated"):
+                expected = "a text" if texts else f"a number from {low:g} to {high:g}"
+                raise MapFileError(f"found {reprlib.repr(cell)}, expected {expected}", column=name)
+
+
 def _require_consistent(content: dict[str, Any], conditions: Conditions) -> None:
     """Raise MapFileError where the file contradicts itself on whether the impacts are simulated."""
     stated = content["simulated"]
@@ -196,9 +246,6 @@ def _from_content(content: dict[str, Any]) -> ForceMap:
             table=str(statistics["impacts_table"]),
             table_sha256=str(statistics["impacts_table_sha256"]),
         )
-    counts = [*phase_two["scenarios"].values(), *(phase_two[key] for key in ("unrecorded", "above_peak"))]
-    if min(counts) < 0 or _nan(phase_two["largest_force_N"]) < 0:
-        raise MapFileError("found a negative count or force", column="phase_two")
     force_map = ForceMap(
         name=str(content["name"]),
         form=form,
@@ -220,7 +267,9 @@ def _from_content(content: dict[str, Any]) -> ForceMap:
     )
     if fit is None:
         _require_published(force_map)
-    return force_map
+        return force_map
+    binding = in_stated_units(force_map.binding, conditions, fit.states, fit.left_out, fit.test)
+    return replace(force_map, binding=binding)
 
 
 def _require_published(force_map: ForceMap) -> None:

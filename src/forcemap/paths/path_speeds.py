@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import Any
 
 import numpy as np
 
 from forcemap.arrays import FloatArray, Indices, Mask, Objects
 from forcemap.findings import Finding, FindingKind
-from forcemap.limits.body_areas import LimitTable, body_region, standard_limit_table
+from forcemap.limits.body_areas import LimitTable, standard_limit_table
 from forcemap.limits.force_limits import Contact, ForceLimit, force_limit
 from forcemap.limits.pfl import pfl_robot_mass, pfl_speed_limit
 from forcemap.maps.bounds import Bound
@@ -19,9 +20,10 @@ from forcemap.maps.force_map import ForceMap
 from forcemap.paths.task import Task
 from forcemap.paths.time_law import braking_speeds, time_law
 from forcemap.paths.tool_path import ToolPath
+from forcemap.speeds.allowance import Allowance
 from forcemap.speeds.basis import Basis
 from forcemap.speeds.zone_speeds import ZoneSpeeds, zone_speeds
-from forcemap.speeds.zones import Allowance, Segments, Zones
+from forcemap.speeds.zones import Segments, Zones
 
 CORNER_ANGLE = 10.0
 """A path that turns by more than this comes to rest there [deg]."""
@@ -78,6 +80,8 @@ class PathSpeeds:
         The path in short pieces.
     speed : array, shape (n,)
         Highest speed to program [m/s], unrounded, the allowance subtracted; NaN where none is permitted.
+    contact_speed : array, shape (n,)
+        The speed at contact behind it [m/s]; NaN where there is none, or contact is excluded.
     outcome : array of PieceOutcome, shape (n,)
         What is known of it.
     reason : array of Finding, shape (n,)
@@ -105,6 +109,7 @@ class PathSpeeds:
 
     path: ToolPath
     speed: FloatArray
+    contact_speed: FloatArray
     outcome: Objects
     reason: Objects
     governed_by: Objects
@@ -217,7 +222,7 @@ def path_speeds(
     refused = np.array([each.refused for each in outcome])
     driven = speed[~excluded & ~refused]
     lowest = float(driven.min()) if driven.size else math.nan
-    one = math.nan if excluded.all() else float(strictest.standard[~excluded].min()) - allowance.speed
+    one = math.nan if excluded.all() else float(allowance.off(strictest.standard[~excluded].min()))
     one = one if one > 0 else math.nan
     timing = (path, refused, task.acceleration)
     tilted = np.any(away[along & ~excluded] > ON_AXIS)
@@ -227,6 +232,7 @@ def path_speeds(
     return PathSpeeds(
         path=path,
         speed=speed,
+        contact_speed=np.where(excluded | turned, np.nan, strictest.contact),
         outcome=outcome,
         reason=reason,
         governed_by=strictest.governed_by,
@@ -243,7 +249,7 @@ def path_speeds(
             *task.findings,
             Finding.of(FindingKind.MOTION_WITHIN, angle_deg=angle, direction=force_map.conditions.direction),
             *([Finding.of(FindingKind.RAISED_ON_PATH, raised=RAISED_OFF_AXIS - 1)] if tilted else []),
-            allowance.finding,
+            allowance.of_position,
             Finding.of(FindingKind.ACCELERATION, acceleration_mps2=task.acceleration, corner_deg=CORNER_ANGLE),
             *([] if math.isnan(mass) else [masses]),
             _programmed(path, programmed, task.acceleration),
@@ -259,6 +265,7 @@ class _Strictest:
     """The lowest speed of all body areas on each piece, filled area by area; infinite where none was asked."""
 
     speed: FloatArray
+    contact: FloatArray
     limit: FloatArray
     standard: FloatArray
     outcome: Objects
@@ -266,18 +273,16 @@ class _Strictest:
     governed_by: Objects
     bases: list[Basis]
 
-    def take(self, at: Indices, speeds: ZoneSpeeds, overshoot: float, who: str) -> None:
-        """Keep what is stricter than what is known of the pieces `at`, less the overshoot of the speed [m/s]."""
+    def take(self, at: Indices, speeds: ZoneSpeeds, who: str) -> None:
+        """Keep what is stricter than what is known of the pieces `at`: their speeds to program."""
         self.bases.append(speeds.basis)
-        value = np.where(np.isnan(speeds.speed), -np.inf, speeds.speed - overshoot)
-        spent = np.isfinite(value) & (value <= 0)
-        speeds.outcome[spent], speeds.reason[spent] = PieceOutcome.UNCONFIRMED, Finding.of(FindingKind.ALLOWANCE_SPENT)
-        value[spent] = -np.inf
+        value = np.where(np.isnan(speeds.speed_to_program), -np.inf, speeds.speed_to_program)
         stricter = np.flatnonzero(value < self.speed[at])
         here = at[stricter]
         self.speed[here], self.limit[here], self.governed_by[here] = value[stricter], speeds.limit[stricter], who
-        self.outcome[here] = [PieceOutcome(str(outcome)) for outcome in speeds.outcome[stricter]]
-        self.reason[here] = speeds.reason[stricter]
+        self.contact[here] = speeds.speed[stricter]
+        self.outcome[here] = [PieceOutcome(str(outcome)) for outcome in speeds.to_program_outcome[stricter]]
+        self.reason[here] = speeds.to_program_reason[stricter]
 
 
 def _strictest(
@@ -292,21 +297,28 @@ def _strictest(
     """The lowest speed over the body areas of each piece, `away` [deg] from the map's direction; NaN: not along it."""
     n = len(path)
     outcome, reason, governed_by = np.full((3, n), "", dtype=object)
-    found = _Strictest(np.full(n, np.inf), np.full(n, np.nan), np.full(n, np.inf), outcome, reason, governed_by, [])
+    none, unlimited = np.full(n, np.nan), np.full(n, np.inf)
+    found = _Strictest(unlimited, none, none.copy(), unlimited.copy(), outcome, reason, governed_by, [])
     segments, beside = [task.segment(name) for name in path.names], allowance.position + path.deviation
     for area, contact in {(area, each.contact): None for each in task.segments for area in each.areas}:
         assert contact is not None
         limit = force_limit(area, table=table)
         threatened = np.array([each.contact is contact and area in each.areas for each in segments])
-        standard = _standard_speed(force_map, limit, contact, table)
+        standard = _standard_speed(force_map, limit, contact)
         found.standard[threatened] = np.minimum(found.standard[threatened], standard)
         for at in (np.flatnonzero(threatened & (away <= ON_AXIS)), np.flatnonzero(threatened & (away > ON_AXIS))):
             if at.size:
                 some = Segments(path.points[at], path.points[at + 1])
                 zones: Segments | Zones = some.zones.grown(beside) if beside > 0 else some
                 angle = min(float(away[at].max()), WIDEST_ANGLE)
-                speeds = zone_speeds(force_map, zones, limit=limit, bound=bound, contact=contact, angle=angle)
-                found.take(at, speeds, allowance.speed, f"{area}, {contact}")
+                case: dict[str, Any] = {
+                    "limit": limit,
+                    "bound": bound,
+                    "contact": contact,
+                    "angle": angle,
+                    "allowance": allowance,
+                }
+                found.take(at, zone_speeds(force_map, zones, **case), f"{area}, {contact}")
     return found
 
 
@@ -320,14 +332,13 @@ def _programmed(path: ToolPath, programmed: FloatArray, acceleration: float) -> 
     return Finding.of(FindingKind.PROGRAMMED_BY_ROWS, above_mps=above, acceleration_mps2=acceleration)
 
 
-def _standard_speed(force_map: ForceMap, limit: ForceLimit, contact: Contact, table: LimitTable) -> float:
+def _standard_speed(force_map: ForceMap, limit: ForceLimit, contact: Contact) -> float:
     """Speed of the standard's contact model for a constrained body part [m/s]; NaN where a figure is missing."""
     mass = force_map.conditions.moving_mass
-    if math.isnan(mass) or not limit.permitted:
+    if math.isnan(mass) or math.isnan(limit.stiffness) or not limit.permitted:
         return math.nan
-    stiffness = max(body_region(table.areas[area].region).stiffness for area in limit.areas)
     robot_mass = pfl_robot_mass(mass, force_map.conditions.load)
-    speed = pfl_speed_limit(limit.force(contact), robot_mass=robot_mass, body_mass=math.inf, stiffness=stiffness)
+    speed = pfl_speed_limit(limit.force(contact), robot_mass=robot_mass, body_mass=math.inf, stiffness=limit.stiffness)
     return float(speed)
 
 

@@ -17,8 +17,8 @@ from forcemap.maps.force_map import ForceMap
 from forcemap.paths.path_speeds import PathSpeeds, PieceOutcome, path_speeds
 from forcemap.paths.task import Task
 from forcemap.paths.tool_path import ToolPath
+from forcemap.speeds.allowance import Allowance
 from forcemap.speeds.basis import Basis
-from forcemap.speeds.zones import Allowance
 
 _MOST_PLACES = 20_000
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import tomllib
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -11,7 +10,7 @@ from typing import Any
 
 from forcemap.campaigns.dataset import Conditions
 from forcemap.errors import InputError, UnknownName, nearest_names
-from forcemap.files import read_bytes
+from forcemap.files import read_bytes, toml_tables
 from forcemap.findings import Finding, FindingKind
 from forcemap.limits.body_areas import LimitTable
 from forcemap.limits.force_limits import Contact, force_limit
@@ -162,12 +161,9 @@ def read_task(path: str | Path, *, table: LimitTable | None = None) -> Task:
         Not TOML, not of this schema, an unknown entry, or a segment that contradicts itself; file and column say
         where.
     """
+    content = read_bytes(path)
     try:
-        tables = tomllib.loads(read_bytes(path).decode("utf-8-sig"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise InputError(f"not a TOML file in UTF-8: {error}", file=str(path)) from None
-    try:
-        return _task(tables, str(path), table)
+        return _task(toml_tables(content), str(path), table)
     except InputError as error:
         raise InputError(error.message, file=str(path), column=error.column) from None
 

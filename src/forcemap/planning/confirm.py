@@ -11,7 +11,7 @@ from enum import StrEnum
 import numpy as np
 
 from forcemap.arrays import FloatArray, Mask
-from forcemap.campaigns.dataset import ImpactDataset, PhaseTwo
+from forcemap.campaigns.dataset import Conditions, ImpactDataset, PhaseTwo
 from forcemap.campaigns.plan import MeasurementPlan
 from forcemap.campaigns.state import StateTolerance
 from forcemap.errors import NotReleasable
@@ -204,7 +204,7 @@ def _judged(
 ) -> list[ConfirmingImpact]:
     """Every impact of the runs' states, slow to fast, and the runs whose recording gave none that can be used."""
     judged = []
-    columns = (runs.recording, runs.state_id, runs.distance, runs.height, runs.speed)
+    columns = (runs.recording, runs.state_id, *_states_of(runs, plan.force_map.conditions).T)
     measured = (impacts.speed, impacts.peak_force, impacts.recording)
     for name, state, d, h, v in zip(*(column.tolist() for column in columns), strict=True):
         rows = np.flatnonzero(impacts.state == state).tolist()
@@ -304,7 +304,7 @@ def confirm_plan(
     grid = np.unique(places.grid(_PLACES), axis=0)
     released = safe_speed(force_map, grid[:, 0], grid[:, 1], limit=limit, bound=bound, contact=contact)
     newtons = float(released.limit)
-    speed = _cut(released.speed)
+    speed = conditions.at_contact(_released(released.speed, conditions))
     usable = speed >= released.lowest_measured_speed
 
     before = planned or runs_of(np.empty((0, 3)), 1, np.empty(0))
@@ -314,12 +314,13 @@ def confirm_plan(
     blind, kind = force_map, contact or Contact.QUASI_STATIC
     if fit is not None:
         blind = replace(force_map, phase_two=PhaseTwo(), fit=replace(fit, test=fit.test.select(np.arange(0))))
-    now = _cut(safe_speed(blind, before.distance, before.height, limit=limit, bound=bound, contact=kind).speed)
+    there = safe_speed(blind, before.distance, before.height, limit=limit, bound=bound, contact=kind)
+    now = _released(there.speed, conditions)
     current = np.abs(now - before.speed) < 5e-4
     kept, earlier = before.select(current), before.select(~current)
 
     states = np.column_stack([grid, speed])[usable]
-    old = _states_of(kept)
+    old = _states_of(kept, conditions)
     chosen, warnings = _worth_confirming(force_map, bound, states[no_repeats(states, old, tolerance)], tolerance)
     count, new = _IMPACTS if impacts is None else int(impacts), np.empty((0, 3))
     if len(chosen) and count > len(kept):
@@ -329,10 +330,11 @@ def confirm_plan(
         picked = spread(places.apart(every, every), first, count)
         new = slow_to_fast(every[[i for i in picked if i >= len(old)]])
     source, expected = Finding.of(FindingKind.MAP_NAMED, name=force_map.name), np.asarray(force_map.predict(*new.T))
+    new[:, 2] = conditions.as_stated(new[:, 2])
     added = runs_of(new, 1, expected, role="test", prefix=_PREFIX, expected_from=source)
     both = extend_plan(kept, added)
     plan = both.select(np.lexsort((both.height, -both.distance, both.speed)))
-    states = _states_of(plan)
+    states = _states_of(plan, conditions)
     upper = np.asarray(bound.upper(force_map, *states.T))
     refusal: Finding | None = None
     if not usable.any():
@@ -364,7 +366,7 @@ def confirm_plan(
         added=added,
         earlier=earlier,
         bound_force=upper,
-        earlier_released=now[~current],
+        earlier_released=conditions.at_contact(now[~current]),
         limit=newtons,
         refusal=refusal,
         warnings=said,
@@ -377,13 +379,15 @@ def confirm_plan(
     )
 
 
-def _cut(speed: FloatArray) -> FloatArray:
-    """Speeds as they are shown, cut to 0.001 m/s."""
-    return np.array([float(floor_speed(v)) if math.isfinite(v) else math.nan for v in np.atleast_1d(speed)])
+def _released(speed: FloatArray, conditions: Conditions) -> FloatArray:
+    """Released speeds at contact as they are planned and shown: as the campaign states speeds, cut to 0.001 m/s."""
+    stated = np.atleast_1d(conditions.as_stated(speed))
+    return np.array([float(floor_speed(v)) if math.isfinite(v) else math.nan for v in stated])
 
 
-def _states_of(plan: MeasurementPlan) -> FloatArray:
-    return np.column_stack([plan.distance, plan.height, plan.speed])
+def _states_of(plan: MeasurementPlan, conditions: Conditions) -> FloatArray:
+    """Place and speed at contact that counts, shape (n, 3) [m, m, m/s]."""
+    return np.column_stack([plan.distance, plan.height, conditions.at_contact(plan.speed)])
 
 
 def _worth_confirming(

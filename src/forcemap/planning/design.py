@@ -10,6 +10,7 @@ from enum import StrEnum
 import numpy as np
 from numpy.typing import ArrayLike
 
+from forcemap.campaigns.columns import likely_unit
 from forcemap.errors import InputError
 
 _SAME_ANGLE = 1.0  # [deg], as in campaigns.repeatability
@@ -40,7 +41,8 @@ def axis_of(name: str, values: ArrayLike, expected: str, above: float, design: D
     if given.ndim != 1:
         raise InputError(f"{name}: found an array of shape {given.shape}, expected a row of values, {expected}")
     for value in given[~((given > above) & (np.abs(given) <= 10))][:1]:
-        raise InputError(f"{name}: found {value:g}, expected {expected}")
+        unit = likely_unit(value, "m/s" if name == "speeds" else "m")
+        raise InputError(f"{name}: found {value:g}, expected {expected}{unit}")
     if given.size == 2 and DIVISIONS[design]:
         between = np.linspace(given[0], given[1], DIVISIONS[design])[1:-1]
         given = np.array([given[0], *np.round(between, 3), given[1]])

@@ -13,9 +13,9 @@ from forcemap.errors import InputError, nearest_names
 from forcemap.recordings.units import ForceUnit, TimeUnit
 
 ALL_COLUMNS = "all"
-DELIMITERS = {"comma": ",", "semicolon": ";", "tab": "\t"}
+DELIMITERS = {"comma": ",", "semicolon": ";", "tab": "\t", "blank": " "}
 
-_LOWEST_RATE, _HIGHEST_RATE = 1.0, 2e5
+_LOWEST_RATE, _HIGHEST_RATE = 1.0, 1e7
 _Unit = TypeVar("_Unit", TimeUnit, ForceUnit)
 
 
@@ -46,7 +46,8 @@ class ColumnMap:
     sign : int
         -1 if the device writes pressing forces negative, else 1.
     delimiter, decimal : str
-        What separates columns (",", ";" or a tab) and the decimal sign ("." or ","); "" is found from the file.
+        What separates columns (",", ";", a tab, or " " for any blanks) and the decimal sign ("." or ","); "" is found
+        from the file.
     header_lines : int, optional
         Number of lines before the numbers; None is found from the file.
 
@@ -201,24 +202,41 @@ _ACCEPTED: tuple[tuple[str, Callable[[Any], bool], str], ...] = (  # entry, what
     ("sign", lambda v: type(v) is int and v in (1, -1), "1 or -1"),
     ("header_lines", lambda v: v is None or (type(v) is int and v >= 0), "a count"),
     ("direction", lambda v: v is None or (len(v) == 3 and all(map(_is_finite, v)) and any(v)), _VECTOR),
-    ("delimiter", ("", *DELIMITERS.values()).__contains__, '"comma", "semicolon" or "tab"'),
+    ("delimiter", ("", *DELIMITERS.values()).__contains__, '"comma", "semicolon", "tab" or "blank"'),
     ("decimal", ("", ".", ",").__contains__, '"." or ","'),
 )
 
 
-def position(column: str | int, names: Sequence[str]) -> int | None:
-    """Position of a column: its number less 1, or where its name stands (in any case, if that is unique)."""
-    if isinstance(column, int):
-        return column - 1
-    wanted = column.strip()
-    found = [at for at, name in enumerate(names) if name == wanted]
-    found = found or [at for at, name in enumerate(names) if name.casefold() == wanted.casefold()]
-    return found[0] if len(found) == 1 else None
+class Names:
+    """Names of columns, looked up in time that does not grow with their number.
+
+    Parameters
+    ----------
+    names : sequence of str
+        In the order of the columns; a sign of a comment before them does not count.
+    """
+
+    def __init__(self, names: Sequence[str]) -> None:
+        self._exact: dict[str, list[int]] = {}
+        self._folded: dict[str, list[int]] = {}
+        for at, name in enumerate(names):
+            self._exact.setdefault(name, []).append(at)
+            self._folded.setdefault(name.casefold(), []).append(at)
+
+    def position(self, column: str | int) -> int | None:
+        """Position of a column: its number less 1, or where its name stands (in any case, if that is unique)."""
+        if isinstance(column, int):
+            return column - 1
+        found: list[int] = []
+        for wanted in (column.strip(), column.strip(" #%")):
+            found = found or self._exact.get(wanted) or self._folded.get(wanted.casefold(), [])
+        return found[0] if len(found) == 1 else None
 
 
 def missing_column(column: str, names: Sequence[str]) -> str:
     """Why a column is not found among these names."""
-    times = sum(name.casefold() == column.strip().casefold() for name in names)
+    wanted = column.strip(" #%").casefold()
+    times = sum(name.casefold() == wanted for name in names)
     if times > 1:
         return f"found {times} columns of that name, expected one; give its number"
     nameless = "the file has no names of columns; give numbers"

@@ -3,11 +3,17 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import date
 
+import numpy as np
+
 from forcemap.errors import InputError
 from forcemap.files import stated_date
+
+SOFTEST, STIFFEST = 1e3, 1e6
+"""Spring constants of measuring devices [N/m]; those of the standard's body areas are 10,000 to 150,000."""
 
 
 @dataclass(frozen=True)
@@ -24,6 +30,8 @@ class Device:
         Spring constant [N/m].
     model, calibrated, calibration_expires : str
         Name of the model; date of the last calibration, and the last date it holds, as YYYY-MM-DD.
+    pad : str
+        Pad or damping on it, with its hardness.
 
     Raises
     ------
@@ -38,11 +46,15 @@ class Device:
     model: str = ""
     calibrated: str = ""
     calibration_expires: str = ""
+    pad: str = ""
 
     def __post_init__(self) -> None:
         for name, value, unit in (("range", self.range, "N"), ("stiffness", self.stiffness, "N/m")):
             if not (math.isnan(value) or 0 < value < math.inf):
                 raise InputError(f"device {name}: found {value:g} {unit}, expected a positive finite number")
+        if not (math.isnan(self.stiffness) or SOFTEST <= self.stiffness <= STIFFEST):
+            found = f"device stiffness: found {self.stiffness:g} N/m"
+            raise InputError(f"{found}, expected {SOFTEST:g} to {STIFFEST:g} N/m (75 N/mm are 75000 N/m)")
         if not (math.isnan(self.error) or 0 <= self.error < math.inf):
             raise InputError(f"device error: found {self.error:g} N, expected a finite number of at least 0")
         if self.error >= self.range:
@@ -82,10 +94,34 @@ class Device:
         InputError
             Not a date.
         """
-        day = stated_date("date of the measurement", on)
+        return stated_date("date of the measurement", on) > self._expires
+
+    @property
+    def _expires(self) -> date:
+        """The last day on which its calibration holds; the last of all where no date is stated."""
         if self.calibration_expires:
-            return day > stated_date("device calibration_expires", self.calibration_expires)
-        return bool(self.calibrated) and day > _a_year_after(stated_date("device calibrated", self.calibrated))
+            return stated_date("device calibration_expires", self.calibration_expires)
+        made = stated_date("device calibrated", self.calibrated) if self.calibrated else date.max
+        return _a_year_after(made)
+
+    @classmethod
+    def weakest(cls, devices: Sequence[Device]) -> Device:
+        """What several devices are good for together: the softest spring, the lowest range, the largest error.
+
+        What one of them does not state is not stated.
+        """
+        if len({*devices}) == 1:
+            return devices[0]
+        first = min(devices, key=lambda each: each._expires)
+        texts = {name: dict.fromkeys(getattr(each, name) for each in devices) for name in ("model", "pad")}
+        return cls(
+            range=float(np.min([each.range for each in devices])),
+            error=max(each.error_or_default for each in devices),
+            stiffness=float(np.min([each.stiffness for each in devices])),
+            calibrated=first.calibrated,
+            calibration_expires=first.calibration_expires,
+            **{name: "; ".join(each or "not stated" for each in found) for name, found in texts.items() if any(found)},
+        )
 
 
 def _a_year_after(day: date) -> date:

@@ -5,27 +5,42 @@ from __future__ import annotations
 import itertools
 import math
 import re
+from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 from forcemap.errors import RecordingError
-from forcemap.recordings import units
-from forcemap.recordings.column_map import ALL_COLUMNS, DELIMITERS, ColumnMap, listed, missing_column, position
+from forcemap.recordings.cells import BLANK, COMMENT, cells_of, clock_remedy, find_delimiter, is_number, may_be_measured
+from forcemap.recordings.column_map import ALL_COLUMNS, ColumnMap, Names, listed, missing_column
 from forcemap.recordings.sampling import refuse_other_unit
+from forcemap.recordings.text import text_of
+from forcemap.recordings.units import ForceUnit, TimeUnit, Unit, in_brackets, plain_unit, remarked_units, stated_unit
 
+LONGEST_LINE = 1 << 19
+_LONGEST_HEADER = 1 << 22  # bytes
+_MOST_HEADER_LINES = 10_000
 _SAMPLE = 1 << 16  # bytes from whose last lines the delimiter is found
 _SAMPLE_LINES = 20
+_COMMENTS = ("comment", "comments", "kommentar", "commentaire", "remark", "remarks", "bemerkung", "note", "notes")
+_MOST_LINES_OF_NAMES = 4
+_OPTIONAL = (*_COMMENTS, "start", "increment")
+_REMEDY = "correct the line, or state header_lines in the column map if it belongs to the header"
 
 
 @dataclass(frozen=True)
 class Layout:
-    """The layout of a delimited file; its numbers begin at the byte `start`, in row `row` (counted from 1)."""
+    """The layout of a delimited file; its numbers begin at the byte `start`, in row `row` (counted from 1).
+
+    A row has `width` cells, or up to `optional` more: a comment, which may be missing.
+    """
 
     columns: ColumnMap
     selection: Selection
     delimiter: str
     decimal: str
     width: int
+    optional: int
     start: int
     row: int
     names: tuple[str, ...]
@@ -35,98 +50,128 @@ class Layout:
         """The name of a column, else its number counted from 1."""
         return (self.names[column] if column < len(self.names) else "") or f"{column + 1}"
 
+    @cached_property
+    def place_of(self) -> dict[int, int]:
+        """Where each column stands among those that are read."""
+        return {column: at for at, column in enumerate(self.selection.numbers)}
 
-def find_layout(content: bytes, columns: ColumnMap | None, *, begin: int = 0) -> Layout:
+
+def find_layout(content: bytes, columns: ColumnMap | None) -> Layout:
     """The layout of a delimited file; without a column map its header must leave no doubt.
 
     Parameters
     ----------
     content : bytes
-        The file.
+        The lines of the file.
     columns : ColumnMap or None
         How the device writes its files.
-    begin : int
-        Where the text begins, after a byte-order mark.
 
     Raises
     ------
     RecordingError
         No line of numbers, a column that is missing, or a file that could be read in two ways.
     """
-    next(first_lines(content, begin))
-    sample = _sample(content, begin)
-    delimiter = _delimiter(sample, columns)
+    next(first_lines(content))
+    sample = _sample(content)
+    delimiter = find_delimiter(sample, columns)
     if columns is None:
-        columns = plain_columns(first_lines(content, begin), delimiter)
+        columns = plain_columns(first_lines(content), delimiter)
     elif columns.time is None and math.isnan(columns.sampling_rate):
         raise RecordingError("the column map states neither time nor sampling_rate_Hz; state one of them")
-    header = find_header(first_lines(content, begin), delimiter, columns)
+    header = find_header(first_lines(content), delimiter, columns)
     selection = select(columns, header.names, len(header.first))
-    for texts in (header.names, header.units):
-        for column in selection.numbers:
-            if column < len(texts):
-                stated = columns.time_unit if column == selection.time else columns.force_unit
-                refuse_other_unit(texts[column], stated, texts[column])
+    _refuse_other_units(header, columns, selection)
     decimal = columns.decimal or _decimal(header, sample, delimiter, selection)
     row, more = len(header.lines) + 1, len(header.first) > len(selection.used) or columns.runs == ALL_COLUMNS
-    unstated = delimiter == "," != columns.delimiter and not header.names
+    unstated = delimiter == "," != columns.delimiter and not header.names and decimal == "."
     if unstated and more and content.find(b".", header.start) < 0:  # "0,5,12,3" may be four numbers or two
         message = "the commas may separate columns or be decimal signs; state delimiter in the column map"
         raise RecordingError(message, row=row)
     lines = {f"header {at}": line for at, line in enumerate(header.lines, 1) if line.strip() and at != header.names_row}
-    return Layout(columns, selection, delimiter, decimal, len(header.first), header.start, row, header.names, lines)
+    width, optional = len(header.first), _optional(header.names)
+    if optional and max(selection.used) < len(header.names) - optional:
+        width = len(header.names) - optional
+    else:
+        optional = 0
+    further = [cells_of(line, delimiter)[width:] for line in sample] if optional else []
+    if 2 * sum(any(map(is_number, cells)) for cells in further) > len(further):
+        found = f"found numbers in the column {header.names[width]!r}, expected remarks"
+        remedy = (
+            "is a name missing before, or a comma a decimal sign? correct the names, or state decimal and delimiter"
+        )
+        raise RecordingError(f"{found}; {remedy}", row=row, column=header.names[width])
+    return Layout(columns, selection, delimiter, decimal, width, optional, header.start, row, header.names, lines)
 
 
-def _sample(content: bytes, begin: int) -> list[str]:
+def _refuse_other_units(header: Header, columns: ColumnMap, selection: Selection) -> None:
+    """Refuse units of the header, or beside the numbers, that are not those of the column map."""
+    used = set(selection.used)
+    beside = tuple("" if at in used or is_number(cell) else cell for at, cell in enumerate(header.first))[1:]  # "5;kN"
+    for texts in (header.names, *header.units, beside):
+        for column in (column for column in selection.numbers if column < len(texts)):
+            is_time, cell = column == selection.time, texts[column]
+            stated = columns.time_unit if is_time else columns.force_unit
+            # above a force a line of units has nothing else; above the time it may say what the line is
+            nothing_else = texts in header.units and not is_time
+            text = f"[{cell.strip('[](){}<>')}]" if nothing_else else cell
+            alone = not (nothing_else or texts is header.names)
+            refuse_other_unit(cell or f"{column + 1}", stated, text, alone=alone)
+    for row, line in enumerate(header.lines, 1):
+        read: list[Unit] = [columns.force_unit]
+        read += [] if selection.time is None else [columns.time_unit]
+        for unit in read if row != header.names_row else []:
+            remarked = remarked_units(line, of_time=isinstance(unit, TimeUnit))
+            if remarked and unit not in remarked and unit is not ForceUnit.COUNTS:
+                refuse_other_unit(f"header {row}", unit, f"[{remarked[0]}]")
+
+
+def _sample(content: bytes) -> list[str]:
     """Some whole lines that are likely to hold numbers."""
-    head = content[begin : begin + _SAMPLE]
-    if len(content) > begin + _SAMPLE:
-        head = head[: head.rfind(b"\n") + 1]
+    head = content[:_SAMPLE]
+    if len(content) > _SAMPLE:
+        longest = content[: _SAMPLE + LONGEST_LINE] if b"\n" not in head else head
+        head = longest[: longest.rfind(b"\n") + 1]
     raw = head.rstrip().rsplit(b"\n", _SAMPLE_LINES)
     return [text_of(line) for line in (raw[1:] if len(raw) > _SAMPLE_LINES else raw)]
 
 
-def _delimiter(sample: Sequence[str], columns: ColumnMap | None) -> str:
-    """The delimiter stated, else the first of tab, semicolon and comma that most lines hold; "" if there is none."""
-    if columns is not None and columns.delimiter:
-        return columns.delimiter
-    possible = ["\t", ";"] if columns is not None and columns.decimal == "," else ["\t", ";", ","]
-    found = next((sign for sign in possible if sum(sign in line for line in sample) * 2 > len(sample)), "")
-    if not found and (columns is None or len(columns.columns) > 1 or columns.runs == ALL_COLUMNS):
-        raise RecordingError(f"found one column, expected columns separated by {', '.join(DELIMITERS)}")
-    return found
-
-
 def _decimal(header: Header, sample: Sequence[str], delimiter: str, selection: Selection) -> str:
-    """The sign in the first numbers that are read; if they are whole, a comma if there is one further down."""
-    first = "".join(header.first[at] for at in selection.numbers)
-    if delimiter == "," or "." in first:
-        return "."
-    lines = [header.first, *(cells_of(line, delimiter) for line in sample)]
-    commas = any("," in cells[at] for cells in lines for at in selection.numbers if at < len(cells))
-    return "," if commas else "."
+    """The sign in the first numbers that are read; if they are whole, a comma if there is one further down.
+
+    Between commas a number with one is in quotes.
+    """
+    for cells in (header.first, *(cells_of(line, delimiter) for line in sample)):
+        read = [cells[at] for at in selection.numbers if at < len(cells) and is_number(cells[at])]
+        for sign in ".,":
+            if any(sign in cell for cell in read):
+                return sign
+    return "."
 
 
-_COUNT_UNITS = ("count", "counts", "digit", "digits", "lsb", "raw")
-_REMEDY = "correct the line, or state header_lines in the column map if it belongs to the header"
+def _optional(names: Sequence[str]) -> int:
+    """How many of the last columns rows may leave out: comments, and what oscilloscopes say once beside the names."""
+    return sum(1 for _ in itertools.takewhile(lambda name: name.casefold() in _OPTIONAL, reversed(names)))
 
 
 @dataclass(frozen=True)
 class Header:
-    """The lines before the numbers: `names` (in row `names_row`, counted from 1) and `units` are empty where the file
-    has none; `start` is the byte at which the numbers begin, `first` the cells of their first line.
+    """The lines before the numbers: `names` (in row `names_row`, counted from 1) are empty where the file has none;
+    `units` are the lines that hold units; `start` is the byte at which the numbers begin, `first` the cells of their
+    first line.
     """
 
     lines: tuple[str, ...]
     names_row: int | None
     names: tuple[str, ...]
-    units: tuple[str, ...]
+    units: tuple[tuple[str, ...], ...]
     first: tuple[str, ...]
     start: int
 
 
 def find_header(lines: Iterable[tuple[int, str]], delimiter: str, columns: ColumnMap) -> Header:
     """The header: up to the line that holds the names, else up to the first line with numbers in all columns read.
+
+    Below the names, units and other texts may follow.
 
     Raises
     ------
@@ -141,35 +186,54 @@ def find_header(lines: Iterable[tuple[int, str]], delimiter: str, columns: Colum
     names: Sequence[str] = ()
     for line in lines:
         read.append(line)
-        cells = cells_of(line[1], delimiter)
-        table.append(cells)
+        table.append(cells_of(line[1], delimiter))
         in_header = stated is None or len(table) <= stated
-        if wanted and in_header and all(position(column, cells) is not None for column in wanted):
-            names_at, names = len(table) - 1, cells
+        found = _with_names(line[1], delimiter, wanted) if wanted and in_header else None
+        if found is not None:
+            names_at, names = len(table) - 1, found
+            table[-1] = found
         elif stated is not None:
             if not in_header:
                 break
-        elif names_at is not None or not wanted:
-            selection = _selection(cells, columns, names)
-            if selection and all(is_number(cells[at]) for at in selection.numbers):
+        elif (names_at is not None or not wanted) and not COMMENT.match(line[1]):
+            selection = _selection(table[-1], columns, names)
+            if selection and all(is_number(table[-1][at]) for at in selection.numbers):
                 break
     else:
         raise _no_numbers(table, columns, wanted, names_at)
     if wanted and names_at is None:
         raise _no_numbers(table, columns, wanted, names_at)
     before, first = table[:-1], table[-1]
-    units_at = _line_of_units(before, columns, names_at)
-    above = before[:units_at]
+    selection = select(columns, names, len(first))
+    unit_lines = [at for at in range(len(before)) if at != names_at and _holds_units(before, at, names_at, selection)]
     if stated is None:
-        _refuse_damaged(above, columns, names_at)
+        _refuse_damaged(before, selection, names_at, unit_lines)
     if names_at is None:
-        names_at = _line_of_names(above, first, columns)
+        names_at = _line_of_names(before, read, unit_lines, delimiter, first, columns)
     elif not _fits(names, first):
         raise _other_width(names, first, len(table))
-    texts = tuple(text for _, text in read[:-1])
-    names_there, units_there = (() if at is None else tuple(before[at]) for at in (names_at, units_at))
-    names_row = None if names_at is None else names_at + 1
-    return Header(texts, names_row, names_there, units_there, tuple(first), read[-1][0])
+    return Header(
+        lines=tuple(text for _, text in read[:-1]),
+        names_row=None if names_at is None else names_at + 1,
+        names=() if names_at is None else tuple(_without_empty_end(before[names_at])),
+        units=tuple(tuple(before[at]) for at in unit_lines if at != names_at),
+        first=tuple(first),
+        start=read[-1][0],
+    )
+
+
+def _with_names(line: str, delimiter: str, wanted: Sequence[str]) -> list[str] | None:
+    """The cells of a line that has all columns wanted."""
+    for cells in (cells_of(line, delimiter), *([_cells_far_apart(line)] if delimiter == BLANK else [])):
+        names = Names(cells)
+        if all(names.position(column) is not None for column in wanted):
+            return cells
+    return None
+
+
+def _cells_far_apart(line: str) -> list[str]:
+    """The cells of a header in which two blanks or a tab separate, and one blank belongs to a name."""
+    return re.split(r"\s{2,}|\t", COMMENT.sub("", line, count=1).strip())
 
 
 def plain_columns(lines: Iterable[tuple[int, str]], delimiter: str) -> ColumnMap:
@@ -183,23 +247,23 @@ def plain_columns(lines: Iterable[tuple[int, str]], delimiter: str) -> ColumnMap
     table: list[list[str]] = []
     for _, text in lines:
         cells = cells_of(text, delimiter)
-        if all(is_number(cell) for cell in cells):
+        if sum(map(is_number, cells)) >= min(len(cells), 2):
             break
         table.append(cells)
-        names = [cell for cell in cells if cell]
-        times, forces = list(filter(units.names_plain_time, names)), list(filter(units.names_plain_force, names))
-        if len(names) == 2 and len(times) == len(forces) == 1:
-            return ColumnMap(
-                time=times[0],
-                time_unit=units.time_unit_in(times[0]) or units.TimeUnit.SECONDS,
-                force=forces[0],
-                force_unit=units.force_unit_in(forces[0]) or units.ForceUnit.NEWTONS,
-            )
-    last = [cell for cell in table[-1] if cell] if table else []
-    there = f"found the columns {listed(last)}" if last else "found no names of columns"
+        filled = [cell for cell in cells if cell]
+        times = [(name, unit) for name in filled if isinstance(unit := plain_unit(name, TimeUnit), TimeUnit)]
+        forces = [(name, unit) for name in filled if isinstance(unit := plain_unit(name, ForceUnit), ForceUnit)]
+        if len(filled) == 2 and len(times) == len(forces) == 1:
+            ((time, time_unit),), ((force, force_unit),) = times, forces
+            return ColumnMap(time=time, time_unit=time_unit, force=force, force_unit=force_unit)
+    names = [[cell for cell in cells if cell and stated_unit(cell, alone=True) is None] for cells in table]
+    at = max(range(len(names)), key=lambda row: (len(names[row]), row), default=0)
+    there = (
+        f"found the columns {listed([cell for cell in table[at] if cell])}" if table else "found no names of columns"
+    )
     expected = "expected one time and one force with their units, such as time_s and force_N"
     remedy = "else state the columns and their units in a column map ([recordings] in campaign.toml, or --column)"
-    raise RecordingError(f"{there}, {expected}; {remedy}", row=len(table) or None)
+    raise RecordingError(f"{there}, {expected}; {remedy}", row=at + 1 if table else None)
 
 
 def _selection(cells: Sequence[str], columns: ColumnMap, names: Sequence[str]) -> Selection | None:
@@ -210,37 +274,54 @@ def _selection(cells: Sequence[str], columns: ColumnMap, names: Sequence[str]) -
         return None
 
 
-def _line_of_units(before: Sequence[Sequence[str]], columns: ColumnMap, names_at: int | None) -> int | None:
-    """The last line of the header, if it holds units in all columns that are read."""
-    last = _last_filled(before)
-    if last is None or last == names_at:
-        return None
-    cells = before[last]
-    selection = _selection(cells, columns, () if names_at is None else before[names_at])
-    if selection is None or (selection.time is not None and units.time_unit_in(cells[selection.time]) is None):
-        return None
-    forces = [cells[at] for at in selection.numbers if at != selection.time]
-    good = all(units.force_unit_in(unit) or unit.casefold().strip("[]()") in _COUNT_UNITS for unit in forces)
-    return last if good else None
+def _holds_units(before: Sequence[Sequence[str]], at: int, names_at: int | None, selection: Selection) -> bool:
+    """True for a line of the header with a known unit above every force; or one of time and anything above the forces,
+    in brackets or below names: there it can be nothing but a unit.
+    """
+    cells = before[at]
+    forces = [cells[column] if column < len(cells) else "" for group in selection.forces for column in group]
+    if all(stated_unit(force, alone=True) is not None for force in forces):
+        return True
+    time = cells[selection.time] if selection.time is not None and selection.time < len(cells) else ""
+    of_time = isinstance(stated_unit(time, alone=True), TimeUnit)
+    above = before[at - 1] if at else ()
+    below_names = _filled(above) == _filled(cells) if names_at is None else at > names_at
+    return of_time and all(force and (below_names or in_brackets(force)) for force in forces)
 
 
-def _line_of_names(before: Sequence[Sequence[str]], first: Sequence[str], columns: ColumnMap) -> int | None:
-    """The last line of the header, if it has a cell for each column: names that nobody asked for."""
-    last = _last_filled(before)
+def _line_of_names(
+    before: list[list[str]],
+    read: Sequence[tuple[int, str]],
+    unit_lines: Sequence[int],
+    delimiter: str,
+    first: Sequence[str],
+    columns: ColumnMap,
+) -> int | None:
+    """The last line of the header but for units, if it has a cell for each column: names that nobody asked for."""
+    last = next((at for at in reversed(range(len(before))) if any(before[at]) and at not in unit_lines), None)
     if last is None or _fits(before[last], first):
         return last
-    if len(before[last]) > 1 and columns.header_lines is None:
+    if delimiter == BLANK and _fits(apart := _cells_far_apart(read[last][1]), first):
+        before[last] = apart
+        return last
+    # other delimiters than a comma are no decimal signs: what does not fit is text
+    if delimiter == "," and len(before[last]) > 1 and columns.header_lines is None:
         raise _other_width(before[last], first, len(before) + 1)
     return None
 
 
 def _fits(names: Sequence[str], first: Sequence[str]) -> bool:
-    """True if there are as many names as cells, but for empty ones at the end, after a last delimiter."""
-    return _filled(first) <= len(names) and _filled(names) <= len(first)
+    """True if there are as many names as cells, but for empty ones at the end, and a comment that may be missing."""
+    names = _without_empty_end(names)
+    return _filled(first) <= len(names) <= len(first) + _optional(names)
 
 
 def _filled(cells: Sequence[str]) -> int:
     return next((at + 1 for at in reversed(range(len(cells))) if cells[at]), 0)
+
+
+def _without_empty_end(cells: Sequence[str]) -> Sequence[str]:
+    return cells[: _filled(cells)]
 
 
 def _other_width(names: Sequence[str], first: Sequence[str], row: int) -> RecordingError:
@@ -250,52 +331,45 @@ def _other_width(names: Sequence[str], first: Sequence[str], row: int) -> Record
     return RecordingError(f"{found}; {remedy}, {otherwise}", row=row)
 
 
-def _last_filled(lines: Sequence[Sequence[str]]) -> int | None:
-    return next((at for at in reversed(range(len(lines))) if any(lines[at])), None)
-
-
-def _refuse_damaged(above: Sequence[Sequence[str]], columns: ColumnMap, names_at: int | None) -> None:
-    """Refuse a line between names and numbers, or without names a last line that is partly numbers: nothing measured is
-    taken for a header.
-    """
-    if (last := _last_filled(above)) is None:
-        return
-    for row in [last] if names_at is None else [at for at in range(names_at + 1, last + 1) if any(above[at])]:
-        cells = above[row]
-        if names_at is None:
-            numbered = [column - 1 for column in columns.number_columns if isinstance(column, int)]
-            read = numbered if columns.runs != ALL_COLUMNS else range(len(cells))
-            wrong = [at for at in read if at < len(cells) and _LIKE_A_NUMBER.match(cells[at])]
-        else:
-            selection = _selection(cells, columns, above[names_at])
-            wrong = [at for at in selection.numbers if not is_number(cells[at])] if selection else []
-            wrong = wrong or [0]
-        if wrong:
-            found = f"found {cells[wrong[0]]!r} before the first line of numbers, expected a number"
-            raise RecordingError(f"{found}; {_REMEDY}", row=row + 1, column=f"{wrong[0] + 1}")
+def _refuse_damaged(
+    before: Sequence[Sequence[str]], selection: Selection, names_at: int | None, unit_lines: Sequence[int]
+) -> None:
+    """Refuse a line below the names, or without names the last one but for units, that may be a damaged measurement."""
+    texts = [at for at, cells in enumerate(before) if any(cells) and at not in unit_lines]
+    for row in texts[-1:] if names_at is None else [at for at in texts if at > names_at]:
+        cells = {at: before[row][at] if at < len(before[row]) else "" for at in selection.numbers}
+        time = None if selection.time is None else cells[selection.time]
+        if may_be_measured(time, [cells[at] for group in selection.forces for at in group]):
+            wrong = next((at for at, cell in cells.items() if not is_number(cell)), 0)
+            found = f"found {cells.get(wrong, '')!r} before the first line of numbers, expected a number"
+            raise RecordingError(f"{found}; {_REMEDY}", row=row + 1, column=f"{wrong + 1}")
 
 
 def _no_numbers(
-    table: Sequence[Sequence[str]], columns: ColumnMap, wanted: list[str], names_at: int | None
+    table: Sequence[list[str]], columns: ColumnMap, wanted: list[str], names_at: int | None
 ) -> RecordingError:
     """Why no header and no numbers were found."""
     if names_at is not None:
-        return RecordingError("no line of numbers follows the names of the columns", row=names_at + 1)
+        found = next((cells for cells in table[names_at + 1 :] if any(map(clock_remedy, cells))), [])
+        remedy = next(filter(None, map(clock_remedy, found)), "")
+        message = "no line of numbers follows the names of the columns"
+        return RecordingError(f"{message}; {remedy}" if remedy else message, row=names_at + 1)
     if not wanted:
         numbers = [column for column in columns.number_columns if isinstance(column, int)]
         if numbers and (widest := max(map(len, table), default=0)) < max(numbers):
             return _too_narrow(widest, max(numbers))
         return RecordingError(f"found no line with numbers in all columns read among the first {len(table)} lines")
 
-    def likeness(cells: Sequence[str]) -> int:
-        return sum(position(column, cells) is not None for column in wanted)
+    def likeness(names: Names) -> int:
+        return sum(names.position(column) is not None for column in wanted)
 
-    best = max(table, key=likeness, default=())
-    if not likeness(best):
+    best = max(table, key=lambda cells: likeness(Names(cells)), default=[])
+    if not likeness(Names(best)):
         # the line above the first numbers is what a person would call the names
         at = next((at for at, cells in enumerate(table) if all(is_number(cell) for cell in cells)), 0)
-        best = table[at - 1] if at else ()
-    if not (missing := [column for column in wanted if position(column, best) is None]):
+        best = table[at - 1] if at else []
+    there = Names(best)
+    if not (missing := [column for column in wanted if there.position(column) is None]):
         return RecordingError("the names of the columns stand below header_lines; correct header_lines")
     return RecordingError(missing_column(missing[0], best), column=missing[0])
 
@@ -313,12 +387,12 @@ class Selection:
     forces: tuple[tuple[int, ...], ...]
     curve: int | None
 
-    @property
+    @cached_property
     def numbers(self) -> tuple[int, ...]:
         """The columns that must hold numbers, the time first."""
         return (*([] if self.time is None else [self.time]), *(one for group in self.forces for one in group))
 
-    @property
+    @cached_property
     def used(self) -> tuple[int, ...]:
         """All columns that are read."""
         return (*self.numbers, *([] if self.curve is None else [self.curve]))
@@ -332,9 +406,10 @@ def select(columns: ColumnMap, names: Sequence[str], width: int) -> Selection:
     RecordingError
         A column that is not there, or not once.
     """
+    there = Names(names)
 
     def at(column: str | int) -> int:
-        if (found := position(column, names)) is None:
+        if (found := there.position(column)) is None:
             raise RecordingError(missing_column(str(column), names), column=str(column))
         if found >= width:
             raise _too_narrow(width, column)
@@ -345,61 +420,49 @@ def select(columns: ColumnMap, names: Sequence[str], width: int) -> Selection:
     if not (forces := forces or [(column,) for column in range(width) if column != time]):
         raise RecordingError("found no column beside the time, expected a force; is the delimiter right?")
     selection = Selection(time, tuple(forces), None if columns.curve is None else at(columns.curve))
-    for column in selection.used:
-        if selection.used.count(column) > 1:
-            message = "found a column that is named and numbered, expected each once"
-            raise RecordingError(message, column=str(column + 1))
+    if len(set(selection.used)) < len(selection.used):
+        twice = Counter(selection.used).most_common(1)[0][0]
+        message = "found a column that is named and numbered, expected each once"
+        raise RecordingError(message, column=str(twice + 1))
     return selection
 
 
-LONGEST_LINE = 1 << 16
-
-# ASCII digits only: other scripts' digits, thousands separators and a text such as "nan" are no numbers
-NUMBERS = {
-    signs: re.compile(rf"[+-]?([0-9]+[{signs}]?[0-9]*|[{signs}][0-9]+)([eE][+-]?[0-9]+)?") for signs in (".", ",", ".,")
-}
-# what stands in place of a number: one that is damaged, none, or "nan"
-_LIKE_A_NUMBER = re.compile(r"$|[+-]?[.,]?[0-9]|[+-]?(nan|inf)", re.IGNORECASE)
-_MOST_HEADER_LINES = 200
-
-
-def text_of(raw: bytes) -> str:
-    """The text in UTF-8, else in Latin-1: units such as µs and °, which are never part of a number."""
-    try:
-        return raw.decode()
-    except UnicodeDecodeError:
-        return raw.decode("latin-1")
-
-
-def cells_of(line: str, delimiter: str) -> list[str]:
-    """The cells of a line, without blanks and quotation marks around them."""
-    return [cell.strip().strip('"').strip() for cell in split_cells(line, delimiter)]
-
-
-def split_cells(line: str, delimiter: str) -> list[str]:
-    """The cells of a line as they stand there; one without a delimiter."""
-    return line.split(delimiter) if delimiter else [line]
-
-
-def is_number(cell: str) -> bool:
-    """True for a number with either decimal sign."""
-    return NUMBERS[".,"].fullmatch(cell) is not None
-
-
-def first_lines(content: bytes, start: int) -> Iterator[tuple[int, str]]:
-    """(byte at which it begins, text) of the lines that may hold the header.
+def first_lines(content: bytes) -> Iterator[tuple[int, str]]:
+    """(byte at which it begins, text) of the lines that may hold the header; names in quotes that go over several lines
+    stand in the first of them, and the others are empty.
 
     Raises
     ------
     RecordingError
         A line longer than any table's.
     """
+    begun: list[tuple[int, str]] = []
+    for line in _lines(content):
+        begun.append(line)
+        if open_quotes := sum(text.count('"') for _, text in begun) % 2:
+            if len(begun) < _MOST_LINES_OF_NAMES:
+                continue
+        elif len(begun) > 1:
+            begun = [(begun[0][0], " ".join(text for _, text in begun)), *((start, "") for start, _ in begun[1:])]
+        yield from begun[:1] if open_quotes else begun
+        begun = begun[1:] if open_quotes else []
+    yield from begun
+
+
+def _lines(content: bytes) -> Iterator[tuple[int, str]]:
+    """(byte at which it begins, text) of the first lines.
+
+    Raises
+    ------
+    RecordingError
+        A line longer than any table's.
+    """
+    start = 0
     for row in itertools.islice(itertools.count(1), _MOST_HEADER_LINES):
         end = content.find(b"\n", start, start + LONGEST_LINE)
         if end < 0 and start + LONGEST_LINE < len(content):
             raise RecordingError(f"found over {LONGEST_LINE} characters without a line end, expected lines", row=row)
         stop = len(content) if end < 0 else end
         yield start, text_of(content[start:stop]).removesuffix("\r")
-        if end < 0:
+        if end < 0 or (start := end + 1) > _LONGEST_HEADER:
             return
-        start = end + 1

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import io
 import re
 from collections.abc import Iterator
@@ -11,23 +12,28 @@ import numpy as np
 
 from forcemap.arrays import FloatArray
 from forcemap.errors import RecordingError
-from forcemap.recordings.layout import LONGEST_LINE, NUMBERS, Layout, split_cells, text_of
+from forcemap.recordings.cells import BLANK, COMMENT, NUMBERS, clock_remedy, may_be_measured, split_cells
+from forcemap.recordings.layout import LONGEST_LINE, Layout
+from forcemap.recordings.overrange import overrange
+from forcemap.recordings.text import text_of
 
 _CHUNK = 1 << 22
+
+
+_LONGEST_TRAILER = 1 << 16  # bytes
 
 
 @dataclass(frozen=True)
 class NumberBlock:
     """The columns read, shape (rows, columns), and the name of the curve in each row, if a column says it.
 
-    `open_end` is true if the last row of the block has no line end; `cut_row` is the row of a last line that was left
-    out because it is cut off.
+    `open_end` is true if the last row of the block has no line end; `notes` say what was left out below the block.
     """
 
     values: FloatArray
     labels: list[str]
     open_end: bool
-    cut_row: int | None
+    notes: tuple[str, ...]
 
 
 def read_numbers(content: bytes, layout: Layout) -> NumberBlock:
@@ -41,20 +47,64 @@ def read_numbers(content: bytes, layout: Layout) -> NumberBlock:
     whole, end = _ends(content, layout.start)
     blocks: list[FloatArray] = []
     labels: list[str] = []
-    row = layout.row
-    for chunk in _chunks(content, layout.start, whole, row):
+    row, trailer = layout.row, False
+    for start, chunk in _chunks(content, layout.start, whole, row):
         values = plain_numbers(chunk, layout)
         if values is None:
-            values, names = checked_numbers(chunk, layout, row)
+            try:
+                values, names = checked_numbers(chunk, layout, row)
+            except RecordingError as error:
+                length = _length_of_lines(chunk, (error.row or row) - row)
+                if not _is_trailer(content[start + length : end], layout):
+                    raise
+                values, names = checked_numbers(chunk[:length], layout, row)
+                trailer = True
             labels += names
         blocks.append(values)
         row += len(values)
-    last = _open_line(content[whole:end], layout, row) if whole < end else None
+        if trailer:
+            break
+    last = _open_line(content[whole:end], layout, row) if whole < end and not trailer else None
     if last:
         blocks.append(last[0])
         labels += last[1]
     values = blocks[0] if len(blocks) == 1 else np.concatenate([np.empty((0, len(layout.selection.numbers))), *blocks])
-    return NumberBlock(values, labels, last is not None, row if whole < end and last is None else None)
+    notes = (f"what follows the numbers, from row {row} on, is no measurement and left out",) if trailer else ()
+    notes = (cut_off(row),) if whole < end and last is None and not trailer else notes
+    return NumberBlock(values, labels, last is not None, notes)
+
+
+def cut_off(row: int) -> str:
+    """The note on a last line that is left out."""
+    return f"the last line, row {row}, is cut off and left out"
+
+
+def _length_of_lines(chunk: bytes, lines: int) -> int:
+    """Bytes of the first lines of a chunk."""
+    length = 0
+    for _ in range(lines):
+        length = chunk.index(b"\n", length) + 1
+    return length
+
+
+def _is_trailer(rest: bytes, layout: Layout) -> bool:
+    """True for a few last lines that hold no measurement, not even a damaged one.
+
+    Without a time column only comments count: a lone text may be the device's sign for a force beyond its range.
+    """
+    if len(rest) > _LONGEST_TRAILER:
+        return False
+    selection = layout.selection
+    for line in text_of(rest).split("\n"):
+        if not line.strip() or COMMENT.match(line):
+            continue
+        cells = [cell.strip() for cell in split_cells(line, layout.delimiter)]
+        read = {at: cells[at] if at < len(cells) else "" for at in selection.numbers}
+        if selection.time is None or may_be_measured(
+            read[selection.time], [read[at] for group in selection.forces for at in group]
+        ):
+            return False
+    return True
 
 
 def plain_numbers(chunk: bytes, layout: Layout) -> FloatArray | None:
@@ -71,6 +121,8 @@ def plain_numbers(chunk: bytes, layout: Layout) -> FloatArray | None:
         return None
     chunk = chunk.replace(b"\r\n", b"\n") if b"\r" in chunk else chunk
     delimiter, point = layout.delimiter.encode(), layout.decimal.encode()
+    if layout.delimiter == BLANK:
+        chunk = re.sub(rb"(?m)^ | $", b"", re.sub(rb"[ \t]+", BLANK.encode(), chunk))
     # what remains of such lines is known; a blank is not plain
     ends = chunk.translate(None, b"0123456789+-eE" + point)
     end_of_row = delimiter * (layout.width - 1) + b"\n"
@@ -96,19 +148,25 @@ def checked_numbers(chunk: bytes, layout: Layout, row: int) -> tuple[FloatArray,
         The first line or cell that cannot be used.
     """
     number = NUMBERS[layout.decimal]
-    numbers, curve, width = layout.selection.numbers, layout.selection.curve, layout.width
+    numbers, time, curve = layout.selection.numbers, layout.selection.time, layout.selection.curve
     values: list[float] = []
     labels: list[str] = []
     for at, line in enumerate(text_of(chunk).split("\n")[:-1], row):
         if len(line) > LONGEST_LINE:
             raise _too_long(len(line), at)
-        cells = split_cells(line.removesuffix("\r"), layout.delimiter)
-        if len(cells) != width:
+        try:
+            cells = split_cells(line.removesuffix("\r"), layout.delimiter, strict=True)
+        except csv.Error as error:
+            raise RecordingError(f"found quotes that do not fit ({error}); is the line damaged?", row=at) from None
+        if not layout.width <= len(cells) <= layout.width + layout.optional:
             raise _other_width(line, cells, layout, at)
         for column in numbers:
-            if number.fullmatch(cell := cells[column].strip(" \t")) is None:
+            if number.fullmatch(cell := cells[column].strip(" \t")):
+                values.append(float(cell.replace(",", ".")))
+            elif column != time and (beyond := overrange(cell)):
+                values.append(beyond)
+            else:
                 raise _no_number(cell, layout, at, column)
-            values.append(float(cell.replace(",", ".")))
         if curve is not None:
             labels.append(cells[curve].strip())
             if not labels[-1]:
@@ -120,13 +178,13 @@ def _open_line(line: bytes, layout: Layout, row: int) -> tuple[FloatArray, list[
     """The last line of a file that does not end it; None if it is cut off by whatever stopped the writing."""
     if len(line) > LONGEST_LINE:
         raise _too_long(len(line), row)
-    cells = line.count(layout.delimiter.encode()) + 1 if layout.delimiter else 1
-    if cells <= layout.width and layout.selection.curve == layout.width - 1:
+    cells, width = len(split_cells(text_of(line), layout.delimiter)), layout.width + layout.optional
+    if cells <= width and layout.selection.curve == layout.width - 1:
         return None  # half the name of a curve may be the name of another
     try:
         return checked_numbers(line + b"\n", layout, row)
     except RecordingError:
-        if cells > layout.width:
+        if cells > width:
             raise
         return None
 
@@ -139,16 +197,16 @@ def _ends(content: bytes, start: int) -> tuple[int, int]:
     return max(start, content.rfind(b"\n", start, filled) + 1), len(content)
 
 
-def _chunks(content: bytes, start: int, end: int, row: int) -> Iterator[bytes]:
-    """Whole lines, some megabytes at a time."""
+def _chunks(content: bytes, start: int, end: int, row: int) -> Iterator[tuple[int, bytes]]:
+    """Whole lines, some megabytes at a time, each with the byte at which they begin."""
     while start < end:
         stop = end if end - start <= _CHUNK else content.rfind(b"\n", start, start + _CHUNK) + 1
         if stop <= start:
             raise RecordingError(f"found a line of over {_CHUNK} characters, expected lines of numbers", row=row)
         chunk = content[start:stop]
         row += chunk.count(b"\n") if stop < end else 0
+        yield start, chunk
         start = stop
-        yield chunk
 
 
 def _too_long(length: int, row: int) -> RecordingError:
@@ -166,7 +224,9 @@ def _other_width(line: str, cells: list[str], layout: Layout, row: int) -> Recor
 
 def _no_number(cell: str, layout: Layout, row: int, column: int) -> RecordingError:
     other = "," if layout.decimal == "." else "."
-    expected = "expected a number; correct the cell, or export the file again"
+    expected = f"expected a number; {clock_remedy(cell) or 'correct the cell, or export the file again'}"
+    if column == layout.selection.time and not any(map(str.isdigit, cell)) and cell:
+        expected = "expected a number; if other measurements or results follow, export each by itself"
     if other in cell or cell.count(layout.decimal) > 1:
         remedy = "if the decimal sign is another one, state decimal in the column map"
         expected = f"expected a number with {layout.decimal!r} as decimal sign and no thousands separator; {remedy}"
@@ -186,7 +246,8 @@ def refuse_doubtful_decimal(content: bytes, layout: Layout) -> None:
         No number settles it.
     """
     sign = layout.decimal
-    if layout.columns.decimal or layout.delimiter == "," or content.find(sign.encode(), layout.start) < 0:
+    plain = layout.delimiter == "," and sign == "."
+    if layout.columns.decimal or plain or content.find(sign.encode(), layout.start) < 0:
         return
     settled = re.compile(rf"[{sign}]([0-9]{{0,2}}(?![0-9])|[0-9]{{4}})|[0-9]{{4}}[{sign}]|(?<![0-9])(0[0-9]*)?[{sign}]")
     start, row, doubtful = layout.start, layout.row, 0
@@ -194,7 +255,7 @@ def refuse_doubtful_decimal(content: bytes, layout: Layout) -> None:
         end = content.find(b"\n", start) + 1 or len(content)
         cells = split_cells(text_of(content[start:end]), layout.delimiter)
         for column in layout.selection.numbers:
-            if column < len(cells) and sign in cells[column]:
+            if column < len(cells) and sign in cells[column] and not overrange(cells[column]):
                 if settled.search(cells[column]):
                     return
                 doubtful = doubtful or row

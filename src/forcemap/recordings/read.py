@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import stat
 from collections.abc import Mapping
@@ -16,8 +17,9 @@ from forcemap.files import read_bytes, sha256
 from forcemap.recordings.column_map import ColumnMap, listed
 from forcemap.recordings.delimited import read_delimited
 from forcemap.recordings.device import Device
+from forcemap.recordings.overrange import lower_bounds
 from forcemap.recordings.recording import Recording
-from forcemap.recordings.tdms import read_tdms
+from forcemap.recordings.tdms import SIGNATURE, read_tdms
 
 _LARGEST_FILE = 500_000_000  # bytes
 
@@ -27,8 +29,9 @@ def read_recordings(
 ) -> list[Recording]:
     """Read the recordings in a file, in order of appearance.
 
-    Files ending with .tdms are read as TDMS, all others as delimited text. Without a column map a text needs a header
-    that names one time and one force with their units, such as `time_ms;force_N`, and nothing else.
+    Files ending with .tdms, or beginning as TDMS files do, are read as TDMS, all others as delimited text. Without a
+    column map a text needs a header that names one time and one force with their units, such as `time_ms;force_N`, and
+    nothing else.
 
     Parameters
     ----------
@@ -56,24 +59,31 @@ def read_recordings(
         columns = ColumnMap.from_table(columns)
     file = str(path)
     content = _content(path)
-    read = read_tdms if Path(path).suffix.lower() == ".tdms" else read_delimited
+    is_tdms = Path(path).suffix.lower() == ".tdms" or content.startswith(SIGNATURE)
+    read = read_tdms if is_tdms else read_delimited
     try:
         curves = read(content, columns)
         checksum = sha256(content)
-        return [
-            Recording(
-                time=curve.time,
-                force=curve.forces[0] if len(curve.forces) == 1 else np.stack(curve.forces, axis=1),
-                direction=columns.direction if columns else None,
-                device=device or Device(),
-                file=file,
-                curve=curve.name if len(curves) > 1 else "",  # one alone has no name
-                sha256=checksum,
-                notes=curve.notes,
-                metadata=curve.metadata,
+        recordings = []
+        for curve in curves:
+            forces = curve.forces[0] if len(curve.forces) == 1 else np.stack(curve.forces, axis=1)
+            force, beyond = lower_bounds(forces, device.range if device else math.nan)
+            recordings.append(
+                Recording(
+                    time=curve.time,
+                    force=force,
+                    direction=columns.direction if columns else None,
+                    device=device or Device(),
+                    beyond_range=beyond if beyond.any() else None,
+                    file=file,
+                    curve=curve.name if len(curves) > 1 else "",  # one alone has no name
+                    sha256=checksum,
+                    size=len(content),
+                    notes=curve.notes,
+                    metadata=curve.metadata,
+                )
             )
-            for curve in curves
-        ]
+        return recordings
     except RecordingError as error:
         # names and remarks come from the file: on one line they cannot imitate another message
         message, column = (" ".join(text.split())[:1000] for text in (error.message, error.column or ""))

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from forcemap.arrays import FloatArray
+from forcemap.arrays import FloatArray, Mask
 from forcemap.errors import RecordingError
 from forcemap.recordings.device import Device
 
@@ -28,10 +28,14 @@ class Recording:
         norm of the three, once each is free of its offset.
     device : Device
         What it was measured with.
+    beyond_range : array of bool, shape (n,), optional
+        Samples at which the device said that its range was exceeded: the force there is a lower bound.
     file, curve : str
         The file it was read from, and the name of the curve within it ("" if it is the only one).
     sha256 : str
         SHA-256 of the file.
+    size : int
+        Its size [bytes].
     notes : tuple of str
         What a reader should know of the sampling, and what was left out.
     metadata : mapping of str to str
@@ -48,9 +52,11 @@ class Recording:
     force: FloatArray
     direction: tuple[float, float, float] | None = None
     device: Device = field(default_factory=Device)
+    beyond_range: Mask | None = None
     file: str = ""
     curve: str = ""
     sha256: str = ""
+    size: int = 0
     notes: tuple[str, ...] = ()
     metadata: Mapping[str, str] = field(default_factory=dict)
 
@@ -68,6 +74,8 @@ class Recording:
         for first in np.flatnonzero(time[1:] <= time[:-1])[:1]:
             found = f"found time {time[first + 1]:g} s after {time[first]:g} s (samples {first + 2} and {first + 1})"
             raise self._error(f"{found}, expected strictly increasing times")
+        if self.beyond_range is not None and np.shape(self.beyond_range) != time.shape:
+            raise self._error(f"found beyond_range of shape {np.shape(self.beyond_range)}, expected {time.shape}")
         direction = None if self.direction is None else self._unit_vector(force)
         for name, value in (("time", time), ("force", force), ("direction", direction), ("notes", tuple(self.notes))):
             object.__setattr__(self, name, value)

@@ -10,12 +10,22 @@ import numpy as np
 from forcemap.arrays import FloatArray
 from forcemap.errors import RecordingError
 from forcemap.recordings.column_map import ColumnMap
-from forcemap.recordings.units import ForceUnit, TimeUnit, force_unit_in, other_unit_in, time_unit_in
+from forcemap.recordings.overrange import OVERRANGE
+from forcemap.recordings.units import (
+    LONGEST_NAME,
+    ForceUnit,
+    TimeUnit,
+    Unit,
+    stated_unit,
+)
 
 _LONGEST_TIME = 1e9  # s
+_EPOCH = (1e9, 4.2e9)  # seconds since 1970, of the years 2001 to 2103
 _LARGEST_FORCE = 1e6  # N
-# Between 1 Hz and 200 kHz: seconds taken for milliseconds, the dangerous slip, lie above it from 200 Hz on.
-_SHORTEST_INTERVAL, _LONGEST_INTERVAL = 5e-6, 0.999  # [s]
+_SHORTEST_INTERVAL, _LONGEST_INTERVAL = 1e-7 * (1 - 1e-6), 0.999  # [s]: up to 10 MHz
+# Seconds taken for milliseconds, the dangerous slip, make a second a millisecond: sampled as fast as that, a recording
+# is a whole one or its time is in another unit.
+_FAST, _WHOLE = 5e-6, 0.02  # [s]: intervals, and what shows a baseline and Phase I
 _GAP = 5.0  # median intervals
 
 
@@ -30,21 +40,30 @@ class Curve:
     metadata: Mapping[str, str] = field(default_factory=dict)
 
 
-def in_seconds(raw: FloatArray, columns: ColumnMap, rows: Sequence[int], column: str) -> FloatArray:
-    """The time column [s].
+def in_seconds(
+    raw: FloatArray, columns: ColumnMap, rows: Sequence[int], column: str
+) -> tuple[FloatArray, tuple[str, ...]]:
+    """The time column [s], and a note if it counts from 1970: then its first time is taken off.
 
     Raises
     ------
     RecordingError
         A time that no recording has: its unit is another one.
     """
-    time = raw / columns.time_unit.per_second
+    begin = raw[0] / columns.time_unit.per_second
+    if not _EPOCH[0] <= begin < _EPOCH[1]:
+        time = raw / columns.time_unit.per_second
+        _refuse_beyond(_LONGEST_TIME, time, "time of {:g} s", "is time_unit", rows, column)
+        return time, ()
+    time = (raw - raw[0]) / columns.time_unit.per_second
     _refuse_beyond(_LONGEST_TIME, time, "time of {:g} s", "is time_unit", rows, column)
-    return time
+    return time, (f"times count from 1970; the first, {begin:.6f} s, is taken for 0",)
 
 
 def in_newtons(raw: FloatArray, columns: ColumnMap, rows: Sequence[int], column: str) -> FloatArray:
-    """A force column [N], positive into the device.
+    """A force column [N], positive into the device; infinite where the device says that its range was exceeded.
+
+    A sign that is not said to be negative counts as pressing, whatever the sign of the column.
 
     Raises
     ------
@@ -52,13 +71,24 @@ def in_newtons(raw: FloatArray, columns: ColumnMap, rows: Sequence[int], column:
         A force that no device measures: its unit is another one.
     """
     force = raw
-    if columns.force_unit is ForceUnit.KILONEWTONS:
-        force = raw * 1000.0
-    elif columns.force_unit is ForceUnit.COUNTS:
-        force = (raw - columns.zero_count) * columns.newtons_per_count
+    with np.errstate(over="ignore"):  # what is infinite is refused
+        if columns.force_unit is ForceUnit.KILONEWTONS:
+            force = raw * 1000.0
+        elif columns.force_unit is ForceUnit.COUNTS:
+            force = (raw - columns.zero_count) * columns.newtons_per_count
     if columns.sign < 0:
         force = -force
-    _refuse_beyond(_LARGEST_FORCE, force, "force of {:g} N", "are force_unit and newtons_per_count", rows, column)
+    above, below = raw == OVERRANGE, raw == -OVERRANGE
+    _refuse_beyond(
+        _LARGEST_FORCE,
+        np.where(above | below, 0.0, force),
+        "force of {:g} N",
+        "are force_unit and newtons_per_count",
+        rows,
+        column,
+    )
+    if above.any() or below.any():
+        force = np.where(above, np.inf, np.where(below, -columns.sign * np.inf, force))
     return force
 
 
@@ -88,11 +118,14 @@ def check_sampling(time: FloatArray, rows: Sequence[int], column: str) -> tuple[
         )
         raise RecordingError(message, row=int(rows[at + 1]), column=column)
     # the median lies between the two: most files need no more
-    if highest <= 1.01 * lowest and lowest >= _SHORTEST_INTERVAL and highest <= _LONGEST_INTERVAL:
+    if highest <= 1.01 * lowest and lowest >= _FAST and highest <= _LONGEST_INTERVAL:
         return ()
     usual = float(np.median(steps))
     if not _SHORTEST_INTERVAL <= usual <= _LONGEST_INTERVAL:
         found = f"found samples {usual:g} s apart (median), expected between 1e-07 s and 1 s"
+        raise RecordingError(f"{found}; is time_unit in the column map right?", column=column)
+    if usual < _FAST and (lasts := float(time[-1] - time[0])) < _WHOLE:
+        found = f"found a recording of {lasts:g} s at {1 / usual:g} Hz, expected at least {_WHOLE:g} s of it"
         raise RecordingError(f"{found}; is time_unit in the column map right?", column=column)
     notes = []
     if np.abs(steps - usual).max() > 0.01 * usual:
@@ -104,14 +137,35 @@ def check_sampling(time: FloatArray, rows: Sequence[int], column: str) -> tuple[
     return tuple(notes)
 
 
-def refuse_other_unit(column: str, stated: TimeUnit | ForceUnit, *texts: str) -> None:
-    """Refuse a unit that a text states and the column map states otherwise, or that forcemap does not know."""
-    entry, unit_in = ("time_unit", time_unit_in) if isinstance(stated, TimeUnit) else ("force_unit", force_unit_in)
-    unit = next(filter(None, map(unit_in, texts)), None)
-    if unit is not None and unit is not stated:
+def refuse_other_unit(column: str, stated: Unit, *texts: str, alone: bool = False) -> None:
+    """Refuse a unit that a text states and the column map states otherwise, or that forcemap does not read.
+
+    Parameters
+    ----------
+    column : str
+        What the error names.
+    stated : TimeUnit or ForceUnit
+        As the column map says.
+    *texts : str
+        Names of columns, units of channels; the first that states a unit counts.
+    alone : bool
+        The texts are cells of a line of units.
+    """
+    of_time = isinstance(stated, TimeUnit)
+    if (longest := max(map(len, texts), default=0)) > LONGEST_NAME:
+        raise RecordingError(
+            f"found a name of {longest} characters, expected one of at most {LONGEST_NAME}", column=column
+        )
+    unit = next(filter(None, (stated_unit(text, alone=alone, of_time=of_time) for text in texts)), None)
+    entry = "time_unit" if of_time else "force_unit"
+    if unit is None or unit is stated:
+        return
+    if isinstance(unit, type(stated)) and unit is not ForceUnit.COUNTS:
         found = f"the file says {unit.value!r}, the column map {entry} = {stated.value!r}"
         raise RecordingError(f"{found}; correct the one that is wrong", column=column)
-    other = other_unit_in(next(filter(None, texts), ""))
-    if isinstance(stated, ForceUnit) and other and stated is not ForceUnit.COUNTS:
-        remedy = "convert, or state force_unit = 'counts' with newtons_per_count"
-        raise RecordingError(f"the file says {other!r}, expected N or kN; {remedy}", column=column)
+    if stated is ForceUnit.COUNTS:  # a unit of its own, with a factor
+        return
+    expected = "s, ms, us or ns; convert, or state sampling_rate_Hz in place of time"
+    if not of_time:
+        expected = "N or kN; convert, or state force_unit = 'counts' with newtons_per_count"
+    raise RecordingError(f"the file says {str(unit)!r}, expected {expected}", column=column)

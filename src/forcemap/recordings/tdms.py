@@ -3,16 +3,25 @@
 from __future__ import annotations
 
 import io
+import logging
 import math
-from collections.abc import Mapping, Sequence
+import threading
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from forcemap.arrays import FloatArray
 from forcemap.errors import MissingExtra, RecordingError
-from forcemap.recordings.column_map import ALL_COLUMNS, ColumnMap, listed, missing_column, position
+from forcemap.recordings.column_map import ALL_COLUMNS, ColumnMap, Names, listed, missing_column
+from forcemap.recordings.overrange import OVERRANGE
 from forcemap.recordings.sampling import Curve, check_sampling, in_newtons, in_seconds, refuse_other_unit
+from forcemap.recordings.units import ForceUnit, TimeUnit
+
+SIGNATURE = b"TDSm"
+_MOST_SCALES = 50
 
 if TYPE_CHECKING:
     from nptdms import TdmsChannel, TdmsFile  # type: ignore[import-untyped]
@@ -37,12 +46,10 @@ def read_tdms(content: bytes, columns: ColumnMap | None) -> list[Curve]:
     """
     try:
         from nptdms import TdmsFile
-        from nptdms.log import log_manager  # type: ignore[import-untyped]
     except ImportError:
         raise MissingExtra("TDMS files need nptdms; install it with: pip install 'forcemap[tdms]'") from None
-    log_manager.set_level("ERROR")  # what it only warns of on stderr is refused here
     try:
-        with TdmsFile.open(io.BytesIO(content)) as tdms:
+        with _warnings_refused(), TdmsFile.open(io.BytesIO(content)) as tdms:
             return _curves(tdms, len(content), columns)
     except RecordingError:
         raise
@@ -51,8 +58,40 @@ def read_tdms(content: bytes, columns: ColumnMap | None) -> list[Curve]:
         raise RecordingError(f"not a TDMS file, or damaged ({why}); export it again") from error
 
 
+@contextmanager
+def _warnings_refused() -> Iterator[None]:
+    """Refuse what nptdms only warns of, such as a scale it does not know and leaves out; nothing goes to stderr."""
+    from nptdms.log import log_manager  # type: ignore[import-untyped]
+
+    log_manager.console_handler.setLevel(logging.ERROR)
+    logger, said = logging.getLogger("nptdms"), _Said()
+    logger.addHandler(said)
+    try:
+        yield
+    finally:
+        logger.removeHandler(said)
+    if said.messages:
+        raise RecordingError(f"{said.messages[0]}; export it again, from the program that wrote it")
+
+
+class _Said(logging.Handler):
+    """What was warned of in this thread."""
+
+    def __init__(self) -> None:
+        super().__init__(logging.WARNING)
+        self.messages: list[str] = []
+        self._thread = threading.get_ident()
+
+    def emit(self, record: logging.LogRecord) -> None:
+        old_text = str(record.msg).startswith("Error decoding string")  # in Latin-1; a unit in it is not known
+        if record.thread == self._thread and not old_text:
+            self.messages.append(record.getMessage())
+
+
 def _curves(tdms: TdmsFile, size: int, columns: ColumnMap | None) -> list[Curve]:
     channels = {f"{group.name}/{channel.name}": channel for group in tdms.groups() for channel in group.channels()}
+    for holder in (tdms, *tdms.groups(), *channels.values()):
+        _refuse_wrong_scales(holder.properties, str(getattr(holder, "name", "")))
     if not channels:
         raise RecordingError("found no channels, expected a force")
     if columns is None:
@@ -81,26 +120,52 @@ def _curves(tdms: TdmsFile, size: int, columns: ColumnMap | None) -> list[Curve]
 
 def _find(column: str, channels: Mapping[str, TdmsChannel]) -> str:
     names = list(channels)
-    if (found := position(column, names)) is None:
+    if (found := Names(names).position(column)) is None:
         raise RecordingError(missing_column(column, names), column=column)
     return names[found]
 
 
-def _numbers(name: str, channel: TdmsChannel, size: int) -> FloatArray:
-    """The values of a channel, never more than the file has room for."""
-    if channel.dtype.kind not in "iuf":
+def _numbers(name: str, channel: TdmsChannel, size: int, *, finite: bool = True) -> FloatArray:
+    """The values of a channel, never more than the file has room for; where it may be, infinity is over the range."""
+    stamps = channel.dtype.kind == "M"  # seconds from the first one on
+    if not stamps and channel.dtype.kind not in "iuf":
         raise RecordingError(f"found values of {channel.dtype.name}, expected numbers", column=name)
-    if len(channel) * channel.dtype.itemsize > size:
+    if len(channel) > size:  # scaled figures are wider than the bytes of a converter they come from
         raise RecordingError(f"found {len(channel)} samples stated, which the file has no room for", column=name)
-    values = np.asarray(channel[:], dtype=np.float64)
-    for wrong in np.flatnonzero(~np.isfinite(values))[:1]:
+    found = channel[:]
+    values = (found - found[:1]) / np.timedelta64(1, "s") if stamps else np.asarray(found, dtype=np.float64)
+    for wrong in np.flatnonzero(np.isnan(values) | (np.isinf(values) & finite))[:1]:
         raise RecordingError("found a value that is not finite, expected numbers", row=int(wrong) + 1, column=name)
-    return values
+    return np.asarray(np.nan_to_num(values, posinf=OVERRANGE, neginf=-OVERRANGE))
+
+
+def _refuse_wrong_scales(properties: Mapping[str, object], name: str) -> None:
+    """Refuse scales that cannot be meant: too many to be true, or a slope that makes every figure the same."""
+    scales = properties.get("NI_Number_Of_Scales", 0)
+    if not isinstance(scales, int) or not 0 <= scales <= _MOST_SCALES:
+        raise RecordingError(f"found NI_Number_Of_Scales = {scales!r}, expected a small count", column=name)
+    for entry, slope in properties.items():
+        if entry.endswith("_Linear_Slope") and not (isinstance(slope, int | float) and math.isfinite(slope) and slope):
+            raise RecordingError(f"found {entry} = {slope!r}, expected a finite number other than 0", column=name)
+
+
+def _units(channel: TdmsChannel) -> tuple[str, ...]:
+    """What a channel says of its unit: in its properties, in brackets, else in its name."""
+    stated = [str(channel.properties.get(key, "")).strip() for key in ("unit_string", "NI_UnitDescription")]
+    return (*(f"[{unit}]" for unit in stated if unit), channel.name)
 
 
 def _force(name: str, channel: TdmsChannel, size: int, columns: ColumnMap) -> FloatArray:
-    refuse_other_unit(name, columns.force_unit, str(channel.properties.get("unit_string", "")), name)
-    values = _numbers(name, channel, size)
+    refuse_other_unit(name, columns.force_unit, *_units(channel))
+    properties = channel.properties
+    if properties.get("DecimationLevel", 0):
+        found = "found a channel of decimated data, in which peaks are missing"
+        raise RecordingError(f"{found}; name the group that holds all data", column=name)
+    unscaled = properties.get("NI_Scaling_Status") == "unscaled" and not properties.get("NI_Number_Of_Scales")
+    if unscaled and columns.force_unit is not ForceUnit.COUNTS:
+        found = "the channel says that it is not scaled, and states no scale"
+        raise RecordingError(f"{found}; state force_unit = 'counts' with newtons_per_count", column=name)
+    values = _numbers(name, channel, size, finite=False)
     return in_newtons(values, columns, range(1, len(values) + 1), name)
 
 
@@ -111,12 +176,16 @@ def _times(
     n = len(forces[0])
     rows = range(1, n + 1)
     if time is not None:
-        refuse_other_unit(time, columns.time_unit, str(channels[time].properties.get("unit_string", "")), time)
+        stamps = channels[time].dtype.kind == "M"
+        columns = replace(columns, time_unit=TimeUnit.SECONDS) if stamps else columns
+        refuse_other_unit(time, columns.time_unit, *_units(channels[time]))
         values = _numbers(time, channels[time], size)
         if len(values) != n:
             raise RecordingError(f"found {len(values)} times for {n} samples of force, expected as many", column=time)
-        measured = in_seconds(values, columns, rows, time)
-        return measured, check_sampling(measured, rows, time)
+        measured, epoch = in_seconds(values, columns, rows, time)
+        return measured, (*epoch, *check_sampling(measured, rows, time))
+    for each in forces:
+        refuse_other_unit(each.name, TimeUnit.SECONDS, f"[{each.properties.get('wf_xunit_string') or 's'}]")
     stated = {(_property(each, "wf_increment"), _property(each, "wf_start_offset")) for each in forces}
     if len(stated) > 1:
         raise RecordingError("the components state different sampling rates or offsets, expected the same")

@@ -1,9 +1,11 @@
-"""The units devices write, and those a column's name states."""
+"""The units devices write, and those a column's name, or a cell of a line of units, states: one table of spellings."""
 
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable, Iterator
 from enum import StrEnum
+from typing import TypeAlias
 
 
 class TimeUnit(StrEnum):
@@ -12,75 +14,184 @@ class TimeUnit(StrEnum):
     SECONDS = "s"
     MILLISECONDS = "ms"
     MICROSECONDS = "us"
+    NANOSECONDS = "ns"
 
     @property
     def per_second(self) -> float:
         """How many of it make a second."""
-        return {TimeUnit.SECONDS: 1.0, TimeUnit.MILLISECONDS: 1e3, TimeUnit.MICROSECONDS: 1e6}[self]
+        return 1e3 ** list(TimeUnit).index(self)
 
 
 class ForceUnit(StrEnum):
-    """Unit of the force columns; counts are the raw figures of a converter."""
+    """Unit of the force columns; counts are the raw figures of a converter, or any other unit with a known factor."""
 
     NEWTONS = "N"
     KILONEWTONS = "kN"
     COUNTS = "counts"
 
 
-_TIME_UNITS, _FORCE_UNITS = r"(s|sec|ms|us|[µμ]s)", r"(N|kN)"
-# "force_N", "Force [N]", "F (N)", "F / N", "force in N", or the unit alone as in a line of units
-_STATED = r"(?:.*(?:_|\[|\(|/|\sin\s))?\s*{unit}\s*[\])]?\s*"
-_STATED_TIME = re.compile(_STATED.format(unit=_TIME_UNITS))
-_STATED_FORCE = re.compile(_STATED.format(unit=_FORCE_UNITS))
-# in brackets, or the last word; there one letter is no unit: F_t, F_v
-_ANY_UNIT = re.compile(r".*?(?:[\[(]\s*([^\[\]()]+?)\s*[\])]|\s/\s*(\S+)|[_,/\s]([^][()_,\s]{2,}|%))\s*")
-_FORCES = "lbf lb lbs kgf kp kg g gf ozf dan dn mn kn t"
-_NO_FORCES = "pa kpa mpa bar psi n/cm2 n/cm^2 n/cm² n/mm2 n/mm² nm v mv %"
-_OTHER_UNITS = frozenset([*_FORCES.split(" "), *_NO_FORCES.split(" ")])
-# nothing but the quantity and its unit
-_PLAIN = r"(?i:{words})\s*(?:_|\[|\(|/)\s*{unit}\s*[\])]?"
-_PLAIN_TIME = re.compile(_PLAIN.format(words="t|time|zeit", unit=_TIME_UNITS))
-_PLAIN_FORCE = re.compile(_PLAIN.format(words="f|force|kraft", unit=_FORCE_UNITS))
+Unit: TypeAlias = TimeUnit | ForceUnit
+
+# symbols as they are: [S] is no second, [MS] no millisecond; words in any case
+_SYMBOLS: dict[str, Unit] = {"µs": TimeUnit.MICROSECONDS}
+_SYMBOLS |= {unit.value: unit for unit in TimeUnit}
+_SYMBOLS |= {unit.value: unit for unit in ForceUnit}
+_SPELLINGS: dict[Unit, str] = {
+    TimeUnit.SECONDS: "sec secs second seconds sek sekunde sekunden seconde secondes secondi segundos",
+    TimeUnit.MILLISECONDS: "msec msecs millisec millisecond milliseconds millisekunde millisekunden millisecondes",
+    TimeUnit.MICROSECONDS: "usec usecs µsec microsec microsecond microseconds mikrosekunde mikrosekunden",
+    TimeUnit.NANOSECONDS: "nsec nsecs nanosec nanosecond nanoseconds nanosekunde nanosekunden",
+    ForceUnit.NEWTONS: "newton newtons",
+    ForceUnit.KILONEWTONS: "knewton knewtons kilonewton kilonewtons",
+    ForceUnit.COUNTS: "counts count cnt cnts digit digits bit bits lsb incr inkremente",
+}
+_WORDS = {word: unit for unit, words in _SPELLINGS.items() for word in words.split()}
+# what forcemap does not read, in any case: other forces, other times, and what is neither
+_FORCE_WORDS = """
+    kilon hn hectonewton decinewton lbf lb lbs pound pounds kgf kp kg kilogram kilograms kilogramm gf gram grams
+    gramm ozf oz dan dn cn mn µn un gn dekanewton decanewton millinewton meganewton tf tonf ton tons tonne tonnes
+    kip kips klbf dyn dyne pdl sn
+"""
+_TIME_WORDS = "min mins minute minutes minuten hr hrs hour hours std stunden day days ps"
+_OTHER_WORDS = """
+    sample samples pa hpa kpa mpa gpa bar mbar psi ksi volt volts millivolt millivolts mv µv uv kv ma µa ua amp amps
+    voltage spannung ampere ohm pc nc µc coulomb picocoulomb % %fs %fso %rdg ppm mm cm µm um inch hz khz mhz °c degc
+    deg rad nm ncm nmm knm joule mj kj kns
+"""
+_OTHER_FORCES, _OTHER_TIMES = frozenset(_FORCE_WORDS.split()), frozenset(_TIME_WORDS.split())
+_OTHERS = _OTHER_FORCES | _OTHER_TIMES | frozenset(_OTHER_WORDS.split())
+_ONE_LETTER = frozenset("gtVAmhdJKCW%")  # a unit where nothing else can stand: in brackets, after a comma
+_AT_END = {True: frozenset("shmd"), False: frozenset("N")}  # of times, of forces: F_s, F_t, F_h are no units
+LONGEST_NAME = 300  # characters
+_FOLDED = frozenset(symbol.casefold() for symbol in _SYMBOLS)
+_WITH_ANOTHER = re.compile(rf"(?:{'|'.join(map(re.escape, _SYMBOLS))})\s?[/*·⋅^].*")
+_PARTS = re.compile(r"\s?[/*·⋅^]\s?|(?<=\w)\s(?=\w)")
+
+_BRACKETS = re.compile(r"[\[({<]([^\[\](){}<>]*)[\])}>]")
+_LAST = re.compile(r".*?(\s+in\s+|\s*[,/]\s*|[_\s.-]\s*)([^\s,_\[\](){}<>]+(?:\s?[/*·]\s?[^\s,_\[\](){}<>]+)?)\s*")
+_NO_UNIT = re.compile(
+    r"|f?[xyz]|t|[0-9]+|tcp|tool|base|abs|norm|sum|magnitude|filtered|gefiltert|relative?|absolute?|measured|gemessen|"
+    r"actual|ist|cfc ?[0-9]+|(?:ch|channel|kanal|sensor).*"
+)
+# within longer words, and factors before or behind a unit: "ForceKgf", "Force*10 [N]", "x10N"
+_WITHIN = re.compile(r"kilopond|kgf|kilogram|lbf|pound|newton", re.IGNORECASE)
+_FACTOR = re.compile(r"[x×*/]\s?10+(?![0-9])|(?<![0-9A-Za-z])10+\s?k?N\b|(?<![0-9])1/[0-9]", re.IGNORECASE)
+_UNIT_WORD = re.compile(
+    r"units?\b|\bdimension\b|\beinheit(?:en)?\b|unit_label|\bunités?\b|\bunidad\b|\bunità\b", re.IGNORECASE
+)
+_PLAIN = re.compile(r"([a-z]+)(?:\s*[_/,]\s*|\s+in\s+)([^\s\[\](){}<>]+)|([a-z]+)\s*[\[(]\s*(.*?)\s*[\])]", re.I)
+_PLAIN_WORDS: dict[type, tuple[str, ...]] = {
+    TimeUnit: ("t", "time", "zeit", "temps"),
+    ForceUnit: ("f", "force", "kraft"),
+}
 
 
-def time_unit_in(name: str) -> TimeUnit | None:
-    """The unit of time that a column's name ends with, if any.
+def stated_unit(name: str, *, alone: bool = False, of_time: bool = False) -> Unit | str | None:
+    """The unit that a column's name states: one that forcemap reads, the words of another one, or None.
 
-    >>> time_unit_in("Zeit [ms]")
-    <TimeUnit.MILLISECONDS: 'ms'>
+    What stands in brackets is a unit, known or not, unless it is a known remark such as (TCP); what ends a name without
+    them is one only if it is known.
+
+    Parameters
+    ----------
+    name : str
+        The name, or the cell of a line of units.
+    alone : bool
+        The text is a unit and nothing else, if it is known at all.
+    of_time : bool
+        The column is one of times.
+
+    >>> stated_unit("Zeit [ms]"), stated_unit("force_kN"), stated_unit("Force [lbf]"), stated_unit("Fz")
+    (<TimeUnit.MILLISECONDS: 'ms'>, <ForceUnit.KILONEWTONS: 'kN'>, 'lbf', None)
     """
-    found = _STATED_TIME.fullmatch(name)
-    return TimeUnit(re.sub("[µμ]", "u", found[1]).replace("sec", "s")) if found else None
+    text = _plain(name)
+    if len(text) > LONGEST_NAME:
+        return None
+    if _FACTOR.search(text):
+        return text
+    bracketed = [found.strip() for found in _BRACKETS.findall(text)]
+    if alone:
+        return _known(bracketed[0] if in_brackets(text) else text, one_letter=True)
+    stated = [each for each in bracketed if not _NO_UNIT.fullmatch(each.casefold())]
+    if stated:  # of several, a known one that is not read counts first, one that nobody knows last
+        units = [_known(each, one_letter=True) for each in stated]
+        read = list(dict.fromkeys(unit for unit in units if isinstance(unit, Unit)))
+        others = [unit for unit in units if unit and unit not in read]
+        contradiction = [" and ".join(read)] if len(read) > 1 else []
+        first: Unit | str = [*others, *contradiction, *read, *stated][0]
+        return first
+    if whole := _known(text):
+        return whole
+    if found := _LAST.fullmatch(text):
+        after_sign, end = found[1].strip() in (",", "/", "in"), found[2]
+        at_end = _known(end, one_letter=True) if len(end) > 1 or after_sign or end in _AT_END[of_time] else None
+        if at_end := at_end or next(_of_kind(re.split(r"[\s_,.-]+", text), of_time), None):
+            return at_end
+    return text if _WITHIN.search(text) else None
 
 
-def force_unit_in(name: str) -> ForceUnit | None:
-    """The unit of force that a column's name ends with, if any.
+def _of_kind(words: Iterable[str], of_time: bool) -> Iterator[Unit | str]:
+    """The words among these that are units of time, or of force."""
+    kind, others = (TimeUnit, _OTHER_TIMES) if of_time else (ForceUnit, _OTHER_FORCES)
+    for word in words:
+        unit = _known(word) if len(word) > 1 or word in _AT_END[of_time] else None
+        if isinstance(unit, kind) or word.casefold() in others:
+            yield unit or word
 
-    >>> force_unit_in("force_kN")
-    <ForceUnit.KILONEWTONS: 'kN'>
+
+def remarked_units(line: str, *, of_time: bool) -> list[Unit | str]:
+    """The units of time, or of force, that a line of the header names where it speaks of units, or in the brackets of a
+    comment: "Force unit: kgf", "# column 2: F [kgf]".
+
+    >>> remarked_units("Units: ms, kgf", of_time=False), remarked_units("Load in kgf", of_time=False)
+    (['kgf'], [])
     """
-    found = _STATED_FORCE.fullmatch(name)
-    return ForceUnit(found[1]) if found else None
+    if line.lstrip().startswith(("#", "%", "//")):
+        in_comment = list(_of_kind((found.strip() for found in _BRACKETS.findall(_plain(line))), of_time))
+        if in_comment:
+            return in_comment
+    if in_brackets(line):  # alone on its line
+        return list(_of_kind([line.strip()[1:-1].strip()], of_time))
+    said = _UNIT_WORD.search(line)
+    if said and not of_time and (factor := re.match(r"[\s:=;,|]*(10+\s?k?N\b.*)", line[said.end() :])):
+        return [factor[1]]
+    if said is None or re.search("[0-9]", line[said.end() :]):  # "measuring unit for 5 kN" is no remark on units
+        return []
+    return list(_of_kind(re.split(r"[\s,;:=|\t\"()\[\]]+", _plain(line)), of_time))
 
 
-def other_unit_in(name: str) -> str | None:
-    """The unit that a column's name ends with, if it is one that forcemap does not read as a force.
+def _known(text: str, *, one_letter: bool = False) -> Unit | str | None:
+    """A unit that is read, the text of a known other one, or None."""
+    folded = text.casefold()
+    if unit := _SYMBOLS.get(text) or _WORDS.get(folded):
+        return unit
+    if len(text) == 1:
+        return text if one_letter and text in _ONE_LETTER else None
+    if folded in _OTHERS | _FOLDED or text.startswith("%") or _WITH_ANOTHER.fullmatch(text):
+        return text
+    parts = [part.rstrip("0123456789²³-") for part in _PARTS.split(text)]
+    composed = len(parts) > 1 or text[-1:] in ("²", "³")
+    return text if composed and all(part and part != "t" and _known(part, one_letter=True) for part in parts) else None
 
-    >>> other_unit_in("Force [lbf]"), other_unit_in("force_lbf"), other_unit_in("Force [N]")
-    ('lbf', 'lbf', None)
+
+def _plain(text: str) -> str:
+    """One sign for micro, no blanks or quotes around."""
+    return text.replace("μ", "µ").strip().strip('"').strip()
+
+
+def in_brackets(text: str) -> bool:
+    """True for a text in brackets and nothing else."""
+    return _BRACKETS.fullmatch(text.strip()) is not None
+
+
+def plain_unit(name: str, kind: type[Unit]) -> Unit | None:
+    """The unit of a name that says time (or force) and its unit and nothing else: "time_ms", "t [s]", "Kraft (N)".
+
+    >>> plain_unit("Zeit (ms)", TimeUnit), plain_unit("lag_ms", TimeUnit)
+    (<TimeUnit.MILLISECONDS: 'ms'>, None)
     """
-    found = _ANY_UNIT.fullmatch(name)
-    for unit in (name.strip(), (found[1] or found[2] or found[3]).strip() if found else ""):
-        if unit.casefold() in _OTHER_UNITS and unit not in ("N", "kN"):
-            return unit
-    return None
-
-
-def names_plain_time(name: str) -> bool:
-    """True if the name says time and its unit and nothing else: "time_ms", "t [s]", "Zeit (ms)"."""
-    return _PLAIN_TIME.fullmatch(name) is not None
-
-
-def names_plain_force(name: str) -> bool:
-    """True if the name says force and its unit and nothing else: "force_N", "F [kN]", "Kraft (N)"."""
-    return _PLAIN_FORCE.fullmatch(name) is not None
+    found = _PLAIN.fullmatch(_plain(name))
+    if found is None or (found[1] or found[3]).casefold() not in _PLAIN_WORDS[kind]:
+        return None
+    unit = _known(found[2] or found[4])
+    return unit if isinstance(unit, kind) and unit is not ForceUnit.COUNTS else None

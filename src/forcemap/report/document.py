@@ -151,12 +151,16 @@ def _headline(found: PlaceSpeeds) -> dict[str, Any]:
     if not found.confirmed:
         nowhere = "no place lies inside the measured range"
         return shown | {"speeds": found.open_places[0].reason if found.open_places else nowhere}
-    speeds = f"{floor_speed(found.slowest)}\u00a0m/s"
-    if found.fastest > found.slowest:
-        speeds = f"{floor_speed(found.slowest)} to {floor_speed(found.fastest)}\u00a0m/s, place by place"
+    program = _between(found.slowest_to_program, found.fastest_to_program)
+    speeds = f"{program} to program ({_between(found.slowest, found.fastest)} at contact)"
+    speeds += ", place by place" if found.fastest > found.slowest else ""
     if found.confirmed == inside:
         return shown | {"word": "CONFIRMED at all places", "kind": "confirmed", "speeds": speeds}
     return shown | {"word": f"CONFIRMED at {found.confirmed} of {inside} places", "kind": "partly", "speeds": speeds}
+
+
+def _between(low: float, high: float) -> str:
+    return f"{floor_speed(low)}{f' to {floor_speed(high)}' if high > low else ''}\u00a0m/s"
 
 
 def _curves(assessment: CampaignAssessment) -> dict[str, Markup]:

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from forcemap.campaigns.dataset import Binding, BindingState, Conditions, PhaseTwo
+from forcemap.campaigns.dataset import Binding, BindingState, Conditions, PhaseTwo, States, contradictions, unit_finding
 from forcemap.errors import InputError
 from forcemap.findings import Finding, FindingKind
 from forcemap.limits.body_areas import MAX_TRANSIENT_FACTOR
@@ -24,6 +24,7 @@ from forcemap.maps.bounds import Bound, ToleranceBound, contradiction, margins, 
 from forcemap.maps.direction import RAISED_OFF_AXIS, WIDEST_ANGLE, raised_off_axis
 from forcemap.maps.force_map import ForceMap
 from forcemap.maps.saturation import saturation_doubt
+from forcemap.speeds.allowance import Allowance
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,6 +55,8 @@ class Basis:
         What is known of Phase II.
     bound : Bound or None
         The bound; None before there is a map.
+    allowance : Allowance or None
+        What the robot may deviate, taken off speeds to program; None before there are speeds.
     source : str
         Where the map comes from.
     """
@@ -69,6 +72,7 @@ class Basis:
     conditions: Conditions
     phase_two: PhaseTwo
     bound: Bound | None = None
+    allowance: Allowance | None = None
     source: str = ""
 
     @property
@@ -85,6 +89,11 @@ class Basis:
     def simulated(self) -> bool:
         """True if the impacts are simulated."""
         return self.conditions.simulated
+
+    @property
+    def speed_error(self) -> float:
+        """Share by which the speeds of the campaign count lower than it states them; NaN: not stated, none."""
+        return self.conditions.speed_error
 
     @property
     def refusal(self) -> Finding | None:
@@ -112,7 +121,8 @@ class Basis:
         of_map = [] if self.bound is None else [Finding.of(FindingKind.MAP_SOURCE, source=self.source)]
         by = [] if self.bound is None else [Finding.of(FindingKind.BOUND, bound=str(self.bound))]
         limit = Finding.of(FindingKind.LIMIT, self.limit_finding)
-        return (*self.conditions.findings, *of_map, self.phase_two.finding, limit, *by, *self.notes)
+        off = [] if self.allowance is None else [self.allowance.of_speed]
+        return (*self.conditions.findings, *off, *of_map, self.phase_two.finding, limit, *by, *self.notes)
 
 
 def basis_of(
@@ -136,17 +146,25 @@ def basis_of(
     held = limit_basis(limit, contact, force_map.conditions, phase_two=force_map.phase_two, binding=force_map.binding)
     if isinstance(limit, NewtonLimit) and not held.refusals:
         _require_contact(force_map, limit, contact)
-    if not (held.refusals and math.isnan(force_map.device_range)):
+    if not (held.refusals and (math.isnan(force_map.device_range) or force_map.binding.refusal)):
         _require_measured(force_map, held.newtons)
     off_axis = raised_off_axis(angle)
     figures = {"widest_deg": WIDEST_ANGLE, "angle_deg": angle, "raised": RAISED_OFF_AXIS - 1}
     tilted = Finding.of(FindingKind.RAISED_OFF_AXIS if off_axis > 1 else FindingKind.ALONG_ONLY, **figures)
+    fit = force_map.fit
     weak, contradicted = weakness(bound, force_map), contradiction(force_map, bound)
+    doubt = held.conditions.speed_doubt
     return replace(
         held,
         raised=held.raised * off_axis,
         refusals=held.refusals or ((contradicted,) if contradicted else ()),
-        warnings=(*([weak] if weak else []), *held.warnings),
+        warnings=(
+            *([weak] if weak else []),
+            *held.warnings,
+            *([doubt] if doubt else []),
+            *_unchecked_units(force_map),
+            *(contradictions(_as_stated(fit.states, force_map.conditions)) if fit else ()),
+        ),
         notes=(*held.notes, tilted, *_notes(force_map, bound)),
         export_refusal=weak or held.export_refusal,
         bound=bound,
@@ -217,6 +235,19 @@ def limit_basis(
         conditions=conditions,
         phase_two=phase_two,
     )
+
+
+def _as_stated(states: States, conditions: Conditions) -> States:
+    """States with the speeds that the campaign states, as their names say them."""
+    return replace(states, speed=conditions.as_stated(states.speed))
+
+
+def _unchecked_units(force_map: ForceMap) -> list[Finding]:
+    """That nothing tells whether the forces and speeds of a fitted map are in the units they are taken for."""
+    if (fit := force_map.fit) is None:
+        return []
+    found = unit_finding(force_map.conditions, fit.states, fit.left_out, fit.test)
+    return [found] if found and found.kind is FindingKind.UNITS_NOT_CHECKED else []
 
 
 def _notes(force_map: ForceMap, bound: Bound) -> list[Finding]:

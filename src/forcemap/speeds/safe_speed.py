@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from decimal import ROUND_FLOOR, Decimal
 from enum import StrEnum
 from typing import Any
@@ -12,12 +12,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from forcemap.arrays import FloatArray, Indices
+from forcemap.arrays import FloatArray, Indices, Objects
 from forcemap.errors import InputError
 from forcemap.findings import Finding, FindingKind
 from forcemap.limits.force_limits import Contact, ForceLimit, NewtonLimit
 from forcemap.maps.bounds import Bound
 from forcemap.maps.force_map import ForceMap
+from forcemap.speeds.allowance import Allowance
 from forcemap.speeds.basis import Basis, basis_of
 from forcemap.speeds.crossings import highest_within, lowest_exceeded
 
@@ -34,6 +35,9 @@ _COLUMNS = (
     "predicted_force",
     "bound_force",
     "reason",
+    "speed_to_program",
+    "to_program_outcome",
+    "to_program_reason",
 )
 
 
@@ -59,7 +63,7 @@ class SafeSpeed:
     Parameters
     ----------
     speed : float or array
-        Highest speed confirmed [m/s], unrounded; NaN unless the outcome is capped or admissible.
+        Highest speed at contact confirmed [m/s], unrounded; NaN unless the outcome is capped or admissible.
     outcome : SpeedOutcome or array of object
         What is known of it.
     extrapolated_speed : float or array
@@ -71,6 +75,10 @@ class SafeSpeed:
         Prediction and bound at that speed [N]; NaN where there is no speed.
     reason : Finding or array of object
         Why.
+    speed_to_program : float or array
+        Highest speed to program [m/s], unrounded: the speed at contact less the overshoot. NaN where there is none.
+    to_program_outcome, to_program_reason : SpeedOutcome, Finding or array of object
+        What is known of it, and why: `unconfirmed` where only the speed at contact is not below what was measured.
     limit : float or array
         The force limit used [N].
     basis : Basis
@@ -85,6 +93,9 @@ class SafeSpeed:
     predicted_force: Any
     bound_force: Any
     reason: Any
+    speed_to_program: Any
+    to_program_outcome: Any
+    to_program_reason: Any
     limit: Any
     basis: Basis
 
@@ -100,9 +111,10 @@ def safe_speed(
     quasi_static_limit: float | None = None,
     spring_N_per_m: float | None = None,
     angle: float = 0.0,
+    allowance: Allowance | None = None,
     hints: bool = True,
 ) -> SafeSpeed:
-    """Highest speed at which the bound on the force stays within a limit, as far as measurements reach.
+    """Highest speed at contact at which the bound on the force stays within a limit, as far as measurements reach.
 
     With B(v) the running maximum of `bound.upper` from the lowest speed measured at the place: `not_permitted` where
     the standard permits no contact with the body area; `outside` the measured range; `unconfirmed` if B exceeds the
@@ -114,6 +126,9 @@ def safe_speed(
     gate. So is every place inside where the device's spring is softer than 0.9 of the body area's or not stated, and
     where the impacts table is not what its recordings gave. A spring from 0.9 to 1 of the area's raises the bound by
     the root of their ratio.
+
+    Beside it stands the speed to program, lower by the overshoot of the robot. Where that lies below the lowest speed
+    measured at the place, it is `unconfirmed`.
 
     Parameters
     ----------
@@ -135,6 +150,8 @@ def safe_speed(
         With a limit in newtons, the spring constant [N/m] of the body part it is meant for.
     angle : float
         How far the motion may point away from the map's direction [deg], at most 5; off it the bound is raised by 14 %.
+    allowance : Allowance, optional
+        What the robot may deviate; `Allowance()` if not given. At a place its position tolerance does not count.
     hints : bool
         False leaves `extrapolated_speed` out, NaN everywhere: on large grids it takes most of the time.
 
@@ -156,6 +173,7 @@ def safe_speed(
     >>> result.outcome.value, round(result.speed, 4)
     ('admissible', 0.3212)
     """
+    allowance = allowance or Allowance()
     basis = basis_of(
         force_map,
         limit,
@@ -175,13 +193,39 @@ def safe_speed(
     d, h, level = (np.ascontiguousarray(np.broadcast_to(array, shape).ravel()) for array in arrays)
     if not (np.isfinite(d).all() and np.isfinite(h).all()):
         raise InputError("place: found a distance or height that is not a finite number, expected metres")
-    parts = [_safe_speed(force_map, d[part], h[part], level[part], bound, basis, hints) for part in _parts(d.size)]
+    parts = [
+        _safe_speed(force_map, d[part], h[part], level[part], bound, basis, allowance, hints) for part in _parts(d.size)
+    ]
     columns = [np.concatenate(column).reshape(shape) for column in zip(*parts, strict=True)]
     values: dict[str, Any] = {
         name: column if shape else column.item() for name, column in zip(_COLUMNS, columns, strict=True)
     }
     values["bound_force"] = basis.raised * values["bound_force"]
-    return SafeSpeed(**values, limit=basis.newtons, basis=basis)
+    return SafeSpeed(**values, limit=basis.newtons, basis=replace(basis, allowance=allowance))
+
+
+def to_program(
+    speed: FloatArray, outcome: Objects, reason: Objects, lowest: FloatArray, allowance: Allowance
+) -> tuple[FloatArray, Objects, Objects]:
+    """Speeds to program, their outcomes and reasons, of speeds at contact.
+
+    Parameters
+    ----------
+    speed : array (n,)
+        Speeds at contact [m/s]; NaN where there is none.
+    outcome, reason : array (n,)
+        What is known of them, and why.
+    lowest : array (n,)
+        Lowest measured speeds [m/s]; below them nothing is confirmed.
+    allowance : Allowance
+        What the robot may deviate.
+    """
+    slower = allowance.off(speed)
+    below = np.flatnonzero(slower < lowest)
+    outcome, reason = outcome.copy(), reason.copy()
+    slower[below], outcome[below] = np.nan, SpeedOutcome.UNCONFIRMED
+    reason[below] = Finding.of(FindingKind.BELOW_MEASURED, overshoot_mps=allowance.speed)
+    return slower, outcome, reason
 
 
 def floor_speed(speed: float) -> str:
@@ -202,7 +246,14 @@ def _parts(size: int) -> Iterator[slice]:
 
 
 def _safe_speed(
-    force_map: ForceMap, d: FloatArray, h: FloatArray, limit: FloatArray, bound: Bound, basis: Basis, hints: bool
+    force_map: ForceMap,
+    d: FloatArray,
+    h: FloatArray,
+    limit: FloatArray,
+    bound: Bound,
+    basis: Basis,
+    allowance: Allowance,
+    hints: bool,
 ) -> tuple[Any, ...]:
     """The first columns of SafeSpeed, in its order, for places of shape (n,)."""
 
@@ -239,7 +290,8 @@ def _safe_speed(
     predicted, bounded = np.full((2, d.size), np.nan)
     predicted[with_speed] = force_map.predict(d[with_speed], h[with_speed], speed[with_speed])
     bounded[with_speed] = bound.upper(force_map, d[with_speed], h[with_speed], speed[with_speed])
-    return speed, outcome, hint, low, high, predicted, bounded, reason
+    programmed = to_program(speed, outcome, reason, low, allowance)
+    return speed, outcome, hint, low, high, predicted, bounded, reason, *programmed
 
 
 def states_above(force_map: ForceMap, force: str, limit: float) -> Iterator[tuple[str, float, float, float, float]]:

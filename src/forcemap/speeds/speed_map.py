@@ -34,11 +34,19 @@ class SpeedMap:
 
     @property
     def fastest(self) -> tuple[float, float, float] | None:
-        """(distance, height, speed) of the fastest confirmed place [m, m, m/s]; None if no place is confirmed."""
-        if np.isnan(self.speeds.speed).all():
+        """(distance, height, speed at contact) of the fastest place [m, m, m/s]; None if no place is confirmed."""
+        return self._fastest(self.speeds.speed)
+
+    @property
+    def fastest_to_program(self) -> tuple[float, float, float] | None:
+        """(distance, height, speed to program) of the fastest place [m, m, m/s]; None if none has one."""
+        return self._fastest(self.speeds.speed_to_program)
+
+    def _fastest(self, speed: FloatArray) -> tuple[float, float, float] | None:
+        if np.isnan(speed).all():
             return None
-        i, j = np.unravel_index(np.nanargmax(self.speeds.speed), self.speeds.speed.shape)
-        return float(self.distance[i]), float(self.height[j]), float(self.speeds.speed[i, j])
+        i, j = np.unravel_index(np.nanargmax(speed), speed.shape)
+        return float(self.distance[i]), float(self.height[j]), float(speed[i, j])
 
     @property
     def counts(self) -> dict[str, int]:

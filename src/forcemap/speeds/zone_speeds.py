@@ -15,10 +15,11 @@ from forcemap.findings import Finding, FindingKind
 from forcemap.limits.force_limits import Contact, ForceLimit, NewtonLimit
 from forcemap.maps.bounds import Bound
 from forcemap.maps.force_map import ForceMap
+from forcemap.speeds.allowance import Allowance
 from forcemap.speeds.basis import Basis
 from forcemap.speeds.enclosures import Patches, enclose
 from forcemap.speeds.range_enclosure import highest_measured_speed, lowest_measured_speeds
-from forcemap.speeds.safe_speed import SAME_PLACE, SpeedOutcome, safe_speed, states_above
+from forcemap.speeds.safe_speed import SAME_PLACE, SpeedOutcome, safe_speed, states_above, to_program
 from forcemap.speeds.zones import Regions
 
 _ROUNDS = 7  # halvings of a zone at most
@@ -39,10 +40,12 @@ class ZoneSpeeds:
         `not_permitted` for the head, `outside` if any part of the zone is, `unconfirmed` if any part is or may be.
     fastest_probe : array, shape (n,)
         Largest safe speed among the corners or ends [m/s]; NaN where one of them has none.
-    highest_measured_speed : array, shape (n,)
-        Lowest of the highest measured speeds in the zone [m/s]; NaN outside.
+    lowest_measured_speed, highest_measured_speed : array, shape (n,)
+        Highest of the lowest and lowest of the highest measured speeds in the zone [m/s]; the last is NaN outside.
     reason : array of Finding, shape (n,)
         Why.
+    speed_to_program, to_program_outcome, to_program_reason : array, shape (n,)
+        As in `SafeSpeed`; a speed to program is at no place of the zone below what was measured there.
     limit : array, shape (n,)
         The force limit used [N].
     basis : Basis
@@ -52,8 +55,12 @@ class ZoneSpeeds:
     speed: FloatArray
     outcome: Objects
     fastest_probe: FloatArray
+    lowest_measured_speed: FloatArray
     highest_measured_speed: FloatArray
     reason: Objects
+    speed_to_program: FloatArray
+    to_program_outcome: Objects
+    to_program_reason: Objects
     limit: FloatArray
     basis: Basis
 
@@ -79,6 +86,7 @@ def zone_speeds(
     quasi_static_limit: float | None = None,
     spring_N_per_m: float | None = None,
     angle: float = 0.0,
+    allowance: Allowance | None = None,
 ) -> ZoneSpeeds:
     """A speed for each zone that exceeds the safe speed at no place in it.
 
@@ -96,8 +104,8 @@ def zone_speeds(
         As in `safe_speed`; an array has one limit for each zone.
     bound : Bound
         `FixedMargin` or `ToleranceBound`.
-    contact, quasi_static_limit, spring_N_per_m, angle : optional
-        As in `safe_speed`.
+    contact, quasi_static_limit, spring_N_per_m, angle, allowance : optional
+        As in `safe_speed`; widening the zones by the position tolerance (`grown`) is left to the caller.
 
     Returns
     -------
@@ -118,7 +126,7 @@ def zone_speeds(
     >>> found.outcome[0].value, round(float(found.speed[0]), 3)
     ('admissible', 0.306)
     """
-    n = len(zones)
+    n, allowance = len(zones), allowance or Allowance()
     distance, height = zones.probes
     at = safe_speed(
         force_map,
@@ -130,6 +138,7 @@ def zone_speeds(
         quasi_static_limit=quasi_static_limit,
         spring_N_per_m=spring_N_per_m,
         angle=angle,
+        allowance=allowance,
         hints=False,
     )
     newtons, level = (
@@ -137,6 +146,8 @@ def zone_speeds(
         for force in (at.limit, at.basis.level)
     )
     highest = force_map.measured_range.speeds(*zones.extremes(force_map.measured_range))[1].min(axis=1)
+    whole = zones.patches(np.arange(n), np.tile([0.0, 1.0, 0.0, 1.0], (n, 1)))
+    lowest = lowest_measured_speeds(force_map.measured_range, *whole.corners)[1]
     snapped = np.isin(highest, force_map.measured_range.points[:, 2])
     highest = np.where(snapped, highest, highest - 1e-12)
 
@@ -166,7 +177,8 @@ def zone_speeds(
         reason[where] = [why.and_(state) for why in reason[where]]
     fastest = np.where(np.isnan(speed), np.nan, at.speed.max(axis=1))
     basis = replace(at.basis, notes=(*at.basis.notes, Finding.of(FindingKind.WHOLE_ZONE)))
-    return ZoneSpeeds(speed, outcome, fastest, highest, reason, newtons, basis)
+    programmed = to_program(speed, outcome, reason, lowest, allowance)
+    return ZoneSpeeds(speed, outcome, fastest, lowest, highest, reason, *programmed, newtons, basis)
 
 
 def _each(limit: ForceLimit | NewtonLimit | ArrayLike, n: int) -> ForceLimit | NewtonLimit | Any:

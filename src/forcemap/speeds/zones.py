@@ -11,7 +11,6 @@ from numpy.typing import ArrayLike
 
 from forcemap.arrays import FloatArray, Indices, Mask
 from forcemap.errors import InputError
-from forcemap.findings import Finding, FindingKind
 from forcemap.maps.measured_range import MeasuredRange
 from forcemap.speeds.enclosures import Patches
 from forcemap.speeds.range_enclosure import footprint
@@ -243,37 +242,6 @@ class Segments:
                 & (h.max(axis=1) >= height - reach)
             )
         return close
-
-
-@dataclass(frozen=True)
-class Allowance:
-    """What a robot may deviate from its program; subtracted from what it is told.
-
-    Parameters
-    ----------
-    speed : float
-        How much faster than programmed it may be [m/s].
-    position : float
-        How far it may be from where it is programmed to be [m].
-
-    Raises
-    ------
-    InputError
-        A figure that is negative or not finite.
-    """
-
-    speed: float = 0.01
-    position: float = 0.005
-
-    def __post_init__(self) -> None:
-        for name, value in (("speed overshoot", self.speed), ("position tolerance", self.position)):
-            if not 0 <= value < np.inf:
-                raise InputError(f"{name}: found {value:g}, expected a finite number of at least 0")
-
-    @property
-    def finding(self) -> Finding:
-        """What was subtracted."""
-        return Finding.of(FindingKind.ALLOWANCE, overshoot_mps=self.speed, position_m=self.position)
 
 
 def zone_grid(measured_range: MeasuredRange, size: float) -> Zones:

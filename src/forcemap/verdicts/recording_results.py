@@ -3,18 +3,29 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from forcemap.arrays import FloatArray
-from forcemap.campaigns.campaign import Campaign
+from forcemap.campaigns.campaign import Campaign, read_campaign
 from forcemap.campaigns.conditions import Conditions
+from forcemap.campaigns.impacts_table import read_dataset
 from forcemap.campaigns.recordings_table import Entry
-from forcemap.campaigns.walk import CampaignRecording, FileState, Progress, RecordedImpacts, recorded_impacts, walk
+from forcemap.campaigns.walk import (
+    CampaignRecording,
+    FileState,
+    Measured,
+    Progress,
+    RecordedImpacts,
+    mistaken_unit,
+    recorded_impacts,
+    walk,
+)
 from forcemap.errors import InputError
+from forcemap.files import file_sha256
 from forcemap.findings import Finding, FindingKind
 from forcemap.limits.force_limits import Contact, ForceLimit, NewtonLimit
 from forcemap.recordings.column_map import ColumnMap
@@ -104,6 +115,7 @@ def check_file(
     interpretation: Interpretation | None = None,
     contact: Contact | None = None,
     name: str | None = None,
+    doubt: Finding | None = None,
 ) -> RecordingsCheck:
     """Check the impacts of all recordings in a file against a limit.
 
@@ -119,6 +131,8 @@ def check_file(
         As in `check_impact`.
     name : str, optional
         What the file is called; its own name if not given.
+    doubt : Finding, optional
+        Why none may be within: what `recording_doubt` says of a file in a campaign.
 
     Raises
     ------
@@ -128,10 +142,41 @@ def check_file(
     conditions, name = conditions or Conditions(), name or Path(path).name
     asked = {"interpretation": interpretation, "contact": contact}
     recordings = (
-        CheckedRecording(each.recording.name, each, _verdicts(each, each.doubt, limit, **asked), each.doubt)
+        CheckedRecording(
+            each.recording.name, each, _verdicts(each, each.doubt or doubt, limit, **asked), each.doubt or doubt
+        )
         for each in recorded_impacts(path, conditions, columns, name=name)
     )
     return RecordingsCheck(name, limit, conditions, tuple(recordings))
+
+
+_OF_EVERY_RECORDING = (FindingKind.UNIT_SLIP, FindingKind.UNIT_OF_TIME_SLIP, FindingKind.CONDITION_CHANGED)
+
+
+def recording_doubt(folder: str | Path, file: str | Path | None = None) -> Finding | None:
+    """What a campaign, as it was collected, says against every recording measured in it; None if nothing.
+
+    A unit that is mistaken, a condition that was changed; and of a file in its folder that it was changed.
+
+    Parameters
+    ----------
+    folder : str or Path
+        Of the campaign.
+    file : str or Path, optional
+        A file below its folder of recordings.
+    """
+    try:
+        campaign = read_campaign(folder)
+        refusal = read_dataset(folder).binding.refusal
+    except InputError:  # not collected yet
+        return None
+    if refusal and refusal.kind in _OF_EVERY_RECORDING:
+        return refusal
+    inside = file and Path(file).resolve().relative_to(campaign.recordings.resolve()).as_posix()
+    entry = next((each for each in campaign.entries if each.file == inside and not each.blank), None)
+    if entry is None or file is None or entry.sha256 in ("", file_sha256(file)):
+        return None
+    return Finding.of(FindingKind.FILE_CHANGED)
 
 
 def check_campaign(
@@ -143,6 +188,8 @@ def check_campaign(
     progress: Progress | None = None,
 ) -> RecordingsCheck:
     """Check the impacts of all recordings of a campaign against a limit, but for those that a person excluded.
+
+    Where the campaign's states together show that a unit is mistaken, no impact is within.
 
     Parameters
     ----------
@@ -161,11 +208,13 @@ def check_campaign(
         A link that leads to no file lies among the recordings.
     """
     asked = {"interpretation": interpretation, "contact": contact}
+    found = list(walk(campaign, progress=progress))
+    mistaken = mistaken_unit(campaign, filter(None, (each.measured for each in found)))
     checked = []
-    for found in walk(campaign, progress=progress):
-        excluded, recorded, doubt = found.excluded, found.recorded, found.doubt
+    for each in found:
+        excluded, recorded, doubt = each.excluded, each.recorded, each.doubt or mistaken
         verdicts = () if excluded else _verdicts(recorded, doubt, limit, **asked)
-        checked.append(CheckedRecording(found.entry.name, recorded, verdicts, None if excluded else doubt, excluded))
+        checked.append(CheckedRecording(each.entry.name, recorded, verdicts, None if excluded else doubt, excluded))
     if not checked:
         raise InputError("found no recording to check", file=str(campaign.recordings))
     return RecordingsCheck(campaign.folder.resolve().name, limit, campaign.conditions, tuple(checked))
@@ -246,12 +295,24 @@ def judge_recordings(
     """
     permitted = [limit for limit in limits if limit.permitted]
     results: list[RecordingResult] = []
+    measured: list[Measured] = []
     gravest: Verdict | None = None  # no other is held: curves take memory
     for found in walk(campaign, progress=progress):
         result, verdicts = _result(found, limits)
         results.append(result)
+        measured += [found.measured] if found.measured else []
         gravest = max([*([gravest] if gravest else []), *verdicts], key=_share, default=None)
+    if mistaken := mistaken_unit(campaign, measured):
+        results = [_doubted(result, mistaken) for result in results]
     return JudgedRecordings(tuple(results), gravest, permitted[0] if gravest else None)
+
+
+def _doubted(result: RecordingResult, doubt: Finding) -> RecordingResult:
+    """The result where no impact may be within: only that a limit is exceeded counts."""
+    if result.not_judged:
+        return result
+    exceeded = tuple(each if each and each.outcome is VerdictOutcome.EXCEEDED else None for each in result.judgements)
+    return replace(result, judgements=exceeded, not_judged=doubt)
 
 
 def gravest_judgement(judgements: Iterable[Judgement]) -> Judgement | None:

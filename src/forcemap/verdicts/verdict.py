@@ -15,8 +15,8 @@ import numpy as np
 from forcemap.arrays import FloatArray
 from forcemap.errors import InputError
 from forcemap.findings import Finding, FindingKind
-from forcemap.impacts.impact import TRANSIENT_TIME, Impact, Quality
-from forcemap.impacts.quality import UNKNOWN_PEAK
+from forcemap.impacts.impact import TRANSIENT_TIME, Impact
+from forcemap.impacts.quality import DOUBTFUL
 from forcemap.impacts.scenario import BARRING, ContactScenario
 from forcemap.limits.device_spring import DeviceSuitability, device_suitability
 from forcemap.limits.force_limits import Contact, ForceLimit, NewtonLimit
@@ -305,7 +305,7 @@ def _hidden(impact: Impact, before: float) -> Finding | None:
     if impact.verdict_peak_force < impact.contact.floor:
         return Finding.of(FindingKind.NO_PEAK, force_N=impact.verdict_peak_force)
     for flag in impact.flags:
-        if flag.name in UNKNOWN_PEAK or flag.name is Quality.SATURATED:
+        if flag.name in DOUBTFUL:
             return Finding.of(FindingKind.FLAGGED, flag=flag.name, figure=flag.figure)
     if impact.scenario is ContactScenario.UNDETERMINED and impact.recorded_time < TRANSIENT_TIME:
         return Finding.of(FindingKind.ENDS_EARLY, after_s=impact.recorded_time, force_N=impact.end_force)

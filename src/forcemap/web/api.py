@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from typing import Annotated, Any
 
-from fastapi import APIRouter, Path, Query, Request
+from fastapi import APIRouter, Depends, Path, Query, Request
 from fastapi.responses import Response
+from fastapi.security import HTTPBearer
 
 from forcemap import LimitTable, map_text
 from forcemap.answers.accuracy import EvaluateAnswer
@@ -33,6 +34,7 @@ from forcemap.web.turns import Turns
 Name = Annotated[str, Path(description="Name of a campaign: that of its folder.", max_length=255)]
 
 REFUSALS: dict[int | str, dict[str, Any]] = {
+    401: {"model": ErrorAnswer, "description": "Without the token of this page."},
     403: {"model": ErrorAnswer, "description": "A request of another site."},
     404: {"model": ErrorAnswer, "description": "There is no such campaign or page."},
     409: {"model": ErrorAnswer, "description": "The campaign, as it is, cannot give the answer."},
@@ -47,13 +49,14 @@ _UPLOAD_REFUSALS: dict[int | str, dict[str, Any]] = {
         "description": "Neither a recording nor a table by its name, or not sent as a plain body.",
     },
 }
+_BEARER = HTTPBearer(auto_error=False, description="The token in the address that forcemap serve prints.")  # see Guard
 _FILE = {"schema": {"type": "string", "format": "binary", "minLength": 1}}
 _BODY = {"requestBody": {"required": True, "content": {"application/octet-stream": _FILE}}}
 
 
 def api_router(folder: Folder, intake: Intake, turns: Turns, table: LimitTable | None) -> APIRouter:
     """The routes of the JSON answers for the campaigns of a folder."""
-    router = APIRouter(prefix="/api", responses=REFUSALS)
+    router = APIRouter(prefix="/api", responses=REFUSALS, dependencies=[Depends(_BEARER)])
 
     def asked(name: str) -> Asked:
         path = folder.campaign(name)

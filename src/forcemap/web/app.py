@@ -13,6 +13,7 @@ from starlette.exceptions import HTTPException
 
 from forcemap import ForcemapError, LimitTable, __version__
 from forcemap.answers.error import ErrorAnswer
+from forcemap.web.admission import is_api
 from forcemap.web.api import api_router
 from forcemap.web.folder import Folder
 from forcemap.web.guard import Guard
@@ -27,13 +28,15 @@ _DESCRIPTION = (
 )
 
 
-def create_app(folder: str | Path, *, limit_table: LimitTable | None = None) -> FastAPI:
+def create_app(folder: str | Path, *, token: str, limit_table: LimitTable | None = None) -> FastAPI:
     """The web application for a campaign's folder, or a folder of such folders.
 
     Parameters
     ----------
     folder : str or Path
         What is shown; nothing outside it is read or written.
+    token : str
+        What every request must carry.
     limit_table : LimitTable, optional
         Table of limits; that which a campaign names, else that of ISO/TS 15066:2016, if not given.
 
@@ -64,15 +67,14 @@ def create_app(folder: str | Path, *, limit_table: LimitTable | None = None) -> 
 
     for kind in (ForcemapError, RequestValidationError, HTTPException):
         app.add_exception_handler(kind, _told)
-    app.add_middleware(Guard)
+    app.add_middleware(Guard, token=token)
     return app
 
 
 def _told(request: Request, error: Exception) -> Response:
     """An error as JSON, or as a page where a page was asked for."""
     found = _as_ours(error)
-    path = request.url.path
-    if path.startswith(("/api/", "/static/")) or path == "/api":
+    if is_api(request):
         return JSONResponse(ErrorAnswer.of_error(found, remote=True).model_dump(), status_of(found))
     return problem_page(request, found)
 

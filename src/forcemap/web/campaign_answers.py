@@ -13,7 +13,7 @@ from forcemap.answers.answer import Answer, Figure, PlannedState, Said, of
 from forcemap.answers.collect import Outlier
 from forcemap.web.folder import Folder
 from forcemap.web.held import fitted, impacts_of
-from forcemap.words import sentence
+from forcemap.words import sentence, sentences
 
 
 class StateProgress(PlannedState):
@@ -119,7 +119,7 @@ def _doubt(dataset: fm.ImpactDataset) -> str:
     """What every speed of these impacts will say first, or why there will be none; empty if nothing."""
     if dataset.no_speed:
         return f"No speed will be given: {sentence(dataset.no_speed)}"
-    return sentence(dataset.binding.reason or "")
+    return "; ".join(sentences([dataset.binding.reason or "", *dataset.contradictions])).strip("; ")
 
 
 def campaign_answer(name: str, path: Path) -> CampaignAnswer:
@@ -174,7 +174,7 @@ def _measured(dataset: fm.ImpactDataset) -> dict[str, Any]:
 
 def _table_only(path: Path) -> dict[str, Any]:
     dataset = impacts_of(path)
-    states = dataset.states
+    states = dataset.as_stated.states
     role = dict(zip(dataset.state.tolist(), dataset.role.tolist(), strict=True))
     roles, at = [role[name] for name in states.name], (states.distance, states.height, states.speed)
     impacts = states.impacts + states.censored

@@ -86,7 +86,7 @@ def report_text(campaign: Path, question: Bounded, table: fm.LimitTable | None) 
     limits, stated = limits_of(campaign, table), campaign / "campaign.toml"
     error = fm.read_conditions(stated).device.error_or_default if stated.exists() else 3.0
     bound = question.stated_bound(error)
-    found = fm.assess_campaign(campaign, limits=[limits.of(question.area)], bound=bound)
+    found = fm.assess_campaign(campaign, limits=[limits.of(question.area)], bound=bound, allowance=question.allowance)
     return report_html(replace(found, findings=(*map(in_words, limits.statements), *found.findings)))
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -23,16 +24,22 @@ _OUTCOMES = tuple(outcome.value for outcome in SpeedOutcome)
 
 
 class SpeedGrid(RestsOn):
-    """Safe speeds on a grid, rows along distance; outcome and reason are numbers of `outcomes` and `reasons`."""
+    """Safe speeds on a grid, rows along distance; outcomes and reasons are numbers of `outcomes` and `reasons`.
+
+    `outcome` and `reason` are of the speed at contact, `counts` of the speed to program.
+    """
 
     distance_m: list[float]
     height_m: list[float]
     speed_mps: list[list[float | None]]
+    speed_to_program_mps: list[list[float | None]]
     outcomes: list[str]
     outcome: list[list[int]]
     counts: dict[str, int]
     reasons: list[str]
     reason: list[list[int]]
+    to_program_outcome: list[list[int]]
+    to_program_reason: list[list[int]]
 
 
 class Line(Answer):
@@ -77,20 +84,29 @@ def speed_grid(asked: Asked, question: Resolution) -> SpeedGrid:
     force_map = asked.fitted.force_map
     d, h = _grid(asked, question.places)
     speeds = safe_speed(force_map, *np.meshgrid(d, h, indexing="ij"), **asked.case(question), hints=False)
-    outcome = np.vectorize(_OUTCOMES.index, otypes=[int])(speeds.outcome)
-    reasons = list(dict.fromkeys(speeds.reason.ravel().tolist()))
-    reason = np.vectorize({each: i for i, each in enumerate(reasons)}.__getitem__, otypes=[int])(speeds.reason)
+    outcome, program = (_positions(each, _OUTCOMES) for each in (speeds.outcome, speeds.to_program_outcome))
+    reasons = tuple(dict.fromkeys([*speeds.reason.ravel().tolist(), *speeds.to_program_reason.ravel().tolist()]))
+    reason, program_reason = (_positions(each, reasons) for each in (speeds.reason, speeds.to_program_reason))
     return SpeedGrid(
         distance_m=d.tolist(),
         height_m=h.tolist(),
         speed_mps=figures(_floored(speeds.speed, 6)),
+        speed_to_program_mps=figures(_floored(speeds.speed_to_program, 6)),
         outcomes=list(_OUTCOMES),
         outcome=outcome.tolist(),
-        counts={name: int(np.sum(outcome == i)) for i, name in enumerate(_OUTCOMES)},
+        counts={name: int(np.sum(program == i)) for i, name in enumerate(_OUTCOMES)},
         reasons=[sentence(each) for each in reasons],
         reason=reason.tolist(),
+        to_program_outcome=program.tolist(),
+        to_program_reason=program_reason.tolist(),
         **rests_on(force_map, speeds.basis, asked.limits.statements),
     )
+
+
+def _positions(values: NDArray[Any], names: Sequence[Any]) -> NDArray[Any]:
+    """Position of every value among some names."""
+    position = {each: i for i, each in enumerate(names)}
+    return np.asarray(np.vectorize(position.__getitem__, otypes=[int])(values))
 
 
 def slices_answer(asked: Asked, question: State) -> SlicesAnswer:
@@ -183,7 +199,7 @@ def _verdict(speed: float, answer: SpeedAnswer) -> str:
     if answer.speed_mps is None:
         return f"no speed is permitted here: {answer.outcome.replace('_', ' ')}"
     if speed > answer.speed_mps:
-        return "faster than the safe speed here"
+        return "faster than the safe speed at contact here"
     if answer.lowest_measured_speed_mps is not None and speed < answer.lowest_measured_speed_mps:
-        return "slower than anything measured here; the safe speed covers it"
-    return "within the safe speed here"
+        return "slower than anything measured here; the safe speed at contact covers it"
+    return "within the safe speed at contact here"

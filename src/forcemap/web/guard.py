@@ -1,4 +1,4 @@
-"""Who may ask, and what every answer forbids: Host, Origin, size, and the headers of a page that trusts nobody."""
+"""Who may ask, and what every answer forbids: Host, Origin, token, size, and headers of a page that trusts nobody."""
 
 from __future__ import annotations
 
@@ -12,7 +12,9 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from forcemap.answers.error import ErrorAnswer
 from forcemap.errors import ForcemapError
+from forcemap.web.admission import Admission, is_api, is_page
 from forcemap.web.intake import LARGEST_UPLOAD, too_large
+from forcemap.web.pages import locked_page
 from forcemap.web.refusal import Refusal
 
 _HOST = re.compile(r"(127\.0\.0\.1|localhost)(:\d{1,5})?")
@@ -46,15 +48,15 @@ _HEADERS = {
 class Guard:
     """Refuses requests that no page of this server makes, and puts the same headers on every answer."""
 
-    def __init__(self, app: ASGIApp) -> None:
-        self.app = app
+    def __init__(self, app: ASGIApp, token: str) -> None:
+        self.app, self.admission = app, Admission(token)
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Answer a request or pass it on."""
         if scope["type"] != "http":
             await self.app(scope, receive, send)
             return
-        started = False
+        request, started = Request(scope), False
 
         async def guarded(message: Message) -> None:
             nonlocal started
@@ -63,13 +65,22 @@ class Guard:
                 headers = MutableHeaders(scope=message)
                 headers.update(_HEADERS)
                 headers.setdefault("cache-control", "no-store")
+                if message["status"] == 401:
+                    headers["www-authenticate"] = "Bearer"
             await send(message)
 
         try:
-            _require_own(Request(scope))
+            _require_own(request)
+            if opened := self.admission.opened(request):
+                await opened(scope, receive, guarded)
+                return
+            self.admission.require(request)
+            _require_size(request)
             await self.app(scope, receive, guarded)
         except Refusal as error:
-            await _refused(error, error.status)(scope, receive, guarded)
+            closed = error.status == 401 and not is_api(request)
+            answer = locked_page(request) if closed else _refused(error, error.status)
+            await answer(scope, receive, guarded)
         except Exception as error:  # one line for the person and one for the terminal, never a traceback
             what = " ".join(str(error).split())
             defect = ForcemapError(f"a defect of forcemap ({type(error).__name__}: {what}); please report it")
@@ -87,13 +98,15 @@ def _require_own(request: Request) -> None:
             raise Refusal(403, "origin", f"found {name} more than once, expected it once; nothing was done")
     origin, (site, *visit) = request.headers.get("origin"), (request.headers.get(name, "") for name in _FETCH)
     own = site in ("", "same-origin", "none") and (origin is None or origin == f"http://{host}")
-    reads, path = request.method in ("GET", "HEAD"), request.url.path
-    link = reads and visit == ["navigate", "document"] and (path == "/" or path.startswith("/campaigns/"))
+    link = visit == ["navigate", "document"] and is_page(request)
     if not (own or link):
-        done = "" if reads else "; nothing was done"
+        done = "" if request.method in ("GET", "HEAD") else "; nothing was done"
         raise Refusal(403, "origin", f"found a request of another site, expected one of this page{done}")
+
+
+def _require_size(request: Request) -> None:
     size = request.headers.get("content-length", "0")
-    if not reads and size.isdecimal() and int(size) > LARGEST_UPLOAD:
+    if request.method not in ("GET", "HEAD") and size.isdecimal() and int(size) > LARGEST_UPLOAD:
         raise too_large()
 
 

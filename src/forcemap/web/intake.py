@@ -4,24 +4,22 @@ from __future__ import annotations
 
 import asyncio
 import os
-import secrets
 import threading
-import time
 from collections.abc import AsyncIterator, Iterator
-from contextlib import asynccontextmanager, contextmanager
+from contextlib import ExitStack, asynccontextmanager, contextmanager
 from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path, PurePosixPath
+from typing import BinaryIO
 
 from fastapi import Request
 from pydantic import BaseModel, Field
 from starlette.requests import ClientDisconnect
 
-from forcemap import Campaign, ForcemapError, InputError, LimitTable, build_dataset, read_campaign
+from forcemap import Campaign, ForcemapError, InputError, LimitTable, collect_campaign, read_campaign
 from forcemap.answers.check import CheckAnswer
 from forcemap.answers.collect import CollectAnswer
-from forcemap.errors import ChangedMeanwhile
-from forcemap.files import file_sha256
+from forcemap.files import file_sha256, flush_to_disk, hidden_file, sweep
 from forcemap.web.campaign_answers import problem_words
 from forcemap.web.folder import Folder
 from forcemap.web.held import impacts_of
@@ -36,7 +34,7 @@ LARGEST_UPLOAD = 20_000_000
 MOST_RECORDINGS = 5_000
 """The most files a campaign's folder of recordings may hold for the page to add one."""
 
-TYPES = (".csv", ".txt", ".tdms")
+TYPES = (".csv", ".txt", ".tsv", ".dat", ".asc", ".log", ".lvm", ".tdms")
 """How the names of files end that are taken; what they hold is judged by the reader."""
 
 LARGEST_TABLE = 2_000_000
@@ -45,9 +43,6 @@ LARGEST_TABLE = 2_000_000
 _AT_ONCE = 8  # files that arrive or wait
 _JUDGED_AT_ONCE = 2  # a recording of 20 MB takes 140 MB of memory
 _PATIENCE = 60.0  # for a file to arrive [s]
-_STAGED = ".incoming-"
-_STALE = 3600.0  # [s]
-_TRIES = 3
 
 
 class Upload(Area):
@@ -100,7 +95,7 @@ class Intake:
         self._judging = asyncio.Semaphore(_JUDGED_AT_ONCE)
         self._desks: dict[Path, _Desk] = {}
         for campaign in folder.campaigns().values():
-            _sweep(campaign)
+            sweep(campaign)
 
     async def judge(self, request: Request, name: str, upload: Upload, *, drawn: bool) -> CheckAnswer | TableAnswer:
         """Judge a file without storing it; with its curves where they are drawn."""
@@ -171,7 +166,8 @@ class Intake:
 def _suffix(file_name: str) -> str:
     suffix = PurePosixPath(file_name.replace("\\", "/")).suffix.lower()
     if suffix not in TYPES:
-        message = f"found a file that ends with {suffix or 'nothing'!r}, expected one of {', '.join(TYPES)}"
+        found = f"found a file that ends with {suffix or 'nothing'!r}, expected one of {', '.join(TYPES)}"
+        message = f"{found}; of a workbook save the sheet as CSV UTF-8"
         raise Refusal(415, "type", message, file=file_name)
     return suffix
 
@@ -182,31 +178,30 @@ async def _received(request: Request, campaign: Path, suffix: str) -> AsyncItera
     if request.headers.get("content-type", "").partition(";")[0].strip() != "application/octet-stream":
         message = "expected the file itself as the body, with Content-Type: application/octet-stream"
         raise Refusal(415, "type", message)
-    staged = campaign / f"{_STAGED}{secrets.token_hex(8)}{suffix}"
-    try:
-        await _write(request, staged)
+    with ExitStack() as held:
+        try:
+            staged, stream = held.enter_context(hidden_file(campaign, suffix))
+            await _write(request, stream)
+        except OSError as error:
+            raise InputError(f"cannot be written ({error.strerror})", file=campaign.name) from error
         yield staged
-    finally:
-        staged.unlink(missing_ok=True)
 
 
-async def _write(request: Request, staged: Path) -> None:
+async def _write(request: Request, stream: BinaryIO) -> None:
     """Write the body of a request, as far as it is not too large or too slow."""
     size = 0
     try:
-        with staged.open("xb") as stream:
-            async with asyncio.timeout(_PATIENCE):
-                async for part in request.stream():
-                    size += len(part)
-                    if size > LARGEST_UPLOAD:
-                        raise too_large()
-                    stream.write(part)
+        async with asyncio.timeout(_PATIENCE):
+            async for part in request.stream():
+                size += len(part)
+                if size > LARGEST_UPLOAD:
+                    raise too_large()
+                stream.write(part)
+        stream.flush()
     except TimeoutError:
         raise Refusal(408, "too_slow", f"the file did not arrive within {_PATIENCE:g} s; send it again") from None
     except ClientDisconnect:
         raise Refusal(408, "gone", "the file did not arrive as a whole; send it again") from None
-    except OSError as error:
-        raise InputError(f"cannot be written ({error.strerror})", file=staged.parent.name) from error
     if not size:
         raise Refusal(422, "input", "found an empty file, expected a recording or an impacts table")
 
@@ -260,40 +255,20 @@ def _digest(path: Path, _changed: int, _size: int) -> str:
 def _store(staged: Path, target: Path) -> None:
     """Give a file that is whole its name, once it is on the disk; one that exists is never replaced."""
     try:
-        _flush(staged)
+        flush_to_disk(staged)
         target.parent.mkdir(exist_ok=True)
         os.link(staged, target)
-        _flush(target.parent)
+        flush_to_disk(target.parent)
     except FileExistsError:
         raise Refusal(409, "run_taken", f"{target.name} exists already; add this one as another repeat") from None
     except OSError as error:
         raise InputError(f"cannot be written ({error.strerror})", file=target.name) from error
 
 
-def _flush(path: Path) -> None:
-    descriptor = os.open(path, os.O_RDONLY)
-    try:
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)
-
-
 def _collect(path: Path) -> ForcemapError | None:
-    """Collect a campaign, again if its register was changed meanwhile; what is wrong."""
-    problem: ForcemapError | None = None
-    for _ in range(_TRIES):
-        try:
-            build_dataset(read_campaign(path))
-            return None
-        except ChangedMeanwhile as error:
-            problem = error
-        except ForcemapError as error:
-            return error
-    return problem
-
-
-def _sweep(campaign: Path) -> None:
-    """Take away what a killed server was judging."""
-    for path in campaign.glob(f"{_STAGED}*"):
-        if not path.is_symlink() and path.is_file() and time.time() - path.stat().st_mtime > _STALE:
-            path.unlink(missing_ok=True)
+    """Collect a campaign; what is wrong."""
+    try:
+        collect_campaign(path)
+    except ForcemapError as error:
+        return error
+    return None

@@ -51,9 +51,10 @@ def file_answer(
     RecordingError
         Anything in the file that could be read wrongly.
     """
-    described = campaign / "campaign.toml"
-    conditions, columns = fm.read_campaign_file(described) if described.exists() else (fm.Conditions(), None)
-    check = fm.check_file(path, limits.of(question.area), conditions=conditions, columns=columns, name=name)
+    stated = campaign / "campaign.toml"
+    conditions, columns = fm.read_campaign_file(stated) if stated.exists() else (fm.Conditions(), None)
+    limit, doubt = limits.of(question.area), fm.recording_doubt(campaign)
+    check = fm.check_file(path, limit, conditions=conditions, columns=columns, name=name, doubt=doubt)
     return CheckAnswer.of_check(check, notes=limits.statements, drawn=drawn)
 
 

@@ -57,9 +57,9 @@ class Asked:
         return SpeedMapAnswer.of_speeds(force_map, speeds, self.fitted.accuracy[0], self.limits.statements)
 
     def case(self, question: Question) -> dict[str, Any]:
-        """The limit, contact and bound that are asked for, by the names of the library."""
-        bound = question.bound_of(self.fitted.force_map)
-        return {"limit": self.limits.of(question.area), "contact": question.contact, "bound": bound}
+        """The limit, contact, bound and allowance that are asked for, by the names of the library."""
+        bound, limit = question.bound_of(self.fitted.force_map), self.limits.of(question.area)
+        return {"limit": limit, "contact": question.contact, "bound": bound, "allowance": question.allowance}
 
     def compare(self, question: ComparisonQuestion) -> ComparisonAnswer:
         """The map beside the 2D map and the standard's contact model, as `forcemap compare --json`."""

@@ -18,6 +18,7 @@ from pydantic import ValidationError
 
 import forcemap as fm
 from forcemap.answers.comparison import Body
+from forcemap.web.admission import TOKEN, WHERE, is_page
 from forcemap.web.campaign_answers import campaign_answer, overview, problem_words
 from forcemap.web.downloads import Export, Format, comparison_svg
 from forcemap.web.folder import Folder
@@ -142,6 +143,12 @@ def page_router(folder: Folder, intake: Intake, turns: Turns, table: fm.LimitTab
         return page(request, "downloads.html", name, question, limits, **shown)
 
     return router
+
+
+def locked_page(request: Request) -> Response:
+    """The page without the token: nothing of a campaign, and where to find it."""
+    printed = f"http://{request.headers['host']}/?{TOKEN}=..."
+    return _html(request, "locked.html", 401, where=WHERE, printed=printed, page=is_page(request))
 
 
 def problem_page(request: Request, error: fm.ForcemapError) -> Response:

@@ -51,12 +51,18 @@ class Area(BaseModel):
 
 
 class Bounded(Area):
-    """A body area or region and a bound."""
+    """A body area or region, a bound, and how much faster than programmed the robot may be."""
 
     bound: BoundKind = Field(BoundKind.TOLERANCE, description="Upper bound on the force.")
     confidence: float = Field(0.95, ge=0.5, le=0.999, allow_inf_nan=False, description="Of the tolerance bound.")
     content: float = Field(0.95, ge=0.5, le=0.999, allow_inf_nan=False, description="Share of states below it.")
     margin: float = Field(0.10, ge=0, le=1, allow_inf_nan=False, description="Share added by the bound margin.")
+    overshoot_mps: float = Field(0.01, ge=0, le=1, allow_inf_nan=False, description="Speed overshoot, subtracted.")
+
+    @property
+    def allowance(self) -> fm.Allowance:
+        """What the robot may deviate from its program."""
+        return fm.Allowance(speed=self.overshoot_mps)
 
     def stated_bound(self, device_error: float) -> fm.Bound:
         """The bound for a device with that error [N]."""
@@ -111,14 +117,13 @@ class ComparisonQuestion(Area):
 
 
 class Allowing(Question):
-    """A question whose speeds allow for what a robot does beside its program."""
+    """A question whose speeds hold wherever the robot may be beside its program, too."""
 
-    overshoot_mps: float = Field(0.01, ge=0, le=1, allow_inf_nan=False, description="Speed overshoot, subtracted.")
     position_tolerance_m: float = Field(0.005, ge=0, le=0.1, allow_inf_nan=False, description="Allowed for.")
 
     @property
     def allowance(self) -> fm.Allowance:
-        """What is allowed for."""
+        """What the robot may deviate from its program."""
         return fm.Allowance(speed=self.overshoot_mps, position=self.position_tolerance_m)
 
 

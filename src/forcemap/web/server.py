@@ -6,8 +6,15 @@ import errno
 import socket
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
+
+import uvicorn
+from fastapi import FastAPI
 
 from forcemap import InputError, LimitTable
+from forcemap.web.admission import TOKEN, new_token
+from forcemap.web.app import create_app
+from forcemap.web.connection import Connection
 
 LOOPBACK = "127.0.0.1"
 
@@ -29,25 +36,21 @@ def serve(
     port : int
         Port; 0 takes a free one.
     host : str
-        127.0.0.1 or localhost; the page has no password, so no other machine may reach it.
+        127.0.0.1 or localhost; no other machine may reach the page.
     limit_table : LimitTable, optional
         Table of limits; that which a campaign names, else that of ISO/TS 15066:2016, if not given.
     ready : callable, optional
-        Called with the address of the page.
+        Called with the address of the page, which carries its token.
 
     Raises
     ------
     InputError
         Another address, a port that is taken, or no such folder.
     """
-    import uvicorn
-
-    from forcemap.web.app import create_app
-
     if host not in (LOOPBACK, "localhost"):
-        why = "the page has no password and stays on this machine"
-        raise InputError(f"host: found {host!r}, expected {LOOPBACK}; {why}")
-    app = create_app(folder, limit_table=limit_table)
+        raise InputError(f"host: found {host!r}, expected {LOOPBACK}; the page stays on this machine")
+    token = new_token()
+    app = create_app(folder, token=token, limit_table=limit_table)
     with socket.socket() as listening:
         listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
@@ -57,8 +60,11 @@ def serve(
             message = "it is taken; choose another with --port" if taken else f"cannot be used ({error.strerror})"
             raise InputError(f"port {port}: {message}") from error
         listening.listen(128)
-        ready(f"http://{LOOPBACK}:{listening.getsockname()[1]}/")
-        config = uvicorn.Config(
-            app, log_level="error", access_log=False, server_header=False, timeout_graceful_shutdown=5
-        )
-        uvicorn.Server(config).run(sockets=[listening])
+        ready(f"http://{LOOPBACK}:{listening.getsockname()[1]}/?{TOKEN}={token}")
+        server_of(app).run(sockets=[listening])
+
+
+def server_of(app: FastAPI) -> uvicorn.Server:
+    """The server of an application: HTTP alone, and nothing logged but its own defects."""
+    quiet: dict[str, Any] = {"log_level": "error", "access_log": False, "server_header": False}
+    return uvicorn.Server(uvicorn.Config(app, http=Connection, ws="none", timeout_graceful_shutdown=5, **quiet))

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
-from forcemap import Finding, FindingKind, SpeedOutcome, Zones, zone_speeds
+from forcemap import Zones, zone_speeds
 from forcemap.answers.answer import Answer, Figure, Said
 from forcemap.answers.basis import RestsOn, rests_on
 from forcemap.answers.path import PathAnswer
@@ -21,6 +19,7 @@ class Stop(Answer):
     outcome: str
     reason: Said
     speed_mps: Figure
+    contact_speed_mps: Figure
     programmed_speed_mps: Figure
     too_fast: bool
 
@@ -43,14 +42,17 @@ def task_answer(asked: Asked, question: PathQuestion) -> TaskAnswer:
         return TaskAnswer.from_result(points[0], points=points, point=None, path=path, **of_path)
     allowance, (distance, height) = question.allowance, np.array(question.places).T
     around = Zones(distance, distance, height, height).grown(allowance.position)
-    zone = zone_speeds(force_map, around, **asked.case(question))
-    speed, outcome, reason = float(zone.speed[0]) - allowance.speed, zone.outcome[0], zone.reason[0]
-    if speed <= 0:
-        speed, outcome, reason = math.nan, SpeedOutcome.UNCONFIRMED, Finding.of(FindingKind.ALLOWANCE_SPENT)
-    programmed = question.programmed_mps
-    too_fast = programmed is not None and not programmed <= speed
-    stop = Stop(outcome=outcome, reason=reason, speed_mps=speed, programmed_speed_mps=programmed, too_fast=too_fast)
+    zone, programmed = zone_speeds(force_map, around, **asked.case(question)), question.programmed_mps
+    speed = float(zone.speed_to_program[0])
+    stop = Stop(
+        outcome=zone.to_program_outcome[0],
+        reason=zone.to_program_reason[0],
+        speed_mps=speed,
+        contact_speed_mps=zone.speed[0],
+        programmed_speed_mps=programmed,
+        too_fast=programmed is not None and not programmed <= speed,
+    )
     compared = "not stated, so none is compared with the allowed one" if programmed is None else f"{programmed:g} m/s"
     basis = rests_on(force_map, zone.basis, asked.limits.statements)
-    basis["assumptions"] = [*basis["assumptions"], allowance.finding, f"programmed speed: {compared}"]
+    basis["assumptions"] = [*basis["assumptions"], allowance.of_position, f"programmed speed: {compared}"]
     return TaskAnswer(points=points, point=stop, path=None, **basis)

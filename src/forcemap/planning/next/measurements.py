@@ -174,6 +174,9 @@ def next_measurements(
     >>> found.plan.states
     ('d890-h140-v50', 'd890-h460-v50', 'd705-h300-v50', 'd520-h140-v50')
     """
+    share = 1.0  # a plan has the speeds that the campaign states, and so has what it is planned by
+    if isinstance(measured, ImpactDataset):
+        share, measured = float(measured.conditions.at_contact(np.array(1.0))), measured.as_stated
     dataset = measured if isinstance(measured, ImpactDataset) and len(measured.train) else None
     known = dataset.train.states if dataset is not None else None
     seen = measured.states if isinstance(measured, ImpactDataset) else None
@@ -194,7 +197,7 @@ def next_measurements(
     left = (max(_BUDGET, so_far + _FURTHER) if states is None else states) - so_far
     force_map, no_bound = _map_with_bound(dataset, form, bound)
     targets = place_range.grid(_PLACES)
-    now, has_speed = _confirmed(force_map, targets, level, bound)
+    now, has_speed = _confirmed(force_map, targets, level, bound, share)
 
     def stop(why: Stop, *reasons: Finding | None) -> NextMeasurements:
         return replace(now, stop=why, reasons=tuple(reason for reason in reasons if reason))
@@ -233,8 +236,8 @@ def next_measurements(
         if not len(planned):
             return stop(Stop.OUT_OF_REACH, Finding.of(kind.NO_BOUND_WITHIN, force_N=highest), _saturated(seen))
         outlook = Outlook(force_map, bound, targets, level, fastest)
-        before = outlook.speeds(planned[:0])
-        raised = max(float(np.mean(outlook.speeds(planned) - before)), 0.0)
+        before = share * outlook.speeds(planned[:0])
+        raised = max(float(np.mean(share * outlook.speeds(planned) - before)), 0.0)
         each = raised / len(planned)
         gain = Finding.of(kind.GAIN_OF_MORE, states=len(planned), gain_mps=raised, each_mps=each)
         if left <= 0:
@@ -242,7 +245,7 @@ def next_measurements(
         if each < least_gain:
             return stop(Stop.NOTHING_TO_GAIN, hopeless, Finding.of(kind.TOO_LITTLE_GAIN, gain, least_mps=least_gain))
         chosen = search.first(planned, known, wanted, min(batch, left))
-        after = outlook.speeds(chosen)
+        after = share * outlook.speeds(chosen)
         reason = Finding.of(kind.GAIN_OF_THESE, gain_mps=float(np.mean(after - before)))
         warnings = (*warnings, *map_warnings(force_map, chosen))
         count, mean = int(np.sum(after > 0)), float(np.mean(after))
@@ -302,16 +305,19 @@ def _highest_force(conditions: Conditions, dataset: ImpactDataset | None, larges
 
 
 def _confirmed(
-    force_map: ForceMap | None, places: FloatArray, limit: float, bound: ToleranceBound
+    force_map: ForceMap | None, places: FloatArray, limit: float, bound: ToleranceBound, share: float
 ) -> tuple[NextMeasurements, Mask]:
-    """What is confirmed so far, and at which places; without a map that carries the bound nothing is."""
+    """What is confirmed so far, and at which places; without a map that carries the bound nothing is.
+
+    The speed at contact that counts is a `share` of that of the map.
+    """
     speed = np.full(len(places), math.nan)
     if force_map is not None and limit <= force_map.highest_force - force_map.conditions.device.error_or_default:
         speed = safe_speed(force_map, *places.T, limit=limit, bound=bound, contact=Contact.QUASI_STATIC).speed
     there = ~np.isnan(speed)
     if force_map is None:
         return NextMeasurements(len(places), 0, math.nan, 0, math.nan, simulated=False), there
-    count, mean = int(there.sum()), float(np.nan_to_num(speed).mean())
+    count, mean = int(there.sum()), share * float(np.nan_to_num(speed).mean())
     return NextMeasurements(len(places), count, mean, count, mean, force_map.simulated), there
 
 

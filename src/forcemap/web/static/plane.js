@@ -62,7 +62,7 @@ export function plane(element, legend, axes, moved) {
   }
 
   function range() {
-    const known = speeds.speed_mps.flat().filter((speed) => speed !== null);
+    const known = speeds.speed_to_program_mps.flat().filter((speed) => speed !== null);
     return [Math.min(...known), Math.max(...known)];
   }
 
@@ -71,9 +71,9 @@ export function plane(element, legend, axes, moved) {
     const [low, high] = range();
     const over = {};
     const coloured = make("g", { "shape-rendering": "crispEdges" });
-    speeds.outcome.forEach((column, i) => column.forEach((number, j) => {
+    speeds.to_program_outcome.forEach((column, i) => column.forEach((number, j) => {
       const box = { x: x[i], y: y[j + 1], width: x[i + 1] - x[i], height: y[j] - y[j + 1] };
-      const [outcome, speed] = [speeds.outcomes[number], speeds.speed_mps[i][j]];
+      const [outcome, speed] = [speeds.outcomes[number], speeds.speed_to_program_mps[i][j]];
       if (outcome === "outside") return;
       if (outcome !== "admissible") over[outcome] = `${over[outcome] ?? ""}M${box.x} ${box.y}h${box.width}v${box.height}h${-box.width}z`;
       const look = speed === null ? { class: "refused" } : { fill: viridis(high > low ? (speed - low) / (high - low) : 0.5) };
@@ -138,11 +138,13 @@ export function plane(element, legend, axes, moved) {
     const [d, h] = [scale.d(event.clientX - box.left), scale.h(event.clientY - box.top)];
     const at = [speeds.distance_m, speeds.height_m].map((axis, k) => nearest(axis, [d, h][k]));
     const inside = at.every((i) => i >= 0);
-    const outcome = inside ? speeds.outcomes[speeds.outcome[at[0]][at[1]]] : "outside";
+    const outcome = inside ? speeds.outcomes[speeds.to_program_outcome[at[0]][at[1]]] : "outside";
     const speed = inside ? speeds.speed_mps[at[0]][at[1]] : null;
-    const reason = inside ? speeds.reasons[speeds.reason[at[0]][at[1]]] : "";
+    const program = inside ? speeds.speed_to_program_mps[at[0]][at[1]] : null;
+    const reason = inside ? speeds.reasons[speeds.to_program_reason[at[0]][at[1]]] : "";
     const words = outcome === "unconfirmed" ? `no speed: ${reason}` : WORDS[outcome];
-    readout.textContent = `${d.toFixed(3)} m, ${h.toFixed(3)} m: ${speed === null ? "" : `about ${floored(speed)} m/s, `}${words}`;
+    const to = program === null ? "" : `about ${floored(program)} m/s to program, ${floored(speed)} m/s at contact, `;
+    readout.textContent = `${d.toFixed(3)} m, ${h.toFixed(3)} m: ${to}${words}`;
   }
 
   function nearest(axis, value) {
@@ -153,8 +155,9 @@ export function plane(element, legend, axes, moved) {
   // why places inside what was measured have no speed
   function refusals() {
     const why = new Set();
-    speeds.speed_mps.forEach((column, i) => column.forEach((speed, j) => {
-      if (speed === null && speeds.outcomes[speeds.outcome[i][j]] !== "outside") why.add(speeds.reasons[speeds.reason[i][j]]);
+    speeds.speed_to_program_mps.forEach((column, i) => column.forEach((speed, j) => {
+      const outcome = speeds.outcomes[speeds.to_program_outcome[i][j]];
+      if (speed === null && outcome !== "outside") why.add(speeds.reasons[speeds.to_program_reason[i][j]]);
     }));
     return why;
   }
@@ -173,7 +176,7 @@ export function plane(element, legend, axes, moved) {
     const [low, high] = range();
     if (Number.isFinite(low)) {
       const bar = document.createElement("span");
-      bar.append(...colourBar(floored(low), `${floored(high)} m/s`));
+      bar.append(...colourBar(floored(low), `${floored(high)} m/s to program`));
       parts.unshift(bar);
     }
     for (const reason of refusals()) parts.push(Object.assign(document.createElement("p"), { className: "problem", textContent: reason }));

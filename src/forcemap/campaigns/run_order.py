@@ -1,0 +1,172 @@
+"""Recordings whose names say no run, assigned to the runs of the plan in the order in which they were made."""
+
+from __future__ import annotations
+
+import math
+import os
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from datetime import datetime
+from enum import StrEnum
+
+from forcemap.campaigns.build import build_dataset
+from forcemap.campaigns.campaign import Campaign
+from forcemap.campaigns.dataset import ImpactDataset
+from forcemap.campaigns.recordings_table import Entry
+from forcemap.campaigns.walk import CampaignRecording, FileState, Progress, walk
+from forcemap.errors import CampaignFileError
+
+_SHOWN = 6
+
+
+class RecordingOrder(StrEnum):
+    """What tells the order in which recordings were made: the numbers in their names, or the times of their files."""
+
+    NAME = "name"
+    TIME = "time"
+
+
+@dataclass(frozen=True)
+class RunProposal:
+    """A recording and the run that it is taken for; nothing is written yet.
+
+    Parameters
+    ----------
+    entry : Entry
+        The recording, with the run's state and repeat.
+    run : str
+        Name of the run in the plan.
+    written : str
+        Time of the file, YYYY-MM-DD HH:MM:SS.
+    distance, height, speed : float
+        As planned [m, m, m/s].
+    expected_force : float
+        As planned [N]; NaN where nothing tells.
+    peak_force : float
+        Phase I peak as read [N].
+    out_of_order : bool
+        The file's name and time tell different orders here.
+    """
+
+    entry: Entry
+    run: str
+    written: str
+    distance: float
+    height: float
+    speed: float
+    expected_force: float
+    peak_force: float
+    out_of_order: bool
+
+    @property
+    def name(self) -> str:
+        """The recording: file, and curve if it holds several."""
+        return self.entry.name
+
+
+def propose_runs(
+    campaign: Campaign, *, by: RecordingOrder = RecordingOrder.NAME, last: str = "", progress: Progress | None = None
+) -> tuple[RunProposal, ...]:
+    """The recordings that name no run, beside the runs that have no recording, both in order; nothing is written.
+
+    Parameters
+    ----------
+    campaign : Campaign
+    by : RecordingOrder
+        What tells the order of the recordings: "Messung 2" comes before "Messung 10".
+    last : str
+        Name of the run that was made last, as in the plan; needed where there are fewer recordings than runs.
+    progress : callable, optional
+        Called with the number of files done and of all files.
+
+    Raises
+    ------
+    CampaignFileError
+        Another number of recordings than of runs, up to the last; or one without exactly one impact, which may have
+        been made again, so that the order no longer tells which run is which.
+    """
+    recordings = list(walk(campaign, progress=progress))
+    taken = {each.run or (each.entry.state_id, each.entry.repeat) for each in recordings}
+    unnamed = [each for each in recordings if each.run is None and each.state is not FileState.GONE]
+    unnamed = [each for each in unnamed if not each.excluded]
+    plan = campaign.plan
+    free = [row for run, row in plan.row_of.items() if run not in taken]
+    where, register = str(campaign.recordings), campaign.register_file.name
+    remedy = f"write into {register} why it does not count (exclude), or which run it is (state_id, repeat)"
+    if failed := [each.entry.name for each in unnamed if each.recorded is None or len(each.recorded.impacts) != 1]:
+        found = f"found {_listed(failed)} without exactly one impact: if a run was made again, the order does not tell"
+        raise CampaignFileError(f"{found}; {remedy}", file=where)
+    if len(unnamed) > len(free):
+        found = f"found {len(unnamed)} recordings that say no run, and {len(free)} runs without a recording"
+        raise CampaignFileError(f"{found}; of each that is too many {remedy}", file=where)
+    runs = [str(plan.recording[row]) for row in free]
+    if last and last not in runs:
+        raise CampaignFileError(f"found no run {last!r} without a recording; name it as in plan.csv", file=where)
+    up_to = runs.index(last) + 1 if last else len(runs)
+    if unnamed and len(unnamed) != up_to:
+        found = f"found {len(unnamed)} recordings that say no run, and {up_to} runs without one"
+        found += f" up to {last!r}" if last else ""
+        shifts = "a run that was left out shifts all after it"
+        which = f"write into {register} which run each recording is (state_id, repeat)"
+        remedy = which if last else f"name the last run that was made (--last), or {which}"
+        raise CampaignFileError(f"{found}; {shifts}: {remedy}", file=where)
+    orders = {order: sorted(unnamed, key=lambda each: _key(campaign, each, order)) for order in RecordingOrder}
+    names = [each.entry.name for each in next(orders[order] for order in RecordingOrder if order is not by)]
+    proposals = []
+    for at, (each, row) in enumerate(zip(orders[by], free, strict=False)):
+        state, repeat = str(plan.state_id[row]), int(plan.repeat[row])
+        peak = each.recorded.impacts[0].peak_force if each.recorded else math.nan
+        proposals.append(
+            RunProposal(
+                entry=replace(each.entry, state_id=state, repeat=repeat),
+                run=str(plan.recording[row]),
+                written=datetime.fromtimestamp(_time(campaign, each)).isoformat(" ", "seconds"),
+                distance=float(plan.distance[row]),
+                height=float(plan.height[row]),
+                speed=float(plan.speed[row]),
+                expected_force=float(plan.expected_force[row]),
+                peak_force=peak,
+                out_of_order=each.entry.name != names[at],
+            )
+        )
+    return tuple(proposals)
+
+
+def assign_runs(
+    campaign: Campaign, proposals: Sequence[RunProposal], *, progress: Progress | None = None
+) -> ImpactDataset:
+    """Register recordings as the runs proposed, and collect the campaign; files keep their names.
+
+    Parameters
+    ----------
+    campaign : Campaign
+        As `propose_runs` took it: if its register was changed since, nothing is written.
+    proposals : sequence of RunProposal
+    progress : callable, optional
+        Called with the number of files done and of all files.
+
+    Raises
+    ------
+    CampaignFileError
+        As `build_dataset`.
+    """
+    assigned = {each.name: each.entry for each in proposals}
+    known = [assigned.pop(entry.name, entry) for entry in campaign.entries]
+    return build_dataset(replace(campaign, entries=(*known, *assigned.values())), progress=progress)
+
+
+def _key(campaign: Campaign, recording: CampaignRecording, order: RecordingOrder) -> tuple[object, ...]:
+    """What recordings are sorted by; curves of a file stay as they are."""
+    parts = re.split(r"([0-9]+)", recording.entry.file.casefold())
+    numbered = [int(part) if at % 2 else part for at, part in enumerate(parts)]
+    return (numbered,) if order is RecordingOrder.NAME else (_time(campaign, recording), numbered)
+
+
+def _time(campaign: Campaign, recording: CampaignRecording) -> float:
+    return os.stat(campaign.recordings / recording.entry.file).st_mtime
+
+
+def _listed(names: Sequence[str]) -> str:
+    more = f" and {len(names) - _SHOWN} more" if len(names) > _SHOWN else ""
+    return ", ".join(repr(name) for name in names[:_SHOWN]) + more

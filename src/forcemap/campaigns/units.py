@@ -1,0 +1,103 @@
+"""Whether forces, speeds and times can be in the units they are taken for: what a campaign's states show together.
+
+The force of a constrained contact is about v sqrt(k m_R), the standard's contact model with the spring constant k of
+the device and the robot's effective mass m_R. Single impacts scatter far too widely about it, and slow ones of a
+controlled robot exceed it by nature; the geometric mean over a campaign's fast states is 0.9 to 1.1 for the robots that
+are known, and below 0.31 or above 3 after a slip. Phase I lasts about pi sqrt(m_R / k), and tells a slip of the unit of
+time alone.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+
+import numpy as np
+
+from forcemap.arrays import FloatArray
+from forcemap.campaigns.conditions import Conditions
+from forcemap.campaigns.state import States
+from forcemap.findings import Finding, FindingKind
+
+SLOWEST = 0.2
+"""Slower states [m/s] do not tell: a controlled robot pushes until it notices, however slow it is."""
+_OF_FASTEST = 0.5  # nor do those slower than this share of the fastest state, should the unit of speed be mistaken
+_LOWEST, _HIGHEST = 0.5, 2.0
+_LOWEST_COVERED = 1 / 3  # a cover softens the contact, and the model does not know it
+_USUAL_SPRING = 75e3  # [N/m]; forces on a softer one fall more slowly than its root, so that more is above the model
+_ALIKE = 1.5
+_LONGEST = 20.0  # Phase I over pi sqrt(m_R / k): soft contacts and slow robots stay within
+_NO_COVER = ("", "none", "no", "-", "keine", "ohne")
+_SLIPS = {  # what a force or a speed comes out as, over what it is, where figures in this unit are taken for N or m/s
+    "kN": 1e-3,
+    "daN": 0.1,
+    "kgf": 1 / 9.80665,
+    "lbf": 1 / 4.4482216,
+    "mm/s": 1e-3,
+    "cm/s": 1e-2,
+    "km/h": 1 / 3.6,
+    "ft/s": 0.3048,
+    "mph": 0.44704,
+}
+
+
+def unit_finding(conditions: Conditions, *groups: States) -> Finding | None:
+    """That forces or speeds are in another unit (UNIT_SLIP), or that nothing tells (UNITS_NOT_CHECKED); else None.
+
+    Parameters
+    ----------
+    conditions : Conditions
+        They state the robot's moving mass and the device's spring.
+    *groups : States
+        All states of the campaign. A force above the device range counts as what it reached at least, and speaks for
+        no force that is too low.
+    """
+    names = [name for states in groups for name in states.name]
+    springs = np.array([conditions.device_of(name).stiffness for name in names])
+    springs = np.where(np.isnan(springs), conditions.device.stiffness, springs)
+    missing = {"robot.moving_mass_kg": conditions.robot_mass, "device.stiffness_N_per_m": conditions.device.stiffness}
+    if unknown := tuple(entry for entry, figure in missing.items() if math.isnan(figure)):
+        return Finding.of(FindingKind.UNITS_NOT_CHECKED, missing=unknown, slow=False, slowest_mps=SLOWEST)
+    speed, force = _joined(groups, "speed"), np.fmax(_joined(groups, "force"), _joined(groups, "at_least"))
+    fast = speed >= max(SLOWEST, _OF_FASTEST * speed.max(initial=0.0))
+    ratio = force / (speed * np.sqrt(springs * conditions.robot_mass))
+    highest = _HIGHEST * np.sqrt(np.maximum(_USUAL_SPRING / springs, 1.0))
+    lowest = _LOWEST if conditions.covers.strip().casefold() in _NO_COVER else _LOWEST_COVERED
+    read = fast & (_joined(groups, "censored") == 0)
+    low, high = _mean(ratio[read]), _mean(ratio[fast])
+    slip = low if low < lowest else high
+    if low < lowest or high > _mean(highest[fast]):
+        figures = {"ratio": slip, "states": int(fast.sum()), "low": slip < 1, "units": _likely(slip)}
+        return Finding.of(FindingKind.UNIT_SLIP, **figures, fastest_mps=float(speed.max()))
+    if not read.any():
+        return Finding.of(FindingKind.UNITS_NOT_CHECKED, missing=(), slow=True, slowest_mps=SLOWEST)
+    return None
+
+
+def unit_of_time_finding(durations: FloatArray, springs: FloatArray, robot_mass: float) -> Finding | None:
+    """That times are in another unit, by the durations of Phase I [s] on these springs [N/m]; else None.
+
+    The geometric mean counts; a duration or spring that is not known (NaN) does not.
+    """
+    ratio = durations / (np.pi * np.sqrt(robot_mass / springs))
+    ratio = ratio[ratio > 0]
+    if not (found := _mean(ratio)) > _LONGEST and not found < 1 / _LONGEST:
+        return None
+    figures = {"duration_s": _mean(durations[durations > 0]), "ratio": found, "long": found > 1}
+    return Finding.of(FindingKind.UNIT_OF_TIME_SLIP, **figures, recordings=ratio.size, most=_LONGEST)
+
+
+def _joined(groups: Iterable[States], name: str) -> FloatArray:
+    return np.concatenate([[], *(np.asarray(getattr(states, name), dtype=np.float64) for states in groups)])
+
+
+def _mean(ratios: FloatArray) -> float:
+    """Their geometric mean; NaN of none."""
+    return float(np.exp(np.mean(np.log(ratios)))) if ratios.size else math.nan
+
+
+def _likely(ratio: float) -> tuple[str, ...]:
+    """The units whose slip gives about this ratio, the likeliest first."""
+    away = {unit: abs(math.log(min(ratio, 1 / ratio) / slip)) for unit, slip in _SLIPS.items()}
+    nearest = min(away.values())
+    return tuple(unit for unit in sorted(away, key=away.__getitem__) if away[unit] <= max(nearest, math.log(_ALIKE)))

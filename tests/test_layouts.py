@@ -1,0 +1,260 @@
+"""Layouts of files as devices and programs write them: each gives the right numbers, or says what to do."""
+
+from __future__ import annotations
+
+from importlib import resources
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+
+from forcemap.errors import RecordingError
+from forcemap.recordings.column_map import ColumnMap
+from forcemap.recordings.device import Device
+from forcemap.recordings.read import read_recording, read_recordings
+from forcemap.recordings.units import ForceUnit, TimeUnit, plain_unit, stated_unit
+from layouts import FORCE, LAYOUTS, SECONDS
+
+
+@pytest.mark.parametrize("layout", LAYOUTS, ids=lambda layout: layout.name)
+def test_read_rightly_or_refused_with_a_remedy(tmp_path, layout):
+    path = tmp_path / layout.file
+    path.write_bytes(layout.content)
+    if layout.refused:
+        with pytest.raises(RecordingError) as caught:
+            read_recordings(path, columns=layout.columns)
+        assert layout.refused in str(caught.value)
+        return
+    recording = read_recording(path, columns=layout.columns)
+    assert_allclose(recording.time - recording.time[0], SECONDS, rtol=0, atol=1e-6)
+    assert_allclose(recording.force, FORCE, rtol=0, atol=layout.tolerance + 1e-12)
+    assert recording.notes == layout.notes
+    assert recording.sampling_rate == pytest.approx(1000, rel=1e-3)
+
+
+def test_there_are_enough():
+    assert sum(not layout.refused for layout in LAYOUTS) >= 40
+    assert len({layout.name for layout in LAYOUTS}) == len(LAYOUTS)
+
+
+@pytest.mark.parametrize("layout", [each for each in LAYOUTS if not each.refused], ids=lambda layout: layout.name)
+def test_no_other_unit_is_ever_taken_for_the_one_stated(tmp_path, layout):
+    """Wherever a layout states a unit, a column map that states another one is refused."""
+    if layout.columns is None:
+        return
+    columns = ColumnMap.from_table(layout.columns)
+    text = layout.content.decode("utf-16" if layout.content[:2] in (b"\xff\xfe",) else "latin-1").split("\n", 40)
+    states_force = any(word in line for line in text[:40] for word in ("[N]", "(N)", "Newton", "kN", "(kN)", "\tN"))
+    if states_force and columns.force_unit is not ForceUnit.COUNTS:
+        other = "kN" if columns.force_unit is ForceUnit.NEWTONS else "N"
+        path = tmp_path / layout.file
+        path.write_bytes(layout.content)
+        with pytest.raises(RecordingError, match="the file says"):
+            read_recordings(path, columns=layout.columns | {"force_unit": other})
+
+
+class TestOverrange:
+    """What a device writes in place of a reading above its range stands for its range: the peak is cut off there."""
+
+    @pytest.mark.parametrize("sign", ["OL", "O.L.", "+OVER", "∞", "Overflow", "OVLD", ">500", "9.9E+37"])
+    def test_counts_as_the_range(self, tmp_path, sign):
+        cells = [sign if f > 120 else f"{f:.3f}" for f in FORCE]
+        path = tmp_path / "run.csv"
+        path.write_text("time_s,force_N\n" + "".join(f"{t:.3f},{c}\n" for t, c in zip(SECONDS, cells, strict=True)))
+        recording = read_recording(path, device=Device(range=140.0))
+        assert_array_equal(recording.force, np.where(FORCE > 120, 140.0, FORCE))
+        assert_array_equal(recording.beyond_range, FORCE > 120)
+
+    def test_without_a_stated_range_counts_as_the_largest_reading(self, tmp_path):
+        path = tmp_path / "run.csv"
+        path.write_text("time_s,force_N\n0.000,1.5\n0.001,130.0\n0.002,OL\n0.003,2.5\n")
+        recording = read_recording(path)
+        assert_array_equal(recording.force, [1.5, 130.0, 130.0, 2.5])
+        assert_array_equal(recording.beyond_range, [False, False, True, False])
+
+    def test_at_the_end_is_no_remark(self, tmp_path):
+        path = tmp_path / "run.csv"
+        path.write_text("force_N\n" + "".join(f"{force:.3f}\n" for force in FORCE) + "OL\n" * 9)
+        columns = {"sampling_rate_Hz": 1000, "force": "force_N"}
+        recording = read_recording(path, columns=columns, device=Device(range=140.0))
+        assert_array_equal(recording.beyond_range, [False] * len(FORCE) + [True] * 9)
+
+    def test_of_the_other_sign(self, tmp_path):
+        path = tmp_path / "run.csv"
+        path.write_text("time_s,force_N\n0.000,-1.5\n0.001,-OL\n0.002,-2.5\n")
+        pressed = {"time": "time_s", "force": "force_N", "sign": -1}
+        assert_array_equal(read_recording(path, columns=pressed, device=Device(range=50)).force, [1.5, 50.0, 2.5])
+
+    @pytest.mark.parametrize("cell", ["1e38", "nan", "inf", "----", "9.9E+36", "old"])
+    def test_nothing_else_does(self, tmp_path, cell):
+        path = tmp_path / "run.csv"
+        path.write_text(f"time_s,force_N\n0.000,1.5\n0.001,{cell}\n0.002,2.5\n")
+        with pytest.raises(RecordingError):
+            read_recording(path, device=Device(range=140.0))
+
+
+class TestUnits:
+    @pytest.mark.parametrize(
+        ("name", "unit"),
+        [
+            ("Zeit [ms]", TimeUnit.MILLISECONDS),
+            ("Time (SEC)", TimeUnit.SECONDS),
+            ("t / µs", TimeUnit.MICROSECONDS),
+            ("Time, nanoseconds", TimeUnit.NANOSECONDS),
+            ("force_kN", ForceUnit.KILONEWTONS),
+            ("Kraft in Newton", ForceUnit.NEWTONS),
+            ("F [N] (filtered)", ForceUnit.NEWTONS),
+            ("raw [Digits]", ForceUnit.COUNTS),
+            ("Force [N] [kN]", "N and kN"),
+            ("Force [Ncm]", "Ncm"),
+            ("Force [kg·m/s²]", "kg·m/s²"),
+            ("Force N/mm", "N/mm"),
+            ("Force %FS", "%FS"),
+            ("Force (foo)", "foo"),
+            ("F(t)", None),
+            ("Fx (TCP)", None),
+            ("F_t", None),
+            ("F_s", None),
+            ("A1", None),
+            ("d890-h140-v100-r1", None),
+        ],
+    )
+    def test_stated(self, name, unit):
+        assert stated_unit(name) == unit
+        assert type(stated_unit(name)) is type(unit)
+
+    def test_hours_and_minutes_are_no_axes(self):
+        assert stated_unit("time_h", of_time=True) == "h"
+        assert stated_unit("F_h") is None
+
+    @pytest.mark.parametrize("name", ["Force [min]", "lag_ms", "time", "Time of flight (s)", "t", "Kraft", "count_N"])
+    def test_not_plain(self, name):
+        assert plain_unit(name, TimeUnit) is None
+
+
+class TestTdmsOfOtherPrograms:
+    """Files that LabVIEW, SignalExpress and DAQmx wrote, as the package that reads them brings along."""
+
+    @pytest.fixture
+    def files(self):
+        nptdms = pytest.importorskip("nptdms", reason="the extra tdms is not installed")
+        folder = resources.files(nptdms) / "test" / "data"
+        if not folder.is_dir():
+            pytest.skip("this release of nptdms brings no files along")
+        return nptdms, folder
+
+    def test_labview_big_endian(self, files):
+        nptdms, folder = files
+        path = folder / "big_endian.tdms"
+        recording = read_recording(path, columns={"force": "Measured Data/Amplitude sweep"})
+        assert (recording.samples, recording.sampling_rate) == (3500, pytest.approx(1000))
+        expected = nptdms.TdmsFile.read(path)["Measured Data"]["Amplitude sweep"][:]
+        assert_array_equal(recording.force, expected)
+        assert recording.force.max() > 0.9
+
+    def test_daqmx_scaled_volts(self, files):
+        """Raw counts, a linear scale and the unit volts: read with a factor, never as newtons."""
+        nptdms, folder = files
+        path = folder / "raw1.tdms"
+        columns = {"force": "Layer Data/First  Channel", "force_unit": "counts", "newtons_per_count": 75.0}
+        recording = read_recording(path, columns=columns)
+        assert recording.sampling_rate == pytest.approx(50_000)
+        volts = nptdms.TdmsFile.read(path)["Layer Data"]["First  Channel"][:]
+        assert_allclose(recording.force, 75.0 * volts, rtol=1e-15)
+        with pytest.raises(RecordingError, match="the file says 'Volts'"):
+            read_recordings(path, columns={"force": "Layer Data/First  Channel"})
+
+    def test_signal_express_all_and_decimated_data(self, files):
+        """Three groups of the same channel: the decimated ones have lost their peaks."""
+        _, folder = files
+        path = folder / "Digital_Input.tdms"
+        group = "07/09/2012 06:58:23 PM - Digital Input - "
+        line = "/Dev1_port3_line7 - line 0"
+        recording = read_recording(path, columns={"force": f"{group}All Data{line}"})
+        assert (recording.samples, recording.sampling_rate) == (20_000, pytest.approx(2000))
+        for level in (1, 2):
+            with pytest.raises(RecordingError, match="decimated"):
+                read_recordings(path, columns={"force": f"{group}Decimated Data_Level{level}{line}"})
+
+    def test_labview_waveform(self, files):
+        _, folder = files
+        recording = read_recording(folder / "raw_timestamps.tdms", columns={"force": "Untitled/Untitled"})
+        assert (recording.samples, recording.sampling_rate) == (128, pytest.approx(1000))
+
+    def test_by_content_whatever_the_name(self, files, tmp_path):
+        _, folder = files
+        path = tmp_path / "run 1.dat"
+        path.write_bytes((folder / "raw_timestamps.tdms").read_bytes())
+        assert read_recording(path, columns={"force": "Untitled/Untitled"}).samples == 128
+
+
+class TestTdmsProperties:
+    @pytest.fixture
+    def tdms(self, tmp_path):
+        nptdms = pytest.importorskip("nptdms", reason="the extra tdms is not installed")
+
+        def tdms(*channels, group=None):
+            path = tmp_path / "run.tdms"
+            with nptdms.TdmsWriter(str(path)) as writer:
+                objects = [nptdms.GroupObject("g", group or {})]
+                writer.write_segment([*objects, *(nptdms.ChannelObject("g", *each) for each in channels)])
+            return path
+
+        return tdms
+
+    WAVE = {"wf_increment": 0.001}  # noqa: RUF012
+
+    @pytest.mark.parametrize(
+        ("properties", "message"),
+        [
+            ({"unit_string": "lbf"}, "the file says 'lbf'"),
+            ({"unit_string": "foo"}, "the file says 'foo'"),
+            ({"NI_UnitDescription": "Kilonewtons"}, "the file says 'kN'"),
+            ({"wf_xunit_string": "ms"}, "the file says 'ms'"),
+            ({"wf_xunit_string": "Hz"}, "the file says 'Hz'"),
+            ({"NI_Scaling_Status": "unscaled"}, "not scaled, and states no scale"),
+            ({"NI_Number_Of_Scales": 2**31 - 1}, "NI_Number_Of_Scales"),
+            (
+                {"NI_Number_Of_Scales": 1, "NI_Scale[0]_Scale_Type": "Linear", "NI_Scale[0]_Linear_Slope": 0.0},
+                "NI_Scale\\[0\\]_Linear_Slope = 0.0",
+            ),
+            (
+                {"NI_Number_Of_Scales": 1, "NI_Scale[0]_Scale_Type": "Linear", "NI_Scale[0]_Linear_Slope": np.nan},
+                "NI_Scale\\[0\\]_Linear_Slope = nan",
+            ),
+            ({"NI_Number_Of_Scales": 1, "NI_Scale[0]_Scale_Type": "Magic"}, "Unsupported scale type: Magic"),
+            ({"DecimationLevel": 1}, "decimated"),
+        ],
+    )
+    def test_refused(self, tdms, properties, message, capfd):
+        with pytest.raises(RecordingError, match=message):
+            read_recordings(tdms(("f", FORCE, self.WAVE | properties)), columns={"force": "g/f"})
+        assert capfd.readouterr().err == ""
+
+    def test_texts_in_latin_1_are_no_damage(self, tdms):
+        """Older programs wrote the code page of their computer."""
+        path = tdms(("f", FORCE, self.WAVE | {"Messger#t": "W#gezelle", "unit_string": "N"}))
+        path.write_bytes(path.read_bytes().replace(b"Messger#t", "Messgerät".encode("latin-1")))
+        assert_array_equal(read_recording(path, columns={"force": "g/f"}).force, FORCE)
+
+    def test_a_linear_scale_is_applied(self, tdms):
+        scale = {
+            "NI_Number_Of_Scales": 1,
+            "NI_Scaling_Status": "unscaled",
+            "NI_Scale[0]_Scale_Type": "Linear",
+            "NI_Scale[0]_Linear_Slope": 0.05,
+            "NI_Scale[0]_Linear_Y_Intercept": -2.0,
+            "NI_Scale[0]_Linear_Input_Source": 0xFFFFFFFF,
+            "unit_string": "N",
+        }
+        counts = np.round(FORCE * 20).astype(np.int16)
+        recording = read_recording(tdms(("f", counts, self.WAVE | scale)), columns={"force": "g/f"})
+        assert_allclose(recording.force, counts * 0.05 - 2.0, rtol=1e-12)
+
+    def test_time_stamps(self, tdms):
+        start = np.datetime64("2026-05-04T10:11:12", "us")
+        stamps = start + (SECONDS * 1e6).round().astype("timedelta64[us]")
+        path = tdms(("time", stamps), ("f", FORCE, {"unit_string": "N"}))
+        recording = read_recording(path, columns={"time": "g/time", "force": "g/f"})
+        assert_allclose(recording.time, SECONDS, rtol=0, atol=1e-6)
+        assert_array_equal(recording.force, FORCE)
