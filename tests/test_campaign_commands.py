@@ -21,6 +21,7 @@ PLAN = ("--distances-m", "0.5,0.9", "--heights-m", "0.2,0.4", "--speeds-mps", "0
 RUN, OTHER = "d500-h200-v100-r1", "d500-h200-v200-r1"
 COMMANDS = ("plan", "collect", "inspect", "check")
 HAND = ("--area", "back_of_hand")
+STATED = TOML.replace("[device]", '[contact]\ndirection = "down"\n[device]')
 DEVICE = ("--device-range-N", 500, "--device-spring-N-per-mm", 75)
 
 
@@ -137,6 +138,15 @@ class TestCollect:
         assert "27 recordings: 27 used, in 27 states" in out
         assert "Every planned run is there" in out
         assert "Transient limit: may be used" in out
+
+    def test_what_bars_every_speed_comes_before_the_next_step(self, forcemap, tmp_path):
+        folder = write_campaign(tmp_path / "campaign", toml=STATED)
+        assert forcemap("collect", folder)[1].splitlines()[-1] == f"Next: forcemap fit {folder}"
+        toml = (folder / "campaign.toml").read_text()
+        (folder / "campaign.toml").write_text(toml.replace('"down"', '"outward"'))
+        _, out, _ = forcemap("collect", folder)
+        assert "contact.direction" in out
+        assert out.splitlines()[-1] == "Next: mend what is said first, and collect again"
 
     @pytest.mark.parametrize("missing", ["recordings", "campaign.toml", "plan.csv", "folder"])
     def test_what_is_missing_is_one_clear_line(self, forcemap, tmp_path, missing):

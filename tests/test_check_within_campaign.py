@@ -42,6 +42,15 @@ def test_a_condition_that_changed(campaign, ask):
         assert ask("check", source, "--limit-N", 20, "--quasi-static-limit-N", 20)[0] == 1  # exceeded all the same
 
 
+def test_a_file_of_the_campaign_that_is_named_beside_it(campaign, ask):
+    collect(campaign)
+    toml = (campaign / "campaign.toml").read_text()
+    (campaign / "campaign.toml").write_text(toml.replace('"down"', '"outward"'))
+    code, found = ask("check", first(campaign), "--campaign", campaign, "--limit-N", 400, "--quasi-static-limit-N", 400)
+    assert (code, found["outcome"]) == (2, "cannot_tell")
+    assert "contact.direction" in found["unjudged"][0]["reason"]
+
+
 def test_a_file_that_changed(campaign, ask):
     collect(campaign)
     save(first(campaign), *pulse(60.0, rate=1000.0))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import itertools
 
 import numpy as np
@@ -93,6 +94,14 @@ def test_a_name_that_contradicts_its_row(name, at, doubtful):
     names = [name, *(("d60h20v20", "d70h30v30") if hundredths else ("d600-h200-v200", "d700-h300-v300")), "my own"]
     dataset = table(np.vstack([at, others]), [200, 150, 210, 180], names)
     assert kinds(dataset) == (["named_otherwise"] if doubtful else [])
+
+
+def test_names_state_speeds_as_the_campaign_does():
+    at, names, force = impacts("ur10e")
+    dataset = table(at, force, names)
+    dataset = dataclasses.replace(dataset, conditions=dataclasses.replace(dataset.conditions, speed_error=0.08))
+    assert dataset.speed[0] < dataset.stated_speed[0]
+    assert kinds(dataset) == []
 
 
 def test_the_doubt_stands_before_every_speed_and_stays_with_the_map(tmp_path):

@@ -141,6 +141,8 @@ def test_the_text_of_a_campaign_keeps_its_devices(several, tmp_path):
         ("range_N = 300.0", "devices[1]"),
         ('recordings = "*"\nrange_N = "300"', "devices[1].range_N"),
         ('recordings = "*"\nrange_N = -300.0', "devices[1]"),
+        ('recordings = "*"\nstiffness_N_per_m = 75.0', "devices[1]"),  # N/mm
+        ('recordings = "*"\nstiffness_N_per_m = 75000000.0', "devices[1]"),
         ('recordings = "*"\nchannel_frequency_class = 180.0', "devices[1].channel_frequency_class"),
         ("recordings = 3", "devices[1]"),
     ],

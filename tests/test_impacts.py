@@ -107,6 +107,14 @@ def test_turning_three_components_leaves_the_norm_and_a_direction_projects():
         assert all(impact.largest_force < 0.1 for impact in beside)
 
 
+@pytest.mark.parametrize(("share", "flagged"), [(1.03, False), (1.09, True)])
+def test_a_force_beside_the_stated_direction_is_oblique(share, flagged):
+    time, force = pulse(300.0)
+    vector = np.outer(force, [1.0, 0.0, np.sqrt(share**2 - 1)])
+    impact = fm.find_impact(recording(time, vector, direction=(1.0, 0.0, 0.0)))
+    assert ("oblique" in {flag.name for flag in impact.flags}) == flagged
+
+
 def test_several_impacts_in_one_recording_are_found_each():
     time = np.arange(0, 6, 0.0005)
     peaks, starts = (150.0, 90.0, 210.0), (0.5, 2.0, 3.5)

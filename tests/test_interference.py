@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import forcemap as fm
-from forcemap.impacts.quality import UNKNOWN_PEAK
+from forcemap.impacts.quality import MOST_LIFTED, MOST_LOWERED, UNKNOWN_PEAK
 from pulses import DEVICE, collect, half_sine, pulse, recording, register, rows, save, write_campaign
 
 SEED = 202672
@@ -127,6 +127,30 @@ def test_hum_is_flagged_with_its_figure(frequency, phase):
     assert swing == pytest.approx(5.0, rel=0.25)
     assert often == pytest.approx(frequency, rel=0.15)
     assert not is_within(impact, 68.0)
+
+
+@pytest.mark.parametrize("frequency", [50.0, 60.0])
+@pytest.mark.parametrize("phase", np.arange(8) * np.pi / 4)
+@pytest.mark.parametrize("third", [0.0, 0.3])
+def test_hum_that_moves_the_peak_takes_it_out_of_the_map(frequency, phase, third):
+    time, force = pulse(72.0, rate=RATE, seed=SEED)
+    turn = 2 * np.pi * frequency * time + phase
+    hum = 5.0 * (np.sin(turn) + third * np.sin(3 * turn))
+    impact = fm.find_impact(recording(time, force + hum))
+    assert fm.Quality.HUM in flags(impact)
+    moved = (force + hum).max() / force.max() - 1
+    if moved < -MOST_LOWERED - 0.005 or moved > MOST_LIFTED + 0.005:
+        assert fm.Quality.UNQUIET in flags(impact)
+    if -MOST_LOWERED + 0.005 < moved < MOST_LIFTED - 0.005:
+        assert fm.Quality.UNQUIET not in flags(impact)
+
+
+@pytest.mark.parametrize("frequency", [23.0, 37.0, 83.0])
+@pytest.mark.parametrize("phase", [0.0, 2.0, 4.0])
+def test_what_swings_but_is_no_hum_of_the_mains_may_do_what_it_can(frequency, phase):
+    time, force = pulse(72.0, rate=RATE, seed=SEED)
+    impact = fm.find_impact(recording(time, force + 6.0 * np.sin(2 * np.pi * frequency * time + phase)))
+    assert {fm.Quality.HUM, fm.Quality.UNQUIET} <= flags(impact)
 
 
 def test_hum_that_hardly_matters_counts_in_a_verdict_alone():
@@ -273,7 +297,9 @@ def test_seconds_read_as_milliseconds_are_refused_or_flagged(tmp_path):
 
 @pytest.mark.parametrize("rate", [250.0, 400.0])
 def test_the_rate_that_an_unresolved_peak_names_would_do(rate):
-    force = lambda time: half_sine(time, 165.0, 0.014)  # noqa: E731
+    def force(time):
+        return half_sine(time, 165.0, 0.014)
+
     time = np.arange(-round(0.2 * rate), round(0.8 * rate)) / rate
     figure = flag(fm.find_impact(recording(time, force(time))), fm.Quality.UNRESOLVED)
     enough = float(figure.split("it takes ")[1].split()[0])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from importlib import resources
 
 import numpy as np
@@ -14,6 +15,8 @@ from forcemap.recordings.device import Device
 from forcemap.recordings.read import read_recording, read_recordings
 from forcemap.recordings.units import ForceUnit, TimeUnit, plain_unit, stated_unit
 from layouts import FORCE, LAYOUTS, SECONDS
+
+WAVE = {"wf_increment": 0.001}
 
 
 @pytest.mark.parametrize("layout", LAYOUTS, ids=lambda layout: layout.name)
@@ -111,6 +114,14 @@ class TestUnits:
             ("Force N/mm", "N/mm"),
             ("Force %FS", "%FS"),
             ("Force (foo)", "foo"),
+            ("ForceKgf", "ForceKgf"),
+            ("Kraft in kilopond", "Kraft in kilopond"),
+            ("Force kiloN", "kiloN"),
+            ("F [hN]", "hN"),
+            ("Force*10 [N]", "Force*10 [N]"),
+            ("Force [x10N]", "Force [x10N]"),
+            ("Force [10 N]", "Force [10 N]"),
+            ("Voltage", "Voltage"),
             ("F(t)", None),
             ("Fx (TCP)", None),
             ("F_t", None),
@@ -123,6 +134,23 @@ class TestUnits:
         assert stated_unit(name) == unit
         assert type(stated_unit(name)) is type(unit)
 
+    @pytest.mark.parametrize(
+        ("lines", "said"),
+        [
+            ("time_s,ForceKgf\n", "ForceKgf"),
+            ("time_s,Force*10 [N]\n", "10"),
+            ("time_s,Voltage\n", "Voltage"),
+            ("Dimension: daN\ntime_s,Kraft\n", "daN"),
+            ("Force unit: 10 N\ntime_s,Kraft\n", "10 N"),
+            ("time_s,Kraft\n[s],[daN]\n", "daN"),
+        ],
+    )
+    def test_a_file_that_states_another_is_refused(self, tmp_path, lines, said):
+        path = tmp_path / "run.csv"
+        path.write_text(lines + "".join(f"{t:.3f},{f:.3f}\n" for t, f in zip(SECONDS, FORCE, strict=True)))
+        with pytest.raises(RecordingError, match="the file says '.*" + re.escape(said)):
+            read_recording(path, columns={"time": 1, "force": 2})
+
     def test_hours_and_minutes_are_no_axes(self):
         assert stated_unit("time_h", of_time=True) == "h"
         assert stated_unit("F_h") is None
@@ -132,16 +160,37 @@ class TestUnits:
         assert plain_unit(name, TimeUnit) is None
 
 
+class TestWhatARowHolds:
+    ROWS = tuple(f"{t:.3f},{f:.3f}" for t, f in zip(SECONDS, FORCE, strict=True))
+    COLUMNS = ColumnMap(time="time_s", time_unit=TimeUnit.SECONDS, force="force_N")
+
+    def test_a_comment_may_be_missing(self, tmp_path):
+        path = tmp_path / "run.csv"
+        path.write_text("time_s,force_N,Comment\n" + "\n".join((self.ROWS[0] + ",start", *self.ROWS[1:])) + "\n")
+        assert_allclose(read_recording(path, columns=self.COLUMNS).force, FORCE, atol=0.0005)
+
+    def test_numbers_in_a_column_of_comments_are_refused(self, tmp_path):
+        path = tmp_path / "run.csv"
+        path.write_text("time_s,force_N,Comment\n" + "".join(f"{row},{n}\n" for n, row in enumerate(self.ROWS)))
+        with pytest.raises(RecordingError, match="found numbers in the column 'Comment'") as refused:
+            read_recording(path, columns=self.COLUMNS)
+        assert refused.value.row == 2
+
+    def test_an_unknown_header_is_refused_with_its_row_and_columns(self, tmp_path):
+        path = tmp_path / "run.csv"
+        path.write_text("Device X\nserial 12\nZeit,Kraft\n" + "\n".join(self.ROWS) + "\n")
+        with pytest.raises(RecordingError, match="'Zeit', 'Kraft'") as refused:
+            read_recording(path)
+        assert refused.value.row == 3
+
+
 class TestTdmsOfOtherPrograms:
     """Files that LabVIEW, SignalExpress and DAQmx wrote, as the package that reads them brings along."""
 
     @pytest.fixture
     def files(self):
         nptdms = pytest.importorskip("nptdms", reason="the extra tdms is not installed")
-        folder = resources.files(nptdms) / "test" / "data"
-        if not folder.is_dir():
-            pytest.skip("this release of nptdms brings no files along")
-        return nptdms, folder
+        return nptdms, resources.files(nptdms) / "test" / "data"
 
     def test_labview_big_endian(self, files):
         nptdms, folder = files
@@ -202,8 +251,6 @@ class TestTdmsProperties:
 
         return tdms
 
-    WAVE = {"wf_increment": 0.001}  # noqa: RUF012
-
     @pytest.mark.parametrize(
         ("properties", "message"),
         [
@@ -228,12 +275,12 @@ class TestTdmsProperties:
     )
     def test_refused(self, tdms, properties, message, capfd):
         with pytest.raises(RecordingError, match=message):
-            read_recordings(tdms(("f", FORCE, self.WAVE | properties)), columns={"force": "g/f"})
+            read_recordings(tdms(("f", FORCE, WAVE | properties)), columns={"force": "g/f"})
         assert capfd.readouterr().err == ""
 
     def test_texts_in_latin_1_are_no_damage(self, tdms):
         """Older programs wrote the code page of their computer."""
-        path = tdms(("f", FORCE, self.WAVE | {"Messger#t": "W#gezelle", "unit_string": "N"}))
+        path = tdms(("f", FORCE, WAVE | {"Messger#t": "W#gezelle", "unit_string": "N"}))
         path.write_bytes(path.read_bytes().replace(b"Messger#t", "Messgerät".encode("latin-1")))
         assert_array_equal(read_recording(path, columns={"force": "g/f"}).force, FORCE)
 
@@ -248,7 +295,7 @@ class TestTdmsProperties:
             "unit_string": "N",
         }
         counts = np.round(FORCE * 20).astype(np.int16)
-        recording = read_recording(tdms(("f", counts, self.WAVE | scale)), columns={"force": "g/f"})
+        recording = read_recording(tdms(("f", counts, WAVE | scale)), columns={"force": "g/f"})
         assert_allclose(recording.force, counts * 0.05 - 2.0, rtol=1e-12)
 
     def test_time_stamps(self, tdms):

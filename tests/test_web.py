@@ -11,6 +11,7 @@ import shutil
 import signal
 import socket
 import threading
+from collections import Counter
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
 from pathlib import Path
@@ -142,11 +143,15 @@ def test_speeds_of_many_places_are_never_rounded_up(client, measured):
 
 def test_many_places_say_what_one_place_says(client):
     many = asked(client, "ur10e/speeds", area="chest", places=25)
+    programmed = Counter(many["outcomes"][at] for at in np.ravel(many["to_program_outcome"]))
+    assert +Counter(many["counts"]) == programmed
     for i, distance in enumerate(many["distance_m"]):
         for j, height in enumerate(many["height_m"]):
             one = asked(client, "ur10e/speed", area="chest", distance_m=distance, height_m=height)
             assert many["outcomes"][many["outcome"][i][j]] == one["outcome"]
             assert many["reasons"][many["reason"][i][j]] == one["reason"]
+            assert many["outcomes"][many["to_program_outcome"][i][j]] == one["to_program_outcome"]
+            assert many["reasons"][many["to_program_reason"][i][j]] == one["to_program_reason"]
             if one["speed_mps"] is not None:
                 assert one["speed_mps"] - 1.1e-6 <= many["speed_mps"][i][j] <= one["speed_mps"]
 
@@ -455,6 +460,8 @@ def test_uploads_are_limited_in_size_type_and_form(upload, half_done):
             assert (answer.status_code, answer.json()["error"]["kind"]) == (413, "too_large")
             assert "20 MB" in answer.json()["error"]["message"]
         assert upload(way, b"<html>", "page.html").status_code == 415
+        for ending in ("csv", "CSV", "txt", "tsv", "dat", "asc", "log", "lvm", "tdms"):
+            assert upload(way, b"", f"run.{ending}").status_code != 415
         assert upload(way, b"MZ", "program.exe").status_code == 415
         assert upload(way, b"x", "run.csv", headers={"content-type": "text/plain"}).status_code == 415
         assert upload(way, b"", "run.csv").status_code == 422

@@ -37,6 +37,7 @@ _STRAIGHT, _RINGS, _SEEN = 0.9, (0.07, 0.2), 0.8
 # Equal readings; [share of the largest], [steps] by which a stuck logger leaves them; of the half width of Phase I
 _STILL, _LEFT, _AWAY, _LONG = 4, 0.02, 5.0, 0.2
 _SWING, _CHANCE = 0.125, 3.0  # of the half width, the means that show a swing; [SD] that noise alone may do to them
+_MAINS = (50.0, 60.0)  # [Hz]
 
 
 @dataclass(frozen=True)
@@ -76,30 +77,32 @@ def jumps(impact: Impact) -> list[Jump]:
     return found
 
 
-def corner(impact: Impact) -> tuple[float, float] | None:
+def corner(impact: Impact, hum: FloatArray) -> tuple[float, float] | None:
     """How steeply the force rises up to its top and falls from it [N/s] if it turns there from one sample to the next.
 
-    A round top turns as much between any two quarters of its half width, that of a force that rings only seen from
-    afar. Looked at are the peak of Phase I and the largest force within 0.5 s. None if neither is a corner.
+    Hum is taken off before. A round top turns as much between any two quarters of its half width, that of a force that
+    rings only seen from afar. Looked at are the peak of Phase I and the largest force within 0.5 s. None if neither is
+    a corner.
     """
     near, found = _near(impact), None
+    force = near.force - hum
     noise = max(impact.contact.baseline_sd, QUANTUM * near.step)
-    for peak in {int(near.phase1.argmax()), int(near.force.argmax())}:
-        top = float(near.force[peak])
-        foot, end = flanks(near.force, peak, 0.5 * top)
+    for peak in {int(force[: near.phase1.size].argmax()), int(force.argmax())}:
+        top = float(force[peak])
+        foot, end = flanks(force, peak, 0.5 * top)
         quarter = min(peak - foot, end - peak) // 2
-        sides = near.force[foot + 1 : peak + 1], near.force[peak:end][::-1]
+        sides = force[foot + 1 : peak + 1], force[peak:end][::-1]
         rings = max(float((np.maximum.accumulate(side) - side).max()) for side in sides) - _CHANCE * noise
         if quarter < _QUARTER or top < _FAR_BELOW * near.largest or rings > _RINGS[1] * top:
             continue
         third, width = max(quarter // 3, 1), 4 * quarter
         doubt, nearer_doubt = (2.0 * noise * width * math.sqrt(12.0 / n**3) for n in (quarter, third))
         for turn in (peak, peak + 1):
-            before, rise, fall, after = _slopes(near.force, turn, quarter, width)
+            before, rise, fall, after = _slopes(force, turn, quarter, width)
             bend = rise - fall - max(before - rise, fall - after, 0.0) - doubt
             if bend < _CORNER * top or min(rise, -fall) < _STEEP * top or np.isnan(near.change[turn - 1]):
                 continue
-            _, closer, further, _ = _slopes(near.force, turn, third, width)
+            _, closer, further, _ = _slopes(force, turn, third, width)
             as_sharp = third > 1 and closer - further + nearer_doubt > _SEEN * (rise - fall)
             if as_sharp or (rings < _RINGS[0] * top and rise > _STRAIGHT * before):
                 found = rise / (width * near.usual), fall / (width * near.usual)
@@ -159,30 +162,60 @@ def still(impact: Impact) -> Still | None:
 
 @dataclass(frozen=True)
 class Swing:
-    """A force that swings before contact: amplitude [N], and how often a second [Hz]."""
+    """A force that swings before contact: amplitude [N], and how often a second [Hz].
+
+    `lowers` and `lifts` is what it may take from the top or add to it [N]; `hum` how it goes on, as far as that is
+    known, by sample from shortly before the onset until the largest force is over [N].
+    """
 
     amplitude: float
     frequency: float
+    lowers: float
+    lifts: float
+    hum: FloatArray
 
 
 def swing(impact: Impact) -> Swing:
     """How far the force swings before contact, slowly enough to move the top of Phase I; 0 N if noise may do it.
 
-    Hum of the mains, a cell that shakes: what is left of the baseline once it is averaged over a part of the peak.
+    Hum of the mains, a cell that shakes: what is left of the baseline once it is averaged over a part of the peak. Hum
+    goes on as it came, so that its part of the top is known; what else swings may do to it what it can.
     """
-    contact = impact.contact
+    contact, near = impact.contact, _near(impact)
+    none = Swing(0.0, 0.0, 0.0, 0.0, np.zeros(near.force.size))
     if not contact.baseline_samples:
-        return Swing(0.0, 0.0)
+        return none
     first, last = contact.time.searchsorted([contact.baseline_start, contact.baseline_end])
-    rest = contact.force[first : last + 1]
+    time, rest = contact.time[first : last + 1] - impact.onset, contact.force[first : last + 1]
     rest = np.clip(rest, -4.0 * contact.baseline_sd, 4.0 * contact.baseline_sd)
-    duration = float(contact.time[last] - contact.time[first])
+    duration = float(time[-1] - time[0])
     samples = 2 * int(_SWING * impact.phase1_width / duration * rest.size / 2) + 1
     means = moving_mean(rest, samples)
     amplitude = math.sqrt(2.0) * float(means.std())
     if amplitude < _CHANCE * math.sqrt(2.0) * noise_sd(rest) / math.sqrt(samples):
-        return Swing(0.0, 0.0)
-    return Swing(amplitude, float(np.count_nonzero((means[1:] > 0) != (means[:-1] > 0))) / 2.0 / duration)
+        return none
+    hums = [_hum(time, rest, near.time - impact.onset, frequency) for frequency in _MAINS]
+    left, hum = min(hums, key=lambda hum: float(hum[0].std()))
+    other = math.sqrt(2.0) * float(moving_mean(left, samples).std())
+    lift = near.largest - float((near.force - hum).max())
+    frequency = float(np.count_nonzero((means[1:] > 0) != (means[:-1] > 0))) / 2.0 / duration
+    return Swing(amplitude, frequency, max(-lift, other), max(lift, other), hum)
+
+
+def _hum(time: FloatArray, rest: FloatArray, later: FloatArray, frequency: float) -> tuple[FloatArray, FloatArray]:
+    """What hum of a frequency and its third harmonic leave of the force at rest, and its course later on [N].
+
+    By least squares, beside a line.
+    """
+
+    def courses(at: FloatArray) -> FloatArray:
+        turns = 2.0 * math.pi * frequency * np.outer(at, (1, 3))
+        return np.hstack([np.sin(turns), np.cos(turns)])
+
+    line = np.column_stack([np.ones(time.size), time])
+    design = np.hstack([courses(time), line])
+    solution = np.linalg.lstsq(design, rest, rcond=None)[0]
+    return rest - design @ solution, courses(later) @ solution[:4]
 
 
 @dataclass(frozen=True, eq=False)

@@ -24,16 +24,18 @@ MOST_BETWEEN = 0.04  # the top may lie so much higher by what its flanks say
 # So much higher even if its stay is counted a sampling interval shorter: it may be cut off; and it is, a lower bound.
 MOST_HIDDEN, CUT_OFF_BY = 0.013, 0.03  # one false lower bound spoils a campaign, one peak too few does not
 MOST_OBLIQUE = 1.06  # whole force over that in the stated direction
-MOST_SWING = 0.05  # amplitude before contact; the peak may be lifted or lowered by as much
+MOST_SWING = 0.05  # amplitude before contact; the peak may be lifted or lowered by as much, or by what goes on of it:
+MOST_LOWERED, MOST_LIFTED = 0.04, 0.05
 _FINER = 1.5  # what is missed falls with the square of the sampling rate, and for a noisy top more slowly
 
 UNKNOWN_PEAK = (  # the peak is not known: by its zero, its direction, its samples, or what is not the contact's
     *(Quality.NO_BASELINE, Quality.OFFSET, Quality.UNQUIET),
     *(Quality.REVERSED, Quality.OBLIQUE),
     *(Quality.UNRESOLVED, Quality.CUT_OFF, Quality.GAP, Quality.UNIT),
-    *(Quality.SPIKE, Quality.JUMP, Quality.STUCK, Quality.HUM),
+    *(Quality.SPIKE, Quality.JUMP, Quality.STUCK),
 )
-DOUBTFUL = (*UNKNOWN_PEAK, Quality.SATURATED, Quality.STEP)  # no impact is within a limit with one of these
+# No impact is within a limit with one of these.
+DOUBTFUL = (*UNKNOWN_PEAK, Quality.SATURATED, Quality.STEP, Quality.HUM)
 _MOST_DRIFT = 15.0  # [N/s]; more is a force that grows
 _LOPSIDED = 4.0  # times; real and simulated impacts that are followed by a higher force: up to 3
 _MOST_UNQUIET = 0.25  # share of the samples before contact
@@ -71,7 +73,7 @@ def flags_of(
         _gap(impact),
         _unit(impact),
     )
-    foreign = (*(() if cut else (*_jumps(impact, steps), *_stuck(impact))), *_hum(impact, swing))
+    foreign = (*(() if cut else (*_jumps(impact, steps, swing), *_stuck(impact))), *_hum(impact, swing))
     return tuple(Flag(*doubt) for doubt in (*cut, *few, *foreign, *chain(*others), *_calibration(impact.recording)))
 
 
@@ -126,7 +128,7 @@ def _unresolved(impact: Impact, between: float) -> _Doubts:
         )
 
 
-def _jumps(impact: Impact, steps: list[Jump]) -> _Doubts:
+def _jumps(impact: Impact, steps: list[Jump], swing: Swing) -> _Doubts:
     if steps:
         largest = max(steps, key=lambda step: (step.hides_top, abs(step.force)))
         after = impact.contact.time[largest.index] - impact.onset
@@ -136,7 +138,7 @@ def _jumps(impact: Impact, steps: list[Jump]) -> _Doubts:
     if impact.later_force > impact.verdict_peak_force and (times := lopsided(impact)) > _LOPSIDED:
         falls = f"Phase I falls to half in {times:.1f} times as long as it rose from there"
         yield Quality.STEP, f"{falls}, and {impact.later_force:.1f} N follow: its peak may be missing"
-    if not any(step.hides_top for step in steps) and (turn := corner(impact)):
+    if not any(step.hides_top for step in steps) and (turn := corner(impact, swing.hum)):
         rise, fall = (slope / 1000.0 for slope in turn)
         turns = f"the force turns from one sample to the next, from {rise:+.3g} to {fall:+.3g} N/ms"
         yield Quality.JUMP, f"{turns}, where a top is round: samples may be missing"
@@ -151,9 +153,14 @@ def _stuck(impact: Impact) -> _Doubts:
 
 def _hum(impact: Impact, swing: Swing) -> _Doubts:
     peak = np.fmax(impact.peak_force, impact.later_force)
-    if swing.amplitude > MOST_SWING * peak:
-        often = f"about {swing.frequency:.0f} times a second, {swing.amplitude / peak:.0%} of the peak"
-        yield Quality.HUM, f"the force before contact swings by {swing.amplitude:.1f} N {often}"
+    moved = swing.lowers > MOST_LOWERED * peak or swing.lifts > MOST_LIFTED * peak
+    often = f"about {swing.frequency:.0f} times a second"
+    if moved or swing.amplitude > MOST_SWING * peak:
+        of_peak = f"{swing.amplitude / peak:.0%} of the peak"
+        yield Quality.HUM, f"the force before contact swings by {swing.amplitude:.1f} N {often}, {of_peak}"
+    if moved:
+        change = f"{swing.lowers:.1f} N of the peak, or lift it by {swing.lifts:.1f} N"
+        yield Quality.UNQUIET, f"the force before contact swings {often}, which may have taken {change}"
 
 
 def _baseline(impact: Impact) -> _Doubts:
