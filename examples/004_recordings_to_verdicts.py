@@ -15,7 +15,7 @@ campaign = fm.read_campaign(folder)
 print(f"{len(campaign.plan)} runs planned, {len(campaign.files())} files")
 
 # one recording; campaign.columns is how the device writes its files, as [recordings] of campaign.toml states
-file = campaign.recordings / "d890-h460-v300-r1.csv"
+file = campaign.recordings / "d890-h460-v400-r1.csv"
 recording = fm.read_recording(file, columns=campaign.columns, device=campaign.conditions.device)
 impact = fm.find_impact(recording)
 print(f"{file.name}: {recording.samples} samples at {recording.sampling_rate:.0f} Hz")

@@ -28,7 +28,7 @@ for each in (robot, robot.with_threshold(10.0), robot.with_payload(2.0), robot.w
     print(f"{', '.join([each.name, *each.changes])}: peak {peak:.0f} N")
 
 # a campaign: a plan, recordings as a device writes them, and the chain that measured ones go through
-plan = fm.plan_measurements([0.56, 0.71, 0.86], [0.14, 0.3, 0.46], [0.2, 0.3, 0.4], device=fm.Device(range=500.0))
+plan = fm.plan_measurements((0.56, 0.86), (0.14, 0.46), (0.2, 0.4), device=fm.Device(range=500.0))
 folder = Path(tempfile.mkdtemp()) / "campaign"
 made = simulate_campaign(plan, robot, SimulatedDevice(), np.random.default_rng(1), folder)
 dataset = fm.build_dataset(fm.read_campaign(folder))

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import contextlib
+import dataclasses
 import fcntl
 import io
 import json
@@ -8,6 +9,7 @@ import os
 import shutil
 from pathlib import Path
 
+import numpy as np
 import pytest
 from hypothesis import HealthCheck, settings
 
@@ -44,6 +46,21 @@ def examples(example_folders):
     return {name: fm.read_dataset(folder) for name, folder in example_folders.items()}
 
 
+@pytest.fixture(scope="session")
+def paper_grids(examples):
+    """The states of the examples that lie on the paper's grids, of which 27 train."""
+    return {name: on_the_papers_grid(dataset) for name, dataset in examples.items()}
+
+
+def on_the_papers_grid(dataset):
+    axes = [
+        (getattr(dataset, name), np.unique(getattr(dataset.test, name))) for name in ("distance", "height", "speed")
+    ]
+    train = np.all([np.isin(each, levels[::2]) for each, levels in axes], axis=0)
+    on_grid = np.all([np.isin(each, levels) for each, levels in axes], axis=0) & (dataset.repeat <= 3)
+    return dataclasses.replace(dataset, role=np.where(train, "train", "test")).select(on_grid)
+
+
 def made_once(tmp_path_factory, name, make):
     """A folder that the first who asks makes, for all files and processes of a run. Whoever changes it takes a copy."""
     home = tmp_path_factory.getbasetemp()
@@ -61,7 +78,7 @@ def made_once(tmp_path_factory, name, make):
 
 @pytest.fixture(scope="session")
 def simulated(tmp_path_factory):
-    """The simulated ur10e example of 345 recordings, collected."""
+    """The simulated ur10e example of 90 recordings, collected."""
     from forcemap.lab.example_campaigns import simulate_example
 
     def make(folder):

@@ -48,7 +48,7 @@ def write_campaign(folder, *, repeats=1, recorded=True, toml=TOML, seed=0):
     folder = Path(folder)
     (folder / "recordings").mkdir(parents=True)
     (folder / "campaign.toml").write_text(toml)
-    plan = fm.plan_measurements(*PLAN.values(), repeats=repeats)
+    plan = fm.plan_measurements(*PLAN.values(), design=fm.Design.PAPER, repeats=repeats)
     fm.write_plan(plan, folder)
     for i, name in enumerate(plan.recording.tolist() if recorded else []):
         peak = truth(plan.distance[i], plan.height[i], plan.speed[i])

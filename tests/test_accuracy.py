@@ -1,10 +1,11 @@
-"""Accuracy by hand, and leave-one-state-out against refitting."""
+"""Accuracy by hand, and states and places left out against refitting."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
-from oracle import simulate
+import statsmodels.api as sm
+from oracle import alike, simulate
 
 import forcemap as fm
 
@@ -60,15 +61,19 @@ def test_censored_states_are_counted_not_compared():
 
 
 @pytest.mark.parametrize("form", [fm.CFM_2D, fm.CFM_3D, fm.LOG_SPEED])
-def test_leave_one_state_out_is_refitting(form):
+@pytest.mark.parametrize("left_out", [fm.leave_one_state_out, fm.leave_one_place_out])
+def test_leaving_out_is_refitting(form, left_out):
     dataset = simulate("kuka-iiwa7-30nm", np.random.default_rng(12), effect=0.033, device_range=2000.0).dataset.train
     force_map = fm.fit_force_map(dataset, form=form)
     states = force_map.fit.states
-    predicted = []
-    for name, d, h, v in zip(states.name, states.distance, states.height, states.speed, strict=True):
-        predicted.append(fm.fit_force_map(dataset.select(dataset.state != name), form=form).predict(d, h, v))
-    percent = 100 * (np.array(predicted) / states.force - 1)
-    accuracy = fm.leave_one_state_out(force_map)
+    design, predicted = form.design(*states.coordinates.T), np.empty(len(states))
+    places = np.unique(states.coordinates[:, :2], axis=0, return_inverse=True)[1]
+    for number in np.unique(group := np.arange(len(states)) if left_out is fm.leave_one_state_out else places):
+        rest = group != number
+        sigma = alike(states, force_map.fit.place_effect.correlation)[np.ix_(rest, rest)]
+        predicted[~rest] = np.exp(design[~rest] @ sm.GLS(states.log_force[rest], design[rest], sigma).fit().params)
+    percent = 100 * (predicted / states.force - 1)
+    accuracy = left_out(force_map)
     assert accuracy.states == len(states)
     assert accuracy.max_underestimation_percent == pytest.approx(-percent.min(), rel=1e-8)
     assert accuracy.max_overestimation_percent == pytest.approx(percent.max(), rel=1e-8)
@@ -86,13 +91,15 @@ def test_as_many_states_as_coefficients():
     dataset = simulate("ur10e", rng, effect=0.01, points=points, train=np.ones(4, bool), device_range=900.0).dataset
     force_map = fm.fit_force_map(dataset, form=fm.CFM_2D)
     assert np.isnan(force_map.fit.state_sd)
-    with pytest.raises(fm.InputError, match="left out"):
-        fm.leave_one_state_out(force_map)
+    for left_out, what in ((fm.leave_one_state_out, "state"), (fm.leave_one_place_out, "place")):
+        with pytest.raises(fm.InputError, match=f"no {what} can be left out"):
+            left_out(force_map)
     assert [accuracy.on for accuracy in fm.map_accuracy(force_map, dataset)] == ["all states"]
 
 
 def test_which_accuracy_comes_first(examples):
     dataset = examples["ur10e"]
     force_map = fm.fit_force_map(dataset)
-    assert [a.on for a in fm.map_accuracy(force_map, dataset)] == ["test states", "leave-one-state-out", "all states"]
+    in_turn = ["leave-one-state-out", "leave-one-place-out"]
+    assert [a.on for a in fm.map_accuracy(force_map, dataset)] == ["test states", *in_turn, "all states"]
     assert fm.map_accuracy(force_map, dataset.train)[0].on == "leave-one-state-out"

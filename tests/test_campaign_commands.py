@@ -51,7 +51,7 @@ class TestPlan:
         assert code == 0
         assert found["files"] == ["campaign.toml", "plan.csv", "run_sheet.txt"]
         assert {path.name for path in folder.iterdir()} == {*found["files"], "recordings"}
-        assert (found["states"], len(found["runs"])) == (27, 81)
+        assert (found["states"], len(found["runs"])) == (27, 90)
         campaign = fm.read_campaign(folder)
         assert campaign.conditions.device.range == 500
         assert campaign.conditions.moving_mass == 30

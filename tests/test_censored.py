@@ -11,9 +11,10 @@ from oracle import simulate
 from scipy import integrate, optimize, stats
 
 import forcemap as fm
+from forcemap.errors import RankDeficient
 from forcemap.maps.censored import StateData, censored_regression
 from forcemap.maps.fit import repeat_variance, state_data
-from forcemap.maps.regression import least_squares
+from forcemap.maps.places import place_regression
 
 DISCARD = fm.CensoredImpacts.DISCARD
 
@@ -24,20 +25,23 @@ def campaign(seed, *, name="ur10e", device_range=400.0, effect=0.022, repeats=3)
     ).dataset.train
 
 
-def data_of(train, form=fm.CFM_3D):
-    return state_data(form, train.states, repeat_variance(train))
+def data_of(train, form=fm.CFM_3D, correlation=0.0):
+    return state_data(form, train.states, repeat_variance(train), correlation)
 
 
 @pytest.mark.parametrize("form", [fm.CFM_2D, fm.CFM_3D, fm.LOG_SPEED])
 @pytest.mark.parametrize("repeats", [1, 3])
-def test_without_censoring_it_is_least_squares(form, repeats):
-    data = data_of(campaign(1, device_range=1e4, repeats=repeats), form)
-    found, expected = censored_regression(data), least_squares(data.design, data.mean)
-    np.testing.assert_allclose(found.coefficients, expected.coefficients, rtol=1e-8)
-    np.testing.assert_allclose(found.standard_errors, expected.standard_errors, rtol=1e-8)
-    np.testing.assert_allclose(found.leverage, expected.leverage, rtol=1e-8)
-    assert found.residual_sd == pytest.approx(expected.residual_sd, rel=1e-8)
-    assert found.degrees_of_freedom == pytest.approx(expected.degrees_of_freedom, rel=1e-6)
+@pytest.mark.parametrize("correlation", [0.0, 0.9])
+def test_without_censoring_it_is_least_squares(form, repeats, correlation):
+    data = data_of(campaign(1, device_range=1e4, repeats=repeats), form, correlation)
+    found = censored_regression(data)
+    expected = place_regression(data.design, data.mean, data.place, correlation)
+    near = 1e-8 if correlation == 0 else 1e-6
+    np.testing.assert_allclose(found.coefficients, expected.coefficients, rtol=near)
+    np.testing.assert_allclose(found.standard_errors, expected.standard_errors, rtol=near)
+    np.testing.assert_allclose(found.leverage, expected.leverage, rtol=near)
+    assert found.residual_sd == pytest.approx(expected.residual_sd, rel=near)
+    assert found.degrees_of_freedom == pytest.approx(expected.degrees_of_freedom, rel=1e-5)
     assert found.rmse == pytest.approx(expected.rmse, rel=1e-8)
     assert found.r_squared == pytest.approx(expected.r_squared, rel=1e-8)
 
@@ -171,6 +175,11 @@ def test_as_few_uncensored_states_as_coefficients_discard_and_say_so():
     force_map = fm.fit_force_map(cut)
     assert not force_map.fit.censored_fit
     assert force_map.fit.left_out.name == (names[-1],)
+
+
+def test_a_form_that_the_states_do_not_tell_is_refused_with_its_own_coefficients():
+    with pytest.raises(RankDeficient, match="of the 20 coefficients"):  # and not of the effects of places, too
+        fm.fit_force_map(campaign(6, device_range=600.0), form=fm.FULL_CUBIC)
 
 
 def test_state_data_is_what_repeats_say():

@@ -8,24 +8,23 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from oracle import full_grid, printed_force, simulate, training_grid
+from oracle import alike, full_grid, printed_force, simulate, training_grid
 from scipy import stats
 from scipy.spatial import ConvexHull
 
 import forcemap as fm
 from forcemap.errors import BoundNotAvailable, InputError
 from forcemap.words import sentence, sentences
+from truths import Box, spread
 
 EFFECT = 0.022
+MEASURED = spread(Box.of("ur10e", slowest=0.2))
 READABLE = [point for point in full_grid("ur10e") if printed_force("ur10e", *point) < 430]
 
 
-def old_map(rng, *, effect=EFFECT, form=fm.CFM_3D):
-    """Fitted to the paper's 27 states of the UR10e."""
-    points = training_grid("ur10e")
-    return fm.fit_force_map(
-        simulate("ur10e", rng, effect=effect, points=points, train=all_train(points)).dataset, form=form
-    )
+def old_map(rng, *, effect=EFFECT):
+    """Fitted to 27 states of the UR10e at 14 places."""
+    return fm.fit_force_map(simulate("ur10e", rng, effect=effect, points=MEASURED, train=all_train(MEASURED)).dataset)
 
 
 def all_train(points):
@@ -59,7 +58,8 @@ def force_map():
 
 
 def test_a_rise_of_six_percent_is_found_and_false_alarms_are_as_rare_as_stated(full_size):
-    """Six states of three repeats; 600 seeds with FORCEMAP_VALIDITY=full."""
+    """Six states of three repeats at random places; 600 seeds with FORCEMAP_VALIDITY=full."""
+    low, high = MEASURED.min(axis=0), MEASURED.max(axis=0)
     seeds = 600 if full_size else 60
     found = {1.0: 0, 1.06: 0}
     for seed in range(seeds):
@@ -67,11 +67,51 @@ def test_a_rise_of_six_percent_is_found_and_false_alarms_are_as_rare_as_stated(f
         before = old_map(drawn)
         for factor in found:
             rng = deepcopy(drawn)
-            check = fm.check_map(before, new_impacts(rng, six(rng), factor=factor))
+            points = rng.uniform(low, high, (6, 3))
+            check = fm.check_map(before, new_impacts(rng, points, factor=factor, device_range=2000.0))
             found[factor] += check.outcome is fm.MapOutcome.DOES_NOT_HOLD
     print(f"{seeds} seeds: {found[1.06] / seeds:.4f} found, {found[1.0] / seeds:.4f} false alarms")
-    assert found[1.06] >= (0.98 if full_size else 0.95) * seeds
+    assert found[1.06] >= 0.95 * seeds
     assert found[1.0] <= (0.065 if full_size else 0.10) * seeds
+
+
+PLACES = np.array(
+    [(0.56, 0.18), (0.56, 0.42), (0.68, 0.30), (0.76, 0.20), (0.80, 0.38), (0.86, 0.28)]  # none of the map's
+)
+
+
+@pytest.mark.parametrize("own", [0.005, 0.015])
+def test_effects_that_places_share_raise_no_more_false_alarms(own, full_size):
+    """Effects of places of 2.2 %: at six new places, at three with two states each, at three of the map's.
+
+    There they stayed, or are drawn anew. 600 seeds with FORCEMAP_VALIDITY=full, which prints how often a rise
+    of 10 % is found.
+    """
+    seeds = 600 if full_size else 15
+    found = dict.fromkeys(["six new", "three new", "stayed", "drawn anew"], (0, 0))
+    _, at = np.unique(MEASURED[:, :2], axis=0, return_inverse=True)
+    for seed in range(seeds):
+        rng = np.random.default_rng([43, seed])
+        effect = rng.normal(0, 0.022, 14)
+        old = new_impacts(rng, MEASURED, factor=np.exp(effect[at]), effect=own, device_range=2000.0)
+        force_map, speeds = fm.fit_force_map(old), rng.uniform(0.2, 0.4, 6)
+        pairs = rng.choice(14, 3, replace=False).repeat(2)
+        where = {
+            "six new": (PLACES, rng.normal(0, 0.022, 6)),
+            "three new": (PLACES[::2].repeat(2, axis=0), rng.normal(0, 0.022, 3).repeat(2)),
+            "stayed": (MEASURED[[list(at).index(each) for each in pairs], :2], effect[pairs]),
+            "drawn anew": (MEASURED[[list(at).index(each) for each in pairs], :2], rng.normal(0, 0.022, 3).repeat(2)),
+        }
+        for name, (places, shared) in where.items():
+            points = np.column_stack([places, speeds])
+            same = new_impacts(rng, points, factor=np.exp(shared), effect=own, device_range=2000.0)
+            raised = replace(same, peak_force=1.1 * same.peak_force)
+            for_both = (fm.check_map(force_map, each).outcome is fm.MapOutcome.DOES_NOT_HOLD for each in (same, raised))
+            found[name] = tuple(count + more for count, more in zip(found[name], for_both, strict=True))
+    for name, (alarms, rises) in found.items():
+        print(f"own {own}, {name}: {alarms / seeds:.3f} false alarms, {rises / seeds:.3f} of rises of 10 % found")
+        assert alarms <= (0.06 if full_size else 0.15) * seeds
+        assert rises >= (0.8 if full_size else 0.6) * seeds
 
 
 def test_figures_are_those_of_a_literal_reading(force_map):
@@ -80,11 +120,17 @@ def test_figures_are_those_of_a_literal_reading(force_map):
     dataset = new_impacts(rng, six(rng), factor=1.02)
     check = fm.check_map(force_map, dataset)
     fit = force_map.fit.between_states
-    information = fit.design.T @ (getattr(fit, "weights", np.ones(len(fit.design)))[:, None] * fit.design)
+    rho = force_map.fit.place_effect.correlation
+    # an effect of a place is a coefficient that was observed to be 0; censored states count by their weights
+    _, place = np.unique(force_map.fit.states.coordinates[:, :2], axis=0, return_inverse=True)
+    places = place.max() + 1
+    both = np.hstack([np.eye(places)[place], fit.design])
+    information = both.T @ (fit.weights[:, None] * both) / (1 - rho)
+    information[:places, :places] += np.eye(places) / rho
     states = dataset.states
     x = force_map.form.design(*states.coordinates.T)
     residual = states.log_force - x @ force_map.coefficients
-    covariance = fit.residual_sd**2 * (np.eye(6) + x @ np.linalg.inv(information) @ x.T)
+    covariance = fit.residual_sd**2 * (alike(states, rho) + x @ np.linalg.inv(information)[places:, places:] @ x.T)
     freedom = fit.degrees_of_freedom
     sd = math.sqrt(covariance.sum()) / 6
     assert check.mean_ratio == pytest.approx(math.exp(residual.mean()))
@@ -242,8 +288,9 @@ def test_what_cannot_be_checked_is_refused(force_map):
             fm.check_map(force_map, dataset, error_probability=wrong)
     with pytest.raises(InputError, match="no impact"):
         fm.check_map(force_map, dataset.test)
-    same = simulate("ur10e", np.random.default_rng(7), effect=EFFECT, points=training_grid("ur10e"),
-                    train=np.ones(27, dtype=bool)).dataset  # fmt: skip
+    same = simulate(
+        "ur10e", np.random.default_rng(7), effect=EFFECT, points=MEASURED, train=all_train(MEASURED)
+    ).dataset
     with pytest.raises(InputError, match="was fitted to"):
         fm.check_map(force_map, same)
 

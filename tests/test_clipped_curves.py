@@ -225,7 +225,9 @@ def test_few_whole_curves_are_lost(full_size):
 
 @pytest.mark.parametrize("preset", PRESETS)
 def test_few_recordings_of_the_virtual_lab_are_lost(preset, tmp_path):
-    plan = fm.plan_measurements((0.57, 0.71, 0.85), (0.15, 0.30, 0.45), (0.1, 0.2, 0.3), repeats=3)
+    plan = fm.plan_measurements(
+        (0.57, 0.71, 0.85), (0.15, 0.30, 0.45), (0.1, 0.2, 0.3), design=fm.Design.PAPER, repeats=3
+    )
     rng = np.random.default_rng(SEED)
     campaign = simulate_campaign(plan, virtual_robot(preset), SimulatedDevice(), rng, tmp_path / "campaign")
     columns = {"time": "time_ms", "time_unit": "ms", "force": "force_N"}

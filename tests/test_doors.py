@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 import forcemap as fm
-from forcemap.words import assumptions, sentence, warnings
+from forcemap.words import assumptions, sentence, sentences, warnings
 from pulses import TOML, collect, rows, write_campaign
 from web_server import client_of
 
@@ -409,8 +409,8 @@ def test_weak_bounds_are_said_first_and_not_exported(cell, ask, forcemap, weak, 
 def test_collect_replaces_no_table_that_it_did_not_write(tmp_path, forcemap):
     folder = fm.copy_example("ur10e", tmp_path / "cell")
     before = (folder / "impacts.csv").read_bytes()
-    assert before.count(b"\n") == 346
-    fm.write_plan(fm.plan_measurements((0.5, 0.7, 0.9), (0.2, 0.3, 0.4), (0.1, 0.2, 0.3), repeats=1), folder)
+    assert before.count(b"\n") == 412
+    fm.write_plan(fm.plan_measurements((0.5, 0.9), (0.2, 0.4), (0.1, 0.3), design=fm.Design.PAPER, repeats=1), folder)
     from pulses import pulse, save
 
     save(folder / "recordings" / "d500-h200-v100-r1.csv", *pulse(150.0))
@@ -730,11 +730,10 @@ def test_a_margin_that_the_impacts_speak_against_is_weak(examples, forcemap, tmp
     with pytest.raises(fm.NotReleasable, match="WEAK BOUND"):
         fm.robot_table(force_map, limits=[(HAND, fm.Contact.TRANSIENT)], bound=bound)
     wide = fm.FixedMargin(1.0)
-    for sound in (
-        fm.safe_speed(force_map, 0.8, 0.4, **case | {"bound": wide}),
-        fm.safe_speed(fm.published_map("ur10e"), 0.8, 0.4, **case),
-    ):
-        assert [each.kind for each in sound.basis.warnings] == [fm.FindingKind.SPEED_ERROR_NOT_STATED]
+    kind, fitted = fm.FindingKind, fm.safe_speed(force_map, 0.8, 0.4, **case | {"bound": wide})
+    published = fm.safe_speed(fm.published_map("ur10e"), 0.8, 0.4, **case)
+    assert {each.kind for each in fitted.basis.warnings} == {kind.STATES_SCATTER, kind.SPEED_ERROR_NOT_STATED}
+    assert [each.kind for each in published.basis.warnings] == [kind.SPEED_ERROR_NOT_STATED]
 
 
 def test_a_bound_of_another_class_is_weak(examples):
@@ -771,8 +770,10 @@ def test_a_part_of_a_table_says_that_it_is_one(cell):
     found = fm.safe_speed(fm.fit_force_map(part), 0.85, 0.25, **CASE)
     assert warnings([found.basis])[0].startswith("SELECTED impacts, 26 of their table")
     whole = dataset.select(np.ones(len(dataset), dtype=bool))
-    (only,) = fm.safe_speed(fm.fit_force_map(whole), 0.85, 0.25, **CASE).basis.warnings
-    assert only.kind is fm.FindingKind.SPEED_ERROR_NOT_STATED
+    of_all = fm.safe_speed(fm.fit_force_map(whole), 0.85, 0.25, **CASE).basis.warnings
+    assert of_all == fm.safe_speed(fm.fit_force_map(dataset), 0.85, 0.25, **CASE).basis.warnings
+    assert fm.FindingKind.SPEED_ERROR_NOT_STATED in [each.kind for each in of_all]
+    assert not any("SELECTED" in each for each in sentences(of_all))
 
 
 @pytest.mark.parametrize(

@@ -196,7 +196,7 @@ def test_texts_of_a_campaign_stay_in_their_line_of_every_format(poses):
 def test_the_head_names_the_map_file_and_the_impacts_table(examples, tmp_path):
     fitted = fm.fit_force_map(examples["ur10e"])
     fm.write_map(fitted, tmp_path / "cell 7.json")
-    table = fm.robot_table(fm.read_map(tmp_path / "cell 7.json"), limits=[HAND], bound=fm.FixedMargin(0.10))
+    table = fm.robot_table(fm.read_map(tmp_path / "cell 7.json"), limits=[HAND], bound=fm.ToleranceBound())
     table = replace(table, provenance=table.provenance.of_file(tmp_path / "cell 7.json"))
     digest = hashlib.sha256((tmp_path / "cell 7.json").read_bytes()).hexdigest()
     for text in (fm.zones_csv(table), fm.urscript(table), fm.krl_data(table), fm.safety_proposal(table)):

@@ -64,8 +64,8 @@ def test_property_nearly_flat_plans_open_nothing_outside_their_box(flat, noise, 
 
 
 def test_one_height_whose_digits_differ_in_the_last_place():
-    v, d = (axis.ravel() for axis in np.meshgrid([0.1, 0.2, 0.3, 0.4], [0.5, 0.6, 0.7, 0.8, 0.9], indexing="ij"))
-    h = np.full(20, 0.3)
+    d, v = (axis.ravel() for axis in np.meshgrid([0.5, 0.6, 0.7, 0.75, 0.8, 0.9], [0.1, 0.2, 0.3, 0.4], indexing="ij"))
+    h = np.full(24, 0.3)
     h[[1, 3, 4, 14, 17, 18, 19]] = 0.1 + 0.2
     force = np.round(np.exp(4 + 3 * v - 0.6 * d), 1)
     cell = fm.Conditions(device=fm.Device(range=300.0))

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import csv
 import shutil
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import forcemap as fm
+from forcemap.campaigns.phase_two import unused_cells
 from forcemap.errors import CampaignFileError, RecordingError, TableError
 from forcemap.words import assumptions, sentence
 from pulses import TOML, collect, half_sine, pulse, recording, register, rows, save, write_campaign
@@ -237,6 +239,15 @@ def test_garbled_figures_of_unused_recordings_are_refused(folder, column, cell):
         fm.read_dataset(folder)
     assert caught.value.column == column
     assert "forcemap collect" in str(caught.value)
+
+
+def test_noise_below_zero_after_the_contact_of_an_unused_recording_does_not_garble_the_table(folder):
+    entries = fm.read_campaign(clamping(folder)).entries
+    free = [replace(each, phase2_force=-0.16) for each in entries if each.use is not fm.Use.USED]
+    cells = unused_cells(free)
+    assert cells["unused_phase2_force_N"] == "0.00"
+    edit(folder / "impacts.csv", lambda _, row: row.update(cells))
+    assert fm.read_dataset(folder).phase_two.largest_force >= 0
 
 
 def test_figures_of_unused_recordings_that_differ_between_rows_are_refused(folder):

@@ -23,6 +23,7 @@ from forcemap.words import warnings
 from pulses import pulse, save
 
 DISTANCE, HEIGHT, SPEED, FORCE = "Distance [m]", "Height [m]", "Speed [m/s]", "Force [N]"
+PLACE, ORDER = "Place, by distance", "Order measured"  # numbers
 SIMULATED = "SIMULATED: not a measurement of any robot"
 TRAIN, TEST = "measured, training state", "measured, test state"
 CENSORED = "censored: at least this force"
@@ -122,13 +123,17 @@ class TestEveryFigure:
             assert isinstance(figure, Figure)
             labels = [label for axes in figure.axes for label in (axes.get_xlabel(), axes.get_ylabel()) if label]
             assert labels
-            assert all(re.search(r"\[(m|m/s|N|s|kg|% of measured)\]$", label) for label in labels), labels
+            with_unit = [label for label in labels if label not in (PLACE, ORDER)]
+            assert all(re.search(r"\[(m|m/s|N|s|kg|% of measured)\]$", label) for label in with_unit), labels
             picture = Image.open(io.BytesIO(figures.png(figure, dpi=72)))
             assert picture.width == pytest.approx(width / 0.0254 * 72, abs=1)
             pixels = np.asarray(picture.convert("L"))
             edge = np.concatenate([pixels[0], pixels[-1], pixels[:, 0], pixels[:, -1]])
             assert edge.min() == 255, "something is cut off"
             renderer = FigureCanvasAgg(figure).get_renderer()
+            words = [label for axes in figure.axes for label in (axes.xaxis.label, axes.yaxis.label, axes.title)]
+            boxes = [label.get_window_extent(renderer) for label in words if label.get_text()]
+            assert not any(one.overlaps(other) for one, other in itertools.combinations(boxes, 2)), (name, width)
             for axes in figure.axes:
                 if axes.name == "3d":
                     continue
@@ -183,16 +188,16 @@ def test_force_profiles(made, dataset, force_map):
     assert [axes.get_xlabel() for axes in figure.axes] == [DISTANCE, HEIGHT, SPEED]
     assert distance.get_ylabel() == FORCE
     assert {"3D map", "upper bound", TRAIN, TEST} <= set(legend(figure))
-    assert distance.get_title("left") == "height 0.30 m\nlines: speed"
+    assert distance.get_title("left") == "height 0.46 m\nlines: speed"
     bound = fm.ToleranceBound()
-    for axes, at in ((distance, lambda x: (x, 0.3, 0.2)), (height, lambda x: (0.7, x, 0.2))):
+    for axes, at in ((distance, lambda x: (x, 0.46, 0.2)), (height, lambda x: (0.89, x, 0.2))):
         x, force = series(axes, "3D map")
         np.testing.assert_allclose(force[:81], force_map.predict(*at(x[:81])))
         x, upper = series(axes, "upper bound")
         np.testing.assert_allclose(upper[:81], bound.upper(force_map, *at(x[:81])))
         assert (upper > force).all()
     states = dataset.train.states
-    here = (states.height == 0.3) & np.isin(states.speed, [0.2, 0.3, 0.4]) & (states.impacts > 0)
+    here = (states.height == 0.46) & np.isin(states.speed, [0.2, 0.3, 0.4]) & (states.impacts > 0)
     x, force = series(distance, TRAIN)
     assert sorted(zip(x, force, strict=True)) == sorted(zip(states.distance[here], states.force[here], strict=True))
     with pytest.raises(fm.BoundNotAvailable):
@@ -204,7 +209,9 @@ def test_measurement_grid(made, dataset):
     states = dataset.train.states
     shown = sum(series(axes, TRAIN).shape[1] for axes in figure.axes if TRAIN in _labels(axes))
     assert shown == len(states)
-    assert len(figure.axes) == np.unique(np.round(dataset.speed, 3)).size
+    titles = [axes.get_title("left") for axes in figure.axes]
+    two = "0.2 to 0.235 m/s", "0.25 to 0.265 m/s", "0.3 to 0.335 m/s"
+    assert titles == [*two, "0.35 m/s", "0.365 m/s", "0.4 m/s"]
     censored = dataset.states.select(dataset.states.censored > 0)
     marked = np.hstack([series(axes, CENSORED) for axes in figure.axes if CENSORED in _labels(axes)])
     assert sorted(map(tuple, marked.T)) == sorted(zip(censored.distance, censored.height, strict=True))
@@ -241,7 +248,8 @@ def test_workspace(made, dataset, force_map):
     shown = [line.get_data_3d() for line in cube.get_lines() if line.get_label() == TRAIN]
     states = dataset.train.states
     points = {tuple(point) for line in shown for point in np.array(line).T}
-    assert points == set(zip(states.distance, states.height, states.speed, strict=True))
+    on_slices = states.select(np.isin(states.speed, [0.2, 0.3, 0.4]))
+    assert points == set(zip(*on_slices.coordinates.T, strict=True))
     low, high = bar.get_ylim()
     corners = force_map.predict(np.array([0.89, 0.52]), np.array([0.46, 0.14]), np.array([0.2, 0.4]))
     assert corners[0] * 0.98 < low < corners[0] * 1.05
@@ -297,10 +305,14 @@ def test_a_saturated_peak_is_drawn_as_at_least(impact):
 
 def test_residuals(made, dataset, force_map):
     figure = made["residuals"]()
-    assert [axes.get_xlabel() for axes in figure.axes] == ["Predicted force [N]", DISTANCE, HEIGHT, SPEED]
+    assert [axes.get_xlabel() for axes in figure.axes] == ["Predicted force [N]", DISTANCE, HEIGHT, SPEED, PLACE, ORDER]
     states = dataset.train.states.select(dataset.train.states.impacts > 0)
     predicted = force_map.predict(states.distance, states.height, states.speed)
-    for axes, x in zip(figure.axes, (predicted, *states.coordinates.T), strict=True):
+    names = list(dict.fromkeys(zip(dataset.role.tolist(), dataset.state.tolist(), strict=True)))
+    turn = np.array([names.index(("train", name)) + 1 for name in states.name])
+    at = [f"{d:.3f} {h:.3f}" for d, h in zip(dataset.states.distance, dataset.states.height, strict=True)]
+    at = np.searchsorted(np.unique(at), [f"{d:.3f} {h:.3f}" for d, h in states.coordinates[:, :2]]) + 1
+    for axes, x in zip(figure.axes, (predicted, *states.coordinates.T, at, turn), strict=True):
         found = series(axes, TRAIN)
         np.testing.assert_allclose(found, [x, 100 * (states.force - predicted) / states.force])
         assert {"underestimated", "overestimated"} <= {text.get_text() for text in axes.texts}
@@ -359,9 +371,11 @@ def test_repeatability(made, dataset):
 
 
 @pytest.mark.parametrize("width", [0.17, 0.085])
-def test_what_must_be_said_first_stands_above_the_speeds(force_map, width):
+def test_what_must_be_said_first_stands_above_the_speeds(paper_grids, width):
+    force_map = fm.fit_force_map(paper_grids["ur10e"])
     case = {"limit": fm.force_limit(HAND), "contact": fm.Contact.TRANSIENT, "bound": fm.FixedMargin(0.0)}
     weak = fm.speed_map(force_map, *fm.measured_grid(force_map, 0.1), **case)
-    first, then = warnings([weak.speeds.basis])
+    said_first = warnings([weak.speeds.basis])
+    assert len(said_first) == 4
     said = figures.safe_speed_figure(weak, width=width).get_suptitle()
-    assert said.replace("\n", " ") == f"{SIMULATED} {first} {then}"
+    assert said.replace("\n", " ") == " ".join([SIMULATED, *said_first])

@@ -7,7 +7,7 @@ import pytest
 import statsmodels.api as sm
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from oracle import PRINTED, full_grid, printed_force, simulate, training_grid
+from oracle import PRINTED, alike, full_grid, printed_force, simulate, training_grid
 
 import forcemap as fm
 from sizes import COSTLY
@@ -56,22 +56,30 @@ def test_forms():
 def test_inference_agrees_with_statsmodels(examples, name, form):
     fit = fm.fit_force_map(examples[name], form=form, impacts=fm.CensoredImpacts.DISCARD).fit
     states = fit.states
-    ours = form.design(states.distance, states.height, states.speed), states.log_force
     train = examples[name].train
     train = train.select(~train.censored)
     samples = form.design(train.distance, train.height, train.speed), np.log(train.peak_force)
-    for regression, (design, response) in ((fit.between_states, ours), (fit.over_samples, samples)):
-        theirs = sm.OLS(response, design).fit()
+    between = form.design(states.distance, states.height, states.speed), states.log_force
+    theirs = (
+        sm.GLS(between[1], between[0], sigma=alike(states, fit.place_effect.correlation)).fit(),
+        sm.OLS(samples[1], samples[0]).fit(),
+    )
+    for regression, oracle, (design, response) in zip(
+        (fit.between_states, fit.over_samples), theirs, (between, samples), strict=True
+    ):
         for found, expected in (
-            (regression.coefficients, theirs.params),
-            (regression.standard_errors, theirs.bse),
-            (regression.t_values, theirs.tvalues),
-            (regression.p_values, theirs.pvalues),
+            (regression.coefficients, oracle.params),
+            (regression.standard_errors, oracle.bse),
+            (regression.t_values, oracle.tvalues),
+            (regression.p_values, oracle.pvalues),
         ):
-            np.testing.assert_allclose(found, expected, rtol=1e-9)
-        assert regression.r_squared == pytest.approx(theirs.rsquared, rel=1e-12)
-        assert regression.residual_sd == pytest.approx(np.sqrt(theirs.mse_resid), rel=1e-9)
-        np.testing.assert_allclose(regression.leverage, theirs.get_influence().hat_matrix_diag, rtol=1e-9)
+            np.testing.assert_allclose(found, expected, rtol=1e-8)
+        residual = response - design @ oracle.params
+        total = np.sum((response - response.mean()) ** 2)
+        assert regression.r_squared == pytest.approx(1 - residual @ residual / total, rel=1e-9)
+        assert regression.residual_sd == pytest.approx(np.sqrt(oracle.mse_resid), rel=1e-9)
+        covariance = oracle.cov_params() / oracle.mse_resid
+        np.testing.assert_allclose(regression.leverage, np.einsum("ij,jk,ik->i", design, covariance, design), rtol=1e-7)
         scaled = design / np.linalg.norm(design, axis=0)
         assert regression.condition_number == pytest.approx(np.linalg.cond(scaled), rel=1e-9)
 

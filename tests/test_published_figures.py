@@ -74,12 +74,13 @@ def test_printed_grid_is_the_measured_range(name):
 
 def test_example_campaigns_resemble_the_papers_datasets(examples):
     """Samples used, and accuracy of the same size as the paper's tables (its own data are not public facts here)."""
-    states = {"ur10e": 115, "kuka-iiwa7-30nm": 125, "kuka-iiwa7-10nm": 125}
+    states = {"ur10e": 134, "kuka-iiwa7-30nm": 144, "kuka-iiwa7-10nm": 144}
     for name, dataset in examples.items():
         assert len(dataset.states) == states[name]
         assert dataset.simulated
         assert dataset.conditions.device.range == 500
         assert len(dataset.train.states) == 27
-        accuracy = fm.force_map_accuracy(fm.fit_force_map(dataset), dataset.test)
+        assert len(dataset.test.states) == states[name] - 27 + 3
+        accuracy = fm.force_map_accuracy(fm.fit_force_map(dataset), dataset.independent_test)
         assert 2.0 < accuracy.max_underestimation_percent < 14.0
         assert 1.0 < accuracy.mean_underestimation_percent < 4.5

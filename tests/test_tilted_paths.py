@@ -18,14 +18,12 @@ import pytest
 import forcemap as fm
 from forcemap.dynamics.kinematics import forward_kinematics
 from forcemap.lab.bench import simulate_impacts, simulate_peaks
-from forcemap.lab.example_campaigns import example_plan
 from forcemap.lab.virtual_robot import PRESETS, virtual_robot
 
 SEED = 202617
 SHARE, WORST = 0.05, 1.10  # asked: at most this share of permitted pieces above the limit, none above this times it
 OLD_ANGLE = 15.0  # [deg], of the rule that was
 RAISED = 1.14  # factor on the bound off the map's direction
-EXAMPLE = dict(zip(PRESETS, fm.EXAMPLE_CAMPAIGNS, strict=True))
 RANGE = {"ur10e-like": (0.52, 0.89), "iiwa7-like-30nm": (0.56, 0.86), "iiwa7-like-10nm": (0.56, 0.86)}
 BOUND, ALLOWANCE = fm.ToleranceBound(), fm.Allowance()
 DOWN = np.array([0.0, 0.0, -1.0])
@@ -59,12 +57,11 @@ class Pieces:
 
 
 def campaign(preset, effect, rng, slowest=0.2):
-    """The preset's impacts on the paper's grid: repeats, their noise, and an effect that repeats of a state share.
+    """The preset's impacts on the default plan: repeats, their noise, and an effect that repeats of a state share.
 
-    The grid's speeds, from 0.2 to 0.4 m/s, are spread out to begin with the slowest [m/s].
+    Its speeds are `slowest` to 0.4 m/s.
     """
-    plan, robot = example_plan(EXAMPLE[preset]), virtual_robot(preset)
-    plan = replace(plan, speed=0.4 - (0.4 - plan.speed) * (0.4 - slowest) / 0.2)
+    plan, robot = fm.plan_measurements(RANGE[preset], (0.14, 0.46), (slowest, 0.4)), virtual_robot(preset)
     speed = plan.speed * (1 + robot.speed_scatter * rng.standard_normal(len(plan)))
     impacts = simulate_impacts(robot, plan.distance, plan.height, speed, duration=0.75)
     states, state = np.unique(plan.state_id, return_inverse=True)
@@ -331,13 +328,15 @@ def test_at_5_degrees_towards_the_worst_side_nothing_but_the_raise_keeps_the_lim
 @pytest.mark.parametrize("preset", PRESETS)
 def test_tilted_pieces_keep_lower_limits_on_slow_campaigns(preset, tmp_path, full_size):
     """Below 0.2 m/s a robot may notice an impact or not, so that its force jumps where it tilts by a degree."""
-    limits = (140, 180, 215, 260) if preset == "ur10e-like" else (140, 160, 190, 240)
+    limits = (215, 260, 300, 360) if preset == "ur10e-like" else (140, 160, 190, 240)
+    few = 120 if preset == "ur10e-like" else 50
     for slowest in (0.05, 0.1, 0.15) if full_size else (0.1,):
-        found = trial(preset, 0.0, 1000 if full_size else 75, [SEED, 2], tmp_path, limits=limits, slowest=slowest)
+        found = trial(preset, 0.0, 1000 if full_size else few, [SEED, 2], tmp_path, limits=limits, slowest=slowest)
         tilts = found.permitted.angle > 0.01
         print(f"| {preset} | {slowest:g} | {words('', found.ratio[tilts])} | {words('', found.ratio[~tilts])} |")
         assert tilts.sum() > 20
         assert keeps(found.ratio[tilts])
+        assert np.mean(found.ratio > 1) <= SHARE
 
 
 def test_a_free_mass_hits_with_the_effective_mass_of_its_direction():

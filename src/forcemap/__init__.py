@@ -104,7 +104,7 @@ from forcemap.limits.pfl import (
     pfl_robot_mass,
     pfl_speed_limit,
 )
-from forcemap.maps.accuracy import Accuracy, force_map_accuracy, leave_one_state_out, map_accuracy
+from forcemap.maps.accuracy import Accuracy, force_map_accuracy, leave_one_place_out, leave_one_state_out, map_accuracy
 from forcemap.maps.bounds import Bound, FixedMargin, ToleranceBound, margins
 from forcemap.maps.direction import WIDEST_ANGLE, raised_off_axis
 from forcemap.maps.fit import CensoredImpacts, fit_force_map
@@ -163,7 +163,8 @@ __all__ = [
     "copy_example", "cover_estimate", "device_suitability", "effective_mass", "extend_plan", "find_impact",
     "find_impacts", "fit_force_map", "floor_speed", "force_limit", "force_map_accuracy", "form_named",
     "forward_kinematics", "identified_drive_inertia", "inverse_kinematics", "jacobian", "krl_data", "krl_source",
-    "leave_one_state_out", "map_accuracy", "map_sha256", "map_text", "margins", "mass_matrix", "measured_grid",
+    "leave_one_place_out", "leave_one_state_out", "map_accuracy", "map_sha256", "map_text", "margins", "mass_matrix",
+    "measured_grid",
     "next_measurements", "one_segment_task", "optimal_states", "path_speeds", "payload_estimate", "pfl_contact_force",
     "pfl_energy", "pfl_governing_speed_limit", "pfl_pressure_speed_limit", "pfl_robot_mass", "pfl_speed_limit",
     "place_task", "places_in_plane", "plan_measurements", "planar_contact_point", "planar_effective_mass_at",

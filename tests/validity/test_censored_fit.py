@@ -6,9 +6,10 @@ import itertools
 
 import numpy as np
 import pytest
-from oracle import simulate
+from oracle import SPEEDS, simulate
 
 import forcemap as fm
+from truths import Box, spread
 
 SEED = 202611
 CASES = list(itertools.product(("ur10e", "kuka-iiwa7-30nm"), (500.0, 400.0, 350.0), (0.022, 0.033)))
@@ -18,7 +19,9 @@ def errors(name, device_range, effect, seeds):
     """Log predictions less truth, log bounds less truth, of both fits, and which states are wholly censored."""
     for seed in seeds:
         rng = np.random.default_rng([SEED, int(device_range), int(1000 * effect), seed])
-        campaign = simulate(name, rng, effect=effect, device_range=device_range)
+        points = spread(Box.of(name, SPEEDS[0]))
+        train = np.ones(len(points), dtype=bool)
+        campaign = simulate(name, rng, effect=effect, device_range=device_range, points=points, train=train)
         train = campaign.dataset.train
         if not 0.05 <= train.censored.mean() <= 0.20:
             continue

@@ -1,4 +1,7 @@
-"""I-optimal plans of 18 states against the paper's 27: the error at test states that carry their own state effect."""
+"""I-optimal plans of 18 states against 27 of the default plan and the paper's: the error at new states.
+
+They carry their own state effect.
+"""
 
 from __future__ import annotations
 
@@ -8,6 +11,7 @@ from oracle import DISTANCES, HEIGHTS, PRINTED, SPEEDS, full_grid, printed_force
 
 import forcemap as fm
 from sequence import EFFECTS
+from truths import Box, spread
 
 
 def errors(name, form, points, seeds):
@@ -33,9 +37,12 @@ def test_18_optimal_states_are_hardly_worse_than_27(name, form, full_size):
     )
     chosen = np.column_stack([plan.distance, plan.height, plan.speed])
     seeds = 60 if full_size else 10
-    few, paper = errors(name, form, chosen, seeds), errors(name, form, training_grid(name), seeds)
-    ratio = np.sqrt(np.mean(few**2) / np.mean(paper**2))
-    print(f"| {name} | {form.name} | {ratio:.3f} | {few.max() / paper.max():.3f} |")
-    assert ratio <= 1.10
-    assert few.mean() <= 1.10 * paper.mean()
-    assert few.max() <= 1.5 * paper.max()
+    few, default, paper = (
+        errors(name, form, points, seeds) for points in (chosen, spread(Box.of(name, SPEEDS[0])), training_grid(name))
+    )
+    ratio, of_paper = (np.sqrt(np.mean(few**2) / np.mean(each**2)) for each in (default, paper))
+    print(f"| {name} | {form.name} | {ratio:.3f} | {few.max() / default.max():.3f} | {of_paper:.3f} |")
+    most = 1.10 if full_size else 1.15
+    assert ratio <= most
+    assert few.mean() <= most * default.mean()
+    assert few.max() <= 1.5 * default.max()

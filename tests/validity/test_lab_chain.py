@@ -28,7 +28,7 @@ def campaigns(request, tmp_path_factory, full_size):
     for number in range(10 if full_size else 1):
         folder = tmp_path_factory.mktemp(preset) / "campaign"
         rng = np.random.default_rng([SEED, number])
-        simulate_campaign(example_plan(example), virtual_robot(preset), SimulatedDevice(), rng, folder)
+        simulate_campaign(example_plan(example, tests=True), virtual_robot(preset), SimulatedDevice(), rng, folder)
         dataset = fm.build_dataset(fm.read_campaign(folder))
         remark, *lines = (folder / TRUTH_FILE).read_text().splitlines()
         assert "SIMULATED" in remark
@@ -41,8 +41,11 @@ def truth_of(dataset, truth, column):
 
 
 def test_every_peak_is_found(campaigns):
+    found, made = (sum(map(len, each)) for each in zip(*campaigns[1], strict=True))
+    print(f"{campaigns[0]}: {found} of {made} recordings used")
+    assert found >= 0.99 * made  # a noisy top may not be told from one that is cut off
     for dataset, truth in campaigns[1]:
-        assert len(dataset) >= 0.99 * len(truth)  # a noisy top may not be told from one that is cut off
+        assert len(dataset) >= 0.98 * len(truth)
         true = np.array(truth_of(dataset, truth, "true_peak_force_N"), dtype=float)
         assert (true[~dataset.censored] < 505).all()
         # a soft peak may pass for one that was cut off, which is the safe side

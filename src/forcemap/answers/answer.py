@@ -75,6 +75,11 @@ def of(*path: str) -> Any:
     return Field(validation_alias=AliasPath(*path) if len(path) > 1 else path[0])
 
 
+def of_if_any(*path: str) -> Any:
+    """The same; null where an attribute on the way is None."""
+    return Field(None, validation_alias=AliasPath(*path))
+
+
 def if_any() -> Any:
     """A key that is there only where it was asked for."""
     return Field(None, exclude_if=lambda value: value is None)

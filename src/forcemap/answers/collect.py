@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from forcemap.answers.answer import AllSaid, Answer, Figure, Said, of
+from forcemap.answers.form_test import DriftAnswer
 from forcemap.campaigns.campaign import Campaign
 from forcemap.campaigns.dataset import ImpactDataset, unit_finding
 from forcemap.campaigns.repeatability import repeatability
@@ -116,6 +117,7 @@ class CollectAnswer(Answer):
     contacts: list[StateContact]
     repeatability: Repeatability
     contradictions: AllSaid
+    drift: DriftAnswer | None
     not_stated: list[str]
     units: Said
     files: list[str]
@@ -136,6 +138,7 @@ class CollectAnswer(Answer):
             scenarios={scenario.value: count for scenario, count in summary.phase_two.scenarios.items()},
             transient_refused=sentences(refusal.also) if refusal else [],
             contradictions=dataset.contradictions,
+            drift=dataset.drift,
             repeatability=repeatability(dataset),
             units=unit_finding(dataset.conditions, dataset.states),
             files=[campaign.register_file.name, campaign.table_file.name],

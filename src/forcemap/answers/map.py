@@ -7,8 +7,9 @@ from typing import Annotated, Any, Self
 
 from pydantic import BeforeValidator
 
-from forcemap.answers.accuracy import AccuracyAnswer
+from forcemap.answers.accuracy import AccuracyAnswer, PlaceFigures
 from forcemap.answers.answer import AllSaid, Answer, Figure, Figures, Percent, PlannedState, SaidIfAny, if_any, of
+from forcemap.answers.form_test import DriftAnswer, FormTestAnswer
 from forcemap.answers.selection import SelectionAnswer, SelectionRefused
 from forcemap.campaigns.dataset import ImpactDataset
 from forcemap.comparisons.censoring_effect import censoring_effect
@@ -86,7 +87,7 @@ class MeasuredState(PlannedState):
     predicted_N: float
 
 
-class FitAnswer(Answer):
+class FitAnswer(PlaceFigures):
     """A map fitted to the train rows of a table, ln F = sum of coefficient times term."""
 
     name: str
@@ -118,6 +119,8 @@ class FitAnswer(Answer):
     simulated: bool
     accuracy: AccuracyAnswer
     accuracies: list[AccuracyAnswer]
+    form_test: FormTestAnswer
+    drift: DriftAnswer | None = of("fit", "drift")
     binding: BindingAnswer
     disagreeing_repeats: list[str]
     saturation_doubt: SaidIfAny

@@ -39,6 +39,9 @@ class PlanAnswer(Answer):
     folder: str
     files: list[str]
     states: int
+    places: int
+    set_ups: int
+    minutes: float
     runs: list[Run]
     expected_from: Said
     left_out: AllSaid
@@ -47,9 +50,10 @@ class PlanAnswer(Answer):
     expected_bound_width: Figure = of("bound_width")
 
     @classmethod
-    def of_plan(cls, plan: DesignedPlan, folder: str, files: list[str]) -> Self:
-        """A plan that was written to a folder, into these files."""
-        return cls.from_result(plan, folder=folder, files=files, states=len(plan.states), runs=_runs(plan))
+    def of_plan(cls, plan: DesignedPlan, folder: str, files: list[str], minutes: float) -> Self:
+        """A plan that was written to a folder, into these files, and the minutes that it takes."""
+        counts = {"states": len(plan.states), "minutes": minutes}
+        return cls.from_result(plan, folder=folder, files=files, runs=_runs(plan), **counts)
 
 
 class NextAnswer(Answer):
@@ -74,10 +78,10 @@ class NextAnswer(Answer):
     @classmethod
     def of_next(cls, measure: NextMeasurements, folder: str, files: list[str], command: str) -> Self:
         """What to measure, the files written and the command that goes on."""
-        planned: dict[str, Any] = {"states": 0, "runs": [], "warnings": []}
+        planned: dict[str, Any] = {"states": 0, "runs": []}
         if (plan := measure.plan) is not None:
             runs = _runs(plan, measure.upper_force)
-            planned = {"states": len(plan.states), "runs": runs, "warnings": plan.warnings}
+            planned = {"states": len(plan.states), "runs": runs}
         return cls.from_result(measure, folder=folder, files=files, next_command=command, **planned)
 
 
@@ -105,6 +109,7 @@ class ConfirmAnswer(Answer):
     reason: Said
     impacts: list[ConfirmingImpactAnswer]
     missing: list[str]
+    replaced: list[str]
     limit_N: float = of("limit")
     bound: Bound
     rule: Said
@@ -112,6 +117,8 @@ class ConfirmAnswer(Answer):
     not_passed_probability: Figure = of("not_passed")
     above_bound_probability: Figure = of("above_bound")
     found_probability_10_percent: Figure = of("found")
+    found_probability_ridge: Figure = of("ridge_found")
+    found_probability_bump: Figure = of("bump_found")
     runs: list[BoundedRun]
     next_command: str
 
@@ -127,6 +134,7 @@ class ConfirmAnswer(Answer):
             reason=result.reason if result else confirmation.refusal,
             impacts=[ConfirmingImpactAnswer.from_result(each) for each in (result.impacts if result else ())],
             missing=result.missing if result else confirmation.plan.recording.tolist(),
+            replaced=confirmation.replaced.recording.tolist(),
             runs=_runs(confirmation.plan, confirmation.bound_force),
             next_command=command,
         )

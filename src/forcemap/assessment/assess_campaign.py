@@ -35,6 +35,7 @@ from forcemap.maps.fit import fit_force_map
 from forcemap.maps.force_map import ForceMap
 from forcemap.maps.forms import CFM_2D, CFM_3D, Form
 from forcemap.speeds.allowance import Allowance
+from forcemap.speeds.basis import doubts_of_fit
 from forcemap.verdicts.recording_results import JudgedRecordings, judge_recordings
 
 CONFIDENCE = 0.95
@@ -255,6 +256,7 @@ def assess_campaign(
     findings += [doubt] if (doubt := conditions.speed_doubt) else []
     if not isinstance(force_map, Missing) and (weak := weakness(wanted, force_map)):
         findings.insert(0, weak)
+    findings += [] if isinstance(force_map, Missing) else doubts_of_fit(force_map)
     models = tuple(attempt(partial(contact_model, conditions, limit.name)) for limit in limits)
 
     def speeds_of(limit: ForceLimit, model: ContactModel | Missing, contact: Contact) -> PlaceSpeeds:

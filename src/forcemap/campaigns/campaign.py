@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 
 from forcemap.campaigns.conditions import CAMPAIGN_FILE, Conditions, read_campaign_file
 from forcemap.campaigns.impacts_table import TABLE_FILE
@@ -82,6 +82,13 @@ class Campaign:
         used = {(entry.state_id, entry.repeat) for entry in self.entries if entry.use is Use.USED}
         runs = zip(self.plan.recording, self.plan.state_id, self.plan.repeat, strict=True)
         return [str(name) for name, state, repeat in runs if (str(state), int(repeat)) not in used]
+
+    @property
+    def recorded(self) -> set[str]:
+        """Planned states of which there is a recording, whatever became of it: registered, or named for a run."""
+        files = [PurePosixPath(file).stem for file in (*self.files(), *(entry.file for entry in self.entries))]
+        runs = [self.plan.run_named(name) for name in (*files, *(entry.curve for entry in self.entries))]
+        return {state for state, _ in filter(None, runs)} | {entry.state_id for entry in self.entries}
 
 
 def read_campaign(folder: str | Path) -> Campaign:

@@ -16,6 +16,7 @@ from forcemap.campaigns import columns
 from forcemap.campaigns.binding import NOT_BESIDE, Binding, BindingState, in_stated_units
 from forcemap.campaigns.conditions import Conditions
 from forcemap.campaigns.contradictions import contradictions, opposite_base_angle
+from forcemap.campaigns.drift import Drift, measured_again
 from forcemap.campaigns.one_campaign import require_one_campaign
 from forcemap.campaigns.phase_two import PhaseTwo, including_unused
 from forcemap.campaigns.state import States, StateTolerance, identify_states
@@ -29,8 +30,8 @@ if TYPE_CHECKING:
 
 # what other rooms take from here beside ImpactDataset
 __all__ = [
-    "Binding", "BindingState", "Conditions", "ContactScenario", "PhaseTwo", "StateTolerance", "States",
-    "contradictions", "in_stated_units", "unit_finding",
+    "Binding", "BindingState", "Conditions", "ContactScenario", "Drift", "PhaseTwo", "StateTolerance", "States",
+    "contradictions", "in_stated_units", "measured_again", "unit_finding",
 ]  # fmt: skip
 
 
@@ -257,11 +258,7 @@ class ImpactDataset:
         train, test = self.train.states, self.test.states
         if not len(train) or not len(test):
             return self.test
-        from scipy.spatial import cKDTree
-
-        scale = self.tolerance.scale
-        apart, _ = cKDTree(train.coordinates / scale).query(test.coordinates / scale, p=np.inf)
-        copies = (apart <= 1) | np.isin(test.name, train.name)
+        copies = test.repeats_of(train, self.tolerance)
         return self.select((self.role == "test") & np.isin(self.state, np.array(test.name)[~copies]))
 
     @cached_property
@@ -291,6 +288,11 @@ class ImpactDataset:
         """What in the table contradicts itself: names, places, speeds, base angles; each a doubt to be looked at."""
         turned = opposite_base_angle(self.base_angle, self.conditions.base_angle)
         return (*contradictions(self.as_stated.states), *([turned] if turned else []))
+
+    @property
+    def drift(self) -> Drift | None:
+        """How far the force of states that were measured again, with role test, has changed; None if none was."""
+        return measured_again(self.train.states, self.test.states)
 
     @property
     def disagreeing_repeats(self) -> list[str]:

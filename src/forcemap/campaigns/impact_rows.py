@@ -137,7 +137,7 @@ def _assigned(campaign: Campaign, found: CampaignRecording, entry: Entry, taken:
 def _basis(campaign: Campaign, entry: Entry) -> dict[str, str]:
     """What the row of a recording rests on beside its file: its place in the plan, and how the file is read."""
     plan, columns = campaign.plan, campaign.columns
-    i = plan.first_row[entry.state_id]
+    i = plan.row_of.get((entry.state_id, entry.repeat), plan.first_row[entry.state_id])
     place = f"{plan.distance[i]:.12g} m, {plan.height[i]:.12g} m, {plan.speed[i]:.12g} m/s, {plan.role[i]}"
     stated = [(each, str(getattr(columns, each.name))) for each in (fields(columns) if columns else ())]
     words = ", ".join(f"{each.name} = {text}" for each, text in stated if text != str(each.default))
@@ -182,7 +182,7 @@ def _row(campaign: Campaign, found: CampaignRecording, entry: Entry) -> Row:
         "peak_force_N": f"{impact.map_force:.2f}",
         "state_id": entry.state_id,
         "repeat": str(entry.repeat),
-        "role": str(plan.role[i]),
+        "role": str(plan.role[own]),
         "censored": csv_cell(impact.saturated),
         "base_angle_deg": csv_cell(float(plan.base_angle[own])),
         "phase2_force_N": csv_cell(float(np.maximum(impact.phase2_force, 0.0)), ".2f"),

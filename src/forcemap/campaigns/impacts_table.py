@@ -85,7 +85,7 @@ def read_dataset(
             conditions.require_devices_used(names, str(table.parent / CAMPAIGN_FILE))
         where, known = Where(table.name, cells.rows), np.where(dataset.censored, np.nan, dataset.peak_force)
         require_one_scenario(dataset.scenario, dataset.recording, where)
-        require_one_series(dataset.state, known, dataset.recording, dataset.extra, where)
+        require_one_series(np.char.add(dataset.role, dataset.state), known, dataset.recording, dataset.extra, where)
     except TableError as error:  # name the file as it was given; the dataset keeps its bare name
         broken = cells is not None and binding_of(table, cells.texts, conditions).refusal is not None
         message = f"{error.message}; and the table is not what forcemap collect wrote" if broken else error.message

@@ -105,7 +105,7 @@ def require_one_series(
     Parameters
     ----------
     names : array of str, shape (n,)
-        State of each impact, in the order of the table.
+        Role and state of each impact, in the order of the table: a state measured again as a test tells a drift.
     force : array, shape (n,)
         Peak force [N]; NaN where it is censored.
     recording : iterable of str

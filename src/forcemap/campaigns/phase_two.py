@@ -120,7 +120,8 @@ def unused_cells(entries: Iterable[Entry]) -> dict[str, str]:
         sum(entry.scenario in BARRING for entry in out if entry.use is Use.EXCLUDED),
         sum(entry.use is Use.UNREADABLE for entry in out),
     ]
-    return dict(zip(UNUSED, [*map(str, counts), csv_cell(force, ".2f")], strict=True))
+    # noise around nothing may lie below 0
+    return dict(zip(UNUSED, [*map(str, counts), csv_cell(float(np.maximum(force, 0.0)), ".2f")], strict=True))
 
 
 def including_unused(phase_two: PhaseTwo, columns: Mapping[str, Sequence[str]], file: str) -> PhaseTwo:

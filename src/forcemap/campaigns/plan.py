@@ -12,8 +12,9 @@ import numpy as np
 
 from forcemap.arrays import FloatArray, Indices, Mask, Texts
 from forcemap.campaigns import columns
-from forcemap.campaigns.state import StateTolerance, identify_states
+from forcemap.campaigns.state import StateTolerance, identify_states, places
 from forcemap.csv_table import csv_cell, csv_text, read_table
+from forcemap.errors import InputError
 from forcemap.files import read_bytes, write_atomically
 from forcemap.findings import Finding
 from forcemap.recordings.device import Device
@@ -85,6 +86,43 @@ class MeasurementPlan:
     def states(self) -> tuple[str, ...]:
         """Names of the planned states, in the order in which they are first measured."""
         return tuple(dict.fromkeys(self.state_id.tolist()))
+
+    @property
+    def places(self) -> int:
+        """Number of places; those that lie within 20 mm of each other are one."""
+        return int(np.unique(places(self.distance, self.height)).size)
+
+    @property
+    def set_ups(self) -> int:
+        """How often the device is put up: runs that follow each other at one place need it once."""
+        return 1 + int(np.count_nonzero(np.diff(places(self.distance, self.height))))
+
+    @property
+    def by_place(self) -> bool:
+        """True if states go from place to place, each place once, and not from the slowest speed to the fastest."""
+        first = sorted(self.first_row.values())
+        place = places(self.distance, self.height)[first]
+        once = 1 + np.count_nonzero(np.diff(place)) == np.unique(place).size
+        return bool(once and np.any(np.diff(self.speed[first]) < 0))
+
+    @property
+    def again(self) -> tuple[str, ...]:
+        """States that are measured to train a map, and again at the end with role test: they tell drift."""
+        roles = (self.state_id[self.role == role].tolist() for role in ("train", "test"))
+        return tuple(sorted(set.intersection(*map(set, roles))))
+
+    def minutes(self, place: float = 10.0, impact: float = 1.0) -> float:
+        """The time that the runs take, with the minutes for putting up the device and for an impact.
+
+        Raises
+        ------
+        InputError
+            Minutes below 0 or not finite.
+        """
+        for name, each in (("place", place), ("impact", impact)):
+            if not 0 <= each < np.inf:
+                raise InputError(f"minutes per {name}: found {each:g}, expected minutes from 0 up")
+        return place * self.set_ups + impact * len(self)
 
     def select(self, index: Mask | Indices) -> Self:
         """The runs that a mask, or numbers in their order, pick."""

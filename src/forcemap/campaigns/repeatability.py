@@ -159,8 +159,10 @@ def repeatability(dataset: ImpactDataset) -> Repeatability:
     states = dataset.states
     members = _by_state(dataset, states.name)
     angles = [_by_angle(dataset, member) for member in members]
-    # Repeats proper: uncensored impacts of one state at one base angle.
-    cells = [[each[~dataset.censored[each]] for each in groups] for groups in angles]
+    # Repeats proper: uncensored impacts of one state at one base angle, in one role: measured again, the device was put
+    # up anew.
+    roles, kept = [dataset.role == role for role in ("train", "test")], ~dataset.censored
+    cells = [[each[kept[each] & role[each]] for each in groups for role in roles] for groups in angles]
     sd = np.array([_sd([dataset.peak_force[cell] for cell in groups]) for groups in cells])
     max_sd, mean_sd = _largest_and_mean(sd)
     max_percent, mean_percent = _largest_and_mean(100 * sd / states.force)

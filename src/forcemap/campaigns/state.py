@@ -11,6 +11,9 @@ from forcemap.arrays import FloatArray, Indices, Mask, Texts
 from forcemap.campaigns.columns import Where
 from forcemap.errors import InputError
 
+PLACE_SIZE = 0.02
+"""States that lie no further apart in distance and in height share a place, and what is peculiar to it [m]."""
+
 _AXES = (("distance_m", "m"), ("height_m", "m"), ("speed_mps", "m/s"))
 
 
@@ -28,6 +31,8 @@ class StateTolerance:
     @classmethod
     def stated(cls, place: float, speed: float) -> StateTolerance:
         """The tolerance [m], [m/s]; the default where a figure is NaN."""
+        if place > PLACE_SIZE:
+            raise InputError(f"state tolerance: found {place:g} m, expected at most {PLACE_SIZE:g} m, a place's size")
         usual = cls()
         return cls(usual.place if np.isnan(place) else place, usual.speed if np.isnan(speed) else speed)
 
@@ -114,6 +119,19 @@ class States:
         return np.column_stack([self.distance, self.height, self.speed])
 
     @property
+    def place(self) -> Indices:
+        """Number of the place of every state, shape (m,); places within PLACE_SIZE of each other are one."""
+        return places(self.distance, self.height)
+
+    def repeats_of(self, others: States, tolerance: StateTolerance) -> Mask:
+        """Which states, shape (m,), are others measured again: by their name, or as close as repeats."""
+        from scipy.spatial import cKDTree
+
+        scaled = (each.coordinates / tolerance.scale for each in (others, self))
+        apart, _ = cKDTree(next(scaled)).query(next(scaled), p=np.inf)
+        return np.asarray((apart <= 1) | np.isin(self.name, others.name))
+
+    @property
     def uncensored(self) -> States:
         """The states with at least one uncensored repeat."""
         return self.select(self.impacts > 0)
@@ -150,6 +168,11 @@ def identify_states(
         names, index = np.unique(_joined(coordinates, role, index, names, tolerance), return_inverse=True)
         _refuse_wide_states(coordinates, index, names, tolerance, where, found=True)
     return names[index]
+
+
+def places(distance: FloatArray, height: FloatArray, size: float = PLACE_SIZE) -> Indices:
+    """Number of the place of points [m], shape (n,); those within `size` [m] of each other are one."""
+    return clusters(np.column_stack([distance, height]) / (size * (1 + 1e-9)))
 
 
 def clusters(scaled: FloatArray) -> Indices:

@@ -169,6 +169,7 @@ def _lines(answer: CollectAnswer, folder: str) -> list[str]:
     lines = [SIMULATED] * answer.simulated
     lines += [f"NO SPEED from these impacts: {answer.no_speed}"] if answer.no_speed else []
     lines += answer.contradictions
+    lines += [answer.drift.finding] if answer.drift and answer.drift.found else []
     lines += [
         f"{answer.recordings} recordings: {answer.used} used, in {answer.states} states; {answer.censored} of them "
         "reached the device range (censored)",
@@ -181,6 +182,7 @@ def _lines(answer: CollectAnswer, folder: str) -> list[str]:
     if answer.flags:
         lines += ["Flags of the used ones: " + ", ".join(f"{name} {count}" for name, count in answer.flags.items())]
     lines += ["", *contact_lines(answer), *scatter_lines(answer.repeatability)]
+    lines += [answer.drift.finding] if answer.drift and not answer.drift.found else []
     lines += [answer.units.capitalize()] if answer.units and answer.units != answer.no_speed else []
     if answer.not_stated:
         lines += ["", "campaign.toml does not state: " + ", ".join(answer.not_stated)]

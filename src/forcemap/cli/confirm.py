@@ -31,7 +31,7 @@ def confirm(
     form: FormName = None,
     as_json: Json = False,
 ) -> int:
-    """Plan impacts at the released speeds, with the rule they must pass; once measured, tell whether they do.
+    """Plan impacts at the released speeds at contact, with the rule they must pass; once measured, tell if they do.
 
     Exit code: 0 planned, or passes; 1 does not pass, or no speed is released; 2 cannot tell.
 
@@ -42,23 +42,29 @@ def confirm(
     bound = bound_from(force_map)
     campaign = fm.read_campaign(source) if Path(source, "plan.csv").exists() else None
     plan = campaign.plan if campaign else None
-    answer = fm.confirm_plan(force_map, stated, bound=bound, contact=kind, impacts=impacts, planned=plan)
+    dataset = fm.read_dataset(source) if campaign else None
+    recorded = None if campaign is None or dataset is None else campaign.recorded.union(dataset.state.tolist())
+    answer = fm.confirm_plan(
+        force_map, stated, bound=bound, contact=kind, impacts=impacts, planned=plan, recorded=recorded
+    )
     files: list[str] = []
-    if campaign is not None:
-        dataset = fm.read_dataset(source)
+    if campaign is not None and dataset is not None:
         planned.refuse_waiting(campaign, campaign.plan.role == "train", dataset, "planned states")
         answer = answer.judged(dataset, _checked(campaign, stated, kind))
+        stays = campaign.plan.select(~np.isin(campaign.plan.recording, answer.replaced.recording))
         if len(answer.added) or (len(answer.plan) and answer.result is None and not answer.refusal):
             unmeasured = np.isin(answer.plan.recording, [*campaign.missing, *answer.added.recording.tolist()])
             files = planned.write_campaign(
                 campaign.folder,
-                fm.extend_plan(campaign.plan, answer.added) if len(answer.added) else campaign.plan,
+                fm.extend_plan(stays, answer.added),
                 answer.plan.select(unmeasured),
                 campaign.conditions,
                 [f"Rule: {sentence(answer.rule)}", f"at most: {answer.bound}"],
                 upper=answer.bound_force[unmeasured].tolist(),
-                waiting=planned.waiting_runs(campaign, but=answer.plan.recording.tolist()),
+                waiting=planned.waiting_runs(campaign, but=[*answer.plan.recording, *answer.replaced.recording]),
             )
+        elif len(answer.replaced):
+            fm.write_plan(stays, campaign.folder)
     options = {**planned.limit_words(limit, contact), "--form": form}
     again = planned.command_line("confirm", source, options | {"--impacts": impacts})
     lines = _lines(source, answer, files, again, planned.command_line("next", source, options))
@@ -95,11 +101,14 @@ def _checked(
 def _lines(source: str, answer: fm.ConfirmationPlan, files: list[str], again: str, more: str) -> list[str]:
     simulated = simulated_line(answer.force_map.simulated)
     warnings = [f"WARNING: {warning}" for warning in sentences(answer.warnings)]
+    old = "Taken out of the plan, planned for another speed and not measured"
+    taken = listing(old, answer.replaced.recording.tolist()) if len(answer.replaced) else []
+    warnings += taken
     result, to_measure = answer.result, planned.measuring_lines(source, files, again)
     if result is not None:
         after = to_measure if files or result.outcome is fm.Confirmed.CANNOT_TELL else []
         if result.outcome is fm.Confirmed.DOES_NOT_PASS:
-            after = ["Next: measure more; this tells the states:", *planned.command_lines(more)]
+            after = _mended(source, answer, again, more)
         return [
             *simulated,
             f"{result.outcome.replace('_', ' ').upper()}: {sentence(result.reason)}",
@@ -113,19 +122,19 @@ def _lines(source: str, answer: fm.ConfirmationPlan, files: list[str], again: st
             *after,
         ]
     if answer.refusal:
-        campaign = Path(source).is_dir()
-        go_on = planned.command_lines(more) if campaign else ["  forcemap next, with a campaign folder"]
-        return [*simulated, sentence(answer.refusal), "Next: measure more, slower states; this tells which:", *go_on]
+        return [*simulated, sentence(answer.refusal), *taken, *_mended(source, answer, again, more)]
     chances = "How often a sound map does not pass is not known: the map has no measured states"
     if not math.isnan(answer.not_passed):
         chances = (
             f"A sound map does not pass with a probability of {100 * answer.not_passed:.0f} % "
-            f"({100 * answer.above_bound:.0f} %: above the bound); a force 10 % higher, {100 * answer.found:.0f} %"
+            f"({100 * answer.above_bound:.0f} %: above the bound); a force 10 % higher, {100 * answer.found:.0f} %; "
+            f"one 15 % higher along a ridge 4 cm wide at some distance, {100 * answer.ridge_found:.0f} %; "
+            f"one 25 % higher at a bump as wide at some place, {100 * answer.bump_found:.0f} %"
         )
     before = "" if len(answer.added) else ", planned before and not measured yet"
     return [
         *simulated,
-        f"{len(answer.plan)} impacts at the released speeds, slow to fast{before}",
+        f"{len(answer.plan)} impacts at the released speeds, at contact, slow to fast{before}",
         *warnings,
         "",
         *planned.runs_table(answer.plan, answer.bound_force.tolist()),
@@ -135,6 +144,18 @@ def _lines(source: str, answer: fm.ConfirmationPlan, files: list[str], again: st
         chances,
         *(to_measure if files else ["Nothing written: the source is no campaign with a plan"]),
     ]
+
+
+def _mended(source: str, answer: fm.ConfirmationPlan, again: str, more: str) -> list[str]:
+    """What to do where nothing may be released, by what forbids it."""
+    if not answer.more_helps:
+        return [
+            "Next: no further impact changes that; put it right, or ask for another limit, then",
+            *planned.command_lines(again),
+        ]
+    slower = ", slower" if answer.refusal else ""
+    command = planned.command_lines(more) if Path(source).is_dir() else ["  forcemap next, with a campaign folder"]
+    return [f"Next: measure more{slower} states; this tells which:", *command]
 
 
 def _impacts_table(result: fm.ConfirmationResult) -> list[str]:

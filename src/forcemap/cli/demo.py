@@ -103,7 +103,7 @@ def _summary(assessment: fm.CampaignAssessment, fit: FitAnswer, speeds: list[Spe
         lines += ["", answer.limit, *grid_lines(answer), fastest_line(answer)]
         lines += [_standard(assessment, each), *next_lines(answer)]
     errors = [(each.on, each) for each in fm.present(assessment.accuracy)]
-    errors += [(f"{each.model}, {comparison.on}", each.accuracy) for each in comparison.models[1:]]
+    errors += [(each.model, each.accuracy) for each in comparison.models[1:]]
     rows = [[name, str(each.states), *_percent(each), f"{each.rmse:.1f} N"] for name, each in errors]
     rests_on = [
         f"{collected.recordings} recordings, of which {collected.used} gave an impact, in {collected.states} states; "
@@ -116,7 +116,8 @@ def _summary(assessment: fm.CampaignAssessment, fit: FitAnswer, speeds: list[Spe
     ]
     lines += [
         "",
-        "How far predictions are from measurements (underestimation is the dangerous side)",
+        "How far predictions are from measurements (underestimation is the dangerous side);",
+        f"other models on {comparison.on}",
         *table(["", "states", "underest. max", "mean", "overest. max", "mean", "RMSE"], rows),
         "",
         *listing("What this rests on", dict.fromkeys(rests_on)),

@@ -11,7 +11,18 @@ from forcemap.answers.accuracy import EvaluateAnswer
 from forcemap.answers.forms import FormAnswer, FormsAnswer
 from forcemap.answers.map_check import MapCheckAnswer, StateCheck
 from forcemap.cli.options import FormName, Json, Table, fitted, force_map_from, too_few_states_named
-from forcemap.cli.output import SIMULATED, accuracy_lines, change, counted, emit, listing, table
+from forcemap.cli.output import (
+    SIMULATED,
+    accuracy_lines,
+    change,
+    counted,
+    emit,
+    fit_notes,
+    fit_warnings,
+    listing,
+    place_lines,
+    table,
+)
 
 _EXIT = {fm.MapOutcome.HOLDS: 0, fm.MapOutcome.DOES_NOT_HOLD: 1, fm.MapOutcome.CANNOT_TELL: 2}
 
@@ -30,7 +41,9 @@ def evaluate(
 ) -> int:
     """Say how far predicted forces are from the measured ones.
 
-    Fits the train rows and compares with the test rows, with each fitted state left out in turn, and with all.
+    Fits the train rows and compares with the test rows, with each fitted state left out in turn, with all states of
+    each place left out in turn, and with all. Says whether the form fits, and whether states measured again show a
+    drift.
 
     With --against: exit code 0 the map holds, 1 it does not hold, 2 cannot tell. With --forms: 2 too few states to
     recommend any.
@@ -73,11 +86,14 @@ def evaluate_lines(answer: EvaluateAnswer) -> list[str]:
     first = answer.accuracies[0]
     return [
         *[SIMULATED] * answer.simulated,
+        *fit_warnings(answer),
         f"predictions are at most {first.max_underestimation_percent:.1f} % too low, the dangerous side, and "
         f"{first.max_overestimation_percent:.1f} % too high, on {first.on}",
         f"{answer.form} {answer.map}",
         *accuracy_lines([(each.on, each) for each in answer.accuracies]),
+        *place_lines(answer),
         *(f"most underestimated of {each.on}: {each.worst_state}" for each in answer.accuracies if each.worst_state),
+        *fit_notes(answer),
     ]
 
 

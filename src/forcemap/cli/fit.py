@@ -11,7 +11,19 @@ import forcemap as fm
 from forcemap.answers.map import CensoringAnswer, FitAnswer, Margins
 from forcemap.answers.selection import SelectionAnswer, SelectionRefused
 from forcemap.cli.options import DeviceSpring, FormName, Json, Table, fitted, too_few_states_named
-from forcemap.cli.output import SIMULATED, accuracy_lines, change, counted, emit, listing, table, write_result
+from forcemap.cli.output import (
+    SIMULATED,
+    accuracy_lines,
+    change,
+    counted,
+    emit,
+    fit_notes,
+    fit_warnings,
+    listing,
+    place_lines,
+    table,
+    write_result,
+)
 
 
 def fit(
@@ -25,7 +37,7 @@ def fit(
         bool,
         Option(
             "--select",
-            help="Also report which terms the paper's selection would keep; the fit stays. Needs a full grid.",
+            help="Also report which terms the paper's selection would keep; the fit stays. Best on a full grid.",
         ),
     ] = False,
     output: Annotated[str | None, Option("-o", "--output", help="Write the map to this JSON file.")] = None,
@@ -79,6 +91,7 @@ def fit_lines(answer: FitAnswer) -> list[str]:
     effect, selection = answer.discard_fit, answer.selection
     lines = [SIMULATED] * answer.simulated
     lines += [words for words in (answer.binding.reason, answer.saturation_doubt, *answer.contradictions) if words]
+    lines += fit_warnings(answer)
     lines += [selection.refused, ""] if isinstance(selection, SelectionRefused) else []
     lines += [
         _verdict(answer),
@@ -108,10 +121,12 @@ def fit_lines(answer: FitAnswer) -> list[str]:
         *table(header, zip(*columns, strict=True)),
         f"state-to-state SD {answer.state_sd_percent:.2f} % ({answer.degrees_of_freedom:.1f} degrees of freedom), "
         f"RMSE {answer.rmse_N:.2f} N, R^2 {answer.r_squared:.4f}, condition number {answer.condition_number:.0f}",
+        *place_lines(answer),
         *([] if answer.rises_with_speed else ["the prediction falls with speed in part of the measured range"]),
         "",
-        f"Accuracy on {answer.accuracy.on}",
-        *accuracy_lines([(answer.form, answer.accuracy)]),
+        "Accuracy",
+        *accuracy_lines([(each.on, each) for each in answer.accuracies]),
+        *fit_notes(answer),
         *(["", *_selection_lines(selection)] if isinstance(selection, SelectionAnswer) else []),
     ]
 

@@ -139,8 +139,9 @@ def _lines(folder: str, answer: fm.NextMeasurements, files: list[str], again: st
     simulated, why = simulated_line(answer.simulated), "; ".join(sentences(answer.reasons))
     speed = "" if math.isnan(answer.speed) else f", mean speed {fm.floor_speed(answer.speed)} m/s"
     confirmed = f"{answer.confirmed} of {answer.places} places confirmed{speed}"
+    doubts = [f"WARNING: {warning}" for warning in sentences(answer.warnings)]
     if answer.plan is None:
-        return [*simulated, f"Stop ({answer.stop}): {why}", confirmed]
+        return [*simulated, *doubts, f"Stop ({answer.stop}): {why}", confirmed]
     if not math.isnan(answer.expected_speed):
         after = fm.floor_speed(answer.expected_speed)
         confirmed += f"; {answer.expected_confirmed} expected after these, mean speed {after} m/s"
@@ -152,10 +153,10 @@ def _lines(folder: str, answer: fm.NextMeasurements, files: list[str], again: st
     ]
     return [
         *simulated,
+        *doubts,
         f"{len(answer.plan.states)} states to measure next, slow to fast",
         why,
         confirmed,
-        *(f"WARNING: {warning}" for warning in sentences(answer.plan.warnings)),
         "",
         *planned.runs_table(answer.plan, answer.upper_force.tolist()),
         sentence(answer.upper_is),

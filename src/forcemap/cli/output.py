@@ -13,10 +13,11 @@ from typing import Any
 from pydantic_core import to_json
 
 from forcemap import FixedMargin, ToleranceBound, floor_speed
-from forcemap.answers.accuracy import AccuracyAnswer
+from forcemap.answers.accuracy import AccuracyAnswer, EvaluateAnswer, PlaceFigures
 from forcemap.answers.answer import Answer
 from forcemap.answers.basis import RestsOn
 from forcemap.answers.error import ErrorAnswer
+from forcemap.answers.map import FitAnswer
 from forcemap.answers.path import AlongAnswer
 from forcemap.errors import ForcemapError, InputError, one_line
 from forcemap.files import read_bytes, write_atomically
@@ -169,10 +170,33 @@ def accuracy_lines(accuracies: Sequence[tuple[str, AccuracyAnswer]]) -> list[str
     _, censored = max(accuracies, key=lambda pair: pair[1].censored_states)
     if censored.censored_states:
         lines.append(
-            f"{censored.censored_states} states above the device range are not compared; "
-            f"{censored.censored_underestimated} of them are predicted below it"
+            f"not compared: {counted(censored.censored_states, 'state')} above the device range, of which "
+            f"{censored.censored_underestimated} predicted below it"
         )
     return lines
+
+
+def fit_warnings(answer: FitAnswer | EvaluateAnswer) -> list[str]:
+    """What the states of a map say against it, to be read first."""
+    drift = [answer.drift.finding] if answer.drift and answer.drift.found else []
+    return [*(answer.form_test.warnings if answer.form_test else []), *drift]
+
+
+def fit_notes(answer: FitAnswer | EvaluateAnswer) -> list[str]:
+    """Whether the form fits and forces have kept, where nothing speaks against it."""
+    notes = [each.finding for each in (answer.form_test, answer.drift) if each]
+    return [note for note in notes if note not in fit_warnings(answer)]
+
+
+def place_lines(answer: PlaceFigures) -> list[str]:
+    """What the states of a place share, beside what is a state's own; nothing for a map that was not fitted."""
+    if answer.places is None or answer.place_sd_percent is None:
+        return []
+    return [
+        f"{answer.places} places: {answer.place_sd_percent:.2f} % of scatter shared by the states of a place, "
+        f"{answer.own_sd_percent:.2f} % a state's own (correlation {answer.place_correlation:.2f}, the largest that is "
+        f"likely; likeliest {answer.likely_place_correlation:.2f})"
+    ]
 
 
 def shown(speed: float | None) -> str:

@@ -13,10 +13,12 @@ import forcemap as fm
 from forcemap.answers.plan import PlanAnswer
 from forcemap.cli import planned
 from forcemap.cli.options import ContactKind, DeviceSpring, Json, Limit, force_map_from, limit_from
-from forcemap.cli.output import emit, listing
+from forcemap.cli.output import counted, emit, listing
 from forcemap.cli.task_options import figures
 from forcemap.findings import Finding, FindingKind
 from forcemap.words import sentence, sentences
+
+_LISTED = 5  # speeds that are listed; of more the range is said
 
 
 def plan(
@@ -28,24 +30,42 @@ def plan(
         str,
         Option(
             "--design",
-            help="training: 3 x 3 places x 3 speeds; full-grid: 5 x 5 x 5; symmetry: at several base angles; "
-            "i-optimal, or i-optimal:LOG_SPEED for another form: the best --states of the full grid.",
+            help="spread: corners, and places and speeds between them; paper: 3 x 3 places x 3 speeds; full-grid: "
+            "5 x 5 x 5; symmetry: at several base angles; i-optimal, or i-optimal:LOG_SPEED for another form: the best "
+            "--states of 9 x 9 x 9.",
         ),
-    ] = fm.Design.TRAINING.value,
+    ] = fm.Design.SPREAD.value,
     states: Annotated[
         int | None,
         Option(
             "--states",
-            help="States to train: of i-optimal so many are chosen, 18 if not given; any other design has fewer than "
-            "18 only if you name their number.",
+            help="States to train: spread has 27 if not given, i-optimal 18; any other design has fewer than 18 only "
+            "if you name their number.",
         ),
     ] = None,
+    places: Annotated[
+        int | None,
+        Option("--places", help="Of spread: number of places, 14 if not given; of i-optimal: the most."),
+    ] = None,
+    again: Annotated[
+        int | None, Option("--again", help="States measured again at the end, to tell drift; 3 of spread if not given.")
+    ] = None,
+    place_minutes: Annotated[
+        float, Option("--minutes-per-place", help="Assumed time to put up the device at a place.")
+    ] = 10.0,
+    impact_minutes: Annotated[float, Option("--minutes-per-impact", help="Assumed time for an impact.")] = 1.0,
     repeats: planned.Repeats = 3,
     base_angles: Annotated[
         str, Option("--base-angles-deg", help="Angle of the base joint; for --design symmetry several.")
     ] = "",
     reach: Annotated[
-        float, Option("--reach-m", help="Places farther from the base's origin are left out.", show_default=False)
+        float,
+        Option(
+            "--reach-m",
+            help="Largest distance of a place from the base's origin; spread moves farther ones inwards, the other "
+            "designs leave them out.",
+            show_default=False,
+        ),
     ] = math.inf,
     device_range: planned.DeviceRange = None,
     device_spring: DeviceSpring = None,
@@ -75,6 +95,8 @@ def plan(
         figures("speeds", speeds),
         design=fm.Design(kind),
         repeats=repeats,
+        places=places,
+        again=again,
         base_angles=figures("base angles", base_angles) if base_angles else [],
         reach=reach,
         device=conditions.device,
@@ -83,9 +105,12 @@ def plan(
         states=states,
         form=fm.form_named(form) if form else fm.CFM_3D,
     )
-    made = dataclasses.replace(made, warnings=(*doubts, *made.warnings, *_needed(conditions.device)))
+    made = dataclasses.replace(made, warnings=(*doubts, *made.warnings, *_needed(conditions.device, doubts)))
+    minutes = made.minutes(place_minutes, impact_minutes)
     files = planned.write_campaign(Path(folder), made, made, conditions)
-    emit(PlanAnswer.of_plan(made, folder, files), _lines(folder, made, files), as_json=as_json)
+    assumed = f"if a place takes {place_minutes:g} min and an impact {impact_minutes:g} min (assumed)"
+    time = f"{minutes // 60:.0f} h {minutes % 60:02.0f} min, {assumed}"
+    emit(PlanAnswer.of_plan(made, folder, files, minutes), _lines(folder, made, files, time), as_json=as_json)
 
 
 def _to_confirm(limit: list[str], contact: fm.Contact | None, stiffness: float) -> tuple[float, list[Finding]]:
@@ -98,20 +123,27 @@ def _to_confirm(limit: list[str], contact: fm.Contact | None, stiffness: float) 
     return stated.force(kind) if kind else math.nan, doubts
 
 
-def _needed(device: fm.Device) -> list[Finding]:
-    """What collecting, and a speed for a body area, will need of the device."""
+def _needed(device: fm.Device, said: list[Finding]) -> list[Finding]:
+    """What collecting, and a speed for a body area, will need of the device, but for what is said already."""
     found = [Finding.of(FindingKind.COLLECT_NEEDS, entry="device.range_N")] if math.isnan(device.range) else []
+    asked = any(part.kind is FindingKind.SPRING_OF_DEVICE_NOT_STATED for each in said for part in each.also)
     spring = Finding.of(FindingKind.SPRING_NEEDED, entry="device.stiffness_N_per_m")
-    return [*found, spring] if math.isnan(device.stiffness) else found
+    return [*found, spring] if math.isnan(device.stiffness) and not asked else found
 
 
-def _lines(folder: str, made: fm.DesignedPlan, files: list[str]) -> list[str]:
-    speeds = ", ".join(f"{v:g}" for v in sorted(set(made.speed.tolist())))
+def _lines(folder: str, made: fm.DesignedPlan, files: list[str], time: str) -> list[str]:
+    values = sorted(set(made.speed.tolist()))
+    speeds = ", ".join(f"{v:g}" for v in values) if len(values) <= _LISTED else f"{values[0]:g} to {values[-1]:g}"
     source = sentence(made.expected_from) or "nothing (give --moving-mass-kg or --map)"
+    order = "all places at the lowest speed first, far to near, then the next speed"
+    if made.by_place:
+        order = "place by place, the corners first and the others in random order, slow to fast at each"
+    again = f"; {counted(len(made.again), 'state')} again at the end" if made.again else ""
     return [
         f"{len(made)} impacts in {len(made.states)} states, at {speeds} m/s, written to {folder}",
-        "all places at the lowest speed first, far to near, then the next speed",
         *([sentence(made.note)] if made.note else []),
+        order + again,
+        f"the device is put up {made.set_ups} times: {time}",
         f"expected forces from: {source}",
         *(f"WARNING: {warning}" for warning in sentences(made.warnings)),
         *(listing("Left out", sentences(made.left_out)) if made.left_out else []),

@@ -326,11 +326,13 @@ def _allowed(
 
 
 def _variation(dataset: ImpactDataset) -> WorkspaceVariation:
-    """At the speed measured at most places; of several, the middle one."""
+    """At the speed measured at most places; of several one over the widest area, the middle one of these."""
     states, tolerance = dataset.states.uncensored, dataset.tolerance.speed
     speeds = np.unique(np.round(states.speed / tolerance)) * tolerance
     near = np.abs(states.speed - speeds[:, None]) <= tolerance
-    most = np.flatnonzero(near.sum(axis=1) == near.sum(axis=1).max())
+    area = [np.ptp(states.distance[each]) * np.ptp(states.height[each]) for each in near]
+    wide = near.sum(axis=1) + np.round(area / (1 + np.max(area)), 9)
+    most = np.flatnonzero(wide == wide.max())
     chosen = states.select(near[most[most.size // 2]])
     return WorkspaceVariation(
         speed=float(np.median(chosen.speed)),

@@ -264,6 +264,9 @@ def _result(
     except BoundNotAvailable as refusal:
         mean_bound = max_bound = math.nan
         notes.append(Finding.of(FindingKind.NO_BOUND, in_words(refusal.message)))
+    if isinstance(fitted.form, Form) and (tested := force_map.form_test):
+        notes += [tested.finding] if tested.found else []
+        notes += tested.scatter
     points = force_map.measured_range.points
     further = MeasuredRange(np.vstack([points, points * (1.0, 1.0, ABOVE)]))
     return FormResult(
@@ -331,7 +334,7 @@ def _recommend(
         figures = {"form": each.form.name, "error_percent": each.error_percent, "p": each.p_better}
         found.append(Finding.of(kind.FORM_COMPARED, **figures, **compared))
     if not standard.rises_above:
-        found.append(Finding.of(kind.FORM_FALLS_ABOVE, form=name))
+        found.append(Finding.of(kind.FORM_FALLS_ABOVE, form=name, inside=not standard.rises_inside))
     return reference, tuple(found)
 
 

@@ -10,14 +10,16 @@ import numpy as np
 
 from forcemap.arrays import FloatArray
 from forcemap.campaigns.dataset import ImpactDataset, States
+from forcemap.campaigns.state import places
 from forcemap.comparisons.residual_tests import MEAN_SHARE, POWER, STATES_SHARE, WHOLE_SHARE, ResidualTests, interval
 from forcemap.comparisons.two_maps import differences
 from forcemap.errors import BoundNotAvailable, InputError
 from forcemap.findings import Finding, FindingKind
 from forcemap.limits.device_spring import device_suitability
-from forcemap.maps.bounds import MIN_DEGREES_OF_FREEDOM
+from forcemap.maps.bounds import ToleranceBound
 from forcemap.maps.fit import repeat_variance
 from forcemap.maps.force_map import Fit, ForceMap
+from forcemap.maps.places import correlations
 
 MIN_STATES = 3
 """New states below which a map is not said to hold."""
@@ -158,8 +160,9 @@ class MapCheck:
 def check_map(force_map: ForceMap, dataset: ImpactDataset, *, error_probability: float = 0.05) -> MapCheck:
     """Check whether a map still holds for new impacts, after a change of firmware, tool or safety settings or in time.
 
-    With r the mean ln F of the new states less the prediction, r ~ N(0, s^2 (I + X_n (X'X)^-1 X_n')) if nothing has
-    changed, s being the state SD of the map: new states have a state effect of their own. Three tests share the error
+    With r the mean ln F of the new states less the prediction, r ~ N(0, s^2 (V_n + X_n (X'V^-1 X)^-1 X_n')) if nothing
+    has changed, s being the state SD of the map: new states have an effect of their own, and share one with those of
+    their place (V_n: 1 on the diagonal, rho of the map within a place). Three tests share the error
     probability: the mean of r (t test, half), r as a whole (F test, a quarter), each state (t tests, Holm, a quarter).
 
     `holds` needs more than no finding: at least 3 uncensored states inside the measured range, which would have shown
@@ -256,13 +259,7 @@ def _fit_of(force_map: ForceMap) -> Fit:
             f"map {force_map.name!r} has no measured states, so nothing tells how far new ones may lie from it; "
             "fit a map to your own impacts"
         )
-    freedom = fit.between_states.degrees_of_freedom
-    if freedom < MIN_DEGREES_OF_FREEDOM:
-        raise BoundNotAvailable(
-            f"found {freedom:.1f} residual degrees of freedom ({len(fit.states)} measured states, "
-            f"{force_map.coefficients.size} coefficients), expected at least {MIN_DEGREES_OF_FREEDOM}; "
-            "fit a map to more states"
-        )
+    ToleranceBound().require(force_map)
     return fit
 
 
@@ -304,14 +301,21 @@ def _left_out(force_map: ForceMap, dataset: ImpactDataset, states: States, own: 
 
 
 def _covariance(force_map: ForceMap, fit: Fit, dataset: ImpactDataset, states: States) -> FloatArray:
-    """Covariance of new state means less predictions: state effects, and the map's own error, which they share."""
+    """Covariance of new state means less predictions: effects of places and states, and the map's error.
+
+    Effects of places are new, also where the map has states: effects that stay make the residuals smaller than that.
+    New states share one only where no more apart than repeats: those a little farther apart may differ, which must not
+    pass for a change.
+    """
     rotated = force_map.form.design(*states.coordinates.T) @ fit.between_states.inverse_triangle
     deviation = max(fit.state_sd, _LEAST_SD)
     # A mean of fewer repeats than the map's carries more repeat noise than its state SD holds.
     of_map = float(np.mean(1 / (fit.states.impacts + fit.states.censored)))
     fewer = np.maximum(1 / (states.impacts + states.censored) - of_map, 0.0)
     noise = repeat_variance(dataset) if not dataset.censored.all() else 0.0
-    return np.asarray(deviation**2 * (np.eye(len(states)) + rotated @ rotated.T) + noise * np.diag(fewer))
+    place = places(states.distance, states.height, dataset.tolerance.place)
+    alike = correlations(place, fit.place_effect.correlation)
+    return np.asarray(deviation**2 * (alike + rotated @ rotated.T) + noise * np.diag(fewer))
 
 
 def _outcome(

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from forcemap.arrays import FloatArray
+from forcemap.maps.regression import holm
 
 POWER = 0.95
 """Probability with which the smallest mean change stated would have been found."""
@@ -54,9 +55,7 @@ class ResidualTests:
         p_mean = float(2 * stdtr(freedom, -abs(mean) / mean_sd))
         p_whole = float(fdtrc(m, freedom, residual @ np.linalg.solve(covariance, residual) / m))
         alone = 2 * stdtr(freedom, -np.abs(residual) / np.sqrt(np.diag(covariance)))
-        order = np.argsort(alone, kind="stable")
-        p_states = np.empty(m)
-        p_states[order] = np.minimum(np.maximum.accumulate(alone[order] * np.arange(m, 0, -1)), 1.0)
+        p_states = holm(np.asarray(alone, dtype=np.float64))
         quantile = stdtrit(freedom, 1 - MEAN_SHARE * error_probability / 2)
         shift = float(nctdtrinc(freedom, 1 - POWER, quantile))
         return cls(mean, mean_sd, p_mean, p_whole, p_states, shift * mean_sd)

@@ -217,7 +217,8 @@ def select_terms(
     Parameters
     ----------
     datasets : sequence of ImpactDataset
-        Impacts on full grids; of every role, because training states alone do not determine the full cubic.
+        Impacts, best on full grids; of every role, because the training states of a grid alone do not determine the
+        full cubic, and those of a spread plan barely.
         Censored ones are not used.
     start : Form
         Terms to start from, with the intercept.

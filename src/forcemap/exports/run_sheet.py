@@ -62,24 +62,28 @@ def run_sheet(
 
 
 def _runs(plan: MeasurementPlan, width: int, upper: list[float], *, first: int = 1) -> list[str]:
-    """A table for each speed, its runs numbered from `first`."""
+    """A table for each speed, or each place if the runs go by place; runs are numbered from `first`."""
     # The angle of the base gives way where the paper is too narrow for it and for what the force is not to exceed.
     angles = not upper or not all(math.isnan(angle) for angle in plan.base_angle.tolist())
     base = f" {'base [deg]':>10}" if angles else ""
     most = f" {'at most [N]':>11}" if upper else ""
-    title = f"{'no.':>4}  {'save as':{width}} {'d [m]':>7} {'h [m]':>7}{base} {'rep.':>4} {'exp. [N]':>8}{most}  "
+    columns = f"{'v [m/s]':>7}" if plan.by_place else f"{'d [m]':>7} {'h [m]':>7}"
+    title = f"{'no.':>4}  {'save as':{width}} {columns}{base} {'rep.':>4} {'exp. [N]':>8}{most}  "
+    places = [(f"{d:.4g}", f"{h:.4g}") for d, h in zip(plan.distance.tolist(), plan.height.tolist(), strict=True)]
+    heads = [f"v = {v:g} m/s" for v in plan.speed.tolist()]
+    if plan.by_place:
+        heads = [f"d = {d} m, h = {h} m" for d, h in places]
     lines = []
-    runs = enumerate(zip(plan.speed.tolist(), plan.recording.tolist(), strict=True))
-    for speed, block in itertools.groupby(runs, key=lambda run: run[1][0]):
-        # v stands above its table: everybody at the robot must see the change to a faster block.
-        lines += ["", f"v = {speed:g} m/s", title + "done, note", "-" * (len(title) + 10)]
-        for i, (_, name) in block:
-            place = f"{plan.distance[i]:7.4g} {plan.height[i]:7.4g}"
-            place += f" {_figure(plan.base_angle[i], 'g'):>10}" if angles else ""
+    for head, block in itertools.groupby(enumerate(plan.recording.tolist()), key=lambda run: heads[run[0]]):
+        # What a table has in common stands above it: everybody at the robot must see the change.
+        lines += ["", head, title + "done, note", "-" * (len(title) + 10)]
+        for i, name in block:
+            where = f"{plan.speed[i]:7.4g}" if plan.by_place else " ".join(f"{each:>7}" for each in places[i])
+            where += f" {_figure(plan.base_angle[i], 'g'):>10}" if angles else ""
             force = f"{_figure(plan.expected_force[i], '.0f'):>8}"
             force += f" {math.floor(upper[i]):>11}" if upper else ""
             blank = "_" * max(10, min(24, _SHEET_WIDTH - len(title)))
-            lines.append(f"{first + i:4}  {name:{width}} {place} {plan.repeat[i]:4} {force}  {blank}")
+            lines.append(f"{first + i:4}  {name:{width}} {where} {plan.repeat[i]:4} {force}  {blank}")
     return lines
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import io
 import re
-import textwrap
 import threading
 import warnings
 from collections.abc import Iterator, Sequence
@@ -19,13 +18,14 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.colorbar import Colorbar
 from matplotlib.figure import Figure
+from matplotlib.font_manager import FontProperties
 from matplotlib.patches import Patch, Rectangle
+from matplotlib.textpath import TextPath
 
 from forcemap.arrays import FloatArray, Mask
 from forcemap.errors import InputError
 from forcemap.figures.style import COLUMN_WIDTH, PAGE_WIDTH, YELLOW, Look
 
-_SIGNS_PER_INCH = 15  # of bold letters of 7.5 points
 SIMULATED = "SIMULATED: not a measurement of any robot"
 _ALONE = 0.05  # a single place is drawn as wide as this [m]
 _NO_METADATA = dict.fromkeys(("Date", "Creator", "Format", "Type"))
@@ -88,11 +88,24 @@ def finish(
         figure.legend(list(entries.values()), list(entries), loc="outside lower left", ncols=columns)
     lines = [*([SIMULATED] if simulated else []), *(plain(each, 400) for each in first)]
     if lines:
-        across = int(_SIGNS_PER_INCH * figure.get_figwidth())
-        said = "\n".join(line for each in lines for line in textwrap.wrap(each, across))
+        font, edge = FontProperties(size=7.5, weight="bold"), 0.02
+        across = (0.92 - 2 * edge) * 72 * figure.get_figwidth()  # letters are wider where pixels are few
+        said = "\n".join(line for each in lines for line in _broken(each, font, across))
         box = {"facecolor": YELLOW, "edgecolor": "none", "boxstyle": "square,pad=0.15"}
-        figure.suptitle(said, x=0.02, ha="left", fontsize=7.5, fontweight="bold", bbox=box)
+        figure.suptitle(said, x=edge, ha="left", fontproperties=font, bbox=box)
     return figure
+
+
+def _broken(text: str, font: FontProperties, across: float) -> Iterator[str]:
+    """The lines of a text, each as wide as they may be in points; a longer word has one of its own."""
+    line = ""
+    for word in text.split():
+        longer = f"{line} {word}".lstrip()
+        if line and TextPath((0, 0), longer, prop=font, usetex=False).get_extents().x1 > across:
+            yield line
+            longer = word
+        line = longer
+    yield line
 
 
 def edges(axis: FloatArray) -> FloatArray:

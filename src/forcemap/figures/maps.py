@@ -14,10 +14,11 @@ from matplotlib.figure import Figure
 
 from forcemap.arrays import FloatArray
 from forcemap.campaigns.dataset import ImpactDataset
+from forcemap.campaigns.plan import MeasurementPlan
 from forcemap.comparisons.force_models import Comparison
 from forcemap.figures import style
 from forcemap.figures.canvas import finish, is_wide, new_figure, panels, settings
-from forcemap.figures.measured import Measured, a_few, draw_forces, draw_map, draw_profile, levels, middle, near
+from forcemap.figures.measured import Measured, a_few, draw_forces, draw_map, draw_profile, measured_often, near
 from forcemap.figures.style import DISTANCE, FORCE, HEIGHT, PAGE_WIDTH, QUANTITY, SPEED
 from forcemap.limits.pfl import pfl_contact_force
 from forcemap.maps.bounds import Bound
@@ -33,7 +34,7 @@ _LOOKS = {"CFM_2D": style.MAP_2D, "CFM_2D per height": style.MAP_2D_PER_HEIGHT, 
 def force_profiles_figure(
     force_map: ForceMap, dataset: ImpactDataset | None = None, *, bound: Bound | None = None, width: float = PAGE_WIDTH
 ) -> Figure:
-    """Force against distance, height and speed, the other variables held at measured values.
+    """Force against distance, height and speed, the other variables held at values that many states have.
 
     Lines are drawn for the lowest, middle and highest measured speed (against speed: distance), each with its value
     at its end, and end where the measured range ends.
@@ -57,12 +58,13 @@ def force_profiles_figure(
     if bound is not None:
         bound.require(force_map)
     measured, wide = Measured.of(force_map, dataset), is_wide(width)
-    axis_levels = measured.levels(force_map.measured_range.points)
+    points = force_map.measured_range.points
+    axis_levels = measured.levels(points)
     figure = new_figure("Force against distance, height and speed", width, 0.068 if wide else 0.16)
     for along, axes in enumerate(panels(figure, 3, 3 if wide else 1, share_y=wide)):
         by = 0 if along == 2 else 2  # the variable that differs from line to line
         held = 3 - along - by
-        at = middle(axis_levels[held])
+        at = measured_often(points[:, held], measured.tolerances[held])
         for value in a_few(axis_levels[by]):
             fixed = {by: value, held: at}
             x, force = draw_map(axes, force_map, bound, along, fixed)
@@ -135,10 +137,12 @@ def workspace_figure(force_map: ForceMap, dataset: ImpactDataset | None = None, 
 
 
 @settings()
-def residuals_figure(force_map: ForceMap, dataset: ImpactDataset, *, width: float = PAGE_WIDTH) -> Figure:
-    """Measured less predicted force, in percent of measured, against force, distance, height and speed.
+def residuals_figure(
+    force_map: ForceMap, dataset: ImpactDataset, *, plan: MeasurementPlan | None = None, width: float = PAGE_WIDTH
+) -> Figure:
+    """Measured less predicted force, in percent of measured, against force, place, speed and order of the states.
 
-    Above zero the map underestimates: the dangerous side.
+    Above zero the map underestimates: the dangerous side. Places are numbered by distance, then height.
 
     Parameters
     ----------
@@ -146,28 +150,38 @@ def residuals_figure(force_map: ForceMap, dataset: ImpactDataset, *, width: floa
         The map.
     dataset : ImpactDataset
         Measured states.
+    plan : MeasurementPlan, optional
+        Tells the order in which states were to be measured; that of the table if not given.
     width : float
         Width of the figure [m].
     """
     measured, wide = Measured.of(force_map, dataset), is_wide(width)
-    figure = new_figure("Residuals against force, distance, height and speed", width, 0.11 if wide else 0.125)
-    all_axes = panels(figure, 4, 2, share_y=True)
+    columns = 3 if wide else 2
+    figure = new_figure("Residuals against force, place, speed and order", width, 0.11 if wide else 0.17)
+    all_axes = panels(figure, 6, columns, share_y=True)
+    place = dict(zip(dataset.states.name, (dataset.states.place + 1).tolist(), strict=True))
+    runs = (plan.role, plan.state_id) if plan else (dataset.role, dataset.state)
+    order = {run: i + 1 for i, run in enumerate(dict.fromkeys(zip(*(each.tolist() for each in runs), strict=True)))}
     for look, states in measured.by_look:
         predicted = np.asarray(force_map.predict(states.distance, states.height, states.speed))
         residual = 100 * (states.force - predicted) / states.force
         at_least = 100 * (states.at_least - predicted) / states.at_least
-        for axes, x in zip(all_axes, (predicted, *states.coordinates.T), strict=True):
+        role = "train" if look is style.TRAIN else "test"
+        at = np.array([place[name] for name in states.name])
+        turn = np.array([order.get((role, name), np.nan) for name in states.name])
+        for axes, x in zip(all_axes, (predicted, *states.coordinates.T, at, turn), strict=True):
             draw_forces(axes, look, states, x, residual, at_least)
     low, high = all_axes[0].get_ylim()
     low, high = min(low, -1.0), max(high, 1.0)
     room = 0.12 * (high - low)  # for the words
-    for i, (axes, words) in enumerate(zip(all_axes, ("Predicted force [N]", *_AXES), strict=True)):
+    labels = ("Predicted force [N]", *_AXES, "Place, by distance", "Order measured")
+    for i, (axes, words) in enumerate(zip(all_axes, labels, strict=True)):
         axes.axhspan(0, high + room, color=style.PALE, alpha=0.6, linewidth=0, zorder=0)
         axes.axhline(0, color="#404040", linewidth=0.8)
         axes.set_ylim(low - room, high + room)
         axes.set_xlabel(words)
-        axes.locator_params(axis="x", nbins=6 if wide else 3)
-        if i % 2 == 0:
+        axes.locator_params(axis="x", nbins=6 if wide else 3, integer=i > 3)
+        if i % columns == 0:
             axes.set_ylabel("Measured − predicted\n[% of measured]")
         axes.text(0.02, 0.98, "underestimated", transform=axes.transAxes, fontsize=6.5, va="top")
         axes.text(0.02, 0.02, "overestimated", transform=axes.transAxes, fontsize=6.5, va="bottom")
@@ -207,7 +221,7 @@ def model_comparison_figure(
     robot_mass, body_mass, stiffness : float
         Of the contact model, as for `compare_force_models` [kg], [kg], [N/m].
     speed, height, distance : float, optional
-        Where to cut [m/s], [m], [m]; the middle measured ones if not given.
+        Where to cut [m/s], [m], [m]; values that many states have if not given.
     width : float
         Width of the figure [m].
 
@@ -218,11 +232,11 @@ def model_comparison_figure(
     """
     measured, place = Measured.of(force_map, dataset), dataset.tolerance.place
     if speed is None:
-        speed = middle(levels(force_map.measured_range.points[:, 2], dataset.tolerance.speed))
+        speed = measured_often(force_map.measured_range.points[:, 2], dataset.tolerance.speed)
     states = dataset.states.select(near(dataset.states.speed, speed, dataset.tolerance.speed))
     states = states if len(states) else dataset.states
     given = ((distance, states.distance), (height, states.height))
-    held = {i: middle(levels(of, place)) if at is None else at for i, (at, of) in enumerate(given)}
+    held = {i: measured_often(of, place) if at is None else at for i, (at, of) in enumerate(given)}
     standard = float(pfl_contact_force(speed, robot_mass=robot_mass, body_mass=body_mass, stiffness=stiffness))
 
     wide = is_wide(width)

@@ -36,7 +36,7 @@ class Measured:
         """The states of a dataset; without one those of the fitted map, if it was fitted."""
         simulated = any(each is not None and each.simulated for each in (force_map, dataset))
         if dataset is not None:
-            return cls(dataset.train.states, dataset.test.states, dataset.tolerance, simulated)
+            return cls(dataset.train.states, dataset.independent_test.states, dataset.tolerance, simulated)
         assert force_map is not None
         fit, stated = force_map.fit, force_map.conditions
         tolerance = StateTolerance.stated(stated.place_tolerance, stated.speed_tolerance)
@@ -95,9 +95,21 @@ def draw_forces(axes: Axes, look: Look, states: States, x: FloatArray, y: FloatA
 
 def levels(values: FloatArray, tolerance: float) -> FloatArray:
     """The values, each once: those within the tolerance of the one below are one, and count with their median."""
+    return np.array([np.median(group) for group in _groups(values, tolerance)])
+
+
+def measured_often(values: FloatArray, tolerance: float) -> float:
+    """The middle one of the values that many states have: more than half as many as have the most frequent one."""
+    groups = _groups(values, tolerance)
+    most = max(group.size for group in groups)
+    return middle(np.array([np.median(group) for group in groups if 2 * group.size > most]))
+
+
+def _groups(values: FloatArray, tolerance: float) -> list[FloatArray]:
+    """Ascending values, split where they lie further apart than the tolerance."""
     ordered = np.sort(values)
     groups = np.split(ordered, np.flatnonzero(np.diff(ordered) > tolerance) + 1)
-    return np.array([np.median(group) for group in groups if group.size])
+    return [group for group in groups if group.size]
 
 
 def a_few(values: FloatArray) -> list[float]:
@@ -141,7 +153,7 @@ def measurement_grid_figure(dataset: ImpactDataset, *, width: float = PAGE_WIDTH
             look.plot(axes, here.distance, here.height)
             if len(censored := here.select(here.censored > 0)):
                 style.CENSORED.plot(axes, censored.distance, censored.height)
-        words = f"{group[0]:.2f}" + (f" to {group[-1]:.2f}" if group.size > 1 else "")
+        words = f"{group[0]:.3g}" + (f" to {group[-1]:.3g}" if group.size > 1 else "")
         axes.set(title=f"{words} m/s", xlabel=DISTANCE if i + columns >= len(groups) else "")
         axes.set_ylabel(HEIGHT if i % columns == 0 else "")
         axes.margins(0.15)

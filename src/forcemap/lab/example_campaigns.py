@@ -19,8 +19,8 @@ from forcemap.lab.virtual_robot import PRESETS, virtual_robot
 _PRESET = dict(zip(EXAMPLE_CAMPAIGNS, PRESETS, strict=True))
 
 
-def simulate_example(name: str, folder: str | Path) -> SimulatedCampaign:
-    """Simulate an example campaign into a folder: the paper's grid of that robot, hit by the preset that is like it.
+def simulate_example(name: str, folder: str | Path, plan: MeasurementPlan | None = None) -> SimulatedCampaign:
+    """Simulate an example campaign into a folder, hit by the preset that is like its robot.
 
     Parameters
     ----------
@@ -28,6 +28,8 @@ def simulate_example(name: str, folder: str | Path) -> SimulatedCampaign:
         One of EXAMPLE_CAMPAIGNS; the same name gives the same files.
     folder : str or Path
         A new or empty folder.
+    plan : MeasurementPlan, optional
+        Its runs; `example_plan` if not given.
 
     Raises
     ------
@@ -36,18 +38,20 @@ def simulate_example(name: str, folder: str | Path) -> SimulatedCampaign:
     InputError
         The folder holds files already, or cannot be made.
     """
-    plan, conditions = example_plan(name), _example(name).conditions
+    runs, conditions = plan or example_plan(name), _example(name).conditions
     rng = np.random.default_rng(zlib.crc32(name.encode()))
-    return simulate_campaign(plan, virtual_robot(_PRESET[name]), SimulatedDevice(), rng, folder, conditions=conditions)
+    return simulate_campaign(runs, virtual_robot(_PRESET[name]), SimulatedDevice(), rng, folder, conditions=conditions)
 
 
-def example_plan(name: str) -> MeasurementPlan:
-    """The runs of an example campaign: the paper's grid of that robot.
+def example_plan(name: str, *, tests: bool = False) -> MeasurementPlan:
+    """The runs of an example campaign: the default plan over the ranges that the paper measured of that robot.
 
     Parameters
     ----------
     name : str
         One of EXAMPLE_CAMPAIGNS.
+    tests : bool
+        Whether the states that only test the map, those of the paper's grid, follow.
 
     Raises
     ------
@@ -57,7 +61,8 @@ def example_plan(name: str) -> MeasurementPlan:
     dataset = _example(name)
     same = {name: getattr(dataset, name) for name in ("repeat", "role", "distance", "height", "speed")}
     unknown = np.full(len(dataset), np.nan)
-    return MeasurementPlan(state_id=dataset.state, **same, base_angle=unknown, expected_force=unknown)
+    plan = MeasurementPlan(state_id=dataset.state, **same, base_angle=unknown, expected_force=unknown)
+    return plan if tests else plan.select(np.isin(plan.state_id, plan.state_id[plan.role == "train"]))
 
 
 def _example(name: str) -> ImpactDataset:

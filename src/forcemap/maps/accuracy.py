@@ -7,12 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from forcemap.arrays import FloatArray
+from forcemap.arrays import FloatArray, Indices
 from forcemap.campaigns.dataset import ImpactDataset, States
-from forcemap.errors import InputError
-from forcemap.maps.censored import CensoredRegression, left_out_levels
+from forcemap.errors import FitError, InputError
+from forcemap.maps.censored import CensoredRegression, coefficients_at
 from forcemap.maps.fit import state_data
 from forcemap.maps.force_map import ForceMap
+from forcemap.maps.places import place_regression
 
 
 @dataclass(frozen=True)
@@ -106,15 +107,16 @@ def _one_side(percent: FloatArray, error: FloatArray) -> tuple[int, float, float
 def map_accuracy(force_map: ForceMap, dataset: ImpactDataset) -> tuple[Accuracy, ...]:
     """Accuracy of a map fitted to a dataset, the one to trust first.
 
-    On its test states (those that share no training state) if it has any, on the fitted states left out in turn if
-    that is possible, and on all states (paper, Table II, rows Ts and All).
+    On its test states (those that share no training state) if it has any, on the fitted states, and their places, left
+    out in turn if that is possible, and on all states (paper, Table II, rows Ts and All).
     """
     found: list[Accuracy] = []
     test = dataset.independent_test
     if (test.states.impacts > 0).any():
         found.append(force_map_accuracy(force_map, test, on="test states"))
-    with contextlib.suppress(InputError):  # as many states as coefficients: none can be left out
-        found.append(leave_one_state_out(force_map))
+    for left_out in (leave_one_state_out, leave_one_place_out):
+        with contextlib.suppress(InputError):  # as many states as coefficients: none can be left out
+            found.append(left_out(force_map))
     found.append(force_map_accuracy(force_map, dataset, on="all states"))
     return tuple(found)
 
@@ -153,23 +155,45 @@ def leave_one_state_out(force_map: ForceMap) -> Accuracy:
     InputError
         The map was not fitted here, or no state can be left out.
     """
+    return _left_out_accuracy(force_map, np.arange(len(force_map.require_fit().states)), "state")
+
+
+def _left_out_accuracy(force_map: ForceMap, group: Indices, what: str) -> Accuracy:
+    """Accuracy on groups of states, each left out in turn."""
     fit = force_map.require_fit()
-    predicted = left_out_predictions(force_map)
+    predicted = left_out_predictions(force_map, group)
     possible = ~np.isnan(predicted)
     if not possible.any():
         raise InputError(
-            f"found {len(fit.states)} states for {force_map.coefficients.size} coefficients: no state can "
-            "be left out, expected more states than coefficients"
+            f"found {len(fit.states)} states at {fit.place_effect.places} places for {force_map.coefficients.size} "
+            f"coefficients: no {what} can be left out, expected more"
         )
     states, skipped = fit.states.select(possible), int(np.sum(~possible))
-    return Accuracy.of(predicted[possible], states, on="leave-one-state-out", skipped=skipped)
+    return Accuracy.of(predicted[possible], states, on=f"leave-one-{what}-out", skipped=skipped)
 
 
-def left_out_predictions(force_map: ForceMap) -> FloatArray:
-    """Force [N] of each fitted state as predicted by the other states, shape (m,); NaN where they cannot.
+def leave_one_place_out(force_map: ForceMap) -> Accuracy:
+    """Accuracy of a fitted map at each of its places when fitted to the states of the others.
 
-    Closed form where the fit is least squares: the residual of state i left out is e_i / (1 - l_i) (Allen 1974,
-    PRESS). A censored fit is fitted again without each state, its variance kept.
+    Raises
+    ------
+    InputError
+        The map was not fitted here, or no place can be left out.
+    """
+    fit = force_map.require_fit()
+    return _left_out_accuracy(force_map, fit.states.place, "place")
+
+
+def left_out_predictions(force_map: ForceMap, group: Indices | None = None) -> FloatArray:
+    """Force [N] of each fitted state as predicted by the others, shape (m,); NaN where they cannot.
+
+    The map is fitted again without each state, or each group of them, with the standard deviations that it has.
+
+    Parameters
+    ----------
+    force_map : ForceMap
+    group : array of int, shape (m,), optional
+        States with the same number are left out together.
 
     Raises
     ------
@@ -177,11 +201,18 @@ def left_out_predictions(force_map: ForceMap) -> FloatArray:
         The map was not fitted here.
     """
     fit = force_map.require_fit()
-    between_states = fit.between_states
-    left = 1 - between_states.leverage
-    with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
-        if isinstance(between_states, CensoredRegression):
-            data = state_data(force_map.form, fit.states, between_states.repeat_variance)
-            return np.asarray(np.exp(left_out_levels(data, between_states)))
-        predicted = np.exp(fit.states.log_force - between_states.residuals / left)
-    return np.where(left > 1e-9, predicted, np.nan)
+    between, m = fit.between_states, len(fit.states)
+    noise = between.repeat_variance if isinstance(between, CensoredRegression) else 0.0
+    data = state_data(force_map.form, fit.states, noise, fit.place_effect.correlation)
+    levels = np.full(m, np.nan)
+    for number in np.unique(group := np.arange(m) if group is None else group):
+        out = group == number
+        rest = data.select(~out)
+        with contextlib.suppress(FitError):  # too few, rank deficient or without a maximum when it is left out
+            if isinstance(between, CensoredRegression):
+                coefficients = coefficients_at(rest, between.deviation)
+            else:
+                coefficients = place_regression(rest.design, rest.mean, rest.place, rest.correlation).coefficients
+            levels[out] = data.design[out] @ coefficients
+    with np.errstate(over="ignore"):
+        return np.asarray(np.exp(levels))

@@ -11,9 +11,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from forcemap.arrays import FloatArray, in_blocks
+from forcemap.campaigns.dataset import StateTolerance
 from forcemap.errors import BoundNotAvailable, InputError
 from forcemap.findings import Finding, FindingKind
 from forcemap.maps.force_map import ForceMap
+from forcemap.maps.places import LEAST_BETWEEN
 
 MIN_DEGREES_OF_FREEDOM = 3
 """Residual degrees of freedom between states below which no tolerance bound is given."""
@@ -77,10 +79,12 @@ class FixedMargin:
 class ToleranceBound:
     """One-sided tolerance bound on the force of a state: above `content` of states with `confidence`.
 
-    With l the leverage of the queried state, s the residual SD of the state means of ln F and t' the
-    `confidence` quantile of the noncentral t distribution (degrees of freedom: states less coefficients;
+    With l the leverage of the queried state, s the standard deviation of a state's mean of ln F about the map and t'
+    the `confidence` quantile of the noncentral t distribution (degrees of freedom: states less coefficients;
     noncentrality z_content / sqrt(l)), upper = max(F exp(s sqrt(l) t'), F + device error)
     (Krishnamoorthy and Mathew 2009, Statistical Tolerance Regions, section 3.4: tolerance limits in regression).
+    States of a place share a part of what is theirs: l and s are those of generalised least squares with a
+    correlation taken at the upper end of its likelihood (docs/equations.md, "Places").
 
     Parameters
     ----------
@@ -145,6 +149,13 @@ class ToleranceBound:
                 f"{force_map.coefficients.size} coefficients), expected at least {MIN_DEGREES_OF_FREEDOM}; "
                 "measure more states or choose a form with fewer terms"
             )
+        effect = force_map.fit.place_effect
+        if effect.between < LEAST_BETWEEN:
+            few = LEAST_BETWEEN - effect.between
+            raise BoundNotAvailable(
+                f"found {effect.places} measured places, expected at least {effect.places + few}: nothing tells how "
+                f"far forces scatter from place to place; measure at {few} more place{'s' if few > 1 else ''}"
+            )
 
     def describe(self) -> dict[str, Any]:
         """Kind and parameters, as they stand in JSON."""
@@ -206,14 +217,17 @@ def _against_margin(bound: FixedMargin, force_map: ForceMap) -> Finding | None:
 def contradiction(force_map: ForceMap, bound: Bound) -> Finding | None:
     """That the test states of a map contradict a tolerance bound; None if they do not.
 
-    Of k states above a bound for the share `content` of states: refused where so many or more are as improbable as
-    1 %, by the binomial distribution.
+    States that the map was fitted to, measured again, are no test: they share its error. Of k others above a bound for
+    the share `content` of states: refused where so many or more are as improbable as 1 %, by the binomial distribution.
     """
     if force_map.fit is None or not isinstance(bound, ToleranceBound) or not len(force_map.fit.test):
         return None
     from scipy.special import bdtrc
 
-    states = force_map.fit.test
+    fit = force_map.fit
+    states = fit.test.select(~fit.test.repeats_of(fit.states, StateTolerance()))
+    if not len(states):
+        return None
     upper = bound.upper(force_map, states.distance, states.height, states.speed)
     beyond = int(np.sum(np.fmax(states.force, np.nan_to_num(states.at_least)) > upper))
     if beyond and bdtrc(beyond - 1, len(states), 1 - bound.content) < 0.01:

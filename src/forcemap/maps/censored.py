@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
+from typing import Any
 
 import numpy as np
 
-from forcemap.arrays import FloatArray, Indices
+from forcemap.arrays import FloatArray, Indices, Mask
 from forcemap.errors import FitError
 from forcemap.maps.regression import Regression, least_squares
 
@@ -24,6 +25,8 @@ _LEAST_SHARE = 0.05  # of the variance of a state's mean that is taken for the s
 class StateData:
     """What repeats tell of m states; ln F is normal about its state's level, the levels about the map.
 
+    Levels of states of one place are correlated: they share a part of their variance.
+
     Parameters
     ----------
     design : array
@@ -36,6 +39,10 @@ class StateData:
         ln of the force that the censored repeats reached at least, shape (m,); NaN where none is censored.
     repeat_variance : float
         Variance of ln F between repeats of a state; 0 if states are not repeated.
+    place : array of int
+        Place of each state, shape (m,).
+    correlation : float
+        rho of the states of a place, from 0 to below 1.
     """
 
     design: FloatArray
@@ -44,6 +51,41 @@ class StateData:
     censored: Indices
     threshold: FloatArray
     repeat_variance: float
+    place: Indices
+    correlation: float
+
+    def select(self, kept: Mask) -> StateData:
+        """The states where `kept`, shape (m,), is true."""
+        rows: dict[str, Any] = {name: each[kept] for name, each in vars(self).items() if isinstance(each, np.ndarray)}
+        return replace(self, **rows)
+
+    @property
+    def typical(self) -> float:
+        """Variance that repeats leave in the mean of a state."""
+        return self.repeat_variance * float(np.mean(1.0 / (self.impacts + self.censored)))
+
+    @property
+    def with_places(self) -> StateData:
+        """The same with the effects of k places as coefficients, before the others, and an observation of 0 of each.
+
+        An effect u of variance rho s^2 beside own effects of (1 - rho) s^2 is u sqrt((1 - rho) / rho) = 0 with their
+        variance (Henderson's mixed model equations): the others then come out as by generalised least squares.
+        """
+        if self.correlation == 0:
+            return self
+        names, number = np.unique(self.place, return_inverse=True)
+        k, m = names.size, self.mean.size
+        at_place = np.zeros((m + k, k))
+        at_place[np.arange(m), number] = 1.0
+        at_place[m:] = math.sqrt((1 - self.correlation) / self.correlation) * np.eye(k)
+        return replace(
+            self,
+            design=np.hstack([at_place, np.vstack([self.design, np.zeros((k, self.design.shape[1]))])]),
+            mean=np.append(self.mean, np.zeros(k)),
+            impacts=np.append(self.impacts, np.ones(k, dtype=np.int64)),
+            censored=np.append(self.censored, np.zeros(k, dtype=np.int64)),
+            threshold=np.append(self.threshold, np.full(k, math.nan)),
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,8 +93,9 @@ class CensoredRegression(Regression):
     """A maximum-likelihood fit with censored states, in the form of weighted least squares.
 
     At the maximum the likelihood bends as that of a regression with weights w: 1 for an uncensored state, less for a
-    censored one. (X'WX)^-1 s^2 is the inverse of the observed information, and R that of sqrt(W) X = QR. The response
-    is NaN for a wholly censored state, which counts in no residual.
+    censored one. (X'WX)^-1 s^2 is the inverse of the observed information, and R that of sqrt(W) X = QR; with effects
+    of places, those of the coefficients of the map. The response is NaN for a wholly censored state, which counts in no
+    residual.
 
     Parameters
     ----------
@@ -86,18 +129,6 @@ class CensoredRegression(Regression):
         """Sum of squared residuals of the states with an uncensored repeat."""
         return float(np.nansum(self.residuals**2))
 
-    @property
-    def rmse(self) -> float:
-        """Root mean square of the residuals of the states with an uncensored repeat."""
-        return float(np.sqrt(np.nanmean(self.residuals**2)))
-
-    @property
-    def r_squared(self) -> float:
-        """Coefficient of determination over the states with an uncensored repeat."""
-        known = self.response[~np.isnan(self.response)]
-        total = float(np.sum((known - known.mean()) ** 2))
-        return 1 - self.residual_squares / total if total > 0 else math.nan
-
 
 def censored_regression(data: StateData) -> CensoredRegression:
     """Fit ln F with "at least this much" for the censored repeats.
@@ -109,7 +140,8 @@ def censored_regression(data: StateData) -> CensoredRegression:
 
     b maximises it for a given s^2; s^2 maximises the profile less half the logarithm of
     the information of b (Cox and Reid 1987), which without censoring is restricted maximum likelihood: s^2 =
-    residual squares / (n - p), and b is least squares.
+    residual squares / (n - p), and b is least squares. Effects of places, `StateData.with_places`, are fitted with b,
+    each held by its variance: without censoring that is restricted maximum likelihood and generalised least squares.
 
     Raises
     ------
@@ -118,24 +150,25 @@ def censored_regression(data: StateData) -> CensoredRegression:
     FitError
         The likelihood has no maximum.
     """
+    m, p = data.design.shape
     known = data.impacts > 0
-    start = least_squares(data.design[known], data.mean[known])
-    if start.degrees_of_freedom == 0:
+    if known.sum() <= p:
         raise FitError(
-            f"found {int(known.sum())} states with an uncensored impact for {start.coefficients.size} coefficients, "
+            f"found {int(known.sum())} states with an uncensored impact for {p} coefficients, "
             "expected more, so that their scatter can be told; measure more states or discard censored impacts"
         )
-    short = np.nan_to_num(np.maximum(data.threshold - data.design @ start.coefficients, 0.0))
-    profile = _Profile(data, start)
-    log_variance, curvature = _maximum(profile, math.log(max(start.residual_sd**2 + np.mean(short**2), 1e-12)))
+    least_squares(data.design[known], data.mean[known])  # refuses with figures of the map's coefficients alone
+    profile = _Profile(data)
+    short = np.nan_to_num(np.maximum(data.threshold - data.design @ profile.start.coefficients[-p:], 0.0))
+    log_variance, curvature = _maximum(profile, math.log(max(profile.start.residual_sd**2 + np.mean(short**2), 1e-12)))
     coefficients, bend = profile.solve(log_variance)
     variance = math.exp(log_variance)
     return weighted_regression(
         data,
-        coefficients=coefficients,
-        weights=np.maximum(-bend * variance, 0.0),
-        deviation=math.sqrt(variance),
-        freedom=min(-2.0 * curvature, float(data.mean.size - coefficients.size)),
+        coefficients=coefficients[-p:],
+        weights=np.maximum(-bend[:m] * variance, 0.0),
+        deviation=math.sqrt(variance / (1 - data.correlation)),
+        freedom=min(-2.0 * curvature, float(m - p)),
     )
 
 
@@ -143,13 +176,14 @@ def weighted_regression(
     data: StateData, *, coefficients: FloatArray, weights: FloatArray, deviation: float, freedom: float
 ) -> CensoredRegression:
     """A censored fit from its results, as it was made or as a file states them."""
-    root = np.sqrt(weights)
-    known = np.where(data.impacts > 0, data.mean, 0.0)  # only R is used of this
+    whole, p = data.with_places, coefficients.size
+    root = np.sqrt(np.append(weights, np.ones(whole.mean.size - weights.size)))
+    triangle = least_squares(whole.design * root[:, None], np.zeros(root.size)).inverse_triangle
     return CensoredRegression(
         design=data.design,
         response=data.mean,
         coefficients=coefficients,
-        inverse_triangle=least_squares(data.design * root[:, None], known * root).inverse_triangle,
+        inverse_triangle=math.sqrt(1 - data.correlation) * triangle[-p:, -p:],
         weights=weights,
         deviation=deviation,
         freedom=freedom,
@@ -157,29 +191,30 @@ def weighted_regression(
     )
 
 
-def left_out_levels(data: StateData, fitted: CensoredRegression) -> FloatArray:
-    """ln F of every state predicted by the others, shape (m,), s^2 as fitted to all; NaN where they cannot."""
-    levels = np.full(data.mean.size, math.nan)
-    for i in range(data.mean.size):
-        others = np.arange(data.mean.size) != i
-        rows = {name: each[others] for name, each in vars(data).items() if isinstance(each, np.ndarray)}
-        rest = replace(data, **rows)
-        known = rest.impacts > 0
-        try:
-            start = least_squares(rest.design[known], rest.mean[known])
-            levels[i] = data.design[i] @ _Profile(rest, start).solve(2 * math.log(fitted.deviation))[0]
-        except FitError:  # too few, rank deficient or without a maximum when it is left out
-            continue
-    return levels
+def coefficients_at(data: StateData, deviation: float) -> FloatArray:
+    """The coefficients for a given standard deviation s of a state's mean, shape (p,).
+
+    Raises
+    ------
+    FitError
+        The states do not determine them, or the likelihood has no maximum.
+    """
+    variance = (1 - data.correlation) * deviation**2
+    return _Profile(data).solve(math.log(variance))[0][-data.design.shape[1] :]
 
 
 class _Profile:
-    """Profile of the likelihood over ln s^2, adjusted for the estimated coefficients; solutions start at the last."""
+    """Profile of the likelihood over ln s^2, adjusted for the estimated coefficients; solutions start at the last.
 
-    def __init__(self, data: StateData, start: Regression) -> None:
-        self._data, self._white = data, start.inverse_triangle
-        self._last = np.linalg.solve(self._white, start.coefficients)
-        self._typical = data.repeat_variance * float(np.mean(1.0 / (data.impacts + data.censored)))
+    Effects of places are coefficients here, before those of the map, and s^2 is the variance of own effects.
+    """
+
+    def __init__(self, data: StateData) -> None:
+        self._typical, self._data = data.typical, data.with_places
+        known = self._data.impacts > 0
+        self.start = least_squares(self._data.design[known], self._data.mean[known])
+        self._white = self.start.inverse_triangle
+        self._last = np.linalg.solve(self._white, self.start.coefficients)
 
     def __call__(self, log_variance: float) -> float:
         coefficients, bend = self.solve(log_variance)

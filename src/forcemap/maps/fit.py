@@ -13,7 +13,8 @@ from forcemap.maps.censored import StateData, censored_regression
 from forcemap.maps.force_map import Fit, ForceMap
 from forcemap.maps.forms import CFM_3D, Form
 from forcemap.maps.measured_range import MeasuredRange
-from forcemap.maps.regression import least_squares
+from forcemap.maps.places import PlaceEffect, place_effect, place_regression
+from forcemap.maps.regression import Regression, least_squares
 
 
 class CensoredImpacts(StrEnum):
@@ -28,10 +29,11 @@ def fit_force_map(
 ) -> ForceMap:
     """Fit a collision-force map to the impacts with role train.
 
-    Without censored impacts: least squares on the state means of ln F, every state with equal weight (paper, section
-    V-A), the same coefficients as on all impacts when repeats are balanced. With some: maximum likelihood with state
-    effects and repeat noise, in which a censored impact says "at least this much" (`censored_regression`); censored
-    states then belong to the map's states and measured range.
+    Without censored impacts: least squares on the state means of ln F (paper, section V-A), generalised by the effects
+    that the states of a place share (`place_effect`); the same coefficients as the paper's where every place is
+    measured at the same speeds as often. With some: maximum likelihood with state effects and repeat noise, in which a
+    censored impact says "at least this much" (`censored_regression`); censored states then belong to the map's states
+    and measured range.
 
     The paper discards impacts above the device range: least squares on the means of the uncensored impacts, wholly
     censored states left out, counted and listed in `fit.left_out`. So does this fit where the uncensored states are
@@ -67,20 +69,24 @@ def fit_force_map(
             column="role" if dataset.source else None,
         )
     measured = train.select(~train.censored)
-    uncensored = train.states.uncensored
-    between_states = least_squares(form.design(*uncensored.coordinates.T), uncensored.log_force)
-    _refuse_noise(form, uncensored, dataset.tolerance)
-    states, left_out = uncensored, train.states.select(train.states.impacts == 0)
-    likelihood = impacts is CensoredImpacts.AT_LEAST and bool(train.censored.any())
-    if likelihood and between_states.degrees_of_freedom > 0:
+    states, left_out = train.states.uncensored, train.states.select(train.states.impacts == 0)
+    likelihood = impacts is CensoredImpacts.AT_LEAST and bool(train.censored.any()) and len(states) > len(form.terms)
+    if likelihood:
         states, left_out = train.states, left_out.select(np.zeros(len(left_out), dtype=np.bool_))
-        between_states = censored_regression(state_data(form, states, repeat_variance(train)))
+    at_place = effect_of_places(form, states)
+    data = state_data(form, states, repeat_variance(train), at_place.correlation)
+    if likelihood:
+        between_states: Regression = censored_regression(data)
+    else:
+        between_states = place_regression(data.design, data.mean, data.place, data.correlation)
+    _refuse_noise(form, train.states.uncensored, dataset.tolerance)
     samples = form.design(measured.distance, measured.height, measured.speed)
     fit = Fit(
         states=states,
         test=dataset.test.states,
         left_out=left_out,
         between_states=between_states,
+        place_effect=at_place,
         over_samples=least_squares(samples, np.log(measured.peak_force)),
         states_found=dataset.states_found,
         table=dataset.source,
@@ -100,8 +106,14 @@ def fit_force_map(
     )
 
 
-def state_data(form: Form, states: States, variance: float) -> StateData:
-    """What the repeats of states tell, for a censored fit; `variance` is that of ln F between repeats of a state."""
+def effect_of_places(form: Form, states: States) -> PlaceEffect:
+    """How alike the states of a place are, by those with an uncensored repeat."""
+    known = states.uncensored
+    return place_effect(form.design(*known.coordinates.T), known.log_force, known.place)
+
+
+def state_data(form: Form, states: States, variance: float, correlation: float) -> StateData:
+    """What the repeats of states tell; `variance` is that of ln F between repeats of a state."""
     return StateData(
         design=form.design(states.distance, states.height, states.speed),
         mean=states.log_force,
@@ -109,6 +121,8 @@ def state_data(form: Form, states: States, variance: float) -> StateData:
         censored=states.censored,
         threshold=np.log(states.at_least),
         repeat_variance=variance,
+        place=states.place,
+        correlation=correlation,
     )
 
 

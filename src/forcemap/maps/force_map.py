@@ -12,11 +12,13 @@ from numpy.typing import ArrayLike
 
 from forcemap._version import __version__
 from forcemap.arrays import FloatArray, in_blocks
-from forcemap.campaigns.dataset import Binding, Conditions, PhaseTwo, States
+from forcemap.campaigns.dataset import Binding, Conditions, Drift, PhaseTwo, States, measured_again
 from forcemap.errors import InputError
 from forcemap.maps.censored import CensoredRegression
+from forcemap.maps.form_test import FormTest, form_test
 from forcemap.maps.forms import Form
 from forcemap.maps.measured_range import MeasuredRange
+from forcemap.maps.places import PlaceEffect
 from forcemap.maps.regression import Regression
 
 
@@ -34,6 +36,8 @@ class Fit:
         States with role test: not fitted, but what they measured may contradict a speed.
     between_states : Regression
         Fit of the state means of ln F: the honest standard errors and p values.
+    place_effect : PlaceEffect
+        How alike the states of a place are; the fit reckons with it.
     over_samples : Regression or None
         Fit of ln F of all uncensored impacts as if independent: the paper's reading, for its term selection.
         None for a map read from a file.
@@ -47,6 +51,7 @@ class Fit:
     left_out: States
     test: States
     between_states: Regression
+    place_effect: PlaceEffect
     over_samples: Regression | None = None
     states_found: str = ""
     table: str = ""
@@ -70,8 +75,26 @@ class Fit:
 
     @property
     def state_sd(self) -> float:
-        """Residual standard deviation s of the state means of ln F, about a share of the force; NaN if unknown."""
+        """Standard deviation s of the state means of ln F about the map, about a share of the force; NaN if unknown.
+
+        Of a state at a place that was not measured: s^2 = place_sd^2 + own_sd^2.
+        """
         return self.between_states.residual_sd
+
+    @property
+    def place_sd(self) -> float:
+        """Standard deviation of what the states of a place share."""
+        return self.state_sd * math.sqrt(self.place_effect.correlation)
+
+    @property
+    def own_sd(self) -> float:
+        """Standard deviation of what is a state's own."""
+        return self.state_sd * math.sqrt(1 - self.place_effect.correlation)
+
+    @cached_property
+    def drift(self) -> Drift | None:
+        """How far the force of states that were measured again, with role test, has changed; None if none was."""
+        return measured_again(self.states, self.test)
 
     @cached_property
     def rmse_force(self) -> float:
@@ -188,7 +211,9 @@ class ForceMap:
         return in_blocks(self._crossing_speed, distance, height, wanted)
 
     def leverage(self, distance: ArrayLike, height: ArrayLike, speed: ArrayLike) -> Any:
-        """Leverage l = x'(X'X)^-1 x of states with respect to the fitted ones; arguments as `predict`.
+        """Leverage l = x'(X'V^-1 X)^-1 x of states with respect to the fitted ones; arguments as `predict`.
+
+        V is the correlation of the fitted states (`PlaceRegression`).
 
         Raises
         ------
@@ -222,6 +247,11 @@ class ForceMap:
             return self.device_range
         groups = (self.fit.states, self.fit.left_out, self.fit.test)
         return float(np.fmax.reduce(np.concatenate([[math.nan], *(group.highest for group in groups)])))
+
+    @cached_property
+    def form_test(self) -> FormTest | None:
+        """What its states say against its form; None for a map that was not fitted."""
+        return None if self.fit is None else form_test(self.form, self.fit.states, self.fit.state_sd)
 
     @cached_property
     def rises_with_speed(self) -> bool:

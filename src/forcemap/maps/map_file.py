@@ -25,12 +25,13 @@ from forcemap.errors import ForcemapError, MapFileError
 from forcemap.files import read_bytes, sha256, write_atomically
 from forcemap.findings import Finding, FindingKind, in_words
 from forcemap.maps.censored import CensoredRegression, censored_regression, weighted_regression
-from forcemap.maps.fit import state_data
+from forcemap.maps.fit import effect_of_places, state_data
 from forcemap.maps.force_map import Fit, ForceMap
 from forcemap.maps.forms import Form
 from forcemap.maps.measured_range import MeasuredRange
+from forcemap.maps.places import PlaceEffect, place_regression
 from forcemap.maps.published import PUBLISHED_MAPS, published_map
-from forcemap.maps.regression import Regression, least_squares
+from forcemap.maps.regression import Regression
 
 SCHEMA = "forcemap-map/1"
 
@@ -175,8 +176,7 @@ def _to_content(force_map: ForceMap) -> dict[str, Any]:
             "censored_samples": fit.censored_samples,
             "states_found": fit.states_found,
             "standard_errors": [_null(value) for value in between_states.standard_errors.tolist()],
-            "state_sd_ln": _null(fit.state_sd),
-            "degrees_of_freedom": between_states.degrees_of_freedom,
+            **{entry: _null(figure) for entry, figure in _scatter(fit).items()},
             "rmse_ln": between_states.rmse,
             "rmse_N": fit.rmse_force,
             "r_squared": _null(between_states.r_squared),
@@ -237,15 +237,20 @@ def _from_content(content: dict[str, Any]) -> ForceMap:
     fit = None
     if statistics is not None:
         states = _states_from_columns(columns)
+        at_place = effect_of_places(form, states)
         fit = Fit(
             states=states,
             left_out=_states_from_columns(content["states_left_out"]),
             test=_states_from_columns(content["test_states"]),
-            between_states=_regression(form, states, coefficients, statistics),
+            between_states=_regression(form, states, coefficients, at_place, statistics),
+            place_effect=at_place,
             states_found=str(statistics["states_found"]),
             table=str(statistics["impacts_table"]),
             table_sha256=str(statistics["impacts_table_sha256"]),
         )
+        for entry, figure in _scatter(fit).items() if "places" in statistics else ():
+            stated, known = _nan(statistics.get(entry)), not math.isnan(figure)
+            _require_given(entry, stated - figure if known else 0.0, _SAME_CENSORED * max(abs(figure), 1.0))
     force_map = ForceMap(
         name=str(content["name"]),
         form=form,
@@ -299,32 +304,47 @@ def _hashable(value: Any) -> Any:
     return tuple(map(_hashable, value)) if isinstance(value, list) else value
 
 
-def _regression(form: Form, states: States, coefficients: Any, statistics: dict[str, Any]) -> Regression:
+def _regression(
+    form: Form, states: States, coefficients: Any, at_place: PlaceEffect, statistics: dict[str, Any]
+) -> Regression:
     """The fit again: R^-1 from the states, the coefficients to the last bit as they were written.
 
     A file whose coefficients its own states do not give is refused: for least squares the coefficients, for a censored
     fit these and all that widens the bound, each found again from the states.
     """
     if "state_weights" not in statistics:
-        design = form.design(states.distance, states.height, states.speed)
-        found = least_squares(design, states.log_force)
-        _require_given("coefficients", design @ (found.coefficients - coefficients), _SAME)
+        data = state_data(form, states, 0.0, at_place.correlation)
+        found = place_regression(data.design, data.mean, data.place, data.correlation)
+        _require_given("coefficients", data.design @ (found.coefficients - coefficients), _SAME)
         return replace(found, coefficients=coefficients)
     if float(statistics["degrees_of_freedom"]) > len(states) - coefficients.size:
         raise MapFileError("more degrees of freedom than states less coefficients", column="degrees_of_freedom")
     stated = weighted_regression(
-        state_data(form, states, float(statistics["repeat_variance_ln"])),
+        state_data(form, states, float(statistics["repeat_variance_ln"]), at_place.correlation),
         coefficients=coefficients,
         weights=np.array(statistics["state_weights"], dtype=np.float64),
         deviation=float(statistics["state_sd_ln"]),
         freedom=float(statistics["degrees_of_freedom"]),
     )
-    again = censored_regression(state_data(form, states, stated.repeat_variance))
+    again = censored_regression(state_data(form, states, stated.repeat_variance, at_place.correlation))
     _require_given("coefficients", stated.design @ (again.coefficients - coefficients), _SAME_CENSORED)
     _require_given("state_sd_ln", stated.deviation / again.deviation - 1, 10 * _SAME_CENSORED)
     _require_given("degrees_of_freedom", stated.freedom / again.freedom - 1, 10 * _SAME_CENSORED)
     _require_given("state_weights", stated.weights - again.weights, 10 * _SAME_CENSORED)
     return stated
+
+
+def _scatter(fit: Fit) -> dict[str, float]:
+    """How far states scatter about a map and what those of a place share, by entry of the file."""
+    return {
+        "state_sd_ln": fit.state_sd,
+        "place_sd_ln": fit.place_sd,
+        "own_sd_ln": fit.own_sd,
+        "places": fit.place_effect.places,
+        "place_correlation": fit.place_effect.correlation,
+        "likely_place_correlation": fit.place_effect.likely,
+        "degrees_of_freedom": fit.between_states.degrees_of_freedom,
+    }
 
 
 def _require_given(entry: str, difference: Any, most: float) -> None:

@@ -17,7 +17,7 @@ MAX_CONDITION = 1e8
 
 @dataclass(frozen=True, eq=False)
 class Regression:
-    """An ordinary least-squares fit of n observations with p coefficients.
+    """A least-squares fit of n observations with p coefficients.
 
     Parameters
     ----------
@@ -64,15 +64,15 @@ class Regression:
 
     @property
     def rmse(self) -> float:
-        """Root mean square of the residuals."""
-        return math.sqrt(self.residual_squares / self.response.size)
+        """Root mean square of the residuals, of those that are known."""
+        return float(np.sqrt(np.nanmean(self.residuals**2)))
 
     @property
     def r_squared(self) -> float:
-        """Coefficient of determination; NaN where the response is constant."""
-        centred = self.response - self.response.sum() / self.response.size
-        total = float(centred @ centred)
-        return 1 - self.residual_squares / total if total > 0 else math.nan
+        """Coefficient of determination over the observations that are known; NaN where they are constant."""
+        known = ~np.isnan(self.response)
+        total = float(np.sum((self.response[known] - self.response[known].mean()) ** 2))
+        return 1 - float(np.sum(self.residuals[known] ** 2)) / total if total > 0 else math.nan
 
     @cached_property
     def standard_errors(self) -> FloatArray:
@@ -136,3 +136,11 @@ def _rank_deficient(design: FloatArray) -> RankDeficient:
         f"(rank {min(rank, p - 1)}), expected {p}",
         remedy="measure at more distances, heights or speeds",
     )
+
+
+def holm(p_values: FloatArray) -> FloatArray:
+    """P values adjusted for their number, shape (m,) (Holm 1979, https://www.jstor.org/stable/4615733)."""
+    order = np.argsort(p_values, kind="stable")
+    adjusted = np.empty(p_values.size)
+    adjusted[order] = np.minimum(np.maximum.accumulate(p_values[order] * np.arange(p_values.size, 0, -1)), 1.0)
+    return adjusted

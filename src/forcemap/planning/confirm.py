@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 from enum import StrEnum
 
@@ -14,22 +14,33 @@ from forcemap.arrays import FloatArray, Mask
 from forcemap.campaigns.dataset import Conditions, ImpactDataset, PhaseTwo
 from forcemap.campaigns.plan import MeasurementPlan
 from forcemap.campaigns.state import StateTolerance
-from forcemap.errors import NotReleasable
+from forcemap.errors import FitError, NotReleasable
 from forcemap.findings import Finding, FindingKind
 from forcemap.limits.force_limits import Contact, ForceLimit, NewtonLimit
 from forcemap.maps.bounds import Bound, weakness
 from forcemap.maps.force_map import ForceMap
+from forcemap.maps.places import LEAST_BETWEEN, place_regression
 from forcemap.planning.design import require_whole
 from forcemap.planning.measured_before import measured_before
 from forcemap.planning.places import PlaceRange, no_repeats, spread
 from forcemap.planning.plan_warnings import map_warnings
 from forcemap.planning.runs import extend_plan, runs_of, slow_to_fast
-from forcemap.speeds.safe_speed import floor_speed, safe_speed
+from forcemap.speeds.safe_speed import SpeedOutcome, floor_speed, safe_speed
 
 _PLACES = 15  # along each axis, to choose from
 _HIGHER = 1.10  # a robot that pushes this much harder should be found
+_RIDGE, _BUMP = 0.15, 0.25  # how much more force at its middle, of a shape that no form has
+_SHAPE = 0.04  # [m] from its middle such a shape has fallen to 1/e
 _IMPACTS = 6
 _PREFIX = "c-"  # of the names of confirming states
+_MEASURE = (  # why no place has a speed: what further impacts can change
+    FindingKind.UNCONFIRMED,
+    FindingKind.BELOW_MEASURED,
+    FindingKind.OUTSIDE,
+    FindingKind.REACHED_AT_PLACE,
+    FindingKind.TEST_STATES_ABOVE,
+    FindingKind.NONE_CAN_BE_CONFIRMED,
+)
 
 
 class Confirmed(StrEnum):
@@ -104,6 +115,10 @@ class ConfirmationPlan:
         Those of them that were not planned before.
     earlier : MeasurementPlan
         Confirming runs planned before at other speeds, for another limit or map.
+    replaced : MeasurementPlan
+        Confirming runs planned before at nearly the speeds released now, without a recording: to be taken out.
+    released : array
+        Speed at contact released now at each run of `plan` [m/s].
     bound_force : array
         Bound at each run of `plan` [N].
     earlier_released : array
@@ -122,6 +137,9 @@ class ConfirmationPlan:
         Probability that an impact of a sound map lies above the bound; NaN likewise.
     found : float
         Probability that a force 10 % above the map's does not pass; NaN likewise.
+    ridge_found, bump_found : float
+        The same of a force that is 15 % above the map's at some distance, or 25 % at some place, and 1/e of that 4 cm
+        beside it; the mean over the distances, and places, of the measured range.
     force_map : ForceMap
         The map to be confirmed.
     bound : Bound
@@ -133,6 +151,8 @@ class ConfirmationPlan:
     plan: MeasurementPlan
     added: MeasurementPlan
     earlier: MeasurementPlan
+    replaced: MeasurementPlan
+    released: FloatArray
     bound_force: FloatArray
     earlier_released: FloatArray
     limit: float
@@ -142,6 +162,8 @@ class ConfirmationPlan:
     not_passed: float
     above_bound: float
     found: float
+    ridge_found: float
+    bump_found: float
     force_map: ForceMap
     bound: Bound
     result: ConfirmationResult | None = None
@@ -151,10 +173,16 @@ class ConfirmationPlan:
         """Which runs of a plan are there to confirm a map, shape (n,)."""
         return np.asarray(np.char.startswith(plan.state_id, _PREFIX) & (plan.role == "test"))
 
+    @property
+    def more_helps(self) -> bool:
+        """Whether further impacts may give a speed; False where what forbids every speed has to be put right first."""
+        reason = self.refusal and (self.refusal.also or (self.refusal,))[0]
+        return reason is None or reason.kind in _MEASURE
+
     def judged(self, impacts: ImpactDataset, checked: Mapping[str, _Checked]) -> ConfirmationPlan:
         """The same with its result: whether the measured impacts confirm the map by the rule.
 
-        Where they do not, no further ones are added.
+        Where they do not, no further ones are added, and none are replaced.
 
         Parameters
         ----------
@@ -164,13 +192,13 @@ class ConfirmationPlan:
             By recording, or by run where a recording gave no impact that can be used: True if it is within the limit,
             False if it exceeds it, None if that cannot be told; and why.
         """
-        judged = _judged(self, self.plan, impacts, checked)
+        judged = _judged(self, self.plan, self.released, impacts, checked)
         missing = ~np.isin(self.plan.state_id, [impact.state for impact in judged])
         released = dict(zip(self.earlier.state_id.tolist(), self.earlier_released.tolist(), strict=True))
         # Planned for a lower speed than is released now, one that fails speaks against the map all the same.
         judged += [
             impact
-            for impact in _judged(self, self.earlier, impacts, checked)
+            for impact in _judged(self, self.earlier, self.earlier_released, impacts, checked)
             if impact.outcome is Confirmed.DOES_NOT_PASS and impact.speed <= released[impact.state]
         ]
         if not judged:
@@ -180,8 +208,9 @@ class ConfirmationPlan:
         if outcome is Confirmed.DOES_NOT_PASS:
             before = ~np.isin(self.plan.recording, self.added.recording)
             missing &= before
-            none, bounds = self.added.select(np.arange(0)), self.bound_force[before]
-            planned = replace(self, plan=self.plan.select(before), added=none, bound_force=bounds)
+            none, kept = self.added.select(np.arange(0)), self.plan.select(before)
+            planned = replace(self, plan=kept, added=none, replaced=none)
+            planned = replace(planned, released=self.released[before], bound_force=self.bound_force[before])
         names = tuple(self.plan.recording[missing].tolist())
         return replace(planned, result=ConfirmationResult(tuple(judged), names, outcome, reason))
 
@@ -200,13 +229,17 @@ def _overall(plan: ConfirmationPlan, judged: list[ConfirmingImpact], missing: in
 
 
 def _judged(
-    plan: ConfirmationPlan, runs: MeasurementPlan, impacts: ImpactDataset, checked: Mapping[str, _Checked]
+    plan: ConfirmationPlan,
+    runs: MeasurementPlan,
+    released: FloatArray,
+    impacts: ImpactDataset,
+    checked: Mapping[str, _Checked],
 ) -> list[ConfirmingImpact]:
     """Every impact of the runs' states, slow to fast, and the runs whose recording gave none that can be used."""
     judged = []
-    columns = (runs.recording, runs.state_id, *_states_of(runs, plan.force_map.conditions).T)
+    columns = (runs.recording, runs.state_id, *_states_of(runs, plan.force_map.conditions).T, released)
     measured = (impacts.speed, impacts.peak_force, impacts.recording)
-    for name, state, d, h, v in zip(*(column.tolist() for column in columns), strict=True):
+    for name, state, d, h, v, now in zip(*(column.tolist() for column in columns), strict=True):
         rows = np.flatnonzero(impacts.state == state).tolist()
         for row in rows:
             speed, force, recording = (each[row].item() for each in measured)
@@ -214,9 +247,9 @@ def _judged(
             within = checked.get(recording, (None, Finding.of(FindingKind.RECORDING_NOT_CHECKED)))
             outcome, reason = _outcome(force, upper, within, bool(impacts.censored[row]))
             there = impacts.distance[row], impacts.height[row]
-            if outcome is Confirmed.PASSES and v - speed > impacts.tolerance.speed:
+            if outcome is Confirmed.PASSES and now - speed > impacts.tolerance.speed:
                 outcome = Confirmed.CANNOT_TELL
-                reason = Finding.of(FindingKind.SLOWER_THAN_RELEASED, speed_mps=speed, released_mps=v)
+                reason = Finding.of(FindingKind.SLOWER_THAN_RELEASED, speed_mps=speed, released_mps=now)
             if outcome is Confirmed.PASSES and max(abs(there[0] - d), abs(there[1] - h)) > impacts.tolerance.scale[0]:
                 outcome = Confirmed.CANNOT_TELL
                 reason = Finding.of(FindingKind.NOT_WHERE_PLANNED, distance_m=there[0].item(), height_m=there[1].item())
@@ -251,11 +284,18 @@ def confirm_plan(
     contact: Contact | None = None,
     impacts: int | None = None,
     planned: MeasurementPlan | None = None,
+    recorded: Collection[str] | None = None,
 ) -> ConfirmationPlan:
-    """Plan a few impacts at released speeds: the fastest, where the bound is tightest, and spread over the rest.
+    """Plan a few impacts at released speeds: the fastest, the slowest, and where a wrong form would show.
 
-    The impacts confirm the map if every one is within the limit by `check_impact` (its force and the device's error
-    stay below it) and none lies above the bound. They are no repeats of the map's states, which share its error.
+    That is far from every measured state, and from each other, in distance, height and speed: between the places and
+    speeds that the map was fitted to. The impacts confirm the map if every one is within the limit by `check_impact`
+    (its force and the device's error stay below it) and none lies above the bound. They are no repeats of the map's
+    states, which share its error. Released speeds are speeds at contact; where one leaves no speed to program, it is
+    not confirmed.
+
+    A confirming state planned before whose speed is as close to the one released now as repeats may be stands for it if
+    there is a recording of it, or if the speeds are the same; else it is replaced.
 
     Parameters
     ----------
@@ -270,7 +310,9 @@ def confirm_plan(
     impacts : int, optional
         How many, at least 2, 6 if not given; more if more are planned already for these speeds.
     planned : MeasurementPlan, optional
-        The campaign's plan. Its confirming runs at the speeds released by the training impacts stay.
+        The campaign's plan. Nothing is added as close to its test states as repeats may be.
+    recorded : collection of str, optional
+        Names of its states of which there is a recording; all, if not given: nothing is then replaced.
 
     Returns
     -------
@@ -301,14 +343,14 @@ def confirm_plan(
     tolerance = StateTolerance.stated(conditions.place_tolerance, conditions.speed_tolerance)
     lowest, highest = force_map.measured_range.lowest, force_map.measured_range.highest
     places = PlaceRange((lowest[0], highest[0]), (lowest[1], highest[1]))
-    grid = np.unique(places.grid(_PLACES), axis=0)
+    grid = np.unique(places.grid(_PLACES, tolerance.place), axis=0)
     released = safe_speed(force_map, grid[:, 0], grid[:, 1], limit=limit, bound=bound, contact=contact)
     newtons = float(released.limit)
     speed = conditions.at_contact(_released(released.speed, conditions))
-    usable = speed >= released.lowest_measured_speed
+    usable = ~np.isnan(released.speed_to_program)
 
-    before = planned or runs_of(np.empty((0, 3)), 1, np.empty(0))
-    before = before.select(ConfirmationPlan.among(before))
+    whole = planned or runs_of(np.empty((0, 3)), 1, np.empty(0))
+    before = whole.select(ConfirmationPlan.among(whole))
     # What the impacts to be judged say must not change which of them are judged. Nothing is then known of Phase II, so
     # newtons need a named contact; `released` tells whether they may be used.
     blind, kind = force_map, contact or Contact.QUASI_STATIC
@@ -316,29 +358,39 @@ def confirm_plan(
         blind = replace(force_map, phase_two=PhaseTwo(), fit=replace(fit, test=fit.test.select(np.arange(0))))
     there = safe_speed(blind, before.distance, before.height, limit=limit, bound=bound, contact=kind)
     now = _released(there.speed, conditions)
-    current = np.abs(now - before.speed) < 5e-4
-    kept, earlier = before.select(current), before.select(~current)
+    apart = np.abs(now - before.speed)
+    current, same = apart <= tolerance.scale[2], (apart < 5e-4) & ~np.isnan(there.speed_to_program)
+    stays = same | (recorded is None) | np.isin(before.state_id, list(recorded or ()))
+    kept, earlier, replaced = (before.select(each) for each in (current & stays, ~current, current & ~stays))
 
     states = np.column_stack([grid, speed])[usable]
     old = _states_of(kept, conditions)
-    chosen, warnings = _worth_confirming(force_map, bound, states[no_repeats(states, old, tolerance)], tolerance)
+    beside = whole.select((whole.role == "test") & ~np.isin(whole.recording, replaced.recording))
+    states = states[no_repeats(states, _states_of(beside, conditions), tolerance)]
+    chosen, warnings = _worth_confirming(force_map, bound, states, tolerance)
     count, new = _IMPACTS if impacts is None else int(impacts), np.empty((0, 3))
     if len(chosen) and count > len(kept):
-        tightness = bound.upper(force_map, *chosen.T) / np.asarray(force_map.predict(*chosen.T))
-        every = np.vstack([old, chosen])
-        first = range(len(old)) if len(old) else (int(chosen[:, 2].argmax()), int(tightness.argmin()))
-        picked = spread(places.apart(every, every), first, count)
-        new = slow_to_fast(every[[i for i in picked if i >= len(old)]])
+        measured = force_map.measured_range.points
+        every = np.vstack([measured, old, chosen])
+        known, size = len(measured) + len(old), np.ptp(measured, axis=0)
+        scaled = every / np.where(size > 0, size, 1.0)
+        ends = [] if len(old) else [known + int(chosen[:, 2].argmax()), known + int(chosen[:, 2].argmin())]
+        away = np.linalg.norm(scaled[:, None] - scaled, axis=2)
+        picked = spread(away, [*range(known), *ends], len(measured) + count)
+        new = slow_to_fast(every[[i for i in picked if i >= known]])
     source, expected = Finding.of(FindingKind.MAP_NAMED, name=force_map.name), np.asarray(force_map.predict(*new.T))
-    new[:, 2] = conditions.as_stated(new[:, 2])
+    new_speed = new[:, 2].copy()
+    new[:, 2] = conditions.as_stated(new_speed)
     added = runs_of(new, 1, expected, role="test", prefix=_PREFIX, expected_from=source)
     both = extend_plan(kept, added)
-    plan = both.select(np.lexsort((both.height, -both.distance, both.speed)))
+    order = np.lexsort((both.height, -both.distance, both.speed))
+    plan, at_contact = both.select(order), np.append(conditions.at_contact(now[current & stays]), new_speed)[order]
     states = _states_of(plan, conditions)
     upper = np.asarray(bound.upper(force_map, *states.T))
     refusal: Finding | None = None
     if not usable.any():
-        ((reason, _),) = Counter(released.reason.tolist()).most_common(1)
+        inside = released.outcome != SpeedOutcome.OUTSIDE
+        ((reason, _),) = Counter(released.to_program_reason[inside].tolist()).most_common(1)
         refusal = Finding.of(FindingKind.NOTHING_TO_CONFIRM, reason, limit_N=newtons)
     elif not len(plan):
         refusal = Finding.of(FindingKind.NONE_CAN_BE_CONFIRMED, limit_N=newtons)
@@ -361,19 +413,24 @@ def confirm_plan(
     most = np.minimum(newtons - error, upper)
     rule = Finding.of(FindingKind.CONFIRMING_RULE, impacts=len(plan), limit_N=newtons, error_N=error)
     said = (*released.basis.warnings, *warnings)
+    away = np.square((grid[:, None] - states[None, :, :2]) / _SHAPE)
     return ConfirmationPlan(
         plan=replace(plan, warnings=said),
         added=added,
         earlier=earlier,
+        replaced=replaced,
+        released=at_contact,
         bound_force=upper,
         earlier_released=conditions.at_contact(now[~current]),
         limit=newtons,
         refusal=refusal,
         warnings=said,
         rule=rule,
-        not_passed=_any_above(force_map, states, most, 1.0),
-        above_bound=_any_above(force_map, states, upper, 1.0),
-        found=_any_above(force_map, states, most, _HIGHER),
+        not_passed=_any_above(force_map, states, most, np.array(1.0)),
+        above_bound=_any_above(force_map, states, upper, np.array(1.0)),
+        found=_any_above(force_map, states, most, np.array(_HIGHER)),
+        ridge_found=_any_above(force_map, states, most, 1 + _RIDGE * np.exp(-away[..., 0])),
+        bump_found=_any_above(force_map, states, most, 1 + _BUMP * np.exp(-away.sum(axis=2))),
         force_map=force_map,
         bound=bound,
     )
@@ -404,17 +461,26 @@ def _worth_confirming(
     return states, [Finding.of(FindingKind.REPEATS_ALONE)]
 
 
-def _any_above(force_map: ForceMap, states: FloatArray, newtons: FloatArray, factor: float) -> float:
+def _any_above(force_map: ForceMap, states: FloatArray, newtons: FloatArray, factor: FloatArray) -> float:
     """Probability that one of new states measures more, if forces are `factor` times the map's; NaN if not known.
 
-    ln F of a new state less the prediction, over s sqrt(1 + l), has Student's t distribution; that the states share
-    the map's error makes the product too high rather than too low.
+    `factor` has shape (n,), or (k, n) for the mean over k cases. ln F of a new state less the prediction, over
+    s sqrt(1 + l), has Student's t distribution, with the likely correlation of states of a place: its upper end, by
+    which the bound is taken, would make impacts seem to scatter further than they do.
     """
-    if force_map.fit is None or not len(states) or not force_map.fit.between_states.degrees_of_freedom > 0:
+    if force_map.fit is None or not len(states) or force_map.fit.place_effect.between < LEAST_BETWEEN:
         return math.nan
     from scipy.special import stdtr
 
-    leverage = np.asarray(force_map.leverage(*states.T))
+    known = force_map.fit.states.uncensored
+    design = force_map.form.design(*known.coordinates.T)
+    try:
+        likely = place_regression(design, known.log_force, known.place, force_map.fit.place_effect.likely)
+    except FitError:  # without the censored states
+        return math.nan
+    if not likely.degrees_of_freedom:
+        return math.nan
+    leverage = np.square(force_map.form.design(*states.T) @ likely.inverse_triangle).sum(axis=1)
     allowance = np.log(newtons / (factor * np.asarray(force_map.predict(*states.T))))
-    t = allowance / (force_map.fit.state_sd * np.sqrt(1 + leverage))
-    return float(1 - np.prod(stdtr(force_map.fit.between_states.degrees_of_freedom, t)))
+    t = allowance / (likely.residual_sd * np.sqrt(1 + leverage))
+    return float(np.mean(1 - np.prod(stdtr(likely.degrees_of_freedom, t), axis=-1)))

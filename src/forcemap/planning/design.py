@@ -11,23 +11,25 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from forcemap.campaigns.columns import likely_unit
+from forcemap.campaigns.state import PLACE_SIZE
 from forcemap.errors import InputError
 
 _SAME_ANGLE = 1.0  # [deg], as in campaigns.repeatability
 
 
 class Design(StrEnum):
-    """Which states are measured (paper, section IV-C)."""
+    """Which states are measured; but for SPREAD and I_OPTIMAL as in the paper, section IV-C."""
 
-    TRAINING = "training"
+    SPREAD = "spread"
+    PAPER = "paper"
     FULL_GRID = "full-grid"
     SYMMETRY = "symmetry"
     I_OPTIMAL = "i-optimal"
 
 
 # Values a range (lowest, highest) is divided into, and the fewest values that tell the map's squares.
-DIVISIONS = {Design.TRAINING: 3, Design.FULL_GRID: 5, Design.SYMMETRY: 0, Design.I_OPTIMAL: 5}
-FEWEST = {Design.TRAINING: 3, Design.FULL_GRID: 4, Design.SYMMETRY: 1, Design.I_OPTIMAL: 3}
+DIVISIONS = {Design.SPREAD: 0, Design.PAPER: 3, Design.FULL_GRID: 5, Design.SYMMETRY: 0, Design.I_OPTIMAL: 9}
+FEWEST = {Design.SPREAD: 2, Design.PAPER: 3, Design.FULL_GRID: 4, Design.SYMMETRY: 1, Design.I_OPTIMAL: 3}
 
 
 def axis_of(name: str, values: ArrayLike, expected: str, above: float, design: Design, apart: float) -> list[float]:
@@ -43,8 +45,13 @@ def axis_of(name: str, values: ArrayLike, expected: str, above: float, design: D
     for value in given[~((given > above) & (np.abs(given) <= 10))][:1]:
         unit = likely_unit(value, "m/s" if name == "speeds" else "m")
         raise InputError(f"{name}: found {value:g}, expected {expected}{unit}")
+    if design is Design.SPREAD and given.size != 2:
+        values = f"{given.size} value{'s' * (given.size != 1)}"
+        raise InputError(f"{name}: found {values}, give the lowest and highest, or --design paper")
     if given.size == 2 and DIVISIONS[design]:
-        between = np.linspace(given[0], given[1], DIVISIONS[design])[1:-1]
+        closest = max(apart, PLACE_SIZE) if design is Design.I_OPTIMAL and name != "speeds" else apart
+        fit = int((given[1] - given[0]) / (closest + 0.001)) + 1  # values are rounded to 0.001
+        between = np.linspace(given[0], given[1], max(min(DIVISIONS[design], fit), FEWEST[design]))[1:-1]
         given = np.array([given[0], *np.round(between, 3), given[1]])
     if given.size < FEWEST[design]:
         fewest = f"at least {FEWEST[design]} values" if given.size else "at least one"
@@ -67,10 +74,10 @@ def angles_of(base_angles: Sequence[float], design: Design) -> list[float]:
             raise InputError(f"base angles: found {angle:g}, expected degrees from -3600 to 3600")
     if design is not Design.SYMMETRY:
         if len(angles) > 1:
-            raise InputError(f"base angles: found {len(angles)}, expected at most one; several are Design.SYMMETRY")
+            raise InputError(f"base angles: found {len(angles)}, expected at most one; several are --design symmetry")
         return angles or [math.nan]
     if len(angles) < 2:
-        raise InputError(f"base angles: found {len(angles)}, expected at least two for Design.SYMMETRY")
+        raise InputError(f"base angles: found {len(angles)}, expected at least two for --design symmetry")
     for one, other in itertools.combinations(angles, 2):
         if abs(math.remainder(one - other, 360)) <= _SAME_ANGLE:
             raise InputError(

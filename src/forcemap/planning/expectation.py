@@ -59,8 +59,13 @@ class StandardExpectation:
 
     def __call__(self, distance: float, height: float, speed: float) -> float:
         """Force [N] at a speed [m/s]; the same at every place [m]."""
+        return float(self.at(np.array(speed)))
+
+    def at(self, speed: FloatArray) -> FloatArray:
+        """Force [N] at speeds [m/s]."""
         mass = pfl_robot_mass(self.moving_mass, self.payload)
-        return float(pfl_contact_force(speed, robot_mass=mass, body_mass=self.body_mass, stiffness=self.stiffness))
+        force = pfl_contact_force(speed, robot_mass=mass, body_mass=self.body_mass, stiffness=self.stiffness)
+        return np.asarray(force)
 
 
 Expectation = ForceMap | StandardExpectation | Callable[[float, float, float], float]
@@ -79,6 +84,8 @@ def expected_forces(expectation: Expectation | None, states: FloatArray) -> Floa
         low, top = measured.speeds(states[:, 0], states[:, 1])
         low, top = (np.where(np.isnan(v), end[2], v) for v, end in ((low, measured.lowest), (top, measured.highest)))
         force = never_falling(lambda at: np.asarray(expectation.predict(*at.T)), states, low, top)
+    elif isinstance(expectation, StandardExpectation):
+        force = np.asarray(expectation.at(states[:, 2]))
     else:
         force = np.array([float(expectation(*state)) for state in states.tolist()])
     for i in np.flatnonzero(~((force > 0) & (force < math.inf)))[:1]:

@@ -2,36 +2,36 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from forcemap.arrays import FloatArray
 from forcemap.campaigns.plan import Device, MeasurementPlan
 from forcemap.campaigns.state import StateTolerance
+from forcemap.campaigns.state import places as places_of
 from forcemap.errors import InputError
-from forcemap.findings import Finding, FindingKind
+from forcemap.findings import Finding
 from forcemap.maps.forms import CFM_3D, Form
-from forcemap.planning.design import Design, angles_of, axis_of, check_limit, names_of, require_whole
+from forcemap.planning.chosen_states import Candidates, names_of_states, of_grid, of_spread
+from forcemap.planning.design import Design, angles_of, axis_of, check_limit, require_whole
 from forcemap.planning.expectation import Expectation, expected_forces, source_of
-from forcemap.planning.optimal_states import DesignedStates, optimal_states
-from forcemap.planning.plan_warnings import FEW_STATES, few_states, unchecked, unconfirmed
+from forcemap.planning.plan_warnings import few_states, unchecked, unconfirmed
 
 
 @dataclass(frozen=True, eq=False)
 class DesignedPlan(MeasurementPlan):
-    """A plan, and for an I-optimal one what is expected of it; neither is in the file.
+    """A plan, how its states were chosen, and for an I-optimal one what is expected of it; neither is in the file.
 
     Parameters
     ----------
     note : Finding or None
-        From what the states were chosen and the bound to expect; None for other designs.
+        How the states were spread; from what I-optimal ones were chosen, and the bound to expect; else None.
     bound_width : float
-        Mean over the candidates of the tolerance bound above the prediction, as a share of it; NaN likewise.
+        Mean over the candidates of the tolerance bound above the prediction, as a share of it; NaN for other designs.
     """
 
     note: Finding | None = None
@@ -43,8 +43,10 @@ def plan_measurements(
     heights: ArrayLike,
     speeds: ArrayLike,
     *,
-    design: Design = Design.TRAINING,
+    design: Design = Design.SPREAD,
     repeats: int = 3,
+    places: int | None = None,
+    again: int | None = None,
     base_angles: Sequence[float] = (),
     reach: float = math.inf,
     device: Device = Device(),  # noqa: B008 - frozen
@@ -55,32 +57,48 @@ def plan_measurements(
     form: Form = CFM_3D,
     seed: int = 0,
 ) -> DesignedPlan:
-    """Plan the impacts of a campaign, slow before fast, far before near, repeats of a state together.
+    """Plan the impacts of a campaign, repeats of a state together.
 
-    TRAINING measures every combination of three or more values along each axis. FULL_GRID measures a finer grid:
-    every second value, and the last, trains; the others test. SYMMETRY measures every combination at several angles
-    of the base joint, all with role test; the repeats of a state are numbered on over the angles. I_OPTIMAL chooses
-    among every combination the states that make the prediction of a form most precise (`optimal_states`), among them
-    the slowest and the fastest at the corners of the places, so that the measured range stays as wide as it can.
+    SPREAD takes the corners of the places at the slowest and the fastest speed, and spreads the other states over
+    places and speeds between them (docs/decisions.md says why). At the end some states are measured again, with role
+    test: they tell drift. For SPREAD and I_OPTIMAL a place's impacts are together, slow to fast, so the device is put
+    up once for each: at the corners first, far before near and high before low, then at the others in random order.
+
+    The other designs go from slow to fast over all places, at a speed from far to near. PAPER measures every
+    combination of three or more values along each axis. FULL_GRID measures a finer grid: every second value, and the
+    last, trains; the others test. SYMMETRY measures every combination at several angles of the base joint, all with
+    role test; the repeats of a state are numbered on over the angles. I_OPTIMAL chooses among every combination the
+    states that make the prediction of a form most precise (`optimal_states`), among them the slowest and the fastest at
+    the corners of the places, so that the measured range stays as wide as it can; precise where the expected force is
+    within the limit, if both are given.
+
+    What cannot be measured is left out and listed. SPREAD moves it instead: places to within the reach, but not out of
+    the ranges, the fastest speed of a place to what the device is expected to measure.
 
     Fewer than 18 states to train are refused unless `states` names their number, with the bound to expect.
 
     Parameters
     ----------
     distances, heights, speeds : float or array
-        Values to measure [m], [m], [m/s]. Just two are the ends of a range for TRAINING, which adds the middle, and
-        for FULL_GRID and I_OPTIMAL, which add three values between (to 0.001). More are measured as given (I_OPTIMAL:
-        chosen from), and so are all of SYMMETRY.
+        Values to measure [m], [m], [m/s]. For SPREAD the lowest and the highest. Just two are the ends of a range for
+        PAPER, too, which adds the middle, for FULL_GRID, which adds three values between, and for I_OPTIMAL, which adds
+        up to seven (to 0.001). More are measured as given (I_OPTIMAL: chosen from), and so are all of SYMMETRY.
     design : Design
         Which states are measured.
     repeats : int
         Impacts of every state; for SYMMETRY at every angle.
+    places : int, optional
+        SPREAD: number of places, 14 if not given, or as many as the states allow: at least three more than the form
+        has terms of place alone (9 for CFM_3D), at most four fewer than states. I_OPTIMAL: the most places.
+    again : int, optional
+        How many states, of as many places, are measured again at the end, as often as before; for SPREAD 3 if not
+        given, else none.
     base_angles : sequence of float
         Angles of the base joint [deg]; two or more for SYMMETRY, else none or one.
     reach : float
-        Largest distance of a place from the origin of the base [m]; farther ones are left out.
+        Largest distance of a place from the origin of the base [m].
     device : Device
-        The force measuring device; states expected above its range less its error are left out.
+        The force measuring device; it measures up to its range less its error.
     expected_force : ForceMap, StandardExpectation or callable, optional
         The force to expect [N] at (distance, height, speed).
     limit : float
@@ -88,12 +106,12 @@ def plan_measurements(
     tolerance : StateTolerance
         How far repeats of a state may lie apart; values must lie further apart.
     states : int, optional
-        Number of states to choose for I_OPTIMAL, 18 if not given; else the number to train that is accepted although
-        it is below 18.
+        Number of states to train: of SPREAD, 27 if not given; of I_OPTIMAL, 18 if not given; else the number that is
+        accepted although it is below 18.
     form : Form
-        The map that I_OPTIMAL is for, and whose bound is stated.
+        The map that the states are for, and whose bound is stated.
     seed : int
-        Of the search of I_OPTIMAL.
+        Of the places of SPREAD, the search of I_OPTIMAL and the order of the places of both.
 
     Returns
     -------
@@ -106,13 +124,13 @@ def plan_measurements(
         A figure that is not in its range, too few values, values too close together, no state is left, or fewer than
         18 states to train.
     TooFewStates, RankDeficient
-        I_OPTIMAL: the states do not determine the form.
+        SPREAD, I_OPTIMAL: the states do not determine the form.
 
     Examples
     --------
     >>> plan = plan_measurements((0.56, 0.86), (0.14, 0.46), (0.2, 0.4))
-    >>> len(plan.states), len(plan), plan.recording[0].item()
-    (27, 81, 'd860-h140-v200-r1')
+    >>> len(plan.states), len(plan), plan.recording[0].item(), plan.recording[-1].item()
+    (27, 90, 'd860-h460-v200-r1', 'd560-h460-v200-r6')
     """
     if not isinstance(design, Design):
         raise InputError(f"design: found {design!r}, expected one of {', '.join(f'Design.{d.name}' for d in Design)}")
@@ -129,78 +147,39 @@ def plan_measurements(
         raise InputError(f"limit: found {limit:g}, expected newtons above 0 and finite")
     check_limit(limit, device.highest_limit)
 
-    # Slow to fast, so that forces grow; at a speed far to near, at a distance low to high.
-    speed, distance, height = np.meshgrid(axes[2], axes[0][::-1], axes[1], indexing="ij")
-    every = np.stack([distance, height, speed], axis=-1).reshape(-1, 3)
-    letters = [names_of(letter, values) for letter, values in zip("dhv", axes, strict=True)]
-    names = np.array(["-".join(name[x] for name, x in zip(letters, state, strict=True)) for state in every.tolist()])
-    expected = expected_forces(expected_force, every)
-    away = np.hypot(every[:, 0], every[:, 1])
-    far, forceful = away > reach, (away <= reach) & (expected > device.highest_limit)
-    kind, most = FindingKind, device.highest_limit
-    left_out = tuple(
-        Finding.of(kind.BEYOND_REACH, state=names[i].item(), away_m=away[i].item(), reach_m=reach)
-        if far[i]
-        else Finding.of(kind.EXPECTED_ABOVE_DEVICE, state=names[i].item(), force_N=expected[i].item(), most_N=most)
-        for i in np.flatnonzero(far | forceful)
-    )
-    measurable = ~(far | forceful)
-    if not measurable.any():
-        raise InputError(
-            f"no state is left to measure: {far.sum()} lie beyond the reach of {reach:g} m, {forceful.sum()} are "
-            f"expected above the {most:g} N that the device measures (range less error); change the values"
-        )
-    possible, kept = every[measurable], np.flatnonzero(measurable)
-    note, width = None, math.nan
-    if design is Design.I_OPTIMAL:
-        designed = _optimal(possible, FEW_STATES if states is None else states, form, tolerance, seed)
-        kept, width = kept[designed.index], designed.bound_width
-        note = Finding.of(
-            kind.STATES_CHOSEN,
-            states=len(kept),
-            possible=len(possible),
-            form=form.name,
-            far=int(far.sum()),
-            forceful=int(forceful.sum()),
-            width=width,
-            state_sd=designed.state_sd,
-        )
-        left_out = ()  # no more than many others that were not chosen
-
-    trains = np.full(len(every), design in (Design.TRAINING, Design.I_OPTIMAL))
-    if design is Design.FULL_GRID:
-        trains = np.all([np.isin(x, [*axis[::2], axis[-1]]) for x, axis in zip(every.T, axes, strict=True)], axis=0)
-    few = [] if design is Design.SYMMETRY else few_states(every[kept[trains[kept]]], states, form, possible)
-    runs, row = len(angles) * repeats, np.repeat(kept, len(angles) * repeats)
+    if places is not None and design not in (Design.SPREAD, Design.I_OPTIMAL):
+        raise InputError(f"places: found {places}, expected none: those of --design {design} are its grid")
+    expected = partial(expected_forces, expected_force)
+    candidates = Candidates(axes, form, reach, device.highest_limit, expected, tolerance, seed)
+    spreads = design is Design.SPREAD
+    plan = of_spread(candidates, states, places) if spreads else of_grid(design, candidates, states, places, limit)
+    chosen = plan.states
+    few = [] if design is Design.SYMMETRY else few_states(chosen[plan.trains], states, form, plan.possible)
+    first = np.sort(np.unique(places_of(*chosen[:, :2].T), return_index=True)[1])  # state measured at each place
+    again = 3 * spreads if again is None else again
+    require_whole("again", again, 0)
+    if again > first.size:
+        raise InputError(f"again: found {again}, expected at most {first.size}, the number of places")
+    runs = len(angles) * repeats
+    number, once = np.arange(runs + repeats) + 1, len(chosen) * runs
+    row = np.concatenate([np.repeat(np.arange(len(chosen)), runs), np.repeat(first[:again], repeats)])
     return DesignedPlan(
-        state_id=names[row],
-        repeat=np.tile(np.arange(1, runs + 1), len(kept)),
-        role=np.where(trains[row], "train", "test"),
-        distance=every[row, 0],
-        height=every[row, 1],
-        speed=every[row, 2],
-        base_angle=np.tile(np.repeat(angles, repeats), len(kept)),
-        expected_force=expected[row],
-        left_out=left_out,
+        state_id=names_of_states(chosen)[row],
+        repeat=np.concatenate([np.tile(number[:runs], len(chosen)), np.tile(number[runs:], again)]),
+        role=np.where(plan.trains[row] & (np.arange(row.size) < once), "train", "test"),
+        distance=chosen[row, 0],
+        height=chosen[row, 1],
+        speed=chosen[row, 2],
+        base_angle=np.append(np.tile(np.repeat(angles, repeats), len(chosen)), np.full(again * repeats, angles[0])),
+        expected_force=expected(chosen)[row],
+        left_out=plan.left_out,
         warnings=(
             *few,
+            *plan.warnings,
             *unchecked(expected_force, device, limit),
-            *unconfirmed(every[~far], measurable[~far], expected_force, limit, tolerance.speed),
+            *unconfirmed(plan.slow, plan.measurable, expected_force, limit, tolerance.speed),
         ),
-        expected_from=source_of(expected_force, every[kept]),
-        note=note,
-        bound_width=width,
+        expected_from=source_of(expected_force, chosen),
+        note=plan.note,
+        bound_width=plan.bound_width,
     )
-
-
-def _optimal(possible: FloatArray, n: int, form: Form, tolerance: StateTolerance, seed: int) -> DesignedStates:
-    """The states that are best for a form, the ends of the speeds at the corners of the places among them.
-
-    The corners cost next to nothing in precision, and without them the measured range would shrink.
-    """
-    require_whole("states", n)
-    ends = itertools.product((1, -1), repeat=3)  # the first by distance, then height, then speed, either way round
-    corners = {int(np.lexsort((possible * end)[:, ::-1].T)[0]) for end in ends}
-    if n < len(corners):
-        raise InputError(f"states: found {n}, expected at least {len(corners)}, the corners of the range")
-    return optimal_states(possible, n, form=form, required=sorted(corners), tolerance=tolerance, seed=seed)

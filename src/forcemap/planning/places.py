@@ -38,16 +38,18 @@ class PlaceRange:
             found.append((min(given), max(given)))
         return cls(*found)
 
-    def grid(self, count: int) -> FloatArray:
-        """Places, `count` along each axis, shape (count^2, 2); those between the ends to 0.001 m."""
-        ends = np.array([self.distances, self.heights])
-        axes = np.linspace(ends[:, 0], ends[:, 1], count, axis=1).round(3)
-        axes[:, [0, -1]] = ends
+    def grid(self, count: int, apart: float = 0.0) -> FloatArray:
+        """Places, `count` along each axis or as many as lie further `apart`, shape (n, 2); between the ends to 1 mm."""
+        axes = []
+        for low, high in (self.distances, self.heights):
+            fit = int((high - low) / (apart + 0.001)) + 1 if apart else count
+            axes.append(np.linspace(low, high, max(min(count, fit), 2)).round(3))
+            axes[-1][[0, -1]] = low, high
         return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)
 
-    def states(self, count: int, speeds: FloatArray) -> FloatArray:
+    def states(self, count: int, speeds: FloatArray, apart: float = 0.0) -> FloatArray:
         """Every place of the grid at every speed, shape (n, 3)."""
-        places = self.grid(count)
+        places = self.grid(count, apart)
         return np.column_stack([np.repeat(places, speeds.size, axis=0), np.tile(speeds, len(places))])
 
     def corners(self, states: FloatArray) -> Mask:

@@ -15,13 +15,10 @@ from forcemap.maps.bounds import MIN_DEGREES_OF_FREEDOM
 from forcemap.maps.force_map import ForceMap
 from forcemap.maps.forms import Form
 from forcemap.planning.expectation import Expectation, StandardExpectation, expected_forces, factor_of
-from forcemap.planning.optimal_states import STATE_SD, expected_width
+from forcemap.planning.optimal_states import STATE_SD, bound_from, expected_width
 
 FEW_STATES = 18
 """Twice the nine coefficients of the default map; fewer leave a wide bound."""
-
-LARGEST_STATE_SD = 0.06
-"""Twice what the paper's robots show; above it impacts, speeds or the form are not what they should be."""
 
 _SLOWEST_PROPOSED = 0.05  # [m/s]
 _FALL = 0.01  # of the force; less is no turn
@@ -34,21 +31,23 @@ def few_states(training: FloatArray, accepted: int | None, form: Form, region: F
     if accepted is not None and accepted != count:
         raise InputError(
             f"states: found {accepted}, expected {count}, the number to train of this design, or none; "
-            "to choose any number of states add --design i-optimal (Design.I_OPTIMAL)"
+            "any number of states can be had of --design spread or i-optimal"
         )
     if count >= FEW_STATES:
+        if not bound_from(training, form):
+            yield Finding.of(FindingKind.FORM_NOT_DETERMINED, form=form.name)
         return
-    bounded = count >= (fewest := len(form.terms) + MIN_DEGREES_OF_FREEDOM)
-    width = expected_width(training, form=form, region=region) if bounded else math.nan
+    fewest = len(form.terms) + MIN_DEGREES_OF_FREEDOM
+    width = expected_width(training, form=form, region=region)
     if accepted is None:
         known = f"the bound is expected to lie {100 * width:.0f} % above the prediction on average"
-        none = f"no tolerance bound can be had from fewer than {fewest} states of {form.name}"
+        none = f"no tolerance bound can be had from fewer than {fewest} states of {form.name}, or at too few places"
         raise InputError(
             f"states: found {count} to train, expected at least {FEW_STATES}: {known if width > 0 else none}; choose "
             f"lower speeds, nearer places or a device of larger range, or name the number ({count}) to plan them all "
             "the same"
         )
-    if not bounded:
+    if count < fewest:
         why = Finding.of(FindingKind.NO_BOUND_FROM_STATES, fewest=fewest, form=form.name, states=count)
     elif math.isnan(width):
         why = Finding.of(FindingKind.FORM_NOT_DETERMINED, form=form.name)
@@ -119,8 +118,8 @@ def _slower(expectation: Expectation, place: list[float], below: float, force: f
 
 def map_warnings(force_map: ForceMap, states: FloatArray) -> Iterator[Finding]:
     """Where the predicted force falls with speed at the places of states, shape (n, 3), and states that scatter."""
-    if force_map.fit is not None and force_map.fit.state_sd > LARGEST_STATE_SD:
-        yield Finding.of(FindingKind.STATES_SCATTER, state_sd=force_map.fit.state_sd, most=LARGEST_STATE_SD)
+    if force_map.form_test is not None:
+        yield from force_map.form_test.scatter
     low, high = force_map.measured_range.speeds(states[:, 0], states[:, 1])
     low = np.fmin(np.where(np.isnan(low), force_map.measured_range.lowest[2], low), states[:, 2])
     high = np.fmax(high, states[:, 2])

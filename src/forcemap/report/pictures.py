@@ -53,7 +53,10 @@ class Pictures:
     def residuals(self) -> Markup:
         """What the map misses."""
         what = "residuals of the map"
-        return self._picture(what, lambda a: figures.residuals_figure(present(a.force_map), present(a.dataset)))
+        plan = None if isinstance(self._assessment.campaign, Missing) else self._assessment.campaign.plan
+        return self._picture(
+            what, lambda a: figures.residuals_figure(present(a.force_map), present(a.dataset), plan=plan)
+        )
 
     def gravest(self) -> Markup:
         """The impact that takes the largest share of its limit."""

@@ -164,12 +164,19 @@ def basis_of(
             *([doubt] if doubt else []),
             *_unchecked_units(force_map),
             *(contradictions(_as_stated(fit.states, force_map.conditions)) if fit else ()),
+            *doubts_of_fit(force_map),
         ),
         notes=(*held.notes, tilted, *_notes(force_map, bound)),
         export_refusal=weak or held.export_refusal,
         bound=bound,
         source=force_map.source,
     )
+
+
+def doubts_of_fit(force_map: ForceMap) -> tuple[Finding, ...]:
+    """What the states of a fitted map, and those measured again, say against its form and its constancy."""
+    tested, drift = force_map.form_test, force_map.fit.drift if force_map.fit else None
+    return (*(tested.warnings if tested else ()), *([drift.finding] if drift and drift.found else []))
 
 
 def limit_basis(

@@ -13,7 +13,7 @@ from forcemap.arrays import FloatArray, Mask
 from forcemap.campaigns.conditions import Conditions
 from forcemap.campaigns.dataset import Binding, ImpactDataset, PhaseTwo
 from forcemap.campaigns.plan import MeasurementPlan
-from forcemap.campaigns.state import States, StateTolerance
+from forcemap.campaigns.state import PLACE_SIZE, States, StateTolerance
 from forcemap.errors import BoundNotAvailable, FitError, InputError
 from forcemap.findings import Finding, FindingKind, in_words
 from forcemap.limits.force_limits import Contact, ForceLimit, NewtonLimit
@@ -27,14 +27,14 @@ from forcemap.planning.next.ladder import BoundLadder, OpeningLadder
 from forcemap.planning.next.outlook import Outlook
 from forcemap.planning.next.search import Search
 from forcemap.planning.places import PlaceRange
-from forcemap.planning.plan_warnings import map_warnings
+from forcemap.planning.plan_warnings import FEW_STATES, map_warnings
 from forcemap.planning.runs import runs_of, slow_to_fast
-from forcemap.speeds.basis import Basis, limit_basis
+from forcemap.speeds.basis import Basis, doubts_of_fit, limit_basis
 from forcemap.speeds.enclosures import Patches, enclose
 from forcemap.speeds.safe_speed import safe_speed
 
 _PLACES = 9  # along each axis, at which confirmed speeds are counted
-_CANDIDATE_PLACES = 5  # along each axis
+_CANDIDATE_PLACES = 9  # along each axis
 _SPEED_STEP = 0.02  # [m/s] between the speeds to choose from; the slowest is among them
 _AIM = 0.93  # of the limit: where the bound reaches it, the prediction lies about this far below
 _AHEAD = 3  # batches for which the gain is foreseen at most
@@ -78,6 +78,8 @@ class NextMeasurements:
         never below what was measured within 5 cm at a lower speed.
     upper_is : Finding or None
         What these figures are.
+    warnings : tuple of Finding
+        What is to be said first: what the states say against the map, then against the plan.
     """
 
     places: int
@@ -91,6 +93,7 @@ class NextMeasurements:
     reasons: tuple[Finding, ...] = ()
     upper_force: FloatArray = field(default_factory=lambda: np.empty(0))
     upper_is: Finding | None = None
+    warnings: tuple[Finding, ...] = ()
 
 
 def next_measurements(
@@ -113,10 +116,11 @@ def next_measurements(
 ) -> NextMeasurements:
     """Tell which states to measure next, so that a limit is confirmed at more places and up to higher speeds.
 
-    While the states are too few for a bound, an opening: the corners of the place range at the slowest speed, then
-    states that determine the form best, none but the slowest expected above the limit. Afterwards the states that
-    make the prediction most precise where it reaches the limit: I-optimal for all states left in the budget, of
-    these the most useful batch; and the corners at a slow speed where places lie below every measured speed.
+    While the states are too few for a bound, an opening: the corners of the place range at the slowest speed, and
+    states that determine the form best, slow to fast and far to near, none but the slowest expected above the limit.
+    Afterwards the states that make the prediction most precise where it reaches the limit: I-optimal for all states
+    left in the budget, of these the most useful batch; and the corners at a slow speed where places lie below every
+    measured speed.
 
     No state is planned whose force may exceed the device range less its error, or `largest_force`: before there is a
     bound, by the expected force with its margin and by what was measured nearest; afterwards by the bound, and never
@@ -151,7 +155,7 @@ def next_measurements(
     repeats : int
         Impacts of every state.
     least_gain : float
-        Stop where a further state is expected to raise the mean confirmed speed by less [m/s].
+        Stop where a further state is expected to raise the mean confirmed speed by less [m/s], and 18 are measured.
     seed : int
         Of the search for states.
 
@@ -172,7 +176,7 @@ def next_measurements(
     >>> cell = Conditions(device=Device(range=500.0, error=3.0), moving_mass=30.0)
     >>> found = next_measurements(cell, 140.0, distances=(0.52, 0.89), heights=(0.14, 0.46))
     >>> found.plan.states
-    ('d890-h140-v50', 'd890-h460-v50', 'd705-h300-v50', 'd520-h140-v50')
+    ('d890-h140-v50', 'd890-h460-v50', 'd705-h420-v50', 'd520-h140-v50')
     """
     share = 1.0  # a plan has the speeds that the campaign states, and so has what it is planned by
     if isinstance(measured, ImpactDataset):
@@ -192,7 +196,7 @@ def next_measurements(
     tolerance = dataset.tolerance if dataset is not None else tolerance
     search = Search(place_range, form, tolerance, seed)
     steps = np.round(np.arange(slowest, fastest + 1e-9, _SPEED_STEP), 6)
-    candidates = place_range.states(_CANDIDATE_PLACES, steps)
+    candidates = place_range.states(_CANDIDATE_PLACES, steps, PLACE_SIZE)
     so_far = len(known) if known is not None else 0
     left = (max(_BUDGET, so_far + _FURTHER) if states is None else states) - so_far
     force_map, no_bound = _map_with_bound(dataset, form, bound)
@@ -242,11 +246,15 @@ def next_measurements(
         gain = Finding.of(kind.GAIN_OF_MORE, states=len(planned), gain_mps=raised, each_mps=each)
         if left <= 0:
             return stop(Stop.BUDGET, Finding.of(kind.BUDGET_SPENT, gain, states=states, further=so_far + _FURTHER))
-        if each < least_gain:
+        if each < least_gain and so_far >= FEW_STATES:  # fewer that happen to scatter little would end a campaign
             return stop(Stop.NOTHING_TO_GAIN, hopeless, Finding.of(kind.TOO_LITTLE_GAIN, gain, least_mps=least_gain))
         chosen = search.first(planned, known, wanted, min(batch, left))
         after = share * outlook.speeds(chosen)
-        reason = Finding.of(kind.GAIN_OF_THESE, gain_mps=float(np.mean(after - before)))
+        these, slower = float(np.mean(after - before)), int(np.sum(chosen[:, 2] < known.speed.min()))
+        below = {"slower": slower, "places": int(np.sum(can & ~has_speed))}
+        fewest = FEW_STATES if each < least_gain and so_far < FEW_STATES else None
+        later = Finding.of(kind.GAIN_LATER, gain, **below, fewest=fewest)
+        reason = Finding.of(kind.GAIN_OF_THESE, gain_mps=these) if these > 0 else later
         warnings = (*warnings, *map_warnings(force_map, chosen))
         count, mean = int(np.sum(after > 0)), float(np.mean(after))
         now = replace(now, reasons=(reason,), expected_confirmed=count, expected_speed=mean)
@@ -254,7 +262,8 @@ def next_measurements(
     expected, source = ladder.expected(chosen), ladder.source(chosen)
     plan = runs_of(chosen, repeats, expected, expected_from=source, warnings=warnings)
     upper = np.repeat(ladder.upper(chosen), repeats)
-    return replace(now, plan=plan, upper_force=upper, upper_is=ladder.upper_is())
+    said = tuple(dict.fromkeys((*now.warnings, *plan.warnings)))
+    return replace(now, plan=plan, upper_force=upper, upper_is=ladder.upper_is(), warnings=said)
 
 
 def _limit_to_confirm(
@@ -318,7 +327,8 @@ def _confirmed(
     if force_map is None:
         return NextMeasurements(len(places), 0, math.nan, 0, math.nan, simulated=False), there
     count, mean = int(there.sum()), share * float(np.nan_to_num(speed).mean())
-    return NextMeasurements(len(places), count, mean, count, mean, force_map.simulated), there
+    doubts = doubts_of_fit(force_map)
+    return NextMeasurements(len(places), count, mean, count, mean, force_map.simulated, warnings=doubts), there
 
 
 def _saturated(seen: States | None) -> Finding | None:

@@ -7,9 +7,11 @@ import math
 import numpy as np
 
 from forcemap.arrays import FloatArray
+from forcemap.campaigns.state import places as place_numbers
 from forcemap.maps.bounds import ToleranceBound
 from forcemap.maps.force_map import ForceMap
 from forcemap.maps.measured_range import MeasuredRange
+from forcemap.maps.places import whitened
 from forcemap.planning.optimal_states import tolerance_factor
 
 _STEP = 0.0025  # [m/s]
@@ -48,8 +50,11 @@ class Outlook:
     def speeds(self, further: FloatArray) -> FloatArray:
         """Confirmed speed at every place with further states, shape (m, 3); 0 where there is none [m/s]."""
         fit = self._map.require_fit()
-        x = self._map.form.design(*further.T) if len(further) else np.zeros((0, self._design.shape[1]))
-        inverse = np.linalg.inv(self._information + x.T @ x)
+        information = self._information
+        if len(further):  # what they add to the states that are there, of whose places some may be
+            known = fit.states.coordinates
+            information = information + self._of(np.vstack([known, further])) - self._of(known)
+        inverse = np.linalg.inv(information)
         leverage = np.maximum((self._design @ inverse * self._design).sum(axis=1), 1e-9)
         factor = tolerance_factor(
             leverage,
@@ -67,3 +72,9 @@ class Outlook:
         first = np.where(beyond.any(axis=1), beyond.argmax(axis=1), self._speeds.size)
         speed = np.minimum(np.append(0.0, self._speeds)[first], high)
         return np.where(np.isnan(low) | (speed < low), 0.0, speed)
+
+    def _of(self, states: FloatArray) -> FloatArray:
+        """Information X'V^-1 X of states, shape (n, 3), those of a place as alike as the map found."""
+        place, effect = place_numbers(states[:, 0], states[:, 1]), self._map.require_fit().place_effect
+        x = whitened(self._map.form.design(*states.T), place, effect.correlation)
+        return np.asarray(x.T @ x)

@@ -7,11 +7,11 @@ from functools import partial
 import numpy as np
 
 from forcemap.arrays import FloatArray, Indices
-from forcemap.campaigns.state import States, StateTolerance
+from forcemap.campaigns.state import States, StateTolerance, places
 from forcemap.errors import FitError
 from forcemap.maps.bounds import MIN_DEGREES_OF_FREEDOM
 from forcemap.maps.forms import Form
-from forcemap.planning.optimal_states import most_useful, optimal_states
+from forcemap.planning.optimal_states import bound_from, most_useful, optimal_states
 from forcemap.planning.places import PlaceRange, no_repeats, spread
 from forcemap.planning.runs import slow_to_fast
 
@@ -51,6 +51,13 @@ class Search:
         corners = self._corners(candidates, fixed, speeds[0])
         number = min(max(wanted, count, corners.size), max(left, corners.size))
         chosen = self._optimal(candidates, number, region, fixed, corners)
+        if known is not None and not bound_from(np.vstack([known.uncensored.coordinates, chosen]), self._form):
+            place = places(*np.vstack([fixed, candidates]).T[:2])
+            new = ~np.isin(place[len(fixed) :], place[: len(fixed)])
+            new[corners] = True
+            corners = np.flatnonzero(np.isin(np.flatnonzero(new), corners))
+            at_new_places = self._optimal(candidates[new], number, region, fixed, corners)
+            chosen = at_new_places if len(at_new_places) else chosen
         if not len(chosen):  # the few speeds that may be measured do not tell the terms apart yet
             chosen = _far_apart(candidates, fixed, count)
         return slow_to_fast(chosen)[:count]
