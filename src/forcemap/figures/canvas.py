@@ -20,7 +20,7 @@ from matplotlib.colorbar import Colorbar
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties
 from matplotlib.patches import Patch, Rectangle
-from matplotlib.textpath import TextPath
+from matplotlib.textpath import text_to_path
 
 from forcemap.arrays import FloatArray, Mask
 from forcemap.errors import InputError
@@ -101,7 +101,7 @@ def _broken(text: str, font: FontProperties, across: float) -> Iterator[str]:
     line = ""
     for word in text.split():
         longer = f"{line} {word}".lstrip()
-        if line and TextPath((0, 0), longer, prop=font, usetex=False).get_extents().x1 > across:
+        if line and text_to_path.get_text_width_height_descent(longer, font, False)[0] > across:
             yield line
             longer = word
         line = longer
