@@ -205,12 +205,8 @@ def collect_anew(folder):
 
 
 DOORS = (soft_device, no_device, lower_forces, an_exclusion, faster_plan)
-ALIKE = (
-    one_force_lower,
-    a_row_less,
-    other_settings,
-    other_settings_collected_again,
-)  # found by the same look: every face only under `make validity`
+# Found by the same look: every face only under `make validity`.
+ALIKE = (one_force_lower, a_row_less, other_settings, other_settings_collected_again)
 
 
 def test_a_sound_campaign_has_speeds_at_every_face(cell, forcemap):
