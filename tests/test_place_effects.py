@@ -16,7 +16,8 @@ from scipy import optimize, stats
 from scipy.special import log_ndtr, logsumexp
 
 import forcemap as fm
-from forcemap.errors import BoundNotAvailable, MapFileError
+from forcemap.campaigns.state import PLACE_SIZE
+from forcemap.errors import BoundNotAvailable, InputError, MapFileError
 from forcemap.maps.bounds import contradiction
 from forcemap.maps.censored import censored_regression
 from forcemap.maps.fit import state_data
@@ -172,8 +173,12 @@ def test_censored_states_against_integration_over_the_effects_of_places(correlat
         found = censored_regression(data)
         assert np.sum(data.impacts == 0) >= 3
         white = np.linalg.inv(np.linalg.qr(data.design)[1])
+
+        def cost(step, data=data, found=found, white=white):
+            return -integrated(data, found.coefficients + white @ step, found.deviation)
+
         best = optimize.minimize(
-            lambda step: -integrated(data, found.coefficients + white @ step, found.deviation),  # noqa: B023
+            cost,
             np.zeros(9),
             method="BFGS",
             options={"gtol": 1e-3},
@@ -233,6 +238,13 @@ def test_positions_that_scatter_within_a_place_make_no_more_places(places, jitte
     new = impacts("paper", 2, 0.022, 0.005, points=points[::4] + np.array([0.03, 0.0, 0.0]))
     with pytest.raises(BoundNotAvailable, match=f"found {places} measured places"):
         fm.check_map(force_map, new)
+
+
+def test_repeats_of_a_state_lie_at_one_place():
+    """A wider tolerance would spread what the states of a place share over several."""
+    assert fm.StateTolerance(place=PLACE_SIZE).place == PLACE_SIZE
+    with pytest.raises(InputError, match="a place's size"):
+        fm.StateTolerance(place=0.04)
 
 
 def test_states_measured_again_are_no_test_of_the_map():

@@ -7,7 +7,7 @@ agrees with it on some campaigns in `make test`.
 
 from __future__ import annotations
 
-from functools import lru_cache
+from functools import lru_cache, partial
 
 import numpy as np
 import pytest
@@ -221,7 +221,7 @@ def test_i_optimal_plans_keep_the_promise_where_places_share_effects(row, full_s
     for states, places in OPTIMAL.values():
         options = {"design": fm.Design.I_OPTIMAL, "states": states, "places": places}
         each = [
-            covered_by_oracle(name, row, lambda box: spread(box, **options), 400 if full_size else 40)  # noqa: B023
+            covered_by_oracle(name, row, partial(spread, **options), 400 if full_size else 40)
             for name in ("ur10e", "kuka-iiwa7-30nm")
         ]
         cells.append(", ".join(f"{share:.2f} ({width:.3f})" for share, width in each))

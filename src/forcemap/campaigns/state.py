@@ -27,12 +27,14 @@ class StateTolerance:
     def __post_init__(self) -> None:
         if not (0 < self.place < np.inf and 0 < self.speed < np.inf):
             raise InputError(f"state tolerance: found {self.place:g} m and {self.speed:g} m/s, expected positive")
+        if self.place > PLACE_SIZE:  # repeats of a state would be at several places, and what they share be missed
+            raise InputError(
+                f"state tolerance: found {self.place:g} m, expected at most {PLACE_SIZE:g} m, a place's size"
+            )
 
     @classmethod
     def stated(cls, place: float, speed: float) -> StateTolerance:
         """The tolerance [m], [m/s]; the default where a figure is NaN."""
-        if place > PLACE_SIZE:
-            raise InputError(f"state tolerance: found {place:g} m, expected at most {PLACE_SIZE:g} m, a place's size")
         usual = cls()
         return cls(usual.place if np.isnan(place) else place, usual.speed if np.isnan(speed) else speed)
 

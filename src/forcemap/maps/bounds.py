@@ -224,8 +224,9 @@ def contradiction(force_map: ForceMap, bound: Bound) -> Finding | None:
         return None
     from scipy.special import bdtrc
 
-    fit = force_map.fit
-    states = fit.test.select(~fit.test.repeats_of(fit.states, StateTolerance()))
+    fit, conditions = force_map.fit, force_map.conditions
+    tolerance = StateTolerance.stated(conditions.place_tolerance, conditions.speed_tolerance)
+    states = fit.test.select(~fit.test.repeats_of(fit.states, tolerance))
     if not len(states):
         return None
     upper = bound.upper(force_map, states.distance, states.height, states.speed)

@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 
 from forcemap.arrays import FloatArray, Indices
-from forcemap.campaigns.state import States, StateTolerance, places
+from forcemap.campaigns.state import PLACE_SIZE, States, StateTolerance, places
 from forcemap.errors import FitError
 from forcemap.maps.bounds import MIN_DEGREES_OF_FREEDOM
 from forcemap.maps.forms import Form
@@ -35,7 +35,7 @@ class Search:
 
     def __init__(self, place_range: PlaceRange, form: Form, tolerance: StateTolerance, seed: int) -> None:
         self._range, self._form = place_range, form
-        self._tolerance = StateTolerance(_WIDER * tolerance.place, _WIDER * tolerance.speed)
+        self._tolerance = StateTolerance(min(_WIDER * tolerance.place, PLACE_SIZE), _WIDER * tolerance.speed)
         self._designed = partial(optimal_states, form=form, tolerance=self._tolerance, seed=seed)
 
     def opening(self, candidates: FloatArray, known: States | None, count: int, left: int) -> FloatArray:
