@@ -27,10 +27,12 @@ from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import PolynomialFeatures
 
 import forcemap as fm
+from forcemap.dynamics.mass_map import robot_effective_mass
 from forcemap.errors import ForcemapError
 from forcemap.lab.bench import simulate_impacts, simulate_peaks
 from forcemap.lab.virtual_robot import virtual_robot
 from forcemap.maps.regression import least_squares
+from forcemap.planning.optimal_states import optimal_states
 from forcemap.recordings.read import read_recordings
 from forcemap.report import report_html
 from forcemap.web.held import fitted
@@ -219,7 +221,7 @@ def designs():
     rng = np.random.default_rng(1)
     states = np.column_stack([rng.uniform(*limits, 1000) for limits in ((0.5, 0.9), (0.1, 0.5), (0.2, 0.4))])
     for form in (fm.CFM_3D, fm.LOG_SPEED):
-        seconds = best(lambda form=form: fm.optimal_states(states, 18, form=form), 3)
+        seconds = best(lambda form=form: optimal_states(states, 18, form=form), 3)
         yield f"18 I-optimal states of a thousand, {form.name}", "2 s", 2 / seconds, "at least 1 x"
 
 
@@ -251,7 +253,7 @@ def dynamics():
             1 / (lever @ np.linalg.solve(inertia, lever))
 
     # the tip of both is the last joint: flange and contact point of the UR10e lie in its origin
-    seconds = best(lambda: fm.robot_effective_mass(robot, q), 3)
+    seconds = best(lambda: robot_effective_mass(robot, q), 3)
     ratio = (best(loop, 3) / few) / (seconds / n)
     yield "effective mass, 10^5 UR10e configurations", "pinocchio Python loop, per configuration", ratio, "at least 2 x"
 

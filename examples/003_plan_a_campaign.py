@@ -9,6 +9,8 @@ import tempfile
 from pathlib import Path
 
 import forcemap as fm
+from forcemap.campaigns.template import campaign_text
+from forcemap.exports.run_sheet import run_sheet
 
 device = fm.Device(range=500.0, error=3.0, model="force measuring device")
 conditions = fm.Conditions(robot="UR10e", moving_mass=30.0, direction="down", device=device)
@@ -24,7 +26,7 @@ for speeds in ((0.2, 0.4), (0.05, 0.4)):  # slowest and fastest [m/s]
 
 folder = Path(tempfile.mkdtemp())
 fm.write_plan(plan, folder)
-(folder / "campaign.toml").write_text(fm.campaign_text(conditions), encoding="utf-8")
+(folder / "campaign.toml").write_text(campaign_text(conditions), encoding="utf-8")
 campaign = fm.read_campaign(folder)  # what forcemap plan writes, but for the run sheet
 print(f"first run: save the device's file as {campaign.plan.recording[0]} in {campaign.recordings.name}/")
-print("\n".join(fm.run_sheet(plan, conditions)[:24]))  # to print and take to the robot
+print("\n".join(run_sheet(plan, conditions)[:24]))  # to print and take to the robot

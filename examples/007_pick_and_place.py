@@ -10,6 +10,7 @@ import math
 import numpy as np
 
 import forcemap as fm
+from forcemap.exports.urscript import urscript
 
 # 1. The paper's example, a task 0.8 m away and 0.4 m above the base: what it says, and what its maps really allow.
 says = {"ur10e": {140: 0.16, 280: 0.36}, "kuka-iiwa7-30nm": {140: 0.20}}
@@ -51,4 +52,4 @@ for along, up, change in places.sensitivity:
 table = fm.robot_table(ur10e, limits=[(fm.force_limit("back_of_hand"), fm.Contact.TRANSIENT)], bound=bound)
 print(f"{table.permitted} of {table.speed_mmps.size} zones permitted, {table.provenance.allowance}")
 print(f"a zone of 5 cm costs up to {np.nanmax(table.spread):.3f} m/s against its fastest corner")
-print("\n".join(fm.urscript(table).splitlines()[:4]))
+print("\n".join(urscript(table).splitlines()[:4]))

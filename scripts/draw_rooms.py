@@ -17,7 +17,7 @@ from forcemap.files import write_atomically
 ROOT = Path("src/forcemap")
 PICTURE = Path("docs/pictures/rooms.svg")
 NAMES, WORDS = "public names", "words"
-"""The boxes of `forcemap/__init__.py` and of the table of sentences."""
+"""The boxes of `forcemap/__init__.pyi` and of the table of sentences."""
 
 Edges = set[tuple[str, str]]
 """(imported, importing) rooms."""
@@ -31,7 +31,7 @@ def rooms() -> dict[str, list[Path]]:
     """The Python files of every room, and of the public names."""
     folders = sorted(path.parent for path in ROOT.glob("*/__init__.py"))
     found = {folder.name: sorted(folder.rglob("*.py")) for folder in folders}
-    return found | {NAMES: [ROOT / "__init__.py"], WORDS: [ROOT / "words.py"]}
+    return found | {NAMES: [ROOT / "__init__.pyi"], WORDS: [ROOT / "words.py"]}
 
 
 def edges() -> Edges:
@@ -55,8 +55,10 @@ def room_of(module: str) -> str:
 def imported(file: Path) -> Iterator[str]:
     """Modules of ours that a file imports."""
     for node in ast.walk(ast.parse(file.read_text())):
-        if isinstance(node, ast.ImportFrom) and node.module and node.module.split(".")[0] == "forcemap":
-            yield node.module
+        if isinstance(node, ast.ImportFrom) and node.module:
+            module = f"forcemap.{node.module}" if node.level else node.module  # relative in the stub of the names alone
+            if module.split(".")[0] == "forcemap":
+                yield module
         elif isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names if alias.name.split(".")[0] == "forcemap")
 

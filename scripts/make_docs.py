@@ -89,7 +89,8 @@ def api_pages() -> dict[str, str]:
     """A page for each group of rooms, with the directives that put the docstrings there, and an overview."""
     pages_of_rooms = {room: title for title, rooms in API_PAGES.items() for room in rooms}
     grouped: dict[str, list[str]] = {title: [] for title in API_PAGES}
-    for name, home in [*public_names().items(), *((name, name) for name in result_types())]:
+    in_rooms = dict.fromkeys([*names_in_rooms(), *result_types()])
+    for name, home in [*public_names().items(), *((name, name) for name in in_rooms)]:
         grouped[pages_of_rooms[home.split(".")[1]]].append(name)
     overview, made = API_HEAD, {}
     for title, names in grouped.items():
@@ -129,12 +130,25 @@ def public_names() -> dict[str, str]:
     """Every public name, with its package, and the module that it is defined in."""
     found: dict[str, str] = {}
     for package in map(importlib.import_module, PACKAGES):
-        tree = ast.parse(inspect.getsource(package))
+        source = Path(str(package.__file__))
+        stub = source.with_suffix(".pyi")
+        tree = ast.parse((stub if stub.exists() else source).read_text())
         imports = [node for node in tree.body if isinstance(node, ast.ImportFrom)]
-        homes = {alias.asname or alias.name: str(node.module) for node in imports for alias in node.names}
+        modules = {
+            alias.asname or alias.name: f"{package.__name__}.{node.module}" if node.level else str(node.module)
+            for node in imports
+            for alias in node.names
+        }
         names = [name for name in package.__all__ if not name.startswith("__")]
-        found |= {f"{package.__name__}.{name}": homes[name] for name in names}
+        found |= {f"{package.__name__}.{name}": modules[name] for name in names}
     return found
+
+
+@cache
+def names_in_rooms() -> list[str]:
+    """What the pages name with its module: functions of a room that are no public names."""
+    pages = "".join(path.read_text() for path in sorted((ROOT / "docs").glob("*.md")))
+    return sorted(set(re.findall(r"`(forcemap(?:\.[a-z_]+){2,}\.\w+)`", pages)))
 
 
 @cache
@@ -180,7 +194,7 @@ def linked(markdown: str) -> str:
 
 def _link(span: re.Match[str]) -> str:
     name = span[1].removesuffix("()").removeprefix("forcemap.").removeprefix("fm.")
-    if f"forcemap.{name}" in public_names():
+    if f"forcemap.{name}" in public_names() or f"forcemap.{name}" in names_in_rooms():
         return f"[{span[0]}][forcemap.{name}]"
     command = re.match(r"forcemap ([a-z-]+)", span[1])
     known = command and command[1] in {each.name for each in app.registered_commands}

@@ -17,6 +17,17 @@ from matplotlib.figure import Figure
 
 import forcemap as fm
 from forcemap import figures
+from forcemap.dynamics.mass_map import planar_mass_map
+from forcemap.dynamics.planar_arm import (
+    INSPECTION_DISTANCES,
+    INSPECTION_HEIGHTS,
+    LINK_ALIGNED,
+    LINK_DOWN,
+    LINK_HORIZONTAL,
+    LinkMass,
+    PlanarArm,
+    Wrist,
+)
 from forcemap.files import write_atomically
 from forcemap.lab.example_campaigns import simulate_example
 
@@ -73,17 +84,17 @@ def an_impact(folder: Path) -> fm.Impact:
 def published_figures() -> Iterator[tuple[str, Figure]]:
     """Figures that need no campaign: a published map's path speeds, the planar arm."""
     arms = {
-        f"last link {link}, wrist {wrist}": fm.PlanarArm(
-            link_mass=fm.LinkMass.UNIFORM_ROD, last_link=link, wrist=wrist, base_height=SHOULDER
+        f"last link {link}, wrist {wrist}": PlanarArm(
+            link_mass=LinkMass.UNIFORM_ROD, last_link=link, wrist=wrist, base_height=SHOULDER
         )
-        for link in (fm.LINK_ALIGNED, fm.LINK_HORIZONTAL, fm.LINK_DOWN)
-        for wrist in fm.Wrist
+        for link in (LINK_ALIGNED, LINK_HORIZONTAL, LINK_DOWN)
+        for wrist in Wrist
     }
-    nine = (fm.INSPECTION_DISTANCES, fm.INSPECTION_HEIGHTS)
+    nine = (INSPECTION_DISTANCES, INSPECTION_HEIGHTS)
     first = next(iter(arms.values()))
-    variants = {name: fm.planar_mass_map(arm, *nine) for name, arm in arms.items()}
+    variants = {name: planar_mass_map(arm, *nine) for name, arm in arms.items()}
     yield "planar-inspection", figures.planar_inspection_figure(variants, arm=first)
-    dense = fm.planar_mass_map(first, np.linspace(0.52, 0.89, 38), np.linspace(0.14, 0.46, 33))
+    dense = planar_mass_map(first, np.linspace(0.52, 0.89, 38), np.linspace(0.14, 0.46, 33))
     yield "planar-mass", figures.planar_mass_figure(dense)
     force_map = fm.published_map("kuka-iiwa7-10nm")
     yield "force-profiles-kuka", figures.force_profiles_figure(force_map, bound=fm.FixedMargin(0.10))

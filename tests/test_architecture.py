@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from test_import_directions import FACES, GROUND, ROOMS, ROOT, imports, room_of
+from test_import_directions import FACES, GROUND, NAMES, ROOMS, ROOT, SOURCES, imports, room_of
 
 PROJECT = Path(__file__).parents[1]
 PAGE = (PROJECT / "docs" / "architecture.md").read_text()
@@ -18,10 +18,10 @@ def section(heading):
 
 def allowed(words):
     """The rooms that a cell of the table names; public names are the empty one."""
-    named, every, others = words.partition("every library room but ")
-    if every:
-        return set(named.split(", ")) - {""} | (set(ROOMS) - set(others.split(", ")))
-    return {"" if name == "public names" else name for name in words.split(", ")} - {"nothing"}
+    listed, every, others = words.partition("every library room but ")
+    words = [name for name in listed.split(", ") if name and name != "nothing"]
+    named = {"" if name == "public names" else name for name in words}
+    return named | (set(ROOMS) - set(others.split(", ")) if every else set())
 
 
 def test_the_table_is_the_one_that_is_enforced():
@@ -36,8 +36,8 @@ def test_the_table_is_the_one_that_is_enforced():
 def edges_of_the_code():
     """(imported, importing) rooms, the package itself among them."""
     found = set()
-    for path in ROOT.rglob("*.py"):
-        room = "public-names" if path == ROOT / "__init__.py" else room_of(path)
+    for path in (*SOURCES, NAMES):
+        room = "public-names" if path.suffix == ".pyi" else room_of(path)
         for module, _ in imports(path):
             package, _, inner = module.partition(".")
             target = inner.split(".")[0] or "public-names"

@@ -11,6 +11,8 @@ import pytest
 import scipy.stats
 
 import forcemap as fm
+from forcemap.assessment.folder import campaign_limit_table
+from forcemap.assessment.missing import Missing
 from forcemap.findings import FindingKind
 from forcemap.verdicts.recording_results import thinned
 from forcemap.words import sentence, sentences
@@ -216,9 +218,9 @@ def test_where_everything_is_saturated_there_is_no_map(tmp_path):
         save(folder / "recordings" / f"{name}.csv", time, np.minimum(force, 500.0))
     collect(folder)
     found = fm.assess_campaign(folder)
-    assert isinstance(found.force_map, fm.Missing)
-    assert all(isinstance(part, fm.Missing) for part in (found.coefficients, found.accuracy, found.bound))
-    assert all(each.confirmed == 0 and isinstance(each.speeds, fm.Missing) for each in found.speeds)
+    assert isinstance(found.force_map, Missing)
+    assert all(isinstance(part, Missing) for part in (found.coefficients, found.accuracy, found.bound))
+    assert all(each.confirmed == 0 and isinstance(each.speeds, Missing) for each in found.speeds)
     assert len(found.states) == 27
     assert {(state.impacts, state.censored) for state in found.states} == {(0, 1)}
     assert all(state.at_least == pytest.approx(500, abs=3) for state in found.states)
@@ -232,18 +234,18 @@ def test_too_few_states_for_a_bound(copied):
     folder.mkdir()
     few.to_csv(folder / "impacts.csv", index=False)
     found = fm.assess_campaign(folder)
-    assert isinstance(found.recordings, fm.Missing)
-    assert isinstance(found.bound, fm.Missing)
+    assert isinstance(found.recordings, Missing)
+    assert isinstance(found.bound, Missing)
     assert found.bound.reason
-    assert all(isinstance(each.speeds, fm.Missing) for each in found.speeds)
+    assert all(isinstance(each.speeds, Missing) for each in found.speeds)
 
 
 def test_a_plan_alone_is_assessed_as_far_as_it_goes(tmp_path):
     found = fm.assess_campaign(write_campaign(tmp_path / "cell", recorded=False, toml=TOML + MASS))
-    assert isinstance(found.dataset, fm.Missing)
+    assert isinstance(found.dataset, Missing)
     assert len(found.campaign.missing) == 27
     for each in found.speeds:
-        assert isinstance(each.speeds, fm.Missing)
+        assert isinstance(each.speeds, Missing)
         assert each.measure_next.plan is not None
 
 
@@ -263,7 +265,7 @@ def test_the_table_that_campaign_toml_names(copied):
     assert other.figure("table") == "mine.csv"
     assert other.figure("editions").startswith("ISO/TS 15066")
     assert "mine.csv" in [each.path for each in standard.inputs]
-    own = fm.campaign_limit_table(copied, fm.read_conditions(copied / "campaign.toml"))
+    own = campaign_limit_table(copied, fm.read_conditions(copied / "campaign.toml"))
     assert (own.file, own.finding, own.table.edition) == ("mine.csv", None, "of our own")
     assert any(
         "limit table that the campaign names: mine.csv" in line
@@ -310,7 +312,7 @@ def test_thinned_curves_keep_their_extremes():
 
 @pytest.mark.parametrize("name", ["a\0b.csv", "a" * 300 + ".csv", "../x.csv", "/etc/x.csv", "recordings/.csv"])
 def test_a_limit_table_that_is_no_file_of_the_folder_is_named_and_not_used(copied, name):
-    found = fm.campaign_limit_table(copied, fm.Conditions(limit_table=name))
+    found = campaign_limit_table(copied, fm.Conditions(limit_table=name))
     assert (found.table, found.file) == (fm.standard_limit_table(), "")
     assert found.finding.kind is fm.FindingKind.OWN_LIMITS_MISSING
     assert "is no file of this folder; it was not used" in sentence(found.finding)

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 from oracle import alike, full_grid, simulate, training_grid
 from scipy import stats
 
 import forcemap as fm
 from forcemap.errors import BoundNotAvailable
+from forcemap.maps.bounds import margins
 from forcemap.words import assumptions
 
 QUASI_STATIC = fm.Contact.QUASI_STATIC
@@ -115,6 +115,6 @@ def test_promises_that_are_none(options):
 def test_the_bound_reaches_beyond_ten_percent_where_it_must():
     rng = np.random.default_rng(8)
     force_map = fm.fit_force_map(simulate("ur10e", rng, effect=0.08).dataset)
-    assert fm.margins(fm.ToleranceBound(), force_map).max() > 0.10
+    assert margins(fm.ToleranceBound(), force_map).max() > 0.10
     found = fm.safe_speed(force_map, 0.8, 0.4, limit=250.0, contact=QUASI_STATIC, bound=fm.ToleranceBound())
     assert any("margin is too small" in line for line in assumptions([found.basis]))

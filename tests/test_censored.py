@@ -14,6 +14,7 @@ import forcemap as fm
 from forcemap.errors import RankDeficient
 from forcemap.maps.censored import StateData, censored_regression
 from forcemap.maps.fit import repeat_variance, state_data
+from forcemap.maps.map_file import map_text
 from forcemap.maps.places import place_regression
 
 DISCARD = fm.CensoredImpacts.DISCARD
@@ -143,7 +144,7 @@ def test_a_map_file_gives_back_the_same_bound(tmp_path):
     bound = fm.ToleranceBound()
     np.testing.assert_array_equal(bound.upper(again, d, h, v), bound.upper(force_map, d, h, v))
     np.testing.assert_array_equal(again.predict(d, h, v), force_map.predict(d, h, v))
-    assert fm.map_text(again) == fm.map_text(force_map)
+    assert map_text(again) == map_text(force_map)
     assert again.fit.censored_fit
 
 

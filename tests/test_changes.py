@@ -13,6 +13,7 @@ from scipy import stats
 from scipy.spatial import ConvexHull
 
 import forcemap as fm
+from forcemap.comparisons.censoring_effect import censoring_effect
 from forcemap.errors import BoundNotAvailable, InputError
 from forcemap.words import sentence, sentences
 from truths import Box, spread
@@ -349,7 +350,7 @@ def test_maps_are_compared_only_where_both_have_measured():
 
 def test_what_censored_impacts_change(examples):
     dataset = examples["ur10e"]
-    effect = fm.censoring_effect(dataset)
+    effect = censoring_effect(dataset)
     discarded = fm.fit_force_map(dataset, impacts=fm.CensoredImpacts.DISCARD)
     assert effect.discarded.coefficients.tolist() == discarded.coefficients.tolist()
     assert effect.at_least.coefficients.tolist() == fm.fit_force_map(dataset).coefficients.tolist()
@@ -371,7 +372,7 @@ def test_what_censored_impacts_change(examples):
         share = bound.upper(force_map, *at) / force_map.predict(*at) - 1
         assert (low, high) == pytest.approx((share.min(), share.max()))
     with pytest.raises(InputError, match="no censored impact"):
-        fm.censoring_effect(dataset.select(~dataset.censored))
+        censoring_effect(dataset.select(~dataset.censored))
 
 
 def test_a_flat_range_is_compared_by_its_area():
@@ -383,7 +384,7 @@ def test_a_flat_range_is_compared_by_its_area():
     dataset = fm.ImpactDataset.from_arrays(
         distance=d, height=h, speed=v, peak_force=np.minimum(force, top), censored=force >= top
     )
-    effect = fm.censoring_effect(dataset, form=fm.CFM_2D)
+    effect = censoring_effect(dataset, form=fm.CFM_2D)
     assert len(effect.added) == 1
     assert effect.range_kept == pytest.approx(1 - 0.005 / 0.09)
 

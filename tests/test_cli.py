@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 
 import forcemap as fm
+from forcemap.campaigns.recordings_table import Use
 from forcemap.words import assumptions
 from sizes import FULL_SIZE
 
@@ -278,7 +279,7 @@ def test_demo(ask, forcemap, tmp_path, example):
     }  # fmt: skip
     campaign, dataset = fm.read_campaign(folder), fm.read_dataset(folder)
     assert len(raw) == len(campaign.plan) == len(campaign.entries)
-    lost = [entry for entry in campaign.entries if entry.use is not fm.Use.USED]
+    lost = [entry for entry in campaign.entries if entry.use is not Use.USED]
     # a robot that pushes on until it reacts: one of its 90 flat tops may have been cut off
     assert len(lost) == {"kuka-iiwa7-30nm": 1}.get(example, 0)
     assert all("or be cut off" in entry.reason for entry in lost)

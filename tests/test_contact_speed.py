@@ -10,11 +10,12 @@ from decimal import Decimal
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 from oracle import simulate
 
 import forcemap as fm
+from forcemap.campaigns.template import campaign_text
+from forcemap.exports.zones import zones_csv, zones_result
 from forcemap.speeds.safe_speed import to_program
 
 ERROR = 0.03
@@ -49,7 +50,7 @@ def folder(dataset, tmp_path):
     """A campaign's folder with a table that was typed in; 280 N of the back of the hand are confirmed in a part."""
     (tmp_path / "cell").mkdir()
     fm.write_dataset(dataset, tmp_path / "cell" / "impacts.csv")
-    text = fm.campaign_text(dataset.conditions)
+    text = campaign_text(dataset.conditions)
     (tmp_path / "cell" / "campaign.toml").write_text(text)
     return tmp_path / "cell"
 
@@ -77,7 +78,7 @@ class TestSpeedError:
         np.testing.assert_array_equal(shifted.as_stated.speed, dataset.speed)
         assert math.isnan(shifted.as_stated.conditions.speed_error)  # a map of these would be one without an error
         fm.write_dataset(shifted, tmp_path / "impacts.csv")
-        (tmp_path / "campaign.toml").write_text(fm.campaign_text(shifted.conditions))
+        (tmp_path / "campaign.toml").write_text(campaign_text(shifted.conditions))
         again = fm.read_dataset(tmp_path)
         np.testing.assert_array_equal(again.stated_speed, dataset.speed)
         np.testing.assert_array_equal(again.speed, shifted.speed)
@@ -297,12 +298,12 @@ class TestFaces:
             fm.fit_force_map(fm.read_dataset(folder)), bound=fm.ToleranceBound(),
             limits=[(fm.NewtonLimit.of(280.0, None, 75e3), fm.Contact.QUASI_STATIC)],
         )  # fmt: skip
-        result = fm.zones_result(table)
+        result = zones_result(table)
         zones = [zone for zone in result["zones"] if zone["speed_mps"]]
         assert zones
         assert all(zone["speed_mps"] + 0.01 <= zone["lower_bound_mps"] for zone in zones)
         assert (result["speed_kind"], result["speed_error"], result["speed_overshoot_mps"]) == ("measured", None, 0.01)
-        head = "\n".join(fm.zones_csv(table).splitlines()[:30])
+        head = "\n".join(zones_csv(table).splitlines()[:30])
         assert "speed at contact: measured, its error not stated and not subtracted" in head
         assert head.count("speed to program: speed at contact less the speed overshoot 0.01 m/s") == 1
         json.dumps(result, allow_nan=False)

@@ -14,6 +14,7 @@ import pytest
 
 import forcemap as fm
 from damages import ALL_DAMAGES
+from forcemap.campaigns.conditions import read_campaign_file
 from forcemap.campaigns.recordings_table import read_register
 from forcemap.recordings.read import read_recordings
 from layouts import LAYOUTS
@@ -73,7 +74,7 @@ def formats(tmp_path_factory):
         "register of recordings": (".csv", read_register, [(text("recordings.csv"), {})]),
         "table of limits": (".csv", fm.read_limit_table, [(LIMITS.encode(), {})]),
         "path": (".csv", fm.read_path, [(path.encode(), {})]),
-        "campaign.toml": (".toml", fm.read_campaign_file, [((TOML + RECORDINGS_TOML).encode(), {})]),
+        "campaign.toml": (".toml", read_campaign_file, [((TOML + RECORDINGS_TOML).encode(), {})]),
         "task.toml": (".toml", fm.read_task, [(TASK.encode(), {})]),
         "map file": (".json", fm.read_map, [(text("map.json"), {})]),
         "robot description": (".urdf", partial(fm.read_urdf, tip="tool"), [(URDF.encode(), {})]),

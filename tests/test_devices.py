@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 
 import forcemap as fm
+from forcemap.campaigns.binding import BindingState
+from forcemap.campaigns.template import campaign_text
 from forcemap.errors import CampaignFileError, TableError
 from forcemap.words import assumptions, sentence
 from pulses import TOML, collect, pulse, rows, save, write_campaign
@@ -50,7 +52,7 @@ def test_every_recording_is_sealed_with_its_own_device(several):
 
 def test_the_softest_spring_the_lowest_range_and_the_largest_error_count(several, tmp_path):
     dataset = fm.read_dataset(several)
-    assert dataset.binding.state is fm.BindingState.BOUND
+    assert dataset.binding.state is BindingState.BOUND
     device = dataset.conditions.device
     assert (device.stiffness, device.range, device.error, device.model) == (70e3, 300, 5, "soft; hard")
     force_map = fm.fit_force_map(dataset)
@@ -130,7 +132,7 @@ def test_a_device_that_changed_is_said(several):
 
 def test_the_text_of_a_campaign_keeps_its_devices(several, tmp_path):
     conditions = fm.read_conditions(several / "campaign.toml")
-    (tmp_path / "campaign.toml").write_text(fm.campaign_text(conditions))
+    (tmp_path / "campaign.toml").write_text(campaign_text(conditions))
     assert fm.read_conditions(tmp_path / "campaign.toml") == conditions
 
 

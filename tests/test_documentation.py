@@ -17,6 +17,8 @@ import numpy as np
 import pytest
 
 import forcemap
+from forcemap.campaigns.conditions import read_campaign_file
+from forcemap.campaigns.recordings_table import Use
 from forcemap.cli.app import app, run
 
 ROOT = Path(__file__).parents[1]
@@ -175,7 +177,7 @@ def test_the_documented_columns_are_those_that_are_read_and_written(workplace, c
 def test_the_documented_flags_uses_and_interpretations_are_those_of_the_code():
     flags = [flag.value for flag in forcemap.Quality]
     assert sorted(first_cells("docs/your_device_files.md", "Quality flags")) == sorted(flags)
-    for use in forcemap.Use:
+    for use in Use:
         assert f"`{use}`" in page("docs/campaign_file.md")
     for each in [*forcemap.Interpretation, *forcemap.ContactScenario, *forcemap.VerdictOutcome]:
         name = each.value if isinstance(each, forcemap.Interpretation) else each.value.replace("_", " ")
@@ -193,7 +195,7 @@ BLOCKS = [pytest.param(text, id=f"{path.name}-{i}") for path in PAGES for i, tex
 def test_every_documented_campaign_file_is_read(text, tmp_path):
     schema = "" if "schema" in text else 'schema = "forcemap-campaign/1"\n'
     (tmp_path / "campaign.toml").write_text(schema + text)
-    _, columns = forcemap.read_campaign_file(tmp_path / "campaign.toml")
+    _, columns = read_campaign_file(tmp_path / "campaign.toml")
     assert columns is not None
 
 

@@ -16,6 +16,8 @@ import numpy as np
 import pytest
 
 import forcemap as fm
+from forcemap.campaigns.binding import BindingState
+from forcemap.paths.task import one_segment_task
 from forcemap.words import assumptions, sentence, sentences, warnings
 from pulses import TOML, collect, rows, write_campaign
 from sizes import FULL_SIZE
@@ -59,7 +61,7 @@ def library(folder):
     zones = fm.zone_speeds(force_map, fm.Zones([0.8, 0.6], [0.85, 0.65], [0.22, 0.3], [0.27, 0.35]), **CASE)
     yield "zones", bool(np.isfinite(zones.speed).any()), " ".join(map(sentence, zones.reason))
     path = fm.ToolPath.through([[0.85, 0, 0.3], [0.85, 0, 0.22]])
-    task = fm.one_segment_task("path", ("back_of_hand",), fm.Contact.QUASI_STATIC)
+    task = one_segment_task("path", ("back_of_hand",), fm.Contact.QUASI_STATIC)
     speeds = fm.path_speeds(force_map, path, task, bound=CASE["bound"])
     yield "path", not speeds.refused.all(), " ".join(map(sentence, speeds.reason))
     places = fm.place_task(force_map, fm.ToolPath.through([[0.05, 0, 0.1], [0.05, 0, 0.02]]), task,
@@ -437,7 +439,7 @@ def test_an_edited_table_is_not_replaced_either(cell):
         collect(cell)
     assert (cell / "impacts.csv").read_bytes() == before
     (cell / "impacts.csv").rename(cell / "edited.csv")
-    assert collect(cell).binding.state is fm.BindingState.BOUND
+    assert collect(cell).binding.state is BindingState.BOUND
 
 
 def test_a_report_for_another_area_is_not_replaced(tmp_path, forcemap):
@@ -453,7 +455,7 @@ def test_a_report_for_another_area_is_not_replaced(tmp_path, forcemap):
 
 def test_what_is_stated_later_completes_the_conditions_and_what_was_stated_stays(cell):
     state(cell, 'site = "flange"\n', 'site = "flange"\nspeed = "measured"\n')
-    assert fm.read_dataset(cell).binding.state is fm.BindingState.BOUND  # it was not stated then
+    assert fm.read_dataset(cell).binding.state is BindingState.BOUND  # it was not stated then
     collect(cell)
     assert {row["contact.speed"] for row in rows(cell / "recordings.csv")} == {"measured"}
     state(cell, 'speed = "measured"', 'speed = "commanded"')
@@ -463,7 +465,7 @@ def test_what_is_stated_later_completes_the_conditions_and_what_was_stated_stays
     text = (cell / "recordings.csv").read_text()
     (cell / "recordings.csv").write_text(text.replace(",measured,", ",,"))  # a person: it was mistaken then
     collect(cell)
-    assert fm.read_dataset(cell).binding.state is fm.BindingState.BOUND
+    assert fm.read_dataset(cell).binding.state is BindingState.BOUND
 
 
 def test_a_spreadsheet_that_writes_numbers_otherwise_breaks_nothing(cell):
@@ -471,7 +473,7 @@ def test_a_spreadsheet_that_writes_numbers_otherwise_breaks_nothing(cell):
     for path in (table, register):
         body = path.read_text().replace(",0.30,", ",0.3,").replace(".00,", ".0,")
         path.write_text(body)
-    assert fm.read_dataset(cell).binding.state is fm.BindingState.BOUND
+    assert fm.read_dataset(cell).binding.state is BindingState.BOUND
 
 
 def test_a_table_without_its_register_is_unbound_and_says_so(cell, ask):
@@ -479,7 +481,7 @@ def test_a_table_without_its_register_is_unbound_and_says_so(cell, ask):
     code, found = ask("speed", cell, "--distance", 0.85, "--height", 0.25, *OPTIONS)
     assert (code, found["warnings"][0][:7]) == (0, "UNBOUND")
     assert ask("fit", cell, "-o", cell.parent / "map.json")[1]["binding"]["state"] == "unbound"
-    assert fm.read_map(cell.parent / "map.json").binding.state is fm.BindingState.UNBOUND
+    assert fm.read_map(cell.parent / "map.json").binding.state is BindingState.UNBOUND
     program = cell.parent / "out.script"
     assert ask("export", cell, "--format", "urscript", *OPTIONS, "-o", program)[0] == 0
     assert "UNBOUND" in program.read_text()

@@ -15,6 +15,12 @@ import numpy as np
 import pytest
 
 import forcemap as fm
+from forcemap.exports.krl import krl_data, krl_source
+from forcemap.exports.safety_proposal import safety_proposal
+from forcemap.exports.scaling import scaling_csv, scaling_result
+from forcemap.exports.urscript import urscript
+from forcemap.exports.zones import zones_csv, zones_result
+from forcemap.paths.task import one_segment_task
 from robot_programs import Frame, krl_arrays, krl_function, urscript_function, urscript_program
 
 QUASI_STATIC = fm.Contact.QUASI_STATIC
@@ -64,7 +70,7 @@ def test_the_table_is_certified_and_floored(table):
 
 
 def test_the_urscript_function_returns_the_tables_value(table, poses):
-    allowed = urscript_function(fm.urscript(table), "forcemap_speed")
+    allowed = urscript_function(urscript(table), "forcemap_speed")
     answers = [table.speed(*pose) for pose in poses.tolist()]
     assert [allowed([*pose, 0.0, 3.14, 0.0]) for pose in poses.tolist()] == answers
     assert min(sum(v == 0 for v in answers), sum(v > 0 for v in answers)) > 1000
@@ -73,12 +79,12 @@ def test_the_urscript_function_returns_the_tables_value(table, poses):
 
 
 def test_the_krl_tables_parse_back_and_the_function_returns_their_value(table, poses):
-    arrays = krl_arrays(fm.krl_data(table))
+    arrays = krl_arrays(krl_data(table))
     np.testing.assert_allclose(list(arrays["FM_D"].values()), 1000 * table.distance_edges, atol=1e-9)
     np.testing.assert_allclose(list(arrays["FM_H"].values()), 1000 * table.height_edges, atol=1e-9)
     for (i, j), speed in arrays["FM_V"].items():
         assert speed == table.speed_mmps[i - 1, j - 1] / 1000
-    allowed = krl_function(fm.krl_source(table), fm.krl_data(table), "FORCEMAP_SPEED")
+    allowed = krl_function(krl_source(table), krl_data(table), "FORCEMAP_SPEED")
     inner = poses[400:]  # off the edges, where millimetres and metres round alike
     answers = [allowed(Frame(zip("XYZ", 1000 * pose, strict=True))) for pose in inner]
     assert answers == [table.speed(*pose) for pose in inner.tolist()]
@@ -87,10 +93,10 @@ def test_the_krl_tables_parse_back_and_the_function_returns_their_value(table, p
 
 
 def test_neutral_tables(table):
-    text = fm.zones_csv(table)
+    text = zones_csv(table)
     head = [line for line in text.splitlines() if line.startswith("#")]
     rows = list(csv.DictReader(io.StringIO(text[sum(len(line) + 1 for line in head) :])))
-    result = json.loads(json.dumps(fm.zones_result(table), allow_nan=False))
+    result = json.loads(json.dumps(zones_result(table), allow_nan=False))
     assert len(rows) == len(result["zones"]) == table.speed_mmps.size
     for row, zone in zip(rows, result["zones"], strict=True):
         assert float(row["speed_mps"]) == zone["speed_mps"]
@@ -106,11 +112,11 @@ def test_neutral_tables(table):
 
 def test_every_file_says_in_its_head_what_it_rests_on(table):
     texts = [
-        fm.zones_csv(table),
-        fm.urscript(table),
-        fm.krl_data(table),
-        fm.krl_source(table),
-        fm.safety_proposal(table),
+        zones_csv(table),
+        urscript(table),
+        krl_data(table),
+        krl_source(table),
+        safety_proposal(table),
     ]
     wanted = [
         "NOT SAFETY-RATED", "to be confirmed before use", fm.map_sha256(fm.published_map("ur10e")), DATE, "280 N",
@@ -122,7 +128,7 @@ def test_every_file_says_in_its_head_what_it_rests_on(table):
         for words in wanted:
             assert words in text, (words, text[:80])
         assert text.isascii()
-    result = fm.zones_result(table)
+    result = zones_result(table)
     assert result["safety_rated"] is False
     assert result["speed_overshoot_mps"] == 0.01
 
@@ -138,7 +144,7 @@ def test_scaling_brakes_before_a_slower_piece():
     ur10e, bound = fm.published_map("ur10e"), fm.FixedMargin(0.10)
     speeds = fm.path_speeds(ur10e, fm.ToolPath(points, ("carry", "press")), task, bound=bound)
     basis = fm.robot_table(ur10e, limits=[HAND], bound=bound, date=DATE).provenance.of_path(speeds)
-    pieces = fm.scaling_result(speeds, basis)["pieces"]
+    pieces = scaling_result(speeds, basis)["pieces"]
     driven = np.array([piece["scaling"] * piece["programmed_speed_mps"] for piece in pieces])
     last = max(i for i, piece in enumerate(pieces) if piece["segment"] == "carry")
     assert driven[last] <= speeds.speed[last + 1] < 0.34
@@ -163,14 +169,14 @@ def test_texts_of_a_campaign_stay_in_their_line_of_every_format(poses):
     evil = replace(ur10e, name=EVIL, source=EVIL, conditions=conditions)
     table = fm.robot_table(evil, limits=[HAND], bound=bound, date=DATE)
     points = fm.ToolPath.through([[0.8, 0, 0.44], [0.8, 0, 0.3]], name="=cmd|'/c calc'!A0\nx")
-    task = fm.one_segment_task(points.names[0], ("back_of_hand",), fm.Contact.TRANSIENT, speed=0.35)
+    task = one_segment_task(points.names[0], ("back_of_hand",), fm.Contact.TRANSIENT, speed=0.35)
     speeds = fm.path_speeds(evil, points, task, bound=bound)
     basis = table.provenance.of_path(speeds)
     lines = len(head_lines(table.provenance))
     texts = {
-        "csv": fm.zones_csv(table), "urscript": fm.urscript(table), "dat": fm.krl_data(table),
-        "src": fm.krl_source(table), "scaling": fm.scaling_csv(speeds, basis), "safety": fm.safety_proposal(table),
-        "json": json.dumps(fm.zones_result(table) | fm.scaling_result(speeds, basis), ensure_ascii=False),
+        "csv": zones_csv(table), "urscript": urscript(table), "dat": krl_data(table),
+        "src": krl_source(table), "scaling": scaling_csv(speeds, basis), "safety": safety_proposal(table),
+        "json": json.dumps(zones_result(table) | scaling_result(speeds, basis), ensure_ascii=False),
     }  # fmt: skip
     for name, text in texts.items():
         assert all(letter.isprintable() or letter == "\n" for letter in text), name
@@ -189,7 +195,7 @@ def test_texts_of_a_campaign_stay_in_their_line_of_every_format(poses):
     assert len(rows) == len(speeds.path) + 1
     for row in csv.DictReader(rows):
         assert row["segment"].startswith("'=cmd")
-    warned = fm.safety_proposal(table, speeds=speeds)
+    warned = safety_proposal(table, speeds=speeds)
     assert len(warned.splitlines()) - len(texts["safety"].splitlines()) in (4, 5)
 
 
@@ -199,10 +205,10 @@ def test_the_head_names_the_map_file_and_the_impacts_table(examples, tmp_path):
     table = fm.robot_table(fm.read_map(tmp_path / "cell 7.json"), limits=[HAND], bound=fm.ToleranceBound())
     table = replace(table, provenance=table.provenance.of_file(tmp_path / "cell 7.json"))
     digest = hashlib.sha256((tmp_path / "cell 7.json").read_bytes()).hexdigest()
-    for text in (fm.zones_csv(table), fm.urscript(table), fm.krl_data(table), fm.safety_proposal(table)):
+    for text in (zones_csv(table), urscript(table), krl_data(table), safety_proposal(table)):
         assert f"map file: cell 7.json, SHA-256 {digest}" in text
         assert f"impacts table: {fitted.fit.table}, SHA-256 {fitted.fit.table_sha256}" in text
-    result = fm.zones_result(table)
+    result = zones_result(table)
     assert result["map_file"] == "cell 7.json"
     assert result["map_file_sha256"] == digest
     assert result["impacts_table_sha256"] == fitted.fit.table_sha256
@@ -213,7 +219,7 @@ def test_the_documented_urscript_asks_for_a_whole_way(table):
     page = (Path(__file__).parents[1] / "docs" / "universal_robots.md").read_text()
     code = textwrap.dedent(page[page.index("       def forcemap_way") : page.index("   A zone's speed holds")])
     names = {
-        "forcemap_speed": urscript_function(fm.urscript(table), "forcemap_speed"),
+        "forcemap_speed": urscript_function(urscript(table), "forcemap_speed"),
         "floor": math.floor,
         "point_dist": lambda a, b: float(np.linalg.norm(np.subtract(a, b)[:3])),
         "interpolate_pose": lambda a, b, share: [(1 - share) * x + share * y for x, y in zip(a, b, strict=True)],
@@ -245,7 +251,7 @@ def test_the_documented_urscript_asks_for_a_whole_way(table):
 def test_the_limit_of_a_zone_is_the_number_that_governs_it():
     limits = [(fm.NewtonLimit(force, spring_N_per_m=75e3), None) for force in (300.0, 240.0)]
     table = fm.robot_table(fm.published_map("ur10e"), limits=limits, bound=fm.FixedMargin(0.10), date=DATE)
-    rows = list(csv.DictReader(line for line in fm.zones_csv(table).splitlines() if not line.startswith("#")))
+    rows = list(csv.DictReader(line for line in zones_csv(table).splitlines() if not line.startswith("#")))
     given = [float(row["limit_N"]) for row in rows if float(row["speed_mps"])]
     assert given
     assert set(given) == {240.0}
@@ -254,7 +260,7 @@ def test_the_limit_of_a_zone_is_the_number_that_governs_it():
 def test_the_safety_proposal_warns_of_segments_that_it_would_stop(table):
     from forcemap.exports.safety_proposal import widest_block
 
-    text = fm.safety_proposal(table)
+    text = safety_proposal(table)
     speed = widest_block(table)[4]
     assert f"| tool speed limit | {speed / 1000:.3f} m/s | {speed} mm/s |" in text
     assert "280 N at most" in text
@@ -264,17 +270,17 @@ def test_the_safety_proposal_warns_of_segments_that_it_would_stop(table):
         fm.TaskSegment("press", ("back_of_hand",), fm.Contact.TRANSIENT, 0.05),
         fm.TaskSegment("place", ("back_of_hand",), fm.Contact.TRANSIENT),
     )
-    warned = fm.safety_proposal(table, task=fm.Task(segments))
+    warned = safety_proposal(table, task=fm.Task(segments))
     assert "**WARNING" in warned
     assert "segment carry: programmed up to 0.500 m/s" in warned
     assert "segment press" not in warned
     assert "segment place: no speed is stated" in warned
-    slow = fm.one_segment_task("path", ("back_of_hand",), fm.Contact.TRANSIENT, speed=0.05)
-    assert "No segment of the task violates" in fm.safety_proposal(table, task=slow)
+    slow = one_segment_task("path", ("back_of_hand",), fm.Contact.TRANSIENT, speed=0.05)
+    assert "No segment of the task violates" in safety_proposal(table, task=slow)
     for bottom, words in ((0.40, "No segment of the task violates"), (0.10, "segment path: leaves the block")):
         path = fm.ToolPath.through([[0.8, 0, 0.44], [0.8, 0, bottom]])
         speeds = fm.path_speeds(fm.published_map("ur10e"), path, slow, bound=fm.FixedMargin(0.10))
-        assert words in fm.safety_proposal(table, speeds=speeds)
+        assert words in safety_proposal(table, speeds=speeds)
 
 
 def test_the_strictest_of_several_limits_and_the_gate_hold():
@@ -286,8 +292,8 @@ def test_the_strictest_of_several_limits_and_the_gate_hold():
     assert len(both.provenance.limits_N) == 2
     clamps = fm.robot_table(fm.published_map("kuka-iiwa7-30nm"), limits=[HAND], bound=bound)
     assert clamps.permitted == 0
-    assert "nothing to configure" in fm.safety_proposal(clamps)
-    assert urscript_function(fm.urscript(clamps), "forcemap_speed")([0.8, 0.0, 0.4, 0, 0, 0]) == 0
+    assert "nothing to configure" in safety_proposal(clamps)
+    assert urscript_function(urscript(clamps), "forcemap_speed")([0.8, 0.0, 0.4, 0, 0, 0]) == 0
     head = fm.robot_table(ur10e, limits=[(fm.force_limit("temple"), fm.Contact.TRANSIENT), HAND], bound=bound)
     assert head.refusal.kind is fm.FindingKind.NOT_PERMITTED
     assert head.permitted == 0
@@ -300,7 +306,7 @@ def test_the_safety_proposal_names_a_block_of_permitted_zones(table):
     first, last, bottom, top, speed = widest_block(table)
     block = table.speed_mmps[first:last, bottom:top]
     assert block.min() == speed > 0
-    assert f"{speed / 1000:.3f} m/s" in fm.safety_proposal(table)
+    assert f"{speed / 1000:.3f} m/s" in safety_proposal(table)
     best = max(
         table.speed_mmps[a:b, c:d].min() * (table.distance_edges[b] - table.distance_edges[a])
         * (table.height_edges[d] - table.height_edges[c])
@@ -315,11 +321,11 @@ def test_the_safety_proposal_names_a_block_of_permitted_zones(table):
 def test_scaling_factors_keep_the_program_within_the_allowed_speeds():
     ur10e, bound = fm.published_map("ur10e"), fm.FixedMargin(0.10)
     points = [[0.8, 0, 0.44], [0.8, 0, 0.3], [0.6, 0, 0.3]]
-    task = fm.one_segment_task("path", ("back_of_hand",), fm.Contact.TRANSIENT, speed=0.35)
+    task = one_segment_task("path", ("back_of_hand",), fm.Contact.TRANSIENT, speed=0.35)
     speeds = fm.path_speeds(ur10e, fm.ToolPath.through(points), task, bound=bound)
     table = fm.robot_table(ur10e, limits=[HAND], bound=bound, date=DATE)
     basis = table.provenance.of_path(speeds)
-    pieces = fm.scaling_result(speeds, basis)["pieces"]
+    pieces = scaling_result(speeds, basis)["pieces"]
     assert {piece["outcome"] for piece in pieces} == {"admissible", "not_downward"}
     driven = [piece["scaling"] * 0.35 for piece in pieces]
     for i, speed in enumerate(speeds.speed):
@@ -331,7 +337,7 @@ def test_scaling_factors_keep_the_program_within_the_allowed_speeds():
             stop = math.sqrt(2 * 1.0 * sum(speeds.path.lengths[i + 1 : 6]))  # braked away before the piece of 0
             assert min(following, stop) - driven[i] < 0.0046
     assert max(driven) > 0.3
-    text = fm.scaling_csv(speeds, basis)
+    text = scaling_csv(speeds, basis)
     assert "NOT SAFETY-RATED" in text
     assert "brakes along the path with at least 1 m/s^2" in text
     assert "no speed for any other direction of motion" in text
@@ -341,11 +347,11 @@ def test_scaling_factors_keep_the_program_within_the_allowed_speeds():
     unstated = fm.path_speeds(
         ur10e,
         fm.ToolPath.through(points),
-        fm.one_segment_task("path", ("back_of_hand",), fm.Contact.TRANSIENT),
+        one_segment_task("path", ("back_of_hand",), fm.Contact.TRANSIENT),
         bound=bound,
     )
     with pytest.raises(fm.InputError, match="no programmed speed"):
-        fm.scaling_csv(unstated, basis)
+        scaling_csv(unstated, basis)
 
 
 @pytest.mark.parametrize(

@@ -7,12 +7,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 from oracle import printed_force, simulate, training_grid
 
 import forcemap as fm
 from forcemap.errors import TableError
+from forcemap.limits.pfl import pfl_pressure_speed_limit
+from forcemap.maps.forms import Term
 from forcemap.words import assumptions, sentence
 
 QUASI_STATIC = fm.Contact.QUASI_STATIC
@@ -108,7 +109,7 @@ def test_scattered_plans_with_names_are_accepted(seed):
 @pytest.mark.parametrize("exponents", [{"speed": -1}, {"distance": 0.5}, {"log_speed": -1}, {"height": True}])
 def test_terms_have_whole_exponents(exponents):
     with pytest.raises(fm.InputError, match="exponent"):
-        fm.Term(**exponents)
+        Term(**exponents)
 
 
 @pytest.mark.parametrize(
@@ -337,7 +338,7 @@ def test_selections_keep_what_is_known_of_phase_two():
 @pytest.mark.parametrize(
     "call",
     [
-        lambda: fm.pfl_pressure_speed_limit(1.9e6, contact_area=1.0, robot_mass=15, body_mass=math.inf, stiffness=75e3),
+        lambda: pfl_pressure_speed_limit(1.9e6, contact_area=1.0, robot_mass=15, body_mass=math.inf, stiffness=75e3),
         lambda: fm.pfl_speed_limit(1e9, robot_mass=15, body_mass=math.inf, stiffness=75e3),
         lambda: fm.pfl_speed_limit(
             np.ma.masked_array([140.0, 1e4], [False, True]), robot_mass=15, body_mass=math.inf, stiffness=75e3

@@ -10,7 +10,9 @@ import numpy as np
 import pytest
 
 import forcemap as fm
+from forcemap.campaigns.binding import BindingState
 from forcemap.campaigns.phase_two import unused_cells
+from forcemap.campaigns.recordings_table import Use
 from forcemap.errors import CampaignFileError, RecordingError, TableError
 from forcemap.words import assumptions, sentence
 from pulses import TOML, collect, half_sine, pulse, recording, register, rows, save, write_campaign
@@ -243,7 +245,7 @@ def test_garbled_figures_of_unused_recordings_are_refused(folder, column, cell):
 
 def test_noise_below_zero_after_the_contact_of_an_unused_recording_does_not_garble_the_table(folder):
     entries = fm.read_campaign(clamping(folder)).entries
-    free = [replace(each, phase2_force=-0.16) for each in entries if each.use is not fm.Use.USED]
+    free = [replace(each, phase2_force=-0.16) for each in entries if each.use is not Use.USED]
     cells = unused_cells(free)
     assert cells["unused_phase2_force_N"] == "0.00"
     edit(folder / "impacts.csv", lambda _, row: row.update(cells))
@@ -273,7 +275,7 @@ def test_a_table_that_lost_what_it_says_of_unused_recordings_permits_nothing(fol
     edit(clamping(folder) / "impacts.csv", lose)
     if not registered:
         (folder / "recordings.csv").unlink()
-    assert fm.read_dataset(folder).binding.state is fm.BindingState.BROKEN
+    assert fm.read_dataset(folder).binding.state is BindingState.BROKEN
     assert speed(folder).outcome is fm.SpeedOutcome.UNCONFIRMED
 
 

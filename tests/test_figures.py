@@ -19,6 +19,8 @@ from PIL import Image
 
 import forcemap as fm
 from forcemap import figures
+from forcemap.dynamics.mass_map import planar_mass_map
+from forcemap.dynamics.planar_arm import INSPECTION_DISTANCES, INSPECTION_HEIGHTS, LINK_DOWN, LinkMass, PlanarArm, Wrist
 from forcemap.words import warnings
 from pulses import pulse, save
 
@@ -28,8 +30,8 @@ SIMULATED = "SIMULATED: not a measurement of any robot"
 TRAIN, TEST = "measured, training state", "measured, test state"
 CENSORED = "censored: at least this force"
 HAND = "back_of_hand"
-ARM = fm.PlanarArm(link_mass=fm.LinkMass.UNIFORM_ROD, last_link=fm.LINK_DOWN, wrist=fm.Wrist.FREE, base_height=0.18)
-NINE = fm.INSPECTION_DISTANCES, fm.INSPECTION_HEIGHTS
+ARM = PlanarArm(link_mass=LinkMass.UNIFORM_ROD, last_link=LINK_DOWN, wrist=Wrist.FREE, base_height=0.18)
+NINE = INSPECTION_DISTANCES, INSPECTION_HEIGHTS
 DENSE = np.linspace(0.52, 0.95, 9), np.linspace(0.14, 0.46, 7)
 STANDARD = {"robot_mass": 15.0, "body_mass": math.inf, "stiffness": 75_000.0}
 
@@ -92,10 +94,8 @@ def all_figures(dataset, force_map, speeds, along_path, impact):
     return {
         "profiles": lambda **o: figures.force_profiles_figure(force_map, dataset, bound=fm.ToleranceBound(), **o),
         "grid": lambda **o: figures.measurement_grid_figure(dataset, **o),
-        "inspection": lambda **o: figures.planar_inspection_figure(
-            {"down": fm.planar_mass_map(ARM, *NINE)}, arm=ARM, **o
-        ),
-        "mass": lambda **o: figures.planar_mass_figure(fm.planar_mass_map(ARM, *DENSE), **o),
+        "inspection": lambda **o: figures.planar_inspection_figure({"down": planar_mass_map(ARM, *NINE)}, arm=ARM, **o),
+        "mass": lambda **o: figures.planar_mass_figure(planar_mass_map(ARM, *DENSE), **o),
         "workspace": lambda **o: figures.workspace_figure(force_map, dataset, **o),
         "comparison": lambda **o: figures.model_comparison_figure(comparison, dataset, force_map, **STANDARD, **o),
         "evolution": lambda **o: figures.force_evolution_figure(impact.recording, impact, fm.force_limit(HAND), **o),
@@ -225,7 +225,7 @@ def _labels(axes):
 
 def test_planar_arm(made):
     figure = made["inspection"]()
-    masses = fm.planar_mass_map(ARM, *NINE)
+    masses = planar_mass_map(ARM, *NINE)
     postures, values = figure.axes
     assert values.get_ylabel() == "Effective mass [kg]"
     np.testing.assert_allclose(series(values, "down")[1], masses.mass.value.T.ravel())
@@ -236,7 +236,7 @@ def test_planar_arm(made):
 
     dense = made["mass"]()
     cells = dense.axes[0].collections[0].get_array()
-    arm = fm.planar_mass_map(ARM, *DENSE)
+    arm = planar_mass_map(ARM, *DENSE)
     np.testing.assert_allclose(np.ma.filled(cells, np.nan), arm.mass.value.T)
     assert ("the robot does not reach" in legend(dense)) == bool(np.isnan(arm.mass.value).any())
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import statsmodels.api as sm
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 from oracle import PRINTED, alike, full_grid, printed_force, simulate, training_grid
 
 import forcemap as fm
+from forcemap.maps.forms import Term
 from sizes import COSTLY
 
 QUASI_STATIC = fm.Contact.QUASI_STATIC
@@ -34,7 +34,7 @@ def test_terms_of_every_form_are_what_their_names_say(form):
     names = {"d": d, "h": h, "v": v, "ln": np.log}
     expected = np.column_stack([np.ones_like(d) * eval(t.replace("^", "**"), names) for t in form.term_names])
     np.testing.assert_allclose(form.design(d, h, v), expected, rtol=1e-14)
-    assert [str(fm.Term.parse(name)) for name in form.term_names] == form.term_names
+    assert [str(Term.parse(name)) for name in form.term_names] == form.term_names
 
 
 def test_forms():

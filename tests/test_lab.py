@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 import forcemap as fm
+from forcemap.dynamics.inverse_kinematics import inverse_kinematics, places_in_plane
 from forcemap.lab.bench import SimulatedImpacts, SimulatedScenario, simulate_impacts, simulate_peaks
 from forcemap.lab.course import ContactLayer
 from forcemap.lab.reaction import Reaction, ReactionKind
@@ -91,8 +92,8 @@ def test_mujoco_agrees(preset, place, speed):
     """The whole arm in motion, not frozen at contact, with contact and springs that are MuJoCo's own."""
     robot = virtual_robot(preset)
     ours = simulate_impacts(robot, *place, speed, duration=0.15)
-    at = fm.places_in_plane(place[0], place[1] + robot.contact_radius)
-    posture = fm.inverse_kinematics(robot.robot, at, tool_direction=robot.tool_direction).positions
+    at = places_in_plane(place[0], place[1] + robot.contact_radius)
+    posture = inverse_kinematics(robot.robot, at, tool_direction=robot.tool_direction).positions
     theirs = device_force(robot, posture, speed, 0.15)
     assert ours.force.max() == pytest.approx(theirs.max(), rel=0.08)
     course = np.interp(ours.time, 5e-5 * np.arange(theirs.size), theirs)

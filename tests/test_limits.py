@@ -8,11 +8,11 @@ from importlib import resources
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 import forcemap as fm
 from forcemap.errors import TableError, UnknownName
+from forcemap.limits.pfl import pfl_energy, pfl_pressure_speed_limit
 
 HEADER = "area,name,region,quasi_static_pressure_N_per_cm2,quasi_static_force_N,transient_factor"
 
@@ -121,13 +121,13 @@ def test_property_the_two_directions_are_inverse(force, robot, body, stiffness):
     assert speed == pytest.approx(force / math.sqrt(stiffness) * math.sqrt(1 / robot + 1 / body), rel=1e-12)
     # energy: kinetic energy of the reduced mass is that of the spring
     reduced = 1 / (1 / robot + 1 / body)
-    assert fm.pfl_energy(force, stiffness=stiffness) == pytest.approx(reduced * speed**2 / 2, rel=1e-12)
+    assert pfl_energy(force, stiffness=stiffness) == pytest.approx(reduced * speed**2 / 2, rel=1e-12)
 
 
 def test_pressure_form_and_what_governs():
     model = {"robot_mass": 15.0, "body_mass": math.inf, "stiffness": 75e3}
     by_force = fm.pfl_speed_limit(140.0, **model)
-    by_pressure = fm.pfl_pressure_speed_limit(1.9e6, contact_area=0.5e-4, **model)  # 190 N/cm^2 on 0.5 cm^2: 95 N
+    by_pressure = pfl_pressure_speed_limit(1.9e6, contact_area=0.5e-4, **model)  # 190 N/cm^2 on 0.5 cm^2: 95 N
     assert by_pressure == pytest.approx(by_force * 95 / 140, rel=1e-12)
     assert fm.pfl_governing_speed_limit(140.0, 1.9e6, contact_area=0.5e-4, **model) == by_pressure
     assert fm.pfl_governing_speed_limit(140.0, 1.9e6, contact_area=1e-4, **model) == by_force

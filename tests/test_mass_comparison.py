@@ -10,6 +10,7 @@ from scipy.stats import spearmanr
 
 import forcemap as fm
 from forcemap.cli.app import run
+from forcemap.dynamics.robots import identified_drive_inertia
 from forcemap.words import sentences
 
 OUT = (1.0, 0.0, 0.0)
@@ -17,7 +18,7 @@ OUT = (1.0, 0.0, 0.0)
 
 @pytest.fixture(scope="module")
 def ur10e():
-    return fm.robot_named("ur10e").with_drive_inertia(fm.identified_drive_inertia("ur10e"))
+    return fm.robot_named("ur10e").with_drive_inertia(identified_drive_inertia("ur10e"))
 
 
 def test_figures_are_those_of_the_formula(ur10e):

@@ -12,6 +12,8 @@ from oracle import printed_force, training_grid
 import forcemap as fm
 from forcemap.errors import ContactNotPermitted, InputError
 from forcemap.findings import FindingKind, in_words
+from forcemap.planning.next.measurements import Stop
+from forcemap.planning.runs import extend_plan
 from forcemap.words import sentence, sentences
 from sequence import HEIGHTS, Sequence, planned_states, released
 
@@ -74,7 +76,7 @@ def test_the_ladder_is_never_left(name, device_range):
             assert np.all(upper >= np.maximum(states_bound, at_top * states[:, 2] / top * (states[:, 2] > top)) - 1e-9)
             assert np.all(states[:, 2] <= 1.5 * top + 1e-9)
         sequence.measure(states)
-    assert found.stop is fm.Stop.BUDGET
+    assert found.stop is Stop.BUDGET
     assert len(sequence.states) == 24
     apart = np.abs(sequence.states[:, None] - sequence.states[None]) / [0.005, 0.005, 0.01]
     assert np.all(apart.max(axis=2)[~np.eye(24, dtype=bool)] > 1.4)
@@ -143,28 +145,28 @@ def test_ranges_default_to_what_was_measured_and_test_rows_do_not_count():
 def test_it_stops_when_there_is_nothing_to_gain_and_says_why():
     sequence = Sequence.of("kuka-iiwa7-10nm", 7)
     found = sequence.run(states=200, batch=8, least_gain=0.0006)
-    assert found.stop is fm.Stop.NOTHING_TO_GAIN
+    assert found.stop is Stop.NOTHING_TO_GAIN
     assert len(sequence.states) < 60
     assert "further states are expected to raise the mean confirmed speed by" in reason_of(found)
     assert found.confirmed == found.expected_confirmed > 40
     hopeless = fm.next_measurements(sequence.measured, 30.0)
-    assert (hopeless.stop, hopeless.plan) == (fm.Stop.NOTHING_TO_GAIN, None)
+    assert (hopeless.stop, hopeless.plan) == (Stop.NOTHING_TO_GAIN, None)
     assert "30 N is expected nowhere to be confirmed at 0.05 m/s or more" in reason_of(hopeless)
     spent = sequence.next(states=5)
-    assert (spent.stop, len(spent.upper_force)) == (fm.Stop.BUDGET, 0)
+    assert (spent.stop, len(spent.upper_force)) == (Stop.BUDGET, 0)
 
 
 def test_a_map_that_dips_below_the_measured_speeds_does_not_end_a_campaign():
     """Measured from 0.1 m/s up, continued to rest the prediction may lie above the limit where it does not matter."""
     sequence = Sequence.of("ur10e", 0, 350.0)
     found = sequence.run(states=20, speeds=(0.1, 0.4))
-    assert (found.stop, len(sequence.states)) == (fm.Stop.BUDGET, 20)
+    assert (found.stop, len(sequence.states)) == (Stop.BUDGET, 20)
     assert sequence.states[:, 2].min() == 0.1
 
 
 def test_a_force_that_cannot_be_kept_stops_before_the_first_impact():
     found = fm.next_measurements(CELL, 140.0, **PLACES, largest_force=200.0)
-    assert found.stop is fm.Stop.OUT_OF_REACH
+    assert found.stop is Stop.OUT_OF_REACH
     assert "expected to stay within 200 N" in reason_of(found)
 
 
@@ -178,7 +180,7 @@ def test_a_limit_that_phase_two_forbids_is_not_worth_an_impact():
     )
     hand = fm.force_limit("back_of_hand")
     found = fm.next_measurements(clamping, hand, contact=fm.Contact.TRANSIENT)
-    assert found.stop is fm.Stop.LIMIT_NOT_USABLE
+    assert found.stop is Stop.LIMIT_NOT_USABLE
     (why,) = found.reasons[0].also
     assert (why.kind, why.also[0].kind) == (FindingKind.TRANSIENT_NOT_USABLE, FindingKind.CLAMPING)
     assert fm.next_measurements(clamping, hand, contact=fm.Contact.QUASI_STATIC).plan is not None
@@ -420,7 +422,7 @@ class TestSaturated:
                 states, [500.0] * len(states), censored=[True] * len(states), role=[role] * len(states)
             )
             found = fm.next_measurements(dataset, 140.0, **PLACES)
-            assert (found.stop, found.plan, found.confirmed) == (fm.Stop.OUT_OF_REACH, None, 0)
+            assert (found.stop, found.plan, found.confirmed) == (Stop.OUT_OF_REACH, None, 0)
             assert f"saturated at {len(states)} of {len(states)} states" in reason_of(found)
 
 
@@ -442,7 +444,7 @@ class TestNothingFallsOpen:
         )
         assert (found.confirmed, found.expected_confirmed) == (0, 0)
         spent = fm.next_measurements(dataset, 140.0, **PLACES, states=36)
-        assert spent.stop is fm.Stop.BUDGET
+        assert spent.stop is Stop.BUDGET
         assert "no bound can be had yet" in reason_of(spent)
 
     @pytest.mark.parametrize(
@@ -469,7 +471,7 @@ def test_a_whole_campaign_goes_on_unless_a_budget_says_otherwise():
     sequence.measure(training_grid("kuka-iiwa7-10nm"))
     assert len(sequence.next().plan.states) == 4
     spent = sequence.next(states=27)
-    assert spent.stop is fm.Stop.BUDGET
+    assert spent.stop is Stop.BUDGET
     assert "the 27 states of its budget; --states 39 lets it go on: 12 further states" in reason_of(spent)
     assert "m/s a state" in reason_of(spent)
     few = Sequence.of("ur10e", 1)
@@ -481,7 +483,7 @@ def test_a_stop_names_figure_and_threshold_in_one_unit():
     sequence = Sequence.of("kuka-iiwa7-10nm", 5)
     sequence.measure(training_grid("kuka-iiwa7-10nm"))
     found = sequence.next(least_gain=0.5)
-    assert found.stop is fm.Stop.NOTHING_TO_GAIN
+    assert found.stop is Stop.NOTHING_TO_GAIN
     assert reason_of(found).endswith("m/s a state, less than 0.5 m/s a state")
     hopeless = sequence.next(limit=40.0)
     assert "40 N is exceeded at 0.05 m/s everywhere (by the bound, at 81 of 81 places)" in reason_of(hopeless)
@@ -492,11 +494,11 @@ def test_a_longer_plan_keeps_the_old_runs():
     first = sequence.next().plan
     sequence.measure(planned_states(first))
     second = sequence.next().plan
-    whole = fm.extend_plan(first, second)
+    whole = extend_plan(first, second)
     assert whole.recording.tolist() == first.recording.tolist() + second.recording.tolist()
     assert whole.expected_from == second.expected_from
     with pytest.raises(InputError, match="is planned already"):
-        fm.extend_plan(whole, second)
+        extend_plan(whole, second)
 
 
 @pytest.fixture(scope="module")

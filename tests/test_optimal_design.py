@@ -10,6 +10,7 @@ from oracle import full_grid
 
 import forcemap as fm
 from forcemap.errors import InputError, RankDeficient, TooFewStates
+from forcemap.planning.optimal_states import optimal_states
 from forcemap.words import sentence
 
 LINE = fm.Form.of("LINE", ["1", "d", "v"])
@@ -41,30 +42,30 @@ def test_a_small_design_is_the_best_of_all(n, misfit):
         for each in itertools.combinations(range(len(SMALL)), n)
         if np.linalg.matrix_rank(LINE.design(*SMALL[list(each)].T)) == 3
     )
-    found = fm.optimal_states(SMALL, n, form=LINE, misfit=misfit)
+    found = optimal_states(SMALL, n, form=LINE, misfit=misfit)
     assert found.mean_variance == pytest.approx(best, rel=1e-9)
     assert mean_variance(LINE, found.states, SMALL, misfit) == pytest.approx(best, rel=1e-9)
 
 
 @pytest.mark.parametrize("form", [fm.CFM_3D, fm.LOG_SPEED], ids=lambda form: form.name)
 def test_18_of_a_thousand_are_better_than_random(form, thousand):
-    found = fm.optimal_states(thousand, 18, form=form)
+    found = optimal_states(thousand, 18, form=form)
     assert len(set(found.index.tolist())) == 18
     np.testing.assert_array_equal(thousand[found.index], found.states)
     rng = np.random.default_rng(2)
     random = [rng.choice(thousand, 18, replace=False) for _ in range(50)]
     assert found.mean_variance < min(mean_variance(form, each, thousand) for each in random)
-    classical = fm.optimal_states(thousand, 18, form=form, misfit=0.0).mean_variance
+    classical = optimal_states(thousand, 18, form=form, misfit=0.0).mean_variance
     assert classical < 0.6 * min(mean_variance(form, each, thousand, 0.0) for each in random)
     for seed in (1, 2):
-        assert fm.optimal_states(thousand, 18, form=form, seed=seed).mean_variance <= 1.02 * found.mean_variance
-    again = fm.optimal_states(thousand, 18, form=form)
+        assert optimal_states(thousand, 18, form=form, seed=seed).mean_variance <= 1.02 * found.mean_variance
+    again = optimal_states(thousand, 18, form=form)
     np.testing.assert_array_equal(again.index, found.index)
 
 
 def test_no_single_exchange_helps(thousand):
     few = thousand[:120]
-    found = fm.optimal_states(few, 14)
+    found = optimal_states(few, 14)
     for i, other in itertools.product(range(14), few):
         changed = np.vstack([np.delete(found.states, i, axis=0), other])
         assert mean_variance(fm.CFM_3D, changed, few) >= found.mean_variance * (1 - 1e-6)
@@ -73,20 +74,20 @@ def test_no_single_exchange_helps(thousand):
 def test_the_region_its_weights_and_fixed_states_count():
     grid = full_grid("ur10e")
     slow = grid[grid[:, 2] == 0.2]
-    everywhere, here = fm.optimal_states(grid, 14), fm.optimal_states(grid, 14, region=slow)
+    everywhere, here = optimal_states(grid, 14), optimal_states(grid, 14, region=slow)
     assert mean_variance(fm.CFM_3D, here.states, slow) < mean_variance(fm.CFM_3D, everywhere.states, slow)
-    weighted = fm.optimal_states(grid, 14, weights=(grid[:, 2] == 0.2).astype(float))
+    weighted = optimal_states(grid, 14, weights=(grid[:, 2] == 0.2).astype(float))
     assert weighted.mean_variance == pytest.approx(here.mean_variance)
     measured = here.states
-    more = fm.optimal_states(grid, 6, fixed=measured)
+    more = optimal_states(grid, 6, fixed=measured)
     assert more.mean_variance == pytest.approx(mean_variance(fm.CFM_3D, np.vstack([measured, more.states]), grid))
     assert not {tuple(s) for s in more.states} & {tuple(s) for s in measured}
-    assert set(fm.optimal_states(grid, 12, required=[0, 7]).index) >= {0, 7}
+    assert set(optimal_states(grid, 12, required=[0, 7]).index) >= {0, 7}
 
 
 def test_states_are_no_repeats_of_each_other():
     close = np.vstack([SMALL, SMALL + np.array([0.001, 0, 0.002])])
-    states = fm.optimal_states(close, 9, form=LINE).states
+    states = optimal_states(close, 9, form=LINE).states
     apart = np.abs(states[:, None] - states[None]) / [0.005, 0.005, 0.01]
     assert np.all(apart.max(axis=2)[~np.eye(9, dtype=bool)] > 1)
 
@@ -94,7 +95,7 @@ def test_states_are_no_repeats_of_each_other():
 def test_the_expected_width_is_that_of_the_bound():
     """Simulated: states that scatter by 2.5 %, half the variance shared; the width of the bound, on average."""
     grid = full_grid("ur10e")
-    found = fm.optimal_states(grid, 18)
+    found = optimal_states(grid, 18)
     place = np.unique(found.states[:, :2], axis=0, return_inverse=True)[1]
     rng = np.random.default_rng(3)
     widths = []
@@ -117,7 +118,7 @@ def test_states_lie_at_new_places_and_speeds_and_at_no_more_places_than_asked():
     grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
 
     def levels(**options):
-        states = fm.optimal_states(grid, 18, **options).states
+        states = optimal_states(grid, 18, **options).states
         return len(np.unique(states[:, :2], axis=0)), [np.unique(each).size for each in states.T]
 
     places, apart = levels()
@@ -154,7 +155,7 @@ def test_states_lie_at_new_places_and_speeds_and_at_no_more_places_than_asked():
 )
 def test_unusable_arguments_are_refused(change, error, message):
     with pytest.raises(error, match=message):
-        fm.optimal_states(**({"candidates": SMALL, "n": 4, "form": LINE} | change))
+        optimal_states(**({"candidates": SMALL, "n": 4, "form": LINE} | change))
 
 
 @pytest.mark.parametrize("form", [fm.CFM_3D, fm.LOG_SPEED], ids=lambda form: form.name)

@@ -8,17 +8,19 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 import forcemap as fm
+from forcemap.dynamics.inverse_kinematics import inverse_kinematics
 from forcemap.dynamics.kinematics import forward_kinematics
 from forcemap.dynamics.robots import robot_named
-from forcemap.paths.time_law import braking_speeds
+from forcemap.paths.task import one_segment_task
+from forcemap.paths.time_law import braking_speeds, time_law
+from forcemap.speeds.zones import Segments
 from forcemap.words import assumptions, sentence, sentences
 
 BARE = fm.Allowance(speed=0.0, position=0.0)
-HAND = fm.one_segment_task("path", ("back_of_hand",), fm.Contact.TRANSIENT)
+HAND = one_segment_task("path", ("back_of_hand",), fm.Contact.TRANSIENT)
 
 
 def dense_time(lengths, limits, acceleration, stops, ds=2e-5):
@@ -44,7 +46,7 @@ def test_cycle_times_agree_with_a_dense_integration():
     rng = np.random.default_rng(50)
     for _ in range(40):
         lengths, limits, acceleration, stops = random_motion(rng)
-        law = fm.time_law(lengths, limits, acceleration=acceleration, stops=stops)
+        law = time_law(lengths, limits, acceleration=acceleration, stops=stops)
         assert law.duration == pytest.approx(dense_time(lengths, limits, acceleration, stops), rel=0.005)
 
 
@@ -52,7 +54,7 @@ def test_cycle_times_agree_with_a_dense_integration():
 def test_property_accelerations_and_limits_hold_and_faster_is_never_slower(seed):
     rng = np.random.default_rng(seed)
     lengths, limits, acceleration, stops = random_motion(rng)
-    law = fm.time_law(lengths, limits, acceleration=acceleration, stops=stops)
+    law = time_law(lengths, limits, acceleration=acceleration, stops=stops)
     assert (law.top_speed <= limits * (1 + 1e-12)).all()
     assert law.start_speed[0] == law.end_speed[-1] == 0
     np.testing.assert_array_equal(law.end_speed[:-1], law.start_speed[1:])
@@ -62,14 +64,14 @@ def test_property_accelerations_and_limits_hold_and_faster_is_never_slower(seed)
     assert (up + down <= 2 * acceleration * lengths * (1 + 1e-9)).all()
     assert (law.durations > 0).all()
     faster = limits * rng.uniform(1, 1.5, limits.size)
-    assert fm.time_law(lengths, faster, acceleration=acceleration, stops=stops).duration <= law.duration * (1 + 1e-12)
+    assert time_law(lengths, faster, acceleration=acceleration, stops=stops).duration <= law.duration * (1 + 1e-12)
 
 
 @pytest.mark.parametrize("value", [0.0, -1.0, math.nan, math.inf])
 def test_a_time_law_needs_positive_figures(value):
     for arguments in (([value], [1.0], 1.0), ([1.0], [value], 1.0), ([1.0], [1.0], value)):
         with pytest.raises(fm.InputError, match="positive"):
-            fm.time_law(*arguments[:2], acceleration=arguments[2])
+            time_law(*arguments[:2], acceleration=arguments[2])
 
 
 def press(distance=0.8, top=0.44, bottom=0.3, angle=0.0):
@@ -87,7 +89,7 @@ def test_a_press_downwards_gets_the_speeds_of_its_places():
     assert (found.speed > slower - 0.003).all()
     assert set(found.governed_by) == {"back_of_hand, transient"}
     assert found.limit.tolist() == [280.0] * 7
-    law = fm.time_law(found.path.lengths, found.speed, acceleration=1.0)
+    law = time_law(found.path.lengths, found.speed, acceleration=1.0)
     assert found.allowed.duration == pytest.approx(law.duration)
     assert found.constant.speed == found.speed.min()
     assert found.constant.duration > found.allowed.duration
@@ -117,7 +119,7 @@ def test_directions_other_than_the_maps_are_named_and_get_nothing():
     assert found.outcome.tolist() == ["admissible", *sideways, "admissible", *sideways]  # the fourth by 4.6 degrees
     assert np.isnan(found.speed[[1, 2, 4, 5]]).all()
     assert "off the map's direction the bound is raised by 14 %" in lines(found)
-    tilted = fm.Segments(points[3], points[4])
+    tilted = Segments(points[3], points[4])
     case = {"limit": fm.force_limit("back_of_hand"), "contact": "transient", "bound": fm.FixedMargin()}
     off, along = (fm.zone_speeds(fm.published_map("ur10e"), tilted, **case, angle=a).speed[0] for a in (4.6, 0.0))
     assert found.speed[3] == off < along - 0.02
@@ -152,14 +154,14 @@ def test_the_strictest_area_governs_and_the_head_has_no_speed():
     ur10e = fm.published_map("ur10e")
     areas = ("back_of_hand", "deltoid_muscle", "forearm_muscle")
     found = fm.path_speeds(
-        ur10e, press(), fm.one_segment_task("path", areas, fm.Contact.TRANSIENT), bound=fm.FixedMargin()
+        ur10e, press(), one_segment_task("path", areas, fm.Contact.TRANSIENT), bound=fm.FixedMargin()
     )
     alone = [
-        fm.path_speeds(ur10e, press(), fm.one_segment_task("path", (a,), fm.Contact.TRANSIENT), bound=fm.FixedMargin())
+        fm.path_speeds(ur10e, press(), one_segment_task("path", (a,), fm.Contact.TRANSIENT), bound=fm.FixedMargin())
         for a in areas
     ]
     np.testing.assert_array_equal(found.speed, np.min([each.speed for each in alone], axis=0))
-    head = fm.one_segment_task("path", ("back_of_hand", "temple"), fm.Contact.TRANSIENT)
+    head = one_segment_task("path", ("back_of_hand", "temple"), fm.Contact.TRANSIENT)
     refused = fm.path_speeds(ur10e, press(), head, bound=fm.FixedMargin())
     assert set(refused.outcome) == {"not_permitted"}
     assert "not permitted" in sentence(refused.reason[0])
@@ -354,7 +356,7 @@ def test_joint_motions_of_a_full_turn_are_followed(turn, tmp_path):
 def test_joint_motion_gets_no_more_than_the_true_motion_allows(tmp_path):
     """A base that turns far while the arm presses down: dense samples of the true motion against the pieces."""
     robot = robot_named("ur10e")
-    reach = fm.inverse_kinematics(robot, [[0.8, 0.0, 0.44], [0.8, 0.0, 0.34]])
+    reach = inverse_kinematics(robot, [[0.8, 0.0, 0.44], [0.8, 0.0, 0.34]])
     q = reach.positions.copy()
     q[1, 0] += 0.006
     path = fm.read_path(joint_file(tmp_path, q), robot=robot)

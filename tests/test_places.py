@@ -8,8 +8,10 @@ import numpy as np
 import pytest
 
 import forcemap as fm
+from forcemap.paths.table_positions import table_positions
+from forcemap.paths.task import one_segment_task
 
-TASK = fm.one_segment_task("path", ("back_of_hand",), fm.Contact.TRANSIENT, acceleration=10.0)
+TASK = one_segment_task("path", ("back_of_hand",), fm.Contact.TRANSIENT, acceleration=10.0)
 PRESS = fm.ToolPath.through([[0.0, 0.0, 0.06], [0.0, 0.0, 0.0]])
 
 
@@ -58,5 +60,5 @@ def test_progress_is_told():
         fm.published_map("ur10e"), PRESS, TASK, bound=fm.FixedMargin(), step=0.2,
         progress=seen.append,
     )  # fmt: skip
-    distance, height = fm.table_positions(fm.published_map("ur10e"), PRESS, 0.2)
+    distance, height = table_positions(fm.published_map("ur10e"), PRESS, 0.2)
     assert seen == list(range(1, distance.size * height.size + 1))

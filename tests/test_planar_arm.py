@@ -11,8 +11,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 import sympy as sp
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from forcemap.dynamics.effective_mass import effective_mass
 from forcemap.dynamics.inverse_kinematics import ReachOutcome

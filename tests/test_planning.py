@@ -10,8 +10,7 @@ from importlib import resources
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 import forcemap as fm
 from forcemap.campaigns.plan import MeasurementPlan, read_plan, write_plan

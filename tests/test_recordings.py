@@ -9,8 +9,7 @@ from datetime import date
 
 import numpy as np
 import pytest
-from hypothesis import example, given, settings
-from hypothesis import strategies as st
+from hypothesis import example, given, settings, strategies as st
 from numpy.testing import assert_array_equal
 
 from forcemap.errors import InputError, RecordingError

@@ -17,6 +17,7 @@ import pypdf
 import pytest
 
 import forcemap as fm
+from forcemap.assessment.missing import Missing
 from forcemap.report import report_html, report_pdf
 from forcemap.words import sentences
 from pulses import TOML, collect, pulse, save, write_campaign
@@ -225,7 +226,7 @@ def test_assumptions_stand_beside_every_speed(reports):
     _, assessment, page = reports("demo")
     (speeds,) = parts(page, "speeds", None)
     text = " ".join(text_of(speeds).split())
-    shown = [each for each in assessment.speeds if not isinstance(each.speeds, fm.Missing)]
+    shown = [each for each in assessment.speeds if not isinstance(each.speeds, Missing)]
     assert len(shown) == 2
     for each in shown:
         for line in sentences(each.speeds.speeds.basis.statements):

@@ -12,8 +12,7 @@ from importlib import resources
 import numpy as np
 import pinocchio as pin
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 from scipy.optimize import least_squares
 
 from forcemap.dynamics.effective_mass import effective_mass

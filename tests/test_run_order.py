@@ -7,6 +7,7 @@ import os
 import pytest
 
 import forcemap as fm
+from forcemap.campaigns.run_order import RecordingOrder, assign_runs, propose_runs
 from pulses import collect, pulse, register, rows, save, truth, write_campaign
 
 NOON = 1_780_000_000
@@ -29,12 +30,12 @@ def test_in_the_order_of_the_sheet(measured):
     """ "Messung 2" comes before "Messung 10"; names stay, and every force is that of its run."""
     before = {path.name: path.read_bytes() for path in (measured / "recordings").iterdir()}
     campaign = fm.read_campaign(measured)
-    proposed = fm.propose_runs(campaign)
+    proposed = propose_runs(campaign)
     assert [each.name for each in proposed] == [f"Messung {i + 1}.csv" for i in range(27)]
     assert [each.run for each in proposed] == campaign.plan.recording.tolist()
     assert not any(each.out_of_order for each in proposed)
     assert not (measured / "recordings.csv").exists()
-    dataset = fm.assign_runs(campaign, proposed)
+    dataset = assign_runs(campaign, proposed)
     assert len(dataset) == 27
     expected = truth(dataset.distance, dataset.height, dataset.speed)
     assert dataset.peak_force == pytest.approx(expected, abs=1.5)
@@ -43,7 +44,7 @@ def test_in_the_order_of_the_sheet(measured):
     table = (measured / "impacts.csv").read_bytes()
     collect(measured)  # the register holds what was assigned
     assert (measured / "impacts.csv").read_bytes() == table
-    assert fm.propose_runs(fm.read_campaign(measured)) == ()
+    assert propose_runs(fm.read_campaign(measured)) == ()
 
 
 def test_runs_that_have_a_recording_are_passed_over(measured):
@@ -51,7 +52,7 @@ def test_runs_that_have_a_recording_are_passed_over(measured):
     for at in (0, 5):
         run = plan.recording[at]
         (measured / "recordings" / f"Messung {at + 1}.csv").rename(measured / "recordings" / f"{run}.csv")
-    proposed = fm.propose_runs(fm.read_campaign(measured))
+    proposed = propose_runs(fm.read_campaign(measured))
     assert [(each.name, each.run) for each in proposed] == [
         (f"Messung {i + 1}.csv", plan.recording[i]) for i in range(27) if i not in (0, 5)
     ]
@@ -62,10 +63,10 @@ def test_by_time_where_the_counter_of_the_device_began_again(measured):
     for i in range(20, 27):
         (folder / f"Messung {i + 1}.csv").rename(folder / f"Lauf {i - 19}.csv")
     campaign = fm.read_campaign(measured)
-    by_time = fm.propose_runs(campaign, by=fm.RecordingOrder.TIME)
+    by_time = propose_runs(campaign, by=RecordingOrder.TIME)
     assert [each.run for each in by_time if each.name.startswith("Lauf")] == campaign.plan.recording[20:].tolist()
     assert all(each.out_of_order for each in by_time)
-    assert fm.propose_runs(campaign)[0].name == "Lauf 1.csv"
+    assert propose_runs(campaign)[0].name == "Lauf 1.csv"
 
 
 def test_what_cannot_be_told_is_refused(measured):
@@ -73,15 +74,15 @@ def test_what_cannot_be_told_is_refused(measured):
     flat = recordings / "Messung 7b.csv"
     save(flat, *pulse(0.0, rate=1000.0, seed=1))
     with pytest.raises(fm.InputError, match=r"'Messung 7b.csv' without exactly one impact"):
-        fm.propose_runs(fm.read_campaign(measured))
+        propose_runs(fm.read_campaign(measured))
     flat.write_text("broken")
     with pytest.raises(fm.InputError, match=r"'Messung 7b.csv' without exactly one impact.*exclude"):
-        fm.propose_runs(fm.read_campaign(measured))
+        propose_runs(fm.read_campaign(measured))
     (measured / "recordings.csv").write_text("file,exclude\nMessung 7b.csv,the guard was open\n")
-    assert len(fm.propose_runs(fm.read_campaign(measured))) == 27
+    assert len(propose_runs(fm.read_campaign(measured))) == 27
     save(recordings / "Messung 28.csv", *pulse(100.0, rate=1000.0))
     with pytest.raises(fm.InputError, match="found 28 recordings that say no run, and 27 runs"):
-        fm.propose_runs(fm.read_campaign(measured))
+        propose_runs(fm.read_campaign(measured))
 
 
 def test_fewer_recordings_than_runs_need_the_last_one(measured):
@@ -90,23 +91,23 @@ def test_fewer_recordings_than_runs_need_the_last_one(measured):
     for i in range(20, 27):
         (recordings / f"Messung {i + 1}.csv").unlink()
     with pytest.raises(fm.InputError, match=r"20 recordings that say no run, and 27 runs without one;.*--last"):
-        fm.propose_runs(fm.read_campaign(measured))
+        propose_runs(fm.read_campaign(measured))
     last = str(plan.recording[19])
-    proposed = fm.propose_runs(fm.read_campaign(measured), last=last)
+    proposed = propose_runs(fm.read_campaign(measured), last=last)
     assert [each.run for each in proposed] == plan.recording[:20].tolist()
     (recordings / "Messung 3.csv").unlink()
     with pytest.raises(fm.InputError, match=rf"19 recordings .* 20 runs without one up to '{last}'"):
-        fm.propose_runs(fm.read_campaign(measured), last=last)
+        propose_runs(fm.read_campaign(measured), last=last)
     with pytest.raises(fm.InputError, match="no run 'd1'"):
-        fm.propose_runs(fm.read_campaign(measured), last="d1")
+        propose_runs(fm.read_campaign(measured), last="d1")
 
 
 def test_nothing_is_written_if_the_register_changed_meanwhile(measured):
     campaign = fm.read_campaign(measured)
-    proposed = fm.propose_runs(campaign)
+    proposed = propose_runs(campaign)
     (measured / "recordings.csv").write_text("file,exclude\nMessung 1.csv,slipped\n")
     with pytest.raises(fm.InputError, match="changed meanwhile"):
-        fm.assign_runs(campaign, proposed)
+        assign_runs(campaign, proposed)
     assert not (measured / "impacts.csv").exists()
 
 
@@ -159,7 +160,7 @@ class TestRegister:
         for i in range(len(self.NAMES), 27):
             save(folder / "recordings" / f"{plan.recording[i]}.csv", *pulse(100 + i, rate=1000.0, seed=i))
         campaign = fm.read_campaign(folder)
-        fm.assign_runs(campaign, fm.propose_runs(campaign))
+        assign_runs(campaign, propose_runs(campaign))
         for file in ("recordings.csv", "impacts.csv"):
             for row in rows(folder / file):
                 for cell in row.values():

@@ -7,8 +7,18 @@ import pytest
 from oracle import PRINTED, full_grid, simulate, training_grid
 from scipy import stats
 
-from forcemap import CFM_2D, CFM_3D, FULL_CUBIC, FitError, Form, ImpactDataset, InputError, RankDeficient, TooFewStates
-from forcemap import fit_force_map as fit
+from forcemap import (
+    CFM_2D,
+    CFM_3D,
+    FULL_CUBIC,
+    FitError,
+    Form,
+    ImpactDataset,
+    InputError,
+    RankDeficient,
+    TooFewStates,
+    fit_force_map as fit,
+)
 from forcemap.comparisons.selection import PAPER_COUNTS, STABLE_SHARE, select_terms, selection_stability
 from forcemap.words import sentence, sentences
 

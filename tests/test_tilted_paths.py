@@ -16,9 +16,14 @@ import numpy as np
 import pytest
 
 import forcemap as fm
+from forcemap.dynamics.inverse_kinematics import inverse_kinematics
 from forcemap.dynamics.kinematics import forward_kinematics
 from forcemap.lab.bench import simulate_impacts, simulate_peaks
 from forcemap.lab.virtual_robot import PRESETS, virtual_robot
+from forcemap.maps.direction import WIDEST_ANGLE
+from forcemap.paths.path_speeds import PieceOutcome
+from forcemap.paths.task import one_segment_task
+from forcemap.speeds.zones import Segments
 
 SEED = 202617
 SHARE, WORST = 0.05, 1.10  # asked: at most this share of permitted pieces above the limit, none above this times it
@@ -151,10 +156,10 @@ def asked(force_map, paths, table, areas, contact):
     found = fm.path_speeds(force_map, program(paths), task, bound=BOUND, allowance=ALLOWANCE, table=table)
     start, end = found.path.points[:-1], found.path.points[1:]
     angle, press = tilt(end - start), np.array(found.path.names) == "press"
-    beyond, within = press & (angle > fm.WIDEST_ANGLE + 1e-6), press & (angle < fm.WIDEST_ANGLE - 1e-6)
+    beyond, within = press & (angle > WIDEST_ANGLE + 1e-6), press & (angle < WIDEST_ANGLE - 1e-6)
     assert np.isnan(found.speed[beyond]).all()
-    assert set(found.outcome[beyond]) == {fm.PieceOutcome.NOT_DOWNWARD}
-    assert fm.PieceOutcome.NOT_DOWNWARD not in set(found.outcome[within])
+    assert set(found.outcome[beyond]) == {PieceOutcome.NOT_DOWNWARD}
+    assert PieceOutcome.NOT_DOWNWARD not in set(found.outcome[within])
     given, near = press & ~found.refused, press & (angle <= OLD_ANGLE)
     permitted = Pieces(start[given], end[given], angle[given], found.speed[given], found.limit[given])
     return permitted, unraised(force_map, start[near], end[near], angle[near], table, areas, contact), int(beyond.sum())
@@ -162,7 +167,7 @@ def asked(force_map, paths, table, areas, contact):
 
 def unraised(force_map, start, end, angle, table, areas, contact):
     """What the bound as it stands gives these pieces, the allowance subtracted."""
-    zones = fm.Segments(start, end).zones.grown(ALLOWANCE.position)
+    zones = Segments(start, end).zones.grown(ALLOWANCE.position)
     limits = [fm.force_limit(area, table=table) for area in areas]
     each = [fm.zone_speeds(force_map, zones, limit=limit, bound=BOUND, contact=contact).speed for limit in limits]
     speed, governs = np.min(each, axis=0) - ALLOWANCE.speed, np.argmin(each, axis=0)  # NaN wins both
@@ -248,7 +253,7 @@ def trials(request, tmp_path_factory, full_size):
     angle, old = (
         np.concatenate(each) for each in zip(*((t.unraised.angle, t.unraised_ratio) for t in found), strict=True)
     )
-    tilts = (angle > 0.01) & (angle <= fm.WIDEST_ANGLE)
+    tilts = (angle > 0.01) & (angle <= WIDEST_ANGLE)
     old_tilts = old[angle > 0.01]
     print(f"| {preset} | {100 * effect:g} % | {words('', ratio)} | {ratio[permitted > 0.01].max():.3f} | "
           f"{words('', old[tilts])} | {words('', old_tilts)} |")  # fmt: skip
@@ -262,7 +267,7 @@ def test_permitted_pieces_keep_the_limit(trials):
         assert len(found.permitted) > 700
         assert found.beyond > 800
         assert np.sum((found.permitted.angle > 4) & (found.permitted.angle <= 5)) > 40
-        assert found.permitted.angle.max() <= fm.WIDEST_ANGLE + 1e-6
+        assert found.permitted.angle.max() <= WIDEST_ANGLE + 1e-6
         assert keeps(found.ratio)
 
 
@@ -270,7 +275,7 @@ def test_without_the_raise_or_up_to_15_degrees_the_limit_is_not_kept(trials):
     for found in trials:
         old = found.unraised_ratio[found.unraised.angle > 0.01]
         assert not keeps(old)
-        tilts = (found.unraised.angle > 0.01) & (found.unraised.angle <= fm.WIDEST_ANGLE)
+        tilts = (found.unraised.angle > 0.01) & (found.unraised.angle <= WIDEST_ANGLE)
         raised = found.ratio[found.permitted.angle > 0.01]
         assert found.unraised_ratio[tilts].max() > 1.06 * raised.max()
 
@@ -308,7 +313,7 @@ def test_at_5_degrees_towards_the_worst_side_nothing_but_the_raise_keeps_the_lim
         force_map = fm.fit_force_map(campaign(preset, 0.0, np.random.default_rng([SEED, 1])))
         d, h, _ = grid(preset, 9 if full_size else 5, [0.2])
         for limit in LIMITS[preset]:
-            for angle, found in ((fm.WIDEST_ANGLE, kept), (0.0, bare)):
+            for angle, found in ((WIDEST_ANGLE, kept), (0.0, bare)):
                 at = fm.safe_speed(
                     force_map, d, h, limit=float(limit), bound=BOUND, contact=fm.Contact.QUASI_STATIC, angle=angle
                 )
@@ -316,7 +321,7 @@ def test_at_5_degrees_towards_the_worst_side_nothing_but_the_raise_keeps_the_lim
                 sides = np.repeat(around(24), has.sum())
                 states = [np.tile(values[has], 24) for values in (d, h, at.speed)]
                 if has.any():
-                    force = simulate_peaks(virtual_robot(preset), *states, direction=tilted(fm.WIDEST_ANGLE, sides))
+                    force = simulate_peaks(virtual_robot(preset), *states, direction=tilted(WIDEST_ANGLE, sides))
                     found.append(force.reshape(24, -1).max(axis=0) / limit)
     kept, bare = np.concatenate(kept), np.concatenate(bare)
     print(words("at 5 degrees, worst side: raised", kept), words("; as it stands", bare))
@@ -375,7 +380,7 @@ def random_press(rng, robot, tool):
     """Two postures a few centimetres above each other, the chord within some degrees of down, the base turned."""
     angle, side, length = rng.uniform(0, 5), rng.uniform(-math.pi, math.pi), rng.uniform(0.03, 0.25)
     top = np.array([rng.uniform(0.6, 0.8), 0.0, 0.45])
-    q = fm.inverse_kinematics(robot, [top, top + length * tilted(angle, side)], tool_direction=tool).positions
+    q = inverse_kinematics(robot, [top, top + length * tilted(angle, side)], tool_direction=tool).positions
     return q + rng.uniform(-1, 1) * (np.arange(q.shape[1]) == 0)
 
 
@@ -413,7 +418,7 @@ def test_a_joint_motion_is_permitted_only_where_its_tangent_stays_within_5_degre
     preset = "ur10e-like" if name == "ur10e" else "iiwa7-like-30nm"
     force_map = fm.fit_force_map(campaign(preset, 0.0, rng))
     (table, areas, held), limit = questions(preset, tmp_path, LIMITS[preset])[3], float(LIMITS[preset][3])
-    task = fm.one_segment_task("path", areas, held)
+    task = one_segment_task("path", areas, held)
     for _ in range(60):
         q = random_press(rng, robot, TOOL[name])
         path = joint_path(tmp_path, robot, q)
@@ -423,10 +428,10 @@ def test_a_joint_motion_is_permitted_only_where_its_tangent_stays_within_5_degre
         share = np.linspace(path.time[:-1], path.time[1:], 9, axis=1)
         at, tangent = moving(robot, q, share.ravel())
         true = tilt(tangent).reshape(share.shape).max(axis=1)
-        bent = true > fm.WIDEST_ANGLE
+        bent = true > WIDEST_ANGLE
         assert found.refused[bent].all()
-        assert set(found.outcome[bent]) <= {fm.PieceOutcome.NOT_DOWNWARD}
-        chord_alone += int(np.sum(bent & (tilt(path.directions) <= fm.WIDEST_ANGLE)))
+        assert set(found.outcome[bent]) <= {PieceOutcome.NOT_DOWNWARD}
+        chord_alone += int(np.sum(bent & (tilt(path.directions) <= WIDEST_ANGLE)))
         mixed += bool(bent.any())
         has = ~found.refused
         permitted += int(has.sum())

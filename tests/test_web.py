@@ -23,6 +23,7 @@ import pandas as pd
 import pytest
 
 import forcemap as fm
+from forcemap.campaigns.recordings_table import Use
 from forcemap.cli.app import run
 from forcemap.files import hidden_file
 from forcemap.words import assumptions, sentence
@@ -396,7 +397,7 @@ def test_a_recording_is_added_as_a_run_of_the_plan(upload, half_done):
     for name in names[:2]:
         assert (folder / "recordings" / f"{name}.csv").read_bytes() == later[name]
     campaign = fm.read_campaign(folder)
-    assert {Path(entry.file).stem for entry in campaign.entries if entry.use is fm.Use.USED} >= set(names[:2])
+    assert {Path(entry.file).stem for entry in campaign.entries if entry.use is Use.USED} >= set(names[:2])
     unnamed = upload("recordings", later[names[2]], "measurement 18.csv").json()
     assert unnamed["stored_as"].startswith("upload-")
     assert unnamed["use"] != "used"

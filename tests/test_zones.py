@@ -7,12 +7,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 from oracle import full_grid, simulate, training_grid
 
 import forcemap as fm
 from forcemap.maps.measured_range import MeasuredRange
+from forcemap.speeds.zones import Segments
 from forcemap.words import sentence
 
 QUASI_STATIC = fm.Contact.QUASI_STATIC
@@ -45,7 +45,7 @@ def random_segments(rng, n):
     direction = np.where(rng.random((n, 1)) < 1 / 3, tangent, direction)
     direction /= np.linalg.norm(direction, axis=1, keepdims=True)
     half = 0.5 * rng.uniform(0.05, 0.3, (n, 1)) * direction
-    return fm.Segments(middle - half, middle + half)
+    return Segments(middle - half, middle + half)
 
 
 def on_segments(segments, count):
@@ -143,7 +143,7 @@ def test_corners_are_no_certificate():
     assert found.spread[0] > 0.15
     refused = fm.zone_speeds(force_map, zone, limit=265.0, contact=QUASI_STATIC, bound=bound)
     assert refused.outcome[0] is UNCONFIRMED
-    segment = fm.Segments([0.6, 0.0, 0.2], [0.8, 0.0, 0.4])
+    segment = Segments([0.6, 0.0, 0.2], [0.8, 0.0, 0.4])
     across = fm.zone_speeds(force_map, segment, limit=280.0, contact=QUASI_STATIC, bound=bound)
     assert middle.speed - 0.003 < across.speed[0] <= middle.speed
 
@@ -160,7 +160,7 @@ def test_tangential_segments_are_judged_by_their_middle():
     """Along the inner edge of the measured range: both ends inside, the middle exactly on the edge, or beyond it."""
     ur10e, bound = fm.published_map("ur10e"), fm.FixedMargin(0.10)
     for shift, outcome in ((0.0, True), (-1e-4, False)):
-        segment = fm.Segments([0.52 + shift, -0.15, 0.44], [0.52 + shift, 0.15, 0.44])
+        segment = Segments([0.52 + shift, -0.15, 0.44], [0.52 + shift, 0.15, 0.44])
         found = fm.zone_speeds(ur10e, segment, limit=280.0, contact=QUASI_STATIC, bound=bound)
         ends = fm.safe_speed(ur10e, np.hypot(0.52 + shift, 0.15), 0.44, limit=280.0, contact=QUASI_STATIC, bound=bound)
         assert ends.outcome.has_speed
@@ -173,10 +173,10 @@ def test_skew_ranges_are_left_where_a_segment_bulges():
     points = np.array([[d, h, v] for d, h in ((0.5, 0.1), (0.9, 0.5), (0.9, 0.1)) for v in (0.2, 0.4)])
     force_map = replace(fm.published_map("ur10e"), measured_range=MeasuredRange(points))
     bound = fm.FixedMargin(0.0)
-    segment = fm.Segments([0.65, -0.2, 0.23], [0.65, 0.2, 0.26])
+    segment = Segments([0.65, -0.2, 0.23], [0.65, 0.2, 0.26])
     against_sampling(force_map, bound, segment, on_segments(segment, 2001), 400.0)
     for height in np.linspace(0.2, 0.27, 30):
-        segment = fm.Segments([0.65, -0.2, height], [0.65, 0.2, height + 0.03])
+        segment = Segments([0.65, -0.2, height], [0.65, 0.2, height + 0.03])
         against_sampling(force_map, bound, segment, on_segments(segment, 2001), 400.0)
 
 
@@ -223,7 +223,7 @@ def test_an_impact_above_the_device_range_refuses_the_zone_it_lies_in():
     assert wide.outcome[0] is UNCONFIRMED
     assert "reached at least 500 N" in sentence(wide.reason[0])
     crossing = fm.zone_speeds(
-        contradicted, fm.Segments([0.70, 0.0, 0.36], [0.78, 0.0, 0.36]), limit=300.0, contact=QUASI_STATIC, bound=bound
+        contradicted, Segments([0.70, 0.0, 0.36], [0.78, 0.0, 0.36]), limit=300.0, contact=QUASI_STATIC, bound=bound
     )
     assert crossing.outcome[0] is UNCONFIRMED
     faster = fm.zone_speeds(
@@ -271,9 +271,9 @@ def test_property_a_part_is_never_slower_than_the_whole(seed, limit):
     [
         (lambda: fm.Zones(0.6, 0.5, 0.2, 0.3), "ends before"),
         (lambda: fm.Zones(math.nan, 0.5, 0.2, 0.3), "finite"),
-        (lambda: fm.Segments([0.5, 0.0, 0.2], [0.5, 0.0, 0.2]), "no length"),
-        (lambda: fm.Segments([0.5, 0.0], [0.5, 0.1]), "shape"),
-        (lambda: fm.Segments([0.5, 0.0, math.inf], [0.5, 0.1, 0.2]), "finite"),
+        (lambda: Segments([0.5, 0.0, 0.2], [0.5, 0.0, 0.2]), "no length"),
+        (lambda: Segments([0.5, 0.0], [0.5, 0.1]), "shape"),
+        (lambda: Segments([0.5, 0.0, math.inf], [0.5, 0.1, 0.2]), "finite"),
         (lambda: fm.zone_grid(fm.published_map("ur10e").measured_range, 0.0), "zone size"),
     ],
 )

@@ -15,6 +15,7 @@ import forcemap as fm
 from forcemap.answers.check import CheckAnswer, CheckedImpact, JudgementAnswer
 from forcemap.answers.impacts import InspectAnswer
 from forcemap.arrays import FloatArray
+from forcemap.campaigns.walk import RecordedImpacts, recorded_impacts
 from forcemap.cli.column_options import (
     CampaignOption,
     Columns,
@@ -26,6 +27,7 @@ from forcemap.cli.column_options import (
 )
 from forcemap.cli.options import DeviceSpring, Json, Limit, LimitSpring, QuasiStaticN, limit_from
 from forcemap.cli.output import Progress, emit, listing, table
+from forcemap.verdicts.recording_results import recording_doubt
 
 
 def check(
@@ -66,7 +68,7 @@ def check(
             found = fm.check_campaign(whole, held, **asked, progress=lambda done, _: progress.show(done))
     else:
         home = campaign_of(source, campaign)
-        doubt = fm.recording_doubt(home, source) if home and not column else None
+        doubt = recording_doubt(home, source) if home and not column else None
         found = fm.check_file(source, held, conditions=conditions, columns=columns, **asked, doubt=doubt)
     answer = CheckAnswer.of_check(found)
     emit(answer, check_lines(answer), as_json=as_json)
@@ -90,7 +92,7 @@ def inspect(
     Example: forcemap inspect run7.csv --column time=time_ms --column time_unit=ms --column force=force_N
     """
     conditions, columns = described(file, campaign, column, device_range, device_error, frequency_class)
-    recorded = fm.recorded_impacts(file, conditions, columns)
+    recorded = recorded_impacts(file, conditions, columns)
     answer = InspectAnswer.of_file(file, recorded, conditions)
     emit(answer, inspect_lines(answer, recorded), as_json=as_json)
 
@@ -101,7 +103,7 @@ SHOWN = 12
 _UNSTATED = "the device range is not stated, so saturation was judged by the shape alone: --device-range-N"
 
 
-def inspect_lines(answer: InspectAnswer, recorded: Sequence[fm.RecordedImpacts]) -> list[str]:
+def inspect_lines(answer: InspectAnswer, recorded: Sequence[RecordedImpacts]) -> list[str]:
     """What a file of recordings holds, every impact with its plot."""
     lines = [SIMULATED] if answer.simulated else []
     for shown, each in zip(answer.recordings, recorded, strict=True):

@@ -9,18 +9,9 @@ from typing import Annotated, NamedTuple
 
 from typer import Argument, Option, confirm
 
-from forcemap import (
-    Campaign,
-    ForcemapError,
-    ImpactDataset,
-    InputError,
-    RecordingOrder,
-    assign_runs,
-    collect_campaign,
-    propose_runs,
-    read_campaign,
-)
+from forcemap import Campaign, ForcemapError, ImpactDataset, InputError, collect_campaign, read_campaign
 from forcemap.answers.collect import AssignAnswer, CollectAnswer, ProposedRun, Repeatability
+from forcemap.campaigns.run_order import RecordingOrder, assign_runs, propose_runs
 from forcemap.cli.check import SHOWN, SIMULATED, shortened
 from forcemap.cli.options import Json
 from forcemap.cli.output import Progress, emit, emit_error, listing, table

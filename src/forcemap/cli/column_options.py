@@ -8,7 +8,8 @@ from typing import Annotated, Any
 
 from typer import Option
 
-from forcemap import ColumnMap, Conditions, InputError, read_campaign_file
+from forcemap import ColumnMap, Conditions, InputError
+from forcemap.campaigns.conditions import read_campaign_file
 from forcemap.cli.options import stiffness
 
 Columns = Annotated[

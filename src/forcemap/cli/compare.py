@@ -23,6 +23,7 @@ from forcemap.cli.task_options import (
     direction_from,
     robot_from,
 )
+from forcemap.comparisons.contact_model import contact_model
 
 
 def compare(
@@ -98,7 +99,7 @@ def compare(
         )
     dataset = fm.read_dataset(table)
     limit = fm.force_limit("hand_fingers" if region is None else region)
-    model = fm.contact_model(
+    model = contact_model(
         dataset.conditions, limit.name, moving_mass=moving_mass, payload=payload, constrained=body is not Body.FREE
     )
     usable = limit if limit.permitted else None

@@ -11,13 +11,16 @@ from typer import Option
 
 import forcemap as fm
 from forcemap.answers.plan import ConfirmAnswer
+from forcemap.campaigns.recordings_table import Use
 from forcemap.cli import planned
 from forcemap.cli.options import ContactKind, FormName, Json, Limit, Source, bound_from, force_map_from, limit_from
 from forcemap.cli.output import emit, listing, table
 from forcemap.findings import Finding, in_words
+from forcemap.planning.confirm import ConfirmationPlan, ConfirmationResult, Confirmed
+from forcemap.planning.runs import extend_plan
 from forcemap.words import sentence, sentences, simulated_line
 
-_EXIT = {fm.Confirmed.PASSES: 0, fm.Confirmed.DOES_NOT_PASS: 1, fm.Confirmed.CANNOT_TELL: 2}
+_EXIT = {Confirmed.PASSES: 0, Confirmed.DOES_NOT_PASS: 1, Confirmed.CANNOT_TELL: 2}
 _WITHIN = {fm.VerdictOutcome.WITHIN: True, fm.VerdictOutcome.CANNOT_TELL: None, fm.VerdictOutcome.EXCEEDED: False}
 
 
@@ -56,7 +59,7 @@ def confirm(
             unmeasured = np.isin(answer.plan.recording, [*campaign.missing, *answer.added.recording.tolist()])
             files = planned.write_campaign(
                 campaign.folder,
-                fm.extend_plan(stays, answer.added),
+                extend_plan(stays, answer.added),
                 answer.plan.select(unmeasured),
                 campaign.conditions,
                 [f"Rule: {sentence(answer.rule)}", f"at most: {answer.bound}"],
@@ -80,13 +83,13 @@ def _checked(
     By recording; by run where a recording is there that is not used.
     """
     plan = campaign.plan
-    confirming = plan.select(fm.ConfirmationPlan.among(plan)).states
+    confirming = plan.select(ConfirmationPlan.among(plan)).states
     recordings = {each.name: each for each in fm.check_campaign(campaign, limit, contact=contact).recordings}
     checked: dict[str, tuple[bool | None, Finding]] = {}
     for entry in campaign.entries:
         named = plan.run_named(PurePosixPath(entry.file).stem) or plan.run_named(entry.curve) or ("", 0)
         state, repeat = (entry.state_id, entry.repeat) if entry.state_id else named
-        if state in confirming and entry.use is not fm.Use.USED:
+        if state in confirming and entry.use is not Use.USED:
             checked[f"{state}-r{repeat}"] = None, in_words(f"{entry.use}: {entry.reason}")
         elif state in confirming:
             recording = recordings.get(entry.name)  # None: its file has another name now
@@ -98,7 +101,7 @@ def _checked(
     return checked
 
 
-def _lines(source: str, answer: fm.ConfirmationPlan, files: list[str], again: str, more: str) -> list[str]:
+def _lines(source: str, answer: ConfirmationPlan, files: list[str], again: str, more: str) -> list[str]:
     simulated = simulated_line(answer.force_map.simulated)
     warnings = [f"WARNING: {warning}" for warning in sentences(answer.warnings)]
     old = "Taken out of the plan, planned for another speed and not measured"
@@ -106,8 +109,8 @@ def _lines(source: str, answer: fm.ConfirmationPlan, files: list[str], again: st
     warnings += taken
     result, to_measure = answer.result, planned.measuring_lines(source, files, again)
     if result is not None:
-        after = to_measure if files or result.outcome is fm.Confirmed.CANNOT_TELL else []
-        if result.outcome is fm.Confirmed.DOES_NOT_PASS:
+        after = to_measure if files or result.outcome is Confirmed.CANNOT_TELL else []
+        if result.outcome is Confirmed.DOES_NOT_PASS:
             after = _mended(source, answer, again, more)
         return [
             *simulated,
@@ -146,7 +149,7 @@ def _lines(source: str, answer: fm.ConfirmationPlan, files: list[str], again: st
     ]
 
 
-def _mended(source: str, answer: fm.ConfirmationPlan, again: str, more: str) -> list[str]:
+def _mended(source: str, answer: ConfirmationPlan, again: str, more: str) -> list[str]:
     """What to do where nothing may be released, by what forbids it."""
     if not answer.more_helps:
         return [
@@ -158,7 +161,7 @@ def _mended(source: str, answer: fm.ConfirmationPlan, again: str, more: str) -> 
     return [f"Next: measure more{slower} states; this tells which:", *command]
 
 
-def _impacts_table(result: fm.ConfirmationResult) -> list[str]:
+def _impacts_table(result: ConfirmationResult) -> list[str]:
     """A line an impact, and why those that do not pass do not."""
     rows = [
         [
@@ -169,7 +172,7 @@ def _impacts_table(result: fm.ConfirmationResult) -> list[str]:
         ]
         for each in result.impacts
     ]
-    failed = [each for each in result.impacts if each.outcome is not fm.Confirmed.PASSES]
+    failed = [each for each in result.impacts if each.outcome is not Confirmed.PASSES]
     doubts = [f"{each.recording}: {sentence(each.reason)}" for each in failed]
     header = ["state", "d [m]", "h [m]", "v [m/s]", "force [N]", "bound [N]", "outcome"]
     return [*table(header, rows), *(listing("Why", doubts) if doubts else [])]

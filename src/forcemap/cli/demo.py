@@ -16,6 +16,8 @@ from forcemap.answers.collect import CollectAnswer
 from forcemap.answers.comparison import ComparisonAnswer
 from forcemap.answers.map import FitAnswer
 from forcemap.answers.speed_map import SpeedMapAnswer
+from forcemap.assessment.missing import present
+from forcemap.assessment.place_speeds import PlaceSpeeds
 from forcemap.cli.collect import contact_lines, scatter_lines
 from forcemap.cli.fit import impacts_words
 from forcemap.cli.options import Json
@@ -42,12 +44,12 @@ def demo(
     target = simulate_example(example, folder or _free_name()).folder
     fm.build_dataset(fm.read_campaign(target))
     assessment = fm.assess_campaign(target, limits=[fm.force_limit(_AREA)])
-    force_map, dataset = fm.present(assessment.force_map), fm.present(assessment.dataset)
-    accuracies = fm.present(assessment.accuracy)
+    force_map, dataset = present(assessment.force_map), present(assessment.dataset)
+    accuracies = present(assessment.accuracy)
     fit = FitAnswer.of_fit(dataset, force_map, accuracies)
-    limit, compared = assessment.limits[0], fm.present(assessment.comparisons[0])
+    limit, compared = assessment.limits[0], present(assessment.comparisons[0])
     comparison = ComparisonAnswer.of_comparison(compared, limit, simulated=assessment.simulated)
-    speeds = [SpeedMapAnswer.of_speeds(force_map, fm.present(each.speeds), accuracies[0]) for each in assessment.speeds]
+    speeds = [SpeedMapAnswer.of_speeds(force_map, present(each.speeds), accuracies[0]) for each in assessment.speeds]
 
     (target / "maps").mkdir()
     fm.write_map(force_map, target / "maps" / "cfm_3d.json")
@@ -57,7 +59,7 @@ def demo(
     }
     for each, answer in zip(assessment.speeds, speeds, strict=True):
         results[f"speeds-{each.contact}"] = answer
-        text = speed_map_table(fm.present(each.speeds), answer, force_map.source)
+        text = speed_map_table(present(each.speeds), answer, force_map.source)
         write_atomically(target / f"speeds-{each.contact}.csv", text)
     for name, result in results.items():
         write_atomically(target / f"{name}.json", result.json_text() + "\n")
@@ -95,14 +97,14 @@ def _free_name() -> str:
 
 def _summary(assessment: fm.CampaignAssessment, fit: FitAnswer, speeds: list[SpeedMapAnswer]) -> list[str]:
     """The whole result for a person who sees it for the first time: the speeds, then what they rest on."""
-    dataset, force_map = fm.present(assessment.dataset), fm.present(assessment.force_map)
-    collected = CollectAnswer.of_campaign(fm.present(assessment.campaign), dataset)
-    comparison = fm.present(assessment.comparisons[0])
+    dataset, force_map = present(assessment.dataset), present(assessment.force_map)
+    collected = CollectAnswer.of_campaign(present(assessment.campaign), dataset)
+    comparison = present(assessment.comparisons[0])
     lines = [f"forcemap demo: {assessment.conditions.robot}", *answer_lines(assessment)]
     for each, answer in zip(assessment.speeds, speeds, strict=True):
         lines += ["", answer.limit, *grid_lines(answer), fastest_line(answer)]
         lines += [_standard(assessment, each), *next_lines(answer)]
-    errors = [(each.on, each) for each in fm.present(assessment.accuracy)]
+    errors = [(each.on, each) for each in present(assessment.accuracy)]
     errors += [(each.model, each.accuracy) for each in comparison.models[1:]]
     rows = [[name, str(each.states), *_percent(each), f"{each.rmse:.1f} N"] for name, each in errors]
     rests_on = [
@@ -125,12 +127,12 @@ def _summary(assessment: fm.CampaignAssessment, fit: FitAnswer, speeds: list[Spe
     return lines
 
 
-def _standard(assessment: fm.CampaignAssessment, found: fm.PlaceSpeeds) -> str:
+def _standard(assessment: fm.CampaignAssessment, found: PlaceSpeeds) -> str:
     """What the standard's contact model says, and what speaks against it."""
     speed = fm.floor_speed(found.standard_speed)
     words = f"the standard's contact model: {speed} m/s everywhere, not confirmed by any measurement"
     error = assessment.conditions.device.error_or_default
-    why = fm.present(assessment.dataset).phase_two.transient_refusal(found.limit.quasi_static, error)
+    why = present(assessment.dataset).phase_two.transient_refusal(found.limit.quasi_static, error)
     return f"{words}; {sentence(why)}" if why and found.contact is fm.Contact.TRANSIENT else words
 
 

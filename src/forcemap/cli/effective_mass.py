@@ -23,6 +23,10 @@ from forcemap.cli.task_options import (
     figures,
     robot_from,
 )
+from forcemap.comparisons.effective_mass import MassComparison
+from forcemap.dynamics.effective_mass import MassOutcome
+from forcemap.dynamics.kinematics import forward_kinematics
+from forcemap.dynamics.mass_map import robot_mass_in_posture, robot_mass_map
 from forcemap.words import posture_words, sentences, tool_words
 
 
@@ -58,19 +62,19 @@ def effective_mass(
     if posture is not None and all(each is None for each in (distance, height, distances, heights)):
         if tool_direction != "down":
             raise fm.InputError("tool direction: a posture says by itself where the tool points; leave one of them out")
-        pose = fm.forward_kinematics(chosen, chosen.reference_posture)
+        pose = forward_kinematics(chosen, chosen.reference_posture)
         stands["tool_direction"] = tuple((pose.rotation @ chosen.tool_axis).tolist())
         if direction == "out":
             stands["direction"] = (*pose.position[:2].tolist(), 0.0)
-        at = fm.robot_mass_in_posture(chosen, chosen.reference_posture, direction=stands["direction"])
+        at = robot_mass_in_posture(chosen, chosen.reference_posture, direction=stands["direction"])
         _show_place(PlaceMassAnswer.of_map(chosen, at, **stands), as_json)
     if distance is not None and height is not None and distances is None and heights is None:
         _show_place(
-            PlaceMassAnswer.of_map(chosen, fm.robot_mass_map(chosen, [distance], [height], **stands), **stands), as_json
+            PlaceMassAnswer.of_map(chosen, robot_mass_map(chosen, [distance], [height], **stands), **stands), as_json
         )
     if distance is not None or height is not None or distances is None or heights is None:
         raise fm.InputError("place: expected --distance and --height, or --distances-m and --heights-m for a map")
-    over = fm.robot_mass_map(chosen, figures("distances", distances), figures("heights", heights), **stands)
+    over = robot_mass_map(chosen, figures("distances", distances), figures("heights", heights), **stands)
     answer = MassMapAnswer.of_map(chosen, over, **stands)
     lines = [
         "effective mass in kg; . unreachable, ! singular or no motion",
@@ -83,7 +87,7 @@ def effective_mass(
 
 def _show_place(place: PlaceMassAnswer, as_json: bool) -> NoReturn:
     where = f"at d = {place.distance_m:.6g} m, h = {place.height_m:.6g} m"
-    regular = place.outcome is fm.MassOutcome.REGULAR
+    regular = place.outcome is MassOutcome.REGULAR
     words = f"no effective mass {where}: {place.outcome.replace('_', ' ')}"
     lines = [f"effective mass {place.effective_mass_kg:.3f} kg {where}" if regular else words]
     emit(place, [*place.findings, *lines, *_rests_on(place)], as_json=as_json)
@@ -93,7 +97,7 @@ def _show_place(place: PlaceMassAnswer, as_json: bool) -> NoReturn:
 def _cell(place: PlaceMass) -> str:
     if place.effective_mass_kg is not None:
         return f"{place.effective_mass_kg:.2f}"
-    return "." if place.outcome is fm.MassOutcome.UNREACHABLE else "!"
+    return "." if place.outcome is MassOutcome.UNREACHABLE else "!"
 
 
 def _rests_on(answer: MassAnswer) -> list[str]:
@@ -112,7 +116,7 @@ def _rests_on(answer: MassAnswer) -> list[str]:
     ]
 
 
-def mass_comparison_lines(comparison: fm.MassComparison) -> list[str]:
+def mass_comparison_lines(comparison: MassComparison) -> list[str]:
     """A comparison of forces with effective mass in words."""
     mass = comparison.measured_mass
     lines = [

@@ -17,6 +17,13 @@ from forcemap.cli.output import emit, json_text, write_result
 from forcemap.cli.task_options import Angle, Overshoot, PositionTolerance, limits_of, path_from, task_from
 from forcemap.errors import InputError
 from forcemap.exports.head import SIMULATED
+from forcemap.exports.krl import krl_data, krl_source
+from forcemap.exports.robot_table import Provenance, RobotTable
+from forcemap.exports.safety_proposal import safety_proposal
+from forcemap.exports.scaling import scaling_csv, scaling_result
+from forcemap.exports.urscript import urscript
+from forcemap.exports.zones import zones_csv, zones_result
+from forcemap.maps.direction import WIDEST_ANGLE, raised_off_axis
 from forcemap.words import sentence, warnings
 
 _MARK = "made by forcemap"
@@ -47,7 +54,7 @@ def export(
     quasi_static: options.QuasiStaticN = None,
     limit_spring: options.LimitSpring = None,
     size: Annotated[float, Option("--zone-m", help="Largest extent of a zone.")] = 0.05,
-    angle: Angle = fm.WIDEST_ANGLE,
+    angle: Angle = WIDEST_ANGLE,
     overshoot: Overshoot = 0.01,
     tolerance: PositionTolerance = 0.005,
     bound: options.BoundOption = None,
@@ -79,7 +86,7 @@ def export(
     price = f", up to {spread.max():.3f} m/s slower than their fastest corner" if spread.size else ""
     words = f"{zones.permitted} of {zones.speed_mmps.size} zones permitted{price}"
     files = _files(format, zones, task)
-    write(fm.zones_result(zones), files, words, zones.provenance, angle=angle, output=output, as_json=as_json)
+    write(zones_result(zones), files, words, zones.provenance, angle=angle, output=output, as_json=as_json)
     return 0 if zones.permitted else 1
 
 
@@ -98,17 +105,17 @@ def made_on() -> str | None:
     return time.strftime("%Y-%m-%d", time.gmtime(int(epoch))) if epoch.isdecimal() else None
 
 
-def refused(zones: fm.RobotTable, *, as_json: bool) -> int:
+def refused(zones: RobotTable, *, as_json: bool) -> int:
     """Say why nothing is exported: a program of zeros would only cover an earlier one."""
     assert zones.refusal is not None
     outcome = "not_permitted" if zones.refusal.kind is fm.FindingKind.NOT_PERMITTED else "unconfirmed"
     reason = sentence(zones.refusal)
-    result = fm.zones_result(zones) | {"outcome": outcome, "reason": reason, "written": []}
+    result = zones_result(zones) | {"outcome": outcome, "reason": reason, "written": []}
     emit(result, [f"nothing is exported: {reason}"], as_json=as_json)
     return 1
 
 
-def of_file(provenance: fm.Provenance, source: str) -> fm.Provenance:
+def of_file(provenance: Provenance, source: str) -> Provenance:
     """The same, naming the map file if the map came from one."""
     return provenance.of_file(source) if source.lower().endswith(".json") else provenance
 
@@ -117,7 +124,7 @@ def write(
     result: dict[str, Any],
     files: dict[str, str],
     words: str,
-    provenance: fm.Provenance,
+    provenance: Provenance,
     *,
     angle: float,
     output: str | None,
@@ -132,25 +139,25 @@ def write(
     if output is None and not as_json:
         print("\n".join(files.values()), end="")
         return
-    words += "" if fm.raised_off_axis(angle) > 1 else ", for motion straight along the map's direction ONLY"
+    words += "" if raised_off_axis(angle) > 1 else ", for motion straight along the map's direction ONLY"
     lines = [*[SIMULATED] * provenance.simulated, *warnings(provenance.bases)]
     lines += [f"{words}; not safety-rated, to be confirmed before use", *(f"written to {file}" for file in written)]
     emit(result | {"written": written}, lines, as_json=as_json)
 
 
-def _files(format: Format, zones: fm.RobotTable, task: fm.Task | None) -> dict[str, str]:
+def _files(format: Format, zones: RobotTable, task: fm.Task | None) -> dict[str, str]:
     """Texts by the name of their file in a folder; an empty name is the output itself."""
     match format:
         case Format.URSCRIPT:
-            return {"": fm.urscript(zones)}
+            return {"": urscript(zones)}
         case Format.KRL:
-            return {"FORCEMAP.DAT": fm.krl_data(zones), "FORCEMAP.SRC": fm.krl_source(zones)}
+            return {"FORCEMAP.DAT": krl_data(zones), "FORCEMAP.SRC": krl_source(zones)}
         case Format.SAFETY:
-            return {"": fm.safety_proposal(zones, task=task)}
+            return {"": safety_proposal(zones, task=task)}
         case Format.JSON:
-            return {"": json_text({"made": _MARK} | fm.zones_result(zones)) + "\n"}
+            return {"": json_text({"made": _MARK} | zones_result(zones)) + "\n"}
         case Format.CSV:
-            return {"": fm.zones_csv(zones)}
+            return {"": zones_csv(zones)}
 
 
 def require_folder(folder: Path) -> None:
@@ -176,7 +183,7 @@ def export_path(
     ] = PathFormat.SCALING,
     task: options.TaskOrLimit = None,
     contact: options.ContactKind = None,
-    angle: Angle = fm.WIDEST_ANGLE,
+    angle: Angle = WIDEST_ANGLE,
     overshoot: Overshoot = 0.01,
     tolerance: PositionTolerance = 0.005,
     bound: options.BoundOption = None,
@@ -211,13 +218,13 @@ def export_path(
         provenance = provenance.of_path(speeds)
         slowed = int(((speeds.commanded < speeds.programmed) & ~speeds.refused).sum())
         words = f"{int((~speeds.refused).sum())} of {len(speeds.path)} pieces permitted, {slowed} of them slowed down"
-        result, text = fm.scaling_result(speeds, provenance), fm.scaling_csv(speeds, provenance)
+        result, text = scaling_result(speeds, provenance), scaling_csv(speeds, provenance)
         permitted = not speeds.refused.any()
     else:
         zones = replace(zones, provenance=provenance)
         words = f"{zones.permitted} of {zones.speed_mmps.size} zones permitted"
-        result = fm.zones_result(zones)
-        text = fm.safety_proposal(zones, task=asked if given.tasks else None, speeds=speeds)
+        result = zones_result(zones)
+        text = safety_proposal(zones, task=asked if given.tasks else None, speeds=speeds)
         permitted = zones.permitted > 0
     write(result, {"": text}, words, provenance, angle=angle, output=output, as_json=as_json)
     return 0 if permitted else 1

@@ -24,6 +24,8 @@ from forcemap.cli.output import (
     table,
     write_result,
 )
+from forcemap.comparisons.selection import selection_stability
+from forcemap.maps.map_file import map_text
 
 
 def fit(
@@ -54,7 +56,7 @@ def fit(
         dataset, force_map = fitted(table, form, impacts, device_spring=device_spring)
     accuracies = fm.map_accuracy(force_map, dataset)
     if output:
-        write_result(output, fm.map_text(force_map), mark='"schema": "forcemap-map/')
+        write_result(output, map_text(force_map), mark='"schema": "forcemap-map/')
     answer = FitAnswer.of_fit(dataset, force_map, accuracies, selection=_selection(dataset) if select else None)
     written = f"map written to {output}" if output else "no file written; -o MAP.json writes the map"
     emit(answer, [*fit_lines(answer), "", written], as_json=as_json)
@@ -63,7 +65,7 @@ def fit(
 def _selection(dataset: fm.ImpactDataset) -> SelectionAnswer | SelectionRefused:
     """The selection of terms, or why there is none: a report beside the fit, which is done."""
     try:
-        return SelectionAnswer.of_selection(fm.selection_stability([dataset]))
+        return SelectionAnswer.of_selection(selection_stability([dataset]))
     except (fm.TooFewStates, fm.RankDeficient) as error:
         coefficients = len(fm.FULL_CUBIC.terms)
         return SelectionRefused(

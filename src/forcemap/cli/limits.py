@@ -11,6 +11,8 @@ from forcemap.answers.comparison import Body
 from forcemap.answers.limits import PASCALS, LimitAnswer, LimitsAnswer
 from forcemap.cli.options import BodyOption, Json, LimitTable
 from forcemap.cli.output import emit, listing, table
+from forcemap.comparisons.contact_model import ContactModel, contact_model
+from forcemap.limits.pfl import pfl_pressure_speed_limit
 
 _FIGURES = {
     "quasi_static_N": "quasi_static",
@@ -53,7 +55,7 @@ def limits(
         if moving_mass is not None and limit.permitted:
             region = areas.areas[limit.areas[0]].region
             masses = {"moving_mass": moving_mass, "payload": payload}
-            model = fm.contact_model(fm.Conditions(), region, **masses, constrained=body is Body.CONSTRAINED)
+            model = contact_model(fm.Conditions(), region, **masses, constrained=body is Body.CONSTRAINED)
             by_formula = {**_speeds(limit, model, body, contact_area), "assumptions": assumptions}
         stated = {key: getattr(limit, part) if limit.permitted else None for key, part in _FIGURES.items()}
         answers.append(LimitAnswer.from_result(limit, **stated, contact_model=by_formula))
@@ -62,7 +64,7 @@ def limits(
     emit(answer, _lines(answer, regions, assumptions, moving_mass is not None), as_json=as_json)
 
 
-def _speeds(limit: fm.ForceLimit, model: fm.ContactModel, body: Body, contact_area: float | None) -> dict[str, Any]:
+def _speeds(limit: fm.ForceLimit, model: ContactModel, body: Body, contact_area: float | None) -> dict[str, Any]:
     """What the force form and, for a contact area [cm^2], the pressure form allow; the lower one governs."""
     found: dict[str, float | str | None] = {}
     for contact in fm.Contact:
@@ -70,7 +72,7 @@ def _speeds(limit: fm.ForceLimit, model: fm.ContactModel, body: Body, contact_ar
         if contact_area is not None:
             pressure = limit.transient_pressure if contact is fm.Contact.TRANSIENT else limit.quasi_static_pressure
             area = contact_area / PASCALS
-            speeds["pressure"] = fm.pfl_pressure_speed_limit(pressure, contact_area=area, **model.figures)
+            speeds["pressure"] = pfl_pressure_speed_limit(pressure, contact_area=area, **model.figures)
         governing = min(speeds, key=lambda form: speeds[form])
         name = contact.replace("-", "_")
         found |= {f"{name}_speed_mps": speeds[governing], f"{name}_governed_by": governing}

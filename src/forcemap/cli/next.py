@@ -16,6 +16,8 @@ from forcemap.cli import planned
 from forcemap.cli.options import ContactKind, DeviceSpring, FormName, Json, Limit, force_map_from, limit_from
 from forcemap.cli.output import emit
 from forcemap.cli.task_options import figures
+from forcemap.planning.confirm import ConfirmationPlan
+from forcemap.planning.runs import extend_plan
 from forcemap.words import sentence, sentences, simulated_line
 
 
@@ -84,7 +86,7 @@ def next_(
     if answer.plan is not None and not table_alone:
         files = planned.write_campaign(
             Path(folder),
-            answer.plan if campaign is None else fm.extend_plan(campaign.plan, answer.plan),
+            answer.plan if campaign is None else extend_plan(campaign.plan, answer.plan),
             answer.plan,
             conditions,
             [sentence(answer.upper_is)],
@@ -117,7 +119,7 @@ def _measured(campaign: fm.Campaign) -> fm.ImpactDataset | fm.Conditions:
     """
     dataset = fm.read_dataset(str(campaign.folder)) if campaign.table_file.exists() else None
     planned.refuse_waiting(campaign, campaign.plan.role == "train", dataset, "planned states")
-    planned.refuse_waiting(campaign, fm.ConfirmationPlan.among(campaign.plan), dataset, "states to confirm the map")
+    planned.refuse_waiting(campaign, ConfirmationPlan.among(campaign.plan), dataset, "states to confirm the map")
     return campaign.conditions if dataset is None else dataset
 
 

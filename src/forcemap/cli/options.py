@@ -13,6 +13,7 @@ from typer import Argument, Option
 import forcemap as fm
 from forcemap import LimitTable as TableOfLimits
 from forcemap.answers.comparison import Body
+from forcemap.maps.bounds import Bound
 
 Json = Annotated[bool, Option("--json", help="Print one JSON object.")]
 Table = Annotated[str, Argument(help="Impacts table (CSV) or campaign folder.")]
@@ -230,7 +231,7 @@ def number(text: str) -> float | None:
         return None
 
 
-def stated_bound(bound: str | None, margin: float | None, device_error: float) -> fm.Bound | None:
+def stated_bound(bound: str | None, margin: float | None, device_error: float) -> Bound | None:
     """The bound that the options name, None if none."""
     kind, _, figures = (bound or "").lower().partition(":")
     if kind not in ("", "tolerance", "margin") or (figures and kind != "tolerance"):
@@ -248,7 +249,7 @@ def stated_bound(bound: str | None, margin: float | None, device_error: float) -
     return fm.ToleranceBound(confidence, content, device_error)
 
 
-def bound_from(force_map: fm.ForceMap, bound: str | None = None, margin: float | None = None) -> fm.Bound:
+def bound_from(force_map: fm.ForceMap, bound: str | None = None, margin: float | None = None) -> Bound:
     """The bound the options name; a tolerance bound for a fitted map, a margin for a published one."""
     default = "margin" if force_map.fit is None else "tolerance"
     found = stated_bound(bound or default, margin, force_map.conditions.device.error_or_default)

@@ -9,10 +9,12 @@ from typing import Annotated
 
 from typer import Argument, Option
 
-from forcemap import WIDEST_ANGLE, Allowance, path_speeds, place_task, table_positions
+from forcemap import Allowance, path_speeds, place_task
 from forcemap.answers.path import CycleTimeAnswer, PathAnswer, PieceAnswer, PlacesAnswer, Refused
 from forcemap.cli import options, task_options
 from forcemap.cli.output import Progress, assumes, bound_words, emit, first_lines, grid, shown, table
+from forcemap.maps.direction import WIDEST_ANGLE
+from forcemap.paths.table_positions import table_positions
 
 
 def path(

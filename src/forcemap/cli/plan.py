@@ -16,6 +16,8 @@ from forcemap.cli.options import ContactKind, DeviceSpring, Json, Limit, force_m
 from forcemap.cli.output import counted, emit, listing
 from forcemap.cli.task_options import figures
 from forcemap.findings import Finding, FindingKind
+from forcemap.limits.device_spring import device_suitability
+from forcemap.planning.measurements import DesignedPlan
 from forcemap.words import sentence, sentences
 
 _LISTED = 5  # speeds that are listed; of more the range is said
@@ -118,7 +120,7 @@ def _to_confirm(limit: list[str], contact: fm.Contact | None, stiffness: float) 
     stated, kind = limit_from(limit, contact)
     if not isinstance(stated, fm.ForceLimit):
         return float(stated.force), []
-    refusal = fm.device_suitability(stated.name, stated.stiffness, stiffness).refusal
+    refusal = device_suitability(stated.name, stated.stiffness, stiffness).refusal
     doubts = [Finding.of(FindingKind.NO_SPEED_FOR_AREA, refusal, area=stated.name)] if refusal else []
     return stated.force(kind) if kind else math.nan, doubts
 
@@ -131,7 +133,7 @@ def _needed(device: fm.Device, said: list[Finding]) -> list[Finding]:
     return [*found, spring] if math.isnan(device.stiffness) and not asked else found
 
 
-def _lines(folder: str, made: fm.DesignedPlan, files: list[str], time: str) -> list[str]:
+def _lines(folder: str, made: DesignedPlan, files: list[str], time: str) -> list[str]:
     values = sorted(set(made.speed.tolist()))
     speeds = ", ".join(f"{v:g}" for v in values) if len(values) <= _LISTED else f"{values[0]:g} to {values[-1]:g}"
     source = sentence(made.expected_from) or "nothing (give --moving-mass-kg or --map)"

@@ -15,8 +15,10 @@ from typer import Option
 
 import forcemap as fm
 from forcemap.arrays import Mask
+from forcemap.campaigns.template import campaign_text
 from forcemap.cli.options import number, stated, stiffness
 from forcemap.cli.output import table
+from forcemap.exports.run_sheet import run_sheet
 from forcemap.files import write_atomically
 
 SHEET = "run_sheet.txt"
@@ -108,14 +110,14 @@ def write_campaign(
 ) -> list[str]:
     """Write a campaign's files, the sheet with the new runs and those that wait to be measured; their names."""
     wrapped = [line for note in notes for line in textwrap.wrap(note, _WIDTH, subsequent_indent="    ")]
-    sheet = [*wrapped, *fm.run_sheet(new, conditions, upper_force=upper, waiting=waiting)]
+    sheet = [*wrapped, *run_sheet(new, conditions, upper_force=upper, waiting=waiting)]
     try:
         (target / "recordings").mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise fm.InputError(f"the folder cannot be made ({error.strerror})", file=str(target)) from error
     files = ["plan.csv", SHEET]
     if not (target / "campaign.toml").exists():
-        write_atomically(target / "campaign.toml", fm.campaign_text(conditions))
+        write_atomically(target / "campaign.toml", campaign_text(conditions))
         files.insert(0, "campaign.toml")
     write_atomically(target / SHEET, "\n".join(sheet) + "\n")
     fm.write_plan(whole, target)

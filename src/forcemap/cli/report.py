@@ -10,6 +10,8 @@ from typing import Annotated, Any
 from typer import Argument, Option
 
 import forcemap as fm
+from forcemap.assessment.folder import campaign_limit_table
+from forcemap.assessment.missing import Missing
 from forcemap.cli.options import BoundOption, FormName, Json, LimitTable, Margin, stated_bound
 from forcemap.cli.output import Progress, emit, listing, write_result
 from forcemap.cli.task_options import Overshoot
@@ -63,7 +65,7 @@ def report(
     names = dict.fromkeys([*(area or []), *(region or [])])
     if limit_table and not names:
         raise fm.InputError("limit: --limit-table goes with --area or --region")
-    table = fm.read_limit_table(limit_table) if limit_table else fm.campaign_limit_table(folder, conditions).table
+    table = fm.read_limit_table(limit_table) if limit_table else campaign_limit_table(folder, conditions).table
     recordings = sum(1 for _ in Path(folder, "recordings").rglob("*"))
     with Progress("recordings judged", recordings) as progress:
         assessment = fm.assess_campaign(
@@ -142,14 +144,14 @@ def _result(assessment: fm.CampaignAssessment, files: list[str]) -> dict[str, An
         "files": files,
         "simulated": assessment.simulated,
         "findings": sentences(assessment.findings),
-        "missing": {name: part.reason for name, part in parts.items() if isinstance(part, fm.Missing)},
+        "missing": {name: part.reason for name, part in parts.items() if isinstance(part, Missing)},
         "speeds": [
             {
                 "limit": found.limit.name,
                 "contact": found.contact.value,
                 "limit_N": found.limit.force(found.contact) if permitted else None,
                 "outcome": "confirmed" if found.confirmed else "unconfirmed" if permitted else "not_permitted",
-                "reason": found.speeds.reason if isinstance(found.speeds, fm.Missing) else "",
+                "reason": found.speeds.reason if isinstance(found.speeds, Missing) else "",
                 "confirmed_places": found.confirmed,
                 "unconfirmed_places": found.unconfirmed,
                 "lowest_speed_mps": found.slowest,
@@ -169,7 +171,7 @@ def answer_lines(assessment: fm.CampaignAssessment) -> list[str]:
     lines += listing("READ THIS FIRST", sentences(assessment.findings)) if assessment.findings else []
     for found in assessment.speeds:
         name = f"{found.limit.name}, {found.contact}"
-        if isinstance(found.speeds, fm.Missing):
+        if isinstance(found.speeds, Missing):
             lines.append(f"{name}: no speed: {found.speeds.reason}")
             continue
         newtons = f"{name}, {found.limit.force(found.contact):g} N"

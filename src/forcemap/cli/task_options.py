@@ -11,6 +11,7 @@ from typer import Option
 
 import forcemap as fm
 from forcemap.cli.options import Stated
+from forcemap.dynamics.robots import ROBOTS, identified_drive_inertia
 
 DriveInertiaOption = Annotated[
     str | None,
@@ -66,16 +67,16 @@ def robot_from(
     name, *links = re.split(":(?=base=|tip=)", name)
     stated = dict(link.split("=", 1) for link in links)
     base, tip = base or stated.get("base"), tip or stated.get("tip")
-    if name in fm.ROBOTS and not Path(name).exists():
+    if name in ROBOTS and not Path(name).exists():
         if base is not None or tip is not None:
             raise fm.InputError(f"robot: --base and --tip go with a URDF, {name} has its own")
         robot = fm.robot_named(name)
     elif not Path(name).exists():
-        raise fm.InputError(f"robot: found {name!r}, expected {', '.join(fm.ROBOTS)} or the file of a URDF")
+        raise fm.InputError(f"robot: found {name!r}, expected {', '.join(ROBOTS)} or the file of a URDF")
     else:
         robot = fm.read_urdf(name, base=base, tip=tip)
     if drive_inertia == "identified":
-        robot = robot.with_drive_inertia(fm.identified_drive_inertia(robot.name))
+        robot = robot.with_drive_inertia(identified_drive_inertia(robot.name))
     elif drive_inertia is not None:
         robot = robot.with_drive_inertia(figures("drive inertia", drive_inertia))
     offset = (0.0, 0.0, 0.0) if contact_offset is None else figures("contact offset", contact_offset)

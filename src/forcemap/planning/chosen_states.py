@@ -11,8 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from forcemap.arrays import FloatArray, Indices, Mask, Texts
-from forcemap.campaigns.state import StateTolerance
-from forcemap.campaigns.state import places as places_of
+from forcemap.campaigns.state import StateTolerance, places as places_of
 from forcemap.errors import InputError, TooFewStates
 from forcemap.findings import Finding, FindingKind
 from forcemap.maps.forms import Form

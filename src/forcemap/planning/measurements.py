@@ -11,8 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from forcemap.campaigns.plan import Device, MeasurementPlan
-from forcemap.campaigns.state import StateTolerance
-from forcemap.campaigns.state import places as places_of
+from forcemap.campaigns.state import StateTolerance, places as places_of
 from forcemap.errors import InputError
 from forcemap.findings import Finding
 from forcemap.maps.forms import CFM_3D, Form

@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from forcemap.arrays import FloatArray, Indices, Mask
-from forcemap.campaigns.state import StateTolerance
-from forcemap.campaigns.state import places as place_numbers
+from forcemap.campaigns.state import StateTolerance, places as place_numbers
 from forcemap.errors import InputError, RankDeficient, TooFewStates
 from forcemap.maps.bounds import MIN_DEGREES_OF_FREEDOM
 from forcemap.maps.forms import CFM_3D, Form

@@ -8,7 +8,7 @@ from fastapi import APIRouter, Depends, Path, Query, Request
 from fastapi.responses import Response
 from fastapi.security import HTTPBearer
 
-from forcemap import LimitTable, map_text
+from forcemap import LimitTable
 from forcemap.answers.accuracy import EvaluateAnswer
 from forcemap.answers.check import CheckAnswer
 from forcemap.answers.collect import CollectAnswer
@@ -18,6 +18,7 @@ from forcemap.answers.map import FitAnswer
 from forcemap.answers.path import PathAnswer
 from forcemap.answers.speed import SpeedAnswer
 from forcemap.answers.speed_map import SpeedMapAnswer
+from forcemap.maps.map_file import map_text
 from forcemap.web.campaign_answers import CampaignAnswer, Overview, campaign_answer, overview
 from forcemap.web.downloads import Export, export_text, report_text, scaling_text
 from forcemap.web.folder import Folder

@@ -11,6 +11,7 @@ from pydantic import Field
 import forcemap as fm
 from forcemap.answers.answer import Answer, Figure, PlannedState, Said, of
 from forcemap.answers.collect import Outlier
+from forcemap.campaigns.recordings_table import Use
 from forcemap.web.folder import Folder
 from forcemap.web.held import fitted, impacts_of
 from forcemap.words import sentence, sentences
@@ -197,7 +198,7 @@ def _states(campaign: fm.Campaign, forces: dict[str, float]) -> list[StateProgre
 
 def _used(campaign: fm.Campaign) -> Counter[str]:
     """How many recordings of each state are used."""
-    return Counter(entry.state_id for entry in campaign.entries if entry.use is fm.Use.USED)
+    return Counter(entry.state_id for entry in campaign.entries if entry.use is Use.USED)
 
 
 def _conditions(conditions: fm.Conditions) -> list[Condition]:

@@ -11,7 +11,12 @@ from pathlib import Path
 from pydantic import Field
 
 import forcemap as fm
-from forcemap.exports.robot_table import Provenance
+from forcemap.exports.krl import krl_data, krl_source
+from forcemap.exports.robot_table import Provenance, RobotTable
+from forcemap.exports.safety_proposal import safety_proposal
+from forcemap.exports.scaling import scaling_csv
+from forcemap.exports.urscript import urscript
+from forcemap.exports.zones import zones_csv, zones_result
 from forcemap.findings import in_words
 from forcemap.web.limits import Limits, limits_of
 from forcemap.web.map_answers import Asked
@@ -35,17 +40,17 @@ class Format(StrEnum):
         return _FILES[self][0]
 
 
-def _json(table: fm.RobotTable) -> str:
-    return json.dumps({"made": "made by forcemap"} | fm.zones_result(table), indent=1, ensure_ascii=False) + "\n"
+def _json(table: RobotTable) -> str:
+    return json.dumps({"made": "made by forcemap"} | zones_result(table), indent=1, ensure_ascii=False) + "\n"
 
 
-_FILES: dict[Format, tuple[str, Callable[[fm.RobotTable], str]]] = {
-    Format.CSV: ("speeds.csv", fm.zones_csv),
+_FILES: dict[Format, tuple[str, Callable[[RobotTable], str]]] = {
+    Format.CSV: ("speeds.csv", zones_csv),
     Format.JSON: ("speeds.json", _json),
-    Format.URSCRIPT: ("speeds.script", fm.urscript),
-    Format.KRL_DATA: ("FORCEMAP.DAT", fm.krl_data),
-    Format.KRL_SOURCE: ("FORCEMAP.SRC", fm.krl_source),
-    Format.SAFETY: ("safety.md", fm.safety_proposal),
+    Format.URSCRIPT: ("speeds.script", urscript),
+    Format.KRL_DATA: ("FORCEMAP.DAT", krl_data),
+    Format.KRL_SOURCE: ("FORCEMAP.SRC", krl_source),
+    Format.SAFETY: ("safety.md", safety_proposal),
 }
 
 
@@ -70,7 +75,7 @@ def scaling_text(asked: Asked, question: PathQuestion) -> str:
     """Speed-scaling factors along a path with a programmed speed, as CSV."""
     speeds = asked.speeds_along(question)
     zones = _zones(asked, ZoneSize(**question.model_dump(include=set(ZoneSize.model_fields))))
-    return fm.scaling_csv(speeds, _with(zones.provenance.of_path(speeds), asked.limits))
+    return scaling_csv(speeds, _with(zones.provenance.of_path(speeds), asked.limits))
 
 
 def report_text(campaign: Path, question: Bounded, table: fm.LimitTable | None) -> str:
@@ -99,7 +104,7 @@ def comparison_svg(asked: Asked, question: ComparisonQuestion) -> str:
     return svg(model_comparison_figure(comparison, found.dataset, found.force_map, **model))
 
 
-def _zones(asked: Asked, question: ZoneSize) -> fm.RobotTable:
+def _zones(asked: Asked, question: ZoneSize) -> RobotTable:
     limit, force_map = asked.limits.of(question.area), asked.fitted.force_map
     limit.require_permitted()
     limits, bound = [(limit, question.contact)], question.bound_of(force_map)

@@ -11,6 +11,8 @@ import forcemap as fm
 from forcemap.answers.accuracy import AccuracyAnswer
 from forcemap.answers.check import CheckAnswer
 from forcemap.answers.collect import Outlier
+from forcemap.campaigns.conditions import read_campaign_file
+from forcemap.verdicts.recording_results import recording_doubt
 from forcemap.web.held import fitted
 from forcemap.web.limits import Limits
 from forcemap.web.question import Area
@@ -52,8 +54,8 @@ def file_answer(
         Anything in the file that could be read wrongly.
     """
     stated = campaign / "campaign.toml"
-    conditions, columns = fm.read_campaign_file(stated) if stated.exists() else (fm.Conditions(), None)
-    limit, doubt = limits.of(question.area), fm.recording_doubt(campaign)
+    conditions, columns = read_campaign_file(stated) if stated.exists() else (fm.Conditions(), None)
+    limit, doubt = limits.of(question.area), recording_doubt(campaign)
     check = fm.check_file(path, limit, conditions=conditions, columns=columns, name=name, doubt=doubt)
     return CheckAnswer.of_check(check, notes=limits.statements, drawn=drawn)
 

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import forcemap as fm
+from forcemap.assessment.folder import campaign_limit_table
 from forcemap.errors import UnknownName
 from forcemap.web.question import Area
 from forcemap.words import sentence
@@ -54,7 +55,7 @@ def limits_of(campaign: Path, given: fm.LimitTable | None) -> Limits:
     if given is not None or not described.exists():
         return Limits(given)
     conditions = fm.read_conditions(described)
-    found, name = fm.campaign_limit_table(campaign, conditions), conditions.limit_table
+    found, name = campaign_limit_table(campaign, conditions), conditions.limit_table
     if found.file or not name:
         return Limits(found.table)
     unused = f"campaign.toml names the limit table {name}, which is not used here: start with --limit-table {name}"

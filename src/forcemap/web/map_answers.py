@@ -12,6 +12,7 @@ from forcemap.answers.map import FitAnswer
 from forcemap.answers.path import PathAnswer
 from forcemap.answers.speed import SpeedAnswer
 from forcemap.answers.speed_map import SpeedMapAnswer
+from forcemap.comparisons.contact_model import ContactModel, contact_model
 from forcemap.web.held import Fitted
 from forcemap.web.limits import Limits
 from forcemap.web.question import ComparisonQuestion, PathQuestion, Place, Question, Steps
@@ -69,7 +70,7 @@ class Asked:
         notes = self.limits.statements
         return ComparisonAnswer.of_comparison(comparison, limit, simulated=dataset.simulated, notes=notes)
 
-    def contact_model(self, question: ComparisonQuestion) -> fm.ContactModel:
+    def contact_model(self, question: ComparisonQuestion) -> ContactModel:
         """Masses and spring constant of the standard's contact model.
 
         Raises
@@ -77,7 +78,7 @@ class Asked:
         InputError
             The moving mass is neither given nor stated by the campaign.
         """
-        return fm.contact_model(
+        return contact_model(
             self.fitted.dataset.conditions,
             question.area,
             moving_mass=question.moving_mass_kg,

@@ -12,6 +12,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validat
 
 import forcemap as fm
 from forcemap.answers.comparison import Body
+from forcemap.maps.bounds import Bound
 
 Metres = Annotated[float, Field(ge=-10, le=10, allow_inf_nan=False)]
 MetresPerSecond = Annotated[float, Field(gt=0, le=10, allow_inf_nan=False)]
@@ -64,13 +65,13 @@ class Bounded(Area):
         """What the robot may deviate from its program."""
         return fm.Allowance(speed=self.overshoot_mps)
 
-    def stated_bound(self, device_error: float) -> fm.Bound:
+    def stated_bound(self, device_error: float) -> Bound:
         """The bound for a device with that error [N]."""
         if self.bound is BoundKind.MARGIN:
             return fm.FixedMargin(self.margin)
         return fm.ToleranceBound(self.confidence, self.content, device_error)
 
-    def bound_of(self, force_map: fm.ForceMap) -> fm.Bound:
+    def bound_of(self, force_map: fm.ForceMap) -> Bound:
         """The bound, with the device error of the map's campaign."""
         bound = self.stated_bound(force_map.conditions.device.error_or_default)
         bound.require(force_map)
