@@ -42,6 +42,7 @@ clean:
 	@$(PYTHON) -c 'import ensurepip, venv' 2>/dev/null || { echo "this Python has no venv; on Debian or Ubuntu: apt install python3-venv"; exit 1; }
 	test -x $(BIN)/python || $(PYTHON) -m venv .venv
 	$(PIP) -e '.[app]'
+	$(BIN)/python -m compileall -q src
 	@touch $@
 
 .venv/.docs: .venv/.app

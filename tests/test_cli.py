@@ -319,7 +319,7 @@ def test_demo_picks_a_free_folder(demo):
 
 def test_as_a_program():
     """Through the installed script: stdout and stderr apart, the exit code, a closed pipe."""
-    script = [sys.executable, "-c", "from forcemap.cli import main; main()"]
+    script = [sys.executable, "-m", "forcemap"]
     found = subprocess.run([*script, "speed", "ur10e", "--distance", "0.8", "--height", "0.4", "--area", "palm",
                             "--contact", "quasi-static"],
                            capture_output=True, text=True)  # fmt: skip
@@ -327,7 +327,7 @@ def test_as_a_program():
     assert "\nNo speed to program at d = 0.8 m, h = 0.4 m: unconfirmed\n" in found.stdout
     assert found.stderr == ""
     assert subprocess.run([*script], capture_output=True, text=True).returncode == 2
-    piped = subprocess.run(f"{sys.executable} -c 'from forcemap.cli import main; main()' limits | head -1",
+    piped = subprocess.run(f"{sys.executable} -m forcemap limits | head -1",
                            shell=True, capture_output=True, text=True)  # fmt: skip
     assert piped.stderr == ""
 

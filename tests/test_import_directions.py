@@ -63,7 +63,8 @@ def room_of(path):
     return path.relative_to(ROOT).with_suffix("").parts[0]
 
 
-SOURCES = sorted(path for path in ROOT.rglob("*.py") if path != ROOT / "__init__.py")
+BESIDE = {ROOT / "__init__.py", ROOT / "__main__.py"}
+SOURCES = sorted(path for path in ROOT.rglob("*.py") if path not in BESIDE)
 NAMES = ROOT / "__init__.pyi"
 
 
@@ -115,21 +116,52 @@ def test_commands_import_the_lab_inside(path):
     )
 
 
-def test_importing_forcemap_is_light():
-    """Neither matplotlib, pandas nor scipy.stats, and nothing of the faces."""
-    heavy = ["matplotlib", "pandas", "scipy.stats", *sorted(FACE_PACKAGES)]
-    code = f"import sys, forcemap; print([name for name in {heavy!r} if name in sys.modules])"
-    found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert found.stdout.strip() == "[]"
+def loaded_by(code):
+    """Modules that a program loads."""
+    program = f"{code}\nimport sys\nprint('loaded', *sys.modules)"
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    return set(done.stdout.rpartition("loaded")[2].split())
 
 
-def test_help_loads_nothing_heavy():
-    """What lets `forcemap --help` answer within half a second."""
-    heavy = ["matplotlib", "pandas", "scipy"]
-    code = (
-        "import sys\nfrom forcemap.cli.app import run\nrun(['--help'])\n"
-        f"print([name for name in {heavy!r} if name in sys.modules])"
-    )
-    found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert found.stdout.strip().endswith("[]")
-    assert "speed-map" in found.stdout
+def rooms_among(modules):
+    return {name.split(".")[1] for name in modules if name.startswith("forcemap.")} - GROUND
+
+
+def test_importing_forcemap_loads_none_of_its_rooms():
+    modules = loaded_by("import forcemap")
+    assert "numpy" not in modules
+    assert not rooms_among(modules)
+
+
+def test_a_name_loads_what_it_needs_when_it_is_used():
+    modules = loaded_by("import forcemap\nforcemap.fit_force_map")
+    assert "forcemap.maps.fit" in modules
+    assert not {"matplotlib", "pandas", "scipy", *FACE_PACKAGES} & modules
+
+
+def test_the_list_of_commands_loads_none_of_them():
+    modules = loaded_by("from forcemap.cli.app import run\nassert run(['--help']) == 0")
+    assert {name for name in modules if name.startswith("forcemap.cli.")} == {"forcemap.cli.app"}
+    assert rooms_among(modules) == {"cli"}
+    assert not {"numpy", "scipy", "pydantic"} & modules
+
+
+def test_a_table_of_81_states_is_read_and_fitted_without_spatial_trees():
+    code = """
+import numpy as np, forcemap as fm
+d, h, v = (part.ravel() for part in np.meshgrid(np.linspace(0.4, 1, 9), [0.1, 0.3, 0.5], [0.2, 0.3, 0.4]))
+data = fm.ImpactDataset.from_arrays(distance=d, height=h, speed=v, peak_force=np.exp(4 + v - d))
+assert len(data.train.states) == 81
+"""
+    assert not {"scipy.spatial", "scipy.sparse"} & loaded_by(code)
+
+
+def test_a_speed_from_a_map_file_loads_neither_optimiser_nor_other_answers(tmp_path):
+    path = tmp_path / "map.json"
+    folder = forcemap.copy_example("ur10e", tmp_path / "ur10e")
+    forcemap.write_map(forcemap.fit_force_map(forcemap.read_dataset(folder / "impacts.csv")), path)
+    line = ["speed", str(path), "--distance", "0.8", "--height", "0.4", "--area", "back_of_hand"]
+    line += ["--contact", "transient"]
+    modules = loaded_by(f"from forcemap.cli.app import run\nassert run({line!r}) == 0")
+    assert not {"scipy.optimize", "scipy.stats", "forcemap.answers.path", "forcemap.answers.map"} & modules
+    assert not {"paths", "planning", "comparisons", "dynamics", "exports", "figures"} & rooms_among(modules)

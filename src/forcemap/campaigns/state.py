@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,8 @@ from forcemap.errors import InputError
 
 PLACE_SIZE = 0.02
 """States that lie no further apart in distance and in height share a place, and what is peculiar to it [m]."""
+
+_FEW = 500  # points of which every pair is looked at; of more, a tree finds those that are near
 
 _AXES = (("distance_m", "m"), ("height_m", "m"), ("speed_mps", "m/s"))
 
@@ -120,7 +123,7 @@ class States:
         """(distance, height, speed) of every state, shape (m, 3)."""
         return np.column_stack([self.distance, self.height, self.speed])
 
-    @property
+    @cached_property
     def place(self) -> Indices:
         """Number of the place of every state, shape (m,); places within PLACE_SIZE of each other are one."""
         return places(self.distance, self.height)
@@ -178,19 +181,29 @@ def places(distance: FloatArray, height: FloatArray, size: float = PLACE_SIZE) -
 
 
 def clusters(scaled: FloatArray) -> Indices:
-    """Number of the cluster of every point; points within 1 of each other in every coordinate are linked."""
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
+    """Number of the cluster of every point; points within 1 of each other in every coordinate are linked.
+
+    Numbered by the sorted points, so that the order of rows does not matter.
+    """
+    points, index = np.unique(scaled, axis=0, return_inverse=True)
+    first, second = _near(points).T
+    cluster, before = np.arange(len(points)), None
+    while not np.array_equal(cluster, before):  # the lowest number of the points linked so far
+        before, lowest = cluster.copy(), np.minimum(cluster[first], cluster[second])
+        np.minimum.at(cluster, first, lowest)
+        np.minimum.at(cluster, second, lowest)
+        cluster = cluster[cluster]
+    return np.asarray(np.unique(cluster, return_inverse=True)[1][index.ravel()], dtype=np.int64)
+
+
+def _near(points: FloatArray) -> Indices:
+    """Pairs of points within 1 of each other in every coordinate, shape (k, 2)."""
+    if len(points) <= _FEW:
+        apart = np.abs(points[:, None] - points).max(axis=2, initial=0.0)
+        return np.argwhere(np.triu(apart <= 1.0, 1))
     from scipy.spatial import cKDTree
 
-    points, index = np.unique(scaled, axis=0, return_inverse=True)
-    pairs = cKDTree(points).query_pairs(1.0, p=np.inf, output_type="ndarray")
-    links = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(points), len(points)))
-    _, cluster = connected_components(links, directed=False)
-    # Numbered by first appearance in the sorted points, so that the order of rows does not matter.
-    _, first, number = np.unique(cluster, return_index=True, return_inverse=True)
-    rank = np.argsort(np.argsort(first))
-    return np.asarray(rank[number][index.ravel()], dtype=np.int64)
+    return np.asarray(cKDTree(points).query_pairs(1.0, p=np.inf, output_type="ndarray"))
 
 
 def _refuse_wide_states(

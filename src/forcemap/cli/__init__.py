@@ -12,11 +12,13 @@ def main() -> None:
     """Run the command line and exit with its code; without the packages that it needs it says so, as any error."""
     try:
         from forcemap.cli.app import run
+
+        code = run(sys.argv[1:])
     except ModuleNotFoundError as error:
         missing = MissingExtra.of(error)
         print(f"error: {missing}", file=sys.stderr)
         if "--json" in sys.argv:
             where = dict.fromkeys(("file", "row", "column"))
             print(json.dumps({"error": {"kind": missing.kind, "message": missing.message, **where}}))
-        sys.exit(2)
-    sys.exit(run(sys.argv[1:]))
+        code = 2
+    sys.exit(code)

@@ -3,32 +3,45 @@
 from __future__ import annotations
 
 import sys
-from typing import Annotated
+from collections.abc import Iterator, Mapping
+from functools import cache
+from importlib import import_module
+from typing import Annotated, Any
 
 import typer
+from typer.core import TyperCommand, TyperGroup
 from typer.exceptions import TyperException
 
 from forcemap._version import __version__
-from forcemap.cli.check import check, inspect
-from forcemap.cli.collect import collect
-from forcemap.cli.compare import compare
-from forcemap.cli.confirm import confirm
-from forcemap.cli.demo import demo
-from forcemap.cli.effective_mass import effective_mass
-from forcemap.cli.evaluate import evaluate
-from forcemap.cli.export import export, export_path
-from forcemap.cli.fit import fit
-from forcemap.cli.limits import limits
-from forcemap.cli.next import next_
-from forcemap.cli.options import require_as_spelled
-from forcemap.cli.output import emit_error
-from forcemap.cli.path import path, place
-from forcemap.cli.plan import plan
-from forcemap.cli.report import report
-from forcemap.cli.serve import serve
-from forcemap.cli.simulate import simulate
-from forcemap.cli.speed import speed, speed_map
 from forcemap.errors import ForcemapError, InputError, MissingExtra
+
+_COMMANDS = {
+    "demo": "Run the whole chain on a simulated campaign.",
+    "plan": "Plan a campaign: its folder, states and run sheet.",
+    "next": "Add the states to measure next for a limit.",
+    "simulate": "Simulate a planned campaign in the virtual lab.",
+    "collect": "Read all recordings; write the impacts table.",
+    "inspect": "Show the impacts and phases in a file of recordings.",
+    "check": "Check impacts against the limits of a body area.",
+    "confirm": "Plan impacts at released speeds; judge them.",
+    "fit": "Fit a collision-force map.",
+    "evaluate": "Say how far predicted forces are from measured ones.",
+    "compare": "Compare a map with the standard, or another map.",
+    "limits": "Show force and pressure limits of body areas.",
+    "speed": "Give the highest speed to program at a place.",
+    "speed-map": "Give safe speeds on a grid of places.",
+    "path": "Give the speeds allowed along a robot's path.",
+    "place": "Find where the table of a task should stand.",
+    "export": "Write the allowed speeds for a robot's controller.",
+    "export-path": "Write what a robot's program takes for one path.",
+    "effective-mass": "Show the effective mass of a robot.",
+    "report": "Write the validation report of a campaign.",
+    "serve": "Show campaigns as a web page on this machine.",
+}
+"""What each command does; its function is found and loaded when it is used."""
+
+_TOGETHER = {"inspect": "check", "speed-map": "speed", "place": "path", "export-path": "export"}
+"""Commands in the file of another."""
 
 _PLAN = {
     "--next": "is a command: forcemap next FOLDER",
@@ -56,8 +69,49 @@ _MOVED = {
     "export": _EXPORT,
 }
 
+
+@cache
+def _command(name: str) -> TyperCommand:
+    """A command, from its file."""
+    module = import_module(f"forcemap.cli.{_TOGETHER.get(name, name).replace('-', '_')}")
+    alone = typer.Typer(add_completion=False, rich_markup_mode=None)
+    alone.command(name=name)(getattr(module, {"next": "next_"}.get(name, name.replace("-", "_"))))
+    command = typer.main.get_command(alone)
+    assert isinstance(command, TyperCommand)
+    return command
+
+
+class _Commands(Mapping[str, TyperCommand]):
+    """The commands by name; the file of each is imported when it is asked for."""
+
+    def __getitem__(self, name: str) -> TyperCommand:
+        if name not in _COMMANDS:
+            raise KeyError(name)
+        return _command(name)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(_COMMANDS)
+
+    def __len__(self) -> int:
+        return len(_COMMANDS)
+
+
+class _Group(TyperGroup):
+    """All commands; their list is printed without loading one of them."""
+
+    def __init__(self, **attributes: Any) -> None:
+        super().__init__(**attributes)
+        self.commands = _Commands()  # type: ignore[assignment]
+
+    def format_commands(self, ctx: Any, formatter: Any) -> None:
+        """Print the list of commands."""
+        with formatter.section("Commands"):
+            formatter.write_dl(list(_COMMANDS.items()))
+
+
 app = typer.Typer(
     name="forcemap",
+    cls=_Group,
     help="3D collision-force maps: from measured impacts to bounded forces and safe robot speeds.",
     epilog="Exit codes: 0 done, or yes; 1 the answer is no; 2 cannot answer.",
     add_completion=False,
@@ -81,12 +135,6 @@ def options(
     """3D collision-force maps: from measured impacts to bounded forces and safe robot speeds."""
 
 
-_MEASURING = (demo, plan, next_, simulate, collect, inspect, check, confirm)
-_USING = (fit, evaluate, compare, limits, speed, speed_map, path, place, export, export_path, effective_mass)
-for command in (*_MEASURING, *_USING, report, serve):
-    app.command(name=command.__name__.rstrip("_").replace("_", "-"))(command)
-
-
 def run(arguments: list[str]) -> int:
     """Run one command and return its exit code; every error becomes one line on stderr (and JSON if asked for)."""
     as_json = "--json" in arguments
@@ -94,26 +142,28 @@ def run(arguments: list[str]) -> int:
         app(["--help"], standalone_mode=False)
         return 2
     try:
-        command = typer.main.get_group(app).commands.get(arguments[0])
+        command = _Commands().get(arguments[0])
         if command and any({"--area", "--limit-table"} <= set(param.opts) for param in command.params):
+            from forcemap.cli.options import require_as_spelled
+
             require_as_spelled(arguments)
         return int(app(arguments, standalone_mode=False) or 0)
     except ForcemapError as error:
-        emit_error(error, as_json=as_json)
+        _emit_error(error, as_json=as_json)
     except TyperException as error:
         found = " ".join(error.format_message().split()).replace("Value error, ", "")
         words = _moved_option(arguments) or found or "see --help"
-        emit_error(InputError(words), as_json=as_json)
+        _emit_error(InputError(words), as_json=as_json)
     except ModuleNotFoundError as error:
-        emit_error(MissingExtra.of(error), as_json=as_json)
+        _emit_error(MissingExtra.of(error), as_json=as_json)
     except BrokenPipeError:
         sys.stdout = None  # the reader has gone; nothing is left to flush
     except (KeyboardInterrupt, typer.Abort):
-        emit_error(ForcemapError("interrupted"), as_json=as_json)
+        _emit_error(ForcemapError("interrupted"), as_json=as_json)
         return 130
     except Exception as error:
         words = f"a defect of forcemap ({type(error).__name__}: {' '.join(str(error).split())}); please report it"
-        emit_error(ForcemapError(words), as_json=as_json)
+        _emit_error(ForcemapError(words), as_json=as_json)
     return 2
 
 
@@ -122,3 +172,9 @@ def _moved_option(arguments: list[str]) -> str:
     given = {argument.partition("=")[0] for argument in arguments}
     found = _MOVED.get(arguments[0], {})
     return next((f"{arguments[0]}: {option} {where}" for option, where in found.items() if option in given), "")
+
+
+def _emit_error(error: ForcemapError, *, as_json: bool) -> None:
+    from forcemap.cli.output import emit_error
+
+    emit_error(error, as_json=as_json)

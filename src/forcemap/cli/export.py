@@ -14,7 +14,7 @@ from typer import Argument, Option
 import forcemap as fm
 from forcemap.cli import options
 from forcemap.cli.output import emit, json_text, write_result
-from forcemap.cli.task_options import Angle, Overshoot, PositionTolerance, limits_of, path_from, task_from
+from forcemap.cli.task_options import Angle, PositionTolerance, limits_of, path_from, task_from
 from forcemap.errors import InputError
 from forcemap.exports.head import SIMULATED
 from forcemap.exports.krl import krl_data, krl_source
@@ -55,7 +55,7 @@ def export(
     limit_spring: options.LimitSpring = None,
     size: Annotated[float, Option("--zone-m", help="Largest extent of a zone.")] = 0.05,
     angle: Angle = WIDEST_ANGLE,
-    overshoot: Overshoot = 0.01,
+    overshoot: options.Overshoot = 0.01,
     tolerance: PositionTolerance = 0.005,
     bound: options.BoundOption = None,
     margin: options.Margin = None,
@@ -184,7 +184,7 @@ def export_path(
     task: options.TaskOrLimit = None,
     contact: options.ContactKind = None,
     angle: Angle = WIDEST_ANGLE,
-    overshoot: Overshoot = 0.01,
+    overshoot: options.Overshoot = 0.01,
     tolerance: PositionTolerance = 0.005,
     bound: options.BoundOption = None,
     margin: options.Margin = None,

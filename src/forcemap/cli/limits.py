@@ -9,10 +9,14 @@ from typer import Argument, Option
 import forcemap as fm
 from forcemap.answers.comparison import Body
 from forcemap.answers.limits import PASCALS, LimitAnswer, LimitsAnswer
-from forcemap.cli.options import BodyOption, Json, LimitTable
+from forcemap.cli.options import Json, LimitTable
 from forcemap.cli.output import emit, listing, table
 from forcemap.comparisons.contact_model import ContactModel, contact_model
 from forcemap.limits.pfl import pfl_pressure_speed_limit
+
+BodyOption = Annotated[
+    Body, Option("--body", help="constrained: the body part cannot move away; free: the region's own mass.")
+]
 
 _FIGURES = {
     "quasi_static_N": "quasi_static",

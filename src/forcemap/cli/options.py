@@ -12,7 +12,6 @@ from typer import Argument, Option
 
 import forcemap as fm
 from forcemap import LimitTable as TableOfLimits
-from forcemap.answers.comparison import Body
 from forcemap.maps.bounds import Bound
 
 Json = Annotated[bool, Option("--json", help="Print one JSON object.")]
@@ -82,8 +81,8 @@ MovingMass = Annotated[
 Payload = Annotated[
     float | None, Option("--payload-kg", help="Effective payload; default: as campaign.toml states, else 0.")
 ]
-BodyOption = Annotated[
-    Body, Option("--body", help="constrained: the body part cannot move away; free: the region's own mass.")
+Overshoot = Annotated[
+    float, Option("--overshoot-mps", help="How much faster than programmed the robot may be; subtracted.")
 ]
 
 

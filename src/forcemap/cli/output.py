@@ -8,21 +8,23 @@ import textwrap
 import time
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from pydantic_core import to_json
 
 from forcemap import FixedMargin, ToleranceBound, floor_speed
-from forcemap.answers.accuracy import AccuracyAnswer, EvaluateAnswer, PlaceFigures
 from forcemap.answers.answer import Answer
 from forcemap.answers.basis import RestsOn
 from forcemap.answers.error import ErrorAnswer
-from forcemap.answers.map import FitAnswer
-from forcemap.answers.path import AlongAnswer
 from forcemap.errors import ForcemapError, InputError, one_line
 from forcemap.files import read_bytes, write_atomically
 from forcemap.findings import Finding, FindingKind
 from forcemap.words import sentence
+
+if TYPE_CHECKING:  # a command loads the answers it gives, and no others
+    from forcemap.answers.accuracy import AccuracyAnswer, EvaluateAnswer, PlaceFigures
+    from forcemap.answers.map import FitAnswer
+    from forcemap.answers.path import AlongAnswer
 
 SIMULATED = sentence(Finding.of(FindingKind.SIMULATED))
 _WIDEST = 100  # columns of a line of text

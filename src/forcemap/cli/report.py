@@ -12,9 +12,8 @@ from typer import Argument, Option
 import forcemap as fm
 from forcemap.assessment.folder import campaign_limit_table
 from forcemap.assessment.missing import Missing
-from forcemap.cli.options import BoundOption, FormName, Json, LimitTable, Margin, stated_bound
+from forcemap.cli.options import BoundOption, FormName, Json, LimitTable, Margin, Overshoot, stated_bound
 from forcemap.cli.output import Progress, emit, listing, write_result
-from forcemap.cli.task_options import Overshoot
 from forcemap.files import read_bytes, write_atomically
 from forcemap.words import sentences
 

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 from typer import Option
 
 import forcemap as fm
 from forcemap.answers.speed import SpeedAnswer
-from forcemap.answers.speed_map import SpeedMapAnswer
 from forcemap.cli import options
 from forcemap.cli.output import (
     accuracy_words,
@@ -21,8 +20,9 @@ from forcemap.cli.output import (
     shown,
     write_result,
 )
-from forcemap.cli.task_options import Overshoot
-from forcemap.exports.speed_table import speed_map_csv
+
+if TYPE_CHECKING:  # `speed` loads nothing of speed maps
+    from forcemap.answers.speed_map import SpeedMapAnswer
 
 
 def speed(
@@ -37,7 +37,7 @@ def speed(
     margin: options.Margin = None,
     form: options.FormName = None,
     device_spring: options.DeviceSpring = None,
-    overshoot: Overshoot = 0.01,
+    overshoot: options.Overshoot = 0.01,
     as_json: options.Json = False,
 ) -> int:
     """Give the highest speed to program at a place that the measurements confirm for a force limit.
@@ -66,7 +66,7 @@ def speed_map(
     margin: options.Margin = None,
     form: options.FormName = None,
     device_spring: options.DeviceSpring = None,
-    overshoot: Overshoot = 0.01,
+    overshoot: options.Overshoot = 0.01,
     output: Annotated[str | None, Option("-o", "--output", help="Write a .csv or .json file.")] = None,
     as_json: options.Json = False,
 ) -> int:
@@ -74,6 +74,8 @@ def speed_map(
 
     Example: forcemap speed-map impacts.csv --area back_of_hand --contact quasi-static -o speeds.csv
     """
+    from forcemap.answers.speed_map import SpeedMapAnswer
+
     if output and not output.endswith((".csv", ".json")):
         raise fm.InputError("found a name that ends otherwise, expected .csv or .json", file=output)
     force_map, accuracy = options.force_map_from(source, form, device_spring)
@@ -92,6 +94,8 @@ def speed_map(
 
 def speed_map_table(speeds: fm.SpeedMap, answer: SpeedMapAnswer, source: str) -> str:
     """A speed map as CSV, with all that its speeds rest on in every row."""
+    from forcemap.exports.speed_table import speed_map_csv  # `speed` needs none of the exports
+
     basis = {"limit": answer.limit, "bound": bound_words(answer.bound), "map": source}
     return speed_map_csv(speeds, basis=basis | {"map_sha256": answer.map_sha256})
 

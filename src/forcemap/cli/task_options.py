@@ -105,9 +105,6 @@ def figures(name: str, text: str) -> list[float]:
         raise fm.InputError(f"{name}: found {text!r}, expected numbers with decimal points, between commas") from None
 
 
-Overshoot = Annotated[
-    float, Option("--overshoot-mps", help="How much faster than programmed the robot may be; subtracted.")
-]
 PositionTolerance = Annotated[
     float, Option("--position-tolerance-m", help="How far the robot may be from its program; allowed for.")
 ]

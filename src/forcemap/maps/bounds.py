@@ -255,7 +255,7 @@ def tolerance_nodes(bound: ToleranceBound, force_map: ForceMap) -> tuple[FloatAr
     return root, table[:-1] * (1 + root), float(table[-1])
 
 
-_NODES = np.linspace(0.0, 1.0, 2049)
+_NODES = np.linspace(0.0, 1.0, 513)
 
 
 @lru_cache(maxsize=64)

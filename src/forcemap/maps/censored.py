@@ -18,6 +18,8 @@ _WIDE = 8.5  # standard deviations beyond which a normal distribution counts as 
 _LEVEL = 1e-10  # of the likelihood's slope, by ln F: below it the fit has converged
 _legendre = lru_cache(np.polynomial.legendre.leggauss)
 _STEPS = 100  # of Newton's method, at most; a handful are needed
+_HALVES = 50  # of a step of Newton's method, at most; rarely one is needed
+_ROUNDING = 1e-12  # of a sum of logarithms of likelihoods, as a share of it
 _LEAST_SHARE = 0.05  # of the variance of a state's mean that is taken for the state effect, at least
 
 
@@ -130,7 +132,7 @@ class CensoredRegression(Regression):
         return float(np.nansum(self.residuals**2))
 
 
-def censored_regression(data: StateData) -> CensoredRegression:
+def censored_regression(data: StateData, stated_deviation: float | None = None) -> CensoredRegression:
     """Fit ln F with "at least this much" for the censored repeats.
 
     For a state of level eta ~ N(x'b, tau^2) with n uncensored repeats of mean y and k censored ones at c, each with
@@ -142,6 +144,7 @@ def censored_regression(data: StateData) -> CensoredRegression:
     the information of b (Cox and Reid 1987), which without censoring is restricted maximum likelihood: s^2 =
     residual squares / (n - p), and b is least squares. Effects of places, `StateData.with_places`, are fitted with b,
     each held by its variance: without censoring that is restricted maximum likelihood and generalised least squares.
+    A deviation that a file states saves the search if the likelihood is largest there.
 
     Raises
     ------
@@ -160,7 +163,9 @@ def censored_regression(data: StateData) -> CensoredRegression:
     least_squares(data.design[known], data.mean[known])  # refuses with figures of the map's coefficients alone
     profile = _Profile(data)
     short = np.nan_to_num(np.maximum(data.threshold - data.design @ profile.start.coefficients[-p:], 0.0))
-    log_variance, curvature = _maximum(profile, math.log(max(profile.start.residual_sd**2 + np.mean(short**2), 1e-12)))
+    start = math.log(max(profile.start.residual_sd**2 + np.mean(short**2), 1e-12))
+    stated = stated_deviation and math.log((1 - data.correlation) * stated_deviation**2)
+    log_variance, curvature = _maximum(profile, start, stated)
     coefficients, bend = profile.solve(log_variance)
     variance = math.exp(log_variance)
     return weighted_regression(
@@ -225,22 +230,23 @@ class _Profile:
     def solve(self, log_variance: float) -> tuple[FloatArray, FloatArray]:
         """Coefficients, where the likelihood is level, and the second derivative of every state's in x'b.
 
-        In coordinates in which X'X of the uncensored states is the unit matrix; the likelihood is concave.
+        Newton's method, a step halved until the likelihood, which is concave, does not fall; in coordinates in which
+        X'X of the uncensored states is the unit matrix.
         """
-        from scipy.optimize import root
-
-        x, variance = self._data.design @ self._white, math.exp(log_variance)
-
-        def score(z: FloatArray) -> tuple[FloatArray, FloatArray]:
-            _, slope, bend = self._likelihood(self._white @ z, log_variance)
-            return variance * x.T @ slope, variance * (x.T * bend) @ x
-
-        at = root(score, self._last, jac=True, options={"xtol": 1e-14}).x
-        if not np.linalg.norm(score(at)[0]) < _LEVEL:  # NaN is not, either
-            raise FitError("the censored fit does not converge; discard the censored impacts, or check their forces")
-        self._last = at
-        coefficients = self._white @ at
-        return coefficients, self._likelihood(coefficients, log_variance)[2]
+        x, variance, z = self._data.design @ self._white, math.exp(log_variance), self._last
+        value, slope, bend = self._likelihood(self._white @ z, log_variance)
+        for _ in range(_STEPS):
+            score = variance * x.T @ slope
+            if np.linalg.norm(score) < _LEVEL:
+                self._last = z
+                return self._white @ z, bend
+            step, start, level = np.linalg.solve(variance * (x.T * -bend) @ x, score), z, value.sum()
+            for _ in range(_HALVES):
+                z, step = start + step, step / 2
+                value, slope, bend = self._likelihood(self._white @ z, log_variance)
+                if value.sum() >= level - _ROUNDING * abs(level):
+                    break
+        raise FitError("the censored fit does not converge; discard the censored impacts, or check their forces")
 
     def _likelihood(self, coefficients: FloatArray, log_variance: float) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Of every state, with its derivatives.
@@ -333,9 +339,8 @@ def _mode(m: FloatArray, sd: FloatArray, threshold: FloatArray, noise: float, co
     return np.asarray(m + sd * u)
 
 
-def _maximum(profile: _Profile, start: float) -> tuple[float, float]:
-    """Where the profile is largest, and its second derivative there."""
-    from scipy.optimize import minimize_scalar
+def _maximum(profile: _Profile, start: float, stated: float | None) -> tuple[float, float]:
+    """Where the profile is largest, and its second derivative there; searched for unless `stated` is the place."""
 
     def derivatives(x: float, h: float) -> tuple[float, float]:
         """First and second derivative from five points, errors of order h^4."""
@@ -343,13 +348,24 @@ def _maximum(profile: _Profile, start: float) -> tuple[float, float]:
         return (a - 8 * b + 8 * d - e) / (12 * h), (-a + 16 * b - 30 * c + 16 * d - e) / (12 * h * h)
 
     ends = start - 6.0, start + 10.0
-    best = minimize_scalar(lambda x: -profile(x), bounds=ends, method="bounded", options={"xatol": 1e-7})
-    x = float(best.x)
+    x = stated if stated is not None and ends[0] < stated < ends[1] else _searched(profile, ends)
     slope, bend = derivatives(x, 0.02)
     if bend < 0 and abs(slope / bend) < 1e-4:  # the slope tells the place to more digits than the value does
         x -= slope / bend
+    elif stated is not None:
+        return _maximum(profile, start, None)
     else:  # repeats that contradict each other leave a kink where the state effect is at its least share
         bend = derivatives(x, 0.25)[1]
-    if not (best.success and ends[0] + 0.1 < x < ends[1] - 0.1 and bend < 0):
+    if not (ends[0] + 0.1 < x < ends[1] - 0.1 and bend < 0):
         raise FitError("the likelihood of the censored fit has no maximum; discard the censored impacts")
     return x, bend
+
+
+def _searched(profile: _Profile, ends: tuple[float, float]) -> float:
+    """Where the profile is largest between two ends."""
+    from scipy.optimize import minimize_scalar
+
+    best = minimize_scalar(lambda x: -profile(x), bounds=ends, method="bounded", options={"xatol": 1e-7})
+    if not best.success:
+        raise FitError("the likelihood of the censored fit has no maximum; discard the censored impacts")
+    return float(best.x)

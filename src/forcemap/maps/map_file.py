@@ -326,7 +326,8 @@ def _regression(
         deviation=float(statistics["state_sd_ln"]),
         freedom=float(statistics["degrees_of_freedom"]),
     )
-    again = censored_regression(state_data(form, states, stated.repeat_variance, at_place.correlation))
+    data = state_data(form, states, stated.repeat_variance, at_place.correlation)
+    again = censored_regression(data, stated.deviation)
     _require_given("coefficients", stated.design @ (again.coefficients - coefficients), _SAME_CENSORED)
     _require_given("state_sd_ln", stated.deviation / again.deviation - 1, 10 * _SAME_CENSORED)
     _require_given("degrees_of_freedom", stated.freedom / again.freedom - 1, 10 * _SAME_CENSORED)
