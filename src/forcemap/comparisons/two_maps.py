@@ -13,7 +13,7 @@ from forcemap.findings import Finding, FindingKind
 from forcemap.maps.force_map import ForceMap
 from forcemap.maps.map_file import map_sha256
 
-_GRID = 33  # values along each axis of the common range
+_GRID = 33  # values along each axis of the common range: a choice, some 36,000 points
 # entries of campaign.toml that differ between any two campaigns, or that the results say themselves
 _UNLIKE = ("date", "operator", "note", "simulated")
 
@@ -102,16 +102,16 @@ def compare_maps(one: ForceMap, other: ForceMap) -> MapComparison:
     0.95
     """
     ranges = (one.measured_range, other.measured_range)
-    lowest = np.max([each.lowest for each in ranges], axis=0)
-    highest = np.min([each.highest for each in ranges], axis=0)
+    lowest = np.max([measured.lowest for measured in ranges], axis=0)
+    highest = np.min([measured.highest for measured in ranges], axis=0)
     axes = [np.unique(np.linspace(low, max(low, high), _GRID)) for low, high in zip(lowest, highest, strict=True)]
     grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
 
     def common(points: FloatArray) -> FloatArray:
-        return points[np.logical_and.reduce([each.contains(*points.T) for each in ranges])]
+        return points[np.logical_and.reduce([measured.contains(*points.T) for measured in ranges])]
 
     evenly = common(grid)
-    corners = common(np.vstack([each.points for each in ranges]))  # a grid misses the corners of a hull
+    corners = common(np.vstack([measured.points for measured in ranges]))  # a grid misses the corners of a hull
     if not len(evenly) or np.any(lowest > highest + 1e-9):
         raise InputError(
             f"found no state that both maps have measured: {_range_words(one)} and {_range_words(other)}; "
@@ -166,18 +166,18 @@ def _range_words(force_map: ForceMap) -> str:
 def differences(of_one: Conditions, of_other: Conditions, called: tuple[str, str]) -> list[Finding]:
     """Entries of campaign.toml that differ, and in one more finding those that only one of the two states."""
     one, other = _entries(of_one), _entries(of_other)
-    found = [
+    differing = [
         Finding.of(FindingKind.DIFFERS, entry=name, one=called[0], says=one[name], other=called[1], but=other[name])
         for name in one
         if name in other and one[name] != other[name]
     ]
     alone = tuple(sorted(one.keys() ^ other.keys()))
-    return [*found, Finding.of(FindingKind.STATED_BY_ONE, entries=alone)] if alone else found
+    return [*differing, Finding.of(FindingKind.STATED_BY_ONE, entries=alone)] if alone else differing
 
 
 def _entries(conditions: Conditions) -> dict[str, object]:
-    found: dict[str, object] = {}
+    entries: dict[str, object] = {}
     for section, value in conditions.to_tables().items():
-        inner = {f"{section}.{key}": each for key, each in value.items()} if isinstance(value, dict) else {}
-        found |= inner or {section: value}
-    return {name: value for name, value in found.items() if name.split(".")[-1] not in _UNLIKE}
+        inner = {f"{section}.{key}": entry for key, entry in value.items()} if isinstance(value, dict) else {}
+        entries |= inner or {section: value}
+    return {name: value for name, value in entries.items() if name.split(".")[-1] not in _UNLIKE}
