@@ -47,7 +47,7 @@ class MassAnswer(Answer):
         """Of a map; of a place alone if the map has no other."""
         mass, drives = mass_map.mass, mass_map.mass.drive_inertia
         at = np.meshgrid(mass_map.distances, mass_map.heights, indexing="ij")
-        places = PlaceMass.of_columns(*at, mass.value, mass.outcome, robot.stated_each(mass.positions))
+        places = PlaceMass.of_columns(*at, mass.value, mass.outcome, robot.stated_postures(mass.positions))
         also = {
             **vars(places[0]),
             "places": places,

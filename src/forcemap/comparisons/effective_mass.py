@@ -160,7 +160,7 @@ def compare_effective_mass(
         height=compared.height,
         measured_force=compared.force,
         measured_mass=(compared.force / compared.speed) ** 2 / stiffness,
-        postures=tuple(robot.stated_each(explanations[0].mass.positions)),
+        postures=tuple(robot.stated_postures(explanations[0].mass.positions)),
         explanations=explanations,
         statements=(
             *robot.findings,

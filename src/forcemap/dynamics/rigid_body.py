@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from forcemap.arrays import FloatArray
 from forcemap.errors import InputError
 
-_ROUNDING = 1e-3  # radius of gyration [m] below which an inertia is rounding
+_ROUNDING = 1e-3  # radius of gyration [m] below which an inertia is rounding (docs/decisions.md)
 
 
 @dataclass(frozen=True, eq=False)
