@@ -250,11 +250,7 @@ def assess_campaign(
         dataset=dataset,
         summary=attempt(lambda: campaign_summary(present(records), present(dataset))),
         repeatability=scatter,
-        states=attempt(
-            lambda: state_results(
-                present(dataset), present(scatter), measured.recordings, force_map, len(stated.limits)
-            )
-        ),
+        states=attempt(lambda: state_results(present(dataset), present(scatter), judged, force_map, len(cases))),
         force_map=force_map,
         coefficients=attempt(lambda: coefficient_intervals(present(force_map))),
         accuracy=attempt(lambda: map_accuracy(present(force_map), present(dataset))),
