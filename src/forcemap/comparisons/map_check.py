@@ -16,7 +16,7 @@ from forcemap.comparisons.two_maps import differences
 from forcemap.errors import BoundNotAvailable, InputError
 from forcemap.findings import Finding, FindingKind
 from forcemap.limits.device_spring import device_suitability
-from forcemap.maps.bounds import ToleranceBound
+from forcemap.maps.bounds import FixedMargin, ToleranceBound
 from forcemap.maps.fit import repeat_variance
 from forcemap.maps.force_map import Fit, ForceMap
 from forcemap.maps.places import correlations
@@ -27,7 +27,7 @@ MIN_STATES = 3
 LEAST_SPAN = 0.3
 """Share of the measured range that new states must span in each coordinate before a map is said to hold: a choice."""
 
-RELEVANT_CHANGE = 0.10
+RELEVANT_CHANGE = FixedMargin().margin
 """Mean change of the force (the paper's margin) that impacts must be able to show before a map is said to hold."""
 
 # A coordinate that varies no more counts as constant [m, m/s]: a tenth above the 10 mm/s by which repeats may differ.
