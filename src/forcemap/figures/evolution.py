@@ -67,9 +67,9 @@ def force_evolution_figure(
     figure = new_figure("Force over time of an impact", width, 0.078 if wide else 0.15)
     whole, phase1 = panels(figure, 2, 2 if wide else 1, share_y=wide)
     end = min(float(time[-1]), _AFTER)
-    length = impact.phase1_end - impact.onset
+    length, (first, last) = impact.phase1_end - impact.onset, _AROUND_PHASE_1
     words = style.CONTACT_FORCE.words + (f", {plain(Path(recording.name).name)}" if beside and recording.name else "")
-    for axes, low, high in ((whole, -_BEFORE, end), (phase1, *(share * length for share in _AROUND_PHASE_1))):
+    for axes, low, high in ((whole, -_BEFORE, end), (phase1, first * length, last * length)):
         curves = [
             (style.RECORDED, time, recording.force, ""),
             (style.CONTACT_FORCE, impact.contact.time - onset, impact.contact.force, words),
