@@ -164,6 +164,9 @@ class CampaignAssessment:
     comparisons: tuple[Comparison | Missing, ...]
 
 
+PLACES_APART = 0.05
+"""Distance between the places of speed tables, if none is named [m]: a choice."""
+
 DEFAULT_AREA = "hand_fingers"
 """Body region that is assessed if none is named."""
 
@@ -174,7 +177,7 @@ def assess_campaign(
     limits: Sequence[ForceLimit] = (),
     bound: Bound | None = None,
     form: Form = CFM_3D,
-    step: float = 0.05,
+    step: float = PLACES_APART,
     allowance: Allowance | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> CampaignAssessment:

@@ -18,6 +18,9 @@ from forcemap.maps.regression import least_squares
 PAPER_COUNTS = (19, 13, 8)
 """Terms without the intercept at the start, after stage one and at the end (paper, section II-D)."""
 
+PAPER_SIGNIFICANCE, PAPER_THRESHOLD = 0.05, 0.5
+"""Level of significance of stage one, and largest change by a removal in stage two [N] (paper, section II-D)."""
+
 STABLE_SHARE = 0.80
 """A selection is stable if at least this share of the resamples returns exactly the same terms: a choice."""
 
@@ -205,7 +208,11 @@ class _Samples:
 
 
 def select_terms(
-    datasets: Sequence[ImpactDataset], *, start: Form = FULL_CUBIC, significance: float = 0.05, threshold: float = 0.5
+    datasets: Sequence[ImpactDataset],
+    *,
+    start: Form = FULL_CUBIC,
+    significance: float = PAPER_SIGNIFICANCE,
+    threshold: float = PAPER_THRESHOLD,
 ) -> TermSelection:
     """Select the terms of a form for several datasets at once in two stages (paper, section II-D).
 
@@ -251,8 +258,8 @@ def selection_stability(
     resamples: int = 100,
     seed: int = 0,
     start: Form = FULL_CUBIC,
-    significance: float = 0.05,
-    threshold: float = 0.5,
+    significance: float = PAPER_SIGNIFICANCE,
+    threshold: float = PAPER_THRESHOLD,
 ) -> SelectionStability:
     """Repeat a selection of terms on resampled states and count how often each term survives.
 

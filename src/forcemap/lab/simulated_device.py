@@ -26,6 +26,8 @@ _SCALE_SHARE = 0.5  # of the device's error that is spent on the scale: a choice
 class SimulatedDevice:
     """A force measuring device: its spring, its range, and how its readings differ from the force.
 
+    Rate, times, noise, offset, drift and resolution are choices if not given.
+
     Parameters
     ----------
     device : Device
