@@ -31,7 +31,7 @@ class Answer(BaseModel):
     @model_validator(mode="before")
     @classmethod
     def _in_order(cls, result: Any) -> Any:
-        """The values of a tuple stand in the order of the keys."""
+        """Take the values of a tuple as being in the order of the keys."""
         return dict(zip(cls.model_fields, result, strict=True)) if type(result) is tuple else result
 
     def json_text(self) -> str:

@@ -18,7 +18,7 @@ from forcemap.words import assumptions, warnings
 
 
 class RestsOn(Answer):
-    """What a speed rests on; warnings are said before it. The limit is null where the standard permits no contact.
+    """What a speed rests on; warnings come first. The limit is null where the standard permits no contact.
 
     `speed_kind` and `speed_error` are what the campaign states about its speeds, the error as a share that is
     subtracted from them; `speed_overshoot_mps` is how far a speed to program lies below the speed at contact.

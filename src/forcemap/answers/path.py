@@ -54,7 +54,7 @@ class Refused(Answer):
 
 
 class AlongAnswer(Answer):
-    """What speeds along paths rest on, as `RestsOn`; warnings are said before them."""
+    """What speeds along paths rest on, as `RestsOn`; warnings come first."""
 
     bound: Bound
     speed_kind: str | None

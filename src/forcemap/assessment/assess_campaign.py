@@ -331,7 +331,7 @@ def _measured(records: Campaign | Missing, stated: _Stated, progress: Callable[[
 
 @dataclass(frozen=True, eq=False)
 class _Fitted:
-    """A map and the bound it carries, with what speaks against them: said first (`weakness`) or last (`doubts`)."""
+    """A map and the bound it carries, with the findings against them: first (`weakness`) and last (`doubts`)."""
 
     force_map: ForceMap | Missing
     bound: Bound | Missing

@@ -58,9 +58,9 @@ class ModelComparison:
     accuracy : Accuracy
         Its errors.
     most_underestimated, most_overestimated : StateError or None
-        The extremes; None where no state is on that side.
+        The extremes; None if no state is on that side.
     note : Finding or None
-        What to know of the model.
+        A remark on the model.
     """
 
     model: str
@@ -99,7 +99,7 @@ class AllowedSpeed:
     lowest, median, highest : float
         Of the confirmed speeds [m/s]; NaN if there is none.
     note : Finding or None
-        What to know of it.
+        A remark on it.
     """
 
     model: str
@@ -251,7 +251,7 @@ def compare_force_models(
 
 
 def _predictions(force_map: ForceMap, states: States, has_test: bool) -> FloatArray:
-    """Force [N] that a map predicts at states; of its own ones, without test states, each left out."""
+    """Force [N] that a map predicts at states; without test states, at its own states, each left out in turn."""
     if has_test:
         return np.asarray(force_map.predict(*states.coordinates.T))
     own = dict(zip(force_map.require_fit().states.name, left_out_predictions(force_map).tolist(), strict=True))
@@ -259,7 +259,7 @@ def _predictions(force_map: ForceMap, states: States, has_test: bool) -> FloatAr
 
 
 def _per_height(dataset: ImpactDataset, states: States, has_test: bool) -> tuple[FloatArray, int]:
-    """Predictions of the 2D map of each state's own height, NaN where there is none; and the number of maps."""
+    """Prediction for every state by the 2D map of its own height, NaN where there is none; and the number of maps."""
     height_of = dict(zip(dataset.states.name, dataset.states.height.tolist(), strict=True))
     height = np.array([height_of[name] for name in dataset.state])
     apart = np.abs(dataset.speed[:, None] - dataset.train.states.speed).min(axis=1)
@@ -326,7 +326,7 @@ def _allowed(
 
 
 def _variation(dataset: ImpactDataset) -> WorkspaceVariation:
-    """At the speed measured at most places; of several one over the widest area, the middle one of these."""
+    """At the speed measured at most places; if there are several, over the widest area; of these the middle one."""
     states, tolerance = dataset.states.uncensored, dataset.tolerance.speed
     speeds = np.unique(np.round(states.speed / tolerance)) * tolerance
     near = np.abs(states.speed - speeds[:, None]) <= tolerance

@@ -74,7 +74,7 @@ class FormResult:
         One-sided p value of the paired comparison with the reference: small if this form is better; NaN for the
         reference itself.
     notes : tuple of Finding
-        What to know of it.
+        Remarks on it.
     """
 
     form: Form | EuclideanForm
@@ -354,7 +354,7 @@ def _unbounded(result: FormResult) -> list[Finding]:
 
 
 def _censored_no_worse(result: FormResult, standard: FormResult) -> bool:
-    """No more of the wholly censored states below what they reached at least, and no farther."""
+    """True if no more wholly censored states are predicted below the force they reached at least, and none farther."""
     return (
         result.accuracy.censored_underestimated <= standard.accuracy.censored_underestimated
         and result.censored_underestimation_percent <= standard.censored_underestimation_percent

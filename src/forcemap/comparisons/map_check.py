@@ -37,7 +37,7 @@ _ERROR_PROBABILITY_BELOW = 0.5  # above it a confidence of 0.95 was typed, or a 
 
 
 class MapOutcome(StrEnum):
-    """What new impacts say of a map."""
+    """Whether a map still holds for new impacts."""
 
     HOLDS = "holds"
     DOES_NOT_HOLD = "does_not_hold"
@@ -73,8 +73,8 @@ class StateCheck(NewState):
     censored : int
         How many of its repeats are censored.
     predicted, lowest_expected, highest_expected : float
-        Force predicted [N], and the range in which all new states together lie with the probability that the check
-        leaves them, if nothing has changed [N].
+        Force predicted, and the range within which all new states lie together, if nothing has changed, but for the
+        share of the error probability left for single states [N].
     ratio : float
         Measured over predicted; above 1 is the dangerous side.
     p_value : float
@@ -113,7 +113,7 @@ class MapCheck:
     Parameters
     ----------
     outcome : MapOutcome
-        What they say.
+        Whether it holds.
     reason : Finding
         Why.
     next_step : Finding
@@ -122,18 +122,18 @@ class MapCheck:
         Geometric mean of measured over predicted force, and its confidence interval; above 1 is the dangerous side.
         A lower bound if any state is censored. NaN without a state that counts.
     confidence : float
-        Of that interval.
+        Confidence of that interval.
     p_mean, p_whole : float
         Two-sided p values: of the mean change, and of all states together.
     detectable_change : float
         Smallest mean change that these states, censored ones not counted, would have found with 95 % probability, as a
         share of the force; infinite without such a state.
     error_probability : float
-        Probability of "does not hold" if nothing has changed, at most.
+        Largest probability of "does not hold" if nothing has changed.
     states : tuple of StateCheck
         The states that count, in the order of the table.
     left_out : tuple of LeftOutState
-        The others, too.
+        The states that do not count.
     statements : tuple of Finding
         What the outcome depends on.
     """
@@ -202,7 +202,7 @@ def check_map(force_map: ForceMap, dataset: ImpactDataset, *, error_probability:
     fit = _fit_of(force_map)
     if not len(dataset):
         raise InputError("found no impact to check the map with, expected some", file=dataset.source or None)
-    # in the order of the first impact of each in the table: a person compares them with it
+    # in the order of the table, with which a reader compares them
     states = dataset.states.select(np.argsort([dataset.state.tolist().index(name) for name in dataset.states.name]))
     left_out = _left_out(force_map, dataset, states, _own(fit, dataset))
     states = states.select(~np.isin(states.name, [state.state for state in left_out]))
@@ -291,7 +291,7 @@ def _own(fit: Fit, dataset: ImpactDataset) -> list[str]:
 
 
 def _left_out(force_map: ForceMap, dataset: ImpactDataset, states: States, own: list[str]) -> tuple[LeftOutState, ...]:
-    """States that do not count, and why."""
+    """The states that do not count, and why."""
     facets = force_map.measured_range.facets
     allowed = np.abs(facets[:, :3]) @ dataset.tolerance.scale  # how far repeats of a state may lie across each facet
     beyond = np.any(states.coordinates @ facets[:, :3].T + facets[:, 3] > allowed, axis=1)

@@ -14,20 +14,20 @@ from forcemap.maps.force_map import ForceMap
 from forcemap.maps.map_file import map_sha256
 
 _GRID = 33  # values along each axis of the common range: a choice, some 36,000 points
-# entries of campaign.toml that differ between any two campaigns, or that the results say themselves
+# entries of campaign.toml that differ between any two campaigns, or that results state themselves
 _UNLIKE = ("date", "operator", "note", "simulated")
 
 
 @dataclass(frozen=True)
 class RatioAt:
-    """The ratio of two maps at a state.
+    """The ratio of two maps' forces at a state.
 
     Parameters
     ----------
     ratio : float
-        Force of the other map over that of the one.
+        Force of the map `other` over that of the map `one`.
     distance, height, speed : float
-        Where [m], [m], [m/s].
+        The state [m], [m], [m/s].
     one_force, other_force : float
         What they predict [N].
     """
@@ -51,11 +51,11 @@ class MapComparison:
     same : bool
         True if they are the same map: their files would be equal, byte by byte.
     mean_ratio, geometric_mean_ratio : float
-        Mean over the common range of the other map's force over the one's.
+        Mean ratio over the common range, of the force of `other` to that of `one`.
     smallest, largest : RatioAt
         The extremes and where they are.
     higher_share : float
-        Share of the common range in which the other map is the higher one.
+        Share of the common range in which `other` is the higher one.
     points : int
         Points compared, evenly over the common range.
     lowest, highest : tuple of float
@@ -84,7 +84,7 @@ def compare_maps(one: ForceMap, other: ForceMap) -> MapComparison:
     Parameters
     ----------
     one, other : ForceMap
-        The maps; ratios are the other's force over the one's.
+        The maps; ratios are the force of `other` over that of `one`.
 
     Returns
     -------

@@ -62,7 +62,7 @@ class Joint:
         return self.origin.then(moved)
 
     def with_body(self, body: Body, frame: Frame) -> Self:
-        """The joint that carries one more body, described in a frame that stands in the joint's."""
+        """The joint carrying one more body, described in a frame given in the joint's."""
         return replace(self, body=united([self.body, moved_body(body, frame)]))
 
 
