@@ -21,8 +21,8 @@ from scipy.optimize import least_squares
 
 from forcemap import published_map
 from forcemap.arrays import FloatArray
-from forcemap.lab.bench import DEVICE_STIFFNESS
-from forcemap.lab.course import Impacting, first_peaks, force_course, phase_one_peaks
+from forcemap.lab.course import ImpactSetup, first_peaks, force_course, phase_one_peaks
+from forcemap.lab.simulated_device import PAPER_DEVICE
 from forcemap.lab.virtual_robot import VirtualRobot, virtual_robot, virtual_robot_of
 
 SEED = 20211
@@ -149,9 +149,9 @@ class Target:
         )
         self._posed = robot.posed_at(*places.T)
 
-    def impacting(self, robot: VirtualRobot) -> Impacting:
+    def impact_setup(self, robot: VirtualRobot) -> ImpactSetup:
         """The robot at all states."""
-        return robot.impacting(self._posed, DEVICE_STIFFNESS).at(self.place)
+        return robot.impact_setup(self._posed, PAPER_DEVICE.stiffness).at_places(self.place)
 
     def misfit(self, peaks: FloatArray) -> FloatArray:
         """ln(force / map), more than 10 % counted three times, and trends that go the wrong way."""
@@ -164,12 +164,12 @@ class Target:
 
 def peak_cost(robot: VirtualRobot, target: Target) -> FloatArray:
     """Misfit of the peaks alone."""
-    return target.misfit(phase_one_peaks(target.impacting(robot), target.speed, longest=0.15))
+    return target.misfit(phase_one_peaks(target.impact_setup(robot), target.speed, longest=0.15))
 
 
 def course_cost(robot: VirtualRobot, target: Target) -> FloatArray:
     """Misfit of the peaks; no later force near or above the first peak; a retreat that is over in time."""
-    course = force_course(target.impacting(robot), target.speed, duration=0.25)
+    course = force_course(target.impact_setup(robot), target.speed, duration=0.25)
     peaks = first_peaks(course)
     later = np.maximum(np.log(_after_phase_one(course, peaks) / peaks) + 0.1, 0)
     late = course[900:].max(axis=0) / 20 if robot.reaction.retreat_speed else np.zeros(peaks.size)
@@ -222,7 +222,7 @@ def check(name: str, map_name: str) -> FloatArray:
     """Print how near a preset is to its map; its peaks."""
     robot = virtual_robot(name)
     target = Target(map_name, robot)
-    course = force_course(target.impacting(robot), target.speed, duration=0.7)
+    course = force_course(target.impact_setup(robot), target.speed, duration=0.7)
     peaks = first_peaks(course)
     ratio, settled = peaks / target.force, course[2500:].mean(axis=0)
     steps = np.diff(peaks.reshape(target.shape), axis=0), np.diff(peaks.reshape(target.shape), axis=1)

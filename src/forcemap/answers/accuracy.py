@@ -34,7 +34,7 @@ class AccuracyAnswer(Answer):
 
 
 class PlaceFigures(Answer):
-    """What states of a place share, beside what is a state's own, as the bound has it; null if not fitted."""
+    """Scatter that states of a place share, and that of single states, as the bound uses them; null if not fitted."""
 
     places: int | None = of_if_any("fit", "place_effect", "places")
     place_correlation: float | None = of_if_any("fit", "place_effect", "correlation")
@@ -46,7 +46,7 @@ class PlaceFigures(Answer):
 class EvaluateAnswer(PlaceFigures):
     """How far a map's predictions are from the forces of a table.
 
-    For a map fitted to them also whether its form fits, and whether forces have drifted; else null.
+    For a fitted map also whether its form fits and whether forces have drifted; else null.
     """
 
     map: str

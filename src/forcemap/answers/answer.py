@@ -19,19 +19,19 @@ class Answer(BaseModel):
 
     @classmethod
     def from_result(cls, result: object, **also: Any) -> Self:
-        """The answer that a result's attributes make; `also` are those that it does not have itself."""
+        """The answer from a result's attributes and from `also`, those that the result does not have."""
         return cls.model_validate(_Attributes(result, also))
 
     @classmethod
     def of_columns(cls, *columns: Iterable[Any]) -> list[Self]:
-        """An answer for each row of columns, arrays of any shape among them, that stand in the order of the keys."""
-        flat = (each.ravel().tolist() if isinstance(each, np.ndarray) else each for each in columns)
+        """An answer for each row of columns in the order of the keys; arrays among them may be of any shape."""
+        flat = (column.ravel().tolist() if isinstance(column, np.ndarray) else column for column in columns)
         return [cls.model_validate(row) for row in zip(*flat, strict=True)]
 
     @model_validator(mode="before")
     @classmethod
     def _in_order(cls, result: Any) -> Any:
-        """The values of a tuple stand in the order of the keys."""
+        """Take the values of a tuple as being in the order of the keys."""
         return dict(zip(cls.model_fields, result, strict=True)) if type(result) is tuple else result
 
     def json_text(self) -> str:
@@ -40,7 +40,7 @@ class Answer(BaseModel):
 
 
 class AtPlace(Answer):
-    """What is said of a place."""
+    """A place."""
 
     distance_m: float
     height_m: float
@@ -76,12 +76,12 @@ def of(*path: str) -> Any:
 
 
 def of_if_any(*path: str) -> Any:
-    """The same; null where an attribute on the way is None."""
+    """As `of`, but null if an attribute on the way is None."""
     return Field(None, validation_alias=AliasPath(*path))
 
 
 def if_any() -> Any:
-    """A key that is there only where it was asked for."""
+    """A key that is there only if it was asked for."""
     return Field(None, exclude_if=lambda value: value is None)
 
 
@@ -90,7 +90,7 @@ def _figure(value: Any) -> Any:
 
 
 def figures(values: Any) -> list[Any]:
-    """Numbers of an array as lists, None where there is none."""
+    """Numbers of an array as lists, None where there is no number."""
     array = np.asarray(values, dtype=np.float64)
     cells = array.astype(object)
     cells[~np.isfinite(array)] = None
@@ -110,7 +110,7 @@ Said = Annotated[str, BeforeValidator(sentence)]
 """What a finding says; empty for None."""
 
 SaidIfAny = Annotated[str | None, BeforeValidator(lambda finding: sentence(finding) or None)]
-"""What a finding says; null where there is none."""
+"""What a finding says; null if there is none."""
 
 AllSaid = Annotated[list[str], BeforeValidator(sentences)]
 """What findings say, each once."""
@@ -119,7 +119,7 @@ Joined = Annotated[str, BeforeValidator(lambda findings: "; ".join(sentences(fin
 """What findings say, each once, in one line."""
 
 Words = Annotated[str, BeforeValidator(str)]
-"""What something is called."""
+"""The name of something."""
 
 Bound = Annotated[dict[str, str | float], BeforeValidator(lambda bound: bound.describe())]
 """Kind and figures of a bound."""

@@ -18,10 +18,10 @@ from forcemap.words import assumptions, warnings
 
 
 class RestsOn(Answer):
-    """What a speed rests on; warnings are said before it. The limit is null where the standard permits no contact.
+    """What a speed rests on; warnings come first. The limit is null where the standard permits no contact.
 
-    `speed_kind` and `speed_error` are what the campaign states of its speeds, the error a share that is subtracted from
-    them; `speed_overshoot_mps` is what a speed to program lies below the speed at contact.
+    `speed_kind` and `speed_error` are what the campaign states about its speeds, the error as a share that is
+    subtracted from them; `speed_overshoot_mps` is how far a speed to program lies below the speed at contact.
     """
 
     limit: Said
@@ -40,12 +40,12 @@ class RestsOn(Answer):
 
 
 def campaign_speeds(force_map: ForceMap) -> dict[str, Any]:
-    """What the campaign of a map states of its speeds."""
+    """What the campaign of a map states about its speeds."""
     return {"speed_kind": force_map.conditions.speed_kind or None, "speed_error": force_map.conditions.speed_error}
 
 
 def rests_on(force_map: ForceMap, basis: Basis, notes: Iterable[Finding | str] = ()) -> dict[str, Any]:
-    """What speeds of a map rest on; `notes` are what else is to be said of the limits."""
+    """What speeds of a map rest on; `notes` are further remarks on the limits."""
     limit, source, sha256 = basis.limit, "given by the user in newtons", None
     if isinstance(limit, ForceLimit):
         source, sha256 = f"{limit}, {', '.join(limit.areas)}; {limit.source}", limit.sha256

@@ -31,7 +31,7 @@ class JudgementAnswer(Answer):
 
 
 class CheckedImpact(ImpactFigures):
-    """An impact with its verdict: that of the governing interpretation; without figures where none is permitted."""
+    """An impact with the verdict of the governing interpretation; without figures if no contact is permitted."""
 
     recording: str
     outcome: str
@@ -80,14 +80,15 @@ class CheckAnswer(Answer):
 
     @classmethod
     def of_check(cls, check: RecordingsCheck, *, notes: Iterable[str] = (), drawn: bool = False) -> CheckAnswer:
-        """A check; `notes` are said first among the notes, `drawn` adds the curve of every recording."""
+        """The answer for a check; `notes` come first among its notes, `drawn` adds the curve of every recording."""
         limit, device = check.limit, check.conditions.device
         area, source = (limit.name, str(limit)) if isinstance(limit, ForceLimit) else ("", "given by the user")
         transient, quasi_static = _newtons(limit)
         outcomes = [verdict.outcome for verdict in check.verdicts]
-        unjudged = [(each.name, sentence(each.not_judged)) for each in check.recordings if each.not_judged]
-        excluded = [(each.name, each.excluded) for each in check.recordings if each.excluded]
-        recorded = [each.recorded for each in check.recordings if each.recorded and not each.excluded]
+        unjudged = [(checked.name, sentence(checked.not_judged)) for checked in check.recordings if checked.not_judged]
+        excluded = [(checked.name, checked.excluded) for checked in check.recordings if checked.excluded]
+        counted = [checked for checked in check.recordings if not checked.excluded]
+        recorded = [checked.recorded for checked in counted if checked.recorded]
         stated = not math.isnan(device.range)
         unstated = [] if stated else ["device range not stated: saturation was judged by the shape of the curves alone"]
         return cls(
@@ -101,11 +102,11 @@ class CheckAnswer(Answer):
             transient_limit_N=transient,
             quasi_static_limit_N=quasi_static,
             limit_source=source,
-            counts={each.value: outcomes.count(each) for each in VerdictOutcome} | {"unjudged": len(unjudged)},
-            impacts=[impact for each in check.recordings if not each.excluded for impact in _impacts(each, check)],
+            counts={outcome.value: outcomes.count(outcome) for outcome in VerdictOutcome} | {"unjudged": len(unjudged)},
+            impacts=[impact for checked in counted for impact in _impacts(checked, check)],
             unjudged=[Unjudged(recording=name, reason=reason) for name, reason in unjudged],
             excluded=[Unjudged(recording=name, reason=reason) for name, reason in excluded],
-            recordings=[RecordingAnswer.from_result(each.recording) for each in recorded],
+            recordings=[RecordingAnswer.from_result(impacts.recording) for impacts in recorded],
             device_range_N=device.range,
             device_range_stated=stated,
             device_error_N=device.error_or_default,
@@ -115,7 +116,7 @@ class CheckAnswer(Answer):
 
 
 def limit_words(limit: ForceLimit | NewtonLimit) -> str:
-    """The limits that a check uses."""
+    """The limits that a check uses, in words."""
     if isinstance(limit, ForceLimit) and not limit.permitted:
         return str(limit)
     if isinstance(limit, NewtonLimit) and limit.quasi_static is None:
@@ -138,7 +139,9 @@ def _reason(check: RecordingsCheck) -> str:
     gravest = max((v.governing for v in check.verdicts), key=lambda judgement: judgement.gravity, default=None)
     if gravest is not None and gravest.outcome is check.outcome:
         return sentence(gravest.reason)
-    return next((sentence(each.not_judged) for each in check.recordings if each.not_judged), "nothing was judged")
+    return next(
+        (sentence(checked.not_judged) for checked in check.recordings if checked.not_judged), "nothing was judged"
+    )
 
 
 def _barred(check: RecordingsCheck) -> str:

@@ -22,7 +22,7 @@ class Discard(Answer):
 
 
 class ProposedRun(Answer):
-    """A recording whose name says no run, and the run it is taken for."""
+    """A recording whose name tells no run, and the run that it is taken for."""
 
     recording: str = of("name")
     run: str
@@ -97,7 +97,7 @@ class BindingAnswer(Answer):
 
 
 class CollectAnswer(Answer):
-    """A campaign whose recordings are collected; `no_speed` says why its impacts give none, if they do not."""
+    """A campaign whose recordings are collected; `no_speed` says why its impacts give no speed, if so."""
 
     folder: str
     simulated: bool
@@ -124,7 +124,7 @@ class CollectAnswer(Answer):
 
     @classmethod
     def of_campaign(cls, campaign: Campaign, dataset: ImpactDataset) -> CollectAnswer:
-        """A campaign read after `build_dataset`, and what that returned."""
+        """The answer for a campaign read after `build_dataset`, and the dataset that this returned."""
         summary = campaign_summary(campaign, dataset)
         refusal = summary.phase_two.transient_refusal(math.inf, 0.0)
         return cls.from_result(

@@ -14,7 +14,7 @@ from forcemap.limits.force_limits import ForceLimit
 
 
 class StateError(Answer):
-    """The state that a model misses most on one side; a negative error is underestimation."""
+    """The state with a model's largest error on one side; a negative error is underestimation."""
 
     state: str
     distance_m: float = of("distance")
@@ -88,6 +88,6 @@ class ComparisonAnswer(Answer):
     def of_comparison(
         cls, comparison: Comparison, limit: ForceLimit, *, simulated: bool, notes: Iterable[Finding | str] = ()
     ) -> Self:
-        """The answer for the limits of a body area or region; `notes` are what else is to be said of the limits."""
+        """The answer for the limits of a body area or region; `notes` are further remarks on the limits."""
         of_limit = {"area": limit.name, "permitted": limit.permitted, "simulated": simulated}
         return cls.from_result(comparison, **of_limit, statements=[*notes, *comparison.statements])

@@ -15,7 +15,7 @@ from forcemap.dynamics.robot import Robot
 
 
 class PlaceMass(AtPlace):
-    """Effective mass at a place, and the posture that it is the effective mass of: positions by joint, with units."""
+    """Effective mass at a place, and the posture there: positions by joint, with units."""
 
     effective_mass_kg: Figure
     outcome: MassOutcome
@@ -44,10 +44,10 @@ class MassAnswer(Answer):
 
     @classmethod
     def of_map(cls, robot: Robot, mass_map: MassMap, **stands: tuple[float, ...]) -> Self:
-        """Of a map; of a place alone if the map has no other."""
+        """The answer for a map; for its place if it has only one."""
         mass, drives = mass_map.mass, mass_map.mass.drive_inertia
-        at = np.meshgrid(mass_map.distances, mass_map.heights, indexing="ij")
-        places = PlaceMass.of_columns(*at, mass.value, mass.outcome, robot.stated_each(mass.positions))
+        grid = np.meshgrid(mass_map.distances, mass_map.heights, indexing="ij")
+        places = PlaceMass.of_columns(*grid, mass.value, mass.outcome, robot.stated_postures(mass.positions))
         also = {
             **vars(places[0]),
             "places": places,
@@ -75,7 +75,7 @@ class MassMapAnswer(MassAnswer):
 
 
 class PlaceExplanation(Answer):
-    """What one effective mass says of the force at a place."""
+    """What one effective mass gives for the force at a place."""
 
     effective_mass_kg: Figure
     outcome: MassOutcome
@@ -84,7 +84,7 @@ class PlaceExplanation(Answer):
 
 
 class ComparedPlace(AtPlace):
-    """A force, the effective mass that it would take, and what effective masses say, of which posture."""
+    """A force, the effective mass that it would take, the posture, and what effective masses give."""
 
     force_N: float
     measured_effective_mass_kg: float
@@ -93,7 +93,7 @@ class ComparedPlace(AtPlace):
 
 
 class Explanation(Answer):
-    """What one effective mass says of all forces."""
+    """How well one effective mass explains all forces."""
 
     name: str
     assumption: str = of("mass", "assumption")
@@ -119,7 +119,7 @@ class MassComparisonAnswer(Answer):
 
     @classmethod
     def of_comparison(cls, comparison: MassComparison) -> Self:
-        """The answer of a comparison."""
+        """The answer for a comparison."""
         explanations = comparison.explanations
         ratios = [{"ratio_lowest": np.nanmin(e.ratio), "ratio_highest": np.nanmax(e.ratio)} for e in explanations]
         by_mass = [Explanation.from_result(e, **of_mass) for e, of_mass in zip(explanations, ratios, strict=True)]

@@ -10,7 +10,7 @@ from forcemap.errors import ForcemapError
 
 
 class Problem(Answer):
-    """What was found, what was expected and what to do, in one line; where, if that is known."""
+    """What was found, what was expected and what to do, in one line; and where, if known."""
 
     kind: str
     message: str
@@ -26,7 +26,7 @@ class ErrorAnswer(Answer):
 
     @classmethod
     def of_error(cls, error: ForcemapError, *, remote: bool = False) -> Self:
-        """An error; for a `remote` reader without folders of this machine and without control characters of files."""
+        """The answer for an error; `remote` leaves out this machine's folders and control characters from files."""
 
         def line(text: str | None) -> str | None:
             printable = "".join(c if c.isprintable() else " " for c in text or "")

@@ -8,7 +8,7 @@ from forcemap.answers.answer import AllSaid, Answer, Figure, Percent, Said, of
 class DepartureAnswer(Answer):
     """The most significant departure of a kind: around a distance, height or speed, or at a place.
 
-    All of distance, height and speed null: along it the force bends otherwise than the form.
+    With distance, height and speed all null, the force bends otherwise than the form along that coordinate.
     """
 
     along: str
@@ -21,7 +21,7 @@ class DepartureAnswer(Answer):
 
 
 class FormTestAnswer(Answer):
-    """What the states of a map say against its form; p values are adjusted for all departures tested."""
+    """Whether the states of a map contradict its form; p values are adjusted for all departures tested."""
 
     p_value: Figure
     states: int

@@ -1,4 +1,4 @@
-"""What a recording holds: its sampling, its impacts with their figures, and its curve where it is asked for."""
+"""What a recording holds: its sampling, its impacts with their figures, and its curve if asked for."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from forcemap.arrays import FloatArray, Indices
 from forcemap.campaigns.conditions import Conditions
 from forcemap.campaigns.walk import RecordedImpacts
 
-_DRAWN = 1500  # samples of a curve that are drawn, its extremes among them
-_DRAWN_OF_ALL = 15_000  # of all curves of a file
+_DRAWN = 1500  # most samples drawn of a curve, its extremes among them: a choice
+_DRAWN_OF_ALL = 15_000  # most samples drawn of all curves of a file together: a choice, to keep the answer small
 
 
 class FlagAnswer(Answer):
@@ -90,15 +90,15 @@ class InspectAnswer(Answer):
     @classmethod
     def of_file(cls, file: str, recorded: Sequence[RecordedImpacts], conditions: Conditions) -> InspectAnswer:
         """The recordings of a file, measured under these conditions."""
-        simulated = conditions.simulated or any(each.recording.simulated for each in recorded)
-        found = [InspectedRecording.from_result(r.recording, impacts=r.impacts, problem=r.doubt) for r in recorded]
-        return cls(file=file, simulated=simulated, device_range_N=conditions.device.range, recordings=found)
+        simulated = conditions.simulated or any(entry.recording.simulated for entry in recorded)
+        inspected = [InspectedRecording.from_result(r.recording, impacts=r.impacts, problem=r.doubt) for r in recorded]
+        return cls(file=file, simulated=simulated, device_range_N=conditions.device.range, recordings=inspected)
 
 
 def curves(recorded: Sequence[RecordedImpacts]) -> list[Curve]:
     """The curve of every recording: contact force if it has an impact, else what was measured."""
     most = min(_DRAWN, max(2, _DRAWN_OF_ALL // max(len(recorded), 1)))
-    return [_curve(each, most) for each in recorded]
+    return [_curve(entry, most) for entry in recorded]
 
 
 def _curve(recorded: RecordedImpacts, most: int) -> Curve:
@@ -112,7 +112,7 @@ def _curve(recorded: RecordedImpacts, most: int) -> Curve:
 
 
 def _drawn(force: FloatArray, most: int) -> Indices:
-    """Indices of the samples to draw: the lowest and the highest of each of equal stretches, and both ends."""
+    """Indices of the samples to draw: the lowest and the highest of every stretch of equal length, and both ends."""
     if force.size <= most:
         return np.arange(force.size)
     edges = np.linspace(0, force.size, most // 2 + 1).astype(np.int64)

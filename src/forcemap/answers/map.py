@@ -65,7 +65,7 @@ class CensoredStates(Answer):
 
 
 class CensoringAnswer(Answer):
-    """The fit without censored impacts, beside the one with them."""
+    """The fit without censored impacts beside the fit with them."""
 
     coefficients: Figures = of("discarded", "coefficients")
     states: int
@@ -80,7 +80,7 @@ class CensoringAnswer(Answer):
 
 
 class MeasuredState(PlannedState):
-    """A state as it was measured; force null where every impact exceeded the device range."""
+    """A state as it was measured; force null if every impact exceeded the device range."""
 
     force_N: Figure
     at_least_N: Figure
@@ -174,8 +174,9 @@ def _margins(force_map: ForceMap) -> tuple[float, float]:
 
 def _states(force_map: ForceMap) -> list[MeasuredState]:
     fit = force_map.require_fit()
-    states: list[MeasuredState] = []
-    for role, each in (("train", fit.states), ("left out", fit.left_out), ("test", fit.test)):
-        at, roles = each.coordinates.T, [role] * len(each)
-        states += MeasuredState.of_columns(each.name, roles, *at, each.force, each.at_least, force_map.predict(*at))
-    return states
+    rows: list[MeasuredState] = []
+    for role, states in (("train", fit.states), ("left out", fit.left_out), ("test", fit.test)):
+        d, h, v = states.coordinates.T
+        forces = (states.force, states.at_least, force_map.predict(d, h, v))
+        rows += MeasuredState.of_columns(states.name, [role] * len(states), d, h, v, *forces)
+    return rows

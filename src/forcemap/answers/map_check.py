@@ -34,7 +34,7 @@ class LeftOutState(NewState):
 
 
 class MapCheckAnswer(Answer):
-    """Whether a map holds, does not hold, or nothing can be told; ratios are measured over predicted force."""
+    """Whether a map holds, does not hold, or cannot be told to; ratios are measured over predicted force."""
 
     outcome: str
     reason: Said

@@ -54,7 +54,7 @@ class Refused(Answer):
 
 
 class AlongAnswer(Answer):
-    """What speeds along paths rest on, as `RestsOn`; warnings are said before them."""
+    """What speeds along paths rest on, as `RestsOn`; warnings come first."""
 
     bound: Bound
     speed_kind: str | None
@@ -66,7 +66,7 @@ class AlongAnswer(Answer):
 
 
 class PathAnswer(AlongAnswer):
-    """Allowed speeds along a path; `too_fast` is of the pieces with permission, the lowest speed is theirs, too."""
+    """Allowed speeds along a path; `too_fast` and the lowest speed refer to the pieces with permission."""
 
     permitted: bool
     too_fast: bool
@@ -103,7 +103,7 @@ class PathAnswer(AlongAnswer):
 
 
 class Position(AtPlace):
-    """A position of the table's frame; cycle time null where a part of the path has no permission."""
+    """A position of the table's frame; cycle time null if a part of the path has no permission."""
 
     cycle_time_s: Figure
     standard_cycle_time_s: Figure
@@ -117,7 +117,7 @@ class Best(AtPlace):
 
 
 class Shift(Answer):
-    """What it costs to shift the best position; null where a part of the path then has no permission."""
+    """What a shift of the best position costs; null if a part of the path then has no permission."""
 
     distance_shift_m: float
     height_shift_m: float
@@ -138,12 +138,12 @@ class PlacesAnswer(AlongAnswer):
     def of_places(cls, force_map: ForceMap, places: TaskPlaces, bound: Any) -> Self:
         """The answer for positions of a table."""
         closest, best = places.closest_speeds, places.best_speeds
-        at = np.meshgrid(places.distance, places.height, indexing="ij")
-        positions = Position.of_columns(*at, places.duration, places.standard_duration, places.permitted)
+        grid = np.meshgrid(places.distance, places.height, indexing="ij")
+        positions = Position.of_columns(*grid, places.duration, places.standard_duration, places.permitted)
         d, h, _ = places.most_permitted
         return cls.from_result(
             places,
-            most_permitted=next(each for each in positions if (each.distance_m, each.height_m) == (d, h)),
+            most_permitted=next(place for place in positions if (place.distance_m, place.height_m) == (d, h)),
             cycle_times=[] if best is None else [getattr(best, rule) for rule in RULES],
             refusals=[] if places.best is not None else _refusals(_pieces(closest), closest.refused.tolist()),
             positions=positions,

@@ -1,4 +1,4 @@
-"""What to measure, what to measure next, and what confirms a map, as `plan`, `next` and `confirm` print it."""
+"""What to measure, what to measure next, and what confirms a map: what `plan`, `next` and `confirm` answer."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Run(Answer):
 
 
 class BoundedRun(Run):
-    """An impact to make, with what its force is not to exceed."""
+    """An impact to make, with the force that it must not exceed."""
 
     upper_force_N: Figure
 
@@ -51,7 +51,7 @@ class PlanAnswer(Answer):
 
     @classmethod
     def of_plan(cls, plan: DesignedPlan, folder: str, files: list[str], minutes: float) -> Self:
-        """A plan that was written to a folder, into these files, and the minutes that it takes."""
+        """The answer for a plan written to these files of a folder, and the minutes that it takes."""
         counts = {"states": len(plan.states), "minutes": minutes}
         return cls.from_result(plan, folder=folder, files=files, runs=_runs(plan), **counts)
 
@@ -77,7 +77,7 @@ class NextAnswer(Answer):
 
     @classmethod
     def of_next(cls, measure: NextMeasurements, folder: str, files: list[str], command: str) -> Self:
-        """What to measure, the files written and the command that goes on."""
+        """The answer for what to measure, the files written and the command to go on with."""
         planned: dict[str, Any] = {"states": 0, "runs": []}
         if (plan := measure.plan) is not None:
             runs = _runs(plan, measure.upper_force)
@@ -124,7 +124,7 @@ class ConfirmAnswer(Answer):
 
     @classmethod
     def of_confirmation(cls, confirmation: ConfirmationPlan, source: str, files: list[str], command: str) -> Self:
-        """A confirmation, planned or judged, the files written and the command that asks again."""
+        """The answer for a confirmation, planned or judged, the files written and the command to ask again."""
         result = confirmation.result
         return cls.from_result(
             confirmation,
@@ -132,7 +132,7 @@ class ConfirmAnswer(Answer):
             files=files,
             outcome=result and result.outcome,
             reason=result.reason if result else confirmation.refusal,
-            impacts=[ConfirmingImpactAnswer.from_result(each) for each in (result.impacts if result else ())],
+            impacts=[ConfirmingImpactAnswer.from_result(impact) for impact in (result.impacts if result else ())],
             missing=result.missing if result else confirmation.plan.recording.tolist(),
             replaced=confirmation.replaced.recording.tolist(),
             runs=_runs(confirmation.plan, confirmation.bound_force),

@@ -11,7 +11,7 @@ from forcemap.comparisons.selection import PAPER_COUNTS, SelectionStability
 
 
 class StageOne(Answer):
-    """A term of the start: its p values, and whether it was removed for them."""
+    """A term of the start: its p values, and whether they removed it."""
 
     term: Words
     p_values: list[float]
@@ -44,7 +44,7 @@ class SelectionAnswer(Answer):
     same_terms_share: float = of("same_terms")
     resamples: int
     seed: int
-    survival: Annotated[dict[str, float], BeforeValidator(lambda terms: {str(each.term): each.share for each in terms})]
+    survival: Annotated[dict[str, float], BeforeValidator(lambda terms: {str(term.term): term.share for term in terms})]
     reason: Said
     assumptions: AllSaid = of("selection", "statements")
 

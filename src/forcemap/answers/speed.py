@@ -14,11 +14,13 @@ from forcemap.maps.bounds import FixedMargin
 from forcemap.maps.force_map import ForceMap
 from forcemap.speeds.safe_speed import SpeedOutcome, safe_speed
 
+_MARGIN_10 = FixedMargin(0.10)  # the 10 % in the keys' names
+
 
 class SpeedAnswer(RestsOn):
     """The safe speed at a place: at contact, and to program; null unless its outcome is capped or admissible.
 
-    `measure_next` is where a measurement would turn "unconfirmed" into an answer; a hint, no permission.
+    `measure_next` is where a measurement could turn "unconfirmed" into an answer: a hint, no permission.
     """
 
     outcome: str
@@ -48,17 +50,17 @@ class SpeedAnswer(RestsOn):
         notes: Iterable[Finding | str] = (),
         **case: Any,
     ) -> Self:
-        """The answer for a place: distance and height [m]; `case` is what `safe_speed` takes."""
+        """The answer for a place, distance and height [m]; `case` are the other arguments of `safe_speed`."""
         speed = safe_speed(force_map, *place, **case)
-        with_margin = safe_speed(force_map, *place, **case | {"bound": FixedMargin(0.10)})
-        at = {"distance_m": place[0], "height_m": place[1]}
+        with_margin = safe_speed(force_map, *place, **case | {"bound": _MARGIN_10})
+        coordinates = {"distance_m": place[0], "height_m": place[1]}
         hint = speed.outcome is SpeedOutcome.UNCONFIRMED and speed.extrapolated_speed > 0
         return cls.from_result(
             speed,
-            **at,
+            **coordinates,
             margin_10_speed_mps=with_margin.speed,
             margin_10_outcome=with_margin.outcome,
-            measure_next=at | {"speed_mps": speed.extrapolated_speed} if hint else None,
+            measure_next=coordinates | {"speed_mps": speed.extrapolated_speed} if hint else None,
             accuracy=accuracy,
             **rests_on(force_map, speed.basis, notes),
         )

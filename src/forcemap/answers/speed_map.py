@@ -40,9 +40,9 @@ class PlaceToProgram(AtPlace):
 
 
 class SpeedMapAnswer(RestsOn):
-    """Safe speeds on a grid, distance slowest; outcome and reason are of the fastest place, if any is confirmed.
+    """Safe speeds on a grid, place by place in order of distance; outcome and reason are those of the fastest place.
 
-    `outcome`, `counts` and `fastest` are of speeds at contact.
+    `outcome`, `counts` and `fastest` refer to speeds at contact.
     """
 
     outcome: str
@@ -60,14 +60,21 @@ class SpeedMapAnswer(RestsOn):
         cls, force_map: ForceMap, speeds: SpeedMap, accuracy: Accuracy | None, notes: Iterable[Finding | str] = ()
     ) -> Self:
         """The answer for a speed map."""
-        found = speeds.speeds
-        figures = (found.outcome, found.reason, found.speed, found.extrapolated_speed)
-        measured = (found.lowest_measured_speed, found.highest_measured_speed, found.predicted_force, found.bound_force)
-        at = np.meshgrid(speeds.distance, speeds.height, indexing="ij")
-        program = (found.speed_to_program, found.to_program_outcome, found.to_program_reason)
-        places = PlaceAnswer.of_columns(*at, *figures, *measured, *program)
-        best = max(places, key=lambda each: (each.speed_mps or 0.0, each.outcome == SpeedOutcome.UNCONFIRMED))
-        quick = max(places, key=lambda each: (each.speed_to_program_mps or 0.0, each.speed_mps or 0.0, each is best))
+        result = speeds.speeds
+        figures = (result.outcome, result.reason, result.speed, result.extrapolated_speed)
+        measured = (
+            result.lowest_measured_speed,
+            result.highest_measured_speed,
+            result.predicted_force,
+            result.bound_force,
+        )
+        grid = np.meshgrid(speeds.distance, speeds.height, indexing="ij")
+        program = (result.speed_to_program, result.to_program_outcome, result.to_program_reason)
+        places = PlaceAnswer.of_columns(*grid, *figures, *measured, *program)
+        best = max(places, key=lambda place: (place.speed_mps or 0.0, place.outcome == SpeedOutcome.UNCONFIRMED))
+        quick = max(
+            places, key=lambda place: (place.speed_to_program_mps or 0.0, place.speed_mps or 0.0, place is best)
+        )
         return cls.from_result(
             speeds,
             outcome=best.outcome,
@@ -76,5 +83,5 @@ class SpeedMapAnswer(RestsOn):
             to_program_reason=quick.to_program_reason,
             places=places,
             accuracy=accuracy,
-            **rests_on(force_map, found.basis, notes),
+            **rests_on(force_map, result.basis, notes),
         )

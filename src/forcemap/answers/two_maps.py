@@ -17,7 +17,7 @@ class RatioAt(Answer):
 
 
 class TwoMapsAnswer(Answer):
-    """Two maps compared; ratios are the other's force over the one's."""
+    """Two maps compared; ratios are the force of `other` over that of `one`."""
 
     one: Said
     other: Said

@@ -1,4 +1,4 @@
-"""The whole result of a campaign's folder: every part is there, or the reason in words why it is not."""
+"""The whole result of a campaign's folder: every part, or in words why there is none."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ from forcemap.speeds.basis import doubts_of_fit
 from forcemap.verdicts.recording_results import JudgedRecordings, judge_recordings
 
 CONFIDENCE = 0.95
-"""Of the intervals."""
+"""Confidence of the coefficients' intervals: the usual one."""
 
 
 @dataclass(frozen=True)
@@ -90,7 +90,7 @@ def coefficient_intervals(force_map: ForceMap) -> tuple[Coefficient, ...]:
 
 @dataclass(frozen=True, eq=False)
 class CampaignAssessment:
-    """The whole result of a campaign's folder; a part that cannot be had says why.
+    """The whole result of a campaign's folder; a missing part says why.
 
     Parameters
     ----------
@@ -164,8 +164,11 @@ class CampaignAssessment:
     comparisons: tuple[Comparison | Missing, ...]
 
 
+PLACES_APART = 0.05
+"""Distance between the places of speed tables, if none is named [m]: a choice."""
+
 DEFAULT_AREA = "hand_fingers"
-"""Body region that is assessed where none is named."""
+"""Body region that is assessed if none is named."""
 
 
 def assess_campaign(
@@ -174,14 +177,14 @@ def assess_campaign(
     limits: Sequence[ForceLimit] = (),
     bound: Bound | None = None,
     form: Form = CFM_3D,
-    step: float = 0.05,
+    step: float = PLACES_APART,
     allowance: Allowance | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> CampaignAssessment:
     """Assess a campaign's folder as a whole; a part that cannot be had is a `Missing` that says why.
 
-    Reads the folder and writes nothing. The results are those of `impacts.csv`; whether the recordings give it is
-    looked at, and what does not fit together stands in `findings`. A folder with `impacts.csv` alone, or with a plan
+    Reads the folder and writes nothing. The results are those of `impacts.csv`; whether the recordings give that table
+    is checked, and what does not fit together stands in `findings`. A folder with `impacts.csv` alone, or with a plan
     alone, is assessed as far as it goes.
 
     Parameters
@@ -215,17 +218,76 @@ def assess_campaign(
     """
     if not 0 < step < math.inf:
         raise InputError(f"step: found {step:g} m, expected a positive finite number")
-    folder = campaign.folder if isinstance(campaign, Campaign) else Path(campaign)
+    stated = _stated(campaign.folder if isinstance(campaign, Campaign) else Path(campaign), limits)
+    records = campaign if isinstance(campaign, Campaign) else attempt(lambda: read_campaign(stated.folder))
+    measured = _measured(records, stated, progress)
+    conditions, judged, dataset = measured.conditions, measured.recordings, measured.dataset
+    fitted = _fitted(dataset, form, bound or ToleranceBound(device_error=conditions.device.error_or_default))
+    force_map, carried = fitted.force_map, fitted.bound
+    scatter = attempt(lambda: repeatability(present(dataset)))
+    models = tuple(attempt(partial(contact_model, conditions, limit.name)) for limit in stated.limits)
+    cases = tuple(zip(stated.limits, models, strict=True))
+
+    def speeds_of(limit: ForceLimit, model: ContactModel | Missing, contact: Contact) -> PlaceSpeeds:
+        known = conditions if isinstance(dataset, Missing) else dataset
+        plan = None if isinstance(records, Missing) else records.plan
+        rest: dict[str, Any] = {"measured": known, "plan": plan, "model": model, "step": step}
+        return place_speeds(limit, contact, force_map, carried, allowance=allowance or Allowance(), **rest)
+
+    def compared(limit: ForceLimit, model: ContactModel | Missing) -> Comparison:
+        impacts, _, masses = present(dataset), present(force_map), present(model)
+        usable, under = limit if limit.permitted else None, None if isinstance(carried, Missing) else carried
+        return compare_force_models(impacts, **masses.figures, form=form, bound=under, limit=usable)
+
+    return CampaignAssessment(
+        name=stated.folder.resolve().name,
+        software=f"forcemap {__version__}",
+        inputs=stated.inputs,
+        findings=(*fitted.weakness, *stated.findings, *measured.findings, *fitted.doubts),
+        conditions=conditions,
+        campaign=records,
+        simulated=measured.simulated,
+        limits=stated.limits,
+        limits_chosen=stated.limits_chosen,
+        recordings=judged,
+        dataset=dataset,
+        summary=attempt(lambda: campaign_summary(present(records), present(dataset))),
+        repeatability=scatter,
+        states=attempt(lambda: state_results(present(dataset), present(scatter), judged, force_map, len(cases))),
+        force_map=force_map,
+        coefficients=attempt(lambda: coefficient_intervals(present(force_map))),
+        accuracy=attempt(lambda: map_accuracy(present(force_map), present(dataset))),
+        bound=carried,
+        speeds=tuple(speeds_of(*case, contact) for case in cases for contact in Contact),
+        map_2d=attempt(lambda: fit_force_map(present(dataset), form=CFM_2D)),
+        contact_models=models,
+        comparisons=tuple(attempt(partial(compared, *case)) for case in cases),
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class _Stated:
+    """What a folder states before its recordings are looked at: files, conditions, limits, what is wrong with them."""
+
+    folder: Path
+    inputs: tuple[InputFile, ...]
+    conditions: Conditions
+    limits: tuple[ForceLimit, ...]
+    limits_chosen: str
+    findings: tuple[Finding, ...]
+
+
+def _stated(folder: Path, limits: Sequence[ForceLimit]) -> _Stated:
     inputs = campaign_inputs(folder)
-    if not {each.path for each in inputs} & {CAMPAIGN_FILE, PLAN_FILE, TABLE_FILE}:
+    if not {file.path for file in inputs} & {CAMPAIGN_FILE, PLAN_FILE, TABLE_FILE}:
         raise InputError(
             f"there is neither {CAMPAIGN_FILE} nor {PLAN_FILE} nor {TABLE_FILE}, expected a campaign's folder; "
             "forcemap plan makes one",
             file=str(folder),
         )
-    stated = (folder / CAMPAIGN_FILE).exists()
-    conditions = read_conditions(folder / CAMPAIGN_FILE) if stated else Conditions()
-    findings = [] if stated else [Finding.of(FindingKind.CONDITIONS_MISSING, file=CAMPAIGN_FILE)]
+    has_conditions = (folder / CAMPAIGN_FILE).exists()
+    conditions = read_conditions(folder / CAMPAIGN_FILE) if has_conditions else Conditions()
+    findings = [] if has_conditions else [Finding.of(FindingKind.CONDITIONS_MISSING, file=CAMPAIGN_FILE)]
     own = campaign_limit_table(folder, conditions)
     findings += [own.finding] if own.finding else []
     chosen = "given by the user"
@@ -236,64 +298,54 @@ def assess_campaign(
         others = dict.fromkeys(limit.edition for limit in limits if limit.sha256 != own.table.sha256)
         if others:
             findings.append(Finding.of(FindingKind.OTHER_LIMITS, table=own.file, editions=", ".join(others)))
-    home = campaign if isinstance(campaign, Campaign) else attempt(lambda: read_campaign(folder))
     findings += stated_findings(conditions, limits)
-    findings += [] if isinstance(home, Missing) else file_findings(home)
-    recordings = attempt(lambda: _judged(present(home), limits, progress))
-    says_so = conditions.simulated
-    if isinstance(recordings, JudgedRecordings) and any(each.simulated for each in recordings.results):
+    return _Stated(folder, inputs, conditions, tuple(limits), chosen, tuple(findings))
+
+
+@dataclass(frozen=True, eq=False)
+class _Measured:
+    """Recordings and impacts of a campaign, its conditions with what they add, and what does not fit together."""
+
+    recordings: JudgedRecordings | Missing
+    dataset: ImpactDataset | Missing
+    conditions: Conditions
+    simulated: bool
+    findings: tuple[Finding, ...]
+
+
+def _measured(records: Campaign | Missing, stated: _Stated, progress: Callable[[int, int], None] | None) -> _Measured:
+    conditions = stated.conditions
+    findings = [] if isinstance(records, Missing) else file_findings(records)
+    recordings = attempt(lambda: _judged(present(records), stated.limits, progress))
+    if isinstance(recordings, JudgedRecordings) and any(result.simulated for result in recordings.results):
         conditions = replace(conditions, simulated=True)
-    dataset = attempt(lambda: read_dataset(folder, conditions=conditions))
+    dataset = attempt(lambda: read_dataset(stated.folder, conditions=conditions))
     simulated = conditions.simulated if isinstance(dataset, Missing) else dataset.simulated
-    if simulated and not says_so:
+    if simulated and not stated.conditions.simulated:
         findings.append(Finding.of(FindingKind.SIMULATED_NOT_STATED))
-    scatter = attempt(lambda: repeatability(present(dataset)))
-    force_map = attempt(lambda: fit_force_map(present(dataset), form=form))
-    wanted = bound or ToleranceBound(device_error=conditions.device.error_or_default)
-    carried = attempt(lambda: _carried(present(force_map), wanted))
     if not isinstance(dataset, Missing) and dataset.binding.reason:
         findings.append(dataset.binding.reason)
     findings += [doubt] if (doubt := conditions.speed_doubt) else []
-    if not isinstance(force_map, Missing) and (weak := weakness(wanted, force_map)):
-        findings.insert(0, weak)
-    findings += [] if isinstance(force_map, Missing) else doubts_of_fit(force_map)
-    models = tuple(attempt(partial(contact_model, conditions, limit.name)) for limit in limits)
+    return _Measured(recordings, dataset, conditions, simulated, tuple(findings))
 
-    def speeds_of(limit: ForceLimit, model: ContactModel | Missing, contact: Contact) -> PlaceSpeeds:
-        known = conditions if isinstance(dataset, Missing) else dataset
-        plan = None if isinstance(home, Missing) else home.plan
-        rest: dict[str, Any] = {"measured": known, "plan": plan, "model": model, "step": step}
-        return place_speeds(limit, contact, force_map, carried, allowance=allowance or Allowance(), **rest)
 
-    def compared(limit: ForceLimit, model: ContactModel | Missing) -> Comparison:
-        impacts, _, masses = present(dataset), present(force_map), present(model)
-        usable, under = limit if limit.permitted else None, None if isinstance(carried, Missing) else carried
-        return compare_force_models(impacts, **masses.figures, form=form, bound=under, limit=usable)
+@dataclass(frozen=True, eq=False)
+class _Fitted:
+    """A map and the bound it carries, with the findings against them: first (`weakness`) and last (`doubts`)."""
 
-    return CampaignAssessment(
-        name=folder.resolve().name,
-        software=f"forcemap {__version__}",
-        inputs=inputs,
-        findings=tuple(findings),
-        conditions=conditions,
-        campaign=home,
-        simulated=simulated,
-        limits=tuple(limits),
-        limits_chosen=chosen,
-        recordings=recordings,
-        dataset=dataset,
-        summary=attempt(lambda: campaign_summary(present(home), present(dataset))),
-        repeatability=scatter,
-        states=attempt(lambda: state_results(present(dataset), present(scatter), recordings, force_map, len(limits))),
-        force_map=force_map,
-        coefficients=attempt(lambda: coefficient_intervals(present(force_map))),
-        accuracy=attempt(lambda: map_accuracy(present(force_map), present(dataset))),
-        bound=carried,
-        speeds=tuple(speeds_of(*case, contact) for case in zip(limits, models, strict=True) for contact in Contact),
-        map_2d=attempt(lambda: fit_force_map(present(dataset), form=CFM_2D)),
-        contact_models=models,
-        comparisons=tuple(attempt(partial(compared, *case)) for case in zip(limits, models, strict=True)),
-    )
+    force_map: ForceMap | Missing
+    bound: Bound | Missing
+    weakness: tuple[Finding, ...] = ()
+    doubts: tuple[Finding, ...] = ()
+
+
+def _fitted(dataset: ImpactDataset | Missing, form: Form, bound: Bound) -> _Fitted:
+    force_map = attempt(lambda: fit_force_map(present(dataset), form=form))
+    carried = attempt(lambda: _carried(present(force_map), bound))
+    if isinstance(force_map, Missing):
+        return _Fitted(force_map, carried)
+    weak = weakness(bound, force_map)
+    return _Fitted(force_map, carried, (weak,) if weak else (), tuple(doubts_of_fit(force_map)))
 
 
 def _default_limit(table: LimitTable) -> ForceLimit:

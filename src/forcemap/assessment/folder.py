@@ -45,7 +45,7 @@ class InputFile:
 def campaign_inputs(folder: str | Path, *, further: Iterable[str] = ()) -> tuple[InputFile, ...]:
     """The files that a campaign's result rests on: campaign.toml, the plan, register and table, maps, recordings.
 
-    Hidden files are left alone, and a link that leads to no file is none.
+    Hidden files and links that lead to no file are left out.
 
     Parameters
     ----------
@@ -59,21 +59,21 @@ def campaign_inputs(folder: str | Path, *, further: Iterable[str] = ()) -> tuple
     InputError
         There is no such folder.
     """
-    home = Path(folder)
-    if not home.is_dir():
+    root = Path(folder)
+    if not root.is_dir():
         raise InputError("there is no such folder", file=str(folder))
-    found = {name: home / name for name in (*_FILES, *further)}
-    for below in (path.relative_to(home) for name in _FOLDERS for path in (home / name).rglob("*")):
+    paths = {name: root / name for name in (*_FILES, *further)}
+    for below in (path.relative_to(root) for name in _FOLDERS for path in (root / name).rglob("*")):
         if not any(part.startswith(".") for part in below.parts):
-            found[below.as_posix()] = home / below
-    first = [name for name in found if "/" not in name]
-    names = [*first, *sorted(found.keys() - set(first))]
-    return tuple(InputFile(name, _sha256(found[name])) for name in names if found[name].is_file())
+            paths[below.as_posix()] = root / below
+    first = [name for name in paths if "/" not in name]
+    names = [*first, *sorted(paths.keys() - set(first))]
+    return tuple(InputFile(name, _sha256(paths[name])) for name in names if paths[name].is_file())
 
 
 def inputs_sha256(inputs: Iterable[InputFile]) -> str:
     """One SHA-256 for all files: of their names and hashes, in order of the names."""
-    lines = sorted(f"{each.sha256}  {each.path}\n" for each in inputs)
+    lines = sorted(f"{file.sha256}  {file.path}\n" for file in inputs)
     return sha256("".join(lines).encode("utf-8", "surrogateescape"))
 
 
@@ -94,7 +94,7 @@ class CampaignLimitTable:
     file : str
         Its file in the campaign's folder; empty for the standard's.
     finding : Finding or None
-        Why a table that campaign.toml names was not used; None if none is, or it was.
+        Why a table that campaign.toml names was not used; None if it was, or if none is named.
     """
 
     table: LimitTable
@@ -115,40 +115,40 @@ def campaign_limit_table(folder: str | Path, conditions: Conditions) -> Campaign
     standard, name = standard_limit_table(), conditions.limit_table
     if not name.lower().endswith(".csv"):  # a name in words
         return CampaignLimitTable(standard, "")
-    home, inside = Path(folder).resolve(), False
-    with contextlib.suppress(OSError, ValueError):  # what no file can be named
-        file = (home / name).resolve()
-        inside = file.is_relative_to(home) and file.is_file()
+    root, inside = Path(folder).resolve(), False
+    with contextlib.suppress(OSError, ValueError):  # a name that no file can have
+        file = (root / name).resolve()
+        inside = file.is_relative_to(root) and file.is_file()
     if not inside:
         return CampaignLimitTable(standard, "", Finding.of(FindingKind.OWN_LIMITS_MISSING, table=name))
     try:
-        return CampaignLimitTable(read_limit_table(file), file.relative_to(home).as_posix())
+        return CampaignLimitTable(read_limit_table(file), file.relative_to(root).as_posix())
     except ForcemapError as error:
         return CampaignLimitTable(standard, "", Finding.of(FindingKind.OWN_LIMITS_UNUSABLE, error=error_words(error)))
 
 
 def stated_findings(conditions: Conditions, limits: Sequence[ForceLimit]) -> list[Finding]:
-    """What the stated conditions contradict or leave open that every result hangs on."""
-    found = [limit.head_finding for limit in limits if limit.head_finding]
+    """What the stated conditions contradict, or leave open, that all results depend on."""
+    findings = [limit.head_finding for limit in limits if limit.head_finding]
     for limit in limits:
         suits = device_suitability(limit.name, limit.stiffness, conditions.device.stiffness)
         if limit.permitted and suits.refusal:
-            found.append(Finding.of(FindingKind.NO_SPEED_FOR_AREA, suits.refusal, area=limit.name))
+            findings.append(Finding.of(FindingKind.NO_SPEED_FOR_AREA, suits.refusal, area=limit.name))
     if conditions.date and conditions.device.expired(conditions.date):
-        found.append(Finding.of(FindingKind.CALIBRATION_EXPIRED, date=conditions.date))
+        findings.append(Finding.of(FindingKind.CALIBRATION_EXPIRED, date=conditions.date))
     if math.isnan(conditions.device.range):
-        found.append(Finding.of(FindingKind.SATURATION_UNSEEN))
+        findings.append(Finding.of(FindingKind.SATURATION_UNSEEN))
     editions = list(dict.fromkeys(limit.edition for limit in limits))
     stated = conditions.standard_edition
     if stated and any(stated.split(",")[0].strip() not in edition for edition in editions):
-        found.append(Finding.of(FindingKind.OTHER_EDITION, stated=stated, editions=", ".join(editions)))
-    return found
+        findings.append(Finding.of(FindingKind.OTHER_EDITION, stated=stated, editions=", ".join(editions)))
+    return findings
 
 
 def file_findings(campaign: Campaign) -> list[Finding]:
     """What differs between recordings, register and impacts table.
 
-    The table is made again from the recordings and compared; nothing is written.
+    The table is rebuilt from the recordings and compared; nothing is written.
     """
     try:
         there = set(campaign.files())
@@ -164,8 +164,8 @@ def file_findings(campaign: Campaign) -> list[Finding]:
         FindingKind.RECORDINGS_GONE: [file for file in digests if file not in there],
         FindingKind.RECORDINGS_NEW: sorted(there - {entry.file for entry in campaign.entries}),
     }
-    found = [Finding.of(kind, files=tuple(files)) for kind, files in differing.items() if files]
-    return found or _table_findings(campaign)
+    findings = [Finding.of(kind, files=tuple(files)) for kind, files in differing.items() if files]
+    return findings or _table_findings(campaign)
 
 
 def _table_findings(campaign: Campaign) -> list[Finding]:
@@ -175,11 +175,11 @@ def _table_findings(campaign: Campaign) -> list[Finding]:
         text = table_text(campaign, *collected(campaign))
     except ForcemapError as error:
         return [Finding.of(FindingKind.TABLE_UNOBTAINABLE, table=TABLE_FILE, error=error.message)]
-    ours, made = read_bytes(campaign.table_file).splitlines(), text.encode().splitlines()
-    if ours == made:
+    stored, rebuilt = read_bytes(campaign.table_file).splitlines(), text.encode().splitlines()
+    if stored == rebuilt:
         return []
-    for row, (one, other) in enumerate(zip(ours, made, strict=False), start=1):
-        if one != other:
+    for row, (stored_row, rebuilt_row) in enumerate(zip(stored, rebuilt, strict=False), start=1):
+        if stored_row != rebuilt_row:
             return [Finding.of(FindingKind.TABLE_ROW_DIFFERS, table=TABLE_FILE, row=row)]
-    figures = {"impacts": len(ours) - 1, "given": len(made) - 1}
+    figures = {"impacts": len(stored) - 1, "given": len(rebuilt) - 1}
     return [Finding.of(FindingKind.TABLE_LENGTH_DIFFERS, table=TABLE_FILE, **figures)]

@@ -26,7 +26,7 @@ class Missing:
 
 
 def attempt(make: Callable[[], Part]) -> Part | Missing:
-    """What `make` gives, or why it cannot be had."""
+    """What `make` returns, or why it failed."""
     try:
         return make()
     except ForcemapError as error:
@@ -47,5 +47,5 @@ def present(part: Part | Missing) -> Part:
 
 
 def error_words(error: ForcemapError) -> str:
-    """An error in words, the file by its bare name: the same in whatever folder the campaign lies."""
+    """An error in words, with the file's bare name, so that it is the same in whatever folder the campaign is."""
     return str(error).replace(error.file, Path(error.file).name, 1) if error.file else str(error)

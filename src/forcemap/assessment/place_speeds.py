@@ -1,4 +1,4 @@
-"""Safe speeds of one body area and kind of contact, what the standard's formula says beside, and what to measure."""
+"""Safe speeds for one body area and kind of contact, the standard's formula beside them, and what to measure next."""
 
 from __future__ import annotations
 
@@ -85,7 +85,7 @@ class PlaceSpeeds:
     @property
     def unconfirmed(self) -> int:
         """Number of other places inside the measured range."""
-        return sum(len(each.places) for each in self.open_places)
+        return sum(len(group.places) for group in self.open_places)
 
     @property
     def slowest(self) -> float:
@@ -120,7 +120,7 @@ def place_speeds(
     step: float,
     allowance: Allowance,
 ) -> PlaceSpeeds:
-    """Safe speeds on a grid `step` [m] apart, and what to measure next; each is missing where it cannot be had.
+    """Safe speeds on a grid `step` [m] apart, and what to measure next; a missing part says why.
 
     Parameters
     ----------
@@ -129,9 +129,9 @@ def place_speeds(
     force_map : ForceMap or Missing
     bound : Bound or Missing
     measured : ImpactDataset or Conditions
-        What the next measurements go on from.
+        What was measured so far.
     plan : MeasurementPlan or None
-        Tells the range of places where nothing was measured yet.
+        Gives the range of places if nothing was measured yet.
     model : ContactModel or Missing
         The standard's contact model.
     step : float
@@ -165,10 +165,10 @@ def _speeds(
     return speed_map(force_map, *places, limit=limit, bound=bound, contact=contact, allowance=allowance)
 
 
-def _open_places(found: SpeedMap) -> tuple[OpenPlaces, ...]:
-    speeds = found.speeds
+def _open_places(grid: SpeedMap) -> tuple[OpenPlaces, ...]:
+    speeds = grid.speeds
     reasons: dict[Finding, list[tuple[float, float]]] = {}
     for i, j in np.argwhere(speeds.to_program_outcome == SpeedOutcome.UNCONFIRMED).tolist():
-        at = float(found.distance[i]), float(found.height[j])
-        reasons.setdefault(speeds.to_program_reason[i, j], []).append(at)
+        place = float(grid.distance[i]), float(grid.height[j])
+        reasons.setdefault(speeds.to_program_reason[i, j], []).append(place)
     return tuple(OpenPlaces(reason, tuple(places)) for reason, places in reasons.items())

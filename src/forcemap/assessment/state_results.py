@@ -46,7 +46,7 @@ class StateResult:
     recordings : tuple of RecordingResult
         Its recordings, those that are not used, too.
     judgements : tuple of (Judgement or None)
-        The gravest of its recordings, one for each limit; None where none was judged.
+        The gravest of its recordings, one for each limit; None if none was judged.
     """
 
     name: str
@@ -83,23 +83,23 @@ def state_results(
     columns: dict[str, Any] = {"mean": states.force, "sd": scatter.sd, "predicted": predicted}
     for field in ("distance", "height", "speed", "impacts", "censored", "highest", "at_least"):
         columns[field] = getattr(states, field)
-    found = []
+    results = []
     for i, name in enumerate(states.name):
         rows = dataset.state == name
-        own = [each for each in judged if each.entry.state_id == name]
+        own = [recording for recording in judged if recording.entry.state_id == name]
         scenarios = dataset.scenario[rows].tolist()
         flags = [flag for cell in dataset.flags[rows].tolist() for flag in cell.split("; ")]
-        judgements = [[j for each in own if (j := each.judgements[k]) is not None] for k in range(limits)]
-        found.append(
+        judgements = [[j for recording in own if (j := recording.judgements[k]) is not None] for k in range(limits)]
+        results.append(
             StateResult(
                 name=name,
                 **{field: column[i].item() for field, column in columns.items()},
                 role=" and ".join(sorted(set(dataset.role[rows].tolist()), reverse=True)),
                 phase2_force=float(np.fmax.reduce(dataset.phase2_force[rows])),
-                scenarios={each: count for each in ContactScenario if (count := scenarios.count(each))},
+                scenarios={scenario: count for scenario in ContactScenario if (count := scenarios.count(scenario))},
                 flags=tuple(sorted(set(flags) - {"", "simulated"})),
                 recordings=tuple(own),
                 judgements=tuple(map(gravest_judgement, judgements)),
             )
         )
-    return tuple(found)
+    return tuple(results)

@@ -15,7 +15,9 @@ from forcemap.maps.fit import CensoredImpacts, fit_force_map
 from forcemap.maps.force_map import ForceMap
 from forcemap.maps.forms import CFM_3D, Form
 
-_FLAT = 1e-5  # extent [m, m/s] below which states count as lying in a plane, on a line or at a point
+# Extent [m, m/s] below which states count as lying in a plane, on a line or at a point: a hundredth of a millimetre,
+# far above rounding and far below what a place can be set to.
+_FLAT_EXTENT = 1e-5
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,28 +50,30 @@ class CensoringEffect:
 
     @property
     def added(self) -> States:
-        """The states that only the fit with censored impacts has: all of theirs are censored."""
+        """The states that only the fit with censored impacts has, since all their impacts are censored."""
         return self.states.select(self.states.impacts == 0)
 
     @property
     def range_kept(self) -> float:
         """Volume of the measured range without the censored impacts over that with them.
 
-        Of its area or length where the states lie in a plane or on a line; 1 where they are one.
+        The ratio of areas or lengths if the states lie in a plane or on a line; 1 if there is only one.
         """
-        all_states, kept = (each.require_fit().states.coordinates for each in (self.at_least, self.discarded))
+        all_states, uncensored_only = (
+            force_map.require_fit().states.coordinates for force_map in (self.at_least, self.discarded)
+        )
         centre = all_states.mean(axis=0)
         _, _, axes = np.linalg.svd(all_states - centre, full_matrices=False)
-        thick = axes[np.ptp((all_states - centre) @ axes.T, axis=0) > _FLAT]
+        thick = axes[np.ptp((all_states - centre) @ axes.T, axis=0) > _FLAT_EXTENT]
         if not len(thick):
             return 1.0
-        return _volume((kept - centre) @ thick.T) / _volume((all_states - centre) @ thick.T)
+        return _volume((uncensored_only - centre) @ thick.T) / _volume((all_states - centre) @ thick.T)
 
     @property
     def margin_at_least(self) -> tuple[float, float]:
-        """Smallest and largest share by which the tolerance bound lies above the prediction, all states of the fit.
+        """Smallest and largest share by which the tolerance bound lies above the prediction, at all fitted states.
 
-        NaN, as of the next two, where the fit carries no such bound.
+        NaN if the fit carries no such bound; so are the next two.
         """
         return _margins(self.at_least, self.at_least.require_fit().states)
 
@@ -117,9 +121,9 @@ def censoring_effect(dataset: ImpactDataset, *, form: Form = CFM_3D) -> Censorin
 
 def _margins(force_map: ForceMap, states: States) -> tuple[float, float]:
     bound = ToleranceBound(device_error=force_map.conditions.device.error_or_default)
-    at = states.coordinates.T
+    coordinates = states.coordinates.T
     try:
-        share = bound.upper(force_map, *at) / force_map.predict(*at) - 1
+        share = bound.upper(force_map, *coordinates) / force_map.predict(*coordinates) - 1
     except BoundNotAvailable:
         return math.nan, math.nan
     return float(share.min()), float(share.max())
@@ -132,6 +136,6 @@ def _volume(points: FloatArray) -> float:
     offsets = points - points.mean(axis=0)
     _, _, axes = np.linalg.svd(offsets, full_matrices=False)
     extent = np.ptp(offsets @ axes.T, axis=0)
-    if extent.size < points.shape[1] or np.any(extent <= _FLAT):
+    if extent.size < points.shape[1] or np.any(extent <= _FLAT_EXTENT):
         return 0.0
     return float(extent[0]) if extent.size == 1 else float(ConvexHull(points).volume)

@@ -78,10 +78,10 @@ def contact_model(
             "moving mass: campaign.toml does not state robot.moving_mass_kg, which the standard's contact model needs; "
             "state it, or give --moving-mass-kg (moving_mass_kg)"
         )
-    found = body_region(region)
+    body = body_region(region)
     return ContactModel(
         robot_mass=pfl_robot_mass(mass, conditions.load if payload is None else payload),
-        body_mass=math.inf if constrained else found.mass,
-        stiffness=found.stiffness,
+        body_mass=math.inf if constrained else body.mass,
+        stiffness=body.stiffness,
         payload_stated=payload is not None or not math.isnan(conditions.payload),
     )

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from forcemap.arrays import FloatArray
 from forcemap.campaigns.dataset import ImpactDataset
+from forcemap.campaigns.state import StateTolerance
 from forcemap.comparisons.force_models import rank_correlation
 from forcemap.dynamics.effective_mass import EffectiveMass
 from forcemap.dynamics.inverse_kinematics import DOWN
@@ -17,15 +18,17 @@ from forcemap.dynamics.rigid_body import unit_direction
 from forcemap.dynamics.robot import Robot
 from forcemap.errors import InputError
 from forcemap.findings import Finding, FindingKind, in_words
+from forcemap.limits.pfl import LEAST_STIFFNESS
 from forcemap.maps.force_map import ForceMap
 
-_LEAST_PLACES = 4  # below it a rank correlation says nothing
-_SAME_SPEED = 0.01  # states of a map within it are of one speed [m/s]
+_LEAST_PLACES = 4  # a choice: three places give perfect rank correlation by chance in one case of three
+_SAME_SPEED = StateTolerance().speed  # measured points of a map no further apart are of one speed [m/s]
+_PAPER_DEVICE_STIFFNESS = 75_000.0  # spring constant of the paper's device [N/m] (section IV-B)
 
 
 @dataclass(frozen=True, eq=False)
 class MassExplanation:
-    """What one effective mass says of the forces.
+    """How well one effective mass explains the forces.
 
     Parameters
     ----------
@@ -114,7 +117,7 @@ def compare_effective_mass(
     forces: ForceMap | ImpactDataset,
     robot: Robot,
     *,
-    stiffness: float = 75_000.0,
+    stiffness: float = _PAPER_DEVICE_STIFFNESS,
     speed: float | None = None,
     tool_direction: ArrayLike = DOWN,
 ) -> MassComparison:
@@ -139,30 +142,37 @@ def compare_effective_mass(
         A stiffness or speed outside its range, a speed that was not measured, or fewer than four places with an
         effective mass.
     """
-    if not 1000 <= stiffness < np.inf:
-        raise InputError(f"stiffness: found {stiffness:g} N/m, expected at least 1000: it is not in N/mm")
-    at, towards = _forces(forces, speed), unit_direction(tool_direction, 3)
+    if not LEAST_STIFFNESS <= stiffness < np.inf:
+        raise InputError(
+            f"stiffness: found {stiffness:g} N/m, expected at least {LEAST_STIFFNESS:g}: it is not in N/mm"
+        )
+    compared, towards = _forces(forces, speed), unit_direction(tool_direction, 3)
     variants = [("links alone", replace(robot, drive_inertia=None))]
     if robot.drive_inertia is not None:
         variants.append(("with drive inertia", robot))
-    explanations = tuple(_explanation(*each, at, stiffness, tool_direction) for each in variants)
+    explanations = tuple(_explanation(*variant, compared, stiffness, tool_direction) for variant in variants)
     return MassComparison(
-        on=at.on,
+        on=compared.on,
         robot=robot.name,
-        speed=at.typical_speed,
+        speed=compared.typical_speed,
         stiffness=stiffness,
-        distance=at.distance,
-        height=at.height,
-        measured_force=at.force,
-        measured_mass=(at.force / at.speed) ** 2 / stiffness,
-        postures=tuple(robot.stated_each(explanations[0].mass.positions)),
+        distance=compared.distance,
+        height=compared.height,
+        measured_force=compared.force,
+        measured_mass=(compared.force / compared.speed) ** 2 / stiffness,
+        postures=tuple(robot.stated_postures(explanations[0].mass.positions)),
         explanations=explanations,
         statements=(
             *robot.findings,
             *forces.conditions.findings,
-            Finding.of(FindingKind.FORCES_COMPARED, on=at.on, speed_mps=at.typical_speed, stiffness_N_per_m=stiffness),
+            Finding.of(
+                FindingKind.FORCES_COMPARED,
+                on=compared.on,
+                speed_mps=compared.typical_speed,
+                stiffness_N_per_m=stiffness,
+            ),
             _posture(robot, towards),
-            *(in_words(each.mass.assumption) for each in explanations),
+            *(in_words(explanation.mass.assumption) for explanation in explanations),
             Finding.of(FindingKind.MASS_PREDICTS_NOTHING),
         ),
     )
@@ -172,13 +182,13 @@ def _posture(robot: Robot, towards: FloatArray) -> Finding:
     """How the robot stands and is hit."""
     reference = tuple(robot.stated(robot.reference_posture).items())
     figures = {"tool_axis": robot.tool_axis, "towards": towards, "contact_offset_m": robot.contact_offset}
-    places = {name: tuple(each.tolist()) for name, each in figures.items()}
+    places = {name: tuple(vector.tolist()) for name, vector in figures.items()}
     return Finding.of(FindingKind.POSTURE, robot=robot.name, load_kg=float(robot.load), reference=reference, **places)
 
 
 @dataclass(frozen=True, eq=False)
 class _Forces:
-    """Where forces come from; places [m], speeds [m/s], forces [N], shape (n,)."""
+    """Forces to compare and where they come from; places [m], speeds [m/s], forces [N], shape (n,)."""
 
     on: str
     distance: FloatArray
@@ -218,9 +228,11 @@ def _measured_speed(speeds: FloatArray, tolerance: float, wanted: float | None) 
     return float(speeds[np.abs(speeds - most[most.size // 2] * step).argmin()])
 
 
-def _explanation(name: str, robot: Robot, at: _Forces, stiffness: float, tool_direction: ArrayLike) -> MassExplanation:
-    mass = robot_effective_mass_at(robot, at.distance, at.height, tool_direction=tool_direction)
-    measured, force = at.force, at.speed * np.sqrt(stiffness * mass.value)
+def _explanation(
+    name: str, robot: Robot, compared: _Forces, stiffness: float, tool_direction: ArrayLike
+) -> MassExplanation:
+    mass = robot_effective_mass_at(robot, compared.distance, compared.height, tool_direction=tool_direction)
+    measured, force = compared.force, compared.speed * np.sqrt(stiffness * mass.value)
     known = np.isfinite(force)
     if known.sum() < _LEAST_PLACES:
         raise InputError(

@@ -58,9 +58,9 @@ class ModelComparison:
     accuracy : Accuracy
         Its errors.
     most_underestimated, most_overestimated : StateError or None
-        The extremes; None where no state is on that side.
+        The extremes; None if no state is on that side.
     note : Finding or None
-        What to know of the model.
+        A remark on the model.
     """
 
     model: str
@@ -99,7 +99,7 @@ class AllowedSpeed:
     lowest, median, highest : float
         Of the confirmed speeds [m/s]; NaN if there is none.
     note : Finding or None
-        What to know of it.
+        A remark on it.
     """
 
     model: str
@@ -220,7 +220,7 @@ def compare_force_models(
     """
     bound = bound or ToleranceBound()
     body = {"robot_mass": robot_mass, "body_mass": body_mass, "stiffness": stiffness}
-    maps = [fit_force_map(dataset, form=each) for each in dict.fromkeys((form, CFM_2D))]
+    maps = [fit_force_map(dataset, form=map_form) for map_form in dict.fromkeys((form, CFM_2D))]
     test = dataset.independent_test
     has_test = bool((test.states.impacts > 0).any())
     on = "test states" if has_test else "each state left out in turn"
@@ -234,7 +234,7 @@ def compare_force_models(
     predictions.append(("contact model", pfl_contact_force(states.speed, **body), of_standard))
     return Comparison(
         on=on,
-        models=tuple(_model(*each, states, on) for each in predictions),
+        models=tuple(_model(*prediction, states, on) for prediction in predictions),
         allowed=() if limit is None else tuple(_allowed(maps, dataset, limit, bound, body)),
         variation=_variation(dataset),
         bound=bound,
@@ -251,7 +251,7 @@ def compare_force_models(
 
 
 def _predictions(force_map: ForceMap, states: States, has_test: bool) -> FloatArray:
-    """Force [N] that a map predicts at states; of its own ones, without test states, each left out."""
+    """Force [N] that a map predicts at states; without test states, at its own states, each left out in turn."""
     if has_test:
         return np.asarray(force_map.predict(*states.coordinates.T))
     own = dict(zip(force_map.require_fit().states.name, left_out_predictions(force_map).tolist(), strict=True))
@@ -259,7 +259,7 @@ def _predictions(force_map: ForceMap, states: States, has_test: bool) -> FloatAr
 
 
 def _per_height(dataset: ImpactDataset, states: States, has_test: bool) -> tuple[FloatArray, int]:
-    """Predictions of the 2D map of each state's own height, NaN where there is none; and the number of maps."""
+    """Prediction for every state by the 2D map of its own height, NaN where there is none; and the number of maps."""
     height_of = dict(zip(dataset.states.name, dataset.states.height.tolist(), strict=True))
     height = np.array([height_of[name] for name in dataset.state])
     apart = np.abs(dataset.speed[:, None] - dataset.train.states.speed).min(axis=1)
@@ -305,17 +305,17 @@ def _allowed(
         cases = [(limit, Contact.QUASI_STATIC, "given in newtons, counted as quasi-static", len(places))]
     for case in cases:
         newtons, contact = case[:2]
-        for each in maps:
+        for force_map in maps:
             try:
-                speeds = safe_speed(each, *places.T, limit=limit, bound=bound, contact=contact)
+                speeds = safe_speed(force_map, *places.T, limit=limit, bound=bound, contact=contact)
             except (InputError, BoundNotAvailable) as error:
-                yield AllowedSpeed(each.form.name, *case, 0, *nothing, in_words(error.message))
+                yield AllowedSpeed(force_map.form.name, *case, 0, *nothing, in_words(error.message))
                 continue
             confirmed = speeds.speed[~np.isnan(speeds.speed)]
             lowest, median, highest = np.quantile(confirmed, (0.0, 0.5, 1.0)).tolist() if confirmed.size else nothing
             refused = [r for r, o in zip(speeds.reason, speeds.outcome, strict=True) if o is SpeedOutcome.UNCONFIRMED]
             why = max(refused, key=refused.count) if refused and not confirmed.size else None
-            yield AllowedSpeed(each.form.name, *case, confirmed.size, lowest, median, highest, why)
+            yield AllowedSpeed(force_map.form.name, *case, confirmed.size, lowest, median, highest, why)
         standard = pfl_speed_limit(newtons, **body)
         note = Finding.of(FindingKind.FORMULA)
         if isinstance(limit, ForceLimit) and contact is Contact.TRANSIENT:
@@ -326,11 +326,11 @@ def _allowed(
 
 
 def _variation(dataset: ImpactDataset) -> WorkspaceVariation:
-    """At the speed measured at most places; of several one over the widest area, the middle one of these."""
+    """At the speed measured at most places; if there are several, over the widest area; of these the middle one."""
     states, tolerance = dataset.states.uncensored, dataset.tolerance.speed
     speeds = np.unique(np.round(states.speed / tolerance)) * tolerance
     near = np.abs(states.speed - speeds[:, None]) <= tolerance
-    area = [np.ptp(states.distance[each]) * np.ptp(states.height[each]) for each in near]
+    area = [np.ptp(states.distance[level]) * np.ptp(states.height[level]) for level in near]
     wide = near.sum(axis=1) + np.round(area / (1 + np.max(area)), 9)
     most = np.flatnonzero(wide == wide.max())
     chosen = states.select(near[most[most.size // 2]])
@@ -346,7 +346,7 @@ def _variation(dataset: ImpactDataset) -> WorkspaceVariation:
 
 def rank_correlation(one: FloatArray, other: FloatArray) -> float:
     """Spearman's, of two arrays of shape (n,); NaN where one of them is constant to nine digits."""
-    if any(np.ptp(each) <= 1e-9 * np.abs(each).max() for each in (one, other)):
+    if any(np.ptp(values) <= 1e-9 * np.abs(values).max() for values in (one, other)):
         return math.nan
     from scipy.stats import spearmanr
 

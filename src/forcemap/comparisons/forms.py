@@ -20,13 +20,16 @@ from forcemap.maps.forms import CFM_2D, CFM_3D, FULL_CUBIC, LOG_SPEED, Form
 from forcemap.maps.measured_range import MeasuredRange
 
 CLEARLY_LOWER = 0.90
-"""A form is clearly better only if its left-out error is at most this share of the default's."""
+"""A form is clearly better only if its left-out error is at most this share of the default's: a choice."""
 
 SIGNIFICANCE = 0.01
-"""And only if the paired comparison finds it better at this level, divided by the number of forms compared."""
+"""And only if the paired comparison finds it better at this level over the number of forms compared: a choice."""
 
 ABOVE = 1.5
-"""How far above the highest measured speed the rise with speed is checked, as a factor."""
+"""The rise with speed is checked up to this multiple of the highest measured speed: a choice."""
+
+_LEAST_STATES = 3
+"""Uncensored states that every form must be able to leave out: two differences hardly show a spread."""
 
 
 @dataclass(frozen=True)
@@ -71,7 +74,7 @@ class FormResult:
         One-sided p value of the paired comparison with the reference: small if this form is better; NaN for the
         reference itself.
     notes : tuple of Finding
-        What to know of it.
+        Remarks on it.
     """
 
     form: Form | EuclideanForm
@@ -192,17 +195,19 @@ def compare_forms(
             fitted.append(_fit(form, dataset))
         except FitError as error:
             errors[form] = error.message
-    usable = [each.form for each in fitted if isinstance(each.form, Form)]
+    usable = [candidate.form for candidate in fitted if isinstance(candidate.form, Form)]
     if not usable:
-        found = "; ".join(f"{form.name}: {message}" for form, message in errors.items())
-        raise FitError(f"no form can be compared: {found}", file=dataset.source or None)
+        causes = "; ".join(f"{form.name}: {message}" for form, message in errors.items())
+        raise FitError(f"no form can be compared: {causes}", file=dataset.source or None)
     refused = tuple(RefusedForm(form, in_words(message)) for form, message in errors.items())
     reference = CFM_3D if CFM_3D in usable else usable[0]
     states = _common_states(dataset, fitted)
     below_range, measured = states.uncensored, len(states.uncensored)
-    left = {each.form.name: np.log(each.predicted(below_range)) - below_range.log_force for each in fitted}
+    left = {
+        candidate.form.name: np.log(candidate.predicted(below_range)) - below_range.log_force for candidate in fitted
+    }
     wholly_censored = int(np.sum(dataset.train.states.impacts == 0))
-    results = tuple(_result(each, states, left, reference, bound) for each in fitted)
+    results = tuple(_result(candidate, states, left, reference, bound) for candidate in fitted)
     recommended, reasons = _recommend(results, reference, refused)
     return FormComparison(
         results=results,
@@ -240,11 +245,11 @@ def _fit(form: Form | EuclideanForm, dataset: ImpactDataset) -> _Fitted:
 def _common_states(dataset: ImpactDataset, fitted: Sequence[_Fitted]) -> States:
     """The states that every form predicts when they are left out, wholly censored ones too."""
     states = dataset.train.states
-    common = states.select(np.array([all(name in each.left_out for each in fitted) for name in states.name]))
-    if (measured := len(common.uncensored)) < 3:
+    common = states.select(np.array([all(name in candidate.left_out for candidate in fitted) for name in states.name]))
+    if (measured := len(common.uncensored)) < _LEAST_STATES:
         raise FitError(
-            f"found {measured} uncensored states that every form can leave out, expected at least 3; measure more "
-            "states or compare forms with fewer terms",
+            f"found {measured} uncensored states that every form can leave out, expected at least {_LEAST_STATES}; "
+            "measure more states or compare forms with fewer terms",
             file=dataset.source or None,
         )
     return common
@@ -304,62 +309,64 @@ def _recommend(
 ) -> tuple[Form | None, tuple[Finding, ...]]:
     """The reference unless another form is clearly better; of several, the one with the lowest error."""
     kind, name = FindingKind, reference.name
-    (standard,) = [each for each in results if each.form == reference]
-    others = [each for each in results if each.form != reference and isinstance(each.form, Form)]
-    found = [
-        Finding.of(kind.FORM_NOT_FITTED, each.reason, form=each.form.name) for each in refused if each.form == CFM_3D
+    (standard,) = [result for result in results if result.form == reference]
+    others = [result for result in results if result.form != reference and isinstance(result.form, Form)]
+    reasons = [
+        Finding.of(kind.FORM_NOT_FITTED, form_refused.reason, form=form_refused.form.name)
+        for form_refused in refused
+        if form_refused.form == CFM_3D
     ]
-    if not any(_bounded(each) for each in (standard, *others)):
-        tried = tuple(each.form.name for each in (standard, *others))
+    if not any(_bounded(result) for result in (standard, *others)):
+        tried = tuple(result.form.name for result in (standard, *others))
         why = Finding.of(kind.NOTE_OF_FORM, *standard.notes, form=name)
-        return None, (*found, Finding.of(kind.NO_FORM_CARRIES_BOUND, forms=tried), why)
+        return None, (*reasons, Finding.of(kind.NO_FORM_CARRIES_BOUND, forms=tried), why)
     level = SIGNIFICANCE / max(1, len(others))
-    better = [each for each in others if _clearly_better(each, standard, level)]
+    better = [result for result in others if _clearly_better(result, standard, level)]
     if better:
-        best = min(better, key=lambda each: each.error_percent)
+        best = min(better, key=lambda result: result.error_percent)
         assert isinstance(best.form, Form)
         errors = {"error_percent": best.error_percent, "against_percent": standard.error_percent}
-        found.append(Finding.of(kind.FORM_CLEARLY_BETTER, form=best.form.name, than=name, **errors, p=best.p_better))
-        return best.form, (*found, *_unbounded(best))
+        reasons.append(Finding.of(kind.FORM_CLEARLY_BETTER, form=best.form.name, than=name, **errors, p=best.p_better))
+        return best.form, (*reasons, *_unbounded(best))
     is_default = reference == CFM_3D
-    found.append(Finding.of(kind.FORM_KEPT, form=name, default=is_default, error_percent=standard.error_percent))
-    found += _unbounded(standard)
-    for each in others:
+    reasons.append(Finding.of(kind.FORM_KEPT, form=name, default=is_default, error_percent=standard.error_percent))
+    reasons += _unbounded(standard)
+    for result in others:
         compared = {
-            "lower": each.error_percent < standard.error_percent,
-            "falls": each.rises_inside < standard.rises_inside,
-            "censored_worse": not _censored_no_worse(each, standard),
-            "unbounded": _bounded(each) < _bounded(standard),
+            "lower": result.error_percent < standard.error_percent,
+            "falls": result.rises_inside < standard.rises_inside,
+            "censored_worse": not _censored_no_worse(result, standard),
+            "unbounded": _bounded(result) < _bounded(standard),
         }
-        figures = {"form": each.form.name, "error_percent": each.error_percent, "p": each.p_better}
-        found.append(Finding.of(kind.FORM_COMPARED, **figures, **compared))
+        figures = {"form": result.form.name, "error_percent": result.error_percent, "p": result.p_better}
+        reasons.append(Finding.of(kind.FORM_COMPARED, **figures, **compared))
     if not standard.rises_above:
-        found.append(Finding.of(kind.FORM_FALLS_ABOVE, form=name, inside=not standard.rises_inside))
-    return reference, tuple(found)
+        reasons.append(Finding.of(kind.FORM_FALLS_ABOVE, form=name, inside=not standard.rises_inside))
+    return reference, tuple(reasons)
 
 
-def _bounded(each: FormResult) -> bool:
-    return math.isfinite(each.mean_bound_percent)
+def _bounded(result: FormResult) -> bool:
+    return math.isfinite(result.mean_bound_percent)
 
 
-def _unbounded(each: FormResult) -> list[Finding]:
-    return [] if _bounded(each) else [Finding.of(FindingKind.FORM_UNBOUNDED, form=each.form.name)]
+def _unbounded(result: FormResult) -> list[Finding]:
+    return [] if _bounded(result) else [Finding.of(FindingKind.FORM_UNBOUNDED, form=result.form.name)]
 
 
-def _censored_no_worse(each: FormResult, standard: FormResult) -> bool:
-    """No more of the wholly censored states below what they reached at least, and no farther."""
+def _censored_no_worse(result: FormResult, standard: FormResult) -> bool:
+    """True if no more wholly censored states are predicted below the force they reached at least, and none farther."""
     return (
-        each.accuracy.censored_underestimated <= standard.accuracy.censored_underestimated
-        and each.censored_underestimation_percent <= standard.censored_underestimation_percent
+        result.accuracy.censored_underestimated <= standard.accuracy.censored_underestimated
+        and result.censored_underestimation_percent <= standard.censored_underestimation_percent
     )
 
 
-def _clearly_better(each: FormResult, standard: FormResult, level: float) -> bool:
+def _clearly_better(result: FormResult, standard: FormResult, level: float) -> bool:
     return (
-        each.error_percent <= CLEARLY_LOWER * standard.error_percent
-        and each.underestimation_percent < standard.underestimation_percent
-        and _censored_no_worse(each, standard)
-        and each.p_better < level
-        and each.rises_inside >= standard.rises_inside
-        and _bounded(each) >= _bounded(standard)
+        result.error_percent <= CLEARLY_LOWER * standard.error_percent
+        and result.underestimation_percent < standard.underestimation_percent
+        and _censored_no_worse(result, standard)
+        and result.p_better < level
+        and result.rises_inside >= standard.rises_inside
+        and _bounded(result) >= _bounded(standard)
     )

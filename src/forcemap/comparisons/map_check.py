@@ -16,7 +16,7 @@ from forcemap.comparisons.two_maps import differences
 from forcemap.errors import BoundNotAvailable, InputError
 from forcemap.findings import Finding, FindingKind
 from forcemap.limits.device_spring import device_suitability
-from forcemap.maps.bounds import ToleranceBound
+from forcemap.maps.bounds import FixedMargin, ToleranceBound
 from forcemap.maps.fit import repeat_variance
 from forcemap.maps.force_map import Fit, ForceMap
 from forcemap.maps.places import correlations
@@ -25,17 +25,19 @@ MIN_STATES = 3
 """New states below which a map is not said to hold."""
 
 LEAST_SPAN = 0.3
-"""Share of the measured range, along each coordinate, that new states must span before a map is said to hold."""
+"""Share of the measured range that new states must span in each coordinate before a map is said to hold: a choice."""
 
-RELEVANT_CHANGE = 0.10
+RELEVANT_CHANGE = FixedMargin().margin
 """Mean change of the force (the paper's margin) that impacts must be able to show before a map is said to hold."""
 
-_FLAT = 0.011  # a coordinate that varies no more than repeats of a state may is not varied [m, m/s]
+# A coordinate that varies no more counts as constant [m, m/s]: a tenth above the 10 mm/s by which repeats may differ.
+_CONSTANT_WITHIN = 0.011
 _LEAST_SD = 1e-6  # of ln F; below it figures are computed, not measured
+_ERROR_PROBABILITY_BELOW = 0.5  # above it a confidence of 0.95 was typed, or a coin would do as well
 
 
 class MapOutcome(StrEnum):
-    """What new impacts say of a map."""
+    """Whether a map still holds for new impacts."""
 
     HOLDS = "holds"
     DOES_NOT_HOLD = "does_not_hold"
@@ -71,8 +73,8 @@ class StateCheck(NewState):
     censored : int
         How many of its repeats are censored.
     predicted, lowest_expected, highest_expected : float
-        Force predicted [N], and the range in which all new states together lie with the probability that the check
-        leaves them, if nothing has changed [N].
+        Force predicted, and the range within which all new states lie together, if nothing has changed, but for the
+        share of the error probability left for single states [N].
     ratio : float
         Measured over predicted; above 1 is the dangerous side.
     p_value : float
@@ -111,7 +113,7 @@ class MapCheck:
     Parameters
     ----------
     outcome : MapOutcome
-        What they say.
+        Whether it holds.
     reason : Finding
         Why.
     next_step : Finding
@@ -120,18 +122,18 @@ class MapCheck:
         Geometric mean of measured over predicted force, and its confidence interval; above 1 is the dangerous side.
         A lower bound if any state is censored. NaN without a state that counts.
     confidence : float
-        Of that interval.
+        Confidence of that interval.
     p_mean, p_whole : float
         Two-sided p values: of the mean change, and of all states together.
     detectable_change : float
         Smallest mean change that these states, censored ones not counted, would have found with 95 % probability, as a
         share of the force; infinite without such a state.
     error_probability : float
-        Probability of "does not hold" if nothing has changed, at most.
+        Largest probability of "does not hold" if nothing has changed.
     states : tuple of StateCheck
         The states that count, in the order of the table.
     left_out : tuple of LeftOutState
-        The others, too.
+        The states that do not count.
     statements : tuple of Finding
         What the outcome depends on.
     """
@@ -193,15 +195,17 @@ def check_map(force_map: ForceMap, dataset: ImpactDataset, *, error_probability:
     BoundNotAvailable
         The map has no measured states, or too few to tell how far states scatter.
     """
-    if not 0 < error_probability < 0.5:
-        raise InputError(f"error probability: found {error_probability:g}, expected above 0 and below 0.5")
+    if not 0 < error_probability < _ERROR_PROBABILITY_BELOW:
+        raise InputError(
+            f"error probability: found {error_probability:g}, expected above 0 and below {_ERROR_PROBABILITY_BELOW:g}"
+        )
     fit = _fit_of(force_map)
     if not len(dataset):
         raise InputError("found no impact to check the map with, expected some", file=dataset.source or None)
-    # in the order of the first impact of each in the table: a person compares them with it
+    # in the order of the table, with which a reader compares them
     states = dataset.states.select(np.argsort([dataset.state.tolist().index(name) for name in dataset.states.name]))
     left_out = _left_out(force_map, dataset, states, _own(fit, dataset))
-    states = states.select(~np.isin(states.name, [each.state for each in left_out]))
+    states = states.select(~np.isin(states.name, [state.state for state in left_out]))
     predicted = np.log(force_map.predict(*states.coordinates.T))
     measured = np.array([np.log(dataset.peak_force[dataset.state == name]).mean() for name in states.name])
     residual = measured - predicted
@@ -220,8 +224,8 @@ def check_map(force_map: ForceMap, dataset: ImpactDataset, *, error_probability:
     moved = tests.p_states <= STATES_SHARE * error_probability
     forces = np.exp([measured, predicted, *expected, residual])
     figures = (*states.coordinates.T, forces[0], states.censored, *forces[1:], tests.p_states, moved)
-    checked = [StateCheck(*each) for each in zip(states.name, *(figure.tolist() for figure in figures), strict=True)]
-    if names := tuple(each.state for each in checked if each.moved):
+    checked = [StateCheck(*row) for row in zip(states.name, *(figure.tolist() for figure in figures), strict=True)]
+    if names := tuple(state.state for state in checked if state.moved):
         reason = reason.and_(Finding.of(FindingKind.STATES_MOVED, states=names))
     return MapCheck(
         outcome=outcome,
@@ -272,8 +276,8 @@ def _own(fit: Fit, dataset: ImpactDataset) -> list[str]:
         The table is the map's own, or half of it.
     """
     own, new = (
-        [(*place, force) for place, force in zip(each.coordinates.tolist(), each.log_force.tolist(), strict=True)]
-        for each in (fit.states, dataset.states)
+        [(*place, force) for place, force in zip(states.coordinates.tolist(), states.log_force.tolist(), strict=True)]
+        for states in (fit.states, dataset.states)
     )
     copies = [name for name, state in zip(dataset.states.name, new, strict=True) if state in own]
     same_table = bool(dataset.sha256) and dataset.sha256 == fit.table_sha256
@@ -287,7 +291,7 @@ def _own(fit: Fit, dataset: ImpactDataset) -> list[str]:
 
 
 def _left_out(force_map: ForceMap, dataset: ImpactDataset, states: States, own: list[str]) -> tuple[LeftOutState, ...]:
-    """States that do not count, and why."""
+    """The states that do not count, and why."""
     facets = force_map.measured_range.facets
     allowed = np.abs(facets[:, :3]) @ dataset.tolerance.scale  # how far repeats of a state may lie across each facet
     beyond = np.any(states.coordinates @ facets[:, :3].T + facets[:, 3] > allowed, axis=1)
@@ -296,8 +300,8 @@ def _left_out(force_map: ForceMap, dataset: ImpactDataset, states: States, own: 
     why[unread] = Finding.of(FindingKind.PREDICTED_ABOVE_RANGE, range_N=dataset.device_range)
     why[beyond] = Finding.of(FindingKind.STATE_OUTSIDE_MAP)
     why[np.isin(states.name, own)] = Finding.of(FindingKind.STATE_OF_MAP)
-    found = zip(states.name, *states.coordinates.T.tolist(), why.tolist(), strict=True)
-    return tuple(LeftOutState(*each) for each in found if each[-1])
+    rows = zip(states.name, *states.coordinates.T.tolist(), why.tolist(), strict=True)
+    return tuple(LeftOutState(*row) for row in rows if row[-1])
 
 
 def _covariance(force_map: ForceMap, fit: Fit, dataset: ImpactDataset, states: States) -> FloatArray:
@@ -354,21 +358,22 @@ def _narrow(force_map: ForceMap, coordinates: FloatArray) -> tuple[str, ...]:
     """The coordinates of which the new states span less than LEAST_SPAN of the measured range."""
     extent = force_map.measured_range.highest - force_map.measured_range.lowest
     span = np.ptp(coordinates, axis=0) if len(coordinates) else np.zeros(3)
-    short = (extent > _FLAT) & (span < LEAST_SPAN * extent)
+    short = (extent > _CONSTANT_WITHIN) & (span < LEAST_SPAN * extent)
     return tuple(np.array(["distances", "heights", "speeds"])[short].tolist())
 
 
 def _check_statements(
     force_map: ForceMap, fit: Fit, dataset: ImpactDataset, states: States, error_probability: float
 ) -> tuple[Finding, ...]:
-    kind, found = FindingKind, [Finding.of(FindingKind.SIMULATED)] if dataset.simulated or force_map.simulated else []
+    kind = FindingKind
+    statements = [Finding.of(kind.SIMULATED)] if dataset.simulated or force_map.simulated else []
     bindings = (("the map", force_map.binding), ("the new impacts", dataset.binding))
-    found += [Finding.of(kind.BINDING_OF, each.reason, of=of) for of, each in bindings if each.reason]
+    statements += [Finding.of(kind.BINDING_OF, binding.reason, of=of) for of, binding in bindings if binding.reason]
     if math.isnan(dataset.conditions.device.stiffness):
-        found.append(Finding.of(kind.NEW_SPRING_NOT_STATED))
+        statements.append(Finding.of(kind.NEW_SPRING_NOT_STATED))
     shares = {"mean": MEAN_SHARE, "whole": WHOLE_SHARE, "single": STATES_SHARE}
     error = float(np.fmax(dataset.conditions.device.error_or_default, force_map.conditions.device.error_or_default))
-    found += [
+    statements += [
         Finding.of(
             kind.CHECKED_MAP,
             source=force_map.source,
@@ -387,7 +392,7 @@ def _check_statements(
     ]
     fewest = int(np.min(states.impacts + states.censored, initial=fit.repeats[0]))
     if fewest < fit.repeats[0]:
-        found.append(Finding.of(kind.FEWER_IMPACTS, impacts=fewest, of_map=fit.repeats[0]))
+        statements.append(Finding.of(kind.FEWER_IMPACTS, impacts=fewest, of_map=fit.repeats[0]))
     if saturated := tuple(name for name, n in zip(states.name, states.censored, strict=True) if n):
-        found.append(Finding.of(kind.CENSORED_AT_LEAST, states=saturated))
-    return (*found, *differences(force_map.conditions, dataset.conditions, ("map", "new")))
+        statements.append(Finding.of(kind.CENSORED_AT_LEAST, states=saturated))
+    return (*statements, *differences(force_map.conditions, dataset.conditions, ("map", "new")))

@@ -12,10 +12,10 @@ from forcemap.arrays import FloatArray
 from forcemap.maps.regression import holm
 
 POWER = 0.95
-"""Probability with which the smallest mean change stated would have been found."""
+"""Probability with which the smallest mean change stated would have been found: a choice."""
 
 MEAN_SHARE, WHOLE_SHARE, STATES_SHARE = 0.5, 0.25, 0.25
-"""How the error probability is split: the mean, all states together, single states."""
+"""How the error probability is split: the mean, all states together, single states (docs/decisions.md)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,8 +65,8 @@ class ResidualTests:
         shares = (MEAN_SHARE, WHOLE_SHARE, STATES_SHARE)
         p_values = (self.p_mean, self.p_whole, float(np.min(self.p_states, initial=1.0)))
         # not "p <= share": a figure that could not be computed must not pass for no change
-        found = any(not p > share * error_probability for p, share in zip(p_values, shares, strict=True))
-        return found and self.p_states.size > 0
+        significant = any(not p > share * error_probability for p, share in zip(p_values, shares, strict=True))
+        return significant and self.p_states.size > 0
 
 
 def interval(centre: Any, sd: Any, freedom: float, error: float) -> tuple[Any, Any]:

@@ -18,11 +18,14 @@ from forcemap.maps.regression import least_squares
 PAPER_COUNTS = (19, 13, 8)
 """Terms without the intercept at the start, after stage one and at the end (paper, section II-D)."""
 
+PAPER_SIGNIFICANCE, PAPER_THRESHOLD = 0.05, 0.5
+"""Level of significance of stage one, and largest change by a removal in stage two [N] (paper, section II-D)."""
+
 STABLE_SHARE = 0.80
-"""A selection is stable if at least this share of the resamples returns exactly the same terms."""
+"""A selection is stable if at least this share of the resamples returns exactly the same terms: a choice."""
 
 MIN_RESAMPLES = 20
-"""Resamples below which that share is too rough to judge by."""
+"""Resamples below which that share is too rough to judge by: at 20 a share of 0.8 is known to about +-0.2."""
 
 _INTERCEPT = Term()
 
@@ -205,7 +208,11 @@ class _Samples:
 
 
 def select_terms(
-    datasets: Sequence[ImpactDataset], *, start: Form = FULL_CUBIC, significance: float = 0.05, threshold: float = 0.5
+    datasets: Sequence[ImpactDataset],
+    *,
+    start: Form = FULL_CUBIC,
+    significance: float = PAPER_SIGNIFICANCE,
+    threshold: float = PAPER_THRESHOLD,
 ) -> TermSelection:
     """Select the terms of a form for several datasets at once in two stages (paper, section II-D).
 
@@ -251,8 +258,8 @@ def selection_stability(
     resamples: int = 100,
     seed: int = 0,
     start: Form = FULL_CUBIC,
-    significance: float = 0.05,
-    threshold: float = 0.5,
+    significance: float = PAPER_SIGNIFICANCE,
+    threshold: float = PAPER_THRESHOLD,
 ) -> SelectionStability:
     """Repeat a selection of terms on resampled states and count how often each term survives.
 
@@ -293,8 +300,10 @@ def selection_stability(
     outcomes = []
     for _ in range(resamples):
         with contextlib.suppress(FitError):
-            outcomes.append(_select([each.resampled(rng) for each in samples], start, significance, threshold).terms)
-    survived = [(each.term, sum(each.term in terms for terms in outcomes)) for each in selection.stage_one]
+            outcomes.append(
+                _select([sample.resampled(rng) for sample in samples], start, significance, threshold).terms
+            )
+    survived = [(tested.term, sum(tested.term in terms for terms in outcomes)) for tested in selection.stage_one]
     return SelectionStability(
         selection=selection,
         survival=tuple(TermSurvival(term, term in selection.terms, times / resamples) for term, times in survived),
@@ -342,36 +351,39 @@ def _select(samples: Sequence[_Samples], start: Form, significance: float, thres
         raise InputError(f"significance: found {significance:g}, expected a probability above 0 and below 1")
     if not 0 <= threshold < np.inf:
         raise InputError(f"threshold: found {threshold:g}, expected a finite number of at least 0")
-    p_values = np.array([least_squares(each.design, np.log(each.force)).p_values for each in samples])
+    p_values = np.array([least_squares(sample.design, np.log(sample.force)).p_values for sample in samples])
     intercept, everything = start.terms.index(_INTERCEPT), list(range(len(start.terms)))
     candidates = [j for j in everything if j != intercept]
-    gone = [j for j in candidates if (p_values[:, j] > significance).all()]
-    kept = [j for j in everything if j not in gone]
+    insignificant = [j for j in candidates if (p_values[:, j] > significance).all()]
+    remaining = [j for j in everything if j not in insignificant]
 
     def step(removed: Sequence[int], before: FloatArray, after: FloatArray, terms: int) -> SelectionStep:
         rmse, r_squared = after.tolist()
         names = tuple(start.terms[j] for j in removed)
         return SelectionStep(names, float(_change(before, after)), terms, tuple(rmse), tuple(r_squared))
 
-    at_start, now = _qualities(samples, everything)[..., 0], _qualities(samples, kept)
-    steps = [step((), at_start, at_start, len(candidates)), step(gone, at_start, now[..., 0], len(kept) - 1)]
+    at_start, now = _qualities(samples, everything)[..., 0], _qualities(samples, remaining)
+    steps = [
+        step((), at_start, at_start, len(candidates)),
+        step(insignificant, at_start, now[..., 0], len(remaining) - 1),
+    ]
     refused = None
-    while len(kept) > 1 and refused is None:
-        change = np.where(np.equal(kept, intercept), np.inf, _change(now[..., 0], now[..., 1:]))
+    while len(remaining) > 1 and refused is None:
+        change = np.where(np.equal(remaining, intercept), np.inf, _change(now[..., 0], now[..., 1:]))
         least = int(np.argmin(change))
-        following = step([kept[least]], now[..., 0], now[..., 1 + least], len(kept) - 2)
+        following = step([remaining[least]], now[..., 0], now[..., 1 + least], len(remaining) - 2)
         if change[least] > threshold:
             refused = following
         else:
             steps.append(following)
-            del kept[least]
-            now = _qualities(samples, kept)
+            del remaining[least]
+            now = _qualities(samples, remaining)
     return TermSelection(
-        form=Form("SELECTED", tuple(start.terms[j] for j in kept)),
+        form=Form("SELECTED", tuple(start.terms[j] for j in remaining)),
         start=start,
-        datasets=tuple(each.name for each in samples),
+        datasets=tuple(sample.name for sample in samples),
         stage_one=tuple(
-            TermSignificance(start.terms[j], tuple(p_values[:, j].tolist()), j in gone) for j in candidates
+            TermSignificance(start.terms[j], tuple(p_values[:, j].tolist()), j in insignificant) for j in candidates
         ),
         steps=tuple(steps),
         refused=refused,
@@ -379,7 +391,7 @@ def _select(samples: Sequence[_Samples], start: Form, significance: float, thres
         threshold=threshold,
         statements=(
             Finding.of(FindingKind.SELECTED_ON_ALL_ROLES),
-            Finding.of(FindingKind.CENSORED_NOT_USED, impacts=sum(each.censored for each in samples)),
+            Finding.of(FindingKind.CENSORED_NOT_USED, impacts=sum(sample.censored for sample in samples)),
             Finding.of(FindingKind.P_VALUES_OVER_SAMPLES),
         ),
     )
@@ -391,19 +403,19 @@ def _change(before: FloatArray, after: FloatArray) -> FloatArray:
     return np.asarray((rise + 100 * fall).sum(axis=-1))
 
 
-def _qualities(samples: Sequence[_Samples], kept: list[int]) -> FloatArray:
-    """RMSE [N] and R^2 of ln F with the terms `kept`, and without each of them, shape (2, datasets, 1 + kept).
+def _qualities(samples: Sequence[_Samples], terms: list[int]) -> FloatArray:
+    """RMSE [N] and R^2 of ln F with these terms, and without each of them, shape (2, datasets, 1 + terms).
 
     Without term j the coefficients are b - A_j b_j / A_jj with A = (X'X)^-1: the least-squares fit with b_j = 0.
     """
-    found = np.empty((2, len(samples), 1 + len(kept)))
-    for row, each in enumerate(samples):
-        log_force = np.log(each.force)
-        fit = least_squares(each.design[:, kept], log_force)
+    quality = np.empty((2, len(samples), 1 + len(terms)))
+    for row, sample in enumerate(samples):
+        log_force = np.log(sample.force)
+        fit = least_squares(sample.design[:, terms], log_force)
         inverse = fit.inverse_triangle @ fit.inverse_triangle.T
         without = fit.coefficients[:, None] - inverse * (fit.coefficients / np.diag(inverse))
         predicted = fit.design @ np.column_stack([fit.coefficients, without])
-        found[0, row] = np.sqrt(np.mean((np.exp(predicted) - each.force[:, None]) ** 2, axis=0))
+        quality[0, row] = np.sqrt(np.mean((np.exp(predicted) - sample.force[:, None]) ** 2, axis=0))
         residual_squares = np.sum((predicted - log_force[:, None]) ** 2, axis=0)
-        found[1, row] = 1 - residual_squares / np.sum((log_force - log_force.mean()) ** 2)
-    return found
+        quality[1, row] = 1 - residual_squares / np.sum((log_force - log_force.mean()) ** 2)
+    return quality

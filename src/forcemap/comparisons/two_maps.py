@@ -13,21 +13,21 @@ from forcemap.findings import Finding, FindingKind
 from forcemap.maps.force_map import ForceMap
 from forcemap.maps.map_file import map_sha256
 
-_GRID = 33  # values along each axis of the common range
-# entries of campaign.toml that differ between any two campaigns, or that the results say themselves
+_GRID = 33  # values along each axis of the common range: a choice, some 36,000 points
+# entries of campaign.toml that differ between any two campaigns, or that results state themselves
 _UNLIKE = ("date", "operator", "note", "simulated")
 
 
 @dataclass(frozen=True)
 class RatioAt:
-    """The ratio of two maps at a state.
+    """The ratio of two maps' forces at a state.
 
     Parameters
     ----------
     ratio : float
-        Force of the other map over that of the one.
+        Force of the map `other` over that of the map `one`.
     distance, height, speed : float
-        Where [m], [m], [m/s].
+        The state [m], [m], [m/s].
     one_force, other_force : float
         What they predict [N].
     """
@@ -51,11 +51,11 @@ class MapComparison:
     same : bool
         True if they are the same map: their files would be equal, byte by byte.
     mean_ratio, geometric_mean_ratio : float
-        Mean over the common range of the other map's force over the one's.
+        Mean ratio over the common range, of the force of `other` to that of `one`.
     smallest, largest : RatioAt
         The extremes and where they are.
     higher_share : float
-        Share of the common range in which the other map is the higher one.
+        Share of the common range in which `other` is the higher one.
     points : int
         Points compared, evenly over the common range.
     lowest, highest : tuple of float
@@ -84,7 +84,7 @@ def compare_maps(one: ForceMap, other: ForceMap) -> MapComparison:
     Parameters
     ----------
     one, other : ForceMap
-        The maps; ratios are the other's force over the one's.
+        The maps; ratios are the force of `other` over that of `one`.
 
     Returns
     -------
@@ -102,16 +102,16 @@ def compare_maps(one: ForceMap, other: ForceMap) -> MapComparison:
     0.95
     """
     ranges = (one.measured_range, other.measured_range)
-    lowest = np.max([each.lowest for each in ranges], axis=0)
-    highest = np.min([each.highest for each in ranges], axis=0)
+    lowest = np.max([measured.lowest for measured in ranges], axis=0)
+    highest = np.min([measured.highest for measured in ranges], axis=0)
     axes = [np.unique(np.linspace(low, max(low, high), _GRID)) for low, high in zip(lowest, highest, strict=True)]
     grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
 
     def common(points: FloatArray) -> FloatArray:
-        return points[np.logical_and.reduce([each.contains(*points.T) for each in ranges])]
+        return points[np.logical_and.reduce([measured.contains(*points.T) for measured in ranges])]
 
     evenly = common(grid)
-    corners = common(np.vstack([each.points for each in ranges]))  # a grid misses the corners of a hull
+    corners = common(np.vstack([measured.points for measured in ranges]))  # a grid misses the corners of a hull
     if not len(evenly) or np.any(lowest > highest + 1e-9):
         raise InputError(
             f"found no state that both maps have measured: {_range_words(one)} and {_range_words(other)}; "
@@ -166,18 +166,18 @@ def _range_words(force_map: ForceMap) -> str:
 def differences(of_one: Conditions, of_other: Conditions, called: tuple[str, str]) -> list[Finding]:
     """Entries of campaign.toml that differ, and in one more finding those that only one of the two states."""
     one, other = _entries(of_one), _entries(of_other)
-    found = [
+    differing = [
         Finding.of(FindingKind.DIFFERS, entry=name, one=called[0], says=one[name], other=called[1], but=other[name])
         for name in one
         if name in other and one[name] != other[name]
     ]
     alone = tuple(sorted(one.keys() ^ other.keys()))
-    return [*found, Finding.of(FindingKind.STATED_BY_ONE, entries=alone)] if alone else found
+    return [*differing, Finding.of(FindingKind.STATED_BY_ONE, entries=alone)] if alone else differing
 
 
 def _entries(conditions: Conditions) -> dict[str, object]:
-    found: dict[str, object] = {}
+    entries: dict[str, object] = {}
     for section, value in conditions.to_tables().items():
-        inner = {f"{section}.{key}": each for key, each in value.items()} if isinstance(value, dict) else {}
-        found |= inner or {section: value}
-    return {name: value for name, value in found.items() if name.split(".")[-1] not in _UNLIKE}
+        inner = {f"{section}.{key}": entry for key, entry in value.items()} if isinstance(value, dict) else {}
+        entries |= inner or {section: value}
+    return {name: value for name, value in entries.items() if name.split(".")[-1] not in _UNLIKE}

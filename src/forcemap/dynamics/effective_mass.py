@@ -13,11 +13,10 @@ from forcemap.arrays import FloatArray, Objects
 from forcemap.dynamics.rigid_body import unit_direction
 from forcemap.errors import InputError
 
-# Lengths of J^T u over that of J: below the first only rounding is left; below the second, a thousandth of a degree
-# in the posture changes the effective mass by more than its size.
-_NO_MOTION = 1e-12
-_SINGULAR = 1e-5
-_LEAST_PIVOT = 1e-14  # of the diagonal entry; below it rounding decides the sign
+# Length of J^T u over that of J:
+_NO_MOTION = 1e-12  # below it only rounding is left
+_SINGULAR = 1e-5  # below it a thousandth of a degree in the posture changes the effective mass by more than its size
+_LEAST_PIVOT = 1e-14  # share of the diagonal entry below which rounding decides the sign
 
 
 class MassOutcome(StrEnum):
@@ -34,7 +33,7 @@ class MassOutcome(StrEnum):
     UNREACHABLE = "unreachable"
 
 
-# an array of them keeps the names only if it is made as one of objects
+# an array of dtype object, so that the members stay members
 _OUTCOMES = np.array(list(MassOutcome), dtype=object)
 
 
@@ -99,10 +98,10 @@ class EffectiveMass:
     outcome : MassOutcome or object array of them
         What is known about the value.
     drive_inertia : DriveInertia or None
-        The drive inertia in the value; None if the links alone are.
+        The drive inertia included in the value; None if only the links are.
     positions : array, shape (..., n)
-        Positions of the joints [rad], [m] that it is the effective mass of, NaN where the place is unreachable; empty
-        where a Jacobian and a mass matrix were given.
+        Positions of the joints [rad], [m] in those postures, NaN where the place is unreachable; empty if a Jacobian
+        and a mass matrix were given.
     """
 
     value: Any
@@ -114,7 +113,7 @@ class EffectiveMass:
     def of(
         cls, value: FloatArray, outcome: Objects, drives: DriveInertia | None, positions: FloatArray | None = None
     ) -> Self:
-        """From arrays; those without an axis as a float and a name."""
+        """From arrays; arrays without an axis become a float and an outcome."""
         of = np.empty(0) if positions is None else positions
         return cls(value, outcome, drives, of) if value.ndim else cls(float(value), outcome.item(), drives, of)
 
@@ -184,7 +183,7 @@ def effective_mass(
 
 
 def mass_along(j: FloatArray, m: FloatArray, u: FloatArray, drives: DriveInertia | None) -> EffectiveMass:
-    """`effective_mass` for arrays that are known to be good."""
+    """`effective_mass` without its checks, for arrays that have passed them."""
     lever = np.einsum("...k,...kn->...n", u, j)
     half = _whitened(m if drives is None else m + np.diag(drives.values), lever)
     motion, size = np.linalg.norm(lever, axis=-1), np.sqrt(np.square(j).sum(axis=(-2, -1)))
@@ -213,7 +212,7 @@ def _factor(matrix: FloatArray) -> FloatArray | None:
         factor = np.linalg.cholesky(matrix)
     except np.linalg.LinAlgError:
         return None
-    pivot, entry = (np.diagonal(each, axis1=-2, axis2=-1) for each in (factor, matrix))
+    pivot, entry = (np.diagonal(matrices, axis1=-2, axis2=-1) for matrices in (factor, matrix))
     return np.asarray(factor) if np.all(np.square(pivot) > _LEAST_PIVOT * entry) else None
 
 

@@ -18,12 +18,16 @@ from forcemap.errors import InputError
 
 DOWN = (0.0, 0.0, -1.0)
 
-_TOLERANCE = 1e-7  # of the place [m], of the angle [rad]
-_STARTS = 24
-_MOST_AT_ONCE = 20_000
-_GOAL = 1e-10  # iterated down to this where it goes, so that results do not scatter within the tolerance
-_STEPS = 120
-_FIRST_DAMPING, _LAST_DAMPING = 1e-3, 1e8
+# Choices; tests/test_robot.py holds the search against postures known to exist.
+_TOLERANCE = 1e-7  # a place is reached within this distance [m] and angle [rad]
+_GOAL = 1e-10  # iterated down to this error if possible, so that results do not scatter within the tolerance
+_STARTS = 24  # other starting postures for a place that the reference posture does not lead to
+_SEED = 15066  # of the other starts, so that every run finds the same postures
+_STEPS = 120  # most iterations from one start
+_FIRST_DAMPING, _LEAST_DAMPING, _LAST_DAMPING = 1e-3, 1e-14, 1e8  # at the last one the search has come to rest
+_AFTER_GOOD_STEP, _AFTER_BAD_STEP = 0.1, 8.0  # factors on the damping
+_MOST_AT_ONCE = 20_000  # postures in one block, to limit memory
+_FAR = 1e9  # rank of a posture that does not arrive: above the distance between any two postures [rad], [m]
 
 
 class ReachOutcome(StrEnum):
@@ -111,43 +115,43 @@ def inverse_kinematics(
 
 
 def reach_outcomes(reached: Mask) -> Any:
-    """The name of each; an array of them for an array."""
+    """The outcome, or an array of outcomes, for a mask of reached places."""
     return np.array([ReachOutcome.UNREACHABLE, ReachOutcome.REACHED], dtype=object)[reached.astype(int)]
 
 
 def _from_other_starts(
     robot: Robot, goals: FloatArray, tool: FloatArray, reference: FloatArray, q: FloatArray, errors: FloatArray
 ) -> None:
-    """Fill in what other starts find for places that are not reached yet."""
+    """Try other starts for places not reached yet, and write better postures into `q` and `errors`."""
     starts = _starts(robot, reference)
     failed = np.flatnonzero(~_within(errors))
     for block in np.array_split(failed, -(-failed.size * _STARTS // _MOST_AT_ONCE) or 1):
         aims = np.repeat(goals[:, block], _STARTS, axis=1)
-        found, found_errors = _approach(robot, aims, tool, np.tile(starts, (1, block.size)))
-        found = _nearest_turn(robot, found, reference)
-        away = np.linalg.norm(found - reference[:, None], axis=0)
-        # every posture that arrives comes before all that do not; of the latter the one that comes nearest
-        rank = np.where(_within(found_errors), away, 1e9 * (1 + found_errors.sum(axis=0))).reshape(block.size, _STARTS)
+        trials, trial_errors = _approach(robot, aims, tool, np.tile(starts, (1, block.size)))
+        trials = _nearest_turn(robot, trials, reference)
+        away = np.linalg.norm(trials - reference[:, None], axis=0)
+        # arrived postures first, the nearest to the reference; of the others the one that comes nearest to the place
+        rank = np.where(_within(trial_errors), away, _FAR * (1 + trial_errors.sum(axis=0))).reshape(block.size, _STARTS)
         best = rank.argmin(axis=1) + np.arange(block.size) * _STARTS
-        better = rank.min(axis=1) < 1e9 * (1 + errors[:, block].sum(axis=0))
+        better = rank.min(axis=1) < _FAR * (1 + errors[:, block].sum(axis=0))
         block, best = block[better], best[better]
-        q[:, block], errors[:, block] = found[:, best], found_errors[:, best]
+        q[:, block], errors[:, block] = trials[:, best], trial_errors[:, best]
 
 
 def _starts(robot: Robot, reference: FloatArray) -> FloatArray:
-    """Starts all over the joint range, at most half a turn from the reference; the same ones in every run."""
-    lower = np.where(_turns(robot), np.maximum(robot.lower, reference - np.pi), robot.lower)
-    upper = np.where(_turns(robot), np.minimum(robot.upper, reference + np.pi), robot.upper)
-    return np.random.default_rng(15066).uniform(lower, upper, (_STARTS, len(reference))).T
+    """Random starts over the joint range, at most half a turn from the reference; the same ones in every run."""
+    lower = np.where(_rotary(robot), np.maximum(robot.lower, reference - np.pi), robot.lower)
+    upper = np.where(_rotary(robot), np.minimum(robot.upper, reference + np.pi), robot.upper)
+    return np.random.default_rng(_SEED).uniform(lower, upper, (_STARTS, len(reference))).T
 
 
 def _nearest_turn(robot: Robot, q: FloatArray, reference: FloatArray) -> FloatArray:
-    """The same postures, whole turns taken off where that comes nearer to the reference within the limits."""
-    moved = q - np.where(_turns(robot)[:, None], 2 * np.pi * np.round((q - reference[:, None]) / (2 * np.pi)), 0.0)
+    """The same postures, less whole turns where that brings a joint nearer to the reference within its limits."""
+    moved = q - np.where(_rotary(robot)[:, None], 2 * np.pi * np.round((q - reference[:, None]) / (2 * np.pi)), 0.0)
     return np.where((moved >= robot.lower[:, None]) & (moved <= robot.upper[:, None]), moved, q)
 
 
-def _turns(robot: Robot) -> Mask:
+def _rotary(robot: Robot) -> Mask:
     return np.array([joint.kind is not JointKind.PRISMATIC for joint in robot.joints])
 
 
@@ -158,8 +162,8 @@ def _within(errors: FloatArray) -> Mask:
 def _approach(robot: Robot, goals: FloatArray, tool: FloatArray, start: FloatArray) -> tuple[FloatArray, FloatArray]:
     """From postures `start` (n, batch) inside the limits towards goals (3, batch) [m] and a direction of the tool (3,).
 
-    Damped least squares, the joints held at their limits. Returns positions, shape (n, batch), and what is missing,
-    shape (2, batch): to the place [m], to the direction [rad].
+    Damped least squares, the joints held at their limits. Returns positions, shape (n, batch), and the errors that
+    remain, shape (2, batch): of the place [m], of the direction [rad].
     """
     q = start.copy()
     miss = _miss(robot, posture_of(robot, q), goals, tool)
@@ -174,7 +178,7 @@ def _approach(robot: Robot, goals: FloatArray, tool: FloatArray, start: FloatArr
         trial_miss = _miss(robot, posture_of(robot, trial), goals[:, busy], tool)
         good = np.linalg.norm(trial_miss, axis=0) < np.linalg.norm(miss[:, busy], axis=0)
         q[:, busy[good]], miss[:, busy[good]] = trial[:, good], trial_miss[:, good]
-        damping[busy] = np.maximum(damping[busy] * np.where(good, 0.1, 8.0), 1e-14)
+        damping[busy] = np.maximum(damping[busy] * np.where(good, _AFTER_GOOD_STEP, _AFTER_BAD_STEP), _LEAST_DAMPING)
     return q, np.stack([np.linalg.norm(miss[:3], axis=0), np.linalg.norm(miss[3:], axis=0)])
 
 
@@ -185,10 +189,10 @@ def _step(robot: Robot, q: FloatArray, miss: FloatArray, damping: FloatArray) ->
     j = np.moveaxis(np.concatenate([contact_jacobian(robot, posture), across]), -1, 0)
     lower, upper = robot.lower[:, None], robot.upper[:, None]
     step = _damped(j, miss, damping)
-    held = ((q <= lower) & (step < 0)) | ((q >= upper) & (step > 0))
-    if held.any():
-        step = _damped(j * ~held.T[:, None], miss, damping)
-    # a turn of more than a radian at once leaves the range in which the linear step means anything
+    blocked = ((q <= lower) & (step < 0)) | ((q >= upper) & (step > 0))
+    if blocked.any():
+        step = _damped(j * ~blocked.T[:, None], miss, damping)
+    # a linear step means nothing beyond about a radian; 1e-300: no division by 0
     step *= np.minimum(1.0, 1.0 / np.maximum(np.abs(step).max(axis=0), 1e-300))
     return np.clip(q + step, lower, upper)
 
@@ -201,14 +205,14 @@ def _damped(j: FloatArray, miss: FloatArray, damping: FloatArray) -> FloatArray:
 
 
 def _miss(robot: Robot, posture: Posture, goals: FloatArray, tool: FloatArray) -> FloatArray:
-    """What is missing to the place [m] and, as a turn, to the tool's direction [rad], shape (6, batch)."""
+    """Errors of the place [m] and, as a rotation vector, of the tool's direction [rad], shape (6, batch)."""
     axis = _tool_axis(robot, posture)
     turn = cross(axis, np.broadcast_to(tool[:, None], axis.shape))
     sine, cosine = np.linalg.norm(turn, axis=0), tool @ axis
     angle = np.arctan2(sine, cosine)
-    # straight backwards any axis will do; one across the tool is taken
+    # if the tool points straight backwards any axis across it will do
     across = cross(axis, np.broadcast_to(np.eye(3)[np.argmin(np.abs(tool))][:, None], axis.shape))
-    turn = np.where((sine < 1e-9) & (cosine < 0), across, turn)
+    turn = np.where((sine < 1e-9) & (cosine < 0), across, turn)  # 1e-9: rounding
     length = np.maximum(np.linalg.norm(turn, axis=0), 1e-300)
     return np.concatenate([goals - contact_point(robot, posture), turn / length * angle])
 

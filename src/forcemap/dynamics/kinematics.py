@@ -118,7 +118,7 @@ def mass_matrix(robot: Robot, positions: ArrayLike) -> FloatArray:
 
 
 def at_positions(function: Callable[[Robot, Posture], FloatArray], robot: Robot, positions: ArrayLike) -> FloatArray:
-    """What a function says of postures, shape (..., batch), at positions of shape (..., n): those axes first.
+    """A function of postures, which puts the postures last, at positions of shape (..., n): here they come first.
 
     Raises
     ------
@@ -185,8 +185,8 @@ def posture_mass_matrix(robot: Robot, posture: Posture) -> FloatArray:
     """Mass matrix by composite rigid bodies, shape (n, n, batch) (Featherstone 2008, chapter 6).
 
     From the tip to the base the bodies beyond each joint are gathered into one: its mass, first moment and inertia.
-    Moving joint i at unit speed gives that body a momentum; what joint j before it feels of that is M_ij. All is taken
-    about the origin of the last joint, where the small inertias are, so that no large ones cancel in them.
+    Moving joint i at unit speed gives that body a momentum; its component along joint j before it is M_ij. All moments
+    are taken about the origin of the last joint, where the small inertias are, so that large ones do not cancel.
     """
     n, batch = posture.positions.shape[1:]
     reference = posture.positions[:, -1]

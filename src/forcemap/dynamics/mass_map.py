@@ -26,8 +26,8 @@ from forcemap.errors import InputError
 
 PLANAR_DOWN = (0.0, -1.0)
 
-_BLOCK = 2048  # postures at once: their frames stay in the processor's cache
-_STILL = 1e-6  # a change of the logarithm that is none
+_BLOCK = 2048  # postures at once, so that their frames stay in the processor's cache: a choice
+_CONSTANT = 1e-6  # change of ln m_u below which it is rounding: a choice
 
 
 class Trend(StrEnum):
@@ -92,7 +92,7 @@ def robot_effective_mass(robot: Robot, positions: ArrayLike, direction: ArrayLik
     Raises
     ------
     InputError
-        Not one finite number for every joint, or a direction that is none.
+        Not one finite number for every joint, or a direction of length zero.
     """
     q = joint_positions(robot, positions)
     u = unit_direction(direction, 3)
@@ -118,7 +118,7 @@ def robot_effective_mass_at(
     tool_direction: ArrayLike = DOWN,
     reference: ArrayLike | None = None,
 ) -> EffectiveMass:
-    """Effective mass of a robot with its contact point at distance d and height h; unreachable places are named.
+    """Effective mass of a robot whose contact point is at distance d and height h, with a named outcome at each place.
 
     Parameters
     ----------
@@ -131,7 +131,7 @@ def robot_effective_mass_at(
     tool_direction : array, shape (3,)
         Where the z axis of the flange points; down if not given.
     reference : array, shape (n,), optional
-        Posture whose neighbour is taken [rad], [m]; the robot's own if not given.
+        Posture to keep near to [rad], [m]; the robot's own if not given.
 
     Raises
     ------
@@ -151,7 +151,7 @@ def planar_effective_mass_at(
     direction: ArrayLike = PLANAR_DOWN,
     drive_inertia: Drives = None,
 ) -> EffectiveMass:
-    """Effective mass of a planar arm with its end at distance d and height h; unreachable places are named.
+    """Effective mass of a planar arm whose end is at distance d and height h, with a named outcome at each place.
 
     Parameters
     ----------
@@ -174,11 +174,12 @@ def planar_effective_mass_at(
         j, m = planar_jacobian(arm, q), planar_mass_matrix(arm, q)
         return effective_mass(j, m, direction, drive_inertia=drive_inertia)
 
-    return _where_reached(planar_inverse_kinematics(arm, distance, height), np.full(3, 0.5), mass_of)
+    bent = np.full(3, 0.5)  # any posture that is not singular [rad]
+    return _where_reached(planar_inverse_kinematics(arm, distance, height), bent, mass_of)
 
 
 def _where_reached(reach: Reach, stand_in: FloatArray, mass_of: Callable[[FloatArray], EffectiveMass]) -> EffectiveMass:
-    """Masses in the postures of a reach; NaN and `unreachable` where there is none, whatever posture stands in."""
+    """Masses in postures; NaN and `unreachable` where a place is not reached and `stand_in` fills the arrays."""
     reached = np.asarray(reach.outcome == ReachOutcome.REACHED)
     mass = mass_of(np.where(reached[..., None], reach.positions, stand_in))
     outcome = np.array(mass.outcome, dtype=object)
@@ -202,10 +203,8 @@ def planar_mass_map(
         The arm.
     distances, heights : array, shape (nd,) and (nh,)
         Distances from the base and heights above it [m], ascending.
-    direction : array, shape (2,)
-        Direction of the impact; down if not given.
-    drive_inertia : array, shape (n,), or DriveInertia, optional
-        Inertia of the drives [kg m^2].
+    direction, drive_inertia : optional
+        As for `planar_effective_mass_at`.
 
     Raises
     ------
@@ -233,10 +232,8 @@ def robot_mass_map(
         The robot.
     distances, heights : array, shape (nd,) and (nh,)
         Distances from the base z-axis and heights above the base [m], ascending.
-    direction, tool_direction : array, shape (3,)
-        Direction of the impact, and of the tool; down if not given.
-    reference : array, shape (n,), optional
-        Posture whose neighbours are taken [rad], [m]; the robot's own if not given.
+    direction, tool_direction, reference : optional
+        As for `robot_effective_mass_at`.
 
     Raises
     ------
@@ -251,7 +248,7 @@ def robot_mass_map(
 
 
 def robot_mass_in_posture(robot: Robot, positions: ArrayLike, *, direction: ArrayLike = DOWN) -> MassMap:
-    """Effective mass of a robot in one posture, as a map of the one place that its contact point is at.
+    """Effective mass of a robot in one posture, as a map of the single place where its contact point is.
 
     Parameters
     ----------
@@ -265,7 +262,7 @@ def robot_mass_in_posture(robot: Robot, positions: ArrayLike, *, direction: Arra
     Raises
     ------
     InputError
-        Not one finite number for every joint, or a direction that is none.
+        Not one finite number for every joint, or a direction of length zero.
     """
     q = joint_positions(robot, positions)
     x, y, z = forward_kinematics(robot, q).position
@@ -274,7 +271,7 @@ def robot_mass_in_posture(robot: Robot, positions: ArrayLike, *, direction: Arra
 
 def _trend(steps: FloatArray) -> Trend:
     known = steps[np.isfinite(steps)]
-    signs = np.unique(np.where(np.abs(known) <= _STILL, 0, np.sign(known)))
+    signs = np.unique(np.where(np.abs(known) <= _CONSTANT, 0, np.sign(known)))
     if signs.size != 1:
         return Trend.MIXED if signs.size else Trend.UNKNOWN
     return {-1: Trend.FALLS, 0: Trend.CONSTANT, 1: Trend.RISES}[int(signs[0])]

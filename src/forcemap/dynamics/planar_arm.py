@@ -18,7 +18,7 @@ from forcemap.errors import InputError
 INSPECTION_DISTANCES = (0.52, 0.70, 0.89)
 INSPECTION_HEIGHTS = (0.14, 0.30, 0.46)
 
-_ROUNDING = 1e-12  # by which a stretched arm may seem too short
+_ROUNDING = 1e-12  # of the cosine of the elbow's angle: a stretched arm is not too short
 
 
 class LinkMass(StrEnum):
@@ -105,8 +105,8 @@ class PlanarArm:
 
     def __post_init__(self) -> None:
         for name, kind in (("link_mass", LinkMass), ("wrist", Wrist), ("elbow", Elbow), ("last_link", LastLink)):
-            if not isinstance(found := getattr(self, name), kind):
-                raise InputError(f"planar arm: found {name} {found!r}, expected a {kind.__name__}")
+            if not isinstance(value := getattr(self, name), kind):
+                raise InputError(f"planar arm: found {name} {value!r}, expected a {kind.__name__}")
         for what, values, unit in (("lengths", self.lengths, "m"), ("masses", self.masses, "kg")):
             if len(values) != 3 or not all(0 < value < math.inf for value in values):
                 raise InputError(f"planar arm: found the {what} {values}, expected three positive numbers in {unit}")

@@ -13,12 +13,12 @@ from numpy.typing import ArrayLike
 from forcemap.arrays import FloatArray
 from forcemap.errors import InputError
 
-_ROUNDING = 1e-3  # radius of gyration [m] below which an inertia is rounding
+_ROUNDING = 1e-3  # radius of gyration [m] below which an inertia is rounding (docs/decisions.md)
 
 
 @dataclass(frozen=True, eq=False)
 class Frame:
-    """Where a frame stands in another one.
+    """Position and orientation of a frame in another one.
 
     Parameters
     ----------
@@ -38,7 +38,7 @@ class Frame:
         return cls(np.array(xyz, dtype=np.float64), yaw @ pitch @ roll)
 
     def then(self, inner: Frame) -> Frame:
-        """A frame that stands in this one, seen from where this one stands."""
+        """A frame given in this one, in the frame that this one is given in."""
         return Frame(self.position + self.rotation @ inner.position, self.rotation @ inner.rotation)
 
 
@@ -90,7 +90,7 @@ NOTHING = Body(0.0, np.zeros(3), np.zeros((3, 3)))
 
 
 def moved_body(body: Body, frame: Frame) -> Body:
-    """The same body, described in the frame that `frame` stands in."""
+    """A body described in `frame`, described in the frame that `frame` is given in."""
     r = frame.rotation
     return Body(body.mass, frame.position + r @ body.centre_of_mass, r @ body.inertia @ r.T)
 

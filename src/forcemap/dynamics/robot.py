@@ -16,7 +16,7 @@ from forcemap.dynamics.rigid_body import Body, Frame, moved_body, turn, unit_dir
 from forcemap.errors import InputError
 from forcemap.findings import Finding
 
-_AT_LIMIT = 1e-6  # a position that was rounded is still at its limit [rad], [m]
+_AT_LIMIT = 1e-6  # a position this little beyond its limit is at it, but for rounding [rad], [m]
 
 
 class JointKind(StrEnum):
@@ -55,14 +55,14 @@ class Joint:
     upper: float
     body: Body
 
-    def held(self) -> Frame:
-        """The joint's frame as near to position zero as its limits allow, in the frame of the joint before it."""
+    def frame_nearest_zero(self) -> Frame:
+        """The joint's frame at the allowed position nearest to zero, in the frame of the joint before it."""
         position, slides = min(max(0.0, self.lower), self.upper), self.kind is JointKind.PRISMATIC
         moved = Frame(self.axis * position, np.eye(3)) if slides else Frame(np.zeros(3), turn(self.axis, position))
         return self.origin.then(moved)
 
     def with_body(self, body: Body, frame: Frame) -> Self:
-        """The joint that carries one more body, described in a frame that stands in the joint's."""
+        """The joint carrying one more body, described in a frame given in the joint's."""
         return replace(self, body=united([self.body, moved_body(body, frame)]))
 
 
@@ -79,7 +79,7 @@ class Robot:
     flange : Frame
         Where tools are mounted, in the frame of the last joint.
     reference_posture : array, shape (n,)
-        Posture whose neighbours inverse kinematics prefers [rad], [m].
+        Posture that inverse kinematics keeps near to [rad], [m].
     contact_offset : array, shape (3,)
         Contact point in the frame of the flange [m].
     load : float
@@ -91,7 +91,7 @@ class Robot:
     tool_axis : array, shape (3,)
         Direction of the tool in the frame of the flange, a unit vector: what a tool direction turns.
     findings : tuple of Finding
-        What of its description does not count as it stands.
+        Which parts of its description do not count as they stand.
     """
 
     name: str
@@ -123,25 +123,25 @@ class Robot:
 
     def stated(self, positions: ArrayLike) -> dict[str, float]:
         """Positions of the joints, shape (n,) [rad], [m], by name with the unit: `elbow_deg`, `rail_m`."""
-        names = [f"{each.name}_{'m' if each.kind is JointKind.PRISMATIC else 'deg'}" for each in self.joints]
+        names = [f"{joint.name}_{'m' if joint.kind is JointKind.PRISMATIC else 'deg'}" for joint in self.joints]
         return dict(zip(names, (np.asarray(positions) * self._per_radian).tolist(), strict=True))
 
-    def stated_each(self, positions: FloatArray) -> list[dict[str, float] | None]:
-        """The same of many postures, shape (..., n), in a row; None for one that is not known (NaN)."""
+    def stated_postures(self, positions: FloatArray) -> list[dict[str, float] | None]:
+        """The same for many postures, shape (..., n), as a flat list; None where a posture is not known (NaN)."""
         flat = positions.reshape(-1, len(self.joints))
         return [None if np.isnan(q).any() else self.stated(q) for q in flat]
 
     def from_degrees(self, positions: ArrayLike) -> FloatArray:
-        """Positions [rad], [m] of such in degrees, and in m where a joint slides; shape (n,).
+        """Positions [rad], [m] from those in degrees, or in m for a joint that slides; shape (n,).
 
         Raises
         ------
         InputError
             Not one number for every joint.
         """
-        return self._one_each(positions) / self._per_radian
+        return self._checked_posture(positions) / self._per_radian
 
-    def _one_each(self, positions: ArrayLike) -> FloatArray:
+    def _checked_posture(self, positions: ArrayLike) -> FloatArray:
         q = np.array(positions, dtype=np.float64)
         if q.shape != (len(self.joints),):
             names = ", ".join(joint.name for joint in self.joints)
@@ -216,7 +216,7 @@ class Robot:
         return replace(self, joints=(*others, last.with_body(added, self.flange)), load=self.load + added.mass)
 
     def with_reference(self, positions: ArrayLike) -> Self:
-        """The robot with another posture whose neighbours inverse kinematics prefers.
+        """The robot with another posture that inverse kinematics keeps near to.
 
         Parameters
         ----------
@@ -228,12 +228,12 @@ class Robot:
         InputError
             Not one number within the limits for every joint.
         """
-        q = self._one_each(positions)
+        q = self._checked_posture(positions)
         if (beyond := ~((q >= self.lower - _AT_LIMIT) & (q <= self.upper + _AT_LIMIT))).any():
-            (name, found), lower, upper = (
-                list(self.stated(each).items())[beyond.argmax()] for each in (q, self.lower, self.upper)
+            (name, stated), lower, upper = (
+                list(self.stated(posture).items())[beyond.argmax()] for posture in (q, self.lower, self.upper)
             )
-            raise InputError(f"posture: found {name} = {found:g}, expected {lower[1]:g} to {upper[1]:g}")
+            raise InputError(f"posture: found {name} = {stated:g}, expected {lower[1]:g} to {upper[1]:g}")
         return replace(self, reference_posture=q)
 
     def with_drive_inertia(self, drive_inertia: ArrayLike | DriveInertia) -> Self:

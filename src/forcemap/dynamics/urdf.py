@@ -16,7 +16,8 @@ from forcemap.dynamics.xml_tree import Element, read_xml
 from forcemap.errors import InputError, UnknownName
 from forcemap.findings import Finding, FindingKind
 
-_MOST_LINKS = 500
+_MOST_LINKS = 500  # a choice: far above any robot's, and soon read
+_MOST_LISTED = 6  # names in a message that has to stay one line
 _FIXED = "fixed"
 
 
@@ -53,20 +54,22 @@ def read_urdf(path: str | Path, *, base: str | None = None, tip: str | None = No
     if any(child.tag.startswith("xacro:") for child in root.children):
         raise root.refused("this is a xacro file, expected a URDF; run xacro on it first")
     links = _named(root.all("link"))
-    tree = _LinkTree(file, links, [_link_joint(*each, links) for each in _named(root.all("joint")).items()])
-    chain, beside = tree.chain(base, tip), _Beside()
+    tree = _LinkTree(
+        file, links, [_link_joint(*named_joint, links) for named_joint in _named(root.all("joint")).items()]
+    )
+    chain, side_links = tree.chain(base, tip), _SideLinks()
     first = next(place for place, joint in enumerate(chain) if joint.kind != _FIXED)
     length = sum(origin_length(joint.element, joint.name, _origin(joint.element)) for joint in chain[first + 1 :])
     frame, joints, bodies = Frame.of(), list[Joint](), list[Body]()
-    for each in chain:  # fixed joints become part of the origins and bodies of those that move
-        frame = frame.then(_origin(each.element))
-        if each.kind != _FIXED:
-            joints.append(_moving(each, frame))
+    for link_joint in chain:  # fixed joints become part of the origins and bodies of those that move
+        frame = frame.then(_origin(link_joint.element))
+        if link_joint.kind != _FIXED:
+            joints.append(_moving(link_joint, frame))
             frame = Frame.of()
         if joints:  # what stands before the first of them does not move
-            bodies.append(beside.with_mass(links[each.child], _link_body(links[each.child])))
+            bodies.append(side_links.with_mass(links[link_joint.child], _link_body(links[link_joint.child])))
             joints[-1] = joints[-1].with_body(bodies[-1], frame)
-            joints[-1] = joints[-1].with_body(tree.carried(each.child, chain, beside), frame)
+            joints[-1] = joints[-1].with_body(tree.carried(link_joint.child, chain, side_links), frame)
     if not any(joint.body.mass > 0 for joint in joints):
         raise InputError("no link that moves has a mass, expected <inertial> elements", file=file)
     refuse_masses(bodies, length, file)
@@ -76,13 +79,13 @@ def read_urdf(path: str | Path, *, base: str | None = None, tip: str | None = No
         joints=tuple(joints),
         flange=frame,
         reference_posture=np.array([_middle(joint) for joint in joints]),
-        held_joints=tuple(beside.held),
-        findings=tuple(beside.findings),
+        held_joints=tuple(side_links.held_joints),
+        findings=tuple(side_links.findings),
     )
 
 
 def _named(elements: Iterable[Element]) -> dict[str, Element]:
-    """Elements by name, which has to be there, and its own."""
+    """Elements by name; every one must have a name, and no two the same."""
     named: dict[str, Element] = {}
     for element in elements:
         if named.setdefault(name := element.text("name"), element) is not element:
@@ -91,7 +94,7 @@ def _named(elements: Iterable[Element]) -> dict[str, Element]:
 
 
 def _link_body(link: Element, *, point: bool = False) -> Body:
-    """Body of a link, in the frame of the link; of a point mass if only that is asked for."""
+    """Body of a link in the link's frame; its mass as a point mass if `point`."""
     inertial = link.first("inertial")
     if inertial is None:
         return NOTHING
@@ -100,7 +103,7 @@ def _link_body(link: Element, *, point: bool = False) -> Body:
     if not point:
         inertia = inertial.inside("inertia")
         matrix = np.array([[inertia.numbers(f"i{min(a, b)}{max(a, b)}")[0] for b in "xyz"] for a in "xyz"])
-    try:  # an inertia without a mass cannot be, but stands in many files: it counts as stated, and is said
+    try:  # no body has an inertia without a mass, but many files say so: it counts as stated, with a finding
         body = replace(Body.of(mass or 1.0, np.zeros(3), matrix), mass=mass)
     except InputError as error:
         raise inertial.refused(f"{what}: {error.message}") from None
@@ -120,12 +123,12 @@ def _link_joint(name: str, joint: Element, links: Iterable[str]) -> _LinkJoint:
 def _moving(joint: _LinkJoint, origin: Frame) -> Joint:
     """A joint that moves, its frame in that of the one before; nothing hangs on it yet."""
     if joint.kind not in (kinds := (_FIXED, *JointKind)):
-        found = f"joint {joint.name!r}: found the type {joint.kind!r}, expected one of {', '.join(kinds)}"
-        raise joint.element.refused(f"{found}; if it moves the whole robot, name the link after it as the base")
+        problem = f"joint {joint.name!r}: found the type {joint.kind!r}, expected one of {', '.join(kinds)}"
+        raise joint.element.refused(f"{problem}; if it moves the whole robot, name the link after it as the base")
     what, kind, element = f"joint {joint.name!r}", JointKind(joint.kind), joint.element.first("axis")
     axis = np.array([1.0, 0.0, 0.0] if element is None else element.numbers("xyz", 3))
     length = np.linalg.norm(axis)
-    if not 1e-9 < length < math.inf:
+    if not 1e-9 < length < math.inf:  # a shorter axis is a zero with rounding
         raise joint.element.refused(f"{what}: found an axis of length {length:g}, expected 1")
     lower, upper = -math.inf, math.inf
     if kind is not JointKind.CONTINUOUS:
@@ -137,7 +140,7 @@ def _moving(joint: _LinkJoint, origin: Frame) -> Joint:
 
 
 def _middle(joint: Joint) -> float:
-    """The middle of a joint's range; as near to zero as can be where it has no limit."""
+    """Middle of a joint's range; the allowed position nearest to zero if it is not limited on both sides."""
     bounded = math.isfinite(joint.lower) and math.isfinite(joint.upper)
     return (joint.lower + joint.upper) / 2 if bounded else min(max(0.0, joint.lower), joint.upper)
 
@@ -165,27 +168,27 @@ class _LinkJoint:
 
 
 @dataclass(frozen=True, eq=False)
-class _Beside:
-    """What hangs on the chain beside it, as far as it can be used: `held` joints, and findings on what cannot."""
+class _SideLinks:
+    """Links that hang on the chain beside it, as far as they can be used, and findings on what cannot be."""
 
-    held: list[str] = field(default_factory=list)
+    held_joints: list[str] = field(default_factory=list)
     findings: list[Finding] = field(default_factory=list)
 
     def frame(self, joint: _LinkJoint) -> Frame:
-        """Where a joint beside the chain stands, held as near to zero as its limits allow.
+        """Frame of a joint beside the chain, held as near to zero as its limits allow.
 
         Raises
         ------
         InputError
-            Where its frame is not known, so that nothing on it can be placed.
+            Its frame is not known, so that nothing on it can be placed.
         """
         origin = _origin(joint.element)
         origin_length(joint.element, joint.name, origin)
         if joint.kind == _FIXED:
             return origin
-        self.held.append(joint.name)
+        self.held_joints.append(joint.name)
         try:
-            return _moving(joint, origin).held()
+            return _moving(joint, origin).frame_nearest_zero()
         except InputError as error:
             self._say(FindingKind.JOINT_AT_ZERO, joint.element, error)
             return origin
@@ -203,14 +206,14 @@ class _Beside:
             return body
 
     def with_mass(self, link: Element, body: Body) -> Body:
-        """The body; that it has an inertia and no mass is said."""
+        """The body; a finding says if it has an inertia but no mass."""
         if body.mass == 0 and body.inertia.any():
             figures = {"link": link.attributes["name"], "inertia_kg_m2": float(np.linalg.eigvalsh(body.inertia)[-1])}
             self.findings.append(Finding.of(FindingKind.INERTIA_WITHOUT_MASS, **figures))
         return body
 
     def left_out(self, joint: _LinkJoint, error: InputError) -> None:
-        """Nothing that hangs on a joint can be placed."""
+        """Note that nothing that hangs on a joint can be placed."""
         self._say(FindingKind.JOINT_LEFT_OUT, joint.element, error)
 
     def _say(self, kind: FindingKind, element: Element, why: InputError) -> None:
@@ -296,18 +299,18 @@ class _LinkTree:
                 raise joint.element.refused(f"joint {joint.name!r} mimics another, expected free joints up to the tip")
         return chain
 
-    def carried(self, link: str, chain: list[_LinkJoint], beside: _Beside) -> Body:
+    def carried(self, link: str, chain: list[_LinkJoint], side_links: _SideLinks) -> Body:
         """Body of all that hangs on a link beside the chain, in the frame of the link."""
         bodies = []
         for joint in self.joints:
             if joint.parent == link and joint not in chain:
                 try:
-                    frame = beside.frame(joint)
+                    frame = side_links.frame(joint)
                 except InputError as error:
-                    beside.left_out(joint, error)
+                    side_links.left_out(joint, error)
                     continue
-                bodies += [moved_body(beside.body(self.links[joint.child]), frame)]
-                bodies += [moved_body(self.carried(joint.child, chain, beside), frame)]
+                bodies += [moved_body(side_links.body(self.links[joint.child]), frame)]
+                bodies += [moved_body(self.carried(joint.child, chain, side_links), frame)]
         return united(bodies)
 
     def _refused(self, message: str) -> InputError:
@@ -315,4 +318,5 @@ class _LinkTree:
 
 
 def _listed(names: list[str]) -> str:
-    return ", ".join(map(repr, names[:6])) + (f" and {len(names) - 6} more" if len(names) > 6 else "")
+    more = len(names) - _MOST_LISTED
+    return ", ".join(map(repr, names[:_MOST_LISTED])) + (f" and {more} more" if more > 0 else "")

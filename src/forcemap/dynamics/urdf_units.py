@@ -1,7 +1,7 @@
 """Figures of a robot description in another unit than the format's m, kg, kg m^2 and rad: refused, with the likely one.
 
-No unit stands in a URDF. What tells is the size: an arm of some length weighs within a factor of some hundred what
-others of that length do, no link's mass lies metres beside it, and no joint turns five times around.
+A URDF states no units. The size tells them: an arm weighs within a factor of some hundred what others of its length
+weigh, no link's centre of mass lies metres beside it, and no joint turns five times around.
 """
 
 from __future__ import annotations
@@ -15,16 +15,22 @@ from forcemap.dynamics.rigid_body import Body, Frame
 from forcemap.dynamics.xml_tree import Element
 from forcemap.errors import InputError
 
+# Largest figures of an arm in the format's units: choices, far above any arm's and far below the same in mm or degrees.
 _LONGEST = 5.0  # from a joint to the next one, to a link's centre of mass; its radius of gyration [m]
 _STROKE = 20.0  # of a sliding joint [m]
 _ANGLE = 2 * math.pi + 0.01  # roll, pitch, yaw [rad]; a joint turns up to twice as far to each side
-_UNLIMITED = 1e4  # simulators write no limit as 1e16
-# kg of the links in a cubed length in m: the arm's, and for the middle one of them its radius of gyration
+_UNLIMITED = 1e4  # limit [rad], [m] that is none: simulators write 1e16
+# Mass over cubed length [kg/m^3]: of all links over the arm's length, of the middle link over its radius of gyration.
+# Outside, masses are in g or t; tried on 596 chains of published descriptions (docs/decisions.md).
 _LIGHTEST, _HEAVIEST = np.array([0.1, 300.0]), np.array([1500.0, 2e5])
-_SHORTEST = 0.05  # chain [m] whose length says nothing of the robot's size
+_SHORTEST = 0.05  # a chain no longer than that [m] says nothing of the robot's size: a choice
+
+# Of figures in another unit only the units are proposed in which they would be an arm's: choices.
+_USUAL_RADIUS = (0.01, 0.5)  # radius of gyration of a link [m]
+_USUAL_LENGTH = (0.002, 2.0)  # [m]
 
 _LENGTHS = {"mm": 1e-3, "cm": 1e-2}
-_INERTIAS = {  # what it does to the radius of gyration
+_INERTIAS = {  # factor on the radius of gyration
     "kg mm^2 or, with masses in g, in g mm^2": 1e-3,
     "kg cm^2 or, with masses in g, in g cm^2": 1e-2,
     "g m^2, or the mass in t": math.sqrt(1e-3),
@@ -34,12 +40,12 @@ _INERTIAS = {  # what it does to the radius of gyration
 
 
 def origin_length(element: Element, name: str, origin: Frame) -> float:
-    """How far a joint stands from the one before [m]; where the first stands says nothing of the robot's size.
+    """Distance of a joint from the one before [m].
 
     Raises
     ------
     InputError
-        Further than any arm's.
+        It is larger than any arm's.
     """
     length = float(np.linalg.norm(origin.position))
     if length > _LONGEST:
@@ -48,10 +54,10 @@ def origin_length(element: Element, name: str, origin: Frame) -> float:
 
 
 def refuse_turns(element: Element, angles: list[float]) -> None:
-    """Refuse roll, pitch and yaw that are no radians."""
+    """Refuse roll, pitch and yaw that cannot be in radians."""
     if max(map(abs, angles)) > _ANGLE:
-        found = " ".join(f"{angle:g}" for angle in angles)
-        raise element.refused(f"<origin rpy>: found {found}, more than one turn in rad; is it in degrees?")
+        listed = " ".join(f"{angle:g}" for angle in angles)
+        raise element.refused(f"<origin rpy>: found {listed}, more than one turn in rad; is it in degrees?")
 
 
 def joint_limits(limit: Element, what: str, lower: float, upper: float, *, slides: bool) -> tuple[float, float]:
@@ -60,7 +66,7 @@ def joint_limits(limit: Element, what: str, lower: float, upper: float, *, slide
     Raises
     ------
     InputError
-        Limits that leave no motion, or in degrees or mm.
+        The limits leave no motion, or are in degrees or mm.
     """
     if not lower < upper:
         without = "" if slides else "; a joint without limits is of the type continuous"
@@ -80,7 +86,9 @@ def refuse_body(element: Element, what: str, body: Body) -> None:
     if away > _LONGEST:
         raise element.refused(f"{what}: found its centre of mass {away:g} m away, {_expected(_LONGEST, away)}")
     if (radius := _radius(body)) > _LONGEST:
-        units = "; or in ".join(unit for unit, factor in _INERTIAS.items() if 0.01 <= radius * factor <= 0.5)
+        units = "; or in ".join(
+            unit for unit, factor in _INERTIAS.items() if _USUAL_RADIUS[0] <= radius * factor <= _USUAL_RADIUS[1]
+        )
         raise element.refused(
             f"{what}: found an inertia as of its {body.mass:g} kg {radius:.3g} m from the centre of mass, expected at "
             f"most {_LONGEST:g} m; is it in {units or 'another unit'} in place of kg m^2?"
@@ -99,8 +107,8 @@ def refuse_masses(bodies: Sequence[Body], length: float, file: str) -> None:
     heavy, light = weights > _HEAVIEST[: weights.size], weights < _LIGHTEST[: weights.size]
     unit = "g" if heavy.all() else "t" if light.all() else ""
     if unit:
-        found = f"found {masses.sum():g} kg in links that move on an arm of {length:.3g} m"
-        raise InputError(f"{found}; are masses in {unit} in place of kg?", file=file)
+        weight = f"found {masses.sum():g} kg in links that move on an arm of {length:.3g} m"
+        raise InputError(f"{weight}; are masses in {unit} in place of kg?", file=file)
 
 
 def _radius(body: Body) -> float:
@@ -108,6 +116,8 @@ def _radius(body: Body) -> float:
     return math.sqrt(max(np.linalg.eigvalsh(body.inertia)[-1], 0.0) / body.mass) if body.mass else 0.0
 
 
-def _expected(most: float, found: float) -> str:
-    units = " or ".join(unit for unit, factor in _LENGTHS.items() if 0.002 <= found * factor <= 2)
+def _expected(most: float, stated: float) -> str:
+    units = " or ".join(
+        unit for unit, factor in _LENGTHS.items() if _USUAL_LENGTH[0] <= stated * factor <= _USUAL_LENGTH[1]
+    )
     return f"expected at most {most:g} m; is it in {units or 'another unit'}?"

@@ -12,14 +12,14 @@ from typing import Any
 from forcemap.errors import InputError
 from forcemap.files import read_bytes
 
-_LARGEST = 1e9  # far above any robot; products of such numbers stay finite
+_LARGEST = 1e9  # a choice: far above any robot's figures, and products of such numbers stay finite
 
 
 @dataclass(frozen=True)
 class Element:
     """An element of an XML file: tag, attributes, file and line, and the elements in it.
 
-    What it must hold and does not is an InputError that names the line.
+    If something that must be there is missing, an InputError names the line.
     """
 
     tag: str
@@ -33,24 +33,24 @@ class Element:
         return (child for child in self.children if child.tag == tag)
 
     def first(self, tag: str) -> Element | None:
-        """The first of them, if there is one."""
+        """The first element of that tag directly in this one, if any."""
         return next(self.all(tag), None)
 
     def inside(self, tag: str) -> Element:
-        """The first of them."""
+        """The first element of that tag directly in this one, which must be there."""
         if child := self.first(tag):
             return child
         name = f" {self.attributes['name']!r}" if "name" in self.attributes else ""
         raise self.refused(f"{self.tag}{name} has no <{tag}>, expected one")
 
     def text(self, key: str) -> str:
-        """An attribute."""
+        """An attribute, which must be there."""
         if value := self.attributes.get(key, "").strip():
             return value
         raise self.refused(f'<{self.tag}> has no {key}, expected {key}="..."')
 
     def numbers(self, key: str, count: int = 1, *, largest: float = _LARGEST) -> list[float]:
-        """An attribute that is one number of at most that size, or three."""
+        """An attribute of `count` numbers (one or three), none larger than `largest`."""
         text = self.text(key)
         try:
             numbers = [float(part) for part in text.split()]
@@ -62,7 +62,7 @@ class Element:
         return numbers
 
     def refused(self, message: str) -> InputError:
-        """The error that what it holds cannot be used."""
+        """An error that names the file and the line of this element."""
         return InputError(message, file=self.file, row=self.line)
 
 

@@ -1,4 +1,4 @@
-"""What every figure starts from and ends with: settings, size, panels, cells, legend, SIMULATED, SVG and PNG."""
+"""What all figures share: settings, size, panels, cells, legend, SIMULATED, SVG and PNG."""
 
 from __future__ import annotations
 
@@ -27,9 +27,14 @@ from forcemap.errors import InputError
 from forcemap.figures.style import COLUMN_WIDTH, PAGE_WIDTH, YELLOW, Look
 
 SIMULATED = "SIMULATED: not a measurement of any robot"
-_ALONE = 0.05  # a single place is drawn as wide as this [m]
+_ALONE = 0.05  # width at which a single place is drawn [m]
+_LONGEST_NAME = 60  # characters of a name from a file
+_LONGEST_LINE = 400  # characters of a line above a figure
 _NO_METADATA = dict.fromkeys(("Date", "Creator", "Format", "Type"))
-_INCH = 0.0254
+_INCH = 0.0254  # [m]
+_POINTS_PER_INCH = 72
+_MARGIN = 0.02  # left and right of the lines above a figure, as a share of its width
+_NARROWER = 0.92  # these lines are broken as for a narrower figure: letters are wider where pixels are few
 
 # matplotlib's settings belong to the whole process: one figure at a time, and they are put back.
 _SETTINGS = threading.RLock()
@@ -53,7 +58,7 @@ def is_wide(width: float) -> bool:
 
 
 def new_figure(name: str, width: float, height: float) -> Figure:
-    """An empty figure of a width and height [m]; its name is what is read out in place of it."""
+    """An empty figure of a width and height [m]; screen readers read its name."""
     figure = Figure(figsize=(width / _INCH, height / _INCH))
     figure.set_label(name)
     return figure
@@ -69,35 +74,35 @@ def panels(figure: Figure, count: int, columns: int, *, share_y: bool = False) -
     return axes
 
 
-def plain(text: str, longest: int = 60) -> str:
-    """A name from a file as it can stand in a figure: one line without control characters, not too long."""
-    shown = "".join(each if each.isprintable() else "?" for each in text)
+def plain(text: str, longest: int = _LONGEST_NAME) -> str:
+    """A text from a file, fit for a figure: one line without control characters, cut if it is too long."""
+    shown = "".join(character if character.isprintable() else "?" for character in text)
     return shown if len(shown) <= longest else f"{shown[: longest - 1]}…"
 
 
 def finish(
     figure: Figure, *, simulated: bool, columns: int, also: Sequence[Artist] = (), first: Sequence[str] = ()
 ) -> Figure:
-    """Put one legend for all panels beneath them, `also` entries included; above SIMULATED and what is said `first`."""
+    """Put one legend, with the entries `also`, below all panels, and SIMULATED and the lines `first` above them."""
     entries: dict[str, Any] = {}
     for axes in figure.axes:
         for handle, word in zip(*axes.get_legend_handles_labels(), strict=True):
             entries.setdefault(word, handle)
-    entries |= {str(each.get_label()): each for each in also}
+    entries |= {str(artist.get_label()): artist for artist in also}
     if entries:
         figure.legend(list(entries.values()), list(entries), loc="outside lower left", ncols=columns)
-    lines = [*([SIMULATED] if simulated else []), *(plain(each, 400) for each in first)]
+    lines = [*([SIMULATED] if simulated else []), *(plain(line, _LONGEST_LINE) for line in first)]
     if lines:
-        font, edge = FontProperties(size=7.5, weight="bold"), 0.02
-        across = (0.92 - 2 * edge) * 72 * figure.get_figwidth()  # letters are wider where pixels are few
-        said = "\n".join(line for each in lines for line in _broken(each, font, across))
+        font = FontProperties(size=7.5, weight="bold")
+        across = (_NARROWER - 2 * _MARGIN) * _POINTS_PER_INCH * figure.get_figwidth()
+        said = "\n".join(line for words in lines for line in _broken(words, font, across))
         box = {"facecolor": YELLOW, "edgecolor": "none", "boxstyle": "square,pad=0.15"}
-        figure.suptitle(said, x=edge, ha="left", fontproperties=font, bbox=box)
+        figure.suptitle(said, x=_MARGIN, ha="left", fontproperties=font, bbox=box)
     return figure
 
 
 def _broken(text: str, font: FontProperties, across: float) -> Iterator[str]:
-    """The lines of a text, each as wide as they may be in points; a longer word has one of its own."""
+    """A text broken into lines no wider than `across` [pt]; a longer word has a line of its own."""
     line = ""
     for word in text.split():
         longer = f"{line} {word}".lstrip()
@@ -127,7 +132,7 @@ def colour_cells(axes: Axes, x: FloatArray, y: FloatArray, values: Any, label: s
 
 
 def hatch_cells(axes: Axes, x: FloatArray, y: FloatArray, chosen: Mask, look: Look) -> Patch:
-    """Draw a look over the chosen cells, shape (n, m), between edges x, (n + 1,), and y, (m + 1,); and for a legend."""
+    """Hatch the chosen cells, shape (n, m), between edges x, (n + 1,), and y, (m + 1,); returns the legend's entry."""
     for i, column in enumerate(chosen):
         runs = np.flatnonzero(np.diff(np.concatenate([[False], column, [False]]).astype(np.int8)))
         for start, stop in runs.reshape(-1, 2).tolist():  # cells on top of each other are one area
@@ -152,7 +157,7 @@ def svg(figure: Figure, prefix: str = "figure") -> str:
     Raises
     ------
     InputError
-        A prefix that makes no id.
+        A prefix that cannot begin an id.
     """
     if not re.fullmatch(r"[A-Za-z][\w-]*", prefix, re.ASCII):
         raise InputError(f"prefix: found {prefix!r}, expected a letter, then letters, digits, hyphens, underscores")
@@ -164,7 +169,7 @@ def svg(figure: Figure, prefix: str = "figure") -> str:
     root = f'<svg role="img" aria-label="{name}" stroke-linejoin="round" stroke-linecap="butt"'
     text = re.sub(r'\bid="', f'id="{prefix}-', root + text)
     text = re.sub(r'(href="#|url\(#)', rf"\1{prefix}-", text)
-    return re.sub(r' style="([^"]*)"', lambda found: _attributes(found[1]), text)
+    return re.sub(r' style="([^"]*)"', lambda match: _attributes(match[1]), text)
 
 
 def png(figure: Figure, dpi: float = 150) -> bytes:
@@ -184,8 +189,8 @@ def png(figure: Figure, dpi: float = 150) -> bytes:
 
 
 def _attributes(style: str) -> str:
-    """The declarations of a style attribute as attributes of their own; the shorthand `font` is none."""
-    declarations = [each.partition(":") for each in style.split(";") if each.strip()]
+    """The declarations of a style attribute as single attributes; the shorthand `font` stays a style."""
+    declarations = [declaration.partition(":") for declaration in style.split(";") if declaration.strip()]
     apart = {name.strip(): value.strip() for name, _, value in declarations}
     font = apart.pop("font", "")
     shorthand = f' style="font: {font}"' if font else ""

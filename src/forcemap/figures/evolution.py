@@ -18,6 +18,8 @@ from forcemap.limits.force_limits import ForceLimit
 from forcemap.recordings.recording import Recording
 
 _BEFORE, _AFTER = 0.05, 0.8  # shown before and after the onset [s]
+_AROUND_PHASE_1 = (-0.4, 2.0)  # shown of Phase I, as multiples of its length
+_NEAR_RANGE = 0.7  # the device range is drawn if the force reaches this share of it
 
 
 @settings()
@@ -45,7 +47,7 @@ def force_evolution_figure(
     beside : sequence of Impact
         Impacts to compare with, drawn dashed, from their own onset on.
     conditions : Conditions, optional
-        Of the campaign; tell whether the impact is simulated.
+        Conditions of the campaign; they say whether the impact is simulated.
     width : float
         Width of the figure [m].
     """
@@ -65,13 +67,13 @@ def force_evolution_figure(
     figure = new_figure("Force over time of an impact", width, 0.078 if wide else 0.15)
     whole, phase1 = panels(figure, 2, 2 if wide else 1, share_y=wide)
     end = min(float(time[-1]), _AFTER)
-    length = impact.phase1_end - impact.onset
+    length, (first, last) = impact.phase1_end - impact.onset, _AROUND_PHASE_1
     words = style.CONTACT_FORCE.words + (f", {plain(Path(recording.name).name)}" if beside and recording.name else "")
-    for axes, low, high in ((whole, -_BEFORE, end), (phase1, -0.4 * length, 2.0 * length)):
+    for axes, low, high in ((whole, -_BEFORE, end), (phase1, first * length, last * length)):
         curves = [
             (style.RECORDED, time, recording.force, ""),
             (style.CONTACT_FORCE, impact.contact.time - onset, impact.contact.force, words),
-            *((style.BESIDE, *each.curve(), plain(Path(each.recording.name).name)) for each in beside),
+            *((style.BESIDE, *other.curve(), plain(Path(other.recording.name).name)) for other in beside),
         ]
         for look, after, force, name in curves:
             shown = (after >= low) & (after <= high)
@@ -99,7 +101,7 @@ def _draw_limits(axes: Axes, limit: ForceLimit | float | None, low: float, high:
 
 def _draw_range(axes: Axes, recording: Recording) -> None:
     device_range = recording.device.range
-    if np.isfinite(device_range) and np.abs(recording.force).max() > 0.7 * device_range:
+    if np.isfinite(device_range) and np.abs(recording.force).max() > _NEAR_RANGE * device_range:
         words = f"{style.DEVICE_RANGE.words} {device_range:g} N"
         axes.axhline(device_range, **(style.DEVICE_RANGE.drawn | {"label": words}))
 
@@ -115,7 +117,7 @@ def _draw_peak(axes: Axes, impact: Impact) -> None:
 
 
 def _title(impact: Impact, limit: ForceLimit | float | None) -> str:
-    """Contact scenario, and what the standard forbids."""
+    """Contact scenario, and whether the standard permits contact at all."""
     words = impact.scenario.value.replace("_", " ")
     if isinstance(limit, ForceLimit) and not limit.permitted:
         words += f"\ncontact with {plain(limit.name)} is not permitted: no limit"

@@ -1,4 +1,4 @@
-"""Figures of a map: its profiles, the workspace, its residuals, and what stands beside it."""
+"""Figures of a map: its profiles, the workspace, its residuals, and other models beside it."""
 
 from __future__ import annotations
 
@@ -26,6 +26,7 @@ from forcemap.maps.force_map import ForceMap
 
 _AXES = (DISTANCE, HEIGHT, SPEED)
 _WORDS = ("distance {:.2f} m", "height {:.2f} m", "speed {:.2f} m/s")
+_ALONG_SPEED = 2  # number of the axis
 _CELLS = 16  # of a slice of the workspace along each axis
 _LOOKS = {"CFM_2D": style.MAP_2D, "CFM_2D per height": style.MAP_2D_PER_HEIGHT, "contact model": style.STANDARD}
 
@@ -62,15 +63,15 @@ def force_profiles_figure(
     axis_levels = measured.levels(points)
     figure = new_figure("Force against distance, height and speed", width, 0.068 if wide else 0.16)
     for along, axes in enumerate(panels(figure, 3, 3 if wide else 1, share_y=wide)):
-        by = 0 if along == 2 else 2  # the variable that differs from line to line
-        held = 3 - along - by
-        at = measured_often(points[:, held], measured.tolerances[held])
+        by = 0 if along == _ALONG_SPEED else _ALONG_SPEED  # the variable that differs from line to line
+        constant = 3 - along - by
+        level = measured_often(points[:, constant], measured.tolerances[constant])
         for value in a_few(axis_levels[by]):
-            fixed = {by: value, held: at}
+            fixed = {by: value, constant: level}
             x, force = draw_map(axes, force_map, bound, along, fixed)
             _write_at_end(axes, x, force, _WORDS[by].format(value).partition(" ")[2])
             draw_profile(axes, measured, along, fixed)
-        axes.set(xlabel=_AXES[along], title=f"{_WORDS[held].format(at)}\nlines: {_WORDS[by].split()[0]}")
+        axes.set(xlabel=_AXES[along], title=f"{_WORDS[constant].format(level)}\nlines: {_WORDS[by].split()[0]}")
         axes.margins(y=0.12)
         axes.set_ylim(bottom=0)
         if axes.get_subplotspec().is_first_col():  # type: ignore[union-attr]
@@ -151,7 +152,7 @@ def residuals_figure(
     dataset : ImpactDataset
         Measured states.
     plan : MeasurementPlan, optional
-        Tells the order in which states were to be measured; that of the table if not given.
+        Gives the order in which states were to be measured; that of the table if not given.
     width : float
         Width of the figure [m].
     """
@@ -161,26 +162,27 @@ def residuals_figure(
     all_axes = panels(figure, 6, columns, share_y=True)
     place = dict(zip(dataset.states.name, (dataset.states.place + 1).tolist(), strict=True))
     runs = (plan.role, plan.state_id) if plan else (dataset.role, dataset.state)
-    order = {run: i + 1 for i, run in enumerate(dict.fromkeys(zip(*(each.tolist() for each in runs), strict=True)))}
+    order = {run: i + 1 for i, run in enumerate(dict.fromkeys(zip(*(column.tolist() for column in runs), strict=True)))}
     for look, states in measured.by_look:
         predicted = np.asarray(force_map.predict(states.distance, states.height, states.speed))
         residual = 100 * (states.force - predicted) / states.force
         at_least = 100 * (states.at_least - predicted) / states.at_least
         role = "train" if look is style.TRAIN else "test"
-        at = np.array([place[name] for name in states.name])
+        place_number = np.array([place[name] for name in states.name])
         turn = np.array([order.get((role, name), np.nan) for name in states.name])
-        for axes, x in zip(all_axes, (predicted, *states.coordinates.T, at, turn), strict=True):
+        for axes, x in zip(all_axes, (predicted, *states.coordinates.T, place_number, turn), strict=True):
             draw_forces(axes, look, states, x, residual, at_least)
     low, high = all_axes[0].get_ylim()
     low, high = min(low, -1.0), max(high, 1.0)
     room = 0.12 * (high - low)  # for the words
-    labels = ("Predicted force [N]", *_AXES, "Place, by distance", "Order measured")
+    counted = ("Place, by distance", "Order measured")
+    labels = ("Predicted force [N]", *_AXES, *counted)
     for i, (axes, words) in enumerate(zip(all_axes, labels, strict=True)):
         axes.axhspan(0, high + room, color=style.PALE, alpha=0.6, linewidth=0, zorder=0)
         axes.axhline(0, color="#404040", linewidth=0.8)
         axes.set_ylim(low - room, high + room)
         axes.set_xlabel(words)
-        axes.locator_params(axis="x", nbins=6 if wide else 3, integer=i > 3)
+        axes.locator_params(axis="x", nbins=6 if wide else 3, integer=words in counted)
         if i % columns == 0:
             axes.set_ylabel("Measured − predicted\n[% of measured]")
         axes.text(0.02, 0.98, "underestimated", transform=axes.transAxes, fontsize=6.5, va="top")
@@ -203,7 +205,7 @@ def model_comparison_figure(
     distance: float | None = None,
     width: float = PAGE_WIDTH,
 ) -> Figure:
-    """Force at one speed by the map, the 2D map and the standard, with measured states and the errors of each.
+    """Force at one speed by the map, the 2D map and the standard, with measured states and the models' errors.
 
     Force against distance at one height and against height at one distance (paper, section V-C), and how far each
     model is from the measured states.
@@ -236,16 +238,16 @@ def model_comparison_figure(
     states = dataset.states.select(near(dataset.states.speed, speed, dataset.tolerance.speed))
     states = states if len(states) else dataset.states
     given = ((distance, states.distance), (height, states.height))
-    held = {i: measured_often(of, place) if at is None else at for i, (at, of) in enumerate(given)}
+    fixed_at = {i: measured_often(of, place) if value is None else value for i, (value, of) in enumerate(given)}
     standard = float(pfl_contact_force(speed, robot_mass=robot_mass, body_mass=body_mass, stiffness=stiffness))
 
     wide = is_wide(width)
     figure = new_figure("Force by the map, the 2D map and the standard", width, 0.075 if wide else 0.175)
     *against, errors = panels(figure, 3, 3 if wide else 1)
     for along, axes in enumerate(against):
-        fixed = {1 - along: held[1 - along], 2: speed}
+        fixed = {1 - along: fixed_at[1 - along], 2: speed}
         x, _ = draw_map(axes, force_map, comparison.bound, along, fixed)
-        _draw_2d(axes, maps_2d, along, held, speed, place, x)
+        _draw_2d(axes, maps_2d, along, fixed_at, speed, place, x)
         style.STANDARD.plot(axes, [x[0], x[-1]], [standard, standard])
         draw_profile(axes, measured, along, fixed)
         title = "\n".join(_WORDS[i].format(value) for i, value in fixed.items())
@@ -260,22 +262,22 @@ def _draw_2d(
     axes: Axes,
     maps_2d: Sequence[ForceMap],
     along: int,
-    held: dict[int, float],
+    fixed_at: dict[int, float],
     speed: float,
     tolerance: float,
     x: FloatArray,
 ) -> None:
-    """Maps for all heights as lines; those of one height at their own height alone."""
+    """Maps for all heights as lines; maps of one height at that height only."""
     own: list[tuple[float, float]] = []
-    for each in maps_2d:
-        low, high = each.measured_range.lowest[1], each.measured_range.highest[1]
+    for map_2d in maps_2d:
+        low, high = map_2d.measured_range.lowest[1], map_2d.measured_range.highest[1]
         if high - low > tolerance:
-            distances = x if along == 0 else np.full(x.size, held[0])
-            style.MAP_2D.plot(axes, x, each.predict(distances, 0.0, speed))
+            distances = x if along == 0 else np.full(x.size, fixed_at[0])
+            style.MAP_2D.plot(axes, x, map_2d.predict(distances, 0.0, speed))
         elif along == 1:
-            own.append(((low + high) / 2, float(each.predict(held[0], 0.0, speed))))
-        elif low - tolerance <= held[1] <= high + tolerance:
-            style.MAP_2D_PER_HEIGHT.plot(axes, x, each.predict(x, 0.0, speed), marker="")
+            own.append(((low + high) / 2, float(map_2d.predict(fixed_at[0], 0.0, speed))))
+        elif low - tolerance <= fixed_at[1] <= high + tolerance:
+            style.MAP_2D_PER_HEIGHT.plot(axes, x, map_2d.predict(x, 0.0, speed), marker="")
     if own:
         heights, forces = zip(*sorted(own), strict=True)
         style.MAP_2D_PER_HEIGHT.plot(axes, heights, forces)

@@ -1,4 +1,4 @@
-"""Measured states, drawn the same way in every figure; where was measured, and how far repeats agree."""
+"""Measured states, drawn the same way in every figure; where they were measured, and how far repeats agree."""
 
 from __future__ import annotations
 
@@ -18,13 +18,15 @@ from forcemap.figures.style import DISTANCE, HEIGHT, PAGE_WIDTH, Look
 from forcemap.maps.bounds import Bound
 from forcemap.maps.force_map import ForceMap
 
-_MOST_PANELS = 6
-_MOST_NAMES = 6
+_MOST_PANELS = 6  # of a figure of places; more speeds share panels
+_MOST_NAMES = 6  # of outliers in a figure
+_LONGEST_NAME = 24  # characters of such a name
+_POINTS = 81  # of a line
 
 
 @dataclass(frozen=True, eq=False)
 class Measured:
-    """The training and test states to draw, how far repeats of one may lie apart, whether any is simulated."""
+    """Training and test states to draw, the tolerance of repeats, and whether any state is simulated."""
 
     train: States | None
     test: States | None
@@ -34,7 +36,7 @@ class Measured:
     @classmethod
     def of(cls, force_map: ForceMap | None, dataset: ImpactDataset | None) -> Measured:
         """The states of a dataset; without one those of the fitted map, if it was fitted."""
-        simulated = any(each is not None and each.simulated for each in (force_map, dataset))
+        simulated = any(source is not None and source.simulated for source in (force_map, dataset))
         if dataset is not None:
             return cls(dataset.train.states, dataset.independent_test.states, dataset.tolerance, simulated)
         assert force_map is not None
@@ -45,11 +47,11 @@ class Measured:
 
     @property
     def tolerances(self) -> tuple[float, float, float]:
-        """For distance [m], height [m] and speed [m/s]."""
+        """Tolerances of distance [m], height [m] and speed [m/s]."""
         return self.tolerance.place, self.tolerance.place, self.tolerance.speed
 
     def levels(self, points: FloatArray) -> list[FloatArray]:
-        """Distances, heights and speeds that states have, shape (n, 3), each once (`levels`)."""
+        """Distances, heights and speeds of states, shape (n, 3), without repetitions (`levels`)."""
         return [levels(values, tolerance) for values, tolerance in zip(points.T, self.tolerances, strict=True)]
 
     @property
@@ -59,23 +61,23 @@ class Measured:
         return [(look, states) for look, states in pairs if states is not None and len(states)]
 
 
-def draw_profile(axes: Axes, measured: Measured, along: int, held: Mapping[int, float]) -> None:
-    """The states whose other coordinates are those held, against the one along an axis."""
+def draw_profile(axes: Axes, measured: Measured, along: int, fixed: Mapping[int, float]) -> None:
+    """Forces of the states with these fixed coordinates, against their coordinate along an axis."""
     for look, states in measured.by_look:
         chosen = np.ones(len(states), dtype=np.bool_)
-        for i, value in held.items():
+        for i, value in fixed.items():
             chosen &= near(states.coordinates[:, i], value, measured.tolerances[i])
         some = states.select(chosen)
         draw_forces(axes, look, some, some.coordinates[:, along], some.force, some.at_least)
 
 
 def draw_map(
-    axes: Axes, force_map: ForceMap, bound: Bound | None, along: int, held: Mapping[int, float]
+    axes: Axes, force_map: ForceMap, bound: Bound | None, along: int, fixed: Mapping[int, float]
 ) -> tuple[FloatArray, FloatArray]:
-    """Prediction and bound along an axis, the others held, as far as the measured range reaches; and the line drawn."""
+    """Draw prediction and bound along an axis, the others fixed, within the measured range; returns the line drawn."""
     low, high = force_map.measured_range.lowest[along], force_map.measured_range.highest[along]
-    x = np.linspace(low, high, 81)
-    state = [x if i == along else np.full(x.size, held[i]) for i in range(3)]
+    x = np.linspace(low, high, _POINTS)
+    state = [x if i == along else np.full(x.size, fixed[i]) for i in range(3)]
     inside = force_map.measured_range.contains(*state)
     force = np.where(inside, force_map.predict(*state), np.nan)
     if inside.any():
@@ -94,12 +96,12 @@ def draw_forces(axes: Axes, look: Look, states: States, x: FloatArray, y: FloatA
 
 
 def levels(values: FloatArray, tolerance: float) -> FloatArray:
-    """The values, each once: those within the tolerance of the one below are one, and count with their median."""
+    """The values without repetitions: those within the tolerance of the next lower one are one, with their median."""
     return np.array([np.median(group) for group in _groups(values, tolerance)])
 
 
 def measured_often(values: FloatArray, tolerance: float) -> float:
-    """The middle one of the values that many states have: more than half as many as have the most frequent one."""
+    """The middle one of the frequent values: those that more than half as many states have as the most frequent one."""
     groups = _groups(values, tolerance)
     most = max(group.size for group in groups)
     return middle(np.array([np.median(group) for group in groups if 2 * group.size > most]))
@@ -123,9 +125,9 @@ def middle(values: FloatArray) -> float:
     return float(values[values.size // 2])
 
 
-def near(values: FloatArray, held: float, tolerance: float) -> Mask:
-    """True where a value is the one held, but for the tolerance."""
-    return np.asarray(np.abs(values - held) <= tolerance * (1 + 1e-9))
+def near(values: FloatArray, wanted: float, tolerance: float) -> Mask:
+    """True where a value is the wanted one within the tolerance."""
+    return np.asarray(np.abs(values - wanted) <= tolerance * (1 + 1e-9))
 
 
 @settings()
@@ -172,7 +174,7 @@ def repeatability_figure(
     repeatability : Repeatability
         The result.
     dataset : ImpactDataset, optional
-        Its impacts; tell the device error and whether they are simulated.
+        Its impacts; they give the device error and say whether they are simulated.
     width : float
         Width of the figure [m].
     """
@@ -192,11 +194,13 @@ def repeatability_figure(
     outliers = dict.fromkeys(outlier.state for outlier in repeatability.outliers)
     for number, name in enumerate(outliers):
         i = repeatability.state.index(name)
-        at = (force[i], sd[i])
+        point = (force[i], sd[i])
         if repeated[i]:
-            style.OUTLIER.plot(axes, *at)
+            style.OUTLIER.plot(axes, *point)
         if repeated[i] and number < _MOST_NAMES:
-            axes.annotate(plain(name, 24), at, (6, 0), textcoords="offset points", fontsize=6.5, va="center")
+            axes.annotate(
+                plain(name, _LONGEST_NAME), point, (6, 0), textcoords="offset points", fontsize=6.5, va="center"
+            )
     if not repeated.any():
         axes.text(0.5, 0.5, "no state was repeated", transform=axes.transAxes, ha="center")
     axes.set(xlabel="Mean peak force of the state [N]", ylabel="SD of repeats [N]")

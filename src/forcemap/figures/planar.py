@@ -14,6 +14,9 @@ from forcemap.errors import InputError
 from forcemap.figures import canvas, style
 from forcemap.figures.style import DISTANCE, HEIGHT, MASS, PAGE_WIDTH
 
+_GAP = 0.6  # between the groups of heights, as a share of the distance between their places
+_CONTOURS = 6
+
 
 @canvas.settings()
 def planar_inspection_figure(
@@ -39,8 +42,10 @@ def planar_inspection_figure(
     if not 1 <= len(variants) <= len(style.VARIANTS):
         raise InputError(f"found {len(variants)} variants of the arm, expected 1 to {len(style.VARIANTS)}")
     first = next(iter(variants.values()))
-    for name, each in variants.items():
-        if not (np.array_equal(each.distances, first.distances) and np.array_equal(each.heights, first.heights)):
+    for name, mass_map in variants.items():
+        if not (
+            np.array_equal(mass_map.distances, first.distances) and np.array_equal(mass_map.heights, first.heights)
+        ):
             raise InputError(f"variant {name!r} is of other places than the first, expected the same for all")
     wide = canvas.is_wide(width)
     figure = canvas.new_figure("Effective mass at inspection points", width, 0.075 if wide else 0.15)
@@ -48,9 +53,9 @@ def planar_inspection_figure(
     _draw_postures(postures, first, arm)
     postures.set_title(canvas.plain(next(iter(variants))))
     count = first.distances.size
-    x = np.arange(first.heights.size)[:, None] * (count + 0.6) + np.arange(count)  # a group for each height
-    for look, (name, each) in zip(style.VARIANTS, variants.items(), strict=False):
-        for row, mass in zip(x, each.mass.value.T, strict=True):
+    x = np.arange(first.heights.size)[:, None] * (count + _GAP) + np.arange(count)  # a group for each height
+    for look, (name, mass_map) in zip(style.VARIANTS, variants.items(), strict=False):
+        for row, mass in zip(x, mass_map.mass.value.T, strict=True):
             look.plot(masses, row, mass, canvas.plain(name), markeredgewidth=1.0)
     masses.set_xticks(x.ravel(), [f"{distance:.2f}" for distance in first.distances] * len(x), rotation=90)
     beneath = masses.get_xaxis_transform()
@@ -78,10 +83,14 @@ def planar_mass_figure(mass_map: MassMap, *, width: float = PAGE_WIDTH) -> Figur
     x, y = canvas.edges(mass_map.distances), canvas.edges(mass_map.heights)
     canvas.colour_cells(axes, x, y, mass, MASS)
     if mass.count() and min(mass.shape) > 1 and np.ptp(mass.compressed()) > 0:
-        lines = axes.contour(mass_map.distances, mass_map.heights, mass, levels=6, colors="white", linewidths=0.8)
+        lines = axes.contour(
+            mass_map.distances, mass_map.heights, mass, levels=_CONTOURS, colors="white", linewidths=0.8
+        )
         axes.clabel(lines, fmt="%g", fontsize=6.5)
     chosen = {outcome: mass_map.mass.outcome == outcome for outcome in style.MASSES}
-    legend = [canvas.hatch_cells(axes, x, y, here, style.MASSES[each]) for each, here in chosen.items() if here.any()]
+    legend = [
+        canvas.hatch_cells(axes, x, y, here, style.MASSES[outcome]) for outcome, here in chosen.items() if here.any()
+    ]
     axes.set(xlabel=DISTANCE, ylabel=HEIGHT)
     axes.set_aspect("equal")
     return canvas.finish(figure, simulated=False, columns=1, also=legend)

@@ -23,7 +23,11 @@ from forcemap.speeds.safe_speed import SpeedOutcome, floor_speed
 from forcemap.speeds.speed_map import SpeedMap
 from forcemap.words import limit_words, warnings
 
-_MOST_IN_WORDS = 150  # places of a grid whose speeds are written into it
+_MOST_IN_WORDS = 150  # places of a grid whose speeds are still written into it
+_TITLE_COLUMNS = {True: 100, False: 46}  # characters of a line of the title in a wide and in a narrow figure
+_LONGEST_LINE = 400  # characters of a line of the title before it is broken
+_LONGEST_NAME = 24  # characters of a segment's name
+_SAMPLES = 13  # of a piece's motion
 
 
 @canvas.settings()
@@ -60,13 +64,13 @@ def safe_speed_figure(speed_map: SpeedMap, *, width: float = PAGE_WIDTH) -> Figu
     if wide and known.count() and speeds.outcome.size <= _MOST_IN_WORDS:
         _write_speeds(axes, speed_map)
     axes.set(xlabel=DISTANCE, ylabel=HEIGHT, xlim=(x[0], x[-1]), ylim=(y[0], y[-1]))
-    axes.set_title(_words(speed_map, 100 if wide else 46), fontsize=7 if wide else 6.5)
+    axes.set_title(_words(speed_map, _TITLE_COLUMNS[wide]), fontsize=7 if wide else 6.5)
     first = warnings([speeds.basis])
     return canvas.finish(figure, simulated=speeds.basis.simulated, columns=2 if wide else 1, also=legend, first=first)
 
 
 def _write_speeds(axes: Axes, speed_map: SpeedMap) -> None:
-    """The speed to program and at contact at each place, cut to 0.001 m/s."""
+    """Write the speed to program and at contact into each place, rounded down to 0.001 m/s."""
     speed = np.asarray(speed_map.speeds.speed, dtype=np.float64)
     program = np.asarray(speed_map.speeds.speed_to_program, dtype=np.float64)
     low, high = np.nanmin(speed), np.nanmax(speed)
@@ -78,7 +82,7 @@ def _write_speeds(axes: Axes, speed_map: SpeedMap) -> None:
 
 
 def _words(speed_map: SpeedMap, columns: int) -> str:
-    """The limit, the bound and what the speeds are, broken into lines."""
+    """The limit, the bound and which speeds are shown, broken into lines."""
     newtons, basis = np.unique(np.asarray(speed_map.speeds.limit)), speed_map.speeds.basis
     figure = f"{newtons[0]:g}" + (f" to {newtons[-1]:g}" if newtons.size > 1 else "") + " N"
     limit = limit_words(basis)
@@ -88,7 +92,7 @@ def _words(speed_map: SpeedMap, columns: int) -> str:
         f"bound: {basis.bound}",
         f"in figures: speed to program, {off} (in brackets: at contact)",
     ]
-    return "\n".join(part for line in lines for part in textwrap.wrap(canvas.plain(line, 400), columns))
+    return "\n".join(part for line in lines for part in textwrap.wrap(canvas.plain(line, _LONGEST_LINE), columns))
 
 
 @canvas.settings()
@@ -137,7 +141,7 @@ def path_speeds_figure(path_speeds: PathSpeeds, *, profile: TimeLaw | None = Non
 
 
 def _draw_outcomes(axes: Axes, path_speeds: PathSpeeds, along: FloatArray) -> list[Patch]:
-    """An area for each stretch of one outcome, if it has a look of its own; and what the legend says of them."""
+    """Draw an area for each stretch of one outcome that has a look of its own; returns the legend's entries."""
     legend: dict[str, Patch] = {}
     for outcome, start, stop in _stretches(path_speeds.outcome.tolist(), along):
         look = style.PIECES[outcome]
@@ -167,7 +171,7 @@ def _with_time(look: Look, time: CycleTime) -> str:
 
 def _motion(profile: TimeLaw, along: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Speed over the length: accelerate, keep the top speed, decelerate on each piece."""
-    share = np.linspace(0.0, 1.0, 13)
+    share = np.linspace(0.0, 1.0, _SAMPLES)
     gone = profile.length[:, None] * share
     left = profile.length[:, None] - gone
     faster = np.sqrt(profile.start_speed[:, None] ** 2 + 2 * profile.acceleration * gone)
@@ -184,6 +188,8 @@ def _name_segments(axes: Axes, names: tuple[str, ...], along: FloatArray) -> Non
     if len(segments) > 1:
         top = axes.secondary_xaxis("top")
         middles = [(start + stop) / 2 for _, start, stop in segments]
-        top.set_xticks(middles, [canvas.plain(name, 24) for name, *_ in segments], rotation=35, ha="left", fontsize=6.5)
+        top.set_xticks(
+            middles, [canvas.plain(name, _LONGEST_NAME) for name, *_ in segments], rotation=35, ha="left", fontsize=6.5
+        )
         top.tick_params(length=0)
         top.spines["top"].set_visible(False)

@@ -37,12 +37,12 @@ UP_ARROW = Path([(0, 0), (0, 2), (-0.6, 1.2), (0, 2), (0.6, 1.2)], [1, 2, 1, 2, 
 
 @dataclass(frozen=True)
 class Look:
-    """How one thing is drawn, and what it is called in a legend.
+    """How one kind of thing is drawn, and its name in a legend.
 
     Parameters
     ----------
     words : str
-        What it is called.
+        Its name in a legend.
     colour : str
         Its colour.
     line : str or tuple
@@ -83,7 +83,7 @@ class Look:
         }
 
     def plot(self, axes: Axes, x: Any, y: Any, words: str = "", **changes: Any) -> None:
-        """Draw points or a line, called by other words in the legend if some are given."""
+        """Draw points or a line; `words`, if given, replace its name in the legend."""
         axes.plot(x, y, **(self.drawn | ({"label": words} if words else {}) | changes))
 
     @property
@@ -92,7 +92,7 @@ class Look:
         return {"facecolor": self.face, "edgecolor": "#505050", "linewidth": 0.0, "hatch": self.hatch}
 
     def patch(self) -> Patch:
-        """The area as it stands in a legend."""
+        """The area as a legend's entry."""
         return Patch(**(self.area | {"linewidth": 0.6, "label": self.words}))
 
 
@@ -134,7 +134,7 @@ VARIANTS = [
         (SKY, "X", (0, (1, 1))),
     )
 ]
-"""Looks of things that a person names."""
+"""Looks of variants that the user names."""
 
 _CAPPED = Look("capped: no higher speed was measured", BLACK, hatch="\\\\\\")
 OUTCOMES = {

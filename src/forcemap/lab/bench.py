@@ -11,12 +11,14 @@ from numpy.typing import ArrayLike
 from forcemap.arrays import FloatArray
 from forcemap.dynamics.rigid_body import unit_direction
 from forcemap.errors import InputError
-from forcemap.lab.course import DOWN, STEP, Impacting, first_peaks, force_course, phase_one_peaks
+from forcemap.lab.course import DOWN, STEP, ImpactSetup, first_peaks, force_course, phase_one_peaks
+from forcemap.lab.simulated_device import PAPER_DEVICE
 from forcemap.lab.virtual_robot import VirtualRobot
 
-DEVICE_STIFFNESS = 75_000.0  # [N/m], of the paper's device (section IV-B)
-_TRANSIENT = (0.5, 0.7)  # where the lab reads what is held, after contact [s]
-_TOUCH = 1.0  # [N], less is no contact
+_HOLDING = (0.5, 0.7)  # where the lab reads a lasting force, after contact [s]: transient contact is over
+_TOUCH = 1.0  # [N], less is no contact: a choice
+_LONGEST = 60.0  # simulated time [s]; more is a slip
+_SHORTEST_STEP = 1e-6  # [s]; a choice: shorter ones gain nothing and take hours
 
 
 class SimulatedScenario(StrEnum):
@@ -53,9 +55,9 @@ class SimulatedImpacts:
     @property
     def held_force(self) -> FloatArray:
         """Mean force from 0.5 to 0.7 s after contact [N], shape (n,); NaN if less was simulated."""
-        held = (self.time >= _TRANSIENT[0]) & (self.time <= _TRANSIENT[1])
-        whole = self.time[-1] >= _TRANSIENT[1] - 1e-9
-        return self.force[held].mean(axis=0) if whole else np.full(self.speed.size, np.nan)
+        window = (self.time >= _HOLDING[0]) & (self.time <= _HOLDING[1])
+        whole = self.time[-1] >= _HOLDING[1] - 1e-9
+        return self.force[window].mean(axis=0) if whole else np.full(self.speed.size, np.nan)
 
     @property
     def scenario(self) -> tuple[SimulatedScenario, ...]:
@@ -64,8 +66,8 @@ class SimulatedImpacts:
         begun = np.maximum.accumulate(touching, axis=0)
         lost = np.maximum.accumulate(begun & ~touching, axis=0)
         again = (lost & touching).any(axis=0)
-        held = touching[self.time >= _TRANSIENT[0]].any(axis=0)
-        names = np.where(held, 2, again)
+        clamping = touching[self.time >= _HOLDING[0]].any(axis=0)
+        names = np.where(clamping, 2, again)
         return tuple(list(SimulatedScenario)[i] for i in names.tolist())
 
 
@@ -76,7 +78,7 @@ def simulate_impacts(
     speed: ArrayLike,
     *,
     direction: ArrayLike = DOWN,
-    device_stiffness: float = DEVICE_STIFFNESS,
+    device_stiffness: float = PAPER_DEVICE.stiffness,
     duration: float = 1.0,
     step: float = STEP,
 ) -> SimulatedImpacts:
@@ -99,12 +101,12 @@ def simulate_impacts(
     Raises
     ------
     InputError
-        A place that the robot cannot reach, a figure outside its range, or a direction that is none.
+        A place that the robot cannot reach, a figure outside its range, or a direction of length zero.
     """
-    if not step <= duration < 60:
+    if not step <= duration < _LONGEST:
         raise InputError(f"duration: found {duration:g} s, expected at least a step and less than a minute")
-    d, h, v, impacting = _set_up(robot, (distance, height, speed), direction, device_stiffness, step)
-    force = force_course(impacting, v, duration=duration, step=step)
+    d, h, v, setup = _set_up(robot, (distance, height, speed), direction, device_stiffness, step)
+    force = force_course(setup, v, duration=duration, step=step)
     return SimulatedImpacts(d, h, v, np.arange(len(force), dtype=np.float64) * step, force, first_peaks(force))
 
 
@@ -115,7 +117,7 @@ def simulate_peaks(
     speed: ArrayLike,
     *,
     direction: ArrayLike = DOWN,
-    device_stiffness: float = DEVICE_STIFFNESS,
+    device_stiffness: float = PAPER_DEVICE.stiffness,
     step: float = STEP,
 ) -> FloatArray:
     """Simulate Phase I peaks alone [N], shape (n,): the same peaks, in less time.
@@ -137,18 +139,20 @@ def simulate_peaks(
     Raises
     ------
     InputError
-        A place that the robot cannot reach, a figure outside its range, or a direction that is none.
+        A place that the robot cannot reach, a figure outside its range, or a direction of length zero.
     """
-    _, _, v, impacting = _set_up(robot, (distance, height, speed), direction, device_stiffness, step)
-    return phase_one_peaks(impacting, v, step=step)
+    _, _, v, setup = _set_up(robot, (distance, height, speed), direction, device_stiffness, step)
+    return phase_one_peaks(setup, v, step=step)
 
 
 def _set_up(
     robot: VirtualRobot, state: tuple[ArrayLike, ...], direction: ArrayLike, device_stiffness: float, step: float
-) -> tuple[FloatArray, FloatArray, FloatArray, Impacting]:
-    """Distances, heights and speeds, and what hits what; a place is posed once for all impacts in one direction."""
-    if not 1e-6 <= step <= STEP:
-        raise InputError(f"step: found {step:g} s, expected 1e-6 to {STEP:g} s: with longer ones peaks come out wrong")
+) -> tuple[FloatArray, FloatArray, FloatArray, ImpactSetup]:
+    """Distances, heights, speeds and setup of the impacts; a place is posed once for all impacts in one direction."""
+    if not _SHORTEST_STEP <= step <= STEP:
+        raise InputError(
+            f"step: found {step:g} s, expected {_SHORTEST_STEP:g} to {STEP:g} s: with longer ones peaks come out wrong"
+        )
     d, h, v = np.array(np.broadcast_arrays(*state), dtype=np.float64).reshape(3, -1)
     if not np.isfinite([d, h]).all():
         raise InputError("distance or height: found a number that is not finite, expected m")
@@ -160,4 +164,4 @@ def _set_up(
     approaches = np.column_stack([d, h, np.broadcast_to(along, (d.size, 3))])
     approaches, which = np.unique(approaches, axis=0, return_inverse=True)
     posed = robot.posed_at(approaches[:, 0], approaches[:, 1])
-    return d, h, v, robot.impacting(posed, device_stiffness, approaches[:, 2:]).at(which.ravel())
+    return d, h, v, robot.impact_setup(posed, device_stiffness, approaches[:, 2:]).at_places(which.ravel())

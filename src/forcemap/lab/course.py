@@ -16,7 +16,7 @@ from forcemap.errors import InputError
 from forcemap.lab.reaction import Reaction
 
 STEP = 2e-4  # [s]; longer ones are refused
-FALLEN = 0.9  # Phase I is over once the force has fallen below this share of its running maximum
+FALLEN = 0.9  # Phase I is over once the force is below this share of its running maximum (docs/decisions.md)
 DOWN = np.array([0.0, 0.0, -1.0])
 
 
@@ -46,14 +46,14 @@ class Impactor:
     approach: FloatArray
     joint_lever: FloatArray
 
-    def at(self, places: NDArray[np.intp]) -> Impactor:
-        """The same robots, for impacts at these places by number."""
+    def at_places(self, places: NDArray[np.intp]) -> Impactor:
+        """The robots for impacts at these places, by the places' numbers; a place may appear often."""
         return Impactor(*(figures[..., places] for figures in vars(self).values()))
 
 
 @dataclass(frozen=True, eq=False)
-class Posed:
-    """A robot posed at places, without drives.
+class PosedRobot:
+    """A robot in its postures at places, without drives.
 
     Parameters
     ----------
@@ -75,7 +75,7 @@ class Posed:
         lever = (self.rates * along.T[:, None]).sum(axis=0)
         path = np.concatenate([self.rates, self.turning])
         wanted = np.concatenate([along, np.zeros_like(along)], axis=1)[..., None]
-        motion = (np.linalg.pinv(np.moveaxis(path, -1, 0)) @ wanted)[..., 0].T  # the tool's orientation kept
+        motion = (np.linalg.pinv(np.moveaxis(path, -1, 0)) @ wanted)[..., 0].T  # the tool keeps its orientation
         motion /= (lever * motion).sum(axis=0)
         mass = self.mass + np.diag(drive_inertia)
         inertia = np.sqrt(np.diagonal(mass, axis1=1, axis2=2))  # (batch, n)
@@ -148,19 +148,19 @@ class Servo:
 
 
 @dataclass(frozen=True, eq=False)
-class Impacting:
-    """What hits what.
+class ImpactSetup:
+    """Impacts to be simulated: the robots, and what they meet.
 
     Parameters
     ----------
     impactor : Impactor
-        Robots at contact.
+        The robots at contact.
     servo : Servo
-        What holds their joints.
+        How stiffly their joints follow.
     contact : ContactLayer
-        What lies between.
+        Pad and device.
     reaction : Reaction
-        What their controllers do.
+        How their controllers react.
     """
 
     impactor: Impactor
@@ -168,43 +168,43 @@ class Impacting:
     contact: ContactLayer
     reaction: Reaction
 
-    def at(self, places: NDArray[np.intp]) -> Self:
-        """The same, for impacts at these places by number."""
-        return replace(self, impactor=self.impactor.at(places))
+    def at_places(self, places: NDArray[np.intp]) -> Self:
+        """The setup for impacts at these places, by the places' numbers."""
+        return replace(self, impactor=self.impactor.at_places(places))
 
 
-def force_course(impacting: Impacting, speed: FloatArray, *, duration: float, step: float = STEP) -> FloatArray:
+def force_course(setup: ImpactSetup, speed: FloatArray, *, duration: float, step: float = STEP) -> FloatArray:
     """Force on the device from first contact on, shape (times, batch) [N], a row every step.
 
     Parameters
     ----------
-    impacting : Impacting
-        What hits what.
+    setup : ImpactSetup
+        The impacts.
     speed : array, shape (batch,)
         Speed at contact [m/s].
     duration, step : float
         Time after contact, and the time step [s].
     """
-    return np.array(list(islice(_forces(impacting, speed, step), round(duration / step) + 1)))
+    return np.array(list(islice(_forces(setup, speed, step), round(duration / step) + 1)))
 
 
-def phase_one_peaks(impacting: Impacting, speed: FloatArray, *, step: float = STEP, longest: float = 1.0) -> FloatArray:
-    """Phase I peaks, shape (batch,) [N]: the first maximum after which the force falls clearly; no more is simulated.
+def phase_one_peaks(setup: ImpactSetup, speed: FloatArray, *, step: float = STEP, longest: float = 1.0) -> FloatArray:
+    """Phase I peaks, shape (batch,) [N]: the first maximum after which the force falls clearly; then simulation ends.
 
     Parameters
     ----------
-    impacting : Impacting
-        What hits what.
+    setup : ImpactSetup
+        The impacts.
     speed : array, shape (batch,)
         Speed at contact [m/s].
     step, longest : float
         The time step, and the time after contact at which Phase I is taken to be over [s].
     """
-    return first_peaks(islice(_forces(impacting, speed, step), round(longest / step)))
+    return first_peaks(islice(_forces(setup, speed, step), round(longest / step)))
 
 
 def first_peaks(forces: Iterable[FloatArray]) -> FloatArray:
-    """Phase I peaks of force courses, shape (batch,) [N], of the forces (batch,) at one time after the other."""
+    """Phase I peaks, shape (batch,) [N], of a course of forces: arrays (batch,), one for each time."""
     peak, going = np.zeros(()), np.ones((), dtype=bool)
     for force in forces:
         going = going & (force >= FALLEN * peak)
@@ -214,10 +214,10 @@ def first_peaks(forces: Iterable[FloatArray]) -> FloatArray:
     return peak
 
 
-def _forces(impacting: Impacting, speed: FloatArray, step: float) -> Iterator[FloatArray]:
-    """Forces step by step, without end; velocities and pad live at half steps, so that the error is of order two."""
-    robot, contact, reaction = impacting.impactor, impacting.contact, impacting.reaction
-    w, z = 2 * np.pi * impacting.servo.frequency, impacting.servo.damping
+def _forces(setup: ImpactSetup, speed: FloatArray, step: float) -> Iterator[FloatArray]:
+    """Forces step by step, without end; velocities and pad are taken at half steps: the error is of second order."""
+    robot, contact, reaction = setup.impactor, setup.contact, setup.reaction
+    w, z = 2 * np.pi * setup.servo.frequency, setup.servo.damping
     spring, damper, push = robot.shares * w**2, robot.shares * (2 * z * w), robot.shares * robot.levers
     spring_path, damper_path = spring * robot.approach, damper * robot.approach
     # the damper acts on the mean of the velocities before and after a step

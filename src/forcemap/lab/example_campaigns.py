@@ -1,4 +1,4 @@
-"""The example campaigns as they were before anything was evaluated, simulated in the lab."""
+"""The example campaigns with their recordings, simulated in the lab."""
 
 from __future__ import annotations
 
@@ -66,5 +66,5 @@ def example_plan(name: str, *, tests: bool = False) -> MeasurementPlan:
 
 
 def _example(name: str) -> ImpactDataset:
-    with tempfile.TemporaryDirectory() as home:
-        return read_dataset(copy_example(name, Path(home, "example")))
+    with tempfile.TemporaryDirectory() as parent:
+        return read_dataset(copy_example(name, Path(parent, "example")))

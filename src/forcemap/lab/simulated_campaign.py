@@ -1,4 +1,4 @@
-"""A whole campaign simulated into a folder like that of a real one: what the device would have written, and no more."""
+"""A whole campaign simulated into a folder like a real one's: what the device would have written, and no more."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class SimulatedCampaign:
     recording : tuple of str
         Names of the recordings, in the order of the plan.
     impacts : SimulatedImpacts
-        The impacts themselves, at the speeds that repeats really had.
+        The impacts themselves, at the true speeds of the repeats.
     """
 
     folder: Path
@@ -59,11 +59,11 @@ def simulate_campaign(
     plan : MeasurementPlan
         The runs.
     robot : VirtualRobot
-        What hits.
+        The robot.
     device : SimulatedDevice
-        What is hit.
+        The measuring device.
     rng : numpy.random.Generator
-        Where chance comes from.
+        Source of scatter and noise.
     folder : str or Path
         A new or empty folder: simulated recordings never go where measured ones may be.
     conditions : Conditions, optional
@@ -122,7 +122,7 @@ def _truth(names: tuple[str, ...], impacts: SimulatedImpacts, origin: str) -> st
         "recording": list(names),
         "true_speed_mps": [f"{speed:.6f}" for speed in impacts.speed],
         "true_peak_force_N": [f"{peak:.3f}" for peak in impacts.peak_force],
-        "true_held_force_N": ["" if math.isnan(held) else f"{held:.3f}" for held in impacts.held_force],
+        "true_held_force_N": ["" if math.isnan(force) else f"{force:.3f}" for force in impacts.held_force],
         "true_scenario": [str(scenario) for scenario in impacts.scenario],
     }
     return f"# {origin}\n{csv_text(columns)}"

@@ -17,11 +17,16 @@ COLUMNS = ColumnMap(time="time_ms", time_unit=TimeUnit.MILLISECONDS, force="forc
 """How the files are written, as [recordings] of campaign.toml states it."""
 
 PAPER_DEVICE = Device(range=500.0, error=3.0, stiffness=75_000.0, model="CBSF-75-Basic, simulated")
+"""The paper's device (section IV-B)."""
+
+_SCALE_SHARE = 0.5  # of the device's error that is spent on the scale: a choice
 
 
 @dataclass(frozen=True, kw_only=True)
 class SimulatedDevice:
     """A force measuring device: its spring, its range, and how its readings differ from the force.
+
+    Rate, times, noise, offset, drift and resolution are choices if not given.
 
     Parameters
     ----------
@@ -65,10 +70,10 @@ class SimulatedDevice:
 
     def scale(self, rng: np.random.Generator) -> float:
         """Reading over force of one such device."""
-        return float(1 + rng.uniform(-1, 1) * 0.5 * self.device.error / self.device.range)
+        return float(1 + rng.uniform(-1, 1) * _SCALE_SHARE * self.device.error / self.device.range)
 
     def readings(self, course: FloatArray, step: float, scale: float, rng: np.random.Generator) -> FloatArray:
-        """What it reads of impacts, shape (samples, batch) [N]; the sampling knows nothing of the contact.
+        """Its readings of impacts, shape (samples, batch) [N]; sampling is not synchronised with the contact.
 
         Parameters
         ----------
@@ -79,7 +84,7 @@ class SimulatedDevice:
         scale : float
             Reading over force.
         rng : numpy.random.Generator
-            Where chance comes from.
+            Source of offsets, drifts and noise.
         """
         batch = course.shape[1]
         time = self.times()[:, None]
@@ -98,6 +103,6 @@ class SimulatedDevice:
 
 
 def recording_text(time: FloatArray, readings: FloatArray, origin: str) -> str:
-    """The text of a file of one recording, shape (samples,); its first line says that and how it was simulated."""
+    """Text of the file of one recording, shape (samples,); its first line says that it was simulated, and how."""
     rows = zip((1000 * time).tolist(), readings.tolist(), strict=True)
     return f"{origin}\ntime_ms,force_N\n" + "".join([f"{t:.3f},{force:.2f}\n" for t, force in rows])

@@ -17,15 +17,17 @@ from forcemap.dynamics.kinematics import contact_point, posture_mass_matrix, pos
 from forcemap.dynamics.robot import Robot
 from forcemap.dynamics.robots import robot_named
 from forcemap.errors import InputError, UnknownName
-from forcemap.lab.course import DOWN, ContactLayer, Impacting, Posed, Servo
+from forcemap.lab.course import DOWN, ContactLayer, ImpactSetup, PosedRobot, Servo
 from forcemap.lab.reaction import Reaction, ReactionKind
 
 PRESETS = ("ur10e-like", "iiwa7-like-30nm", "iiwa7-like-10nm")
 
+_LARGEST_SCATTER = 0.1  # share of the speed; more is percent typed as a share
+
 
 @dataclass(frozen=True, kw_only=True)
 class VirtualRobot:
-    """A robot of the lab: a robot's links, and what was made up so that its impacts resemble a published map.
+    """A robot of the lab: a real robot's links, and figures chosen so that its impacts resemble a published map.
 
     Parameters
     ----------
@@ -53,7 +55,7 @@ class VirtualRobot:
     Raises
     ------
     InputError
-        A robot without drive inertia, or a scatter that is none.
+        A robot without drive inertia, or a speed scatter outside its range.
     """
 
     name: str
@@ -71,12 +73,14 @@ class VirtualRobot:
     def __post_init__(self) -> None:
         if self.robot.drive_inertia is None:
             raise InputError(f"{self.name}: found no drive inertia, expected a robot with it (with_drive_inertia)")
-        if not 0 <= self.speed_scatter < 0.1:
-            raise InputError(f"speed scatter: found {self.speed_scatter:g}, expected a share from 0 to 0.1")
+        if not 0 <= self.speed_scatter < _LARGEST_SCATTER:
+            raise InputError(
+                f"speed scatter: found {self.speed_scatter:g}, expected a share from 0 to {_LARGEST_SCATTER:g}"
+            )
 
     @property
     def described(self) -> str:
-        """The preset and what was changed about it."""
+        """Name of the preset, and what was changed about it."""
         return ", ".join([self.name, *self.changes])
 
     def with_threshold(self, threshold: float) -> Self:
@@ -141,13 +145,13 @@ class VirtualRobot:
             pad_damping=share**2 * self.pad_damping + (1 - share) ** 2 * own,
         )
 
-    def posed_at(self, distance: ArrayLike, height: ArrayLike) -> Posed:
+    def posed_at(self, distance: ArrayLike, height: ArrayLike) -> PosedRobot:
         """The robot posed with its lowest point of contact at places, shape (batch,) [m].
 
         Raises
         ------
         InputError
-            A place it cannot reach.
+            The robot cannot reach a place.
         """
         d, h = np.broadcast_arrays(distance, height)
         places = places_in_plane(d, h + self.contact_radius)
@@ -159,14 +163,14 @@ class VirtualRobot:
             )
         posture = posture_of(self.robot, reach.positions.T)
         rates = posture.rates(contact_point(self.robot, posture) + self.contact_radius * DOWN[:, None])
-        return Posed(np.moveaxis(posture_mass_matrix(self.robot, posture), -1, 0), rates, posture.turning)
+        return PosedRobot(np.moveaxis(posture_mass_matrix(self.robot, posture), -1, 0), rates, posture.turning)
 
-    def impacting(self, places: Posed, device_stiffness: float, direction: FloatArray = DOWN) -> Impacting:
+    def impact_setup(self, places: PosedRobot, device_stiffness: float, direction: FloatArray = DOWN) -> ImpactSetup:
         """The robot at places, moving along unit vectors (batch, 3), on a device with this spring constant [N/m]."""
         assert self.robot.drive_inertia is not None
         contact = ContactLayer(device_stiffness, self.pad_stiffness, self.pad_damping)
         impactor = places.with_drives(self.robot.drive_inertia.values, direction)
-        return Impacting(impactor, self.servo, contact, self.reaction)
+        return ImpactSetup(impactor, self.servo, contact, self.reaction)
 
     def _changed(self, change: str, **figures: Any) -> Self:
         return replace(self, **figures, changes=(*self.changes, change))
@@ -201,7 +205,7 @@ def virtual_robot_of(figures: dict[str, Any]) -> VirtualRobot:
     robot = robot_named(figures["robot"])
     groups, values = figures["drive_inertia_joints"], figures["drive_inertia_kg_m2"]
     pad, entries = figures["pad"], figures["reaction"]
-    names = [each.name for each in fields(Reaction)]  # the entries are named so, with their units behind
+    names = [entry.name for entry in fields(Reaction)]  # an entry's key is the field's name with the unit
     reaction = {name: value for name in names for key, value in entries.items() if key.startswith(name)}
     return VirtualRobot(
         **{key: figures[key] for key in ("name", "speed_scatter", "source")},

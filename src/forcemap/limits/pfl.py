@@ -18,7 +18,7 @@ from forcemap.errors import InputError
 _LEAST_MASS = 0.01  # [kg]
 _LARGEST_AREA = 0.05  # [m^2]
 _LARGEST_FORCE = 1e5  # [N]
-_LEAST_STIFFNESS = 1000.0  # [N/m]; the softest body region has 10 N/mm
+LEAST_STIFFNESS = 1000.0  # [N/m]; the softest body region has 10 N/mm
 
 
 def pfl_robot_mass(moving_mass: ArrayLike, payload: ArrayLike = 0.0) -> Any:
@@ -172,7 +172,7 @@ def pfl_energy(force: ArrayLike, *, stiffness: ArrayLike) -> Any:
         A figure that is not positive and finite.
     """
     return _result(
-        _positive("force", force, "newtons") ** 2 / (2 * _positive("stiffness", stiffness, "N/m", _LEAST_STIFFNESS))
+        _positive("force", force, "newtons") ** 2 / (2 * _positive("stiffness", stiffness, "N/m", LEAST_STIFFNESS))
     )
 
 
@@ -182,7 +182,7 @@ def _force_per_speed(robot_mass: ArrayLike, body_mass: ArrayLike, stiffness: Arr
     if not np.all(body >= _LEAST_MASS):
         raise InputError(f"body mass: expected kilograms from {_LEAST_MASS:g}, math.inf for a constrained body part")
     robot = _positive("robot mass", robot_mass, "kilograms", _LEAST_MASS)
-    k = _positive("stiffness", stiffness, "N/m (75 N/mm is 75000 N/m)", _LEAST_STIFFNESS)
+    k = _positive("stiffness", stiffness, "N/m (75 N/mm is 75000 N/m)", LEAST_STIFFNESS)
     return np.asarray(np.sqrt(k / (1 / robot + 1 / body)))
 
 

@@ -9,21 +9,26 @@ from markupsafe import Markup, escape
 
 from forcemap.arrays import FloatArray
 from forcemap.campaigns.recordings_table import Use
+from forcemap.figures.style import BLUE, GREEN, PURPLE, SKY, VERMILLION
 from forcemap.limits.force_limits import ForceLimit
 from forcemap.verdicts.recording_results import RecordingResult
 
 _WIDTH, _HEIGHT = 340, 120
 _LEFT, _BREAK, _RIGHT, _TOP, _BOTTOM = 34, 206, 334, 8, 100
-_FAST, _SLOW = 0.1, 1.0  # [s] the axis is broken at the first, and ends at the second
-# as in a figure of the paper: told apart by colour and by dashes
-_STROKES = (("#0072B2", ""), ("#D55E00", "5 2"), ("#009E73", "2 2"), ("#CC79A7", "7 2 2 2"), ("#56B4E9", "1 2"))
+_FAST, _SLOW = 0.1, 1.0  # the axis is broken at the first time and ends at the second [s]
+_TRANSIENT_END = 0.5  # the transient limit holds until then [s], as `impacts.impact.TRANSIENT_TIME`
+_HEADROOM = 1.05  # top of the drawing over the highest force
+_STEPS = (10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 1e9)  # between marks of the axis of force [N]
+_MOST_STEPS = 4
+# colours and dashes of the repeats, told apart in grey as well
+_STROKES = ((BLUE, ""), (VERMILLION, "5 2"), (GREEN, "2 2"), (PURPLE, "7 2 2 2"), (SKY, "1 2"))
 
 
 def highest_force(recordings: Sequence[RecordingResult], limit: ForceLimit | None) -> float:
-    """The force up to which all curves are drawn [N]."""
-    forces = [float(each.force.max()) for each in recordings if each.force.size]
+    """The force at the top of all curves' drawings [N]."""
+    forces = [float(recording.force.max()) for recording in recordings if recording.force.size]
     limits = [limit.transient] if limit is not None else []
-    return 1.05 * max([*forces, *limits, 1.0])
+    return _HEADROOM * max([*forces, *limits, 1.0])
 
 
 def state_curve(recordings: Sequence[RecordingResult], limit: ForceLimit | None, top: float) -> Markup:
@@ -39,20 +44,20 @@ def state_curve(recordings: Sequence[RecordingResult], limit: ForceLimit | None,
     top : float
         Force at the top of the drawing [N].
     """
-    drawn = [each for each in recordings if each.force.size]
+    drawn = [recording for recording in recordings if recording.force.size]
     if not drawn:
         return Markup("")
     parts = [_axes(top)]
     if limit is not None:
         parts.append(_limits(limit, top))
     used = 0
-    for each in drawn:
-        colour, dashes = _STROKES[used % len(_STROKES)] if each.entry.use is Use.USED else ("#999999", "")
-        used += each.entry.use is Use.USED
+    for recording in drawn:
+        colour, dashes = _STROKES[used % len(_STROKES)] if recording.entry.use is Use.USED else ("#999999", "")
+        used += recording.entry.use is Use.USED
         dash = f' stroke-dasharray="{dashes}"' if dashes else ""
-        points = " ".join(f"{x:.0f},{y:.0f}" for x, y in zip(_x(each.time), _y(each.force, top), strict=True))
+        points = " ".join(f"{x:.0f},{y:.0f}" for x, y in zip(_x(recording.time), _y(recording.force, top), strict=True))
         parts.append(f'<polyline fill="none" stroke="{colour}"{dash} points="{points}"/>')
-    title = escape(f"force over time after onset of {', '.join(each.entry.name for each in drawn)}")
+    title = escape(f"force over time after onset of {', '.join(recording.entry.name for recording in drawn)}")
     head = f'<svg class="curve" viewBox="0 0 {_WIDTH} {_HEIGHT}" width="{_WIDTH}" height="{_HEIGHT}" role="img"'
     return Markup(f'{head} aria-label="{title}">{"".join(parts)}</svg>')
 
@@ -66,13 +71,13 @@ def _y(force: FloatArray, top: float) -> FloatArray:
 
 
 def _axes(top: float) -> str:
-    step = next(step for step in (10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 1e9) if top / step <= 4)
+    step = next(step for step in _STEPS if top / step <= _MOST_STEPS)
     lines, words = [f"M{_LEFT} {_TOP}V{_BOTTOM}H{_RIGHT}", f"M{_BREAK} {_TOP}V{_BOTTOM}"], []
     for force in np.arange(0, top, step).tolist():
         y = float(_y(np.array(force), top))
         lines.append(f"M{_LEFT - 3} {y:.0f}h3")
         words.append(f'<text x="{_LEFT - 5}" y="{y + 3:.0f}" text-anchor="end">{force:g}</text>')
-    for time, text in ((0.0, "0"), (0.05, "50"), (0.1, "100"), (0.5, "500"), (1.0, "1000 ms")):
+    for time, text in ((0.0, "0"), (0.05, "50"), (_FAST, "100"), (_TRANSIENT_END, "500"), (_SLOW, "1000 ms")):
         x = float(_x(np.array(time)))
         anchor = "end" if time == _SLOW else "middle"
         lines.append(f"M{x:.0f} {_BOTTOM}v3")
@@ -83,8 +88,8 @@ def _axes(top: float) -> str:
 
 
 def _limits(limit: ForceLimit, top: float) -> str:
-    """Transient limit up to 0.5 s, quasi-static one from there on."""
-    middle, end = _x(np.array([0.5, _SLOW])).tolist()
+    """The transient limit up to 0.5 s, then the quasi-static one."""
+    middle, end = _x(np.array([_TRANSIENT_END, _SLOW])).tolist()
     high, low = _y(np.array([limit.transient, limit.quasi_static]), top).tolist()
     path = f"M{_LEFT} {high:.1f}H{middle:.0f}V{low:.1f}H{end:.0f}"
     return f'<path d="{path}" fill="none" stroke="#000" stroke-width="1.2" stroke-dasharray="6 3"/>'

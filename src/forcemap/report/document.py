@@ -28,7 +28,7 @@ from forcemap.speeds.safe_speed import floor_speed
 from forcemap.verdicts.verdict import Interpretation, VerdictOutcome
 from forcemap.words import sentence, sentences
 
-_COLUMNS_AT_ONCE = 9  # of a speed table, so that it fits on a page
+_COLUMNS_AT_ONCE = 9  # most columns of a speed table, so that it fits on a page
 
 _NO_CONTACT = "the standard permits no contact; keep the robot from reaching it"
 
@@ -53,7 +53,7 @@ def report_html(assessment: CampaignAssessment, *, date: str | None = None) -> s
     Raises
     ------
     InputError
-        A date that is none.
+        The date is no valid one.
     """
     page = _environment().get_template("report.html")
     return seal(
@@ -66,7 +66,7 @@ def report_html(assessment: CampaignAssessment, *, date: str | None = None) -> s
             inputs_sha256=inputs_sha256(assessment.inputs),
             pictures=Pictures(assessment),
             findings=sentences(assessment.findings),
-            headlines=[_headline(each) for each in assessment.speeds],
+            headlines=[_headline(results) for results in assessment.speeds],
             curves=_curves(assessment),
             places=_places(assessment),
             calibration=_calibration(assessment),
@@ -84,15 +84,15 @@ def _environment() -> Environment:
         finalize=_fit,
     )
     filters = (_mps, _number, _stated, quoted, _words, _outcome_counts, _blocks, _plural)
-    environment.filters |= {each.__name__.strip("_"): each for each in filters}
-    environment.globals |= {each.__name__: each for each in (Contact, Interpretation, VerdictOutcome, Use)}
+    environment.filters |= {function.__name__.strip("_"): function for function in filters}
+    environment.globals |= {enum.__name__: enum for enum in (Contact, Interpretation, VerdictOutcome, Use)}
     environment.globals["mark"] = MARK
     environment.tests |= {"gone": lambda part: isinstance(part, Missing), "nan": _is_nan}
     return environment
 
 
 def _fit(value: Any) -> Any:
-    """A text without characters that have no place in a page; a finding in its words."""
+    """A text without characters that cannot stand in a page; a finding in its words."""
     if isinstance(value, Finding):
         value = sentence(value)
     if not isinstance(value, str) or not _UNFIT.search(value):
@@ -113,7 +113,7 @@ def _number(value: float, form: str = ".1f") -> str:
 
 
 def _stated(value: Any, unit: str = "") -> Any:
-    """A condition with its unit, or that it is missing."""
+    """A condition with its unit; "missing" if it is not stated."""
     if value == "" or _is_nan(value):
         return Markup('<span class="missing">missing</span>')
     return f"{value:g} {unit}".strip() if isinstance(value, float) else f"{value} {unit}".strip()
@@ -129,8 +129,8 @@ def _plural(count: int, noun: str) -> str:
 
 def _outcome_counts(states: Iterable[StateResult], limit: int) -> dict[str, int]:
     """Number of states of every outcome under a limit, the gravest first; those that were not judged last."""
-    found = ["not judged" if (j := state.judgements[limit]) is None else _words(j.outcome) for state in states]
-    return {name: found.count(name) for name in ("exceeded", "cannot tell", "within", "not judged")}
+    outcomes = ["not judged" if (j := state.judgements[limit]) is None else _words(j.outcome) for state in states]
+    return {name: outcomes.count(name) for name in ("exceeded", "cannot tell", "within", "not judged")}
 
 
 def _blocks(columns: Sequence[float]) -> list[range]:
@@ -140,23 +140,23 @@ def _blocks(columns: Sequence[float]) -> list[range]:
     return [range(first, last) for first, last in pairwise(edges)]
 
 
-def _headline(found: PlaceSpeeds) -> dict[str, Any]:
-    """What is confirmed for one body area and contact, in a word and a line."""
-    shown = {"of": found, "word": "NOT CONFIRMED", "kind": "refused", "places": 0}
-    if not found.limit.permitted:
+def _headline(results: PlaceSpeeds) -> dict[str, Any]:
+    """What is confirmed for one body area and kind of contact, in a word and a line."""
+    shown = {"results": results, "word": "NOT CONFIRMED", "kind": "refused", "places": 0}
+    if not results.limit.permitted:
         return shown | {"word": "NOT PERMITTED", "speeds": _NO_CONTACT}
-    if isinstance(found.speeds, Missing):
-        return shown | {"speeds": found.speeds.reason}
-    shown["places"] = inside = sum(count for name, count in found.speeds.counts.items() if name != "outside")
-    if not found.confirmed:
+    if isinstance(results.speeds, Missing):
+        return shown | {"speeds": results.speeds.reason}
+    shown["places"] = inside = sum(count for name, count in results.speeds.counts.items() if name != "outside")
+    if not results.confirmed:
         nowhere = "no place lies inside the measured range"
-        return shown | {"speeds": found.open_places[0].reason if found.open_places else nowhere}
-    program = _between(found.slowest_to_program, found.fastest_to_program)
-    speeds = f"{program} to program ({_between(found.slowest, found.fastest)} at contact)"
-    speeds += ", place by place" if found.fastest > found.slowest else ""
-    if found.confirmed == inside:
+        return shown | {"speeds": results.open_places[0].reason if results.open_places else nowhere}
+    program = _between(results.slowest_to_program, results.fastest_to_program)
+    speeds = f"{program} to program ({_between(results.slowest, results.fastest)} at contact)"
+    speeds += ", place by place" if results.fastest > results.slowest else ""
+    if results.confirmed == inside:
         return shown | {"word": "CONFIRMED at all places", "kind": "confirmed", "speeds": speeds}
-    return shown | {"word": f"CONFIRMED at {found.confirmed} of {inside} places", "kind": "partly", "speeds": speeds}
+    return shown | {"word": f"CONFIRMED at {results.confirmed} of {inside} places", "kind": "partly", "speeds": speeds}
 
 
 def _between(low: float, high: float) -> str:
@@ -168,7 +168,7 @@ def _curves(assessment: CampaignAssessment) -> dict[str, Markup]:
     if isinstance(assessment.states, Missing):
         return {}
     limit = next((limit for limit in assessment.limits if limit.permitted), None)
-    top = highest_force([each for state in assessment.states for each in state.recordings], limit)
+    top = highest_force([recording for state in assessment.states for recording in state.recordings], limit)
     return {state.name: state_curve(state.recordings, limit, top) for state in assessment.states}
 
 
@@ -176,10 +176,10 @@ def _places(assessment: CampaignAssessment) -> list[tuple[float, float, list[flo
     """Distance, height and speeds of every contact point [m, m, m/s]."""
     if isinstance(assessment.states, Missing):
         return []
-    found: dict[tuple[float, float], list[float]] = {}
+    places: dict[tuple[float, float], list[float]] = {}
     for state in assessment.states:
-        found.setdefault((round(state.distance, 3), round(state.height, 3)), []).append(state.speed)
-    return [(d, h, sorted(speeds)) for (d, h), speeds in found.items()]
+        places.setdefault((round(state.distance, 3), round(state.height, 3)), []).append(state.speed)
+    return [(d, h, sorted(speeds)) for (d, h), speeds in places.items()]
 
 
 def _calibration(assessment: CampaignAssessment) -> str:

@@ -1,4 +1,4 @@
-"""The figures of a report, as they stand in the page."""
+"""The figures of a report, as its page shows them."""
 
 from __future__ import annotations
 
@@ -16,8 +16,7 @@ from forcemap.comparisons.contact_model import ContactModel
 from forcemap.comparisons.force_models import Comparison
 from forcemap.errors import ForcemapError
 
-_LARGEST_SVG = 250_000  # characters; above, a PNG picture is smaller
-_DPI = 150
+_LARGEST_SVG = 250_000  # characters; above, a PNG picture is taken if it is smaller: a choice
 
 
 class Pictures:
@@ -51,7 +50,7 @@ class Pictures:
         return self._picture(what, lambda a: figures.workspace_figure(present(a.force_map), present(a.dataset)))
 
     def residuals(self) -> Markup:
-        """What the map misses."""
+        """Residuals of the map."""
         what = "residuals of the map"
         plan = None if isinstance(self._assessment.campaign, Missing) else self._assessment.campaign.plan
         return self._picture(
@@ -69,17 +68,17 @@ class Pictures:
             lambda a: figures.force_evolution_figure(*shown, conditions=a.conditions),
         )
 
-    def speeds(self, found: PlaceSpeeds) -> Markup:
+    def speeds(self, results: PlaceSpeeds) -> Markup:
         """A speed map."""
-        what = f"safe speeds for {found.limit.name}, {found.contact} contact"
-        return self._picture(what, lambda _: figures.safe_speed_figure(present(found.speeds)))
+        what = f"safe speeds for {results.limit.name}, {results.contact} contact"
+        return self._picture(what, lambda _: figures.safe_speed_figure(present(results.speeds)))
 
-    def comparison(self, found: Comparison, model: ContactModel) -> Markup:
+    def comparison(self, comparison: Comparison, model: ContactModel) -> Markup:
         """The map beside the 2D map and the standard."""
         return self._picture(
             "the map beside the 2D map and the standard's contact model",
             lambda a: figures.model_comparison_figure(
-                found,
+                comparison,
                 present(a.dataset),
                 present(a.force_map),
                 maps_2d=() if isinstance(a.map_2d, Missing) else (a.map_2d,),
@@ -93,7 +92,7 @@ class Pictures:
             figure = draw(self._assessment)
             drawing = figures.svg(figure, f"figure-{self._drawn}")
             if len(drawing) > _LARGEST_SVG:
-                picture = base64.b64encode(figures.png(figure, _DPI)).decode()
+                picture = base64.b64encode(figures.png(figure)).decode()
                 if len(picture) < len(drawing):
                     drawing = f'<img alt="{escape(what)}" src="data:image/png;base64,{picture}">'
         except ForcemapError as error:

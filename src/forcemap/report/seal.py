@@ -1,4 +1,4 @@
-"""What a report says of itself and its inputs, for a program: hashes in the page; what changed since."""
+"""What a report says about itself and its inputs, for programs: hashes in the page, and what changed since."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from forcemap.errors import InputError
 from forcemap.files import read_bytes, sha256
 
 MARK = "forcemap-report/1"
-"""Schema of the page; it stands within its first 4000 bytes."""
+"""Schema of the page, within its first 4000 bytes."""
 
 _OPEN = "0" * 64
 _SEAL = '<meta name="forcemap-report-sha256" content="{}">'
@@ -24,7 +24,7 @@ _SEAL = '<meta name="forcemap-report-sha256" content="{}">'
 
 @dataclass(frozen=True)
 class Sealed:
-    """What a report says of itself.
+    """What a report says about itself.
 
     Parameters
     ----------
@@ -68,7 +68,7 @@ def quoted(path: str) -> str:
 
 
 def read_seal(content: bytes, file: str) -> Sealed:
-    """What the page of a report says of itself.
+    """What the page of a report says about itself.
 
     Raises
     ------
@@ -79,19 +79,19 @@ def read_seal(content: bytes, file: str) -> Sealed:
         page = content.decode("utf-8")
     except UnicodeDecodeError:
         raise InputError("not a text in UTF-8, expected the HTML file of a report", file=file) from None
-    found = _Reader()
-    found.feed(page)
-    if found.meta.get("forcemap-report") != MARK:
+    reader = _Reader()
+    reader.feed(page)
+    if reader.meta.get("forcemap-report") != MARK:
         raise InputError(f"no report of schema {MARK}, expected the HTML file that forcemap report wrote", file=file)
-    own = found.meta.get("forcemap-report-sha256", "")
-    if not re.fullmatch(r"[0-9a-f]{64}", own) or not found.inputs:
+    own = reader.meta.get("forcemap-report-sha256", "")
+    if not re.fullmatch(r"[0-9a-f]{64}", own) or not reader.inputs:
         raise InputError("the report carries no hashes any more: it was altered; write it again", file=file)
     return Sealed(
-        software=found.meta.get("generator", ""),
-        date=found.meta.get("forcemap-date", ""),
-        inputs=found.inputs,
+        software=reader.meta.get("generator", ""),
+        date=reader.meta.get("forcemap-date", ""),
+        inputs=reader.inputs,
         intact=sha256(page.replace(_SEAL.format(own), seal_tag(), 1)) == own,
-        made_for=found.meta.get("forcemap-limits", ""),
+        made_for=reader.meta.get("forcemap-limits", ""),
     )
 
 
@@ -104,7 +104,7 @@ class _Reader(HTMLParser):
         self.inputs: dict[str, str] = {}
 
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        """Keep what is looked for."""
+        """Collect from a meta entry or a row of the inputs."""
         values = {name: value or "" for name, value in attrs}
         if tag == "meta" and "name" in values:
             self.meta.setdefault(values["name"], values.get("content", ""))
@@ -122,7 +122,7 @@ class Verification:
         True if the report file is as it was written. Its hash is no signature: who alters it knowingly can make a new
         one.
     changed, vanished, new : tuple of str
-        Inputs with another content, inputs that are gone, and files that the report does not know.
+        Inputs whose content changed, inputs that are gone, and files that the report does not know.
     unchanged : int
         Number of inputs that are as they were.
     software, date : str
@@ -159,8 +159,8 @@ def verify_report(report: str | Path, folder: str | Path) -> Verification:
         The file is no report, or cannot be read; there is no such folder.
     """
     sealed = read_seal(read_bytes(report), str(report))
-    known = {each.path for each in campaign_inputs(folder)}
-    now = {each.path: each.sha256 for each in campaign_inputs(folder, further=sealed.inputs.keys() - known)}
+    known = {file.path for file in campaign_inputs(folder)}
+    now = {file.path: file.sha256 for file in campaign_inputs(folder, further=sealed.inputs.keys() - known)}
     changed = tuple(path for path, digest in sealed.inputs.items() if path in now and now[path] != digest)
     vanished = tuple(path for path in sealed.inputs if path not in now)
     return Verification(
