@@ -216,7 +216,7 @@ def test_drift_is_a_paired_t_test(table):
     figures = (drift.states, drift.change, drift.low, drift.high, drift.p_value)
     ends = (math.expm1(interval.low), math.expm1(interval.high))
     assert figures == pytest.approx((3, math.expm1(np.mean(change)), *ends, expected.pvalue), rel=1e-9)
-    assert drift.found
+    assert drift.significant
 
 
 def test_states_that_rose_above_the_device_range_have_drifted_by_at_least_that(table):
@@ -228,7 +228,7 @@ def test_states_that_rose_above_the_device_range_have_drifted_by_at_least_that(t
     frame.to_csv(table, index=False)
     drift = fm.fit_force_map(fm.read_dataset(table)).fit.drift
     assert (drift.states, drift.censored) == (3, 1)
-    assert drift.found
+    assert drift.significant
     assert drift.change == pytest.approx(0.2, abs=0.01)
     assert "at least +" in sentence(drift.finding)
 
@@ -259,7 +259,7 @@ def test_collect_says_the_drift_of_states_planned_again(tmp_path, forcemap, ask)
 def test_one_state_alone_tells_no_drift(table):
     dataset = fm.read_dataset(table)
     one = dataset.select((dataset.role == "train") | (dataset.state == "s0"))
-    assert not one.drift.found
+    assert not one.drift.significant
     assert "one state alone" in sentence(one.drift.finding)
     assert dataset.train.drift is None
 
@@ -278,7 +278,7 @@ def test_drift_found_by_three_states(scatter, full_size):
             put_up = np.repeat(rng.normal(0, scatter, (2, 3)), 3, axis=1)
             forces = np.exp(5 + effects + put_up + rng.normal(0, 0.005, (2, 9))) * [[1.0], [1 + drift]]
             first, again = (States.of(at, force, names, censored) for force in forces)
-            found += measured_again(first, again).found
+            found += measured_again(first, again).significant
         return found / campaigns
 
     found = {drift: share(drift) for drift in ((0.0, 0.01, 0.03, 0.05, 0.08) if full_size else (0.0, 0.03, 0.05))}

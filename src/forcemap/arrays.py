@@ -18,10 +18,12 @@ Objects = NDArray[np.object_]
 Texts = NDArray[np.str_]
 
 BLOCK = 65536
+"""Elements that are evaluated at once: half a megabyte an array, so that some of them fit in a processor's cache."""
 
-# glibc gives freed memory above a threshold back to the system, which makes every block pay for fresh pages; freeing
-# one large array first raises that threshold (mallopt(3), "dynamic mmap threshold"). Elsewhere this does nothing.
-_RAISING = 30 * 2**20 // 8
+# glibc returns freed memory above a threshold to the system, so that every block pays for fresh pages; freeing one
+# large array first raises that threshold (mallopt(3), "dynamic mmap threshold"). Elsewhere this does nothing.
+_RAISING = 30 * 2**20 // 8  # elements: 30 MB, below the 32 MB to which the threshold may rise
+_MANY_BLOCKS = 4  # blocks of a result for which that pays; a choice
 
 
 def in_blocks(function: Callable[..., FloatArray], *arguments: ArrayLike) -> Any:
@@ -36,7 +38,7 @@ def in_blocks(function: Callable[..., FloatArray], *arguments: ArrayLike) -> Any
     if not shape:
         return float(function(*(array.reshape(1) for array in arrays))[0])
     result = np.empty(shape)
-    if result.size > 4 * BLOCK:
+    if result.size > _MANY_BLOCKS * BLOCK:
         np.empty(_RAISING)
     _fill(result, function, [array.reshape((1,) * (len(shape) - array.ndim) + array.shape) for array in arrays])
     return result

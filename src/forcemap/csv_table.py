@@ -12,14 +12,14 @@ from dataclasses import dataclass, field, replace
 
 from forcemap.errors import TableError, nearest_names
 
-_ONE = r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?"
-_NUMBER, _NUMBER_OR_NONE = re.compile(_ONE, re.ASCII), re.compile(f"(?:{_ONE})?", re.ASCII)
+_PLAIN_NUMBER = r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?"
+_NUMBER, _NUMBER_OR_NONE = re.compile(_PLAIN_NUMBER, re.ASCII), re.compile(f"(?:{_PLAIN_NUMBER})?", re.ASCII)
 _FORMULA = re.compile(r"'*[=+@\t\r-]")
-_LARGEST = 20_000_000  # bytes
+_LARGEST = 20_000_000  # bytes of a table; a choice: 100,000 impacts fit in
 _WHOLE_NUMBER = re.compile(r"\d{1,9}", re.ASCII)
 _NUMBERS = {  # a whole column at once
-    True: re.compile(rf"{_ONE}(?:\n{_ONE})*", re.ASCII),
-    False: re.compile(rf"(?:{_ONE})?(?:\n(?:{_ONE})?)*", re.ASCII),
+    True: re.compile(rf"{_PLAIN_NUMBER}(?:\n{_PLAIN_NUMBER})*", re.ASCII),
+    False: re.compile(rf"(?:{_PLAIN_NUMBER})?(?:\n(?:{_PLAIN_NUMBER})?)*", re.ASCII),
 }
 
 
@@ -90,7 +90,7 @@ class Table:
                 raise self.error(message, self.header_row, name)
 
     def with_decimal_points(self, numeric: Iterable[str]) -> Table:
-        """The table with decimal points in its numeric columns; one that mixes both signs is refused as ambiguous."""
+        """The table with decimal points in its numeric columns; a mixture of both signs is refused as ambiguous."""
         names = [name for name in numeric if name in self.columns]
         if self.delimiter == "," or not any("," in cell for name in names for cell in self.columns[name]):
             return self
@@ -120,8 +120,8 @@ def read_table(content: bytes, file: str, *, what: str, remarked: bool = False) 
     text, remarks = _text(content, file), {}
     if remarked:
         lines = text.splitlines()
-        said = [line.lstrip("# ").partition(":") for line in lines if line.startswith("#")]
-        remarks = {word.strip().lower(): value.strip() for word, _, value in said}
+        remarked_lines = [line.lstrip("# ").partition(":") for line in lines if line.startswith("#")]
+        remarks = {word.strip().lower(): value.strip() for word, _, value in remarked_lines}
         text = "\n".join("" if line.startswith("#") else line for line in lines)
     first = next((line for line in text.splitlines() if line.strip()), "")
     if not first:

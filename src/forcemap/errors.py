@@ -26,7 +26,9 @@ import re
 from collections.abc import Iterable
 from typing import Any
 
-_LONGEST, _LONGEST_NAME = 2000, 200  # characters of a message, of a column: they may quote a whole damaged file
+# Characters of a message, of a column's name (docs/decisions.md): they may quote a whole damaged file.
+_LONGEST, _LONGEST_NAME = 2000, 200
+_LONGEST_SOUGHT, _SHORTEST_WORD = 100, 3  # characters of a name that is looked up, of a word in it that counts
 
 
 class ForcemapError(Exception):
@@ -74,7 +76,7 @@ class CampaignFileError(InputError):
 
 
 class ChangedMeanwhile(CampaignFileError):
-    """A file of a campaign that was changed while it was used; nothing was written, trying again may do."""
+    """A file of a campaign that was changed while it was used; nothing was written, and trying again may help."""
 
 
 class RecordingError(InputError):
@@ -101,13 +103,13 @@ class UnknownName(InputError):
 
 
 class FitError(ForcemapError):
-    """The impacts do not determine the map; `remedy` is what to measure, beside a form with fewer terms."""
+    """The impacts do not determine the map: `problem` says why, `remedy` what to measure, besides fewer terms."""
 
     kind = "fit"
 
-    def __init__(self, found: str, *, remedy: str = "", **where: Any) -> None:
-        self.found, self.remedy = found, remedy
-        super().__init__(f"{found}; {remedy} or choose a form with fewer terms" if remedy else found, **where)
+    def __init__(self, problem: str, *, remedy: str = "", **where: Any) -> None:
+        self.problem, self.remedy = problem, remedy
+        super().__init__(f"{problem}; {remedy} or choose a form with fewer terms" if remedy else problem, **where)
 
 
 class TooFewStates(FitError):
@@ -117,7 +119,7 @@ class TooFewStates(FitError):
 
 
 class RankDeficient(FitError):
-    """The measured states do not tell the terms of the form apart."""
+    """The measured states do not separate the terms of the form."""
 
     kind = "rank_deficient"
 
@@ -135,7 +137,7 @@ class ContactNotPermitted(ForcemapError):
 
 
 class NotReleasable(ForcemapError):
-    """What the speeds rest on may be looked at, but carries no robot program and no release."""
+    """What the speeds rest on may be shown, but does not allow a robot program or a release."""
 
     kind = "not_releasable"
 
@@ -147,7 +149,7 @@ class MissingExtra(ForcemapError):
 
     @classmethod
     def of(cls, error: ModuleNotFoundError) -> MissingExtra:
-        """The error where the command line or the page needs a package that is not there."""
+        """The error of a command line or page that needs a package that is not installed."""
         return cls(f"this needs the package {error.name}; install it with: pip install 'forcemap[app]'")
 
 
@@ -157,15 +159,15 @@ _UNSEEN = re.compile("[\x00-\x08\x0e-\x1f\x7f-\x9f\u200e\u200f\u202a-\u202e\u206
 
 
 def one_line(text: str) -> str:
-    """A text that stays on its line and shows what it is: names and cells come from files, and go to a terminal."""
+    """A text on one line, without control characters: names and cells come from files, and go to a terminal."""
     return _UNSEEN.sub("\ufffd", _BREAKS.sub(" ", text).replace("\t", " "))
 
 
 def nearest_names(name: str, known: Iterable[str], count: int = 5) -> list[str]:
     """The known names most like `name`, best first: those that contain it, then those spelt alike."""
     names = list(known)
-    wanted = name[:100].strip().lower().replace(" ", "_").replace("-", "_")
-    words = [word for word in wanted.split("_") if len(word) > 2]
+    wanted = name[:_LONGEST_SOUGHT].strip().lower().replace(" ", "_").replace("-", "_")
+    words = [word for word in wanted.split("_") if len(word) >= _SHORTEST_WORD]
 
     def likeness(candidate: str) -> float:
         lowered = candidate.lower().replace("-", "_")

@@ -1,4 +1,4 @@
-"""Files that survive a crash: written aside, flushed to disk, then renamed; who is alone with a folder; dates."""
+"""Files that survive a crash: written aside, flushed to disk, then renamed; locks of folders; dates; TOML."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def write_atomically(path: str | Path, text: str | bytes) -> None:
 
 @contextmanager
 def hidden_file(folder: Path, ending: str = "") -> Iterator[tuple[Path, BinaryIO]]:
-    """A new hidden file, locked, gone afterwards unless it was renamed; those that killed processes left go first."""
+    """A new hidden file, locked, and deleted afterwards unless it was renamed; those of killed processes go first."""
     sweep(folder)
     while True:
         hidden = folder / f"{_BEING_WRITTEN}{secrets.token_hex(8)}{ending}"
@@ -52,7 +52,7 @@ def hidden_file(folder: Path, ending: str = "") -> Iterator[tuple[Path, BinaryIO
 
 
 def sweep(folder: Path) -> None:
-    """Take away the hidden files of killed processes: those that nobody holds, whatever time they bear."""
+    """Delete the hidden files of killed processes: those that no process has locked, whatever their time."""
     for left in folder.glob(f"{_BEING_WRITTEN}*"):
         with suppress(OSError), left.open("rb+") as stream:  # of another user, or a folder
             if _lock(stream.fileno(), wait=False):
@@ -61,7 +61,7 @@ def sweep(folder: Path) -> None:
 
 @contextmanager
 def alone(folder: Path) -> Iterator[None]:
-    """Other processes that ask for the same folder wait meanwhile."""
+    """Hold the lock of a folder: other processes that ask for it wait."""
     descriptor = os.open(folder, os.O_RDONLY)
     try:
         _lock(descriptor)
@@ -80,7 +80,7 @@ def flush_to_disk(path: Path) -> None:
 
 
 def _lock(descriptor: int, *, wait: bool = True) -> bool:
-    """Hold a file until it is closed or its process ends; False where another holds it, or the drive knows no locks."""
+    """Lock a file until it is closed or its process ends; False if another has locked it, or the drive has no locks."""
     import fcntl  # there is none on Windows, where files can be read
 
     try:
@@ -151,8 +151,9 @@ def stated_date(what: str, text: str) -> date:
     raise InputError(f"{what}: found {text!r}, expected YYYY-MM-DD")
 
 
-_LARGEST_TOML, _LONGEST_TOML_LINE = 1 << 18, 1 << 12  # bytes
-_DEEPEST_TOML = 20
+# Bytes, bytes in a line, levels: more than any campaign or task needs (docs/decisions.md).
+_LARGEST_TOML, _LONGEST_TOML_LINE, _DEEPEST_TOML = 1 << 18, 1 << 12, 20
+_LONGEST_SHOWN = 100  # characters of an entry's name in an error
 
 
 def toml_tables(content: bytes) -> dict[str, Any]:
@@ -178,11 +179,13 @@ def toml_tables(content: bytes) -> dict[str, Any]:
     while entries:
         name, value, depth = entries.pop()
         if depth > _DEEPEST_TOML:
-            raise InputError("found tables nested too deeply", column=name[:100])
+            raise InputError("found tables nested too deeply", column=name[:_LONGEST_SHOWN])
         if isinstance(value, int) and not -(2**63) <= value < 2**63:
-            raise InputError("found a whole number beyond 64 bits, expected one that fits", column=name[:100])
+            raise InputError(
+                "found a whole number beyond 64 bits, expected one that fits", column=name[:_LONGEST_SHOWN]
+            )
         if isinstance(value, dict):
-            entries += [(f"{name}.{key}".strip("."), each, depth + 1) for key, each in value.items()]
+            entries += [(f"{name}.{key}".strip("."), item, depth + 1) for key, item in value.items()]
         elif isinstance(value, list):
-            entries += [(name, each, depth + 1) for each in value]
+            entries += [(name, item, depth + 1) for item in value]
     return tables

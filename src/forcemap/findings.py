@@ -115,7 +115,7 @@ class Finding:
         return dict(self.figures)[name]
 
     def and_(self, *others: Finding) -> Finding:
-        """The same, and what else holds."""
+        """The same finding, with others that hold as well."""
         return Finding(self.kind, self.figures, (*self.also, *others))
 
 

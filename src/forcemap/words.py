@@ -19,6 +19,8 @@ from forcemap.speeds.basis import Basis
 SENTENCES: dict[str, str] = tomllib.loads(resources.files(__package__).joinpath("words.toml").read_text("utf-8"))
 """What findings say, by the value of their kind; words.toml says how."""
 
+_SHOWN = 0.05  # a force is named if it is not 0.0 N when rounded to a tenth [N]
+_LISTED = 6  # names in a sentence; the others are counted
 _WHERE_STATED = re.compile(r"\[(\w+)\?([^|\]]*)\|?([^\]]*)\]")
 
 
@@ -34,7 +36,7 @@ class _Figures(dict[str, Any]):
             name, _, how = name.rpartition("_")
             return {"listed": ", ", "and": " and "}[how].join(self[name])
         if name.endswith("_six"):
-            first, more = self[name[:-4]][:6], len(self[name[:-4]]) - 6
+            first, more = self[name[:-4]][:_LISTED], len(self[name[:-4]]) - _LISTED
             return ", ".join(first) + (f" and {more} more" if more > 0 else "")
         return getattr(self, f"_{name}")()
 
@@ -48,7 +50,9 @@ class _Figures(dict[str, Any]):
         return f"{first or 'a row without recording'}{f' and {len(more)} more' if more else ''}"
 
     def _scenarios(self) -> str:
-        counts = [f"{self[each.name]} impacts {each.words}" for each in ContactScenario if self.get(each.name)]
+        counts = [
+            f"{self[scenario.name]} impacts {scenario.words}" for scenario in ContactScenario if self.get(scenario.name)
+        ]
         return ", ".join(counts) or "scenario not stated"
 
     def _who(self) -> str:
@@ -58,8 +62,8 @@ class _Figures(dict[str, Any]):
     def _added(self) -> str:
         """What is added to a force before it counts as within a limit."""
         what = [f"the device's error of {self['error_N']:g} N"]
-        what += [f"{self['drift_N']:.1f} N that drift may hide"] if self["drift_N"] >= 0.05 else []
-        what += [f"{self['unseen_N']:.1f} N that may lie between samples"] if self["unseen_N"] >= 0.05 else []
+        what += [f"{self['drift_N']:.1f} N that drift may hide"] if self["drift_N"] >= _SHOWN else []
+        what += [f"{self['unseen_N']:.1f} N that may lie between samples"] if self["unseen_N"] >= _SHOWN else []
         return ", ".join(what[:-1]) + " and " * (len(what) > 1) + what[-1]
 
     def _reference_posture(self) -> str:
@@ -89,44 +93,46 @@ def posture_words(posture: Mapping[str, float]) -> str:
 
 
 def tool_words(axis: Iterable[float], towards: Iterable[float], offset: Iterable[float]) -> str:
-    """Where a tool's axis, which stands in the frame of the flange, points, and where it is hit [m]."""
-    of_flange, of_base, point = (", ".join(f"{round(x, 4) + 0.0:g}" for x in each) for each in (axis, towards, offset))
+    """Where a tool's axis, given in the frame of the flange, points, and its contact point [m]."""
+    of_flange, of_base, point = (
+        ", ".join(f"{round(x, 4) + 0.0:g}" for x in vector) for vector in (axis, towards, offset)
+    )
     return f"tool axis ({of_flange}) of the flange pointing to ({of_base}), contact point at ({point}) m in its frame"
 
 
 def sentence(finding: Finding | str | None) -> str:
-    """What a finding says; a text says itself, None nothing."""
+    """The sentence of a finding; a text is its own sentence, None is empty."""
     if finding is None or isinstance(finding, str):
         return finding or ""
-    words, also = SENTENCES[finding.kind], "; ".join(sentence(each) for each in finding.also)
+    words, also = SENTENCES[finding.kind], "; ".join(map(sentence, finding.also))
     figures = _Figures(finding.figures, also=also)
-    said = _WHERE_STATED.sub(lambda part: part[2] if figures.states(part[1]) else part[3], words).format_map(figures)
-    return said if "{also}" in words or not also else f"{said}; {also}"
+    text = _WHERE_STATED.sub(lambda part: part[2] if figures.states(part[1]) else part[3], words).format_map(figures)
+    return text if "{also}" in words or not also else f"{text}; {also}"
 
 
 def sentences(findings: Iterable[Finding | str]) -> list[str]:
-    """What findings say, each once, in their order."""
-    return list(dict.fromkeys(sentence(each) for each in findings))
+    """The sentences of findings, every one once, in their order."""
+    return list(dict.fromkeys(sentence(finding) for finding in findings))
 
 
 def assumptions(
     bases: Iterable[Basis], notes: Iterable[Finding] = (), *, but: Container[FindingKind] = ()
 ) -> list[str]:
-    """What speeds rest on, a line each, without those of the kinds in `but`, which stand elsewhere."""
-    findings = [*(each for basis in bases for each in basis.statements), *notes]
-    return sentences(each for each in findings if each.kind not in but)
+    """What speeds rest on, one line for every finding, without those of the kinds in `but`, which stand elsewhere."""
+    findings = [*(statement for basis in bases for statement in basis.statements), *notes]
+    return sentences(statement for statement in findings if statement.kind not in but)
 
 
 def warnings(bases: Iterable[Basis]) -> list[str]:
-    """What must be said before speeds that rest on these, a line each."""
-    return sentences(each for basis in bases for each in basis.warnings)
+    """What must be said before speeds that rest on these, one line for every finding."""
+    return sentences(warning for basis in bases for warning in basis.warnings)
 
 
 def limit_words(basis: Basis) -> str:
-    """The limit that speeds are held against."""
+    """The limit that speeds are compared with."""
     return sentence(basis.limit_finding)
 
 
 def simulated_line(simulated: bool) -> list[str]:
-    """What comes first of what rests on simulated impacts; nothing of others."""
+    """The first line of a result that rests on simulated impacts; none for others."""
     return [sentence(Finding.of(FindingKind.SIMULATED))] if simulated else []

@@ -45,5 +45,5 @@ class DriftAnswer(Answer):
     low_percent: Percent = of("low")
     high_percent: Percent = of("high")
     p_value: Figure
-    found: bool
+    found: bool = of("significant")
     finding: Said

@@ -1,9 +1,9 @@
 """What an impacts table is bound to: the recordings it was made from, and the conditions they were measured under.
 
-The register holds for every recording the hash of its row in the impacts table, the conditions under which it was first
+For every recording the register holds the hash of its row in the impacts table, the conditions under which it was first
 registered, and the hash of its own row. A table or register that was changed since `forcemap collect` wrote them, or a
-campaign.toml that states something else, no longer fits: nothing then tells what the peaks are. Nor does it where the
-states themselves show that a unit is mistaken.
+campaign.toml that states something else, no longer fits: the peaks are then unknown. Nor does a table fit whose states
+show that a unit is mistaken.
 """
 
 from __future__ import annotations
@@ -104,27 +104,27 @@ def binding_of(table: Path, rows: Sequence[Mapping[str, str]], conditions: Condi
         return _broken(FindingKind.TABLE_EDITED, table=table.name, all=tuple(other))
     if changed := changed_conditions(used.values(), conditions):
         return Binding(BindingState.BROKEN, changed)
-    if moved := [entry for entry in used.values() if entry.changed]:
-        files = tuple(entry.file for entry in moved)
-        return _broken(FindingKind.RECORDING_CHANGED, all=files, changed=moved[0].changed)
-    springs = np.array([conditions.device_of(each.state_id, each.name).stiffness for each in used.values()])
-    durations = np.array([each.phase1_duration for each in used.values()])
+    if changed_entries := [entry for entry in used.values() if entry.changed]:
+        files = tuple(entry.file for entry in changed_entries)
+        return _broken(FindingKind.RECORDING_CHANGED, all=files, changed=changed_entries[0].changed)
+    springs = np.array([conditions.device_of(entry.state_id, entry.name).stiffness for entry in used.values()])
+    durations = np.array([entry.phase1_duration for entry in used.values()])
     mistaken = unit_of_time_finding(durations, springs, conditions.robot_mass)
     return Binding(BindingState.BROKEN, mistaken) if mistaken else Binding(BindingState.BOUND)
 
 
 def in_stated_units(binding: Binding, conditions: Conditions, *groups: States) -> Binding:
     """The binding of impacts, broken where the campaign's states show that a unit is mistaken."""
-    found = unit_finding(conditions, *groups)
-    if found is None or found.kind is not FindingKind.UNIT_SLIP or binding.refusal:
+    slip = unit_finding(conditions, *groups)
+    if slip is None or slip.kind is not FindingKind.UNIT_SLIP or binding.refusal:
         return binding
-    return Binding(BindingState.BROKEN, found)
+    return Binding(BindingState.BROKEN, slip)
 
 
 def changed_conditions(entries: Iterable[Entry], conditions: Conditions) -> Finding | None:
-    """What was otherwise when recordings were registered; None if nothing was.
+    """Conditions that have changed since recordings were registered; None if none has.
 
-    Each change: the entry, as it was, as it is, of how many recordings, measured when.
+    Every change: the entry, its value then and now, of how many recordings, measured when.
     """
     then = Counter(change for entry in entries for change in _changes(entry, conditions))
     changes = tuple((key, was, now, count, day) for (key, was, now, day), count in then.items())
@@ -132,7 +132,7 @@ def changed_conditions(entries: Iterable[Entry], conditions: Conditions) -> Find
 
 
 def _changes(entry: Entry, conditions: Conditions) -> Iterator[tuple[str, str, str | None, str]]:
-    """Conditions that were otherwise when a recording was registered: entry, then, now, and the day stated then."""
+    """Conditions changed since a recording was registered: entry, value then and now, and the day stated then."""
     now = conditions.measured_under(entry.state_id, entry.name)
     for key in MEASURED_UNDER:
         if (was := entry.conditions.get(key)) and was != now.get(key):

@@ -10,7 +10,7 @@ from forcemap.campaigns.campaign import Campaign, read_campaign
 from forcemap.campaigns.columns import UNUSED
 from forcemap.campaigns.conditions import CAMPAIGN_FILE
 from forcemap.campaigns.dataset import ImpactDataset
-from forcemap.campaigns.impact_rows import WRITTEN, Row, Taken, registered
+from forcemap.campaigns.impact_rows import WRITTEN, Row, UsedRecordings, registered
 from forcemap.campaigns.impacts_table import TABLE_FILE, read_dataset
 from forcemap.campaigns.phase_two import OLD_COLUMN, unused_cells
 from forcemap.campaigns.recordings_table import Entry, register_text
@@ -20,8 +20,8 @@ from forcemap.errors import CampaignFileError, ChangedMeanwhile, MissingExtra, T
 from forcemap.files import alone, file_sha256, read_bytes, sha256, write_atomically
 
 _NOTE = ".collecting"
-_NEARLY_ALL = 0.9  # of a table's rows
-_TRIES = 3
+_NEARLY_ALL = 0.9  # share of a table's rows that name a recording of the campaign; a choice: some may have been deleted
+_TRIES = 3  # of collecting while another process collects the same folder; a choice
 
 
 def build_dataset(campaign: Campaign, *, progress: Progress | None = None) -> ImpactDataset:
@@ -69,7 +69,7 @@ def build_dataset(campaign: Campaign, *, progress: Progress | None = None) -> Im
 
 
 def collect_campaign(folder: str | Path, *, progress: Progress | None = None) -> tuple[Campaign, ImpactDataset]:
-    """Read a campaign's folder and build its dataset, again where another process collected it meanwhile.
+    """Read a campaign's folder and build its dataset; try again if another process collected it meanwhile.
 
     Parameters
     ----------
@@ -100,9 +100,9 @@ def collect_campaign(folder: str | Path, *, progress: Progress | None = None) ->
 
 
 def collected(campaign: Campaign, *, progress: Progress | None = None) -> tuple[list[Entry], list[Row]]:
-    """What register and impacts table have to say of the recordings as they are; nothing is written.
+    """The entries of the register and the rows of the impacts table for the recordings as they are.
 
-    Arguments and errors as `build_dataset`, whose first half this is.
+    Nothing is written. Arguments and errors as `build_dataset`, whose first half this is.
     """
     if math.isnan(campaign.conditions.device.range):
         message = "the device range is not stated, so that a saturated recording would pass for a good one"
@@ -112,14 +112,14 @@ def collected(campaign: Campaign, *, progress: Progress | None = None) -> tuple[
         message = "found no recording; put the device's files there, named as plan.csv says"
         raise CampaignFileError(message, file=str(campaign.recordings))
     judged: list[tuple[Entry, Row | None]] = []
-    taken = Taken()
-    for found in walk(campaign, progress=progress):
-        if found.state is FileState.GONE and found.entry.blank:
+    used = UsedRecordings()
+    for recording in walk(campaign, progress=progress):
+        if recording.state is FileState.GONE and recording.entry.blank:
             continue
-        if found.missing_extra:  # what is not installed here must not take its row out of the table
-            raise MissingExtra(found.unreadable, file=str(campaign.recordings / found.entry.file))
-        _require_unchanged(campaign, found)
-        judged.append(registered(campaign, found, taken))
+        if recording.missing_extra:  # what is not installed here must not take its row out of the table
+            raise MissingExtra(recording.unreadable, file=str(campaign.recordings / recording.entry.file))
+        _require_unchanged(campaign, recording)
+        judged.append(registered(campaign, recording, used))
     return [entry for entry, _ in judged], [row for _, row in judged if row]
 
 
@@ -132,37 +132,38 @@ def table_text(campaign: Campaign, entries: list[Entry], rows: list[Row]) -> str
         No recording gave an impact that can be used.
     """
     if not rows:
-        found = f"none of {len(entries)} recordings gave an impact that can be used"
+        problem = f"none of {len(entries)} recordings gave an impact that can be used"
         why = f"{campaign.register_file.name} says why of each, the first: {entries[0].reason}"
-        raise CampaignFileError(f"{found}; {why}", file=str(campaign.table_file))
+        raise CampaignFileError(f"{problem}; {why}", file=str(campaign.table_file))
     unused = unused_cells(entries)
     rows = [row | unused for row in rows]
     shown = [name for name in (*WRITTEN, *UNUSED) if name != "base_angle_deg" or any(row[name] for row in rows)]
     return csv_text({name: [row[name] for row in rows] for name in shown})
 
 
-def _require_unchanged(campaign: Campaign, found: CampaignRecording) -> None:
+def _require_unchanged(campaign: Campaign, recording: CampaignRecording) -> None:
     """Refuse a recording that is not what was registered."""
-    entry, register = found.entry, campaign.register_file.name
+    entry, register = recording.entry, campaign.register_file.name
     refusals = {
         FileState.GONE: f"registered in {register}, but the file is gone; put it back, or delete its row",
         FileState.CURVE_GONE: f"registered with a curve {entry.curve!r}, which the file does not hold; delete the row",
         FileState.CHANGED: (
-            f"the file has changed since it was registered ({entry.sha256[:12]}... then, {found.sha256[:12]}... now); "
-            f"restore it; a new measurement of the same run takes another repeat as its name (-r4), or delete its "
+            "the file has changed since it was registered "
+            f"({entry.sha256[:12]}... then, {recording.sha256[:12]}... now); "
+            "restore it; a new measurement of the same run takes another repeat as its name (-r4), or delete its "
             f"row in {register} first"
         ),
     }
-    if message := refusals.get(found.state) or ("" if found.sha256 else found.unreadable):
+    if message := refusals.get(recording.state) or ("" if recording.sha256 else recording.unreadable):
         raise CampaignFileError(message, file=str(campaign.recordings / entry.file))
 
 
 def _require_own(campaign: Campaign, entries: list[Entry], text: str) -> None:
     """Refuse to replace an impacts table that was not written here: it would be lost.
 
-    The register knows the rows of its own table, and so does the one to be written. Without one, as where a person
-    deleted it to register anew, a table is taken for one of the recordings that are there if it has the columns that
-    are written here and nearly all of its rows name one of them.
+    The register knows the rows of its table, and so does the one to be written. Without a register, as when a person
+    deleted it to register anew, a table counts as made from these recordings if it has the columns written here and
+    nearly all of its rows name one of them.
     """
     if not campaign.table_file.exists():
         return
@@ -182,13 +183,13 @@ def _require_own(campaign: Campaign, entries: list[Entry], text: str) -> None:
         named = sum(row.get("recording", "").partition("#")[0].lower() in files for row in rows)
         own = not rows or ({*WRITTEN} - {"base_angle_deg"} <= rows[0].keys() and named >= _NEARLY_ALL * len(rows))
     if not own or not all(row.keys() <= {*WRITTEN, *UNUSED, OLD_COLUMN} for row in rows):
-        found = "forcemap collect did not write this table, or it was changed since, so it is not replaced"
+        problem = "forcemap collect did not write this table, or it was changed since, so it is not replaced"
         remedy = "move it away or rename it, then run forcemap collect again"
-        raise CampaignFileError(f"{found}; {remedy}", file=str(campaign.table_file))
+        raise CampaignFileError(f"{problem}; {remedy}", file=str(campaign.table_file))
 
 
 def _write_together(campaign: Campaign, register: str, table: str) -> None:
-    """Write both files; a note beside them tells, after a kill between the two, which table was being replaced."""
+    """Write both files; after a kill between the two, a note beside them says which table was being replaced."""
     note = campaign.folder / _NOTE
     write_atomically(note, "\n".join({*_being_replaced(campaign), _sha256(campaign.table_file), sha256(table)}))
     write_atomically(campaign.register_file, register)
@@ -197,7 +198,7 @@ def _write_together(campaign: Campaign, register: str, table: str) -> None:
 
 
 def _sha256(file: Path) -> str:
-    """Of a file; empty if there is none."""
+    """SHA-256 of a file; empty if there is none."""
     return file_sha256(file) if file.exists() else ""
 
 

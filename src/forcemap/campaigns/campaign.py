@@ -73,8 +73,8 @@ class Campaign:
             if path.is_symlink() and not path.is_file():
                 message = "a link to a folder, or to nothing, is not followed; put the files themselves there"
                 raise CampaignFileError(message, file=str(path))
-        found = (path.relative_to(self.recordings) for path in paths if path.is_file())
-        return sorted(path.as_posix() for path in found if not any(part.startswith(".") for part in path.parts))
+        files = (path.relative_to(self.recordings) for path in paths if path.is_file())
+        return sorted(path.as_posix() for path in files if not any(part.startswith(".") for part in path.parts))
 
     @property
     def missing(self) -> list[str]:
@@ -112,22 +112,22 @@ def read_campaign(folder: str | Path) -> Campaign:
     TableError
         plan.csv or recordings.csv cannot be used.
     """
-    home = Path(folder)
-    if not home.is_dir():
+    root = Path(folder)
+    if not root.is_dir():
         raise InputError("there is no such folder", file=str(folder))
-    _require(home / CAMPAIGN_FILE, folder)
-    conditions, columns = read_campaign_file(home / CAMPAIGN_FILE)
-    _require(home / PLAN_FILE, folder)
+    _require(root / CAMPAIGN_FILE, folder)
+    conditions, columns = read_campaign_file(root / CAMPAIGN_FILE)
+    _require(root / PLAN_FILE, folder)
     tolerance = StateTolerance.stated(conditions.place_tolerance, conditions.speed_tolerance)
-    register = home / REGISTER_FILE
+    register = root / REGISTER_FILE
     register_sha256 = file_sha256(register) if register.exists() else ""  # before it is read: an edit then shows
-    plan = read_plan(home / PLAN_FILE, tolerance=tolerance)
+    plan = read_plan(root / PLAN_FILE, tolerance=tolerance)
     entries = read_register(register) if register.exists() else ()
-    campaign = Campaign(home, conditions, columns, plan, entries, register_sha256)
+    campaign = Campaign(root, conditions, columns, plan, entries, register_sha256)
     if conditions.devices:
         runs = zip(plan.state_id.tolist(), plan.recording.tolist(), strict=True)
-        recordings = [*((each.state_id, each.name) for each in entries), *(("", file) for file in campaign.files())]
-        conditions.require_devices_used([*runs, *recordings], str(home / CAMPAIGN_FILE))
+        recordings = [*((entry.state_id, entry.name) for entry in entries), *(("", file) for file in campaign.files())]
+        conditions.require_devices_used([*runs, *recordings], str(root / CAMPAIGN_FILE))
     return campaign
 
 

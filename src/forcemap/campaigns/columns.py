@@ -30,13 +30,17 @@ UNUSED = (
 """Columns with the same figure in every row, so that they go wherever the table goes: what is known of recordings that
 are not in it. How many are of each contact scenario, hold a Phase II force above their peak, were excluded by a person
 although they bar the transient limit, or cannot be read; and their largest Phase II force [N]."""
-# What a robot beside a person can do at all; beyond it the figure is in another unit.
+# The most that a robot beside a person can do; choices, far beyond any: a larger figure is in another unit.
+LARGEST = 10.0
+"""Largest distance, height [m] and speed [m/s] that a robot can have."""
+LARGEST_FORCE = 1e5
+"""Largest force that an impact can have [N]."""
 _PLAUSIBLE = {
-    "distance_m": (0.0, 10.0, "metres above 0 and up to 10"),
-    "height_m": (-10.0, 10.0, "metres from -10 to 10"),
-    "speed_mps": (0.0, 10.0, "metres per second above 0 and up to 10"),
-    "peak_force_N": (1.0, 1e5, "newtons from 1 to 100000"),
-    "phase2_force_N": (0.0, 1e5, "newtons from 0 to 100000"),
+    "distance_m": (0.0, LARGEST, "metres above 0 and up to 10"),
+    "height_m": (-LARGEST, LARGEST, "metres from -10 to 10"),
+    "speed_mps": (0.0, LARGEST, "metres per second above 0 and up to 10"),
+    "peak_force_N": (1.0, LARGEST_FORCE, "newtons from 1 to 100000"),
+    "phase2_force_N": (0.0, LARGEST_FORCE, "newtons from 0 to 100000"),
     "base_angle_deg": (-3600.0, 3600.0, "degrees from -3600 to 3600"),
 }
 
@@ -45,7 +49,12 @@ NUMBERS = tuple(_PLAUSIBLE)
 
 REQUIRED = tuple(_EVERY)
 """The columns that every table has."""
-_DECISIVE = {  # words in a column's name that tell what it decides
+# How alike a column's name and a known one are, as difflib counts (1: equal); choices.
+_SLIP = 0.85  # a slip of the known one
+_SIMILAR = 0.6  # worth naming where the known one is missing
+_UNIT_FACTOR = 3.0  # repeats agree within percents; the smallest slip of a unit of force is 4.4 (lbf)
+_LARGEST_SCALED = 2.0  # [m], [m/s]: a figure that is no more in mm or cm is probably in these
+_DECISIVE = {  # words in a column's name that show what it decides
     "censored": ("censored", "zensiert", "saturat", "clipped", "overload", "overrange"),
     "scenario": ("scenario", "clamp"),
     "phase2_force_N": ("phase2", "phaseii"),
@@ -69,8 +78,8 @@ class Where:
         """Raise for the first row, if any, where `offending` is true."""
         for position in np.flatnonzero(offending)[:1]:
             value = values[position]
-            found = f"{value:g}" if isinstance(value, int | float | np.number) else repr(str(value))
-            raise self.error(int(position), column, f"found {found}, expected {expected}")
+            shown = f"{value:g}" if isinstance(value, int | float | np.number) else repr(str(value))
+            raise self.error(int(position), column, f"found {shown}, expected {expected}")
 
 
 def _sized(column: str, values: ArrayLike, where: Where) -> NDArray[Any]:
@@ -84,7 +93,7 @@ def _sized(column: str, values: ArrayLike, where: Where) -> NDArray[Any]:
 
 
 def numbers(column: str, values: ArrayLike | None, where: Where) -> FloatArray:
-    """Plausible numbers, shape (n,); NaN where an optional column says nothing."""
+    """Plausible numbers, shape (n,); NaN in an empty cell of an optional column."""
     optional = column not in REQUIRED
     if values is None:
         if not optional:
@@ -108,9 +117,9 @@ def numbers(column: str, values: ArrayLike | None, where: Where) -> FloatArray:
 
 
 def likely_unit(value: float, unit: str) -> str:
-    """The question whether a figure that no robot has in m or m/s is in mm or cm; empty if it is not."""
+    """The question whether a figure too large for m or m/s is in mm or cm; empty if it cannot be."""
     scaled = {"m": 1e-3, "c": 1e-2}
-    likely = [f"{name}{unit}" for name, scale in scaled.items() if 10 < abs(value) <= 2 / scale]
+    likely = [f"{name}{unit}" for name, scale in scaled.items() if LARGEST < abs(value) <= _LARGEST_SCALED / scale]
     return f"; is it in {' or '.join(likely)}?" if likely else ""
 
 
@@ -138,7 +147,7 @@ def truths(values: ArrayLike | None, where: Where) -> Mask:
         return np.zeros(len(where.rows), dtype=np.bool_)
     array = _sized("censored", values, where)
     stated = [value == 1 if value in (0, 1) else _TRUTH.get(str(value).lower()) for value in array.tolist()]
-    where.refuse([each is None for each in stated], "censored", array, "true or false")
+    where.refuse([truth is None for truth in stated], "censored", array, "true or false")
     return np.array(stated, dtype=np.bool_)
 
 
@@ -155,12 +164,12 @@ def scenarios(values: Any, where: Where) -> Objects:
 
 
 def refuse_other_units(force: FloatArray, censored: Mask, names: Texts, where: Where) -> None:
-    """Repeats of a state agree within percents; a factor of 3 is another unit (kgf, lbf) or another impact."""
+    """Refuse repeats of a state that differ by a factor of 3: another unit (kgf, lbf) or another impact."""
     measured = np.flatnonzero(~censored)
     order = measured[np.lexsort((force[measured], names[measured]))]
     _, first, count = np.unique(names[order], return_index=True, return_counts=True)
     lowest, highest = force[order[first]], force[order[first + count - 1]]
-    for group in np.flatnonzero(highest > 3 * lowest)[:1]:
+    for group in np.flatnonzero(highest > _UNIT_FACTOR * lowest)[:1]:
         member = order[first[group] : first[group] + count[group]]
         usual = float(np.median(force[member]))
         position = int(member[np.abs(np.log(force[member] / usual)).argmax()])
@@ -183,9 +192,9 @@ def repeats(values: ArrayLike | None, names: Texts, where: Where) -> Indices:
     first: dict[tuple[str, int], int] = {}
     for position, key in enumerate(zip(names.tolist(), repeats.tolist(), strict=True)):
         if key in first:
-            found = f"found repeat {key[1]} of state {key[0]!r} again (first in row {where.rows[first[key]]})"
+            problem = f"found repeat {key[1]} of state {key[0]!r} again (first in row {where.rows[first[key]]})"
             remedy = "expected every repeat of a state once; number the repeats or take the copy out"
-            raise where.error(position, "repeat", f"{found}, {remedy}")
+            raise where.error(position, "repeat", f"{problem}, {remedy}")
         first[key] = position
     return repeats
 
@@ -210,7 +219,7 @@ def require_columns(header: Sequence[str], file: str, row: int | None = None) ->
     for name in REQUIRED:
         if name not in header:
             unknown = [column for column in header if column not in COLUMNS]
-            near = difflib.get_close_matches(name, unknown, n=1, cutoff=0.6)
+            near = difflib.get_close_matches(name, unknown, n=1, cutoff=_SIMILAR)
             similar = f"; {near[0]!r} may be it: convert to the unit in the name and rename it" if near else ""
             if len(header) == 1:
                 similar = "; expected commas, semicolons or tabs between columns"
@@ -228,7 +237,7 @@ def _meant(name: str, known: Mapping[str, difflib.SequenceMatcher[str]]) -> str:
     for column, beside in known.items():
         beside.set_seq1(plain)
         alike = (beside.real_quick_ratio, beside.quick_ratio, beside.ratio)  # the quick ones are never lower
-        slip = column not in REQUIRED and all(likeness() > 0.85 for likeness in alike)
+        slip = column not in REQUIRED and all(likeness() > _SLIP for likeness in alike)
         if plain == _letters(column) or slip or any(word in plain for word in _DECISIVE.get(column, ())):
             return column
     return ""

@@ -149,12 +149,12 @@ class Conditions:
         CampaignFileError
             A slip in a pattern: its recordings would silently be those of another device.
         """
-        used = {self._device_position(*each) for each in names}
+        used = {self._device_position(*pair) for pair in names}
         for number, (pattern, _) in enumerate(self.devices):
             if number not in used and not (pattern == "*" and number == len(self.devices) - 1):
-                found = f"found {pattern!r}, which fits no state or recording that an entry before it does not fit"
+                problem = f"found {pattern!r}, which fits no state or recording that an entry before it does not fit"
                 remedy = "expected such as d520-* for the states d520-...; correct it, or take the entry out"
-                raise CampaignFileError(f"{found}; {remedy}", file=file, column=f"devices[{number + 1}].recordings")
+                raise CampaignFileError(f"{problem}; {remedy}", file=file, column=f"devices[{number + 1}].recordings")
 
     def _device_position(self, *names: str) -> int | None:
         """Position of the first entry of `devices` that fits the names; None if none does."""
@@ -162,7 +162,8 @@ class Conditions:
         known += [curve for text in names if (curve := text.partition("#")[2])]
         known = [name.casefold() for name in known]
         patterns = [pattern.casefold() for pattern, _ in self.devices]
-        return next((at for at, each in enumerate(patterns) if any(fnmatchcase(name, each) for name in known)), None)
+        fits = (any(fnmatchcase(name, pattern) for name in known) for pattern in patterns)
+        return next((position for position, fit in enumerate(fits) if fit), None)
 
     def of_devices(self, used: Iterable[Device]) -> Conditions:
         """The same with the devices that were used alone, and what these are good for together."""
@@ -170,7 +171,7 @@ class Conditions:
             return self
         there = dict.fromkeys(used)
         devices = [entry for entry in self.devices if entry[1] in there]
-        if {*there} > {each for _, each in devices}:  # of some impacts no device is stated
+        if {*there} > {device for _, device in devices}:  # of some impacts no device is stated
             devices.append(("*", Device()))
         return replace(self, device=Device.weakest([*there]), devices=tuple(devices))
 
@@ -187,7 +188,7 @@ class Conditions:
             Finding.of(FindingKind.SAFETY_SETTINGS, safety_settings=self.safety_settings),
             Finding.of(FindingKind.SPEED_KIND, kind=self.speed_kind, error=self.speed_error),
             *([Finding.of(FindingKind.LIMIT_TABLE, table=self.limit_table)] if self.limit_table else []),
-            *(_device_finding(*each) for each in self.devices or (("", self.device),)),
+            *(_device_finding(*entry) for entry in self.devices or (("", self.device),)),
             *([Finding.of(FindingKind.CALIBRATION_EXPIRED, date=self.date)] if expired else []),
         )
 
@@ -225,7 +226,9 @@ class Conditions:
     def stated(self) -> dict[str, Any]:
         """Every entry of campaign.toml that is stated, such as `tool.name`, with its value (SI units in the names)."""
         values = {entry: attrgetter(name)(self) for entry, (name, _) in ENTRIES.items()}
-        return {entry: each for entry, each in values.items() if each != "" and each is not False and each == each}
+        return {
+            entry: value for entry, value in values.items() if value != "" and value is not False and value == value
+        }
 
     def to_tables(self) -> dict[str, Any]:
         """The stated entries as the tables of campaign.toml (SI units in the names)."""
@@ -256,21 +259,21 @@ class Conditions:
             if name == "devices":
                 continue
             section = isinstance(value, Mapping)
-            flat |= {f"{name}.{key}": each for key, each in value.items()} if section else {name: value}
-        found: dict[str, Any] = {}
+            flat |= {f"{name}.{key}": item for key, item in value.items()} if section else {name: value}
+        known: dict[str, Any] = {}
         device: dict[str, Any] = {}
         for entry, value in flat.items():
             if entry not in ENTRIES or ("." in entry and entry in tables):  # a quoted key is no entry of a section
                 near = ", ".join(nearest_names(entry, ENTRIES, 3))
                 raise InputError(f"unknown entry; the nearest known ones are {near}", column=entry)
             name, _ = ENTRIES[entry]
-            target = device if name.startswith("device.") else found
+            target = device if name.startswith("device.") else known
             target[name.removeprefix("device.")] = _typed(entry, value, attrgetter(name)(cls()))
-        only = cls(**found, device=Device(**device))
+        only = cls(**known, device=Device(**device))
         if "devices" not in tables:
             return only
         devices = (*_several(tables["devices"]), *([("*", only.device)] if device else []))  # [device]: of the others
-        return replace(only, devices=devices).of_devices(each for _, each in devices)
+        return replace(only, devices=devices).of_devices(entry[1] for entry in devices)
 
 
 def _several(entries: Any) -> Iterator[tuple[str, Device]]:
@@ -323,8 +326,8 @@ def read_campaign_file(path: str | Path) -> tuple[Conditions, ColumnMap | None]:
         raise CampaignFileError(error.message, file=str(path), column=error.column) from None
     schema = tables.pop("schema", None)
     if schema != SCHEMA:
-        found = "the entry is missing" if schema is None else f"found {schema!r}"
-        raise CampaignFileError(f"{found}, expected schema = {SCHEMA!r}", file=str(path), column="schema")
+        problem = "the entry is missing" if schema is None else f"found {schema!r}"
+        raise CampaignFileError(f"{problem}, expected schema = {SCHEMA!r}", file=str(path), column="schema")
     if tables.pop(UNFINISHED, False):
         message = "forcemap simulate was ended before all recordings were written; delete the folder and simulate again"
         raise CampaignFileError(f"an unfinished simulation: {message}", file=str(path), column=UNFINISHED)

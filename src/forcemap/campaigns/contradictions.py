@@ -14,24 +14,25 @@ _AXES = ("distance", "height", "speed")
 # names as plans give them, "d500-h150-v250": thousandths of m and m/s; people write hundredths, too
 _NAME = re.compile(r".*?d(\d+(?:\.\d+)?)[-_]?h(-?\d+(?:\.\d+)?)[-_]?v(\d+(?:\.\d+)?)", re.DOTALL)
 _SCALES = (1e-3, 1e-2)
-_PLACES_APART = 0.010  # a place may have been measured anew after it was named [m]
+# Choices, checked by tests/test_contradictions.py.
+_PLACES_APART = 0.010  # from its name: a place may have been measured anew after it was named [m]
 SPEEDS_APART = 1.5
 """A measured speed may differ from the planned one by this factor."""
-_FEW = 0.2  # share of states that may be exchanged while the others tell
-_LEAST_STEPS = 3
-_HALF_A_TURN, _AIMED = 180.0, 10.0  # [deg]
-_MOST = 0.6  # share of impacts that tells the usual base angle
+_FEW_STATES = 0.2  # share of states that may be exchanged: the others still show what is usual
+_LEAST_STEPS = 3  # of speed, at the same places, to see how the force goes
+_SAME_DIRECTION = 10.0  # base angles this close have the same direction [deg]
+_MOST_IMPACTS = 0.6  # share of impacts that shows which base angle is the usual one
 
 
 def contradictions(states: States) -> tuple[Finding, ...]:
-    """What of the states' coordinates contradicts their names, their forces or each other; it is a doubt, no proof.
+    """Coordinates of states that contradict their names, their forces or each other: doubts, no proof.
 
-    Names that say another place or speed (`d500-h150-v250`); a force that falls as the speed rises at most places, as
-    it does with the distance; every place higher above the base than away from it; few states that lie outside the
-    others and among them once distance and height, or distance and speed, are exchanged.
+    Names that state another place or speed (`d500-h150-v250`); a force that mostly falls as the speed rises, as it
+    does with the distance; every place higher above the base than away from it; a few states outside the others that
+    lie among them once distance and height, or distance and speed, are exchanged.
     """
     checks = (_named_otherwise, _falling, _higher_than_far, _exchanged)
-    return tuple(found for check in checks if len(states) and (found := check(states)))
+    return tuple(finding for check in checks if len(states) and (finding := check(states)))
 
 
 def opposite_base_angle(angle: FloatArray, stated: float) -> Finding | None:
@@ -47,48 +48,52 @@ def opposite_base_angle(angle: FloatArray, stated: float) -> Finding | None:
     Returns
     -------
     Finding or None
-        The doubt: all impacts lie opposite to the campaign's angle, or few to that of most.
+        All impacts lie opposite to the campaign's angle, or a few to that of most.
     """
     known = angle[np.isfinite(angle)]
     if not known.size:
         return None
     turns, counts = np.unique(np.round(known % 360, 6), return_counts=True)
     usual = float(stated) if np.isfinite(stated) else float(turns[counts.argmax()])
-    opposite, along = _aimed(known, usual + _HALF_A_TURN), _aimed(known, usual)
-    if opposite.all() or (opposite.any() and along.mean() >= _MOST):
+    opposite, along = _aimed(known, usual + 180.0), _aimed(known, usual)
+    if opposite.all() or (opposite.any() and along.mean() >= _MOST_IMPACTS):
         return Finding.of(FindingKind.BASE_ANGLE_OPPOSITE, impacts=int(opposite.sum()), all=known.size, usual_deg=usual)
     return None
 
 
-def _aimed(angle: FloatArray, at: float) -> Mask:
-    return np.asarray(np.abs((angle - at + 180) % 360 - 180) <= _AIMED)
+def _aimed(angle: FloatArray, direction: float) -> Mask:
+    """Which base angles have that direction [deg]."""
+    return np.asarray(np.abs((angle - direction + 180) % 360 - 180) <= _SAME_DIRECTION)
 
 
 def _named_otherwise(states: States) -> Finding | None:
     parsed = [_NAME.fullmatch(name.lower()) for name in states.name]
-    rows = np.flatnonzero([each is not None for each in parsed])
+    rows = np.flatnonzero([name is not None for name in parsed])
     if not rows.size:
         return None
-    said, found = np.array([each.groups() for each in parsed if each], dtype=np.float64), states.coordinates[rows]
-    agreeing = np.array([_agree(scale * said, found).sum(axis=0) for scale in _SCALES])
-    said *= np.array(_SCALES)[agreeing.argmax(axis=0)]
-    wrong = np.flatnonzero(~_agree(said, found).all(axis=1))
+    named = np.array([name.groups() for name in parsed if name], dtype=np.float64)
+    coordinates = states.coordinates[rows]
+    agreeing = np.array([_agree(scale * named, coordinates).sum(axis=0) for scale in _SCALES])
+    named *= np.array(_SCALES)[agreeing.argmax(axis=0)]
+    wrong = np.flatnonzero(~_agree(named, coordinates).all(axis=1))
     if not wrong.size:
         return None
     first, exchanged = wrong[0], ""
     for one, other in ((0, 1), (0, 2), (1, 2)):
         order = np.arange(3)
         order[[one, other]] = other, one
-        if _agree(said[first], found[first, order]).all():
+        if _agree(named[first], coordinates[first, order]).all():
             exchanged = f"{_AXES[one]} and {_AXES[other]}"
     figures = {"states": int(wrong.size), **_state(states, int(rows[first])), "exchanged": exchanged}
     return Finding.of(FindingKind.NAMED_OTHERWISE, **figures)
 
 
-def _agree(said: FloatArray, found: FloatArray) -> Mask:
-    """Whether coordinates, shape (..., 3), are those that names say."""
-    near = np.abs(said - found) <= _PLACES_APART
-    near[..., 2] = (found[..., 2] * SPEEDS_APART >= said[..., 2]) & (found[..., 2] <= said[..., 2] * SPEEDS_APART)
+def _agree(named: FloatArray, coordinates: FloatArray) -> Mask:
+    """Whether coordinates, shape (..., 3), are those that the names state."""
+    near = np.abs(named - coordinates) <= _PLACES_APART
+    near[..., 2] = (coordinates[..., 2] * SPEEDS_APART >= named[..., 2]) & (
+        coordinates[..., 2] <= named[..., 2] * SPEEDS_APART
+    )
     return np.asarray(near)
 
 
@@ -111,16 +116,18 @@ def _higher_than_far(states: States) -> Finding | None:
 
 
 def _exchanged(states: States) -> Finding | None:
-    at, margin = states.coordinates, StateTolerance().scale
+    coordinates, margin = states.coordinates, StateTolerance().scale
     for axis in (1, 2):
-        odd = at[:, 0] < at[:, axis]
-        if not 0 < odd.mean() <= _FEW:
+        odd = coordinates[:, 0] < coordinates[:, axis]
+        if not 0 < odd.mean() <= _FEW_STATES:
             continue
-        low, high = at[~odd].min(axis=0) - margin, at[~odd].max(axis=0) + margin
+        low, high = coordinates[~odd].min(axis=0) - margin, coordinates[~odd].max(axis=0) + margin
         order = np.arange(3)
         order[[0, axis]] = axis, 0
-        among = ((at[:, order] >= low) & (at[:, order] <= high)).all(axis=1)
-        for first in np.flatnonzero(odd & (at[:, 0] < low[0]) & (at[:, axis] > high[axis]) & among)[:1].tolist():
+        among = ((coordinates[:, order] >= low) & (coordinates[:, order] <= high)).all(axis=1)
+        for first in np.flatnonzero(odd & (coordinates[:, 0] < low[0]) & (coordinates[:, axis] > high[axis]) & among)[
+            :1
+        ].tolist():
             return Finding.of(FindingKind.STATE_EXCHANGED, **_state(states, first), other=_AXES[axis])
     return None
 

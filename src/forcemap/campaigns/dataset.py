@@ -35,6 +35,10 @@ __all__ = [
 ]  # fmt: skip
 
 
+DISAGREEMENT = 1.1
+"""Repeats disagree if the largest is above the smallest by more than this factor; a choice: they agree to 1 to 3 %."""
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class ImpactDataset:
     """Impacts of one campaign; every array has shape (n,), one entry an impact.
@@ -152,33 +156,18 @@ class ImpactDataset:
         """
         conditions = (conditions or Conditions()).with_device_stiffness(device_stiffness)
         tolerance = tolerance or StateTolerance.stated(conditions.place_tolerance, conditions.speed_tolerance)
-        n = np.atleast_1d(np.asarray(distance, dtype=object)).size
-        where = columns.Where(source, list(rows) if rows is not None else list(range(1, n + 1)))
-        if n == 0:
-            raise TableError("found no impact, expected at least one", file=source or None)
-
+        where = _rows(distance, rows, source)
         given = zip(columns.NUMBERS, (distance, height, speed, peak_force, phase2_force, base_angle), strict=True)
-        checked: dict[str, Any] = {columns.COLUMNS[name]: columns.numbers(name, each, where) for name, each in given}
-        force = checked["peak_force"]
-        is_censored = columns.truths(censored, where)
+        checked: dict[str, Any] = {columns.COLUMNS[name]: columns.numbers(name, cells, where) for name, cells in given}
+        force, is_censored = checked["peak_force"], columns.truths(censored, where)
         words, recordings = columns.texts("flags", flags, where), columns.texts("recording", recording, where)
-        unmarked = np.array(["saturat" in word.lower() for word in words]) & ~is_censored
-        where.refuse(unmarked, "flags", words, "censored true where a flag says saturated")
-        for name in set(extra or {}) & columns.COLUMNS.keys():
-            raise TableError("found a known column among the extra ones, expected its own argument", column=name)
-        require_one_campaign(extra or {}, conditions, where)
+        _require_marked(words, is_censored, where)
+        unknown = _unknown_columns(extra or {}, conditions, where)
         roles, scenarios = columns.roles(role, where), columns.scenarios(scenario, where)
-        stated = None if state is None else columns.texts("state_id", state, where)
-        if stated is not None:
-            where.refuse(stated == "", "state_id", stated, "a name in every row, or no such column")
+        stated = _stated_names(state, where)
         coordinates = np.column_stack([checked["distance"], checked["height"], checked["speed"]])
         names = identify_states(coordinates, roles, stated, tolerance, where)
-        devices = [conditions.device_of(*each) for each in zip(names.tolist(), recordings.tolist(), strict=True)]
-        ranges = np.array([each.range for each in devices])
-        above = (force >= ranges) & ~is_censored
-        below = f"less than the device range of {ranges[above.argmax()]:g} N, or censored true"
-        where.refuse(above, "peak_force_N", force, below)
-        conditions = conditions.of_devices(devices)
+        conditions = _within_range(conditions, names, recordings, force, is_censored, where)
         columns.refuse_other_units(force, is_censored, np.char.add(roles, names), where)
         dataset = cls(
             stated_speed=checked.pop("speed"),
@@ -190,9 +179,9 @@ class ImpactDataset:
             scenario=scenarios,
             recording=recordings,
             flags=words,
-            extra={name: tuple(str(value) for value in values) for name, values in (extra or {}).items()},
+            extra=unknown,
             conditions=conditions,
-            states_found=f"{_found(stated, names)}, repeats within {tolerance}",
+            states_found=f"{_identified_by(stated, names)}, repeats within {tolerance}",
             tolerance=tolerance,
             source=source,
             sha256=sha256,
@@ -229,14 +218,16 @@ class ImpactDataset:
             Not a mask of that shape.
         """
         if mask.dtype != np.bool_ or mask.shape != self.distance.shape:
-            found = f"found {mask.dtype} of shape {mask.shape}"
-            raise InputError(f"select: {found}, expected a mask of shape ({len(self)},)")
-        kept = np.flatnonzero(mask)
-        arrays: dict[str, Any] = {n: each[kept] for n, each in vars(self).items() if isinstance(each, np.ndarray)}
-        extra = {name: tuple(column[i] for i in kept) for name, column in self.extra.items()}
-        binding = self.binding  # of a part, what the others say against a map of it is lost
-        if kept.size < len(self) and binding.state is not BindingState.BROKEN:
-            binding = Binding(BindingState.UNBOUND, Finding.of(FindingKind.IMPACTS_SELECTED, impacts=kept.size))
+            problem = f"found {mask.dtype} of shape {mask.shape}"
+            raise InputError(f"select: {problem}, expected a mask of shape ({len(self)},)")
+        rows = np.flatnonzero(mask)
+        arrays: dict[str, Any] = {
+            name: array[rows] for name, array in vars(self).items() if isinstance(array, np.ndarray)
+        }
+        extra = {name: tuple(column[i] for i in rows) for name, column in self.extra.items()}
+        binding = self.binding  # the impacts left out may speak against a map of the others
+        if rows.size < len(self) and binding.state is not BindingState.BROKEN:
+            binding = Binding(BindingState.UNBOUND, Finding.of(FindingKind.IMPACTS_SELECTED, impacts=rows.size))
         return replace(self, **arrays, extra=extra, binding=binding)
 
     @property
@@ -278,14 +269,14 @@ class ImpactDataset:
 
     @property
     def no_speed(self) -> Finding | None:
-        """Why these impacts will give no speed, or none for a body area; None if nothing speaks against it."""
+        """Why these impacts give no speed, or none for a body area; None if nothing speaks against one."""
         if self.binding.refusal or not math.isnan(self.conditions.device.stiffness):
             return self.binding.refusal
         return Finding.of(FindingKind.SPRING_NOT_STATED)
 
     @property
     def contradictions(self) -> tuple[Finding, ...]:
-        """What in the table contradicts itself: names, places, speeds, base angles; each a doubt to be looked at."""
+        """Names, places, speeds and base angles of the table that contradict each other: doubts to look at."""
         turned = opposite_base_angle(self.base_angle, self.conditions.base_angle)
         return (*contradictions(self.as_stated.states), *([turned] if turned else []))
 
@@ -296,11 +287,11 @@ class ImpactDataset:
 
     @property
     def disagreeing_repeats(self) -> list[str]:
-        """Names of the states whose repeats, censored ones too, lie more than 10 % apart: look at their recordings."""
+        """Names of the states whose repeats, censored ones too, differ by over 10 %: look at their recordings."""
         order = np.lexsort((self.peak_force, self.state))
         names, first, count = np.unique(self.state[order], return_index=True, return_counts=True)
         lowest, highest = self.peak_force[order[first]], self.peak_force[order[first + count - 1]]
-        return [str(name) for name in names[highest > 1.1 * lowest]]
+        return [str(name) for name in names[highest > DISAGREEMENT * lowest]]
 
     def to_frame(self) -> pd.DataFrame:
         """The impacts as a pandas DataFrame with the columns of the impacts table."""
@@ -329,12 +320,12 @@ class ImpactDataset:
         return cls.from_arrays(**known, extra=extra, **options).with_unused("data frame")
 
     def with_unused(self, file: str) -> ImpactDataset:
-        """The same with what its table says of recordings that are not in it; `file` is what errors call the table.
+        """The same with what its table says of recordings that are not in it; errors call the table `file`.
 
         Raises
         ------
         TableError
-            It says so in part, or in a way that `build_dataset` does not write.
+            It says so only in part, or otherwise than `build_dataset` writes it.
         """
         phase_two, binding = including_unused(self.phase_two, self.extra, file), self.binding
         lost = columns.RAW_PEAK in self.extra and not {*columns.UNUSED} & self.extra.keys()  # collect writes both
@@ -344,24 +335,69 @@ class ImpactDataset:
         return replace(self, phase_two=phase_two, binding=binding)
 
 
+def _rows(distance: ArrayLike, rows: Sequence[int] | None, source: str) -> columns.Where:
+    """The rows that errors name; no impact at all is refused."""
+    impacts = np.atleast_1d(np.asarray(distance, dtype=object)).size
+    if impacts == 0:
+        raise TableError("found no impact, expected at least one", file=source or None)
+    return columns.Where(source, list(rows) if rows is not None else list(range(1, impacts + 1)))
+
+
+def _require_marked(flags: Texts, censored: Mask, where: columns.Where) -> None:
+    """Refuse an impact that a flag calls saturated and that is not marked as censored."""
+    unmarked = np.array(["saturat" in text.lower() for text in flags]) & ~censored
+    where.refuse(unmarked, "flags", flags, "censored true where a flag says saturated")
+
+
+def _unknown_columns(
+    extra: Mapping[str, Sequence[str]], conditions: Conditions, where: columns.Where
+) -> dict[str, tuple[str, ...]]:
+    """The unknown columns as text; refused are known ones among them, and ones that name another campaign."""
+    for name in set(extra) & columns.COLUMNS.keys():
+        raise TableError("found a known column among the extra ones, expected its own argument", column=name)
+    require_one_campaign(extra, conditions, where)
+    return {name: tuple(str(value) for value in values) for name, values in extra.items()}
+
+
+def _stated_names(state: ArrayLike | None, where: columns.Where) -> Texts | None:
+    """The names of states as given, one in every row; None if the table has none."""
+    if state is None:
+        return None
+    names = columns.texts("state_id", state, where)
+    where.refuse(names == "", "state_id", names, "a name in every row, or no such column")
+    return names
+
+
+def _within_range(
+    conditions: Conditions, state: Texts, recording: Texts, force: FloatArray, censored: Mask, where: columns.Where
+) -> Conditions:
+    """The conditions with the devices of these impacts; an uncensored force at its device's range is refused."""
+    devices = [conditions.device_of(*names) for names in zip(state.tolist(), recording.tolist(), strict=True)]
+    ranges = np.array([device.range for device in devices])
+    above = (force >= ranges) & ~censored
+    expected = f"less than the device range of {ranges[above.argmax()]:g} N, or censored true"
+    where.refuse(above, "peak_force_N", force, expected)
+    return conditions.of_devices(devices)
+
+
 def _repeats(given: ArrayLike | None, stated: Texts | None, names: Texts, where: columns.Where) -> Indices:
-    """Repeat numbers; those of states that were joined of several are counted anew."""
+    """Repeat numbers; those of states joined from several names are counted anew."""
     numbered = columns.repeats(given, names if stated is None else stated, where)
     if stated is None or np.array_equal(stated, names):
         return numbered
     return np.where(np.isin(names, names[stated != names]), columns.repeats(None, names, where), numbered)
 
 
-def _found(stated: Texts | None, names: Texts) -> str:
-    """How states were found."""
+def _identified_by(stated: Texts | None, names: Texts) -> str:
+    """How states were identified, as a phrase."""
     if stated is None:
         return "by coordinates"
-    given, found = np.unique(stated).size, np.unique(names).size
-    return "by state_id" if given == found else f"by state_id, {given} names of {found} states"
+    given, states = np.unique(stated).size, np.unique(names).size
+    return "by state_id" if given == states else f"by state_id, {given} names of {states} states"
 
 
 def _usable_range(stated: float, peak_force: FloatArray, censored: Mask) -> float:
-    """The device range [N] by what was stated and by what was read."""
+    """The device range [N] by what was stated and by the forces read."""
     if not censored.any():
         return stated
     highest_read = peak_force[~censored].max(initial=-math.inf)

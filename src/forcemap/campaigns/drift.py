@@ -18,16 +18,16 @@ ERROR_PROBABILITY = 0.05
 class Drift:
     """How far the force of states has changed between their first impacts and those made again.
 
-    What is a state's own, and its place's, is in both and cancels; what putting the device up again adds is not. So the
-    changes of the states, d = ln F again less ln F at first, tell by their own scatter how sure their mean is: a t test
-    with k - 1 degrees of freedom.
+    The effects of a state and of its place are in both and cancel; that of putting up the device again does not. So
+    the scatter of the changes d = ln F again less ln F at first shows how sure their mean is: a t test with k - 1
+    degrees of freedom.
 
     Parameters
     ----------
     states : int
         Number k of states measured again.
     censored : int
-        In how many of them the force again is what it reached at least: their change, and its mean, is a lower bound.
+        In how many of them the later force is a lower bound: then so is their change, and the mean change.
     change, low, high : float
         Mean change as a share of the force, and its 95 % confidence interval; infinite with one state.
     p_value : float
@@ -42,14 +42,14 @@ class Drift:
     p_value: float
 
     @property
-    def found(self) -> bool:
+    def significant(self) -> bool:
         """True if the change is significant."""
         return self.p_value <= ERROR_PROBABILITY
 
     @property
     def finding(self) -> Finding:
-        """What it says."""
-        kind = FindingKind.DRIFT_FOUND if self.found else FindingKind.DRIFT_NOT_FOUND
+        """The change with its interval, significant or not."""
+        kind = FindingKind.DRIFT_FOUND if self.significant else FindingKind.DRIFT_NOT_FOUND
         return Finding.of(
             kind,
             states=self.states,
@@ -82,14 +82,14 @@ def measured_again(first: States, again: States) -> Drift | None:
     reached = np.log(np.fmax(again.highest, again.at_least))
     log_again = np.where(again.censored == 0, again.log_force, reached)
     pairs = ((first.name, first.log_force), (again.name, log_again), (again.name, again.censored > 0))
-    of_first, of_again, above = (dict(zip(name, of.tolist(), strict=True)) for name, of in pairs)
+    of_first, of_again, above = (dict(zip(name, values.tolist(), strict=True)) for name, values in pairs)
     change = np.array([of_again[name] - of_first[name] for name in names])
     k, mean, censored = len(names), float(change.mean()), sum(above[name] for name in names)
     if k == 1:
         return Drift(k, censored, math.expm1(mean), -1.0, math.inf, math.nan)
     from scipy.special import stdtr, stdtrit
 
-    # the same forces to the last digit, as in a table made by hand: no scatter, but no sure drift of 0 either
+    # the same forces to the last digit, as in a table typed by hand, show no scatter, but no sure drift of 0 either
     sd = max(float(change.std(ddof=1)), np.finfo(np.float64).eps) / math.sqrt(k)
     half = float(stdtrit(k - 1, 1 - ERROR_PROBABILITY / 2)) * sd
     p_value = float(2 * stdtr(k - 1, -abs(mean) / sd))

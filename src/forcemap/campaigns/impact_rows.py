@@ -26,91 +26,88 @@ Row = dict[str, str]
 
 
 @dataclass
-class Taken:
-    """Which runs, and which forces, have a recording that is used."""
+class UsedRecordings:
+    """The recording that is used, by its run and by its forces."""
 
     runs: dict[tuple[str, int], str] = field(default_factory=dict)
     forces: dict[str, str] = field(default_factory=dict)  # SHA-256 of all samples -> recording
 
 
-def registered(campaign: Campaign, found: CampaignRecording, taken: Taken) -> tuple[Entry, Row | None]:
-    """The entry of a recording that is there, sealed, and its row if it is used.
+def registered(campaign: Campaign, recording: CampaignRecording, used: UsedRecordings) -> tuple[Entry, Row | None]:
+    """The sealed entry of a recording whose file exists, and its row if it is used.
 
     Parameters
     ----------
     campaign : Campaign
-    found : CampaignRecording
+    recording : CampaignRecording
         Neither changed nor gone.
-    taken : Taken
-        What the recordings before it took; a recording that is used is added.
+    used : UsedRecordings
+        Those used so far; this recording is added if it is used.
     """
-    entry = _fresh(found)
+    entry = _fresh(recording)
     if entry.use is Use.USED:
-        entry = _assigned(campaign, found, entry, taken)
+        entry = _assigned(campaign, recording, entry, used)
     now = campaign.conditions.measured_under(entry.state_id, entry.name)
     if not entry.conditions and campaign.conditions.date:
         now[MEASURED_ON] = campaign.conditions.date
     if entry.use is not Use.USED:
-        if campaign.conditions.devices and not entry.state_id:  # of which device it is hangs on the run it is
+        if campaign.conditions.devices and not entry.state_id:  # without its run, its device is not known
             now = {name: text for name, text in now.items() if not name.startswith("device.")}
-        given_before = found.entry.impact_sha256 if entry.use is Use.UNREADABLE else ""
+        given_before = recording.entry.impact_sha256 if entry.use is Use.UNREADABLE else ""
         return replace(entry, impact_sha256=given_before, conditions=now | dict(entry.conditions)), None
-    row = _row(campaign, found, entry)
-    taken.runs[entry.state_id, entry.repeat] = taken.forces[_hash_of_forces(found)] = entry.name
+    row = _row(campaign, recording, entry)
+    used.runs[entry.state_id, entry.repeat] = used.forces[_hash_of_forces(recording)] = entry.name
     return _sealed(entry, row, now | _basis(campaign, entry), several=bool(campaign.conditions.devices)), row
 
 
-def _fresh(found: CampaignRecording) -> Entry:
-    """The entry with what a person may state, nothing of an earlier judgement, and what its impacts show."""
-    entry = Entry(sha256=found.sha256, use=Use.USED, **{name: getattr(found.entry, name) for name in _STATED})
-    if found.entry.sha256 not in (
-        "",
-        found.sha256,
-    ):  # it has grown, or nothing was found in it: as if read the first time
+def _fresh(recording: CampaignRecording) -> Entry:
+    """The entry with what a person stated and what its impacts show, without earlier judgements."""
+    entry = Entry(sha256=recording.sha256, use=Use.USED, **{name: getattr(recording.entry, name) for name in _STATED})
+    if recording.entry.sha256 not in ("", recording.sha256):  # it has grown, or had no impact: read as if new
         read = {name: cell for name, cell in entry.conditions.items() if name not in (READ_WITH, FIRST_READ)}
         entry = replace(entry, conditions=read)
-    recorded = found.recorded
+    recorded = recording.recorded
     if recorded is None:
-        return replace(entry, use=Use.UNREADABLE, reason=found.unreadable)
+        return replace(entry, use=Use.UNREADABLE, reason=recording.unreadable)
     entry = replace(entry, size=recorded.recording.size)
     if impacts := recorded.impacts:
-        scenarios = [each.scenario for each in impacts]
+        scenarios = [impact.scenario for impact in impacts]
         entry = replace(
             entry,
-            scenario=next((each for each in BARRING if each in scenarios), scenarios[0]),
+            scenario=next((scenario for scenario in BARRING if scenario in scenarios), scenarios[0]),
             peak_force=impacts[0].peak_force,
             raw_peak_force=impacts[0].raw_peak_force,
-            phase2_force=float(np.fmax.reduce([each.phase2_force for each in impacts])),
+            phase2_force=float(np.fmax.reduce([impact.phase2_force for impact in impacts])),
             phase1_duration=impacts[0].phase1_end - impacts[0].onset,
             flags="; ".join([*map(str, impacts[0].flags), *recorded.recording.notes]),
         )
-    elif held := force_without_impact(recorded.recording):  # a slow clamp is none, but a force acts all the same
-        entry = replace(entry, phase2_force=held, scenario=ContactScenario.UNDETERMINED)
+    elif phase2_force := force_without_impact(recorded.recording):  # a slow clamp is no impact, but a force acts
+        entry = replace(entry, phase2_force=phase2_force, scenario=ContactScenario.UNDETERMINED)
     if entry.exclude:
         return replace(entry, use=Use.EXCLUDED, reason=entry.exclude)
     if len(impacts) != 1:
-        times = ", ".join(f"{each.onset:.3f}" for each in impacts)
+        times = ", ".join(f"{impact.onset:.3f}" for impact in impacts)
         several = f"{len(impacts)} impacts, at {times} s, expected one; cut the file, or exclude it"
         return replace(entry, use=Use.DISCARDED, reason=several if impacts else no_impact(recorded.recording))
     return entry
 
 
-def _hash_of_forces(found: CampaignRecording) -> str:
+def _hash_of_forces(recording: CampaignRecording) -> str:
     """SHA-256 of the forces of a recording, whatever else is in its file."""
-    return sha256(found.recorded.recording.force.tobytes()) if found.recorded else ""
+    return sha256(recording.recorded.recording.force.tobytes()) if recording.recorded else ""
 
 
 _STATED = ("file", "curve", "state_id", "repeat", "speed", "exclude", "conditions")
 
 
-def _assigned(campaign: Campaign, found: CampaignRecording, entry: Entry, taken: Taken) -> Entry:
+def _assigned(campaign: Campaign, recording: CampaignRecording, entry: Entry, used: UsedRecordings) -> Entry:
     """The entry as a run of the plan, or with the reason why it is not used."""
-    plan, recorded = campaign.plan, found.recorded
+    plan, recorded = campaign.plan, recording.recorded
     assert recorded is not None
-    state, repeat = found.run or ("", 0)
+    state, repeat = recording.run or ("", 0)
     if state not in plan.first_row or repeat < 1:
         reason = "the repeat is missing" if state in plan.first_row else f"{PLAN_FILE} has no state {state!r}"
-        if found.run is None:
+        if recording.run is None:
             remedy = (
                 f"rename it as {PLAN_FILE} says, give state_id and repeat in {REGISTER_FILE}, or assign all in order"
             )
@@ -127,33 +124,33 @@ def _assigned(campaign: Campaign, found: CampaignRecording, entry: Entry, taken:
         pass
     elif not planned / SPEEDS_APART <= speed <= planned * SPEEDS_APART:
         reason = f"speed_mps {speed:g} is far from the planned {planned:g} m/s; is it another state?"
-    elif copied := taken.forces.get(_hash_of_forces(found)):
+    elif copied := used.forces.get(_hash_of_forces(recording)):
         reason = f"the same forces as {copied}: a copy is no repeat"
-    elif other := taken.runs.get((state, repeat)):
+    elif other := used.runs.get((state, repeat)):
         reason = f"{other} is that run already; give this one another repeat, or exclude one of the two"
     return replace(entry, use=Use.DISCARDED, reason=reason) if reason else entry
 
 
 def _basis(campaign: Campaign, entry: Entry) -> dict[str, str]:
-    """What the row of a recording rests on beside its file: its place in the plan, and how the file is read."""
+    """What the row of a recording depends on besides its file: its place in the plan, and how the file is read."""
     plan, columns = campaign.plan, campaign.columns
     i = plan.row_of.get((entry.state_id, entry.repeat), plan.first_row[entry.state_id])
     place = f"{plan.distance[i]:.12g} m, {plan.height[i]:.12g} m, {plan.speed[i]:.12g} m/s, {plan.role[i]}"
-    stated = [(each, str(getattr(columns, each.name))) for each in (fields(columns) if columns else ())]
-    words = ", ".join(f"{each.name} = {text}" for each, text in stated if text != str(each.default))
-    held = "" if math.isnan(entry.phase2_force) else f", {entry.phase2_force:.2f} N in Phase II"
+    stated = [(option, str(getattr(columns, option.name))) for option in (fields(columns) if columns else ())]
+    words = ", ".join(f"{option.name} = {text}" for option, text in stated if text != str(option.default))
+    phase2 = "" if math.isnan(entry.phase2_force) else f", {entry.phase2_force:.2f} N in Phase II"
     return {
         PLANNED: f"{entry.state_id}: {place}",
         READ_WITH: words or "no entries",
-        FIRST_READ: f"{entry.raw_peak_force:.2f} N, {entry.scenario}{held}",
+        FIRST_READ: f"{entry.raw_peak_force:.2f} N, {entry.scenario}{phase2}",
     }
 
 
 def _sealed(entry: Entry, row: Row, now: dict[str, str], *, several: bool) -> Entry:
-    """The entry with the hash of its row, what was so when it was first used, and what is otherwise now."""
+    """The entry with the hash of its row, the conditions when it was first used, and what has changed since."""
     then = dict(entry.conditions)
     if not then.get(PLANNED, "").startswith(f"{entry.state_id}: "):
-        then.pop(PLANNED, None)  # a person says that it is another run
+        then.pop(PLANNED, None)  # a person assigned it to another run
         if several:
             then = {name: text for name, text in then.items() if not name.startswith("device.")}
     if READ_WITH not in then:
@@ -162,16 +159,16 @@ def _sealed(entry: Entry, row: Row, now: dict[str, str], *, several: bool) -> En
     changed = []
     if was[PLANNED] != now[PLANNED]:
         changed.append(f"{PLANNED} was {was[PLANNED]!r}, {PLAN_FILE} now says {now[PLANNED]!r}")
-    if was[READ_WITH] != now[READ_WITH] and was[FIRST_READ] != now[FIRST_READ]:  # in other words the same is no change
+    if was[READ_WITH] != now[READ_WITH] and was[FIRST_READ] != now[FIRST_READ]:  # the same in other words is no change
         gave = f"{READ_WITH} was {was[READ_WITH]!r} and gave {was[FIRST_READ]}"
         changed.append(f"{gave}, [recordings] of {CAMPAIGN_FILE} now {now[READ_WITH]!r} gives {now[FIRST_READ]}")
     return replace(entry, impact_sha256=impact_sha256(row), changed="; ".join(changed), conditions=was)
 
 
-def _row(campaign: Campaign, found: CampaignRecording, entry: Entry) -> Row:
+def _row(campaign: Campaign, recording: CampaignRecording, entry: Entry) -> Row:
     """The row of the impacts table."""
-    assert found.recorded is not None
-    plan, impact = campaign.plan, found.recorded.impacts[0]
+    assert recording.recorded is not None
+    plan, impact = campaign.plan, recording.recorded.impacts[0]
     i = plan.first_row[entry.state_id]
     own = plan.row_of.get((entry.state_id, entry.repeat), i)
     simulated = campaign.conditions.simulated or impact.recording.simulated

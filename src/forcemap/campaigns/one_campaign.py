@@ -17,8 +17,11 @@ _APART = (
     "a campaign is all impacts of one robot, tool, contact site, direction and safety setting; make a table for each"
 )
 _MOST_SCATTER = 0.10  # standard deviation of ln F between repeats; devices and robots repeat within 1 to 3 %
-# Two series in one table: rms of ln F between them, without repeats and with; its variance over that of the repeats.
+# Two series in one table, choices checked by tests/test_one_campaign.py: rms of ln F between them, without repeats and
+# with; its variance over that of the repeats.
 _SERIES_APART, _SERIES_RATIO = (0.10, 0.05), 10.0
+_LEAST_DEGREES = 3  # of freedom, to judge the scatter of repeats
+_LEAST_AGAIN = 3  # states measured in both series
 _MORE_NAMES = {
     **{f"robot{word}": "robot.model" for word in ("", "name", "type")},
     **{f"safety{word}": "robot.safety_settings" for word in ("", "setting", "configuration", "checksum")},
@@ -61,7 +64,7 @@ def require_one_campaign(columns: Mapping[str, Sequence[str]], conditions: Condi
         if (entry := known.get(_plain(name))) is None:
             continue
         first: str | None = None
-        for position, cell in enumerate(str(each).strip() for each in cells):
+        for position, cell in enumerate(str(value).strip() for value in cells):
             if not cell:
                 continue
             if entry in stated and not _same(entry, cell, stated[entry]):
@@ -75,7 +78,7 @@ def require_one_campaign(columns: Mapping[str, Sequence[str]], conditions: Condi
 def require_one_scenario(scenario: Objects, recording: Iterable[str], where: Where) -> None:
     """Refuse a table without recordings that states free and constrained contacts: these are of two set-ups.
 
-    Where recordings tell, the scenario is what each curve shows, and may differ within one set-up.
+    With recordings, the scenario is what every curve shows, and may differ within one set-up.
 
     Raises
     ------
@@ -85,11 +88,11 @@ def require_one_scenario(scenario: Objects, recording: Iterable[str], where: Whe
     constrained = (ContactScenario.WITH_CLAMPING, ContactScenario.WITHOUT_CLAMPING)
     if any(recording) or ContactScenario.UNCONSTRAINED not in scenario or not {*scenario} & {*constrained}:
         return
-    free = scenario[next(i for i, each in enumerate(scenario) if each is not None)] is ContactScenario.UNCONSTRAINED
-    others = constrained if free else (ContactScenario.UNCONSTRAINED,)
-    position = next(i for i, each in enumerate(scenario) if each in others)
-    found = f"found {scenario[position]}, expected one set-up, constrained or not, as in the rows above"
-    raise where.error(position, "scenario", f"{found}; {_APART}")
+    first = next(stated for stated in scenario if stated is not None)
+    others = constrained if first is ContactScenario.UNCONSTRAINED else (ContactScenario.UNCONSTRAINED,)
+    position = next(row for row, stated in enumerate(scenario) if stated in others)
+    problem = f"found {scenario[position]}, expected one set-up, constrained or not, as in the rows above"
+    raise where.error(position, "scenario", f"{problem}; {_APART}")
 
 
 def require_one_series(
@@ -105,11 +108,11 @@ def require_one_series(
     Parameters
     ----------
     names : array of str, shape (n,)
-        Role and state of each impact, in the order of the table: a state measured again as a test tells a drift.
+        Role and state of each impact, in the order of the table: a state measured again as a test shows a drift.
     force : array, shape (n,)
         Peak force [N]; NaN where it is censored.
     recording : iterable of str
-        Recording of each impact; where recordings tell, one campaign.toml says what they were measured under.
+        Recording of each impact; with recordings, one campaign.toml says what they were measured under.
     stated : iterable of str
         Other columns of the table; one that names robot, tool or safety setting settles it.
     where : Where
@@ -125,13 +128,13 @@ def require_one_series(
     if any(recording) or {_plain(name) for name in stated} & _known_columns().keys():
         return
     known = np.isfinite(force)
-    told = "if it is one, say so in a column safety_settings"
+    remedy = "if it is one, say so in a column safety_settings"
     away = _from_mean(np.log(force[known]), state[known])
     freedom = away.size - np.unique(state[known]).size
-    if freedom >= 3 and (scatter := math.sqrt(float(away @ away) / freedom)) > _MOST_SCATTER:
+    if freedom >= _LEAST_DEGREES and (scatter := math.sqrt(float(away @ away) / freedom)) > _MOST_SCATTER:
         position = int(np.flatnonzero(known)[np.abs(away).argmax()])
-        found = f"found repeats of the states {scatter:.0%} apart (standard deviation)"
-        raise where.error(position, "peak_force_N", f"{found}, expected one set-up; {_APART}; {told}")
+        problem = f"found repeats of the states {scatter:.0%} apart (standard deviation)"
+        raise where.error(position, "peak_force_N", f"{problem}, expected one set-up; {_APART}; {remedy}")
     if not again.size:
         return
     cell, log = 2 * state[known] + (np.arange(force.size) >= again[0])[known], np.log(force[known])
@@ -139,14 +142,16 @@ def require_one_series(
     mean = total / np.maximum(count, 1)
     both = count.reshape(-1, 2).min(axis=1) > 0
     apart, repeats = np.diff(mean.reshape(-1, 2)[both])[:, 0], count.reshape(-1, 2)[both]
-    if apart.size < 3:
+    if apart.size < _LEAST_AGAIN:
         return
     rms, freedom = math.sqrt(float(np.mean(apart**2))), int((repeats - 1).sum())
     between = float(np.mean(apart**2 / (1 / repeats).sum(axis=1)))
     within = float(np.sum((log - mean[cell]) ** 2 * both[cell // 2])) / max(freedom, 1)
     if rms > _SERIES_APART[freedom > 0] and between > _SERIES_RATIO * within:
-        found = f"found {apart.size} states again from here on, with forces {rms:.0%} apart (rms) from those above"
-        raise where.error(int(again[0]), "peak_force_N", f"{found}, expected one series of impacts; {_APART}; {told}")
+        problem = f"found {apart.size} states again from here on, with forces {rms:.0%} apart (rms) from those above"
+        raise where.error(
+            int(again[0]), "peak_force_N", f"{problem}, expected one series of impacts; {_APART}; {remedy}"
+        )
 
 
 def _from_mean(values: FloatArray, group: Indices) -> FloatArray:
@@ -155,7 +160,7 @@ def _from_mean(values: FloatArray, group: Indices) -> FloatArray:
 
 
 def _same(entry: str, cell: str, stated: object) -> bool:
-    """True where a cell says what is stated, or a part of its words: a model without its maker, say."""
+    """True if a cell says what is stated, or a part of its words, such as a model without its maker."""
     one, other = condition_text(entry, cell), condition_text(entry, stated)
     words = [{*re.findall(r"\w+", text.casefold())} for text in (one, other)]
     return one == other or (isinstance(stated, str) and bool(words[0]) and words[0] <= words[1])

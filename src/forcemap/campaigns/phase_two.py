@@ -48,11 +48,11 @@ class PhaseTwo:
     @classmethod
     def of(cls, scenario: Objects, phase2_force: FloatArray, peak_force: FloatArray) -> PhaseTwo:
         """Count contact scenarios (None is not recorded) and forces [N] (NaN is not recorded), shape (n,)."""
-        recorded = [each for each in scenario if each is not None]
+        recorded = [kind for kind in scenario if kind is not None]
         forces = phase2_force[~np.isnan(phase2_force)]
         return cls(
-            scenarios={each: recorded.count(each) for each in ContactScenario if each in recorded},
-            unrecorded=sum(each is None for each in scenario[np.isnan(phase2_force)]),
+            scenarios={kind: recorded.count(kind) for kind in ContactScenario if kind in recorded},
+            unrecorded=sum(kind is None for kind in scenario[np.isnan(phase2_force)]),
             largest_force=float(forces.max()) if forces.size else math.nan,
             above_peak=int(np.sum(phase2_force > peak_force)),
         )
@@ -70,7 +70,7 @@ class PhaseTwo:
     @property
     def barred(self) -> int:
         """Number of impacts that clamp or are of undetermined scenario."""
-        return sum(self.scenarios.get(each, 0) for each in BARRING)
+        return sum(self.scenarios.get(scenario, 0) for scenario in BARRING)
 
     def transient_refusal(self, quasi_static_limit: float, device_error: float, raised: float = 1.0) -> Finding | None:
         """Why no transient limit may be used, the reasons in `also`; None if nothing speaks against it.
@@ -79,7 +79,7 @@ class PhaseTwo:
         quasi-static limit [N], the device's error [N] added, times the factor `raised` for the device's spring.
         """
         kinds = zip((FindingKind.CLAMPING, FindingKind.SCENARIO_UNDETERMINED), BARRING, strict=True)
-        reasons = [Finding.of(kind, impacts=n) for kind, each in kinds if (n := self.scenarios.get(each, 0))]
+        reasons = [Finding.of(kind, impacts=n) for kind, scenario in kinds if (n := self.scenarios.get(scenario, 0))]
         if raised * (self.largest_force + device_error) > quasi_static_limit:
             figures = {"force_N": self.largest_force, "error_N": device_error, "limit_N": quasi_static_limit}
             reasons.append(Finding.of(FindingKind.PHASE_TWO_ABOVE_LIMIT, **figures))
@@ -115,7 +115,7 @@ def unused_cells(entries: Iterable[Entry]) -> dict[str, str]:
     counted = [entry for entry in out if entry.use is not Use.EXCLUDED]
     force = float(np.fmax.reduce([math.nan, *(entry.phase2_force for entry in counted)]))
     counts = [
-        *(sum(entry.scenario is each for entry in counted) for each in ContactScenario),
+        *(sum(entry.scenario is scenario for entry in counted) for scenario in ContactScenario),
         sum(entry.phase2_force > np.fmax(entry.peak_force, 0.0) for entry in counted),  # no peak: without an impact
         sum(entry.scenario in BARRING for entry in out if entry.use is Use.EXCLUDED),
         sum(entry.use is Use.UNREADABLE for entry in out),
@@ -141,8 +141,8 @@ def including_unused(phase_two: PhaseTwo, columns: Mapping[str, Sequence[str]], 
     for name in UNUSED:
         cells = {*columns.get(name, ())}
         if len(cells) != 1:
-            found = "the column is missing" if not cells else "found several figures"
-            message = f"{found}, expected what forcemap collect wrote there, the same in every row; run it again"
+            problem = "the column is missing" if not cells else "found several figures"
+            message = f"{problem}, expected what forcemap collect wrote there, the same in every row; run it again"
             raise TableError(message, file=file, column=name)
         cell = cells.pop().replace(",", ".")
         if not re.fullmatch(r"(\d{1,9}(\.\d+)?)?" if name == _FORCE else r"\d{1,9}", cell, re.ASCII):
@@ -150,9 +150,9 @@ def including_unused(phase_two: PhaseTwo, columns: Mapping[str, Sequence[str]], 
             raise TableError(message, file=file, column=name)
         figures[name] = float(cell or math.nan)
     unused = zip(ContactScenario, figures.values(), strict=False)  # the first of UNUSED
-    counts = {each: phase_two.scenarios.get(each, 0) + int(count) for each, count in unused}
+    counts = {scenario: phase_two.scenarios.get(scenario, 0) + int(count) for scenario, count in unused}
     return PhaseTwo(
-        scenarios={each: count for each, count in counts.items() if count},
+        scenarios={scenario: count for scenario, count in counts.items() if count},
         unrecorded=phase_two.unrecorded + int(figures[_UNREADABLE]),
         largest_force=float(np.fmax(phase_two.largest_force, figures[_FORCE])),
         above_peak=phase_two.above_peak + int(figures[_ABOVE]),

@@ -30,6 +30,8 @@ _REQUIRED = ("state_id", "repeat", "distance_m", "height_m", "speed_mps")
 # The state is part of the name of a file, on any system, and of a line of a printed sheet.
 _RUN = re.compile(r"(.+)-r0*([1-9][0-9]{0,8})", re.DOTALL)
 _STATE_ID = re.compile(r"[\w.-]{1,36}")
+_REPEATS_BEYOND = 1000  # a name with a number from here on is no repeat beyond the plan, but another number
+_MINUTES_PER_PLACE, _MINUTES_PER_IMPACT = 10.0, 1.0  # to put up the device, and to make an impact; estimates
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,7 +96,7 @@ class MeasurementPlan:
 
     @property
     def set_ups(self) -> int:
-        """How often the device is put up: runs that follow each other at one place need it once."""
+        """How often the device is put up: once for consecutive runs at one place."""
         return 1 + int(np.count_nonzero(np.diff(places(self.distance, self.height))))
 
     @property
@@ -107,26 +109,26 @@ class MeasurementPlan:
 
     @property
     def again(self) -> tuple[str, ...]:
-        """States that are measured to train a map, and again at the end with role test: they tell drift."""
+        """States that are measured to train a map, and again at the end with role test: they show drift."""
         roles = (self.state_id[self.role == role].tolist() for role in ("train", "test"))
         return tuple(sorted(set.intersection(*map(set, roles))))
 
-    def minutes(self, place: float = 10.0, impact: float = 1.0) -> float:
-        """The time that the runs take, with the minutes for putting up the device and for an impact.
+    def minutes(self, place: float = _MINUTES_PER_PLACE, impact: float = _MINUTES_PER_IMPACT) -> float:
+        """Duration of the runs [min], from the minutes for putting up the device and for an impact.
 
         Raises
         ------
         InputError
             Minutes below 0 or not finite.
         """
-        for name, each in (("place", place), ("impact", impact)):
-            if not 0 <= each < np.inf:
-                raise InputError(f"minutes per {name}: found {each:g}, expected minutes from 0 up")
+        for name, duration in (("place", place), ("impact", impact)):
+            if not 0 <= duration < np.inf:
+                raise InputError(f"minutes per {name}: found {duration:g}, expected minutes from 0 up")
         return place * self.set_ups + impact * len(self)
 
     def select(self, index: Mask | Indices) -> Self:
-        """The runs that a mask, or numbers in their order, pick."""
-        return replace(self, **{name: each[index] for name, each in self.arrays.items()})
+        """The runs picked by a mask, or by their numbers."""
+        return replace(self, **{name: array[index] for name, array in self.arrays.items()})
 
     @property
     def arrays(self) -> dict[str, Any]:
@@ -144,7 +146,7 @@ class MeasurementPlan:
         return {state: i for i, state in reversed(list(enumerate(self.state_id.tolist())))}
 
     def run_named(self, name: str) -> tuple[str, int] | None:
-        """State and repeat that a name without ending says; None if it says none.
+        """State and repeat named by a file name without its ending; None if it names no run.
 
         Capitals do not count, "-r01" is repeat 1, and repeats of a planned state beyond the plan are accepted.
         """
@@ -152,7 +154,7 @@ class MeasurementPlan:
         if parts is None or (state := self._by_lower_case.get(parts[1])) is None:
             return None
         run = state, int(parts[2])
-        return run if run[1] < 1000 or run in self.row_of else None
+        return run if run[1] < _REPEATS_BEYOND or run in self.row_of else None
 
     @cached_property
     def _by_lower_case(self) -> dict[str, str]:
@@ -177,7 +179,7 @@ def write_plan(plan: MeasurementPlan, path: str | Path, *, remark: str = "") -> 
         The file cannot be written.
     """
     cells = {
-        column: [csv_cell(each) for each in getattr(plan, name).tolist()]
+        column: [csv_cell(value) for value in getattr(plan, name).tolist()]
         for column, name in zip(_COLUMNS, ("recording", *_ARRAYS), strict=True)
     }
     head = f"# {' '.join(remark.split())}\n" if remark else ""
@@ -216,7 +218,12 @@ def read_plan(path: str | Path, *, tolerance: StateTolerance | None = None) -> M
     cells, where, n = table.columns, columns.Where(file, table.rows), len(table.rows)
     numbers = {name: np.array(table.numbers(name, required=name in _REQUIRED)) for name in _NUMBERS if name in cells}
     expected = numbers.pop("expected_force_N", np.full(n, np.nan))
-    where.refuse(~(np.isnan(expected) | ((expected > 0) & (expected <= 1e5))), "expected_force_N", expected, "newtons")
+    where.refuse(
+        ~(np.isnan(expected) | ((expected > 0) & (expected <= columns.LARGEST_FORCE))),
+        "expected_force_N",
+        expected,
+        "newtons",
+    )
     distance, height, speed, angle = (columns.numbers(name, numbers.get(name), where) for name in _NUMBERS[:4])
     names = columns.texts("state_id", cells["state_id"], where)
     unfit = [not _STATE_ID.fullmatch(name) for name in names.tolist()]

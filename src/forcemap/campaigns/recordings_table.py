@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, fields
 from enum import StrEnum
 from pathlib import Path
 
+from forcemap.campaigns.columns import LARGEST
 from forcemap.campaigns.conditions import MEASURED_UNDER, condition_text
 from forcemap.csv_table import csv_cell, csv_text, read_table
 from forcemap.errors import InputError
@@ -40,9 +41,9 @@ class Entry:
     size : int
         Of the file [bytes]; 0 if it could not be read.
     state_id : str
-        The state it belongs to; empty if nothing tells.
+        The state it belongs to; empty if unknown.
     repeat : int
-        Number of the repeat; 0 if nothing tells.
+        Number of the repeat; 0 if unknown.
     speed : float
         Speed at contact as measured [m/s]; NaN: as planned.
     exclude : str
@@ -63,14 +64,13 @@ class Entry:
         Hash of its row in the impacts table; empty if it is not used.
     conditions : mapping of str to str
         What campaign.toml stated of the measurement when it was first registered, by entry such as `tool.name`, with
-        the `date` of the measurements; and
-        from when it was first used, `planned`, its place in the plan, `read_with`, the entries of [recordings], and
-        `first_read`, what they gave.
+        the `date` of the measurements; and from when it was first used, `planned`, its place in the plan, `read_with`,
+        the entries of [recordings], and `first_read`, what they gave.
     changed : str
         How its place in the plan, or the way its file is read, differs from when it was first used; empty if it does
         not.
     row_sha256 : str
-        Hash of this row as it was written; another one shows that a person changed it since.
+        Hash of this row as it was written; a different one shows that a person has changed it since.
     """
 
     file: str
@@ -108,12 +108,17 @@ class Entry:
 _UNITS = {"speed": "speed_mps", "size": "size_bytes", "phase1_duration": "phase1_duration_s"} | {
     name: f"{name}_N" for name in ("peak_force", "raw_peak_force", "phase2_force")
 }
-_COLUMNS = {_UNITS.get(n, n): n for n in (each.name for each in fields(Entry)) if n not in ("conditions", "row_sha256")}
+_COLUMNS = {
+    _UNITS.get(attribute.name, attribute.name): attribute.name
+    for attribute in fields(Entry)
+    if attribute.name not in ("conditions", "row_sha256")
+}
 PLANNED, READ_WITH, FIRST_READ, MEASURED_ON = "planned", "read_with", "first_read", "date"
 _ROW_SHA256 = "row_sha256"
 _SEALED = (*MEASURED_UNDER, MEASURED_ON, PLANNED, READ_WITH, FIRST_READ)
 _KNOWN = (*_COLUMNS, *_SEALED, _ROW_SHA256)
 _WHOLE = ("size_bytes", "repeat")
+_MOST_DIGITS = 9  # of a whole number, so that a slip is refused: no file has a gigabyte
 _NUMBERS = tuple(unit for unit in _UNITS.values() if unit not in _WHOLE)
 
 
@@ -141,8 +146,8 @@ def read_register(path: str | Path) -> tuple[Entry, ...]:
         except InputError as error:
             raise table.error(error.message, line, error.column) from None
         if entry.name in entries or not entry.file:
-            found = "an empty cell" if not entry.file else f"{entry.name!r} twice"
-            raise table.error(f"found {found}, expected each recording once", line, "file")
+            problem = "an empty cell" if not entry.file else f"{entry.name!r} twice"
+            raise table.error(f"found {problem}, expected each recording once", line, "file")
         entries[entry.name] = entry
     return tuple(entries.values())
 
@@ -171,10 +176,10 @@ def _entry(values: dict[str, str | float], conditions: Mapping[str, str]) -> Ent
     """An entry from the cells of its row."""
     whole = {_COLUMNS[column]: str(values.get(_COLUMNS[column], "")) or "0" for column in _WHOLE}
     for column, cell in zip(_WHOLE, whole.values(), strict=True):
-        if not (cell.isascii() and cell.isdigit() and len(cell) < 10):
+        if not (cell.isascii() and cell.isdigit() and len(cell) <= _MOST_DIGITS):
             raise InputError(f"found {cell!r}, expected a whole number or an empty cell", column=column)
     speed = values.get("speed", math.nan)
-    if isinstance(speed, float) and not (math.isnan(speed) or 0 < speed <= 10):
+    if isinstance(speed, float) and not (math.isnan(speed) or 0 < speed <= LARGEST):
         raise InputError(f"found {speed:g}, expected metres per second above 0 and up to 10", column="speed_mps")
     exclude = str(values.get("exclude", "")).lower()
     if exclude in ("no", "false", "0", "-", "none", "nein", "n"):

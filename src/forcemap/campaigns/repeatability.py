@@ -10,15 +10,16 @@ import numpy as np
 from forcemap.arrays import FloatArray, Indices, Mask
 from forcemap.campaigns.dataset import ImpactDataset
 
-_SAME_ANGLE = 1.0  # [deg]
-_FALSE_ALARMS = 0.02  # share of campaigns with nothing but noise in which any repeat is named
+_SAME_ANGLE = 1.0  # base angles this close are one; a choice, wider than a robot's display rounds [deg]
+_FALSE_ALARMS = 0.02  # share of campaigns with nothing but noise in which any repeat is named; a choice
+_NORMAL_QUARTILE = 0.6744897501960817  # of the standard normal distribution
 
 
 @dataclass(frozen=True)
 class Outlier:
     """A repeat far from the others of its state (at its base angle): look at its recording.
 
-    Of just two repeats that disagree nothing tells which is wrong: both are named.
+    If just two repeats disagree, it is unknown which one is wrong, and both are named.
 
     Parameters
     ----------
@@ -84,7 +85,7 @@ class Symmetry:
     circles : tuple of Circle
         The states measured at several angles.
     max_difference, mean_difference : float
-        Largest and mean difference over the circles [N]; NaN if none can be told.
+        Largest and mean difference over the circles [N]; NaN if none is known.
     max_difference_percent, mean_difference_percent : float
         Largest and mean difference in percent of the circle's mean force.
     """
@@ -159,10 +160,10 @@ def repeatability(dataset: ImpactDataset) -> Repeatability:
     states = dataset.states
     members = _by_state(dataset, states.name)
     angles = [_by_angle(dataset, member) for member in members]
-    # Repeats proper: uncensored impacts of one state at one base angle, in one role: measured again, the device was put
-    # up anew.
-    roles, kept = [dataset.role == role for role in ("train", "test")], ~dataset.censored
-    cells = [[each[kept[each] & role[each]] for each in groups for role in roles] for groups in angles]
+    # Repeats proper are uncensored impacts of one state at one base angle in one role: between the roles the device was
+    # put up again.
+    roles, uncensored = [dataset.role == role for role in ("train", "test")], ~dataset.censored
+    cells = [[group[uncensored[group] & role[group]] for group in groups for role in roles] for groups in angles]
     sd = np.array([_sd([dataset.peak_force[cell] for cell in groups]) for groups in cells])
     max_sd, mean_sd = _largest_and_mean(sd)
     max_percent, mean_percent = _largest_and_mean(100 * sd / states.force)
@@ -190,8 +191,8 @@ def repeatability(dataset: ImpactDataset) -> Repeatability:
 def _by_state(dataset: ImpactDataset, names: tuple[str, ...]) -> list[Indices]:
     """Impacts of every state, in the order of the names."""
     order = np.argsort(dataset.state, kind="stable")
-    found, first = np.unique(dataset.state[order], return_index=True)
-    groups = dict(zip(found.tolist(), np.split(order, first[1:]), strict=True))
+    present, first = np.unique(dataset.state[order], return_index=True)
+    groups = dict(zip(present.tolist(), np.split(order, first[1:]), strict=True))
     return [groups[name] for name in names]
 
 
@@ -244,40 +245,40 @@ def _outliers(dataset: ImpactDataset, cells: list[Indices]) -> list[Outlier]:
     """Repeats further from the median of the others of their cell than device error and noise explain.
 
     The noise is that of the campaign: the median difference of two repeats, which outliers hardly move, both in
-    newtons and as a share of the force; a repeat must stand out by either reckoning. The t quantile allows for the
-    number of repeats looked at and for what the median is worth (half the degrees of freedom).
+    newtons and as a share of the force; a repeat must stand out in both. The t quantile allows for the number of
+    repeats examined and for the low efficiency of the median (half the degrees of freedom).
     """
     from scipy import stats
 
     if not cells:
         return []
-    looked_at = sum(cell.size for cell in cells)
+    examined = sum(cell.size for cell in cells)
     freedom = sum(cell.size - 1 for cell in cells) / 2
-    quantile = float(stats.t.isf(_FALSE_ALARMS / (2 * looked_at), freedom))
+    quantile = float(stats.t.isf(_FALSE_ALARMS / (2 * examined), freedom))
     force, log_force = dataset.peak_force, np.log(dataset.peak_force)
     least = dataset.conditions.device.error_or_default
     noise, log_noise = quantile * _robust_sd(force, cells), quantile * _robust_sd(log_force, cells)
 
     def beyond(apart: FloatArray, log_apart: FloatArray, others: int) -> Mask:
-        # SD of a value less the median of others, in units of the noise; of up to two the median is the mean.
-        spread = math.sqrt(1 + (1 if others < 3 else math.pi / 2) / others)
+        # SD of a value less the median of others, in units of the noise; the median of up to two is their mean.
+        spread = math.sqrt(1 + (1 if others <= 2 else math.pi / 2) / others)
         return np.asarray((np.abs(apart) > max(least, noise * spread)) & (np.abs(log_apart) > log_noise * spread))
 
-    found: list[Outlier] = []
+    outliers: list[Outlier] = []
     for cell in cells:
-        left = cell
-        while left.size > 1:
-            median = np.array([np.median(force[np.delete(left, i)]) for i in range(left.size)])
-            apart = force[left] - median
-            suspect = beyond(apart, log_force[left] - np.log(median), left.size - 1)
+        rest = cell
+        while rest.size > 1:
+            median = np.array([np.median(force[np.delete(rest, i)]) for i in range(rest.size)])
+            apart = force[rest] - median
+            suspect = beyond(apart, log_force[rest] - np.log(median), rest.size - 1)
             if not suspect.any():
                 break
-            # One at a time: an outlier also moves the median that the others are held against.
-            worst = np.arange(2) if left.size == 2 else np.array([np.where(suspect, np.abs(apart), -1.0).argmax()])
-            named = zip(left[worst].tolist(), median[worst].tolist(), strict=True)
-            found += [_outlier(dataset, impact, others_median) for impact, others_median in named]
-            left = np.delete(left, worst)
-    return found
+            # One at a time: an outlier also moves the median that the others are compared with.
+            worst = np.arange(2) if rest.size == 2 else np.array([np.where(suspect, np.abs(apart), -1.0).argmax()])
+            named = zip(rest[worst].tolist(), median[worst].tolist(), strict=True)
+            outliers += [_outlier(dataset, impact, others_median) for impact, others_median in named]
+            rest = np.delete(rest, worst)
+    return outliers
 
 
 def _outlier(dataset: ImpactDataset, impact: int, others_median: float) -> Outlier:
@@ -289,11 +290,11 @@ def _outlier(dataset: ImpactDataset, impact: int, others_median: float) -> Outli
 def _robust_sd(values: FloatArray, cells: list[Indices]) -> float:
     """Standard deviation of repeats from the median absolute difference of two in a cell (Shamos 1976)."""
     pairs = [np.abs(np.subtract.outer(values[cell], values[cell])[np.triu_indices(cell.size, 1)]) for cell in cells]
-    return float(np.median(np.concatenate(pairs))) / (0.6744897501960817 * math.sqrt(2))
+    return float(np.median(np.concatenate(pairs))) / (_NORMAL_QUARTILE * math.sqrt(2))
 
 
 def _symmetry(dataset: ImpactDataset, names: tuple[str, ...], angles: list[list[Indices]]) -> Symmetry | None:
-    stated = [[each for each in groups if not np.isnan(_angle(dataset, each)[0])] for groups in angles]
+    stated = [[group for group in groups if not np.isnan(_angle(dataset, group)[0])] for groups in angles]
     circles = [_circle(dataset, name, groups) for name, groups in zip(names, stated, strict=True) if len(groups) > 1]
     if not circles:
         return None
@@ -303,22 +304,22 @@ def _symmetry(dataset: ImpactDataset, names: tuple[str, ...], angles: list[list[
 
 
 def _circle(dataset: ImpactDataset, name: str, groups: list[Indices]) -> Circle:
-    measured = [each[~dataset.censored[each]] for each in groups]
-    force = np.array([dataset.peak_force[each].mean() if each.size else math.nan for each in measured])
-    told = force[~np.isnan(force)]
-    difference = float(np.ptp(told)) if told.size > 1 else math.nan
+    measured = [group[~dataset.censored[group]] for group in groups]
+    force = np.array([dataset.peak_force[group].mean() if group.size else math.nan for group in measured])
+    known = force[~np.isnan(force)]
+    difference = float(np.ptp(known)) if known.size > 1 else math.nan
     return Circle(
         state=name,
-        angle=np.array([_angle(dataset, each)[0] for each in groups]),
+        angle=np.array([_angle(dataset, group)[0] for group in groups]),
         force=force,
-        impacts=np.array([each.size for each in measured]),
-        censored=int(sum(dataset.censored[each].sum() for each in groups)),
+        impacts=np.array([group.size for group in measured]),
+        censored=int(sum(dataset.censored[group].sum() for group in groups)),
         difference=difference,
-        difference_percent=100 * difference / float(told.mean()) if told.size else math.nan,
+        difference_percent=100 * difference / float(known.mean()) if known.size else math.nan,
     )
 
 
 def _largest_and_mean(values: FloatArray) -> tuple[float, float]:
-    """Of the values that are not NaN; NaN where there is none."""
-    told = values[~np.isnan(values)]
-    return (float(told.max()), float(told.mean())) if told.size else (math.nan, math.nan)
+    """Largest and mean of the values that are not NaN; NaN if there are none."""
+    known = values[~np.isnan(values)]
+    return (float(known.max()), float(known.mean())) if known.size else (math.nan, math.nan)

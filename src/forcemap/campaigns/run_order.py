@@ -17,11 +17,11 @@ from forcemap.campaigns.recordings_table import Entry
 from forcemap.campaigns.walk import CampaignRecording, FileState, Progress, walk
 from forcemap.errors import CampaignFileError
 
-_SHOWN = 6
+_SHOWN = 6  # names in a message; the others are counted
 
 
 class RecordingOrder(StrEnum):
-    """What tells the order in which recordings were made: the numbers in their names, or the times of their files."""
+    """What shows the order in which recordings were made: the numbers in their names, or the times of their files."""
 
     NAME = "name"
     TIME = "time"
@@ -74,7 +74,7 @@ def propose_runs(
     ----------
     campaign : Campaign
     by : RecordingOrder
-        What tells the order of the recordings: "Messung 2" comes before "Messung 10".
+        What shows the order of the recordings; by name, "Messung 2" comes before "Messung 10".
     last : str
         Name of the run that was made last, as in the plan; needed where there are fewer recordings than runs.
     progress : callable, optional
@@ -83,51 +83,59 @@ def propose_runs(
     Raises
     ------
     CampaignFileError
-        Another number of recordings than of runs, up to the last; or one without exactly one impact, which may have
-        been made again, so that the order no longer tells which run is which.
+        Not as many recordings as runs, up to the last; or a recording without exactly one impact: that run may have
+        been made again, so that the order no longer shows which run is which.
     """
     recordings = list(walk(campaign, progress=progress))
-    taken = {each.run or (each.entry.state_id, each.entry.repeat) for each in recordings}
-    unnamed = [each for each in recordings if each.run is None and each.state is not FileState.GONE]
-    unnamed = [each for each in unnamed if not each.excluded]
+    taken = {recording.run or (recording.entry.state_id, recording.entry.repeat) for recording in recordings}
+    unnamed = [recording for recording in recordings if recording.run is None and recording.state is not FileState.GONE]
+    unnamed = [recording for recording in unnamed if not recording.excluded]
     plan = campaign.plan
     free = [row for run, row in plan.row_of.items() if run not in taken]
     where, register = str(campaign.recordings), campaign.register_file.name
     remedy = f"write into {register} why it does not count (exclude), or which run it is (state_id, repeat)"
-    if failed := [each.entry.name for each in unnamed if each.recorded is None or len(each.recorded.impacts) != 1]:
-        found = f"found {_listed(failed)} without exactly one impact: if a run was made again, the order does not tell"
-        raise CampaignFileError(f"{found}; {remedy}", file=where)
+    if failed := [
+        recording.entry.name
+        for recording in unnamed
+        if recording.recorded is None or len(recording.recorded.impacts) != 1
+    ]:
+        problem = (
+            f"found {_listed(failed)} without exactly one impact: if a run was made again, the order does not tell"
+        )
+        raise CampaignFileError(f"{problem}; {remedy}", file=where)
     if len(unnamed) > len(free):
-        found = f"found {len(unnamed)} recordings that say no run, and {len(free)} runs without a recording"
-        raise CampaignFileError(f"{found}; of each that is too many {remedy}", file=where)
+        problem = f"found {len(unnamed)} recordings that say no run, and {len(free)} runs without a recording"
+        raise CampaignFileError(f"{problem}; of each that is too many {remedy}", file=where)
     runs = [str(plan.recording[row]) for row in free]
     if last and last not in runs:
         raise CampaignFileError(f"found no run {last!r} without a recording; name it as in plan.csv", file=where)
     up_to = runs.index(last) + 1 if last else len(runs)
     if unnamed and len(unnamed) != up_to:
-        found = f"found {len(unnamed)} recordings that say no run, and {up_to} runs without one"
-        found += f" up to {last!r}" if last else ""
+        problem = f"found {len(unnamed)} recordings that say no run, and {up_to} runs without one"
+        problem += f" up to {last!r}" if last else ""
         shifts = "a run that was left out shifts all after it"
         which = f"write into {register} which run each recording is (state_id, repeat)"
         remedy = which if last else f"name the last run that was made (--last), or {which}"
-        raise CampaignFileError(f"{found}; {shifts}: {remedy}", file=where)
-    orders = {order: sorted(unnamed, key=lambda each: _key(campaign, each, order)) for order in RecordingOrder}
-    names = [each.entry.name for each in next(orders[order] for order in RecordingOrder if order is not by)]
+        raise CampaignFileError(f"{problem}; {shifts}: {remedy}", file=where)
+    orders = {
+        order: sorted(unnamed, key=lambda recording: _key(campaign, recording, order)) for order in RecordingOrder
+    }
+    names = [recording.entry.name for recording in next(orders[order] for order in RecordingOrder if order is not by)]
     proposals = []
-    for at, (each, row) in enumerate(zip(orders[by], free, strict=False)):
+    for recording, row, other in zip(orders[by], free, names, strict=False):
         state, repeat = str(plan.state_id[row]), int(plan.repeat[row])
-        peak = each.recorded.impacts[0].peak_force if each.recorded else math.nan
+        peak = recording.recorded.impacts[0].peak_force if recording.recorded else math.nan
         proposals.append(
             RunProposal(
-                entry=replace(each.entry, state_id=state, repeat=repeat),
+                entry=replace(recording.entry, state_id=state, repeat=repeat),
                 run=str(plan.recording[row]),
-                written=datetime.fromtimestamp(_time(campaign, each)).isoformat(" ", "seconds"),
+                written=datetime.fromtimestamp(_time(campaign, recording)).isoformat(" ", "seconds"),
                 distance=float(plan.distance[row]),
                 height=float(plan.height[row]),
                 speed=float(plan.speed[row]),
                 expected_force=float(plan.expected_force[row]),
                 peak_force=peak,
-                out_of_order=each.entry.name != names[at],
+                out_of_order=recording.entry.name != other,
             )
         )
     return tuple(proposals)
@@ -151,15 +159,15 @@ def assign_runs(
     CampaignFileError
         As `build_dataset`.
     """
-    assigned = {each.name: each.entry for each in proposals}
+    assigned = {proposal.name: proposal.entry for proposal in proposals}
     known = [assigned.pop(entry.name, entry) for entry in campaign.entries]
     return build_dataset(replace(campaign, entries=(*known, *assigned.values())), progress=progress)
 
 
 def _key(campaign: Campaign, recording: CampaignRecording, order: RecordingOrder) -> tuple[object, ...]:
-    """What recordings are sorted by; curves of a file stay as they are."""
+    """Sorting key of recordings; the curves of a file keep their order."""
     parts = re.split(r"([0-9]+)", recording.entry.file.casefold())
-    numbered = [int(part) if at % 2 else part for at, part in enumerate(parts)]
+    numbered = [int(part) if position % 2 else part for position, part in enumerate(parts)]
     return (numbered,) if order is RecordingOrder.NAME else (_time(campaign, recording), numbered)
 
 

@@ -13,7 +13,11 @@ from forcemap.campaigns.columns import Where
 from forcemap.errors import InputError
 
 PLACE_SIZE = 0.02
-"""States that lie no further apart in distance and in height share a place, and what is peculiar to it [m]."""
+"""States that lie no further apart in distance and in height share a place and its effect [m] (docs/decisions.md)."""
+PLACE_TOLERANCE = 0.005
+"""Repeats of a state may lie this far apart in distance and in height, unless stated otherwise [m]."""
+SPEED_TOLERANCE = 0.010
+"""Repeats of a state may lie this far apart in speed, unless stated otherwise [m/s]."""
 
 _FEW = 500  # points of which every pair is looked at; of more, a tree finds those that are near
 
@@ -24,13 +28,13 @@ _AXES = (("distance_m", "m"), ("height_m", "m"), ("speed_mps", "m/s"))
 class StateTolerance:
     """How far apart repeats of one state may lie: place [m] (distance and height) and speed [m/s]."""
 
-    place: float = 0.005
-    speed: float = 0.010
+    place: float = PLACE_TOLERANCE
+    speed: float = SPEED_TOLERANCE
 
     def __post_init__(self) -> None:
         if not (0 < self.place < np.inf and 0 < self.speed < np.inf):
             raise InputError(f"state tolerance: found {self.place:g} m and {self.speed:g} m/s, expected positive")
-        if self.place > PLACE_SIZE:  # repeats of a state would be at several places, and what they share be missed
+        if self.place > PLACE_SIZE:  # repeats of a state would count as several places
             raise InputError(
                 f"state tolerance: found {self.place:g} m, expected at most {PLACE_SIZE:g} m, a place's size"
             )
@@ -46,7 +50,7 @@ class StateTolerance:
 
     @property
     def scale(self) -> FloatArray:
-        """The tolerance of (distance, height, speed), a hair widened so that an equal difference is within it."""
+        """The tolerance of (distance, height, speed), widened by rounding so that an equal difference is within it."""
         return np.array([self.place, self.place, self.speed]) * (1 + 1e-9)
 
 
@@ -67,7 +71,7 @@ class States:
     impacts, censored : array of int
         Number of uncensored and of censored repeats.
     at_least : array
-        Largest force the censored repeats reached at least [N]; NaN where none is censored.
+        Largest lower bound of the censored repeats [N]; NaN where none is censored.
     highest : array
         Largest force of the uncensored repeats [N]; NaN where all are censored.
     """
@@ -92,7 +96,7 @@ class States:
         order = np.lexsort((*coordinates.T[::-1], peak_force, name))
         names, index = np.unique(name[order], return_inverse=True)
         n, measured, force = names.size, ~censored[order], peak_force[order]
-        distance, height, speed = (_means(each[order], index, n) for each in coordinates.T)
+        distance, height, speed = (_means(axis[order], index, n) for axis in coordinates.T)
         force, above, index, group = force[measured], force[~measured], index[measured], index[~measured]
         states = cls(
             tuple(names.tolist()),
@@ -112,11 +116,11 @@ class States:
         return len(self.name)
 
     def select(self, index: Mask | Indices) -> States:
-        """The states that an index or a mask of shape (m,) picks."""
-        kept = np.flatnonzero(index) if index.dtype == np.bool_ else index
+        """The states picked by an index or a mask of shape (m,)."""
+        rows = np.flatnonzero(index) if index.dtype == np.bool_ else index
         _, *arrays = self.__dataclass_fields__
-        picked: dict[str, Any] = {name: getattr(self, name)[kept] for name in arrays}
-        return States(tuple(self.name[i] for i in kept), **picked)
+        picked: dict[str, Any] = {name: getattr(self, name)[rows] for name in arrays}
+        return States(tuple(self.name[i] for i in rows), **picked)
 
     @property
     def coordinates(self) -> FloatArray:
@@ -129,10 +133,10 @@ class States:
         return places(self.distance, self.height)
 
     def repeats_of(self, others: States, tolerance: StateTolerance) -> Mask:
-        """Which states, shape (m,), are others measured again: by their name, or as close as repeats."""
+        """Which states, shape (m,), are repeats of others: by their name, or as close as repeats."""
         from scipy.spatial import cKDTree
 
-        scaled = (each.coordinates / tolerance.scale for each in (others, self))
+        scaled = (states.coordinates / tolerance.scale for states in (others, self))
         apart, _ = cKDTree(next(scaled)).query(next(scaled), p=np.inf)
         return np.asarray((apart <= 1) | np.isin(self.name, others.name))
 
@@ -145,7 +149,7 @@ class States:
 def identify_states(
     coordinates: FloatArray, role: Texts, given: Texts | None, tolerance: StateTolerance, where: Where
 ) -> Texts:
-    """The state of every impact: as given, those that lie as close as repeats joined; else found by coordinates.
+    """The state of every impact: as named, with states as close as repeats joined; without names, by coordinates.
 
     Parameters
     ----------
@@ -168,10 +172,10 @@ def identify_states(
         names = np.array([f"S{number + 1}" for number in range(index.max() + 1)])
     else:
         names, index = np.unique(given, return_inverse=True)
-    _refuse_wide_states(coordinates, index, names, tolerance, where, found=given is None)
+    _refuse_wide_states(coordinates, index, names, tolerance, where, by_coordinates=given is None)
     if given is not None:
         names, index = np.unique(_joined(coordinates, role, index, names, tolerance), return_inverse=True)
-        _refuse_wide_states(coordinates, index, names, tolerance, where, found=True)
+        _refuse_wide_states(coordinates, index, names, tolerance, where, by_coordinates=True)
     return names[index]
 
 
@@ -207,17 +211,25 @@ def _near(points: FloatArray) -> Indices:
 
 
 def _refuse_wide_states(
-    coordinates: FloatArray, index: Indices, names: Texts, tolerance: StateTolerance, where: Where, *, found: bool
+    coordinates: FloatArray,
+    index: Indices,
+    names: Texts,
+    tolerance: StateTolerance,
+    where: Where,
+    *,
+    by_coordinates: bool,
 ) -> None:
     n = names.size
-    spread = np.column_stack([_largest(each, index, n) + _largest(-each, index, n) for each in coordinates.T])
+    spread = np.column_stack(
+        [_largest(axis_values, index, n) + _largest(-axis_values, index, n) for axis_values in coordinates.T]
+    )
     for state, axis in np.argwhere(spread > tolerance.scale)[:1]:
         (column, unit), allowed = _AXES[axis], (tolerance.place, tolerance.place, tolerance.speed)[axis]
         member = np.flatnonzero(index == state)
         away = np.abs(coordinates[member, axis] - np.median(coordinates[member, axis]))
         position = int(member[::-1][away[::-1].argmax()])
         remedy = f"is this row of state {str(names[state])!r}?"
-        if found:
+        if by_coordinates:
             way_out = "lower the tolerance ([states] in campaign.toml), or name them in a state_id column"
             remedy = f"impacts or states that lie closer than this form a chain: {way_out}"
         apart = f"{spread[state, axis]:.4g} {unit} apart, expected at most {allowed:g} {unit}"
@@ -225,9 +237,9 @@ def _refuse_wide_states(
 
 
 def _joined(coordinates: FloatArray, role: Texts, index: Indices, names: Texts, tolerance: StateTolerance) -> Texts:
-    """Names of states, those of one role within the tolerance of each other under the name that comes first.
+    """Names of states; those of one role within the tolerance of each other share the name that comes first.
 
-    As independent states, repeats named one by one would make the bound too low.
+    Repeats named one by one would count as independent states and make the bound too low.
     """
     joined = names[index]
     for kind in ("train", "test"):
@@ -235,7 +247,7 @@ def _joined(coordinates: FloatArray, role: Texts, index: Indices, names: Texts, 
         if not rows.size:
             continue
         member, number = np.unique(index[rows], return_inverse=True)
-        means = [_means(each[rows], number, member.size) for each in coordinates.T]
+        means = [_means(axis[rows], number, member.size) for axis in coordinates.T]
         state = clusters(np.column_stack(means) / tolerance.scale)[number]
         first = np.unique(state, return_index=True)[1]
         joined[rows] = joined[rows[first]][state]

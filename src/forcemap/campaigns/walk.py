@@ -73,7 +73,7 @@ _DOUBTS = {
 
 
 class Measured(NamedTuple):
-    """Run, force [N], whether it is at least that, and duration of Phase I [s] of an impact."""
+    """Run, force [N], whether that is a lower bound, and duration of Phase I [s] of an impact."""
 
     run: tuple[str, int]
     force: float
@@ -93,7 +93,7 @@ class CampaignRecording:
     sha256 : str
         Of the file as it is; empty if it is gone or cannot be opened.
     run : tuple of str and int, or None
-        State and repeat, by the register, else by its name; None if neither tells.
+        State and repeat, by the register, else by its name; None if neither says.
     recorded : RecordedImpacts or None
         What the file holds; None if it is gone or cannot be read.
     unreadable : str
@@ -101,7 +101,7 @@ class CampaignRecording:
     missing_extra : bool
         It cannot be read here because an optional dependency is not installed.
     otherwise : Finding or None
-        What campaign.toml states otherwise than when it was registered.
+        What campaign.toml now states otherwise than when it was registered.
     """
 
     entry: Entry
@@ -115,7 +115,7 @@ class CampaignRecording:
 
     @property
     def measured(self) -> Measured | None:
-        """What its only impact says of the units; None without one, or where a person excluded it."""
+        """Its only impact, for the check of units; None without one, or if a person excluded it."""
         if self.run is None or self.excluded or self.recorded is None or len(self.recorded.impacts) != 1:
             return None
         impact = self.recorded.impacts[0]
@@ -137,19 +137,21 @@ class CampaignRecording:
 
 
 def mistaken_unit(campaign: Campaign, measured: Iterable[Measured]) -> Finding | None:
-    """That forces, speeds or times of a campaign are in another unit than they are taken for; else None."""
+    """The finding that forces, speeds or times of a campaign are in another unit than stated; else None."""
     plan, conditions = campaign.plan, campaign.conditions
-    planned = [(plan.row_of[each.run], each) for each in measured if each.run in plan.row_of and each.force > 0]
+    planned = [
+        (plan.row_of[impact.run], impact) for impact in measured if impact.run in plan.row_of and impact.force > 0
+    ]
     if not planned:
         return None
-    rows, force = [row for row, _ in planned], np.array([each.force for _, each in planned])
+    rows, force = [row for row, _ in planned], np.array([impact.force for _, impact in planned])
     places = np.column_stack([plan.distance, plan.height, plan.speed])[rows]
-    names, censored = plan.state_id[rows], np.array([each.saturated for _, each in planned])
-    found = unit_finding(conditions, States.of(places, force, names, censored))
-    if found and found.kind is FindingKind.UNIT_SLIP:
-        return found
+    names, censored = plan.state_id[rows], np.array([impact.saturated for _, impact in planned])
+    slip = unit_finding(conditions, States.of(places, force, names, censored))
+    if slip and slip.kind is FindingKind.UNIT_SLIP:
+        return slip
     springs = np.array([conditions.device_of(name).stiffness for name in names.tolist()])
-    return unit_of_time_finding(np.array([each.duration for _, each in planned]), springs, conditions.robot_mass)
+    return unit_of_time_finding(np.array([impact.duration for _, impact in planned]), springs, conditions.robot_mass)
 
 
 def recorded_impacts(
@@ -179,8 +181,11 @@ def recorded_impacts(
     date = {"date": conditions.date} if conditions.date else {}
     read = read_recordings(path, columns=columns, device=conditions.device)
     if name or date:
-        read = [replace(each, file=name or each.file, metadata={**each.metadata, **date}) for each in read]
-    return [_with_impacts(each, conditions) for each in read]
+        read = [
+            replace(recording, file=name or recording.file, metadata={**recording.metadata, **date})
+            for recording in read
+        ]
+    return [_with_impacts(recording, conditions) for recording in read]
 
 
 def _with_impacts(recording: Recording, conditions: Conditions, state: str = "") -> RecordedImpacts:
@@ -191,7 +196,7 @@ def _with_impacts(recording: Recording, conditions: Conditions, state: str = "")
         recording = replace(recording, device=device)
     try:
         return RecordedImpacts(recording, tuple(find_impacts(recording, channel_frequency_class=frequency_class)))
-    except InputError as error:  # sampled too unevenly: its scenario, and that it exceeds a limit, count all the same
+    except InputError as error:  # sampled too unevenly; its scenario still counts, and that it exceeds a limit
         return RecordedImpacts(recording, tuple(find_impacts(recording)), error.message)
 
 
@@ -225,7 +230,7 @@ def walk(campaign: Campaign, *, progress: Progress | None = None) -> Iterator[Ca
 def _registered(campaign: Campaign, files: list[str]) -> dict[str, dict[str, Entry]]:
     """The register by file and curve; a file of the same content under a new name is the same recording.
 
-    Of several that are gone and had that content it is one, rather one that nobody excluded; the others are gone.
+    If several files with that content are gone, it is one that nobody excluded, if there is one; the others are gone.
     """
     known: dict[str, dict[str, Entry]] = {}
     for entry in campaign.entries:
@@ -248,7 +253,7 @@ def _registered(campaign: Campaign, files: list[str]) -> dict[str, dict[str, Ent
 
 
 def _sha256(path: Path) -> str:
-    """Of a file; empty if it cannot be opened."""
+    """SHA-256 of a file; empty if it cannot be opened."""
     try:
         return file_sha256(path)
     except InputError:
@@ -256,7 +261,7 @@ def _sha256(path: Path) -> str:
 
 
 def _file(campaign: Campaign, file: str, known: Mapping[str, Entry]) -> Iterator[CampaignRecording]:
-    """The recordings of a file that is there."""
+    """The recordings of an existing file."""
     path, unreadable, missing_extra = campaign.recordings / file, "", False
     recorded: list[RecordedImpacts] = []
     try:
@@ -268,7 +273,7 @@ def _file(campaign: Campaign, file: str, known: Mapping[str, Entry]) -> Iterator
     sha256 = recorded[0].recording.sha256 if recorded else _sha256(path)
 
     def state(entry: Entry) -> FileState:
-        """A file in which nothing was found may be replaced; one that was not complete begins as it was."""
+        """A file without an impact may be replaced; one that was incomplete begins with what was registered."""
         if not known:
             return FileState.NEW
         if entry.blank or entry.sha256 in ("", sha256):
@@ -280,19 +285,19 @@ def _file(campaign: Campaign, file: str, known: Mapping[str, Entry]) -> Iterator
         for entry in known.values() or [Entry(file=file)]:
             yield CampaignRecording(entry, state(entry), sha256, None, None, unreadable, missing_extra)
         return
-    curves = [each.recording.curve for each in recorded]
+    curves = [content.recording.curve for content in recorded]
     for curve, entry in known.items():
         if curve not in curves and not (curve == "" and len(known) == 1):
             yield CampaignRecording(entry, FileState.CURVE_GONE, sha256)
-    for each in recorded:
-        curve = each.recording.curve
+    for content in recorded:
+        curve = content.recording.curve
         entry = known.get(curve) or known.get("") or Entry(file=file)  # "": registered while it could not be read
         entry = replace(entry, curve=curve)
         run = _run(campaign.plan, entry, alone=len(recorded) == 1)
-        if run and campaign.conditions.device_of(run[0], entry.name) != each.recording.device:  # by its state alone
-            each = _with_impacts(each.recording, campaign.conditions, run[0])
+        if run and campaign.conditions.device_of(run[0], entry.name) != content.recording.device:  # by its state alone
+            content = _with_impacts(content.recording, campaign.conditions, run[0])
         otherwise = changed_conditions([entry], campaign.conditions)
-        yield CampaignRecording(entry, state(entry), sha256, run, each, otherwise=otherwise)
+        yield CampaignRecording(entry, state(entry), sha256, run, content, otherwise=otherwise)
 
 
 def _run(plan: MeasurementPlan, entry: Entry, *, alone: bool) -> tuple[str, int] | None:

@@ -121,7 +121,7 @@ def _force_map(source: str, form: str | None, *, beside: str) -> fm.ForceMap:
         return force_map_from(source, form)[0]
     except fm.FitError as error:
         raise type(error)(
-            f"{error.found}; compare takes two maps, or impacts enough to fit one; {_for_impacts(source, beside)}",
+            f"{error.problem}; compare takes two maps, or impacts enough to fit one; {_for_impacts(source, beside)}",
             file=error.file or source,
         ) from None
 

@@ -70,7 +70,7 @@ def _selection(dataset: fm.ImpactDataset) -> SelectionAnswer | SelectionRefused:
         coefficients = len(fm.FULL_CUBIC.terms)
         return SelectionRefused(
             refused="Term selection needs a full grid (plan --design full-grid): the training states alone cannot tell "
-            f"{coefficients} coefficients ({error.found})"
+            f"{coefficients} coefficients ({error.problem})"
         )
     except fm.FitError as error:
         return SelectionRefused(refused=f"Term selection is not possible: {error}")

@@ -141,7 +141,7 @@ def too_few_states_named(table: str, form: str | None) -> Iterator[None]:
         yield
     except (fm.TooFewStates, fm.RankDeficient) as error:
         wanted = fm.form_named(form or fm.CFM_3D.name)
-        message = f"{error.found} (form {wanted.name}); {error.remedy}{_other_form(table, wanted)}"
+        message = f"{error.problem} (form {wanted.name}); {error.remedy}{_other_form(table, wanted)}"
         raise type(error)(message, file=error.file or table) from None
 
 

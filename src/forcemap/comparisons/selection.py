@@ -337,7 +337,8 @@ def _samples(datasets: Sequence[ImpactDataset], start: Form) -> list[_Samples]:
             least_squares(design, states.log_force)
         except RankDeficient as error:
             raise RankDeficient(
-                f"term selection starts from {start.name}: {error.found}; training states alone are too few", file=file
+                f"term selection starts from {start.name}: {error.problem}; training states alone are too few",
+                file=file,
             ) from None
         if np.ptp(states.log_force) == 0:
             raise FitError("term selection: found the same force at all states", file=file)

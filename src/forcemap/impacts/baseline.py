@@ -10,11 +10,21 @@ import numpy as np
 from forcemap.arrays import FloatArray, Mask
 from forcemap.recordings.recording import Recording
 
-LEAST_SAMPLES = 6  # of a baseline
-LEAST_DURATION = 0.010  # of a baseline [s]
-# Drift to reckon with before anything is measured [N/s], standard deviation: amplifiers of force measuring devices
-# wander by some newtons per second; what a short baseline cannot tell stays an uncertainty of this size.
+# Choices, as docs/your_device_files.md states them; checked by tests/test_impacts.py on curves with a known truth.
+_LEAST_SAMPLES = 6  # of a baseline: two for the line, the others for its scatter
+_LEAST_DURATION = 0.010  # of a baseline [s]
+# Standard deviation of the drift that is expected before anything is measured [N/s]: amplifiers of force measuring
+# devices wander by some newtons per second. Where a baseline is too short to show its drift, this uncertainty stays.
 _DRIFT_SD = 3.0
+_DRIFT_SDS = 2.0  # uncertainties of the drift that are allowed for
+_LEAST_FLOOR = 5.0  # [N], however quiet the device is
+_FLOOR_SDS = 4.0  # of the noise: one sample in 30,000 of a quiet device lies above the floor
+_MEAN_FLOOR_SDS = 2.0  # the same for a mean of many samples, which scatters less than one of them
+_QUIET_FORCE, _QUIET_SDS = 3.0, 4.0  # [N], [SD]: a sample no further than the larger from the baseline is quiet
+_QUIET_ROUNDS = 3  # of leaving out what is not quiet
+_STEPPED_SHARE = 0.5  # of the samples repeat the one before: the steps of the readings hide the noise
+_LEAST_NOISE_SAMPLES = 5  # three second differences, so that their median is not one of two
+_SD_PER_MEDIAN = 1.4826  # of normal noise: standard deviation over median of the absolute values
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,28 +67,28 @@ class ContactForce:
     @property
     def floor(self) -> float:
         """Force below which there is no contact: f0 = max(5 N, 4 x baseline SD) [N]."""
-        return max(5.0, 4.0 * self.baseline_sd)
+        return max(_LEAST_FLOOR, _FLOOR_SDS * self.baseline_sd)
 
     def drift_allowance(self, time: FloatArray) -> FloatArray:
-        """Force [N] at `time` [s] that drift may feign: twice the uncertainty of the removed drift."""
+        """Force [N] that drift may simulate at `time` [s]: twice the uncertainty of the removed drift."""
         anchor = self.time[0] if math.isnan(self.baseline_end) else (self.baseline_start + self.baseline_end) / 2
-        return 2.0 * self.drift_sd * np.maximum(time - anchor, 0.0)
+        return _DRIFT_SDS * self.drift_sd * np.maximum(time - anchor, 0.0)
 
     def floor_at(self, time: FloatArray) -> FloatArray:
-        """The floor at `time` [s], with the force that drift may feign [N]."""
+        """The floor at `time` [s], including the force that drift may simulate [N]."""
         return self.floor + self.drift_allowance(time)
 
     def mean_floor_at(self, time: FloatArray) -> FloatArray:
-        """The floor for the mean of many samples, in which noise of one sample counts for half [N]."""
-        return max(5.0, 2.0 * self.baseline_sd) + self.drift_allowance(time)
+        """The floor for the mean of many samples, with half the allowance for noise [N]."""
+        return max(_LEAST_FLOOR, _MEAN_FLOOR_SDS * self.baseline_sd) + self.drift_allowance(time)
 
 
 def contact_force(recording: Recording, start: int, end: int) -> ContactForce:
     """Contact force of a recording whose samples from `start` up to `end` lie before contact.
 
-    The baseline is a line through the quiet ones of these samples. Its slope is shrunk towards zero as far as the
-    samples cannot tell it: b = b_ls p^2 / (p^2 + s^2), with s the standard error of the slope b_ls of least squares
-    and p = 3 N/s the drift to reckon with.
+    The baseline is a line through the quiet ones of these samples. Its slope is shrunk towards zero, the more so the
+    less the samples determine it: b = b_ls p^2 / (p^2 + s^2), with s the standard error of the least-squares slope
+    b_ls and p = 3 N/s the standard deviation of the drift expected beforehand.
 
     Parameters
     ----------
@@ -93,13 +103,13 @@ def contact_force(recording: Recording, start: int, end: int) -> ContactForce:
     time = recording.time
     components = recording.force.reshape(time.size, -1)
     before = slice(start, end)
-    if end - start < LEAST_SAMPLES or time[end - 1] - time[start] < LEAST_DURATION:
+    if end - start < _LEAST_SAMPLES or time[end - 1] - time[start] < _LEAST_DURATION:
         force = _combined(components, recording.direction, 0.0)
         return ContactForce(time, force, 0, 0.0, noise_sd(force), math.nan, math.nan, 0.0, 0.0, _DRIFT_SD)
 
-    lines = [_quiet_line(time[before], each[before], _hidden_step(each[start:], end - start)) for each in components.T]
+    lines = [_quiet_line(time[before], axis[before], _hidden_step(axis[start:], end - start)) for axis in components.T]
     quiet = np.logical_and.reduce([line.quiet for line in lines])
-    residual = np.column_stack([line.residual(time, each) for line, each in zip(lines, components.T, strict=True)])
+    residual = np.column_stack([line.residual(time, axis) for line, axis in zip(lines, components.T, strict=True)])
     spread = residual[before][quiet]
     # The norm of noise is not zero: its mean square is taken off the square of the norm.
     power = float(np.sum(spread * spread)) / spread.shape[0]
@@ -121,7 +131,7 @@ def contact_force(recording: Recording, start: int, end: int) -> ContactForce:
 
 def _hidden_step(force: FloatArray, quiet: int) -> float:
     """The step of the readings [N] if it hides the noise of the first `quiet` samples, else 0."""
-    if np.count_nonzero(force[1:quiet] == force[: quiet - 1]) < 0.5 * quiet:
+    if np.count_nonzero(force[1:quiet] == force[: quiet - 1]) < _STEPPED_SHARE * quiet:
         return 0.0
     steps = np.abs(np.diff(force))
     return float(steps[steps > 0].min()) if steps.any() else 0.0
@@ -129,11 +139,11 @@ def _hidden_step(force: FloatArray, quiet: int) -> float:
 
 def noise_sd(force: FloatArray) -> float:
     """Standard deviation of white noise on a curve [N], from the median of its second differences."""
-    if force.size < 5:
+    if force.size < _LEAST_NOISE_SAMPLES:
         return 0.0
     bends = np.abs(force[2:] - 2.0 * force[1:-1] + force[:-2])
     middle = bends.size // 2
-    return float(np.partition(bends, middle)[middle]) * 1.4826 / math.sqrt(6.0)
+    return float(np.partition(bends, middle)[middle]) * _SD_PER_MEDIAN / math.sqrt(6.0)  # 6 = 1^2 + 2^2 + 1^2
 
 
 def _combined(components: FloatArray, direction: tuple[float, float, float] | None, power: float) -> FloatArray:
@@ -147,6 +157,8 @@ def _combined(components: FloatArray, direction: tuple[float, float, float] | No
 
 @dataclass(frozen=True, eq=False)
 class _Line:
+    """A line through the quiet samples: mean time [s], force there [N], slope and its uncertainty [N/s]."""
+
     middle: float
     level: float
     slope: float
@@ -158,25 +170,26 @@ class _Line:
 
 
 def _quiet_line(time: FloatArray, force: FloatArray, resolution: float) -> _Line:
-    """A line through the quiet samples; those further from it than max(3 N, 4 SD) are left out, in three rounds.
+    """A line through the samples, leaving out those further from it than max(3 N, 4 SD), in up to three rounds.
 
     Readings in steps of `resolution` [N] hide a slope of up to one step over the whole time.
     """
     quiet = np.ones(time.size, dtype=np.bool_)
     line = _line(time, force, quiet, resolution)
-    for _ in range(3):
-        if (residual := np.abs(line.residual(time, force))).max() <= 3.0:
+    for _ in range(_QUIET_ROUNDS):
+        if (residual := np.abs(line.residual(time, force))).max() <= _QUIET_FORCE:
             break
-        if quiet.all():  # start from the median, which a part that is not quiet does not pull away
+        if quiet.all():  # first from the median, which samples that are not quiet do not pull away
             residual = np.abs(force - np.median(force))
-        kept = residual <= max(3.0, 4.0 * 1.4826 * float(np.median(residual)))
-        if kept.sum() < LEAST_SAMPLES or (kept == quiet).all():
+        near = residual <= max(_QUIET_FORCE, _QUIET_SDS * _SD_PER_MEDIAN * float(np.median(residual)))
+        if near.sum() < _LEAST_SAMPLES or (near == quiet).all():
             break
-        quiet, line = kept, _line(time, force, kept, resolution)
+        quiet, line = near, _line(time, force, near, resolution)
     return line
 
 
 def _line(time: FloatArray, force: FloatArray, quiet: Mask, resolution: float) -> _Line:
+    """The least-squares line through the quiet samples, its slope shrunk towards zero as `contact_force` says."""
     t, f = time[quiet], force[quiet]
     middle, level = float(t.mean()), float(f.mean())
     lever = t - middle

@@ -10,16 +10,28 @@ import numpy as np
 from forcemap.arrays import FloatArray
 from forcemap.errors import InputError
 from forcemap.impacts.baseline import ContactForce, contact_force, noise_sd
-from forcemap.impacts.impact import Flag, Impact, Quality
-from forcemap.impacts.interference import jumps
-from forcemap.impacts.measure import Start, found_start, measure
+from forcemap.impacts.impact import TRANSIENT_TIME, Flag, Impact, Quality
+from forcemap.impacts.interference import find_jumps
+from forcemap.impacts.measure import ImpactStart, impact_start, measure
 from forcemap.impacts.smooth import low_pass, moving_mean
 from forcemap.recordings.recording import Recording
 
+# Choices, most of them stated in docs/your_device_files.md; checked by tests/test_impacts.py on curves of known truth.
 _RISE_TIME = 0.05  # an impact raises the force within this time [s]
-_LEAST_RISE = 8.0  # by at least this much [N]
-_SPIKE_TELLS = 0.03  # share of the peak that spikes may change
-_APART = 0.5  # contacts further apart than this are different impacts [s]
+_LEAST_RISE, _RISE_SDS = 8.0, 6.0  # by at least so much [N], and so many standard deviations of the noise
+_RISE_SMOOTHED = 0.001  # half width of the mean over which the rise is read [s]
+_LEAST_RISE_SAMPLES = 3  # to see a rise in
+_FIRST_SHARE = 0.5  # of the steepest rise: the first rise by as much is the impact's ...
+_EARLIER_FLOORS, _EARLIER_SHARE = 2.5, 0.1  # ... unless the force left the baseline by more of both before
+_FOOT_TIME = 1.2  # rise times before the rise within which its foot is sought
+_FOOT_SHARE, _FOOT_SDS, _FOOT_LEAST = 0.15, 4.0, 0.5  # the foot: within 15 % or 4 SD of the start, at most half way up
+_FOOT_SAMPLES = 3  # averaged to see the foot
+_CLEAR_TIME, _CLEAR_SAMPLES = 0.002, 2  # before the foot [s]: what lies earlier is certainly no contact
+_SPIKE_SHARE = 0.03  # spikes that change no peak by more are not worth a flag
+_APART = TRANSIENT_TIME  # contacts further apart than this are different impacts [s]
+_AFTER_CONTACT = 0.1  # so long after a contact the search for another impact begins: a choice, within `_APART` [s]
+_REST_PART = 20  # a recording without an impact is at rest over its first twentieth
+_FORCE_WITHOUT, _FORCE_WITHOUT_SDS, _FORCE_SAMPLES = 10.0, 6.0, 5  # [N], [SD], samples averaged: more is no noise
 
 
 def find_impacts(recording: Recording, *, channel_frequency_class: float = math.nan) -> list[Impact]:
@@ -50,40 +62,43 @@ def find_impacts(recording: Recording, *, channel_frequency_class: float = math.
 
 
 def _impacts(recording: Recording) -> list[Impact]:
-    starts: list[Start] = []
+    starts: list[ImpactStart] = []
     search: int | None = 0
-    while search is not None and (found := _first_rise(recording, search)):
-        start = found_start(found[1], search, found[0])
-        if start.one.raw_force < start.contact.floor:
+    while search is not None and (first_rise := _first_rise(recording, search)):
+        rise, contact = first_rise
+        start = impact_start(contact, search, rise)
+        if start.phase1.raw_force < start.contact.floor:
             break  # it rises from below zero: the sign is wrong, or the force acts across the direction
         starts.append(start)
         search = _next_search(start)
-    ends = [*(start.before for start in starts), recording.samples - 1][1:]
-    return [measure(recording, *each, number) for number, each in enumerate(zip(starts, ends, strict=True), 1)]
+    ends = [*(start.last_before for start in starts), recording.samples - 1][1:]
+    spans = enumerate(zip(starts, ends, strict=True), 1)
+    return [measure(recording, start, end, number) for number, (start, end) in spans]
 
 
 def _flag_spikes(recording: Recording, impacts: list[Impact]) -> list[Impact]:
-    """The impacts, flagged if spikes make other peaks of them than the samples beside the spikes do."""
-    kept, beyond = np.ones(recording.samples, dtype=np.bool_), recording.beyond_range
+    """The impacts, flagged if their peaks are others once spikes are replaced by a line between the samples beside."""
+    genuine, beyond = np.ones(recording.samples, dtype=np.bool_), recording.beyond_range
     spikes = []
-    for spike in (jump for impact in impacts for jump in jumps(impact) if jump.samples):
-        taken = slice(spike.index + 1, spike.index + 1 + spike.samples)
-        if beyond is None or not beyond[taken].any():  # what is beyond the range is told by the device
-            kept[taken] = False
+    for spike in (jump for impact in impacts for jump in find_jumps(impact) if jump.samples):
+        span = slice(spike.index + 1, spike.index + 1 + spike.samples)
+        if beyond is None or not beyond[span].any():  # the device itself marks what is beyond its range
+            genuine[span] = False
             spikes.append(spike)
     if not spikes:
         return impacts
     columns = recording.force.reshape(recording.samples, -1).T
-    force = np.column_stack([np.interp(recording.time, recording.time[kept], each[kept]) for each in columns])
+    time = recording.time
+    force = np.column_stack([np.interp(time, time[genuine], column[genuine]) for column in columns])
     others = _impacts(dataclasses.replace(recording, force=force.reshape(recording.force.shape)))
-    peaks, without = ([each.map_force for each in found] for found in (impacts, others))
-    if len(peaks) == len(without) and np.allclose(peaks, without, rtol=_SPIKE_TELLS, atol=0.0):
+    with_spikes, without = [impact.map_force for impact in impacts], [impact.map_force for impact in others]
+    if len(with_spikes) == len(without) and np.allclose(with_spikes, without, rtol=_SPIKE_SHARE, atol=0.0):
         return impacts
-    read, left = (", ".join(f"{each:.1f}" for each in forces) or "no impact" for forces in (peaks, without))
+    read, left = (", ".join(f"{peak:.1f}" for peak in peaks) or "no impact" for peaks in (with_spikes, without))
     first, samples = spikes[0], sum(spike.samples for spike in spikes)
     many = f"{samples} such sample{'s' if samples > 1 else ''} in all: interference"
-    spike_at = f"{first.force:+.1f} N and back at {recording.time[first.index + 1]:.4f} s"
-    flag = Flag(Quality.SPIKE, f"{spike_at}, {many}; {read} N with, {left} N without")
+    there_and_back = f"{first.force:+.1f} N and back at {time[first.index + 1]:.4f} s"
+    flag = Flag(Quality.SPIKE, f"{there_and_back}, {many}; {read} N with, {left} N without")
     return [dataclasses.replace(impact, flags=(flag, *impact.flags)) for impact in impacts]
 
 
@@ -101,8 +116,8 @@ def find_impact(recording: Recording, *, channel_frequency_class: float = math.n
 
 
 def no_impact(recording: Recording) -> str:
-    """What to say of a recording without an impact."""
-    moved, _ = _from_start(recording)
+    """The message about a recording without an impact."""
+    moved, _ = _from_rest(recording)
     if moved.shape[1] > 1:
         return f"no impact found: the force moves by up to {np.linalg.norm(moved, axis=1).max():.1f} N from its start"
     high, low = float(moved.max()), float(moved.min())
@@ -111,69 +126,70 @@ def no_impact(recording: Recording) -> str:
 
 
 def force_without_impact(recording: Recording) -> float:
-    """How far the force goes from its start where no impact was found [N]; 0 if it stays within noise and 10 N."""
-    away, quiet = _from_start(recording)
-    moved = np.linalg.norm(moving_mean(away, 5), axis=1)
-    return float(moved.max()) if moved.max() > max(10.0, 6.0 * float(np.std(moved[:quiet]))) else 0.0
+    """How far the force moves from its start where no impact was found [N]; 0 if by no more than 10 N or noise."""
+    away, quiet = _from_rest(recording)
+    moved = np.linalg.norm(moving_mean(away, _FORCE_SAMPLES), axis=1)
+    noise = float(np.std(moved[:quiet]))
+    return float(moved.max()) if moved.max() > max(_FORCE_WITHOUT, _FORCE_WITHOUT_SDS * noise) else 0.0
 
 
-def _from_start(recording: Recording) -> tuple[FloatArray, int]:
+def _from_rest(recording: Recording) -> tuple[FloatArray, int]:
     """The force less its median over the first twentieth, shape (n, 1 or 3) [N]; the samples of that part."""
     force = recording.force.reshape(recording.samples, -1)
-    quiet = max(len(force) // 20, 1)
+    quiet = max(len(force) // _REST_PART, 1)
     return force - np.median(force[:quiet], axis=0), quiet
 
 
 def _first_rise(recording: Recording, start: int) -> tuple[int, ContactForce] | None:
     """Index of a sample in the rise of the first impact from `start` on, and the contact force; None without one.
 
-    The steepest rise gives the baseline; an earlier excursion that clearly leaves it is the first impact.
+    The steepest rise gives the baseline; if the force clearly leaves it earlier, that is the first impact.
     """
     time, force = recording.time[start:], recording.force[start:]
-    if time.size < 3:
+    if time.size < _LEAST_RISE_SAMPLES:
         return None
-    half = int(0.001 * (time.size - 1) / (time[-1] - time[0]))
+    half = int(_RISE_SMOOTHED * (time.size - 1) / (time[-1] - time[0]))
     smooth = moving_mean(force, 2 * half + 1)
     rise = smooth - smooth[time.searchsorted(time - _RISE_TIME)]
     if rise.ndim == 2:
         rise = np.sqrt(np.sum(rise * rise, axis=1))
     noise = math.hypot(*(noise_sd(column) for column in force.reshape(time.size, -1).T))
-    if rise.max() < (least := max(_LEAST_RISE, 6.0 * noise)):
+    if rise.max() < (least := max(_LEAST_RISE, _RISE_SDS * noise)):
         return None
-    first = int((rise >= max(least, 0.5 * rise.max())).argmax())
+    first = int((rise >= max(least, _FIRST_SHARE * rise.max())).argmax())
     index = start + min(first + half, time.size - 1)  # the moving mean rises that much earlier than the force
     foot = _before_contact(recording, start, index, noise)
     contact = contact_force(recording, start, foot)
     if contact.baseline_samples:
-        leaves = max(2.5 * contact.floor, 0.1 * float(contact.force[start:].max()))
-        out = contact.force[start:foot] > leaves
-        for sooner in (np.flatnonzero(out[1:] & ~out[:-1]) + start + 1).tolist():
-            shortly = contact.force[recording.time.searchsorted(recording.time[sooner] - _RISE_TIME) : sooner]
-            if shortly.min() < contact.floor:  # wandering takes longer
-                return sooner, contact_force(recording, start, _before_contact(recording, start, sooner, noise))
+        least = max(_EARLIER_FLOORS * contact.floor, _EARLIER_SHARE * float(contact.force[start:].max()))
+        out = contact.force[start:foot] > least
+        for earlier in (np.flatnonzero(out[1:] & ~out[:-1]) + start + 1).tolist():
+            shortly_before = recording.time.searchsorted(recording.time[earlier] - _RISE_TIME)
+            if contact.force[shortly_before:earlier].min() < contact.floor:  # wandering takes longer
+                return earlier, contact_force(recording, start, _before_contact(recording, start, earlier, noise))
     return index, contact
 
 
 def _before_contact(recording: Recording, start: int, rise: int, noise: float) -> int:
     """Index before which contact has certainly not begun: the foot of the rise, and 2 ms or 2 samples before it."""
     time, force = recording.time, recording.force
-    first = max(int(time.searchsorted(time[rise] - 1.2 * _RISE_TIME)), start)
-    window = moving_mean(force[first : rise + 1], 3).reshape(rise + 1 - first, -1)
+    first = max(int(time.searchsorted(time[rise] - _FOOT_TIME * _RISE_TIME)), start)
+    window = moving_mean(force[first : rise + 1], _FOOT_SAMPLES).reshape(rise + 1 - first, -1)
     away = np.linalg.norm(window - window[-1], axis=1)  # distance from the risen force: large before contact
-    near = away.max() - max(0.15 * away.max(), 4.0 * noise)
-    foot = first + int(np.flatnonzero(away >= max(near, 0.5 * away.max()))[-1])
-    return max(min(int(time.searchsorted(time[foot] - 0.002)), foot - 2), start)
+    near = away.max() - max(_FOOT_SHARE * away.max(), _FOOT_SDS * noise)
+    foot = first + int(np.flatnonzero(away >= max(near, _FOOT_LEAST * away.max()))[-1])
+    return max(min(int(time.searchsorted(time[foot] - _CLEAR_TIME)), foot - _CLEAR_SAMPLES), start)
 
 
-def _next_search(start: Start) -> int | None:
-    """Where to look for another impact: in the first 0.5 s without contact; None if nothing follows them."""
+def _next_search(start: ImpactStart) -> int | None:
+    """Index from which to look for another impact: in the first 0.5 s without contact; None if nothing follows."""
     time, first = start.contact.time, start.phase1_end
     acting = np.flatnonzero(start.smooth[first:] > start.contact.floor_at(time[first:])) + first
     marks = np.concatenate([[first], acting, [time.size - 1]])
     gaps = np.flatnonzero(np.diff(time[marks]) >= _APART)
     if not gaps.size or gaps[0] == marks.size - 2:
         return None
-    return int(time.searchsorted(time[marks[gaps[0]]] + 0.1))
+    return int(time.searchsorted(time[marks[gaps[0]]] + _AFTER_CONTACT))
 
 
 def _filtered(impact: Impact, channel_frequency_class: float) -> Impact:

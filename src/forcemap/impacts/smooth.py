@@ -9,6 +9,9 @@ import numpy as np
 from forcemap.arrays import FloatArray
 from forcemap.errors import InputError
 
+_CORNER_PER_CLASS = 2.0775  # corner frequency of one run over the channel frequency class (SAE J211-1, appendix C)
+_PADDING = 3  # periods of the corner frequency added at either end, so that the filter has settled
+
 
 def moving_mean(values: FloatArray, samples: int) -> FloatArray:
     """Centred moving mean over an odd number of samples, shape (n,) or (n, k); the window shrinks at the ends."""
@@ -52,12 +55,12 @@ def low_pass(force: FloatArray, sampling_rate: float, channel_frequency_class: f
     InputError
         The sampling rate is too low for the class.
     """
-    corner = 2.0775 * channel_frequency_class
+    corner = _CORNER_PER_CLASS * channel_frequency_class
     if not (channel_frequency_class > 0 and corner < sampling_rate / 2):
         needed = f"channel frequency class {channel_frequency_class:g} needs more than {2 * corner:.0f} Hz"
         raise InputError(f"{needed}, the recording has {sampling_rate:.0f} Hz; take a lower class or none")
     from scipy.signal import butter, sosfiltfilt
 
     sections = butter(2, corner, fs=sampling_rate, output="sos")
-    padding = min(force.size - 1, math.ceil(3 * sampling_rate / corner))
+    padding = min(force.size - 1, math.ceil(_PADDING * sampling_rate / corner))
     return np.asarray(sosfiltfilt(sections, force, padlen=padding), dtype=np.float64)

@@ -156,5 +156,5 @@ def _refuse_noise(form: Form, states: States, tolerance: StateTolerance) -> None
         names = ("distances", "heights", "speeds")
         same = " and ".join(f"all {names[i]} lie within {spread[i]:.3g}" for i in np.flatnonzero(flat))
         raise RankDeficient(
-            f"{same}, no more than repeats of one state may: {error.found}", remedy=error.remedy
+            f"{same}, no more than repeats of one state may: {error.problem}", remedy=error.remedy
         ) from None

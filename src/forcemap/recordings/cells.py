@@ -101,14 +101,14 @@ def find_delimiter(sample: Sequence[str], columns: ColumnMap | None) -> str:
         return columns.delimiter
     lines = [line for line in sample if line.strip()]
     bare = [_QUOTED.sub("", line) for line in lines]
-    quoted = sum(map(len, bare)) < 0.5 * sum(map(len, lines))
+    quoted = 2 * sum(map(len, bare)) < sum(map(len, lines))
     possible = ["\t", ";"] if columns is not None and columns.decimal == "," and not quoted else ["\t", ";", ","]
-    found = next((sign for sign in possible if sum(sign in line for line in bare) * 2 > len(lines)), "")
-    if found in ("", ","):
+    delimiter = next((sign for sign in possible if sum(sign in line for line in bare) * 2 > len(lines)), "")
+    if delimiter in ("", ","):
         wanted = len(columns.number_columns) if columns is not None else 2
         rows = [[_BETWEEN_BLANKS.fullmatch(cell.strip('"')) for cell in line.split()] for line in lines]
-        good = [len(row) > 1 and (all(row) if found else sum(map(bool, row)) >= wanted) for row in rows]
-        found = BLANK if sum(good) * 2 > len(lines) else found
-    if not found and (columns is None or len(columns.columns) > 1 or columns.runs == ALL_COLUMNS):
+        good = [len(row) > 1 and (all(row) if delimiter else sum(map(bool, row)) >= wanted) for row in rows]
+        delimiter = BLANK if sum(good) * 2 > len(lines) else delimiter
+    if not delimiter and (columns is None or len(columns.columns) > 1 or columns.runs == ALL_COLUMNS):
         raise RecordingError(f"found one column, expected columns separated by {', '.join(DELIMITERS)}")
-    return found
+    return delimiter

@@ -15,7 +15,8 @@ from forcemap.recordings.units import ForceUnit, TimeUnit
 ALL_COLUMNS = "all"
 DELIMITERS = {"comma": ",", "semicolon": ";", "tab": "\t", "blank": " "}
 
-_LOWEST_RATE, _HIGHEST_RATE = 1.0, 1e7
+_LOWEST_RATE, _HIGHEST_RATE = 1.0, 1e7  # [Hz]; choices: from a slow log to the fastest oscilloscope
+_LONGEST_SHOWN, _MOST_SHOWN = 40, 20  # characters of a text, names in a message: no more than a person reads
 _Unit = TypeVar("_Unit", TimeUnit, ForceUnit)
 
 
@@ -46,10 +47,10 @@ class ColumnMap:
     sign : int
         -1 if the device writes pressing forces negative, else 1.
     delimiter, decimal : str
-        What separates columns (",", ";", a tab, or " " for any blanks) and the decimal sign ("." or ","); "" is found
+        What separates columns (",", ";", a tab, or " " for any blanks) and the decimal sign ("." or ","); "" to find it
         from the file.
     header_lines : int, optional
-        Number of lines before the numbers; None is found from the file.
+        Number of lines before the numbers; None to find it from the file.
 
     Raises
     ------
@@ -104,15 +105,15 @@ class ColumnMap:
         InputError
             An unknown entry, or a value that cannot be used; `column` names the entry.
         """
-        found: dict[str, Any] = {}
+        entries: dict[str, Any] = {}
         for key, value in table.items():
             if key not in _KEYS:
                 near = ", ".join(nearest_names(str(key), _KEYS, 3))
                 raise InputError(f"unknown entry; the nearest known ones are {near}", column=str(key))
-            found[_KEYS[key]] = tuple(value) if isinstance(value, list) else value
-        if found.get("delimiter") in DELIMITERS:
-            found["delimiter"] = DELIMITERS[found["delimiter"]]
-        return cls(**found)
+            entries[_KEYS[key]] = tuple(value) if isinstance(value, list) else value
+        if entries.get("delimiter") in DELIMITERS:
+            entries["delimiter"] = DELIMITERS[entries["delimiter"]]
+        return cls(**entries)
 
     def to_table(self) -> dict[str, Any]:
         """The entries that are not at their default, as `from_table` reads them."""
@@ -157,7 +158,8 @@ class ColumnMap:
             raise InputError("found a column in two places, expected each once", column="time, force, runs, curve")
 
 
-_KEYS = {{"sampling_rate": "sampling_rate_Hz"}.get(each.name, each.name): each.name for each in fields(ColumnMap)}
+_UNITS = {"sampling_rate": "sampling_rate_Hz"}
+_KEYS = {_UNITS.get(attribute.name, attribute.name): attribute.name for attribute in fields(ColumnMap)}
 
 
 def _unit(entry: str, value: Any, kind: type[_Unit]) -> _Unit:
@@ -219,22 +221,22 @@ class Names:
     def __init__(self, names: Sequence[str]) -> None:
         self._exact: dict[str, list[int]] = {}
         self._folded: dict[str, list[int]] = {}
-        for at, name in enumerate(names):
-            self._exact.setdefault(name, []).append(at)
-            self._folded.setdefault(name.casefold(), []).append(at)
+        for index, name in enumerate(names):
+            self._exact.setdefault(name, []).append(index)
+            self._folded.setdefault(name.casefold(), []).append(index)
 
     def position(self, column: str | int) -> int | None:
         """Position of a column: its number less 1, or where its name stands (in any case, if that is unique)."""
         if isinstance(column, int):
             return column - 1
-        found: list[int] = []
+        positions: list[int] = []
         for wanted in (column.strip(), column.strip(" #%")):
-            found = found or self._exact.get(wanted) or self._folded.get(wanted.casefold(), [])
-        return found[0] if len(found) == 1 else None
+            positions = positions or self._exact.get(wanted) or self._folded.get(wanted.casefold(), [])
+        return positions[0] if len(positions) == 1 else None
 
 
 def missing_column(column: str, names: Sequence[str]) -> str:
-    """Why a column is not found among these names."""
+    """The error message for a column that is not among these names."""
     wanted = column.strip(" #%").casefold()
     times = sum(name.casefold() == wanted for name in names)
     if times > 1:
@@ -244,6 +246,10 @@ def missing_column(column: str, names: Sequence[str]) -> str:
 
 
 def listed(names: Sequence[str]) -> str:
-    """The names for a message: not more than a person would read."""
-    shown = ", ".join(repr(name if len(name) <= 40 else name[:37] + "...") for name in names[:20])
-    return shown + (", ..." if len(names) > 20 else "")
+    """The names for a message, no more than a person reads."""
+    return ", ".join(map(shortened, names[:_MOST_SHOWN])) + (", ..." if len(names) > _MOST_SHOWN else "")
+
+
+def shortened(text: str) -> str:
+    """A text of a file for a message, in quotes, its end left out if it is long."""
+    return repr(text if len(text) <= _LONGEST_SHOWN else f"{text[: _LONGEST_SHOWN - 3]}...")

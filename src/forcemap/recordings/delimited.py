@@ -12,6 +12,7 @@ from forcemap.errors import RecordingError
 from forcemap.recordings.column_map import ColumnMap
 from forcemap.recordings.layout import Layout, find_layout
 from forcemap.recordings.numbers import NumberBlock, cut_off, read_numbers, refuse_doubtful_decimal
+from forcemap.recordings.recording import LEAST_SAMPLES
 from forcemap.recordings.sampling import Curve, check_sampling, in_newtons, in_seconds
 from forcemap.recordings.text import lines_of
 
@@ -40,12 +41,12 @@ def read_delimited(content: bytes, columns: ColumnMap | None) -> list[Curve]:
 
 
 def _without_cut_row(block: NumberBlock, layout: Layout) -> NumberBlock:
-    """A last line without an end is cut off if its time runs backward, or if it would be a curve of its own."""
-    if not block.open_end or len(block.values) < 2:
+    """The block without a cut off last line: one without an end whose time runs backward, or that starts a curve."""
+    if not block.open_end or len(block.values) < LEAST_SAMPLES:
         return block
     last, before = len(block.values) - 1, len(block.values) - 2
     if block.labels:
-        before = next((at for at in range(last - 1, -1, -1) if block.labels[at] == block.labels[last]), -1)
+        before = next((row for row in range(last - 1, -1, -1) if block.labels[row] == block.labels[last]), -1)
     backward = layout.selection.time is not None and block.values[last, 0] <= block.values[before, 0]
     if before >= 0 and not backward:
         return block
@@ -68,8 +69,8 @@ def _wide(block: NumberBlock, layout: Layout) -> list[Curve]:
 def _long(block: NumberBlock, layout: Layout) -> list[Curve]:
     """Rows by the name of their curve, in order of first appearance; curves may be interleaved."""
     members: dict[str, list[int]] = {}
-    for at, label in enumerate(block.labels):
-        members.setdefault(label, []).append(at)
+    for row, label in enumerate(block.labels):
+        members.setdefault(label, []).append(row)
     (group,) = layout.selection.forces
     curves = []
     for name, places in members.items():
@@ -83,10 +84,10 @@ def _times(
     values: FloatArray, rows: Sequence[int], layout: Layout, name: str = ""
 ) -> tuple[FloatArray, tuple[str, ...]]:
     """Times of the rows [s], and notes on them; `name` is that of the curve, where a column says it."""
-    if len(values) < 2:
-        found = f"found a curve {name!r} of" if name else "found"
-        found = f"{found} {len(values)} sample{'s' if len(values) != 1 else ''}"
-        raise RecordingError(f"{found}, expected at least 2", row=rows[0] if rows else layout.row)
+    if len(values) < LEAST_SAMPLES:
+        problem = f"found a curve {name!r} of" if name else "found"
+        problem = f"{problem} {len(values)} sample{'s' if len(values) != 1 else ''}"
+        raise RecordingError(f"{problem}, expected at least {LEAST_SAMPLES}", row=rows[0] if rows else layout.row)
     if layout.selection.time is None:
         return np.arange(len(values)) / layout.columns.sampling_rate, ()
     column = layout.name(layout.selection.time)
@@ -97,4 +98,4 @@ def _times(
 def _forces(values: FloatArray, group: tuple[int, ...], rows: Sequence[int], layout: Layout) -> list[FloatArray]:
     """Force of one column, or of three [N]."""
     place = layout.place_of
-    return [in_newtons(values[:, place[at]], layout.columns, rows, layout.name(at)) for at in group]
+    return [in_newtons(values[:, place[column]], layout.columns, rows, layout.name(column)) for column in group]

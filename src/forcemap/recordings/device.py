@@ -14,6 +14,8 @@ from forcemap.files import stated_date
 
 SOFTEST, STIFFEST = 1e3, 1e6
 """Spring constants of measuring devices [N/m]; those of the standard's body areas are 10,000 to 150,000."""
+DEFAULT_ERROR = 3.0
+"""Largest error of a device that does not state it [N]: that of the paper's device (section IV-B)."""
 
 
 @dataclass(frozen=True)
@@ -53,14 +55,17 @@ class Device:
             if not (math.isnan(value) or 0 < value < math.inf):
                 raise InputError(f"device {name}: found {value:g} {unit}, expected a positive finite number")
         if not (math.isnan(self.stiffness) or SOFTEST <= self.stiffness <= STIFFEST):
-            found = f"device stiffness: found {self.stiffness:g} N/m"
-            raise InputError(f"{found}, expected {SOFTEST:g} to {STIFFEST:g} N/m (75 N/mm are 75000 N/m)")
+            problem = f"device stiffness: found {self.stiffness:g} N/m"
+            raise InputError(f"{problem}, expected {SOFTEST:g} to {STIFFEST:g} N/m (75 N/mm are 75000 N/m)")
         if not (math.isnan(self.error) or 0 <= self.error < math.inf):
             raise InputError(f"device error: found {self.error:g} N, expected a finite number of at least 0")
         if self.error >= self.range:
             raise InputError(f"device error {self.error:g} N is not below its range {self.range:g} N")
-        made = stated_date("device calibrated", self.calibrated) if self.calibrated else date.min
-        if self.calibration_expires and stated_date("device calibration_expires", self.calibration_expires) < made:
+        calibrated = stated_date("device calibrated", self.calibrated) if self.calibrated else date.min
+        if (
+            self.calibration_expires
+            and stated_date("device calibration_expires", self.calibration_expires) < calibrated
+        ):
             expected = f"expected no date before its calibration on {self.calibrated}"
             raise InputError(f"device calibration_expires: found {self.calibration_expires}, {expected}")
 
@@ -71,8 +76,8 @@ class Device:
 
     @property
     def error_or_default(self) -> float:
-        """The stated error [N], else 3 N, that of the paper's device (section IV-B)."""
-        return 3.0 if math.isnan(self.error) else self.error
+        """The stated error [N], else `DEFAULT_ERROR`."""
+        return DEFAULT_ERROR if math.isnan(self.error) else self.error
 
     @property
     def calibration_stated(self) -> bool:
@@ -101,26 +106,30 @@ class Device:
         """The last day on which its calibration holds; the last of all where no date is stated."""
         if self.calibration_expires:
             return stated_date("device calibration_expires", self.calibration_expires)
-        made = stated_date("device calibrated", self.calibrated) if self.calibrated else date.max
-        return _a_year_after(made)
+        calibrated = stated_date("device calibrated", self.calibrated) if self.calibrated else date.max
+        return _a_year_after(calibrated)
 
     @classmethod
     def weakest(cls, devices: Sequence[Device]) -> Device:
         """What several devices are good for together: the softest spring, the lowest range, the largest error.
 
-        What one of them does not state is not stated.
+        What one of them does not state counts as not stated.
         """
         if len({*devices}) == 1:
             return devices[0]
-        first = min(devices, key=lambda each: each._expires)
-        texts = {name: dict.fromkeys(getattr(each, name) for each in devices) for name in ("model", "pad")}
+        first = min(devices, key=lambda device: device._expires)
+        texts = {name: dict.fromkeys(getattr(device, name) for device in devices) for name in ("model", "pad")}
         return cls(
-            range=float(np.min([each.range for each in devices])),
-            error=max(each.error_or_default for each in devices),
-            stiffness=float(np.min([each.stiffness for each in devices])),
+            range=float(np.min([device.range for device in devices])),
+            error=max(device.error_or_default for device in devices),
+            stiffness=float(np.min([device.stiffness for device in devices])),
             calibrated=first.calibrated,
             calibration_expires=first.calibration_expires,
-            **{name: "; ".join(each or "not stated" for each in found) for name, found in texts.items() if any(found)},
+            **{
+                name: "; ".join(text or "not stated" for text in stated)
+                for name, stated in texts.items()
+                if any(stated)
+            },
         )
 
 

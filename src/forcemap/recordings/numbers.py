@@ -13,14 +13,13 @@ import numpy as np
 from forcemap.arrays import FloatArray
 from forcemap.errors import RecordingError
 from forcemap.recordings.cells import BLANK, COMMENT, NUMBERS, clock_remedy, may_be_measured, split_cells
-from forcemap.recordings.layout import LONGEST_LINE, Layout
+from forcemap.recordings.column_map import shortened
+from forcemap.recordings.layout import Layout
 from forcemap.recordings.overrange import overrange
-from forcemap.recordings.text import text_of
+from forcemap.recordings.text import LONGEST_LINE, text_of
 
-_CHUNK = 1 << 22
-
-
-_LONGEST_TRAILER = 1 << 16  # bytes
+_CHUNK = 1 << 22  # bytes read at once; a choice: numbers of some megabytes fit into memory several times over
+_LONGEST_TRAILER = 1 << 16  # bytes of what may follow the numbers; a choice: more is no remark
 
 
 @dataclass(frozen=True)
@@ -99,9 +98,9 @@ def _is_trailer(rest: bytes, layout: Layout) -> bool:
         if not line.strip() or COMMENT.match(line):
             continue
         cells = [cell.strip() for cell in split_cells(line, layout.delimiter)]
-        read = {at: cells[at] if at < len(cells) else "" for at in selection.numbers}
+        read = {column: cells[column] if column < len(cells) else "" for column in selection.numbers}
         if selection.time is None or may_be_measured(
-            read[selection.time], [read[at] for group in selection.forces for at in group]
+            read[selection.time], [read[column] for group in selection.forces for column in group]
         ):
             return False
     return True
@@ -151,26 +150,28 @@ def checked_numbers(chunk: bytes, layout: Layout, row: int) -> tuple[FloatArray,
     numbers, time, curve = layout.selection.numbers, layout.selection.time, layout.selection.curve
     values: list[float] = []
     labels: list[str] = []
-    for at, line in enumerate(text_of(chunk).split("\n")[:-1], row):
+    for line_row, line in enumerate(text_of(chunk).split("\n")[:-1], row):
         if len(line) > LONGEST_LINE:
-            raise _too_long(len(line), at)
+            raise _too_long(len(line), line_row)
         try:
             cells = split_cells(line.removesuffix("\r"), layout.delimiter, strict=True)
         except csv.Error as error:
-            raise RecordingError(f"found quotes that do not fit ({error}); is the line damaged?", row=at) from None
+            raise RecordingError(
+                f"found quotes that do not fit ({error}); is the line damaged?", row=line_row
+            ) from None
         if not layout.width <= len(cells) <= layout.width + layout.optional:
-            raise _other_width(line, cells, layout, at)
+            raise _other_width(line, cells, layout, line_row)
         for column in numbers:
             if number.fullmatch(cell := cells[column].strip(" \t")):
                 values.append(float(cell.replace(",", ".")))
             elif column != time and (beyond := overrange(cell)):
                 values.append(beyond)
             else:
-                raise _no_number(cell, layout, at, column)
+                raise _no_number(cell, layout, line_row, column)
         if curve is not None:
             labels.append(cells[curve].strip())
             if not labels[-1]:
-                raise RecordingError("found no name of a curve, expected one", row=at, column=layout.name(curve))
+                raise RecordingError("found no name of a curve, expected one", row=line_row, column=layout.name(curve))
     return np.array(values, dtype=np.float64).reshape(-1, len(numbers)), labels
 
 
@@ -210,16 +211,16 @@ def _chunks(content: bytes, start: int, end: int, row: int) -> Iterator[tuple[in
 
 
 def _too_long(length: int, row: int) -> RecordingError:
-    found = f"found {length} characters in one line"
-    return RecordingError(f"{found}, expected a line of numbers; export it again", row=row)
+    problem = f"found {length} characters in one line"
+    return RecordingError(f"{problem}, expected a line of numbers; export it again", row=row)
 
 
 def _other_width(line: str, cells: list[str], layout: Layout, row: int) -> RecordingError:
     if not line.strip():
-        found = "found a blank line between lines of numbers"
-        return RecordingError(f"{found}; take it out, or export the file again", row=row)
-    found = f"found {len(cells)} cell{'s' if len(cells) > 1 else ''}, expected {layout.width} as in row {layout.row}"
-    return RecordingError(f"{found}; is the line damaged, or delimiter or decimal sign another one?", row=row)
+        problem = "found a blank line between lines of numbers"
+        return RecordingError(f"{problem}; take it out, or export the file again", row=row)
+    problem = f"found {len(cells)} cell{'s' if len(cells) > 1 else ''}, expected {layout.width} as in row {layout.row}"
+    return RecordingError(f"{problem}; is the line damaged, or delimiter or decimal sign another one?", row=row)
 
 
 def _no_number(cell: str, layout: Layout, row: int, column: int) -> RecordingError:
@@ -230,7 +231,7 @@ def _no_number(cell: str, layout: Layout, row: int, column: int) -> RecordingErr
     if other in cell or cell.count(layout.decimal) > 1:
         remedy = "if the decimal sign is another one, state decimal in the column map"
         expected = f"expected a number with {layout.decimal!r} as decimal sign and no thousands separator; {remedy}"
-    shown = repr(cell if len(cell) <= 40 else cell[:37] + "...") if cell else "an empty cell"
+    shown = shortened(cell) if cell else "an empty cell"
     return RecordingError(f"found {shown}, {expected}", row=row, column=layout.name(column))
 
 

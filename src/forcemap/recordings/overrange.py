@@ -23,8 +23,8 @@ _SIGN = re.compile(
 
 def overrange(cell: str) -> float | None:
     """OVERRANGE, with its sign, if a cell says that the range was exceeded; None if it says anything else."""
-    found = _SIGN.fullmatch(cell.strip().strip('"').strip())
-    return None if found is None else math.copysign(OVERRANGE, -1.0 if found["minus"] else 1.0)
+    sign = _SIGN.fullmatch(cell.strip().strip('"').strip())
+    return None if sign is None else math.copysign(OVERRANGE, -1.0 if sign["minus"] else 1.0)
 
 
 def lower_bounds(force: FloatArray, device_range: float) -> tuple[FloatArray, Mask]:

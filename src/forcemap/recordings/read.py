@@ -107,8 +107,8 @@ def read_recording(
     recordings = read_recordings(path, columns=columns, device=device)
     if len(recordings) > 1:
         names = listed([recording.curve for recording in recordings])
-        found = f"found {len(recordings)} curves ({names})"
-        raise RecordingError(f"{found}, expected one; read them all with read_recordings", file=str(path))
+        problem = f"found {len(recordings)} curves ({names})"
+        raise RecordingError(f"{problem}, expected one; read them all with read_recordings", file=str(path))
     return recordings[0]
 
 

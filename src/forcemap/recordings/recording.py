@@ -12,6 +12,11 @@ from forcemap.arrays import FloatArray, Mask
 from forcemap.errors import RecordingError
 from forcemap.recordings.device import Device
 
+LEAST_SAMPLES = 2
+"""Samples of a curve, at least: with one it has no interval."""
+REGULAR = 0.01
+"""Sampling is regular if every interval differs from the median by no more than this share of it; a choice."""
+
 
 @dataclass(frozen=True, eq=False)
 class Recording:
@@ -64,16 +69,16 @@ class Recording:
         # copies, so that nobody changes a recording from outside
         time, force = self._numbers("time", self.time), self._numbers("force", self.force)
         if time.ndim != 1 or force.shape not in ((time.size,), (time.size, 3)):
-            found = f"found time of shape {time.shape} and force of shape {force.shape}"
-            raise self._error(f"{found}, expected (n,) and (n,) or (n, 3)")
-        if time.size < 2:
-            raise self._error(f"found a curve of {time.size} samples, expected at least 2")
+            problem = f"found time of shape {time.shape} and force of shape {force.shape}"
+            raise self._error(f"{problem}, expected (n,) and (n,) or (n, 3)")
+        if time.size < LEAST_SAMPLES:
+            raise self._error(f"found a curve of {time.size} samples, expected at least {LEAST_SAMPLES}")
         for name, values in (("time", time), ("force", force)):
             if not np.isfinite(values).all():
                 raise self._error(f"found a {name} that is not finite, expected finite numbers")
         for first in np.flatnonzero(time[1:] <= time[:-1])[:1]:
-            found = f"found time {time[first + 1]:g} s after {time[first]:g} s (samples {first + 2} and {first + 1})"
-            raise self._error(f"{found}, expected strictly increasing times")
+            problem = f"found time {time[first + 1]:g} s after {time[first]:g} s (samples {first + 2} and {first + 1})"
+            raise self._error(f"{problem}, expected strictly increasing times")
         if self.beyond_range is not None and np.shape(self.beyond_range) != time.shape:
             raise self._error(f"found beyond_range of shape {np.shape(self.beyond_range)}, expected {time.shape}")
         direction = None if self.direction is None else self._unit_vector(force)
@@ -115,7 +120,7 @@ class Recording:
         """True if every interval lies within 1 % of the median interval."""
         intervals = np.diff(self.time)
         usual = np.median(intervals)
-        return bool(np.abs(intervals - usual).max() <= 0.01 * usual)
+        return bool(np.abs(intervals - usual).max() <= REGULAR * usual)
 
     def _numbers(self, name: str, values: FloatArray) -> FloatArray:
         array = np.asarray(values)

@@ -1,4 +1,4 @@
-"""Curves in seconds and newtons, and what a reader should know of their sampling."""
+"""Curves in seconds and newtons, with notes on their sampling."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from forcemap.arrays import FloatArray
 from forcemap.errors import RecordingError
 from forcemap.recordings.column_map import ColumnMap
 from forcemap.recordings.overrange import OVERRANGE
+from forcemap.recordings.recording import REGULAR
 from forcemap.recordings.units import (
     LONGEST_NAME,
     ForceUnit,
@@ -19,14 +20,15 @@ from forcemap.recordings.units import (
     stated_unit,
 )
 
-_LONGEST_TIME = 1e9  # s
+# Choices: beyond them the unit is another one than stated.
+_LONGEST_TIME = 1e9  # [s]
 _EPOCH = (1e9, 4.2e9)  # seconds since 1970, of the years 2001 to 2103
-_LARGEST_FORCE = 1e6  # N
+_LARGEST_FORCE = 1e6  # [N]
 _SHORTEST_INTERVAL, _LONGEST_INTERVAL = 1e-7 * (1 - 1e-6), 0.999  # [s]: up to 10 MHz
 # Seconds taken for milliseconds, the dangerous slip, make a second a millisecond: sampled as fast as that, a recording
 # is a whole one or its time is in another unit.
 _FAST, _WHOLE = 5e-6, 0.02  # [s]: intervals, and what shows a baseline and Phase I
-_GAP = 5.0  # median intervals
+_GAP, _GAPS_SHOWN = 5.0, 3  # median intervals: longer ones are noted, the first of them shown
 
 
 @dataclass(frozen=True)
@@ -93,9 +95,9 @@ def in_newtons(raw: FloatArray, columns: ColumnMap, rows: Sequence[int], column:
 
 
 def _refuse_beyond(most: float, values: FloatArray, what: str, entries: str, rows: Sequence[int], column: str) -> None:
-    for at in np.flatnonzero(~(np.abs(values) <= most))[:1]:
-        found = f"found a {what.format(values[at])}, expected at most {most:g} {what[-1]}"
-        raise RecordingError(f"{found}; {entries} in the column map right?", row=int(rows[at]), column=column)
+    for sample in np.flatnonzero(~(np.abs(values) <= most))[:1]:
+        problem = f"found a {what.format(values[sample])}, expected at most {most:g} {what[-1]}"
+        raise RecordingError(f"{problem}; {entries} in the column map right?", row=int(rows[sample]), column=column)
 
 
 def check_sampling(time: FloatArray, rows: Sequence[int], column: str) -> tuple[str, ...]:
@@ -109,30 +111,33 @@ def check_sampling(time: FloatArray, rows: Sequence[int], column: str) -> tuple[
     steps = np.diff(time)
     lowest, highest = float(steps.min()), float(steps.max())
     if lowest <= 0:
-        at = int(np.flatnonzero(steps <= 0)[0])
+        sample = int(np.flatnonzero(steps <= 0)[0])
         message = (
-            f"found time {time[at + 1]:.9g} s after {time[at]:.9g} s in row {rows[at]}, expected times that increase; "
+            f"found time {time[sample + 1]:.9g} s after {time[sample]:.9g} s in row {rows[sample]}, "
+            "expected times that increase; "
             "if several curves follow each other, state the column that names them as curve; "
             "if they repeat because they are rounded, state sampling_rate_Hz in place of time; "
             "if this is the force, correct the columns in the column map"
         )
-        raise RecordingError(message, row=int(rows[at + 1]), column=column)
+        raise RecordingError(message, row=int(rows[sample + 1]), column=column)
     # the median lies between the two: most files need no more
-    if highest <= 1.01 * lowest and lowest >= _FAST and highest <= _LONGEST_INTERVAL:
+    if highest <= (1 + REGULAR) * lowest and lowest >= _FAST and highest <= _LONGEST_INTERVAL:
         return ()
     usual = float(np.median(steps))
     if not _SHORTEST_INTERVAL <= usual <= _LONGEST_INTERVAL:
-        found = f"found samples {usual:g} s apart (median), expected between 1e-07 s and 1 s"
-        raise RecordingError(f"{found}; is time_unit in the column map right?", column=column)
+        problem = f"found samples {usual:g} s apart (median), expected between 1e-07 s and 1 s"
+        raise RecordingError(f"{problem}; is time_unit in the column map right?", column=column)
     if usual < _FAST and (lasts := float(time[-1] - time[0])) < _WHOLE:
-        found = f"found a recording of {lasts:g} s at {1 / usual:g} Hz, expected at least {_WHOLE:g} s of it"
-        raise RecordingError(f"{found}; is time_unit in the column map right?", column=column)
+        problem = f"found a recording of {lasts:g} s at {1 / usual:g} Hz, expected at least {_WHOLE:g} s of it"
+        raise RecordingError(f"{problem}; is time_unit in the column map right?", column=column)
     notes = []
-    if np.abs(steps - usual).max() > 0.01 * usual:
+    if np.abs(steps - usual).max() > REGULAR * usual:
         notes.append(f"sampled irregularly: {lowest:g} s to {highest:g} s apart, median {usual:g} s")
     if (gaps := np.flatnonzero(steps > _GAP * usual)).size:
-        shown = ", ".join(f"{steps[at]:g} s after {time[at]:g} s (row {rows[at]})" for at in gaps[:3].tolist())
-        more = f" and {gaps.size - 3} more" if gaps.size > 3 else ""
+        shown = ", ".join(
+            f"{steps[gap]:g} s after {time[gap]:g} s (row {rows[gap]})" for gap in gaps[:_GAPS_SHOWN].tolist()
+        )
+        more = f" and {gaps.size - _GAPS_SHOWN} more" if gaps.size > _GAPS_SHOWN else ""
         notes.append(f"gaps of over {_GAP:g} median intervals: {shown}{more}")
     return tuple(notes)
 
@@ -161,8 +166,8 @@ def refuse_other_unit(column: str, stated: Unit, *texts: str, alone: bool = Fals
     if unit is None or unit is stated:
         return
     if isinstance(unit, type(stated)) and unit is not ForceUnit.COUNTS:
-        found = f"the file says {unit.value!r}, the column map {entry} = {stated.value!r}"
-        raise RecordingError(f"{found}; correct the one that is wrong", column=column)
+        problem = f"the file says {unit.value!r}, the column map {entry} = {stated.value!r}"
+        raise RecordingError(f"{problem}; correct the one that is wrong", column=column)
     if stated is ForceUnit.COUNTS:  # a unit of its own, with a factor
         return
     expected = "s, ms, us or ns; convert, or state sampling_rate_Hz in place of time"

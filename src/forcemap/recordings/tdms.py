@@ -17,11 +17,13 @@ from forcemap.arrays import FloatArray
 from forcemap.errors import MissingExtra, RecordingError
 from forcemap.recordings.column_map import ALL_COLUMNS, ColumnMap, Names, listed, missing_column
 from forcemap.recordings.overrange import OVERRANGE
+from forcemap.recordings.recording import LEAST_SAMPLES
 from forcemap.recordings.sampling import Curve, check_sampling, in_newtons, in_seconds, refuse_other_unit
 from forcemap.recordings.units import ForceUnit, TimeUnit
 
 SIGNATURE = b"TDSm"
-_MOST_SCALES = 50
+_MOST_SCALES = 50  # of a channel; a choice: programs write one or two
+_SAME_RATE = 0.01  # share by which two statements of the sampling rate may differ; a choice
 
 if TYPE_CHECKING:
     from nptdms import TdmsChannel, TdmsFile  # type: ignore[import-untyped]
@@ -64,18 +66,18 @@ def _warnings_refused() -> Iterator[None]:
     from nptdms.log import log_manager  # type: ignore[import-untyped]
 
     log_manager.console_handler.setLevel(logging.ERROR)
-    logger, said = logging.getLogger("nptdms"), _Said()
-    logger.addHandler(said)
+    logger, warnings = logging.getLogger("nptdms"), _Warnings()
+    logger.addHandler(warnings)
     try:
         yield
     finally:
-        logger.removeHandler(said)
-    if said.messages:
-        raise RecordingError(f"{said.messages[0]}; export it again, from the program that wrote it")
+        logger.removeHandler(warnings)
+    if warnings.messages:
+        raise RecordingError(f"{warnings.messages[0]}; export it again, from the program that wrote it")
 
 
-class _Said(logging.Handler):
-    """What was warned of in this thread."""
+class _Warnings(logging.Handler):
+    """The warnings of this thread."""
 
     def __init__(self) -> None:
         super().__init__(logging.WARNING)
@@ -95,13 +97,13 @@ def _curves(tdms: TdmsFile, size: int, columns: ColumnMap | None) -> list[Curve]
     if not channels:
         raise RecordingError("found no channels, expected a force")
     if columns is None:
-        found = f"found the channels {listed(list(channels))}"
-        raise RecordingError(f"{found}; state in a column map which hold time and force")
+        problem = f"found the channels {listed(list(channels))}"
+        raise RecordingError(f"{problem}; state in a column map which hold time and force")
     if tdms.file_status.incomplete_final_segment:
         raise RecordingError("the last segment is cut off, expected a whole file; copy or export it again")
     if columns.curve is not None or any(isinstance(column, int) for column in columns.columns):
-        found = "channels have names and no rows of other curves"
-        raise RecordingError(f"{found}; name them in the column map as group/channel")
+        problem = "channels have names and no rows of other curves"
+        raise RecordingError(f"{problem}; name them in the column map as group/channel")
     time = None if columns.time is None else _find(str(columns.time), channels)
     groups = [tuple(_find(str(column), channels) for column in group) for group in columns.groups]
     if columns.runs == ALL_COLUMNS:
@@ -110,9 +112,11 @@ def _curves(tdms: TdmsFile, size: int, columns: ColumnMap | None) -> list[Curve]
     for group in groups:
         members = [channels[name] for name in group]
         forces = [_force(name, channel, size, columns) for name, channel in zip(group, members, strict=True)]
-        if {len(force) for force in forces} != {len(forces[0])} or len(forces[0]) < 2:
+        if {len(force) for force in forces} != {len(forces[0])} or len(forces[0]) < LEAST_SAMPLES:
             lengths = ", ".join(str(len(force)) for force in forces)
-            raise RecordingError(f"found {lengths} samples, expected at least 2 and as many in each", column=group[0])
+            raise RecordingError(
+                f"found {lengths} samples, expected at least {LEAST_SAMPLES} and as many in each", column=group[0]
+            )
         times, notes = _times(time, channels, members, size, columns)
         curves.append(Curve(group[0], times, forces, notes))
     return curves
@@ -120,27 +124,27 @@ def _curves(tdms: TdmsFile, size: int, columns: ColumnMap | None) -> list[Curve]
 
 def _find(column: str, channels: Mapping[str, TdmsChannel]) -> str:
     names = list(channels)
-    if (found := Names(names).position(column)) is None:
+    if (position := Names(names).position(column)) is None:
         raise RecordingError(missing_column(column, names), column=column)
-    return names[found]
+    return names[position]
 
 
 def _numbers(name: str, channel: TdmsChannel, size: int, *, finite: bool = True) -> FloatArray:
-    """The values of a channel, never more than the file has room for; where it may be, infinity is over the range."""
+    """The values of a channel, never more than the file has room for; infinity, if allowed, is over the range."""
     stamps = channel.dtype.kind == "M"  # seconds from the first one on
     if not stamps and channel.dtype.kind not in "iuf":
         raise RecordingError(f"found values of {channel.dtype.name}, expected numbers", column=name)
     if len(channel) > size:  # scaled figures are wider than the bytes of a converter they come from
         raise RecordingError(f"found {len(channel)} samples stated, which the file has no room for", column=name)
-    found = channel[:]
-    values = (found - found[:1]) / np.timedelta64(1, "s") if stamps else np.asarray(found, dtype=np.float64)
+    raw = channel[:]
+    values = (raw - raw[:1]) / np.timedelta64(1, "s") if stamps else np.asarray(raw, dtype=np.float64)
     for wrong in np.flatnonzero(np.isnan(values) | (np.isinf(values) & finite))[:1]:
         raise RecordingError("found a value that is not finite, expected numbers", row=int(wrong) + 1, column=name)
     return np.asarray(np.nan_to_num(values, posinf=OVERRANGE, neginf=-OVERRANGE))
 
 
 def _refuse_wrong_scales(properties: Mapping[str, object], name: str) -> None:
-    """Refuse scales that cannot be meant: too many to be true, or a slope that makes every figure the same."""
+    """Refuse scales that cannot be meant: implausibly many, or a slope that makes every figure the same."""
     scales = properties.get("NI_Number_Of_Scales", 0)
     if not isinstance(scales, int) or not 0 <= scales <= _MOST_SCALES:
         raise RecordingError(f"found NI_Number_Of_Scales = {scales!r}, expected a small count", column=name)
@@ -159,12 +163,12 @@ def _force(name: str, channel: TdmsChannel, size: int, columns: ColumnMap) -> Fl
     refuse_other_unit(name, columns.force_unit, *_units(channel))
     properties = channel.properties
     if properties.get("DecimationLevel", 0):
-        found = "found a channel of decimated data, in which peaks are missing"
-        raise RecordingError(f"{found}; name the group that holds all data", column=name)
+        problem = "found a channel of decimated data, in which peaks are missing"
+        raise RecordingError(f"{problem}; name the group that holds all data", column=name)
     unscaled = properties.get("NI_Scaling_Status") == "unscaled" and not properties.get("NI_Number_Of_Scales")
     if unscaled and columns.force_unit is not ForceUnit.COUNTS:
-        found = "the channel says that it is not scaled, and states no scale"
-        raise RecordingError(f"{found}; state force_unit = 'counts' with newtons_per_count", column=name)
+        problem = "the channel says that it is not scaled, and states no scale"
+        raise RecordingError(f"{problem}; state force_unit = 'counts' with newtons_per_count", column=name)
     values = _numbers(name, channel, size, finite=False)
     return in_newtons(values, columns, range(1, len(values) + 1), name)
 
@@ -184,16 +188,16 @@ def _times(
             raise RecordingError(f"found {len(values)} times for {n} samples of force, expected as many", column=time)
         measured, epoch = in_seconds(values, columns, rows, time)
         return measured, (*epoch, *check_sampling(measured, rows, time))
-    for each in forces:
-        refuse_other_unit(each.name, TimeUnit.SECONDS, f"[{each.properties.get('wf_xunit_string') or 's'}]")
-    stated = {(_property(each, "wf_increment"), _property(each, "wf_start_offset")) for each in forces}
+    for channel in forces:
+        refuse_other_unit(channel.name, TimeUnit.SECONDS, f"[{channel.properties.get('wf_xunit_string') or 's'}]")
+    stated = {(_property(channel, "wf_increment"), _property(channel, "wf_start_offset")) for channel in forces}
     if len(stated) > 1:
         raise RecordingError("the components state different sampling rates or offsets, expected the same")
     ((increment, offset),) = stated
     if math.isnan(columns.sampling_rate):
         if not increment > 0:
             raise RecordingError("the channel states no wf_increment; state time or sampling_rate_Hz in the column map")
-    elif increment > 0 and abs(increment * columns.sampling_rate - 1) > 0.01:
+    elif increment > 0 and abs(increment * columns.sampling_rate - 1) > _SAME_RATE:
         stated_here = f"the column map sampling_rate_Hz = {columns.sampling_rate:g}; correct the one that is wrong"
         raise RecordingError(f"the channel states {1 / increment:g} Hz and {stated_here}")
     else:

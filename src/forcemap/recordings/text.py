@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import codecs
+import itertools
+from collections.abc import Iterator
 
 from forcemap.errors import RecordingError
 
@@ -22,7 +24,13 @@ _SIGNATURES = {
     b"<": "a page or document (HTML, XML), expected plain text; export the recording as CSV in UTF-8",
 }
 _BYTE_ORDER_MARKS = {codecs.BOM_UTF8: "", codecs.BOM_UTF16_LE: "utf-16-le", codecs.BOM_UTF16_BE: "utf-16-be"}
-_LOOK = 4096  # bytes
+LONGEST_LINE = 1 << 19
+"""Characters of the longest line that a table may have."""
+_LONGEST_HEADER, _MOST_HEADER_LINES = 1 << 22, 10_000  # bytes, lines: far more than any device writes
+_MOST_LINES_OF_NAMES = 4  # that a name in quotes goes over
+_LOOKED_AT = 4096  # bytes at the beginning of a file that show its encoding
+# In UTF-16 digits, signs and line ends are every other byte a zero: shares of these bytes, and of the others.
+_MANY_ZEROS, _FEW_ZEROS = 0.8, 0.2
 
 
 def lines_of(content: bytes) -> bytes:
@@ -52,13 +60,12 @@ def lines_of(content: bytes) -> bytes:
 
 
 def _utf8(content: bytes) -> bytes:
-    """The text without a byte-order mark, from UTF-16 if mark or zero bytes tell that it is."""
+    """The text without a byte-order mark, from UTF-16 if the mark or zero bytes show that it is."""
     mark = next((mark for mark in _BYTE_ORDER_MARKS if content.startswith(mark)), b"")
     encoding, text = _BYTE_ORDER_MARKS.get(mark, ""), content[len(mark) :] if mark else content
-    if not mark and b"\0" in (head := content[:_LOOK]):
-        # in UTF-16 digits, signs and line ends are every other byte a zero
-        first, second = (head[at::2].count(0) / max(1, len(head) // 2) for at in (0, 1))
-        if max(first, second) > 0.8 and min(first, second) < 0.2:
+    if not mark and b"\0" in (head := content[:_LOOKED_AT]):
+        first, second = (head[parity::2].count(0) / max(1, len(head) // 2) for parity in (0, 1))
+        if max(first, second) > _MANY_ZEROS and min(first, second) < _FEW_ZEROS:
             encoding = "utf-16-be" if first > second else "utf-16-le"
     if not encoding:
         return text
@@ -75,3 +82,45 @@ def text_of(line: bytes) -> str:
         return line.decode()
     except UnicodeDecodeError:
         return line.decode("latin-1")
+
+
+def first_lines(content: bytes) -> Iterator[tuple[int, str]]:
+    """(byte at which it begins, text) of the lines that may hold the header.
+
+    Names in quotes that go over several lines stand in the first of them, and the others are empty.
+
+    Raises
+    ------
+    RecordingError
+        A line longer than any table's.
+    """
+    begun: list[tuple[int, str]] = []
+    for line in _lines(content):
+        begun.append(line)
+        if open_quotes := sum(text.count('"') for _, text in begun) % 2:
+            if len(begun) < _MOST_LINES_OF_NAMES:
+                continue
+        elif len(begun) > 1:
+            begun = [(begun[0][0], " ".join(text for _, text in begun)), *((start, "") for start, _ in begun[1:])]
+        yield from begun[:1] if open_quotes else begun
+        begun = begun[1:] if open_quotes else []
+    yield from begun
+
+
+def _lines(content: bytes) -> Iterator[tuple[int, str]]:
+    """(byte at which it begins, text) of the first lines.
+
+    Raises
+    ------
+    RecordingError
+        A line longer than any table's.
+    """
+    start = 0
+    for row in itertools.islice(itertools.count(1), _MOST_HEADER_LINES):
+        end = content.find(b"\n", start, start + LONGEST_LINE)
+        if end < 0 and start + LONGEST_LINE < len(content):
+            raise RecordingError(f"found over {LONGEST_LINE} characters without a line end, expected lines", row=row)
+        stop = len(content) if end < 0 else end
+        yield start, text_of(content[start:stop]).removesuffix("\r")
+        if end < 0 or (start := end + 1) > _LONGEST_HEADER:
+            return

@@ -109,12 +109,12 @@ def stated_unit(name: str, *, alone: bool = False, of_time: bool = False) -> Uni
         return None
     if _FACTOR.search(text):
         return text
-    bracketed = [found.strip() for found in _BRACKETS.findall(text)]
+    bracketed = [match.strip() for match in _BRACKETS.findall(text)]
     if alone:
         return _known(bracketed[0] if in_brackets(text) else text, one_letter=True)
-    stated = [each for each in bracketed if not _NO_UNIT.fullmatch(each.casefold())]
+    stated = [words for words in bracketed if not _NO_UNIT.fullmatch(words.casefold())]
     if stated:  # of several, a known one that is not read counts first, one that nobody knows last
-        units = [_known(each, one_letter=True) for each in stated]
+        units = [_known(words, one_letter=True) for words in stated]
         read = list(dict.fromkeys(unit for unit in units if isinstance(unit, Unit)))
         others = [unit for unit in units if unit and unit not in read]
         contradiction = [" and ".join(read)] if len(read) > 1 else []
@@ -122,8 +122,8 @@ def stated_unit(name: str, *, alone: bool = False, of_time: bool = False) -> Uni
         return first
     if whole := _known(text):
         return whole
-    if found := _LAST.fullmatch(text):
-        after_sign, end = found[1].strip() in (",", "/", "in"), found[2]
+    if match := _LAST.fullmatch(text):
+        after_sign, end = match[1].strip() in (",", "/", "in"), match[2]
         at_end = _known(end, one_letter=True) if len(end) > 1 or after_sign or end in _AT_END[of_time] else None
         if at_end := at_end or next(_of_kind(re.split(r"[\s_,.-]+", text), of_time), None):
             return at_end
@@ -140,22 +140,24 @@ def _of_kind(words: Iterable[str], of_time: bool) -> Iterator[Unit | str]:
 
 
 def remarked_units(line: str, *, of_time: bool) -> list[Unit | str]:
-    """The units of time, or of force, that a line of the header names where it speaks of units, or in the brackets of a
-    comment: "Force unit: kgf", "# column 2: F [kgf]".
+    """The units of time, or of force, in a line of the header: beside a word for unit, or in the brackets of a comment.
+
+    Such as "Force unit: kgf", "# column 2: F [kgf]".
 
     >>> remarked_units("Units: ms, kgf", of_time=False), remarked_units("Load in kgf", of_time=False)
     (['kgf'], [])
     """
     if line.lstrip().startswith(("#", "%", "//")):
-        in_comment = list(_of_kind((found.strip() for found in _BRACKETS.findall(_plain(line))), of_time))
+        in_comment = list(_of_kind((text.strip() for text in _BRACKETS.findall(_plain(line))), of_time))
         if in_comment:
             return in_comment
     if in_brackets(line):  # alone on its line
         return list(_of_kind([line.strip()[1:-1].strip()], of_time))
-    said = _UNIT_WORD.search(line)
-    if said and not of_time and (factor := re.match(r"[\s:=;,|]*(10+\s?k?N\b.*)", line[said.end() :])):
+    unit_word = _UNIT_WORD.search(line)
+    after = line[unit_word.end() :] if unit_word else ""
+    if unit_word and not of_time and (factor := re.match(r"[\s:=;,|]*(10+\s?k?N\b.*)", after)):
         return [factor[1]]
-    if said is None or re.search("[0-9]", line[said.end() :]):  # "measuring unit for 5 kN" is no remark on units
+    if unit_word is None or re.search("[0-9]", after):  # "measuring unit for 5 kN" is no remark on units
         return []
     return list(_of_kind(re.split(r"[\s,;:=|\t\"()\[\]]+", _plain(line)), of_time))
 
@@ -190,8 +192,8 @@ def plain_unit(name: str, kind: type[Unit]) -> Unit | None:
     >>> plain_unit("Zeit (ms)", TimeUnit), plain_unit("lag_ms", TimeUnit)
     (<TimeUnit.MILLISECONDS: 'ms'>, None)
     """
-    found = _PLAIN.fullmatch(_plain(name))
-    if found is None or (found[1] or found[3]).casefold() not in _PLAIN_WORDS[kind]:
+    match = _PLAIN.fullmatch(_plain(name))
+    if match is None or (match[1] or match[3]).casefold() not in _PLAIN_WORDS[kind]:
         return None
-    unit = _known(found[2] or found[4])
+    unit = _known(match[2] or match[4])
     return unit if isinstance(unit, kind) and unit is not ForceUnit.COUNTS else None

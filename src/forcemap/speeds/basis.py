@@ -176,7 +176,7 @@ def basis_of(
 def doubts_of_fit(force_map: ForceMap) -> tuple[Finding, ...]:
     """What the states of a fitted map, and those measured again, say against its form and its constancy."""
     tested, drift = force_map.form_test, force_map.fit.drift if force_map.fit else None
-    return (*(tested.warnings if tested else ()), *([drift.finding] if drift and drift.found else []))
+    return (*(tested.warnings if tested else ()), *([drift.finding] if drift and drift.significant else []))
 
 
 def limit_basis(

@@ -31,13 +31,13 @@ from forcemap.limits.force_limits import Contact, ForceLimit, NewtonLimit
 from forcemap.recordings.column_map import ColumnMap
 from forcemap.verdicts.verdict import Interpretation, Judgement, Verdict, VerdictOutcome, check_impact
 
-_BINS = 60  # of a curve, each with its lowest and highest sample
-_FAST = 0.1  # [s] after onset; half of the bins lie before it
+_BINS = 60  # of a curve for a figure, with the lowest and highest sample of every one; a choice
+_FAST = 0.1  # half of the bins lie in this time after onset, where Phase I is; a choice [s]
 
 
 @dataclass(frozen=True, eq=False)
 class CheckedRecording:
-    """One recording held against one limit.
+    """One recording compared with one limit.
 
     Parameters
     ----------
@@ -46,10 +46,10 @@ class CheckedRecording:
     recorded : RecordedImpacts or None
         The recording and its impacts; None where it is gone or cannot be read.
     verdicts : tuple of Verdict
-        One for each impact; none where a person excluded it, or the limit permits no contact; where it is not judged,
-        those that exceed the limit all the same.
+        One for every impact; none if a person excluded it, or if the limit permits no contact; if it is not judged,
+        only those that exceed the limit.
     not_judged : Finding or None
-        Why nothing can be told from it; None if it can.
+        Why it shows nothing; None if it does.
     excluded : str
         Why a person excluded it; empty if nobody did.
     """
@@ -63,7 +63,7 @@ class CheckedRecording:
 
 @dataclass(frozen=True, eq=False)
 class RecordingsCheck:
-    """Recordings held against one limit.
+    """Recordings compared with one limit.
 
     Parameters
     ----------
@@ -87,22 +87,22 @@ class RecordingsCheck:
 
     @property
     def verdicts(self) -> list[Verdict]:
-        """Of all impacts."""
-        return [verdict for each in self.recordings for verdict in each.verdicts]
+        """The verdicts of all impacts."""
+        return [verdict for recording in self.recordings for verdict in recording.verdicts]
 
     @property
     def outcome(self) -> VerdictOutcome | None:
-        """The gravest; cannot tell where one is not judged, or none is there; None if no contact is permitted."""
+        """The gravest; cannot tell if one is not judged, or there is none; None if no contact is permitted."""
         if not self.permitted:
             return None
         outcomes = [verdict.outcome for verdict in self.verdicts]
-        unjudged = [VerdictOutcome.CANNOT_TELL for each in self.recordings if each.not_judged]
+        unjudged = [VerdictOutcome.CANNOT_TELL for recording in self.recordings if recording.not_judged]
         return VerdictOutcome.worst([*outcomes, *unjudged])
 
     @property
     def simulated(self) -> bool:
         """True if the campaign or a recording says so."""
-        read = [each.recorded.recording for each in self.recordings if each.recorded]
+        read = [checked.recorded.recording for checked in self.recordings if checked.recorded]
         return self.conditions.simulated or any(recording.simulated for recording in read)
 
 
@@ -142,10 +142,10 @@ def check_file(
     conditions, name = conditions or Conditions(), name or Path(path).name
     asked = {"interpretation": interpretation, "contact": contact}
     recordings = (
-        CheckedRecording(
-            each.recording.name, each, _verdicts(each, each.doubt or doubt, limit, **asked), each.doubt or doubt
+        CheckedRecording(recorded.recording.name, recorded, _verdicts(recorded, why, limit, **asked), why)
+        for recorded, why in (
+            (recorded, recorded.doubt or doubt) for recorded in recorded_impacts(path, conditions, columns, name=name)
         )
-        for each in recorded_impacts(path, conditions, columns, name=name)
     )
     return RecordingsCheck(name, limit, conditions, tuple(recordings))
 
@@ -156,7 +156,7 @@ _OF_EVERY_RECORDING = (FindingKind.UNIT_SLIP, FindingKind.UNIT_OF_TIME_SLIP, Fin
 def recording_doubt(folder: str | Path, file: str | Path | None = None) -> Finding | None:
     """What a campaign, as it was collected, says against every recording measured in it; None if nothing.
 
-    A unit that is mistaken, a condition that was changed; and of a file in its folder that it was changed.
+    A mistaken unit, a changed condition; for a file in its folder also that it was changed.
 
     Parameters
     ----------
@@ -173,7 +173,7 @@ def recording_doubt(folder: str | Path, file: str | Path | None = None) -> Findi
     if refusal and refusal.kind in _OF_EVERY_RECORDING:
         return refusal
     inside = file and Path(file).resolve().relative_to(campaign.recordings.resolve()).as_posix()
-    entry = next((each for each in campaign.entries if each.file == inside and not each.blank), None)
+    entry = next((entry for entry in campaign.entries if entry.file == inside and not entry.blank), None)
     if entry is None or file is None or entry.sha256 in ("", file_sha256(file)):
         return None
     return Finding.of(FindingKind.FILE_CHANGED)
@@ -187,9 +187,9 @@ def check_campaign(
     contact: Contact | None = None,
     progress: Progress | None = None,
 ) -> RecordingsCheck:
-    """Check the impacts of all recordings of a campaign against a limit, but for those that a person excluded.
+    """Check the impacts of all recordings of a campaign against a limit, except those that a person excluded.
 
-    Where the campaign's states together show that a unit is mistaken, no impact is within.
+    If the campaign's states together show that a unit is mistaken, no impact is within.
 
     Parameters
     ----------
@@ -208,13 +208,14 @@ def check_campaign(
         A link that leads to no file lies among the recordings.
     """
     asked = {"interpretation": interpretation, "contact": contact}
-    found = list(walk(campaign, progress=progress))
-    mistaken = mistaken_unit(campaign, filter(None, (each.measured for each in found)))
+    recordings = list(walk(campaign, progress=progress))
+    mistaken = mistaken_unit(campaign, filter(None, (recording.measured for recording in recordings)))
     checked = []
-    for each in found:
-        excluded, recorded, doubt = each.excluded, each.recorded, each.doubt or mistaken
+    for recording in recordings:
+        excluded, recorded, doubt = recording.excluded, recording.recorded, recording.doubt or mistaken
         verdicts = () if excluded else _verdicts(recorded, doubt, limit, **asked)
-        checked.append(CheckedRecording(each.entry.name, recorded, verdicts, None if excluded else doubt, excluded))
+        name, why = recording.entry.name, None if excluded else doubt
+        checked.append(CheckedRecording(name, recorded, verdicts, why, excluded))
     if not checked:
         raise InputError("found no recording to check", file=str(campaign.recordings))
     return RecordingsCheck(campaign.folder.resolve().name, limit, campaign.conditions, tuple(checked))
@@ -223,7 +224,7 @@ def check_campaign(
 def _verdicts(
     recorded: RecordedImpacts | None, doubt: Finding | None, limit: ForceLimit | NewtonLimit, **asked: Any
 ) -> tuple[Verdict, ...]:
-    """Verdicts of a recording's impacts; where there is a doubt, only that a limit is exceeded counts."""
+    """Verdicts of a recording's impacts; if there is a doubt, only those that exceed the limit."""
     if recorded is None or (isinstance(limit, ForceLimit) and not limit.permitted):
         return ()
     verdicts = (check_impact(impact, limit, **asked) for impact in recorded.impacts)
@@ -241,7 +242,7 @@ class RecordingResult:
     judgements : tuple of (Judgement or None)
         The strictest judgement of its gravest impact, one for each limit; None where nothing was judged.
     not_judged : Finding or None
-        Why nothing can be told from it: excluded by a person, no impact, unreadable, not filtered, changed since
+        Why it shows nothing: excluded by a person, no impact, unreadable, not filtered, changed since
         registration, no contact permitted; None otherwise.
     time, force : array
         Time after onset [s] and contact force [N] of the first impact, thinned out, extremes kept; empty without one.
@@ -296,11 +297,11 @@ def judge_recordings(
     permitted = [limit for limit in limits if limit.permitted]
     results: list[RecordingResult] = []
     measured: list[Measured] = []
-    gravest: Verdict | None = None  # no other is held: curves take memory
-    for found in walk(campaign, progress=progress):
-        result, verdicts = _result(found, limits)
+    gravest: Verdict | None = None  # the others are dropped: curves take memory
+    for recording in walk(campaign, progress=progress):
+        result, verdicts = _result(recording, limits)
         results.append(result)
-        measured += [found.measured] if found.measured else []
+        measured += [recording.measured] if recording.measured else []
         gravest = max([*([gravest] if gravest else []), *verdicts], key=_share, default=None)
     if mistaken := mistaken_unit(campaign, measured):
         results = [_doubted(result, mistaken) for result in results]
@@ -308,11 +309,14 @@ def judge_recordings(
 
 
 def _doubted(result: RecordingResult, doubt: Finding) -> RecordingResult:
-    """The result where no impact may be within: only that a limit is exceeded counts."""
+    """The result if no impact may be within: only judgements that exceed the limit remain."""
     if result.not_judged:
         return result
-    exceeded = tuple(each if each and each.outcome is VerdictOutcome.EXCEEDED else None for each in result.judgements)
-    return replace(result, judgements=exceeded, not_judged=doubt)
+    judgements = tuple(
+        judgement if judgement and judgement.outcome is VerdictOutcome.EXCEEDED else None
+        for judgement in result.judgements
+    )
+    return replace(result, judgements=judgements, not_judged=doubt)
 
 
 def gravest_judgement(judgements: Iterable[Judgement]) -> Judgement | None:
@@ -320,20 +324,20 @@ def gravest_judgement(judgements: Iterable[Judgement]) -> Judgement | None:
     return max(judgements, key=lambda judgement: judgement.gravity, default=None)
 
 
-def _result(found: CampaignRecording, limits: Sequence[ForceLimit]) -> tuple[RecordingResult, Sequence[Verdict]]:
+def _result(recording: CampaignRecording, limits: Sequence[ForceLimit]) -> tuple[RecordingResult, Sequence[Verdict]]:
     """The result of a recording, and its verdicts under the first permitted limit."""
-    entry, recorded = found.entry, None if found.excluded else found.recorded
+    entry, recorded = recording.entry, None if recording.excluded else recording.recorded
     time = force = np.empty(0)
-    why = Finding.of(FindingKind.EXCLUDED_BY_PERSON) if found.excluded else found.doubt
-    if found.state is FileState.NEW:
+    why = Finding.of(FindingKind.EXCLUDED_BY_PERSON) if recording.excluded else recording.doubt
+    if recording.state is FileState.NEW:
         entry = Entry(file=entry.file, curve=entry.curve, reason="not registered yet")
-    verdicts = [_verdicts(recorded, found.doubt, each) for each in limits]
+    verdicts = [_verdicts(recorded, recording.doubt, limit) for limit in limits]
     judgements = tuple(gravest_judgement(verdict.governing for verdict in under) for under in verdicts)
     first = next((k for k, limit in enumerate(limits) if limit.permitted), None)
-    if recorded and recorded.impacts and (any(verdicts) or not found.doubt):
+    if recorded and recorded.impacts and (any(verdicts) or not recording.doubt):
         time, force = thinned(*recorded.impacts[0].curve())
         why = why or (Finding.of(FindingKind.NO_CONTACT_PERMITTED) if first is None else None)
-    simulated = found.recorded is not None and found.recorded.recording.simulated
+    simulated = recording.recorded is not None and recording.recorded.recording.simulated
     return RecordingResult(entry, judgements, why, time, force, simulated), () if first is None else verdicts[first]
 
 
@@ -348,7 +352,7 @@ def thinned(time: FloatArray, force: FloatArray) -> tuple[FloatArray, FloatArray
     fast = min(_FAST, time[-1])
     edges = np.concatenate([np.linspace(0, fast, half + 1)[1:-1], np.linspace(fast, time[-1], half)])
     parts = [part for part in np.split(np.arange(time.size), np.searchsorted(time, edges)) if part.size]
-    extremes = [part[at(force[part])] for part in parts for at in (np.argmin, np.argmax)]
+    extremes = [part[extreme(force[part])] for part in parts for extreme in (np.argmin, np.argmax)]
     chosen = np.unique([0, *extremes, time.size - 1])
     return time[chosen], force[chosen]
 

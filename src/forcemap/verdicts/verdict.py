@@ -31,7 +31,7 @@ class Interpretation(StrEnum):
 
     @property
     def words(self) -> str:
-        """What it says, in a sentence."""
+        """Which limit applies when, as a phrase."""
         return _WORDS[self]
 
 
@@ -56,7 +56,7 @@ class VerdictOutcome(StrEnum):
 
     @classmethod
     def worst(cls, outcomes: Iterable[VerdictOutcome]) -> VerdictOutcome:
-        """The gravest; cannot tell where there is none."""
+        """The gravest; cannot tell if there is none."""
         return max(outcomes, key=lambda outcome: outcome.severity, default=cls.CANNOT_TELL)
 
 
@@ -136,7 +136,7 @@ def check_impact(
     It is within the limit only if force + device error <= limit at every instant, with what its peak may have risen
     between two samples; it exceeds it if force - device error > limit at some instant; between the two, and where the
     recording does not show the force (saturated, unresolved, no baseline, ended too early), the answer is "cannot
-    tell". So it is where the device's spring is softer than 0.9 of the body area's, or not stated; one from 0.9 to 1
+    tell". The same if the device's spring is softer than 0.9 of the body area's, or not stated; one from 0.9 to 1
     raises the force by the root of their ratio before it counts as within.
 
     Parameters
@@ -147,9 +147,9 @@ def check_impact(
     interpretation : Interpretation, optional
         The one that governs; the strictest if not given.
     contact : Contact, optional
-        Quasi-static: that limit holds for all of the contact. Of a limit in newtons it tells which kind it is: an
-        impact that clamps, or of undetermined scenario, is within it only if it is the quasi-static one, or that part
-        is given.
+        Quasi-static: that limit holds for all of the contact. It also says which kind a limit in newtons is: an impact
+        that clamps, or of undetermined scenario, is within it only if it is the quasi-static one, or that part is
+        given.
     quasi_static_limit, spring_N_per_m : float, optional
         As in `safe_speed`, with a limit in newtons.
 
@@ -164,15 +164,17 @@ def check_impact(
     InputError
         A limit that is not positive and finite, or figures that go with one in newtons beside a body area.
     """
-    found = _limits_of(impact, limit, contact, quasi_static_limit, spring_N_per_m)
-    transient, quasi_static = found.transient, found.quasi_static
+    limits = _limits_of(impact, limit, contact, quasi_static_limit, spring_N_per_m)
+    transient, quasi_static = limits.transient, limits.quasi_static
     error = impact.recording.device.error_or_default
-    course = _Course.of(impact, found.device, error)
-    lines = {each: limit_line(impact, each, course.after, transient, quasi_static) for each in Interpretation}
-    judgements = tuple(_judge(impact, each, course, line, found) for each, line in lines.items())
+    course = _Course.of(impact, limits.device, error)
+    judgements = tuple(
+        _judge(impact, rule, course, limit_line(impact, rule, course.after, transient, quasi_static), limits)
+        for rule in Interpretation
+    )
     strictest = max(judgements, key=lambda judgement: judgement.gravity)
-    named = [j for j in judgements if j.interpretation is interpretation]
-    return Verdict(impact, judgements, named[0] if named else strictest, error, found.warnings)
+    named = [judgement for judgement in judgements if judgement.interpretation is interpretation]
+    return Verdict(impact, judgements, named[0] if named else strictest, error, limits.warnings)
 
 
 def limit_line(
@@ -201,7 +203,7 @@ def limit_line(
 
 @dataclass(frozen=True)
 class _Limits:
-    """The limits of an impact [N], what the device's spring makes of forces, and why nothing can be within."""
+    """The limits of an impact [N], the effect of the device's spring on forces, and why nothing can be within."""
 
     transient: float
     quasi_static: float
@@ -231,16 +233,16 @@ def _limits_of(
     suits, warnings = DeviceSuitability(), (Finding.of(FindingKind.DEVICE_ALONE),)
     if stated.spring_N_per_m is not None:
         suits, warnings = device_suitability("the limit", stated.spring_N_per_m, stiffness), ()
-    held = stated.force if stated.quasi_static is None else stated.quasi_static
+    lasting = stated.force if stated.quasi_static is None else stated.quasi_static
     unnamed = None
     if stated.quasi_static is None and kind is not Contact.QUASI_STATIC and impact.scenario in BARRING:
         unnamed = Finding.of(FindingKind.LIMIT_UNNAMED, scenario=impact.scenario, limit_N=stated.force)
-    return _Limits(stated.force, held, suits, unnamed, warnings)
+    return _Limits(stated.force, lasting, suits, unnamed, warnings)
 
 
 @dataclass(frozen=True)
 class _Course:
-    """Force over time after onset [s], [N], what it is at least and at most, and what lies between, arrays (n,)."""
+    """Force over time after onset [s], [N], its lower and upper bounds, and what makes them differ, arrays (n,)."""
 
     after: FloatArray
     force: FloatArray
@@ -252,7 +254,7 @@ class _Course:
 
     @classmethod
     def of(cls, impact: Impact, device: DeviceSuitability, error: float) -> _Course:
-        """With the largest of its peaks, what drift may hide after Phase I, and what may lie between samples."""
+        """The course of an impact: the largest of its peaks, drift after Phase I, what may lie between samples."""
         after, force = impact.curve()
         after, force = after.copy(), force.copy()
         peak = int(np.abs(after - (impact.peak_time - impact.onset)).argmin())
@@ -263,9 +265,9 @@ class _Course:
         most = device.raised * (force + error + drift + unseen)
         return cls(after, force, force - error - drift, most, error, drift, unseen)
 
-    def doubt(self, at: int) -> dict[str, float]:
+    def doubt(self, sample: int) -> dict[str, float]:
         """What is added to the force at a sample before it counts as within [N]."""
-        return {"error_N": self.error, "drift_N": float(self.drift[at]), "unseen_N": float(self.unseen[at])}
+        return {"error_N": self.error, "drift_N": float(self.drift[sample]), "unseen_N": float(self.unseen[sample])}
 
 
 def _judge(
