@@ -191,9 +191,9 @@ def clusters(scaled: FloatArray) -> Indices:
     """
     points, index = np.unique(scaled, axis=0, return_inverse=True)
     first, second = _near(points).T
-    cluster, before = np.arange(len(points)), None
-    while not np.array_equal(cluster, before):  # the lowest number of the points linked so far
-        before, lowest = cluster.copy(), np.minimum(cluster[first], cluster[second])
+    cluster = np.arange(len(points))
+    while (cluster[first] != cluster[second]).any():
+        lowest = np.minimum(cluster[first], cluster[second])  # number of the points linked so far
         np.minimum.at(cluster, first, lowest)
         np.minimum.at(cluster, second, lowest)
         cluster = cluster[cluster]
