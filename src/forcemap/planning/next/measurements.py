@@ -350,7 +350,7 @@ def _hopeless(exceeds: Mask, limit: float, slowest: float) -> Finding | None:
 def _reach(force_map: ForceMap, places: FloatArray, force: float, slowest: float, fastest: float) -> FloatArray:
     """Speed up to which the prediction stays within a force, shape (n,); NaN where it exceeds it at the slowest."""
     low, high, level = (np.full(len(places), value) for value in (slowest, fastest, math.log(force)))
-    predicted = enclose(force_map, FixedMargin(0.0), Patches.at(*places.T), low, high)
+    predicted = enclose(force_map, FixedMargin(0.0), Patches.of_places(*places.T), low, high)
     return predicted.speed(predicted.certified(level))
 
 
