@@ -7,6 +7,7 @@ from collections import Counter
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, replace
 from enum import StrEnum
+from typing import Any
 
 import numpy as np
 
@@ -300,9 +301,9 @@ def confirm_plan(
 
     The latter lie far from every measured state, and from each other, in distance, height and speed: between the places
     and speeds that the map was fitted to. The impacts confirm the map if each of them is within the limit by
-    `check_impact` (its force and the device's error stay below it) and none lies above the bound. They are no repeats of the map's
-    states, which share its error. Released speeds are speeds at contact; where one leaves no speed to program, it is
-    not confirmed.
+    `check_impact` (its force and the device's error stay below it) and none lies above the bound. They are no repeats
+    of the map's states, which share its error. Released speeds are speeds at contact; where one leaves no speed to
+    program, it is not confirmed.
 
     A confirming state planned before whose speed is as close to the one released now as repeats may be stands for it if
     there is a recording of it, or if the speeds are the same; else it is replaced.
@@ -526,7 +527,7 @@ def _worth_confirming(
 
 def _probabilities(
     force_map: ForceMap, places: FloatArray, states: FloatArray, most: FloatArray, upper: FloatArray
-) -> dict[str, float]:
+) -> dict[str, Any]:
     """Probabilities that impacts at states, shape (n, 3), do not pass, by the name of their field.
 
     An impact passes if its force is at most `most`, and lies above the bound if it exceeds `upper` [N], shape (n,).
