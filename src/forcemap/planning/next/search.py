@@ -19,7 +19,7 @@ _WIDER = 1.5  # tolerances of repeats that states lie apart: speeds are never re
 _REGION_PLACES, _REGION_SPEEDS = 5, 3  # along each axis, over which an opening is to be precise; a choice
 _BELOW = 0.7  # share of the slowest speed to be confirmed at which the corners are measured; a choice
 _ROUNDING = 1e-9  # [m/s]
-_SAME_PLACE = 1e-6  # share of the range of places: rounding
+_CORNER_ROUNDING = 1e-6  # share of the range of places
 
 
 class Search:
@@ -93,7 +93,7 @@ class Search:
         corners = np.flatnonzero(self._range.corners(candidates) & (np.abs(candidates[:, 2] - speed) < _ROUNDING))
         if not len(fixed):
             return corners
-        near = self._range.apart(candidates[corners], fixed) < _SAME_PLACE
+        near = self._range.apart(candidates[corners], fixed) < _CORNER_ROUNDING
         slower = near & (fixed[None, :, 2] <= speed + self._tolerance.speed)
         return corners[~slower.any(axis=1)]
 
