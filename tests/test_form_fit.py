@@ -159,7 +159,7 @@ def test_a_constant_coordinate_and_other_forms():
     tested = form_test(fm.CFM_2D, states_of(at, log_force("form", at, None) + np.linspace(0, 0.02, 27)))
     assert {each.along for each in tested.departures} <= {"distance", "speed", "place"}
     wrong = form_test(fm.CFM_2D, states_of(spread(), log_force("form", spread(), None)))
-    assert wrong.found[0].along in ("height", "place")
+    assert wrong.significant[0].along in ("height", "place")
 
 
 @pytest.mark.parametrize("extra", [0, 1, 2])

@@ -541,7 +541,7 @@ class TestConfirmation:
             most = np.minimum(277.0, found.bound_force)
             sound.append(np.any(impacts.forces[:, 0] > most))
             harder.append(np.any(1.1 * impacts.forces[:, 0] > most))
-            stated.append((found.not_passed, found.found, found.above_bound))
+            stated.append((found.not_passed, found.higher_detected, found.above_bound))
         not_passed, power, above = np.mean(stated, axis=0)
         assert above < not_passed < 0.25
         assert np.mean(sound) == pytest.approx(not_passed, abs=0.10)
@@ -643,7 +643,7 @@ class TestConfirmation:
     def test_what_cannot_be_confirmed_is_refused(self, force_map):
         published = fm.confirm_plan(fm.published_map("ur10e"), 280.0, bound=fm.FixedMargin(), impacts=3)
         assert len(published.plan) == 3
-        assert np.isnan([published.not_passed, published.above_bound, published.found]).all()
+        assert np.isnan([published.not_passed, published.above_bound, published.higher_detected]).all()
         nothing = fm.confirm_plan(force_map, 20.0, contact=QUASI_STATIC, bound=fm.ToleranceBound())
         assert (len(nothing.plan), len(nothing.added)) == (0, 0)
         assert (nothing.refusal.kind, nothing.refusal.figure("limit_N")) == (FindingKind.NOTHING_TO_CONFIRM, 20)

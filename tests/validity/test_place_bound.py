@@ -195,7 +195,7 @@ def test_departures_from_the_form_are_found_and_false_alarms_are_rare(row, full_
     cells = []
     for plan in (spread, paper):
         drawn = list(campaigns("ur10e", row, plan, count))
-        found = np.array([bool(form_test(fm.CFM_3D, _states(points, y)).found) for _, points, _, y in drawn])
+        found = np.array([bool(form_test(fm.CFM_3D, _states(points, y)).significant) for _, points, _, y in drawn])
         covered, width = by_oracle(drawn)
         of = [f"{covered[each].mean():.2f}" if each.any() else "-" for each in (found, ~found)]
         cells += [f"{found.mean():.2f}", f"{covered.mean():.2f} ({width:.3f})", " / ".join(of)]

@@ -116,9 +116,9 @@ class ConfirmAnswer(Answer):
     warnings: AllSaid
     not_passed_probability: Figure = of("not_passed")
     above_bound_probability: Figure = of("above_bound")
-    found_probability_10_percent: Figure = of("found")
-    found_probability_ridge: Figure = of("ridge_found")
-    found_probability_bump: Figure = of("bump_found")
+    found_probability_10_percent: Figure = of("higher_detected")
+    found_probability_ridge: Figure = of("ridge_detected")
+    found_probability_bump: Figure = of("bump_detected")
     runs: list[BoundedRun]
     next_command: str
 

@@ -270,7 +270,7 @@ def _result(
         mean_bound = max_bound = math.nan
         notes.append(Finding.of(FindingKind.NO_BOUND, in_words(refusal.message)))
     if isinstance(fitted.form, Form) and (tested := force_map.form_test):
-        notes += [tested.finding] if tested.found else []
+        notes += [tested.finding] if tested.significant else []
         notes += tested.scatter
     points = force_map.measured_range.points
     further = MeasuredRange(np.vstack([points, points * (1.0, 1.0, ABOVE)]))

@@ -25,7 +25,7 @@ WHO_CONFIRMS = (
 
 
 def head_lines(provenance: Provenance) -> list[str]:
-    """The head as lines of text; what a campaign states cannot add one."""
+    """The head as lines of text; a text of a campaign cannot add a line."""
     allowance = provenance.allowance
     lines = [
         *([SIMULATED] if provenance.simulated else []),
@@ -50,7 +50,7 @@ def _limits(provenance: Provenance) -> list[str]:
 
 
 def one_line(text: str) -> str:
-    """A text without line breaks and control characters: what follows one would be program, not comment."""
+    """A text without line breaks and control characters: after one of them a comment would become program."""
     return "".join(letter for letter in " ".join(text.split()) if letter.isprintable())
 
 

@@ -29,7 +29,15 @@ from forcemap.speeds.zone_speeds import ZoneSpeeds, zone_speeds
 from forcemap.speeds.zones import Zones
 from forcemap.words import sentence
 
+ZONE_SIZE = 0.05
+"""Largest extent of a zone, unless stated [m]; a choice between the speed that a zone's size costs and the length of
+the program."""
+
+_LEAST_SIZE = 0.005  # [m] of a zone; a choice: the default position tolerance
+_MOST_ZONES = 1000  # along an axis; a choice
 _WHOLE = Decimal("0.001")  # [m]; edges in whole millimetres, which every controller can hold
+_MM_PER_M = 1000
+_ROUNDING, _DECIMALS = 1e-9, 9  # of a number of zones; of an edge [m]
 
 
 @dataclass(frozen=True)
@@ -47,9 +55,9 @@ class Provenance:
     allowance : Allowance
         What was subtracted.
     bases : tuple of Basis
-        Limits, and what speeds rest on for each.
+        The limits, and what the speeds of each rest on.
     notes : tuple of Finding
-        What else they depend on.
+        What else the speeds depend on.
     simulated : bool
         True if the impacts are simulated.
     impacts_table, impacts_table_sha256 : str
@@ -96,12 +104,12 @@ class RobotTable:
     speed_mmps : array of int, shape (n, m)
         Speed to program, floored [mm/s]; 0 where none is permitted.
     outcome, reason : array of SpeedOutcome, array of Finding, shape (n, m)
-        What is known of it, and why.
+        What is known of the speed, and why.
     lowest : array, shape (n, m)
         The speed at contact: the lower bound of the safe speeds, before allowance and flooring [m/s]; NaN where there
         is none.
     spread : array, shape (n, m)
-        How much faster the fastest corner of the zone is [m/s]: the price of its size.
+        How much faster the fastest corner of the zone is [m/s]: the cost of its size.
     limit : array, shape (n, m)
         The force limit that gives the lowest speed [N].
     provenance : Provenance
@@ -131,13 +139,13 @@ class RobotTable:
     def speed(self, x: float, y: float, z: float) -> float:
         """What the program gets for a pose in the frame of the base [m]: a speed [m/s], 0 outside or unconfirmed.
 
-        On an edge between zones the farther and the higher one counts; at every edge both hold.
+        On an edge between zones the farther and the higher one counts; both hold there.
         """
-        place = ((self.distance_edges, math.sqrt(x * x + y * y)), (self.height_edges, z))
-        if not all(edges[0] <= at <= edges[-1] for edges, at in place):
+        axes = ((self.distance_edges, math.sqrt(x * x + y * y)), (self.height_edges, z))
+        if not all(edges[0] <= value <= edges[-1] for edges, value in axes):
             return 0.0
-        i, j = (min(int(np.searchsorted(edges, at, "right")) - 1, edges.size - 2) for edges, at in place)
-        return float(self.speed_mmps[i, j]) / 1000
+        i, j = (min(int(np.searchsorted(edges, value, "right")) - 1, edges.size - 2) for edges, value in axes)
+        return float(self.speed_mmps[i, j]) / _MM_PER_M
 
 
 def robot_table(
@@ -145,7 +153,7 @@ def robot_table(
     *,
     limits: Sequence[tuple[ForceLimit | NewtonLimit | float, Contact | None]],
     bound: Bound,
-    size: float = 0.05,
+    size: float = ZONE_SIZE,
     allowance: Allowance | None = None,
     date: str | None = None,
     angle: float = WIDEST_ANGLE,
@@ -180,7 +188,7 @@ def robot_table(
     Raises
     ------
     InputError
-        No limit, a size out of range, a date that is none, a range too small for the tolerance, or a campaign that does
+        No limit, a size out of range, an invalid date, a range too small for the tolerance, or a campaign that does
         not state a direction that motion can be compared with.
     NotReleasable
         A weak bound, a limit in newtons without its spring, or an impacts table that is not what its recordings gave.
@@ -193,33 +201,33 @@ def robot_table(
     allowance = Allowance() if allowance is None else allowance
     low, high = force_map.measured_range.lowest, force_map.measured_range.highest
     edges = [_edges(float(low[i]) + allowance.position, float(high[i]) - allowance.position, size) for i in (0, 1)]
-    zones, shape = Zones.between(*edges).grown(allowance.position), tuple(each.size - 1 for each in edges)
+    zones, shape = Zones.between(*edges).grown(allowance.position), tuple(axis.size - 1 for axis in edges)
     for limit, contact in limits:
         require_exportable(basis_of(force_map, limit, bound=bound, contact=contact, angle=angle))
-    found = [
+    speeds = [
         zone_speeds(force_map, zones, limit=limit, bound=bound, contact=contact, angle=angle, allowance=allowance)
         for limit, contact in limits
     ]
-    governing = np.argmin([np.where(np.isnan(each.speed), -np.inf, each.speed) for each in found], axis=0)
+    governing = np.argmin([np.where(np.isnan(zone.speed), -np.inf, zone.speed) for zone in speeds], axis=0)
 
     def strictest(name: str) -> Objects:
-        columns = np.array([getattr(each, name) for each in found], dtype=object)
+        columns = np.array([getattr(zone, name) for zone in speeds], dtype=object)
         return np.asarray(columns[governing, np.arange(len(zones))].reshape(shape))
 
     lowest = strictest("speed").astype(np.float64)
     outcome, reason = strictest("to_program_outcome"), strictest("to_program_reason")
     millimetres = np.array([_floored(value) for value in strictest("speed_to_program").ravel()]).reshape(shape)
     spread, limit_N = strictest("spread").astype(np.float64), strictest("limit").astype(np.float64)
-    head = provenance(force_map, found, bound, allowance, date)
+    head = provenance(force_map, speeds, bound, allowance, date)
     return RobotTable(edges[0], edges[1], millimetres, outcome, reason, lowest, spread, limit_N, head)
 
 
 def provenance(
-    force_map: ForceMap, found: Sequence[ZoneSpeeds], bound: Bound, allowance: Allowance, date: str | None
+    force_map: ForceMap, speeds: Sequence[ZoneSpeeds], bound: Bound, allowance: Allowance, date: str | None
 ) -> Provenance:
     """What speeds rest on, for the head of an exported file; the date is today's if not given.
 
-    The arguments are those of `robot_table`, and the speeds it made.
+    The arguments are those of `robot_table`, and its speeds for each limit.
     """
     fit = force_map.fit
     return Provenance(
@@ -228,7 +236,7 @@ def provenance(
         date=(datetime.date.today() if date is None else stated_date("date", date)).isoformat(),
         bound=bound,
         allowance=allowance,
-        bases=tuple(each.basis for each in found),
+        bases=tuple(zone.basis for zone in speeds),
         notes=(Finding.of(FindingKind.ONLY_AS_MEASURED),),
         simulated=force_map.simulated,
         impacts_table="" if fit is None else fit.table,
@@ -237,29 +245,29 @@ def provenance(
 
 
 def require_exportable(basis: Basis) -> None:
-    """Raise NotReleasable if what speeds rest on carries no program and no table."""
+    """Raise NotReleasable if nothing may be exported of speeds with this basis."""
     if basis.export_refusal:
         raise NotReleasable(f"nothing is exported: {sentence(basis.export_refusal)}")
 
 
 def _floored(speed: float) -> int:
     """Whole mm/s, never rounded up; 0 for NaN and below."""
-    return max(0, int(Decimal(floor_speed(speed)) * 1000)) if math.isfinite(speed) else 0
+    return max(0, int(Decimal(floor_speed(speed)) * _MM_PER_M)) if math.isfinite(speed) else 0
 
 
 def _edges(low: float, high: float, size: float) -> FloatArray:
-    """Evenly spread edges in whole millimetres, the outer ones drawn inwards."""
-    if not 0.005 <= size < math.inf:
-        raise InputError(f"zone size: found {size:g} m, expected at least 0.005 m")
-    first = Decimal(repr(round(low, 9))).quantize(_WHOLE, rounding=ROUND_CEILING)
-    last = Decimal(repr(round(high, 9))).quantize(_WHOLE, rounding=ROUND_FLOOR)
+    """Evenly spaced edges in whole millimetres, the outer ones moved inwards."""
+    if not _LEAST_SIZE <= size < math.inf:
+        raise InputError(f"zone size: found {size:g} m, expected at least {_LEAST_SIZE:g} m")
+    first = Decimal(repr(round(low, _DECIMALS))).quantize(_WHOLE, rounding=ROUND_CEILING)
+    last = Decimal(repr(round(high, _DECIMALS))).quantize(_WHOLE, rounding=ROUND_FLOOR)
     if not last - first >= _WHOLE:
         raise InputError(
             f"zones: the measured range leaves {high - low:.3g} m once the position tolerance is subtracted on both "
             "sides; measure at more distances and heights, or state a smaller tolerance"
         )
     whole = int((last - first) / _WHOLE)
-    count = max(1, math.ceil(whole / 1000 / size - 1e-9))
-    if count > 1000:
-        raise InputError(f"zone size: found {size:g} m, expected at most 1000 zones along an axis")
+    count = max(1, math.ceil(whole / _MM_PER_M / size - _ROUNDING))
+    if count > _MOST_ZONES:
+        raise InputError(f"zone size: found {size:g} m, expected at most {_MOST_ZONES} zones along an axis")
     return np.array([float(first + _WHOLE * (whole * i // count)) for i in range(count + 1)])

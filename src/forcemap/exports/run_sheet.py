@@ -11,7 +11,7 @@ from forcemap.campaigns.conditions import Conditions
 from forcemap.campaigns.plan import MeasurementPlan
 from forcemap.words import sentence, sentences
 
-_SHEET_WIDTH = 100
+_SHEET_WIDTH = 100  # characters; no printed line is longer
 
 
 def run_sheet(
@@ -21,18 +21,18 @@ def run_sheet(
     upper_force: Sequence[float] = (),
     waiting: MeasurementPlan | None = None,
 ) -> list[str]:
-    """The plan as lines of at most 100 characters, to print for the person at the robot.
+    """The plan as lines of at most 100 characters, to be printed for the person at the robot.
 
     Parameters
     ----------
     plan : MeasurementPlan
         The runs to make.
     conditions : Conditions
-        What they are measured under.
+        The conditions of the measurement.
     upper_force : sequence of float
-        What the force of each run is not to exceed [N], for a column "at most"; no column if not given.
+        Force that each run is not to exceed [N], for a column "at most"; no column if not given.
     waiting : MeasurementPlan, optional
-        Runs planned earlier that are not measured yet; they stand behind the others.
+        Runs planned earlier that are not measured yet; they follow the others.
     """
     device = conditions.device
     stated = {
@@ -50,7 +50,7 @@ def run_sheet(
         *(f"{name}: {value or 'not stated'}" for name, value in stated.items()),
         f"expected forces: {sentence(plan.expected_from) or 'not stated'}",
         *(f"WARNING: {sentence(warning)}" for warning in plan.warnings),
-        *(f"left out: {sentence(each)}" for each in plan.left_out),
+        *(f"left out: {sentence(reason)}" for reason in plan.left_out),
     ]
     lines = [part for line in head for part in textwrap.wrap(line, _SHEET_WIDTH, subsequent_indent="    ")]
     names = [*plan.recording.tolist(), *([] if waiting is None else waiting.recording.tolist())]
@@ -62,8 +62,8 @@ def run_sheet(
 
 
 def _runs(plan: MeasurementPlan, width: int, upper: list[float], *, first: int = 1) -> list[str]:
-    """A table for each speed, or each place if the runs go by place; runs are numbered from `first`."""
-    # The angle of the base gives way where the paper is too narrow for it and for what the force is not to exceed.
+    """A table for each speed, or for each place if the runs go by place; runs are numbered from `first`."""
+    # The paper is too narrow for an empty column of base angles beside that of forces.
     angles = not upper or not all(math.isnan(angle) for angle in plan.base_angle.tolist())
     base = f" {'base [deg]':>10}" if angles else ""
     most = f" {'at most [N]':>11}" if upper else ""
@@ -75,10 +75,10 @@ def _runs(plan: MeasurementPlan, width: int, upper: list[float], *, first: int =
         heads = [f"d = {d} m, h = {h} m" for d, h in places]
     lines = []
     for head, block in itertools.groupby(enumerate(plan.recording.tolist()), key=lambda run: heads[run[0]]):
-        # What a table has in common stands above it: everybody at the robot must see the change.
+        # What the runs of a table have in common stands above it, so that nobody at the robot misses a change.
         lines += ["", head, title + "done, note", "-" * (len(title) + 10)]
         for i, name in block:
-            where = f"{plan.speed[i]:7.4g}" if plan.by_place else " ".join(f"{each:>7}" for each in places[i])
+            where = f"{plan.speed[i]:7.4g}" if plan.by_place else " ".join(f"{value:>7}" for value in places[i])
             where += f" {_figure(plan.base_angle[i], 'g'):>10}" if angles else ""
             force = f"{_figure(plan.expected_force[i], '.0f'):>8}"
             force += f" {math.floor(upper[i]):>11}" if upper else ""

@@ -1,4 +1,4 @@
-"""A sheet with what a person would type into a robot's safety configuration, and what they must check first."""
+"""A sheet of proposed entries for a robot's safety configuration, and what must be checked before typing them in."""
 
 from __future__ import annotations
 
@@ -58,19 +58,19 @@ def _violations(
     """Segments that the safety configuration would stop, a line each."""
     limit = block[4] / 1000
     if speeds is not None:
-        found = list(_driven(table, block, speeds))
+        segments = list(_driven(table, block, speeds))
     elif task is not None:
-        found = [(each.name, each.speed, False) for each in task.segments]
+        segments = [(segment.name, segment.speed, False) for segment in task.segments]
     else:
         return []
     words = []
-    for name, fastest, beyond in found:
-        segment = f"- segment {one_line(name)}:"
+    for name, fastest, beyond in segments:
+        subject = f"- segment {one_line(name)}:"
         if not fastest <= limit:
             stated = "no speed is stated" if math.isnan(fastest) else f"programmed up to {fastest:.3f} m/s"
-            words.append(f"{segment} {stated}, the tool speed limit is {limit:.3f} m/s")
+            words.append(f"{subject} {stated}, the tool speed limit is {limit:.3f} m/s")
         if beyond:
-            words.append(f"{segment} leaves the block of zones, so a safety plane would stop it")
+            words.append(f"{subject} leaves the block of zones, so a safety plane would stop it")
     compared = "speeds and places" if speeds is not None else "speeds alone; give the path to compare places"
     if not words:
         return [f"No segment of the task violates these entries (compared: {compared}).", ""]
@@ -86,14 +86,14 @@ def _driven(
     ranges = ((distance, table.distance_edges, first, last), (height, table.height_edges, bottom, top))
     outside = np.any([((p < e[a]) | (p > e[b])).any(axis=1) for p, e, a, b in ranges], axis=0)
     for name in dict.fromkeys(speeds.path.names):
-        here = np.array([each == name for each in speeds.path.names])
-        yield name, float(speeds.programmed[here].max()), bool(outside[here].any())
+        pieces = np.array([piece == name for piece in speeds.path.names])
+        yield name, float(speeds.programmed[pieces].max()), bool(outside[pieces].any())
 
 
 def widest_block(table: RobotTable) -> tuple[int, int, int, int, int] | None:
-    """Edges from, to along distance and height, and lowest speed [mm/s], of the rectangle largest in area x speed."""
+    """Edges from, to along distance and height, and lowest speed [mm/s], of the rectangle with largest area x speed."""
     speeds = table.speed_mmps
-    best, found = 0.0, None
+    best, block = 0.0, None
     rows, columns = speeds.shape
     for first in range(rows):
         least = speeds[first]
@@ -108,5 +108,5 @@ def widest_block(table: RobotTable) -> tuple[int, int, int, int, int] | None:
                     wide = table.distance_edges[last] - table.distance_edges[first]
                     worth = lowest * wide * (table.height_edges[top] - table.height_edges[bottom])
                     if worth > best:
-                        best, found = float(worth), (first, last, bottom, top, lowest)
-    return found
+                        best, block = float(worth), (first, last, bottom, top, lowest)
+    return block

@@ -1,4 +1,4 @@
-"""Speed-scaling factors for the pieces of a trajectory: what its programmed speed is multiplied by."""
+"""Speed-scaling factors for the pieces of a trajectory, by which its programmed speed is multiplied."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def scaling_result(speeds: PathSpeeds, provenance: Provenance) -> dict[str, Any]
     InputError
         The path has no programmed speed.
     NotReleasable
-        What the speeds rest on carries no program.
+        Nothing may be exported of speeds with their basis.
     """
     for basis in speeds.bases:
         require_exportable(basis)
@@ -84,7 +84,7 @@ def scaling_result(speeds: PathSpeeds, provenance: Provenance) -> dict[str, Any]
 
 
 def _use(speeds: PathSpeeds) -> str:
-    """How the factors are to be applied, so that they hold at the boundaries of pieces too."""
+    """How the factors must be applied, so that they also hold at the boundaries of pieces."""
     return (
         "use: apply each factor from the start of its piece, on a robot that then brakes along the path with at least "
         f"{speeds.acceleration:g} m/s^2; no piece is then entered faster than it allows. On one that brakes less, the "

@@ -28,10 +28,10 @@ def speed_map_csv(speed_map: SpeedMap, *, basis: dict[str, str]) -> str:
     speed_map : SpeedMap
         The speeds.
     basis : dict
-        What every speed rests on (limit, bound, map): a column each, repeated in every row.
+        What every speed rests on (limit, bound, map): columns with the same text in every row.
     """
-    said = ["limit_N", "reason", "to_program_outcome", "to_program_reason"]
-    columns = ["distance_m", "height_m", "outcome", *_SPEEDS, *_FORCES, *said, *basis, "assumptions"]
+    reasons = ["limit_N", "reason", "to_program_outcome", "to_program_reason"]
+    columns = ["distance_m", "height_m", "outcome", *_SPEEDS, *_FORCES, *reasons, *basis, "assumptions"]
     rows: list[list[str]] = []
     bases = [speed_map.speeds.basis]
     rests_on = cell("; ".join((*warnings(bases), *assumptions(bases))))
@@ -39,9 +39,9 @@ def speed_map_csv(speed_map: SpeedMap, *, basis: dict[str, str]) -> str:
     for place in _places(speed_map):
         speeds = [floor_speed(place[column]).replace("-", "") for column in _SPEEDS]
         forces = ["" if math.isnan(place[column]) else f"{place[column]:.1f}" for column in _FORCES]
-        at = [repr(place["distance_m"]), repr(place["height_m"]), place["outcome"]]
+        where = [repr(place["distance_m"]), repr(place["height_m"]), place["outcome"]]
         limit, program = f"{speed_map.speeds.limit:g}", [place["to_program_outcome"], cell(place["to_program_reason"])]
-        rows.append([*at, *speeds, *forces, limit, cell(place["reason"]), *program, *stated, rests_on])
+        rows.append([*where, *speeds, *forces, limit, cell(place["reason"]), *program, *stated, rests_on])
     return csv_text(columns, rows)
 
 

@@ -16,18 +16,21 @@ import numpy as np
 from forcemap.csv_table import Table, read_table
 from forcemap.errors import InputError, TableError, UnknownName
 from forcemap.files import read_bytes, sha256
+from forcemap.limits.pfl import LEAST_STIFFNESS
 
 _PRESSURE, _FORCE, _FACTOR = "quasi_static_pressure_N_per_cm2", "quasi_static_force_N", "transient_factor"
 _AREA_COLUMNS = ("area", "name", "region", _PRESSURE, _FORCE, _FACTOR)
 _SPRING = "spring_constant_N_per_mm"
 _STANDARD = "body_areas.csv"
 _PASCALS = 1e4  # Pa in 1 N/cm^2
-_MAX_FIGURE = 2000.0  # [N], [N/cm^2]: several times the largest of the standard
+_N_PER_M = 1000.0  # N/m in 1 N/mm
+_MAX_LIMIT = 2000.0  # [N], [N/cm^2]; several times the largest of the standard, so a larger one is a slip
+
 MAX_TRANSIENT_FACTOR = 2.0
 """The standard's transient over quasi-static limit; a larger one is a slip."""
 
 _SIDES = ("_dominant", "_nondominant")
-_HEAD_WORD = re.compile(  # begins or ends so
+_HEAD_WORD = re.compile(  # how words for parts of the head begin or end, English and German (docs/decisions.md)
     "(head|skull|crani|face|facial|temple|tempor|masticat|jaw|mandib|maxill|chin|cheek|nose|nasal|mouth|lip|eye|brow|ear"
     "|scalp|occip|forehead|kopf|schädel|schaedel|stirn|gesicht|schläfe|schlaefe|kaumuskel|kiefer|kinn|wange|nase|mund"
     "|auge|ohr).*|.*(head|skull|jaw|kopf|kiefer|schädel|schaedel|gesicht)"
@@ -63,16 +66,16 @@ class BodyArea:
 
     @property
     def stiffness(self) -> float:
-        """Spring constant [N/m], which the measuring device must have; NaN if neither table nor standard has one."""
+        """Spring constant that the measuring device must have [N/m]; NaN if neither table nor standard states one."""
         region = body_regions().get(self.region)
         return self.stated_stiffness if region is None else float(np.fmax(self.stated_stiffness, region.stiffness))
 
     @property
     def head(self) -> bool:
-        """True for the head: by its region, or by a word of its name; the standard permits no contact there."""
+        """True for the head, by its region or by a word of its name; the standard permits no contact there."""
         texts = unicodedata.normalize("NFKC", f"{self.area} {self.name} {self.region}").casefold()
-        seen = "".join(sign for sign in texts if unicodedata.category(sign) != "Cf")  # not to be seen: zero-width marks
-        words = re.findall(r"[^\W\d_]+", seen)
+        visible = "".join(sign for sign in texts if unicodedata.category(sign) != "Cf")  # without zero-width marks
+        words = re.findall(r"[^\W\d_]+", visible)
         return any(_HEAD_WORD.fullmatch(word) for word in words)
 
     @property
@@ -113,7 +116,7 @@ class LimitTable:
     sha256 : str
         SHA-256 of the file.
     head_contact : str
-        What the file says permits contact with the head, in its own words; empty if it does not say so.
+        What permits contact with the head, in the words of the file; empty if it does not say so.
     """
 
     areas: Mapping[str, BodyArea]
@@ -139,10 +142,10 @@ class LimitTable:
             The table has one side of an area alone, and the name stands for both.
         """
         wanted = identifier(name)
-        found = [area for area in self.areas.values() if wanted in (area.area, area.region, area.base)]
-        if not found:
+        areas = [area for area in self.areas.values() if wanted in (area.area, area.region, area.base)]
+        if not areas:
             raise UnknownName("body area or region", name, [*self.areas, *self.regions])
-        for area in found:
+        for area in areas:
             sides = [side for side in _SIDES if area.area.endswith(side)]
             other = [area.base + side for side in _SIDES if side not in sides]
             if sides and wanted == area.base and not {area.base, *other} & self.areas.keys():
@@ -150,7 +153,7 @@ class LimitTable:
                     f"body area: {name} stands for both sides, and {self.edition} has {area.area} without {other[0]}; "
                     f"name {area.area}, or add the other side to the table"
                 )
-        return found
+        return areas
 
 
 @lru_cache
@@ -163,15 +166,15 @@ def read_limit_table(path: str | Path) -> LimitTable:
     """Read a user's own table of limits.
 
     A CSV file with the columns area, name, region, quasi_static_pressure_N_per_cm2, quasi_static_force_N and
-    transient_factor; lines "# edition: ...", "# source: ..." and "# version: ..." may stand before the header. An area
-    of the head stays closed whatever its factor, unless a line "# head_contact: permitted by ..." names the source that
-    permits it.
+    transient_factor; lines "# edition: ...", "# source: ..." and "# version: ..." may stand before the header. Contact
+    with an area of the head is not permitted, whatever its factor, unless a line "# head_contact: permitted by ..."
+    names the source that permits it.
 
     Raises
     ------
     TableError
-        A column is missing, an area stands twice, a limit is not positive, a transient factor is neither 0 nor
-        from 1 to 2, or what permits contact with the head is not named.
+        A column is missing, an area occurs twice, a limit is not positive, a transient factor is neither 0 nor
+        from 1 to 2, or the source that permits contact with the head is not named.
     """
     return _limit_table(read_bytes(path), Path(path).name)
 
@@ -181,9 +184,7 @@ def body_regions() -> Mapping[str, BodyRegion]:
     """The 12 body regions of ISO/TS 15066:2016, table A.3, by identifier."""
     rows = _table(_content("body_regions.csv"), "body_regions.csv").texts
     return {
-        row["region"]: BodyRegion(
-            row["region"], 1000 * float(row["spring_constant_N_per_mm"]), float(row["effective_mass_kg"])
-        )
+        row["region"]: BodyRegion(row["region"], _N_PER_M * float(row[_SPRING]), float(row["effective_mass_kg"]))
         for row in rows
     }
 
@@ -258,7 +259,7 @@ def _without_side(area: str) -> str:
 
 
 def _head_contact(words: str, file: str) -> str:
-    """What permits contact with the head, if the file names it; anything but a source is refused."""
+    """What permits contact with the head, if the file says so; anything but a named source is refused."""
     if words and not _PERMITTED_BY.fullmatch(words):
         raise TableError(
             f'found {words!r}, expected "permitted by" and the source that permits contact with the head, or no such '
@@ -270,29 +271,29 @@ def _head_contact(words: str, file: str) -> str:
 
 
 def identifier(name: str) -> str:
-    """A name as identifiers are written: small letters and underscores."""
+    """A name in the spelling of identifiers: lower case with underscores."""
     return "_".join(name.lower().replace("-", " ").replace("_", " ").split())
 
 
 def _spring(cell: str, region: str, refused: partial[TableError]) -> float:
     """The spring constant that a table states [N/m]; NaN for an empty cell.
 
-    None may be softer than the standard's: a device as soft would read the region's forces too low.
+    It must not be softer than the standard's: a device as soft would read the region's forces too low.
     """
     if not cell:
         return math.nan
     spring, usual = _number(cell, refused, _SPRING), body_regions().get(region)
-    least = 1.0 if usual is None else usual.stiffness / 1000
+    least = (LEAST_STIFFNESS if usual is None else usual.stiffness) / _N_PER_M
     if spring < least:
         expected = f"expected at least {least:g} N/mm" + (f", the standard's for {region}" if usual else "")
         raise refused(f"found {spring:g} N/mm, {expected}", column=_SPRING)
-    return 1000 * spring
+    return _N_PER_M * spring
 
 
 def _number(cell: str, refused: partial[TableError], column: str) -> float:
     if not re.fullmatch(r"\d+\.?\d*|\.\d+", cell, re.ASCII):
         raise refused(f"found {cell!r}, expected a positive number", column=column)
     number = float(cell)
-    if not (number <= _MAX_FIGURE and (number > 0 or column == _FACTOR)):
-        raise refused(f"found {cell!r}, expected a positive number up to {_MAX_FIGURE:g}", column=column)
+    if not (number <= _MAX_LIMIT and (number > 0 or column == _FACTOR)):
+        raise refused(f"found {cell!r}, expected a positive number up to {_MAX_LIMIT:g}", column=column)
     return number

@@ -1,11 +1,11 @@
-"""What a protective cover or another payload may change: an estimate to plan with, never a permission.
+"""What a protective cover or another payload may change: an estimate for planning, never a permission.
 
 The contact model stores the energy mu v^2 / 2 in the spring of the body part and in the cover, in series. With the
 force limit F, the body's spring constant k, the cover's k_c and its compressible thickness d_c
 
     v_max = sqrt{ [F^2 / k + min(F^2 / k_c, k_c d_c^2)] / mu },  mu = (1 / m_R + 1 / m_H)^-1
 
-The second branch is the cover bottoming out: beyond it the cover takes up no more energy. Energy form after Svarny et
+The second branch is a cover that bottoms out: it then absorbs no more energy. Energy form after Svarny et
 al. 2022, Effect of active and passive protective soft skins on collision forces in human-robot collaboration.
 """
 
@@ -21,7 +21,11 @@ ESTIMATE = (
     "MODEL ESTIMATE to plan with: nothing of it was measured, and no speed may be driven because of it; measure again "
     "with the cover or payload"
 )
-"""What stands beside every figure of this file."""
+"""Stated with every figure of this file."""
+
+# Outside these a figure is in another unit.
+_LEAST_STIFFNESS = 100.0  # [N/m]; a cover of 0.1 N/mm resists nothing
+_LARGEST_THICKNESS = 0.2  # [m]
 
 
 @dataclass(frozen=True)
@@ -82,20 +86,22 @@ def cover_estimate(
 
     Examples
     --------
-    >>> found = cover_estimate(
+    >>> estimate = cover_estimate(
     ...     140.0, robot_mass=15.0, body_mass=math.inf, stiffness=75e3, cover_stiffness=20e3, cover_thickness=0.02
     ... )
-    >>> round(found.speed_before, 4), round(found.speed_after, 4), found.bottoms_out
+    >>> round(estimate.speed_before, 4), round(estimate.speed_after, 4), estimate.bottoms_out
     (0.132, 0.2877, False)
     """
     before = float(pfl_speed_limit(max_force, robot_mass=robot_mass, body_mass=body_mass, stiffness=stiffness))
-    if not 100 <= cover_stiffness < math.inf:
-        raise InputError(f"cover stiffness: found {cover_stiffness:g}, expected N/m, at least 100 and finite")
-    if not 0 <= cover_thickness <= 0.2:
-        raise InputError(f"cover thickness: found {cover_thickness:g}, expected metres, from 0 to 0.2")
+    if not _LEAST_STIFFNESS <= cover_stiffness < math.inf:
+        least = f"at least {_LEAST_STIFFNESS:g} and finite"
+        raise InputError(f"cover stiffness: found {cover_stiffness:g}, expected N/m, {least}")
+    if not 0 <= cover_thickness <= _LARGEST_THICKNESS:
+        expected = f"metres, from 0 to {_LARGEST_THICKNESS:g}"
+        raise InputError(f"cover thickness: found {cover_thickness:g}, expected {expected}")
     k, k_c, d_c, f = stiffness, cover_stiffness, cover_thickness, max_force
-    taken_up = min(f**2 / k_c, k_c * d_c**2)  # twice the energy, N m
-    return Estimate(before, before * math.sqrt(1 + taken_up * k / f**2), f / k_c > d_c)
+    absorbed = min(f**2 / k_c, k_c * d_c**2)  # twice the energy, N m
+    return Estimate(before, before * math.sqrt(1 + absorbed * k / f**2), f / k_c > d_c)
 
 
 def payload_estimate(

@@ -1,4 +1,4 @@
-"""Whether a force measuring device is stiff enough for a body area: a soft spring reads a hard area's force too low.
+"""Whether a force measuring device is stiff enough for a body area: a soft spring reads the force too low.
 
 The force of an impact grows about as the square root of the spring constant (the contact model, F = v sqrt(k mu)), and
 the standard gives each body region its own: 10 N/mm for the abdomen, 75 for the hand, 150 for the forehead.
@@ -18,16 +18,16 @@ than 5 % too low, and a simulated robot that retreats or holds departs from the 
 
 @dataclass(frozen=True)
 class DeviceSuitability:
-    """What a device's spring is worth for a body area.
+    """How well a device's spring suits a body area.
 
     Parameters
     ----------
     raised : float
         Factor on every force that was read, sqrt(k_area / k_device) where the device is slightly softer, else 1.
     refusal : Finding or None
-        Why its forces confirm nothing; None if they do.
+        Why its forces confirm nothing; None if they can.
     statement : Finding or None
-        How the two springs compare; None if nothing is compared.
+        How the two springs compare; None if they are not compared.
     """
 
     raised: float = 1.0
@@ -41,9 +41,9 @@ def device_suitability(area: str, area_stiffness: float, device_stiffness: float
     Parameters
     ----------
     area : str
-        What the area is called.
+        Name of the area.
     area_stiffness, device_stiffness : float
-        Spring constants [N/m]; NaN if not known, not stated.
+        Spring constants [N/m]; NaN if that of the area is unknown, or that of the device not stated.
 
     Returns
     -------

@@ -19,6 +19,7 @@ from forcemap.limits.body_areas import (
     identifier,
     standard_limit_table,
 )
+from forcemap.limits.pfl import LEAST_STIFFNESS
 
 
 class Contact(StrEnum):
@@ -62,13 +63,13 @@ class ForceLimit:
         Of the table.
     stiffness : float
         Largest spring constant of the areas [N/m], which a measuring device must have; NaN if neither the table nor
-        the standard has that of one of them.
+        the standard states it for one of them.
     lacking : tuple of str
-        Where the name is a region: areas that the standard has in it and a user's table does not.
+        If the name is a region: areas that the standard has in it and a user's table does not.
     head : bool
-        True if one of the areas is of the head.
+        True if one of the areas is part of the head.
     head_contact : str
-        Where the limit is one of the head: what a user's table says permits contact there. The standard permits none.
+        For a limit of the head: what permits contact there according to a user's table. The standard permits none.
     """
 
     name: str
@@ -95,10 +96,10 @@ class ForceLimit:
                 f"limit of {self.name}: found {quasi_static:g} N quasi-static and {transient:g} N transient, expected "
                 f"positive newtons, and the transient limit from 1 to {MAX_TRANSIENT_FACTOR:g} times the other"
             )
-        if not (math.isnan(self.stiffness) or 1000 <= self.stiffness < math.inf):
+        if not (math.isnan(self.stiffness) or LEAST_STIFFNESS <= self.stiffness < math.inf):
             raise InputError(
-                f"limit of {self.name}: found a spring of {self.stiffness:g} N/m, expected at least 1000 (75 N/mm is "
-                "75000)"
+                f"limit of {self.name}: found a spring of {self.stiffness:g} N/m, expected at least "
+                f"{LEAST_STIFFNESS:g} (75 N/mm is 75000)"
             )
 
     @property
@@ -136,18 +137,18 @@ class ForceLimit:
 
     @property
     def head_finding(self) -> Finding | None:
-        """What every answer says of a limit for the head that a user's table permits; None for others."""
+        """Statement required with a limit of the head that a user's table permits; None for other limits."""
         if not (self.permitted and self.head_contact):
             return None
         return Finding.of(FindingKind.HEAD_BY_TABLE, head_contact=self.head_contact)
 
     @property
     def refusal(self) -> Finding | None:
-        """Why no limit follows; None where contact is permitted."""
+        """Why there is no limit; None where contact is permitted."""
         if self.permitted:
             return None
-        closed = self.head and self.tabulated_transient > 0
-        return Finding.of(FindingKind.NOT_PERMITTED, name=self.name, head=closed, edition=self.edition)
+        head = self.head and self.tabulated_transient > 0
+        return Finding.of(FindingKind.NOT_PERMITTED, name=self.name, head=head, edition=self.edition)
 
     def require_permitted(self) -> None:
         """Raise ContactNotPermitted for the head."""
@@ -162,14 +163,14 @@ class ForceLimit:
 
 @dataclass(frozen=True)
 class NewtonLimit:
-    """A force limit as a user states it in newtons; it opens no gate that a body area's limit would not.
+    """A force limit that a user states in newtons; it permits nothing that a body area's limit would not.
 
     Parameters
     ----------
     force : float or array
         The limit [N].
     quasi_static : float, optional
-        Its quasi-static part [N], not above the limit, where that is the transient one.
+        Its quasi-static part [N], not above the limit, if that is a transient one.
     spring_N_per_m : float, optional
         Spring constant of the body part it is meant for [N/m]; without it the limit holds for the measuring device
         alone.
@@ -188,20 +189,21 @@ class NewtonLimit:
         array = np.asarray(self.force, dtype=np.float64)
         usable = (array > 0) & (array < np.inf)
         if np.ma.is_masked(self.force) or not usable.all():
-            found = "a masked entry" if usable.all() else f"{array[~usable].flat[0]:g} N"
-            raise InputError(f"limit: found {found}, expected a positive finite number")
+            unusable = "a masked entry" if usable.all() else f"{array[~usable].flat[0]:g} N"
+            raise InputError(f"limit: found {unusable}, expected a positive finite number")
         object.__setattr__(self, "force", array if array.shape else float(array))
         part, spring = self.quasi_static, self.spring_N_per_m
         if part is not None and not (part > 0 and np.all(part <= array)):
             raise InputError(
                 f"quasi-static limit: found {part:g} N, expected newtons above 0 and not above the transient limit"
             )
-        if spring is not None and not 1000 <= spring < math.inf:
-            raise InputError(f"spring of the limit: found {spring:g} N/m, expected at least 1000 (75 N/mm is 75000)")
+        if spring is not None and not LEAST_STIFFNESS <= spring < math.inf:
+            least = f"at least {LEAST_STIFFNESS:g} (75 N/mm is 75000)"
+            raise InputError(f"spring of the limit: found {spring:g} N/m, expected {least}")
 
     @classmethod
     def of(cls, limit: NewtonLimit | ArrayLike, quasi_static: float | None, spring: float | None) -> NewtonLimit:
-        """A limit in newtons with what is stated beside it; nothing may be stated twice."""
+        """A limit in newtons with its quasi-static part and spring constant; none of them may be stated twice."""
         if not isinstance(limit, NewtonLimit):
             return cls(limit, quasi_static, spring)
         if quasi_static is not None or spring is not None:
@@ -248,7 +250,7 @@ def force_limit(area_or_region: str, *, table: LimitTable | None = None) -> Forc
         source=table.source,
         version=table.version,
         sha256=table.sha256,
-        stiffness=float(np.max([area.stiffness for area in areas])),  # NaN: no other area's stands for one not known
+        stiffness=float(np.max([area.stiffness for area in areas])),  # NaN if that of any area is unknown
         lacking=_lacking(areas, area_or_region),
         head=head,
         head_contact=table.head_contact if head else "",
@@ -256,9 +258,9 @@ def force_limit(area_or_region: str, *, table: LimitTable | None = None) -> Forc
 
 
 def _lacking(areas: list[BodyArea], name: str) -> tuple[str, ...]:
-    """Areas of the standard's region of that name that are not among these."""
+    """Areas that the standard has in the region of that name, but that are not among these."""
     if any(identifier(name) != area.region for area in areas):
         return ()
-    there = {area.area for area in areas}
+    named = {area.area for area in areas}
     region = [area for area in standard_limit_table().areas.values() if area.region == identifier(name)]
-    return tuple(area.area for area in region if not {area.area, area.base} & there)
+    return tuple(area.area for area in region if not {area.area, area.base} & named)

@@ -14,11 +14,14 @@ from numpy.typing import ArrayLike
 from forcemap.arrays import FloatArray
 from forcemap.errors import InputError
 
-# Beyond these a figure is in another unit, and the speed would come out too high.
+LEAST_STIFFNESS = 1000.0
+"""Spring constant of a body part [N/m] below which a figure is in N/mm: the softest body region has 10 N/mm. N/mm in
+place of N/m would give 30 times the speed."""
+
+# Beyond these, too, a figure is in another unit, and the speed would come out too high.
 _LEAST_MASS = 0.01  # [kg]
-_LARGEST_AREA = 0.05  # [m^2]
-_LARGEST_FORCE = 1e5  # [N]
-LEAST_STIFFNESS = 1000.0  # [N/m]; the softest body region has 10 N/mm
+_LARGEST_AREA = 0.05  # [m^2]; far more than any contact of a limb
+_LARGEST_FORCE = 1e5  # [N]; several hundred times the limits of the standard
 
 
 def pfl_robot_mass(moving_mass: ArrayLike, payload: ArrayLike = 0.0) -> Any:
@@ -195,5 +198,5 @@ def _positive(name: str, value: ArrayLike, unit: str, least: float = 0.0, most: 
 
 
 def _result(value: Any) -> Any:
-    """A float where the value is a scalar."""
+    """A float for a scalar, else the array."""
     return float(value) if np.ndim(value) == 0 else value

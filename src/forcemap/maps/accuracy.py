@@ -20,8 +20,8 @@ from forcemap.maps.places import place_regression
 class Accuracy:
     """Errors of predictions over states (paper, Table II); percent of the measured force.
 
-    The newtons beside a maximum are those of the state of the maximum percent. Means are over the states that are
-    under- or overestimated; with none, figures are 0. Wholly censored states have no error and are only counted.
+    The newtons beside a maximum belong to the state with the largest percentage. Means are over the states that are
+    under- or overestimated; figures are 0 if there is none. Wholly censored states have no error and are only counted.
 
     Parameters
     ----------
@@ -105,20 +105,20 @@ def _one_side(percent: FloatArray, error: FloatArray) -> tuple[int, float, float
 
 
 def map_accuracy(force_map: ForceMap, dataset: ImpactDataset) -> tuple[Accuracy, ...]:
-    """Accuracy of a map fitted to a dataset, the one to trust first.
+    """Accuracies of a map fitted to a dataset, the most trustworthy one first.
 
-    On its test states (those that share no training state) if it has any, on the fitted states, and their places, left
-    out in turn if that is possible, and on all states (paper, Table II, rows Ts and All).
+    On the test states (those that repeat no training state) if there are any; on the fitted states, and on their
+    places, each left out in turn where that is possible; and on all states (paper, Table II, rows Ts and All).
     """
-    found: list[Accuracy] = []
+    accuracies: list[Accuracy] = []
     test = dataset.independent_test
     if (test.states.impacts > 0).any():
-        found.append(force_map_accuracy(force_map, test, on="test states"))
+        accuracies.append(force_map_accuracy(force_map, test, on="test states"))
     for left_out in (leave_one_state_out, leave_one_place_out):
         with contextlib.suppress(InputError):  # as many states as coefficients: none can be left out
-            found.append(left_out(force_map))
-    found.append(force_map_accuracy(force_map, dataset, on="all states"))
-    return tuple(found)
+            accuracies.append(left_out(force_map))
+    accuracies.append(force_map_accuracy(force_map, dataset, on="all states"))
+    return tuple(accuracies)
 
 
 def force_map_accuracy(force_map: ForceMap, dataset: ImpactDataset, *, on: str = "all states") -> Accuracy:
@@ -185,9 +185,10 @@ def leave_one_place_out(force_map: ForceMap) -> Accuracy:
 
 
 def left_out_predictions(force_map: ForceMap, group: Indices | None = None) -> FloatArray:
-    """Force [N] of each fitted state as predicted by the others, shape (m,); NaN where they cannot.
+    """Force [N] of each fitted state as predicted by the others, shape (m,); NaN where they do not determine the map.
 
-    The map is fitted again without each state, or each group of them, with the standard deviations that it has.
+    The map is fitted again without each state, or each group of states; its standard deviations are those of the whole
+    fit.
 
     Parameters
     ----------

@@ -11,14 +11,37 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from forcemap.arrays import FloatArray, in_blocks
-from forcemap.campaigns.dataset import StateTolerance
+from forcemap.campaigns.dataset import Conditions, StateTolerance
 from forcemap.errors import BoundNotAvailable, InputError
 from forcemap.findings import Finding, FindingKind
 from forcemap.maps.force_map import ForceMap
 from forcemap.maps.places import LEAST_BETWEEN
 
+PAPER_MARGIN = 0.10
+"""Share of the force that the paper adds to the prediction (section V-A)."""
+
+CONFIDENCE = CONTENT = 0.95
+"""What a tolerance bound promises unless stated otherwise: in this share of campaigns this share of states lies below
+it. A choice, the usual one; tried in docs/validity.md."""
+
+DEVICE_ERROR = Conditions().device.error_or_default
+"""Error of a device that states none [N]."""
+
 MIN_DEGREES_OF_FREEDOM = 3
-"""Residual degrees of freedom between states below which no tolerance bound is given."""
+"""Residual degrees of freedom between states below which no tolerance bound is given. A choice: with fewer the bound
+lies so far above the prediction that it admits next to nothing."""
+
+_LEAST_PROMISE = 0.5
+"""Lowest confidence and content: below it a "bound" would lie under the prediction (docs/decisions.md)."""
+
+_CHANCE = 0.01
+"""Test states contradict a bound if chance gives as many above it in less than this share of cases (docs/decisions.md).
+A choice: a sound bound is refused in at most one campaign of a hundred."""
+
+_NODES = np.linspace(0.0, 1.0, 513)
+"""Nodes of u = sqrt(l) / (1 + sqrt(l)) in the table of tolerance factors (docs/decisions.md)."""
+
+_QUANTILE_ROUNDING = 1e-9  # share by which the table is raised above the rounding of the quantiles
 
 
 @runtime_checkable
@@ -29,7 +52,7 @@ class Bound(Protocol):
         """Bound on the force [N] at a place [m] and speed [m/s]; arguments broadcast."""
 
     def require(self, force_map: ForceMap) -> None:
-        """Raise BoundNotAvailable if the map cannot carry this bound."""
+        """Raise BoundNotAvailable if this bound cannot be computed for the map."""
 
     def describe(self) -> dict[str, Any]:
         """Kind and parameters, as they stand in JSON."""
@@ -52,7 +75,7 @@ class FixedMargin:
         A margin outside its range.
     """
 
-    margin: float = 0.10
+    margin: float = PAPER_MARGIN
 
     def __post_init__(self) -> None:
         if not 0 <= self.margin <= 1:
@@ -65,7 +88,7 @@ class FixedMargin:
         return force_map.predict(distance, height, speed) * (1 + self.margin)
 
     def require(self, force_map: ForceMap) -> None:
-        """Every map can carry a fixed margin."""
+        """A fixed margin can be computed for every map."""
 
     def describe(self) -> dict[str, Any]:
         """Kind and parameters, as they stand in JSON."""
@@ -77,14 +100,14 @@ class FixedMargin:
 
 @dataclass(frozen=True)
 class ToleranceBound:
-    """One-sided tolerance bound on the force of a state: above `content` of states with `confidence`.
+    """One-sided tolerance bound: with `confidence`, the force of at least the share `content` of states lies below it.
 
     With l the leverage of the queried state, s the standard deviation of a state's mean of ln F about the map and t'
     the `confidence` quantile of the noncentral t distribution (degrees of freedom: states less coefficients;
     noncentrality z_content / sqrt(l)), upper = max(F exp(s sqrt(l) t'), F + device error)
     (Krishnamoorthy and Mathew 2009, Statistical Tolerance Regions, section 3.4: tolerance limits in regression).
-    States of a place share a part of what is theirs: l and s are those of generalised least squares with a
-    correlation taken at the upper end of its likelihood (docs/equations.md, "Places").
+    States of a place share an effect: l and s are those of generalised least squares with a correlation taken at the
+    upper end of its likelihood (docs/equations.md, "Places").
 
     Parameters
     ----------
@@ -101,14 +124,14 @@ class ToleranceBound:
         A parameter outside its range.
     """
 
-    confidence: float = 0.95
-    content: float = 0.95
-    device_error: float = 3.0
+    confidence: float = CONFIDENCE
+    content: float = CONTENT
+    device_error: float = DEVICE_ERROR
 
     def __post_init__(self) -> None:
         for name, value in (("confidence", self.confidence), ("content", self.content)):
-            if not 0.5 <= value < 1:
-                raise InputError(f"{name}: found {value:g}, expected a number from 0.5 to below 1")
+            if not _LEAST_PROMISE <= value < 1:
+                raise InputError(f"{name}: found {value:g}, expected a number from {_LEAST_PROMISE:g} to below 1")
         if not 0 <= self.device_error < math.inf:
             raise InputError(f"device error: found {self.device_error:g} N, expected a finite number of at least 0")
 
@@ -174,20 +197,20 @@ class ToleranceBound:
 
 
 def weakness(bound: Bound, force_map: ForceMap) -> Finding | None:
-    """Why a bound promises less than the usual ones, to be said first; None if it does not.
+    """Why a bound promises less than the usual ones, which must be said first; None if it does not.
 
     The usual ones are the paper's + 10 % and 95 % confidence for 95 % of states, with 3 N where the device's error is
-    not stated. A fixed margin is weak, too, where the impacts of a fitted map speak against it: fewer states than a
-    tolerance bound needs, or one that exceeds the margin, or test states that lie above it. Nothing is exported with a
-    weaker bound.
+    not stated. A fixed margin is weak, too, where the impacts of a fitted map contradict it: too few states for a
+    tolerance bound, a tolerance bound above the margin, or test states above that bound. Nothing is exported with a
+    weak bound.
     """
     if type(bound) not in (FixedMargin, ToleranceBound):
         return Finding.of(FindingKind.WEAK_BOUND_UNKNOWN, bound=str(bound))
     if isinstance(bound, FixedMargin):
         if bound.margin < FixedMargin().margin:
             return Finding.of(FindingKind.WEAK_MARGIN, bound=str(bound))
-        against = _against_margin(bound, force_map)
-        return against and Finding.of(FindingKind.MARGIN_CONTRADICTED, against, bound=str(bound))
+        evidence = _against_margin(bound, force_map)
+        return evidence and Finding.of(FindingKind.MARGIN_CONTRADICTED, evidence, bound=str(bound))
     assert isinstance(bound, ToleranceBound)
     usual = ToleranceBound()
     if bound.confidence < usual.confidence or bound.content < usual.content:
@@ -198,7 +221,7 @@ def weakness(bound: Bound, force_map: ForceMap) -> Finding | None:
 
 
 def _against_margin(bound: FixedMargin, force_map: ForceMap) -> Finding | None:
-    """What the impacts of a fitted map say against a fixed margin; None if nothing, or for a published map."""
+    """How the impacts of a fitted map contradict a fixed margin; None if they do not, or for a published map."""
     if force_map.fit is None:
         return None
     usual = ToleranceBound()
@@ -215,10 +238,10 @@ def _against_margin(bound: FixedMargin, force_map: ForceMap) -> Finding | None:
 
 
 def contradiction(force_map: ForceMap, bound: Bound) -> Finding | None:
-    """That the test states of a map contradict a tolerance bound; None if they do not.
+    """Whether the test states of a map contradict a tolerance bound; None if they do not.
 
-    States that the map was fitted to, measured again, are no test: they share its error. Of k others above a bound for
-    the share `content` of states: refused where so many or more are as improbable as 1 %, by the binomial distribution.
+    States that the map was fitted to, measured again, are no test: they share its error. The others contradict a bound
+    for the share `content` of states if so many or more above it have a probability below 1 % (binomial distribution).
     """
     if force_map.fit is None or not isinstance(bound, ToleranceBound) or not len(force_map.fit.test):
         return None
@@ -231,31 +254,28 @@ def contradiction(force_map: ForceMap, bound: Bound) -> Finding | None:
         return None
     upper = bound.upper(force_map, states.distance, states.height, states.speed)
     beyond = int(np.sum(np.fmax(states.force, np.nan_to_num(states.at_least)) > upper))
-    if beyond and bdtrc(beyond - 1, len(states), 1 - bound.content) < 0.01:
+    if beyond and bdtrc(beyond - 1, len(states), 1 - bound.content) < _CHANCE:
         return Finding.of(FindingKind.TEST_STATES_ABOVE, count=beyond, states=len(states))
     return None
 
 
 def margins(bound: Bound, force_map: ForceMap) -> FloatArray:
-    """How far a bound lies above the prediction at the measured states, as a share of it, shape (m,).
+    """How far a bound lies above the prediction at the measured states, as a share of the prediction, shape (m,).
 
-    Where a tolerance bound lies above 0.10, the paper's fixed margin is too small there.
+    Where that of a tolerance bound exceeds `PAPER_MARGIN`, the paper's fixed margin is too small.
     """
     points = force_map.measured_range.points.T
-    with np.errstate(invalid="ignore"):  # where no number holds either force
+    with np.errstate(invalid="ignore"):  # where both forces overflow
         margin = bound.upper(force_map, *points) / force_map.predict(*points) - 1
     return np.where(np.isnan(margin), np.inf, margin)
 
 
 def tolerance_nodes(bound: ToleranceBound, force_map: ForceMap) -> tuple[FloatArray, FloatArray, float]:
-    """Nodes of sqrt(l), sqrt(l) t'(l) there, and its slope beyond the last: `upper` is straight between them."""
+    """Nodes of sqrt(l), sqrt(l) t'(l) at them, and its slope beyond the last: `upper` is linear between the nodes."""
     freedom = force_map.require_fit().between_states.degrees_of_freedom
     table = _tolerance_table(freedom, bound.confidence, bound.content)
     root = _NODES[:-1] / (1 - _NODES[:-1])
     return root, table[:-1] * (1 + root), float(table[-1])
-
-
-_NODES = np.linspace(0.0, 1.0, 513)
 
 
 @lru_cache(maxsize=64)
@@ -263,7 +283,8 @@ def _tolerance_table(degrees_of_freedom: int, confidence: float, content: float)
     """sqrt(l) t'(l) / (1 + sqrt(l)) at u = sqrt(l) / (1 + sqrt(l)), for u evenly from 0 to 1.
 
     Straight lines between the nodes lie on or above the function where it is convex (at the usual confidences
-    everywhere); where it is not, the table is raised by twice what they can lie below, so it errs upwards alone.
+    everywhere). Where it is not, the table is raised by twice as much as the lines can lie below it: it only errs
+    upwards.
     """
     from scipy.special import chdtri, nctdtrit, ndtri, stdtrit
 
@@ -273,10 +294,10 @@ def _tolerance_table(degrees_of_freedom: int, confidence: float, content: float)
     at_zero = z * math.sqrt(degrees_of_freedom / chdtri(degrees_of_freedom, confidence))
     at_infinity = stdtrit(degrees_of_freedom, confidence)
     table = np.concatenate([[at_zero], inner, [at_infinity]])
-    known = ~np.isnan(table)  # a few quantiles of extreme noncentrality are not computed: bridged, again upwards
+    known = ~np.isnan(table)  # scipy lacks a few quantiles of extreme noncentrality: interpolated, again upwards
     table = np.interp(_NODES, _NODES[known], table[known])
     sag = max(0.0, -float(np.diff(table, 2).min())) / 8
-    return np.asarray((table + 2 * sag) * (1 + 1e-9))  # and above the rounding of the quantiles
+    return np.asarray((table + 2 * sag) * (1 + _QUANTILE_ROUNDING))
 
 
 def _tolerance_factor(leverage: FloatArray, table: FloatArray) -> FloatArray:

@@ -13,21 +13,41 @@ from forcemap.arrays import FloatArray, Indices, Mask
 from forcemap.errors import FitError
 from forcemap.maps.regression import Regression, least_squares
 
-_NODES = 128  # of the quadrature over the force of a censored state
-_WIDE = 8.5  # standard deviations beyond which a normal distribution counts as empty
-_LEVEL = 1e-10  # of the likelihood's slope, by ln F: below it the fit has converged
+_LEAST_EFFECT = 0.05
+"""Least share of the variance of a state's mean that is attributed to the state effect. A choice: were repeats to
+explain all of it, nothing would be left to integrate over."""
+
+_LEAST_VARIANCE = 1e-12
+"""Variance of ln F at which the search starts where states follow the terms exactly, as computed ones do."""
+
+_CONVERGED = 1e-10
+"""Slope of the likelihood, in ln F, below which the fit has converged (docs/decisions.md)."""
+
+_SEARCH_BELOW, _SEARCH_ABOVE = 6.0, 10.0
+"""How far below and above its start ln s^2 is searched: s from a 20th to the 150-fold. A choice: wider above, because
+the start rests on the uncensored states and may be far too low."""
+
+_FROM_END = 0.1  # of ln s^2; a maximum this close to an end of the search is none
+_DIFFERENCE, _WIDE_DIFFERENCE = 0.02, 0.25  # of ln s^2, for its derivatives; the wide one bridges a kink
+_FINE_STEP = 1e-4  # of ln s^2; a longer last step of Newton's method means a kink instead of a smooth maximum
+
+# Numerical settings of the quadrature over the level of a censored state.
+_NODES = 128
+_EMPTY = 8.5  # standard deviations beyond which a normal distribution holds less than a double resolves
+_NARROW = 0.25  # of the noise of repeats; a level that scatters less hardly varies where Phi rises
+_MODE_WITHIN = 1e-3  # standard deviations; how precisely the mode of the integrand is needed
+_NEWTON_STEPS = 100  # at most, to the mode; a handful are needed
+_FAR_BELOW = -1e4  # standard deviations; from here down the rate z + phi / Phi is lost in rounding, its limit is 1
 _legendre = lru_cache(np.polynomial.legendre.leggauss)
-_STEPS = 100  # of Newton's method, at most; a handful are needed
-_HALVES = 50  # of a step of Newton's method, at most; rarely one is needed
+_HALVES = 50  # of a step of Newton's method to the coefficients, at most; rarely one is needed
 _ROUNDING = 1e-12  # of a sum of logarithms of likelihoods, as a share of it
-_LEAST_SHARE = 0.05  # of the variance of a state's mean that is taken for the state effect, at least
 
 
 @dataclass(frozen=True, eq=False)
 class StateData:
-    """What repeats tell of m states; ln F is normal about its state's level, the levels about the map.
+    """What the repeats of m states tell: ln F of a repeat is normal about the level of its state, levels about the map.
 
-    Levels of states of one place are correlated: they share a part of their variance.
+    Levels of states at one place are correlated: they share a part of their variance.
 
     Parameters
     ----------
@@ -56,33 +76,36 @@ class StateData:
     place: Indices
     correlation: float
 
-    def select(self, kept: Mask) -> StateData:
-        """The states where `kept`, shape (m,), is true."""
-        rows: dict[str, Any] = {name: each[kept] for name, each in vars(self).items() if isinstance(each, np.ndarray)}
-        return replace(self, **rows)
+    def select(self, mask: Mask) -> StateData:
+        """The states where a mask of shape (m,) is true."""
+        arrays: dict[str, Any] = {
+            name: values[mask] for name, values in vars(self).items() if isinstance(values, np.ndarray)
+        }
+        return replace(self, **arrays)
 
     @property
-    def typical(self) -> float:
-        """Variance that repeats leave in the mean of a state."""
+    def noise_of_means(self) -> float:
+        """Variance that the noise of repeats leaves in the mean of a state, on average over the states."""
         return self.repeat_variance * float(np.mean(1.0 / (self.impacts + self.censored)))
 
     @property
     def with_places(self) -> StateData:
-        """The same with the effects of k places as coefficients, before the others, and an observation of 0 of each.
+        """The same data with the effects of k places as coefficients before the others, each observed as 0.
 
-        An effect u of variance rho s^2 beside own effects of (1 - rho) s^2 is u sqrt((1 - rho) / rho) = 0 with their
-        variance (Henderson's mixed model equations): the others then come out as by generalised least squares.
+        An effect u of variance rho s^2 beside own effects of variance (1 - rho) s^2 enters as the observation
+        u sqrt((1 - rho) / rho) = 0 with the variance of own effects (Henderson's mixed model equations). The other
+        coefficients then equal those of generalised least squares.
         """
         if self.correlation == 0:
             return self
         names, number = np.unique(self.place, return_inverse=True)
         k, m = names.size, self.mean.size
-        at_place = np.zeros((m + k, k))
-        at_place[np.arange(m), number] = 1.0
-        at_place[m:] = math.sqrt((1 - self.correlation) / self.correlation) * np.eye(k)
+        place_columns = np.zeros((m + k, k))
+        place_columns[np.arange(m), number] = 1.0
+        place_columns[m:] = math.sqrt((1 - self.correlation) / self.correlation) * np.eye(k)
         return replace(
             self,
-            design=np.hstack([at_place, np.vstack([self.design, np.zeros((k, self.design.shape[1]))])]),
+            design=np.hstack([place_columns, np.vstack([self.design, np.zeros((k, self.design.shape[1]))])]),
             mean=np.append(self.mean, np.zeros(k)),
             impacts=np.append(self.impacts, np.ones(k, dtype=np.int64)),
             censored=np.append(self.censored, np.zeros(k, dtype=np.int64)),
@@ -94,10 +117,10 @@ class StateData:
 class CensoredRegression(Regression):
     """A maximum-likelihood fit with censored states, in the form of weighted least squares.
 
-    At the maximum the likelihood bends as that of a regression with weights w: 1 for an uncensored state, less for a
-    censored one. (X'WX)^-1 s^2 is the inverse of the observed information, and R that of sqrt(W) X = QR; with effects
-    of places, those of the coefficients of the map. The response is NaN for a wholly censored state, which counts in no
-    residual.
+    At the maximum the likelihood has the curvature of a regression with weights w: 1 for an uncensored state, less for
+    a censored one. (X'WX)^-1 s^2 is the inverse of the observed information, and R is that of sqrt(W) X = QR; with
+    effects of places, both are those of the coefficients of the map. The response is NaN for a wholly censored state,
+    which has no residual.
 
     Parameters
     ----------
@@ -118,7 +141,7 @@ class CensoredRegression(Regression):
 
     @property
     def degrees_of_freedom(self) -> float:
-        """Effective: n - p with every state uncensored."""
+        """Effective degrees of freedom; n - p if every state is uncensored."""
         return self.freedom
 
     @cached_property
@@ -133,7 +156,7 @@ class CensoredRegression(Regression):
 
 
 def censored_regression(data: StateData, stated_deviation: float | None = None) -> CensoredRegression:
-    """Fit ln F with "at least this much" for the censored repeats.
+    """Fit ln F by maximum likelihood; a censored repeat says "at least this much".
 
     For a state of level eta ~ N(x'b, tau^2) with n uncensored repeats of mean y and k censored ones at c, each with
     noise sigma, the likelihood is
@@ -162,8 +185,8 @@ def censored_regression(data: StateData, stated_deviation: float | None = None) 
         )
     least_squares(data.design[known], data.mean[known])  # refuses with figures of the map's coefficients alone
     profile = _Profile(data)
-    short = np.nan_to_num(np.maximum(data.threshold - data.design @ profile.start.coefficients[-p:], 0.0))
-    start = math.log(max(profile.start.residual_sd**2 + np.mean(short**2), 1e-12))
+    missing = np.nan_to_num(np.maximum(data.threshold - data.design @ profile.start.coefficients[-p:], 0.0))
+    start = math.log(max(profile.start.residual_sd**2 + np.mean(missing**2), _LEAST_VARIANCE))
     stated = stated_deviation and math.log((1 - data.correlation) * stated_deviation**2)
     log_variance, curvature = _maximum(profile, start, stated)
     coefficients, bend = profile.solve(log_variance)
@@ -180,7 +203,7 @@ def censored_regression(data: StateData, stated_deviation: float | None = None) 
 def weighted_regression(
     data: StateData, *, coefficients: FloatArray, weights: FloatArray, deviation: float, freedom: float
 ) -> CensoredRegression:
-    """A censored fit from its results, as it was made or as a file states them."""
+    """A censored fit from its results, just computed or as a map file states them."""
     whole, p = data.with_places, coefficients.size
     root = np.sqrt(np.append(weights, np.ones(whole.mean.size - weights.size)))
     triangle = least_squares(whole.design * root[:, None], np.zeros(root.size)).inverse_triangle
@@ -209,13 +232,14 @@ def coefficients_at(data: StateData, deviation: float) -> FloatArray:
 
 
 class _Profile:
-    """Profile of the likelihood over ln s^2, adjusted for the estimated coefficients; solutions start at the last.
+    """Profile of the likelihood over ln s^2, adjusted for the estimated coefficients.
 
-    Effects of places are coefficients here, before those of the map, and s^2 is the variance of own effects.
+    Each solution starts from the one before. Effects of places are coefficients here, before those of the map, and s^2
+    is the variance of own effects.
     """
 
     def __init__(self, data: StateData) -> None:
-        self._typical, self._data = data.typical, data.with_places
+        self._noise_of_means, self._data = data.noise_of_means, data.with_places
         known = self._data.impacts > 0
         self.start = least_squares(self._data.design[known], self._data.mean[known])
         self._white = self.start.inverse_triangle
@@ -228,16 +252,16 @@ class _Profile:
         return value - 0.5 * float(np.linalg.slogdet(information)[1])
 
     def solve(self, log_variance: float) -> tuple[FloatArray, FloatArray]:
-        """Coefficients, where the likelihood is level, and the second derivative of every state's in x'b.
+        """Coefficients that maximise the likelihood, and the second derivative in x'b of that of every state.
 
         Newton's method, a step halved until the likelihood, which is concave, does not fall; in coordinates in which
         X'X of the uncensored states is the unit matrix.
         """
         x, variance, z = self._data.design @ self._white, math.exp(log_variance), self._last
         value, slope, bend = self._likelihood(self._white @ z, log_variance)
-        for _ in range(_STEPS):
+        for _ in range(_NEWTON_STEPS):
             score = variance * x.T @ slope
-            if np.linalg.norm(score) < _LEVEL:
+            if np.linalg.norm(score) < _CONVERGED:
                 self._last = z
                 return self._white @ z, bend
             step, start, level = np.linalg.solve(variance * (x.T * -bend) @ x, score), z, value.sum()
@@ -249,13 +273,13 @@ class _Profile:
         raise FitError("the censored fit does not converge; discard the censored impacts, or check their forces")
 
     def _likelihood(self, coefficients: FloatArray, log_variance: float) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Of every state, with its derivatives.
+        """Log-likelihood of every state, with its derivatives.
 
-        States count alike, however many repeats they have, as in least squares on their means: one state of many
-        repeats must not outweigh the others.
+        States have the same weight however many repeats they have, as in least squares on their means: one state of
+        many repeats must not outweigh the others.
         """
         variance = math.exp(log_variance)
-        effect = max(variance - self._typical, _LEAST_SHARE * variance)
+        effect = max(variance - self._noise_of_means, _LEAST_EFFECT * variance)
         return _log_likelihood(self._data, coefficients, variance, effect)
 
 
@@ -296,11 +320,11 @@ def _reached(
     """
     from scipy.special import log_ndtr
 
-    narrow = sd < 0.25 * noise
+    narrow = sd < _NARROW * noise
     mode = np.zeros_like(m)
     mode[narrow] = _mode(m[narrow], sd[narrow], threshold[narrow], noise, count[narrow])
-    low = np.where(narrow, mode - _WIDE * sd, np.maximum(threshold - _WIDE * noise, m - _WIDE * sd))
-    high = np.where(narrow, mode + _WIDE * sd, np.maximum(threshold + _WIDE * noise, low))
+    low = np.where(narrow, mode - _EMPTY * sd, np.maximum(threshold - _EMPTY * noise, m - _EMPTY * sd))
+    high = np.where(narrow, mode + _EMPTY * sd, np.maximum(threshold + _EMPTY * noise, low))
     nodes, weights = _legendre(_NODES)
     half = (high - low)[:, None] / 2
     eta = low[:, None] + half * (1 + nodes)
@@ -320,43 +344,43 @@ def _reached(
 
 
 def _mode(m: FloatArray, sd: FloatArray, threshold: FloatArray, noise: float, count: Indices) -> FloatArray:
-    """Where exp(-(eta - m)^2 / 2 sd^2) Phi((eta - c) / noise)^count is largest, to 1e-3 sd, shape (k,).
+    """Where exp(-(eta - m)^2 / 2 sd^2) Phi((eta - c) / noise)^count is largest, to `_MODE_WITHIN` sd, shape (k,).
 
-    With u = (eta - m) / sd the slope of its logarithm, count sd / noise phi(z) / Phi(z) - u, is convex and falls, and
-    is not below 0 at u = 0: Newton's steps from there rise to the root, and pass it nowhere.
+    With u = (eta - m) / sd the slope of its logarithm, count sd / noise phi(z) / Phi(z) - u, is convex, falls, and is
+    not negative at u = 0: Newton's steps from there rise towards the root and never pass it.
     """
     from scipy.special import erfcx
 
     u, ratio = np.zeros_like(m), sd / noise
-    for _ in range(_STEPS):
+    for _ in range(_NEWTON_STEPS):
         z = (m + sd * u - threshold) / noise
         rate = math.sqrt(2 / math.pi) / erfcx(-z / math.sqrt(2.0))  # phi(z) / Phi(z)
-        bend = np.where(z < -1e4, 1.0, np.clip(rate * (z + rate), 0.0, 1.0))
+        bend = np.where(z < _FAR_BELOW, 1.0, np.clip(rate * (z + rate), 0.0, 1.0))
         step = (count * ratio * rate - u) / (count * ratio**2 * bend + 1.0)
         u += step
-        if not np.any(step > 1e-3):
+        if not np.any(step > _MODE_WITHIN):
             break
     return np.asarray(m + sd * u)
 
 
 def _maximum(profile: _Profile, start: float, stated: float | None) -> tuple[float, float]:
-    """Where the profile is largest, and its second derivative there; searched for unless `stated` is the place."""
+    """Where the profile likelihood is largest, and its second derivative there; searched for unless `stated` is it."""
 
     def derivatives(x: float, h: float) -> tuple[float, float]:
         """First and second derivative from five points, errors of order h^4."""
         a, b, c, d, e = (profile(x + k * h) for k in (-2, -1, 0, 1, 2))
         return (a - 8 * b + 8 * d - e) / (12 * h), (-a + 16 * b - 30 * c + 16 * d - e) / (12 * h * h)
 
-    ends = start - 6.0, start + 10.0
+    ends = start - _SEARCH_BELOW, start + _SEARCH_ABOVE
     x = stated if stated is not None and ends[0] < stated < ends[1] else _searched(profile, ends)
-    slope, bend = derivatives(x, 0.02)
-    if bend < 0 and abs(slope / bend) < 1e-4:  # the slope tells the place to more digits than the value does
+    slope, bend = derivatives(x, _DIFFERENCE)
+    if bend < 0 and abs(slope / bend) < _FINE_STEP:  # the slope locates the maximum to more digits than the value does
         x -= slope / bend
     elif stated is not None:
         return _maximum(profile, start, None)
-    else:  # repeats that contradict each other leave a kink where the state effect is at its least share
-        bend = derivatives(x, 0.25)[1]
-    if not (ends[0] + 0.1 < x < ends[1] - 0.1 and bend < 0):
+    else:  # repeats that contradict each other leave a kink where the state effect has its least share
+        bend = derivatives(x, _WIDE_DIFFERENCE)[1]
+    if not (ends[0] + _FROM_END < x < ends[1] - _FROM_END and bend < 0):
         raise FitError("the likelihood of the censored fit has no maximum; discard the censored impacts")
     return x, bend
 

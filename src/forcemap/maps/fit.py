@@ -18,7 +18,7 @@ from forcemap.maps.regression import Regression, least_squares
 
 
 class CensoredImpacts(StrEnum):
-    """What becomes of impacts that reached the device range."""
+    """How impacts that reached the device range enter the fit."""
 
     AT_LEAST = "at-least"
     DISCARD = "discard"
@@ -36,17 +36,17 @@ def fit_force_map(
     and measured range.
 
     The paper discards impacts above the device range: least squares on the means of the uncensored impacts, wholly
-    censored states left out, counted and listed in `fit.left_out`. So does this fit where the uncensored states are
-    no more than the coefficients, because nothing then tells how far states scatter.
+    censored states left out, counted and listed in `fit.left_out`. So does this fit where there are no more uncensored
+    states than coefficients, because they then do not show how far states scatter.
 
     Parameters
     ----------
     dataset : ImpactDataset
-        The impacts. All of them, test and censored ones too, tell what is known of Phase II.
+        The impacts. Phase II is known from all of them, test and censored ones included.
     form : Form
         The terms of ln F.
     impacts : CensoredImpacts
-        What becomes of censored impacts.
+        How censored impacts enter the fit.
 
     Returns
     -------
@@ -73,8 +73,8 @@ def fit_force_map(
     likelihood = impacts is CensoredImpacts.AT_LEAST and bool(train.censored.any()) and len(states) > len(form.terms)
     if likelihood:
         states, left_out = train.states, left_out.select(np.zeros(len(left_out), dtype=np.bool_))
-    at_place = effect_of_places(form, states)
-    data = state_data(form, states, repeat_variance(train), at_place.correlation)
+    effect = effect_of_places(form, states)
+    data = state_data(form, states, repeat_variance(train), effect.correlation)
     if likelihood:
         between_states: Regression = censored_regression(data)
     else:
@@ -86,7 +86,7 @@ def fit_force_map(
         test=dataset.test.states,
         left_out=left_out,
         between_states=between_states,
-        place_effect=at_place,
+        place_effect=effect,
         over_samples=least_squares(samples, np.log(measured.peak_force)),
         states_found=dataset.states_found,
         table=dataset.source,
@@ -107,13 +107,13 @@ def fit_force_map(
 
 
 def effect_of_places(form: Form, states: States) -> PlaceEffect:
-    """How alike the states of a place are, by those with an uncensored repeat."""
+    """Correlation of the states of a place, from those with an uncensored repeat."""
     known = states.uncensored
     return place_effect(form.design(*known.coordinates.T), known.log_force, known.place)
 
 
 def state_data(form: Form, states: States, variance: float, correlation: float) -> StateData:
-    """What the repeats of states tell; `variance` is that of ln F between repeats of a state."""
+    """The repeats of states as the fit takes them; `variance` is that of ln F between repeats of a state."""
     return StateData(
         design=form.design(states.distance, states.height, states.speed),
         mean=states.log_force,
@@ -143,7 +143,7 @@ def repeat_variance(train: ImpactDataset) -> float:
 
 
 def _refuse_noise(form: Form, states: States, tolerance: StateTolerance) -> None:
-    """A coordinate that varies no more than repeats of one state may is not varied: it must not carry a term."""
+    """Refuse a form with a term that rests on a coordinate which varies no more than repeats of one state may."""
     coordinates = states.coordinates
     spread = np.ptp(coordinates, axis=0)
     flat = spread <= (tolerance.place, tolerance.place, tolerance.speed)

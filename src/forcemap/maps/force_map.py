@@ -21,10 +21,14 @@ from forcemap.maps.measured_range import MeasuredRange
 from forcemap.maps.places import PlaceEffect
 from forcemap.maps.regression import Regression
 
+_GRID = 25
+"""Points along each axis at which it is checked whether the prediction falls with speed. A choice: what is missed
+between them costs no more than a note, for a bound is searched everywhere."""
+
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """What a fitted map was fitted to, and how well.
+    """What a map was fitted to, and how well it fits.
 
     Parameters
     ----------
@@ -37,7 +41,7 @@ class Fit:
     between_states : Regression
         Fit of the state means of ln F: the honest standard errors and p values.
     place_effect : PlaceEffect
-        How alike the states of a place are; the fit reckons with it.
+        How strongly the states of a place are correlated; the fit takes this into account.
     over_samples : Regression or None
         Fit of ln F of all uncensored impacts as if independent: the paper's reading, for its term selection.
         None for a map read from a file.
@@ -75,25 +79,25 @@ class Fit:
 
     @property
     def state_sd(self) -> float:
-        """Standard deviation s of the state means of ln F about the map, about a share of the force; NaN if unknown.
+        """Standard deviation s of the state means of ln F about the map, nearly a share of the force; NaN if unknown.
 
-        Of a state at a place that was not measured: s^2 = place_sd^2 + own_sd^2.
+        It holds for a state at a place that was not measured: s^2 = place_sd^2 + own_sd^2.
         """
         return self.between_states.residual_sd
 
     @property
     def place_sd(self) -> float:
-        """Standard deviation of what the states of a place share."""
+        """Standard deviation of the effect that the states of a place share."""
         return self.state_sd * math.sqrt(self.place_effect.correlation)
 
     @property
     def own_sd(self) -> float:
-        """Standard deviation of what is a state's own."""
+        """Standard deviation of the effect that is a state's own."""
         return self.state_sd * math.sqrt(1 - self.place_effect.correlation)
 
     @cached_property
     def drift(self) -> Drift | None:
-        """How far the force of states that were measured again, with role test, has changed; None if none was."""
+        """How far the force has changed in states measured again with role test; None if none was measured again."""
         return measured_again(self.states, self.test)
 
     @cached_property
@@ -129,15 +133,15 @@ class ForceMap:
     phase_two : PhaseTwo
         What is known of Phase II.
     conditions : Conditions
-        What the impacts were measured under.
+        The conditions under which the impacts were measured.
     device_range : float
-        Range of the force measuring device [N]; NaN if nothing tells.
+        Range of the force measuring device [N]; NaN if unknown.
     binding : Binding
         Whether the impacts table was what its recordings gave when the map was fitted.
     source : str
         Where the coefficients come from.
     software : str
-        Software that made the map.
+        Name and version of the software that fitted the map.
     """
 
     name: str
@@ -242,7 +246,7 @@ class ForceMap:
 
     @property
     def highest_force(self) -> float:
-        """Range of the device [N]; where none is stated, the largest force that was measured, NaN if none was."""
+        """Range of the device [N]; if none is stated, the largest measured force, NaN if no force was measured."""
         if not math.isnan(self.device_range) or self.fit is None:
             return self.device_range
         groups = (self.fit.states, self.fit.left_out, self.fit.test)
@@ -250,17 +254,17 @@ class ForceMap:
 
     @cached_property
     def form_test(self) -> FormTest | None:
-        """What its states say against its form; None for a map that was not fitted."""
+        """Whether the states of the map contradict its form; None for a map that was not fitted."""
         return None if self.fit is None else form_test(self.form, self.fit.states, self.fit.state_sd)
 
     @cached_property
     def rises_with_speed(self) -> bool:
         """True if the prediction nowhere falls with speed inside the box around the measured range.
 
-        Checked at 25 points along each axis; exact for a form that is linear in ln v and bilinear in place.
+        Checked at `_GRID` points along each axis; exact for a form that is linear in ln v and bilinear in place.
         """
         box = zip(self.measured_range.lowest, self.measured_range.highest, strict=True)
-        axes = [np.linspace(low, high, 25) for low, high in box]
+        axes = [np.linspace(low, high, _GRID) for low, high in box]
         distance, height, speed = np.meshgrid(*axes, indexing="ij", sparse=True)
         (profile,) = self.form.speed_profiles(self.coefficients[None], distance, height)
         return bool(np.all(profile.slope(speed) >= 0))

@@ -1,7 +1,7 @@
-"""Does a form fit? What the states of a map, their places and speeds say against the shape that it gives the force.
+"""Does a form fit? Tests of the states of a map against the shape that the form gives the force.
 
 A departure is a column beside the terms: a bump around a distance, a height or a speed, further powers of one of them,
-a place of its own. An F test of each (docs/equations.md, "Does the form fit?") asks whether the states need it.
+or an effect of one place. An F test of each (docs/equations.md, "Does the form fit?") asks whether the states need it.
 """
 
 from __future__ import annotations
@@ -20,44 +20,59 @@ from forcemap.maps.places import LEAST_BETWEEN, place_effect, whitened
 from forcemap.maps.regression import holm
 
 ERROR_PROBABILITY = 0.05
-"""Share of campaigns in the form in which any departure is found, at most."""
+"""False alarms: the largest share of campaigns whose states follow the form in which a departure is significant."""
 
 GAP = 0.35
 """A part of the range of distance, height or speed, as a share of it, with no more than one state or place inside: a
-shape passes unseen there."""
+shape there passes unnoticed. A choice: three levels leave parts of 0.5, the default plan none above 0.2."""
 
 NEAR = 0.03
-"""Places that lie closer than this [m] are likely to share what is peculiar to them, and are not taken to."""
+"""Places closer than this [m] probably share an effect, but only those within `PLACE_SIZE` count as one. A choice."""
 
 SLOW_PLACES = 3
-"""With fewer places at the slowest speed the bound there rests on faster impacts."""
+"""With fewer places at the slowest speed the bound there rests on faster impacts: speeds were covered in 0.01 to 0.50
+of campaigns with one or two places, in 1.00 with three or four (docs/decisions.md)."""
 
 MOST_SCATTER = 0.06
 """Standard deviation of states about the form: twice what the paper's robots show. Above it impacts, speeds or the form
-are not what they should be, whatever single departures say."""
+are not what they should be, even if no departure is significant."""
 
 _AXES = ("distance", "height", "speed")
-_BUMP = 0.1  # where a bump has fallen to 1/e, and how far bumps lie apart, as a share of the range
-_LEAST_LEFT = 0.1  # of a departure's length, that the terms of the form must leave
-_WITHIN = 0.25  # of what they leave, that must differ between states of one place to be told by these alone
+
+_BUMP = 0.1
+"""Share of the range at which a bump has fallen to 1/e, and distance between bumps (docs/decisions.md: tenths)."""
+
+_POWERS = (1, 2, 3)
+"""Further powers of a coordinate that a departure along it has: as many as a cubic bend."""
+
+_LEAST_LEFT = 0.1
+"""Share of a departure's length that the terms of the form must leave, else it is one of them. A choice."""
+
+_WITHIN = 0.25
+"""Share of what the terms leave that must differ between states of one place for a test on these differences alone,
+which is exact (docs/decisions.md). A choice: less leaves too little to test."""
+
 _LEAST_FREEDOM = 3
+"""Residual degrees of freedom below which no departure is tested. A choice, as for a tolerance bound."""
+
+_RANK = 1e-8  # of the largest singular value; a smaller one is a linear combination up to rounding
 _ROUNDING = 1e-18  # variance of ln F below which states follow the terms exactly, as computed ones do
 
 
 @dataclass(frozen=True)
 class Departure:
-    """A departure of the states from the form: the most significant one along an axis, or of a single place.
+    """A departure of the states from the form: the most significant one along an axis, or at a single place.
 
     Parameters
     ----------
     along : str
         "distance", "height" or "speed": around one value of it, or by further powers of it; "place": at one place.
     distance, height, speed : float
-        Where it is [m], [m], [m/s]; NaN for what it does not hang on.
+        Where it is [m], [m], [m/s]; NaN for a coordinate that it does not depend on.
     effect : float
-        Where it is largest, the share by which the state's force lies above the form (below, if negative).
+        Share by which the force lies above the form at the state where the departure is largest; negative if below.
     tested : int
-        How many departures of this kind were tested.
+        Number of departures of this kind that were tested.
     p_value : float
         Adjusted for all departures tested (Bonferroni within a kind, Holm 1979 over the kinds).
     """
@@ -72,9 +87,9 @@ class Departure:
 
     @property
     def finding(self) -> Finding:
-        """What it says."""
+        """The departure in one sentence."""
         where = {"distance_m": self.distance, "height_m": self.height, "speed_mps": self.speed}
-        bends = all(math.isnan(each) for each in where.values())
+        bends = all(math.isnan(coordinate) for coordinate in where.values())
         return Finding.of(
             FindingKind.FORM_DEPARTURE, along=self.along, **where, bends=bends, effect=self.effect, p=self.p_value
         )
@@ -82,18 +97,18 @@ class Departure:
 
 @dataclass(frozen=True)
 class FormTest:
-    """What the states of a map say against its form.
+    """Result of testing the form of a map against its states.
 
     Parameters
     ----------
     departures : tuple of Departure
         The most significant one of each kind that can be tested, the smallest p value first.
     states, left_out : int
-        How many states were tested, and how many left out because an impact of theirs is censored.
+        Number of states tested, and of states left out because one of their impacts is censored.
     gaps : tuple of str
         Along which of distance, height and speed a part of more than GAP of the range has at most one value inside.
     not_tested : tuple of str
-        The other kinds of departure that the states cannot tell.
+        Other kinds of departure that these states cannot show.
     near : int
         Number of pairs of places closer than NEAR.
     slow_places : int
@@ -115,51 +130,52 @@ class FormTest:
     state_sd: float
 
     @property
-    def found(self) -> tuple[Departure, ...]:
+    def significant(self) -> tuple[Departure, ...]:
         """The departures that are significant."""
-        return tuple(each for each in self.departures if each.p_value <= ERROR_PROBABILITY)
+        return tuple(departure for departure in self.departures if departure.p_value <= ERROR_PROBABILITY)
 
     @property
     def p_value(self) -> float:
-        """The smallest; NaN if nothing could be tested."""
-        return min((each.p_value for each in self.departures), default=math.nan)
+        """The smallest p value; NaN if nothing could be tested."""
+        return min((departure.p_value for departure in self.departures), default=math.nan)
 
     @property
     def finding(self) -> Finding:
-        """Whether the form fits, in one."""
+        """Whether the form fits, in one sentence."""
         kind, figures = FindingKind, {"states": self.states, "left_out": self.left_out}
         if not self.departures:
             return Finding.of(kind.FORM_NOT_TESTED, **figures)
-        if found := self.found:
-            return Finding.of(kind.FORM_DOUBTED, *(each.finding for each in found), **figures)
-        tested = sum(each.tested for each in self.departures)
+        if self.significant:
+            doubts = (departure.finding for departure in self.significant)
+            return Finding.of(kind.FORM_DOUBTED, *doubts, **figures)
+        tested = sum(departure.tested for departure in self.departures)
         return Finding.of(kind.FORM_NOT_DOUBTED, **figures, tested=tested, p=self.p_value)
 
     @property
     def unseen(self) -> tuple[Finding, ...]:
         """What these states cannot show."""
-        found = []
+        blind_spots = []
         if self.gaps:
-            found.append(Finding.of(FindingKind.FORM_UNSEEN_BETWEEN, axes=self.gaps))
+            blind_spots.append(Finding.of(FindingKind.FORM_UNSEEN_BETWEEN, axes=self.gaps))
         elif self.departures and self.not_tested:
-            found.append(Finding.of(FindingKind.FORM_PARTLY_TESTED, axes=self.not_tested))
+            blind_spots.append(Finding.of(FindingKind.FORM_PARTLY_TESTED, axes=self.not_tested))
         if self.near:
-            found.append(Finding.of(FindingKind.PLACES_NEAR, pairs=self.near, near_m=NEAR))
+            blind_spots.append(Finding.of(FindingKind.PLACES_NEAR, pairs=self.near, near_m=NEAR))
         if self.slow_places < SLOW_PLACES:
             figures = {"places": self.slow_places, "speed_mps": self.slowest, "least": SLOW_PLACES}
-            found.append(Finding.of(FindingKind.SLOW_AT_FEW_PLACES, **figures))
-        return tuple(found)
+            blind_spots.append(Finding.of(FindingKind.SLOW_AT_FEW_PLACES, **figures))
+        return tuple(blind_spots)
 
     @property
     def scatter(self) -> tuple[Finding, ...]:
-        """That the states scatter about the form by more than they should."""
+        """A warning if the states scatter about the form by more than they should."""
         figures = {"state_sd": self.state_sd, "most": MOST_SCATTER}
         return (Finding.of(FindingKind.STATES_SCATTER, **figures),) if self.state_sd > MOST_SCATTER else ()
 
     @property
     def warnings(self) -> tuple[Finding, ...]:
-        """What is to be said before every speed."""
-        doubt = () if self.departures and not self.found else (self.finding,)
+        """What must be said before every speed."""
+        doubt = () if self.departures and not self.significant else (self.finding,)
         return (*doubt, *self.scatter, *self.unseen)
 
 
@@ -182,36 +198,40 @@ def form_test(form: Form, states: States, state_sd: float = math.nan) -> FormTes
     from scipy.spatial.distance import pdist
 
     tested = states.select(states.censored == 0)
-    found = []
-    if len(tested):
-        tester, candidates = _Tester.of(form, tested), list(_candidates(tested))
-        for along in dict.fromkeys(each.along for each, _ in candidates):
-            tests = [tester.test(*each) for each in candidates if each[0].along == along]
-            if known := [each for each in tests if each]:
-                least = min(known, key=lambda each: each.p_value)
-                found.append(replace(least, tested=len(known), p_value=min(1.0, least.p_value * len(known))))
-    adjusted = holm(np.array([each.p_value for each in found])).tolist()
-    found = [replace(each, p_value=p) for each, p in zip(found, adjusted, strict=True)]
+    departures = _most_significant(form, tested) if len(tested) else []
     slow = states.speed <= states.speed.min() + StateTolerance().speed
     place = states.place
-    at_place = np.array([states.coordinates[place == number, :2].mean(axis=0) for number in range(place.max() + 1)])
-    gaps = tuple(name for name, x in zip(_AXES, (*at_place.T, states.speed), strict=True) if _gap(x) > GAP)
-    told = [each.along for each in found]
+    places = np.array([states.coordinates[place == number, :2].mean(axis=0) for number in range(place.max() + 1)])
+    gaps = tuple(name for name, x in zip(_AXES, (*places.T, states.speed), strict=True) if _gap(x) > GAP)
+    kinds = [departure.along for departure in departures]
     return FormTest(
-        departures=tuple(sorted(found, key=lambda each: each.p_value)),
+        departures=tuple(sorted(departures, key=lambda departure: departure.p_value)),
         states=len(tested),
         left_out=len(states) - len(tested),
         gaps=gaps,
-        not_tested=tuple(each for each in (*_AXES, "place") if each not in told and each not in gaps),
-        near=int(np.count_nonzero(pdist(at_place, "chebyshev") < NEAR)),
+        not_tested=tuple(kind for kind in (*_AXES, "place") if kind not in kinds and kind not in gaps),
+        near=int(np.count_nonzero(pdist(places, "chebyshev") < NEAR)),
         slow_places=np.unique(place[slow]).size,
         slowest=float(states.speed.min()),
         state_sd=state_sd,
     )
 
 
+def _most_significant(form: Form, states: States) -> list[Departure]:
+    """The most significant departure of each kind that can be tested, with p values adjusted for all tests."""
+    tester, candidates = _Tester.of(form, states), list(_candidates(states))
+    departures = []
+    for along in dict.fromkeys(departure.along for departure, _ in candidates):
+        tests = [tester.test(departure, columns) for departure, columns in candidates if departure.along == along]
+        if possible := [departure for departure in tests if departure]:
+            best, number = min(possible, key=lambda departure: departure.p_value), len(possible)
+            departures.append(replace(best, tested=number, p_value=min(1.0, best.p_value * number)))
+    adjusted = holm(np.array([departure.p_value for departure in departures])).tolist()
+    return [replace(departure, p_value=p) for departure, p in zip(departures, adjusted, strict=True)]
+
+
 def _gap(values: FloatArray) -> float:
-    """The largest part of their range with at most one value inside, as a share of it; 0 if they do not vary."""
+    """Largest share of the range of values with at most one value inside; 0 if they do not vary."""
     spread, ordered = float(np.ptp(values)), np.sort(values)
     if spread <= StateTolerance().place:
         return 0.0
@@ -219,7 +239,7 @@ def _gap(values: FloatArray) -> float:
 
 
 def _candidates(states: States) -> Iterator[tuple[Departure, FloatArray]]:
-    """Departures, of a kind together, with their columns, shape (m, k)."""
+    """Departures in order of their kinds, with their columns, shape (m, k)."""
     nowhere = Departure("", math.nan, math.nan, math.nan, math.nan, 0, math.nan)
     for along, values in zip(_AXES, states.coordinates.T, strict=True):
         low, spread = float(values.min()), float(np.ptp(values))
@@ -229,7 +249,7 @@ def _candidates(states: States) -> Iterator[tuple[Departure, FloatArray]]:
         for centre in np.unique(np.round(share / _BUMP)) * _BUMP:
             around = replace(departure, **{along: low + float(centre) * spread})  # type: ignore[arg-type]
             yield around, np.exp(-np.square((share - centre) / _BUMP))[:, None]
-        yield departure, np.column_stack([(2 * share - 1) ** power for power in (1, 2, 3)])
+        yield departure, np.column_stack([(2 * share - 1) ** power for power in _POWERS])
     place = states.place
     for number in range(place.max() + 1):
         here = place == number
@@ -239,7 +259,7 @@ def _candidates(states: States) -> Iterator[tuple[Departure, FloatArray]]:
 
 @dataclass(frozen=True, eq=False)
 class _Tester:
-    """What every test of a departure needs: ln F and place of m states, bases of the terms without and with places."""
+    """Data of every test: ln F and place of m states, bases of the terms without and with an effect of every place."""
 
     response: FloatArray
     place: Indices
@@ -249,15 +269,15 @@ class _Tester:
     @classmethod
     def of(cls, form: Form, states: States) -> _Tester:
         design, place = form.design(*states.coordinates.T), states.place
-        at_place = np.eye(place.max() + 1)[place]
-        return cls(states.log_force, place, _base(design), _base(np.hstack([design, at_place])))
+        place_columns = np.eye(place.max() + 1)[place]
+        return cls(states.log_force, place, _base(design), _base(np.hstack([design, place_columns])))
 
     def test(self, departure: Departure, columns: FloatArray) -> Departure | None:
-        """The F test of a departure; None where the states cannot tell it.
+        """The F test of a departure; None where the states cannot show it.
 
-        What differs between states of a place is told by these alone, whatever their place shares; what does not by
-        generalised least squares, whose correlation of places is found with the departure among the terms, and counts
-        only the degrees of freedom that places give as far as it is high.
+        A departure that differs between the states of a place is tested on these differences alone, whatever effect
+        their place has. Any other is tested by generalised least squares; the correlation of places is estimated with
+        the departure among the terms, and the higher it is, the more the degrees of freedom are those of the places.
         """
         part, base, correlation = _left(self.terms, columns), self.terms, 0.0
         within = part - self.terms_and_places @ (self.terms_and_places.T @ part)
@@ -284,12 +304,12 @@ class _Tester:
 
 
 def _base(columns: FloatArray) -> FloatArray:
-    """An orthonormal base of what columns span, each scaled to length 1."""
+    """An orthonormal base of the space that columns, each scaled to length 1, span."""
     u, s, _ = np.linalg.svd(columns / np.linalg.norm(columns, axis=0), full_matrices=False)
-    return np.asarray(u[:, s > 1e-8 * s[0]])
+    return np.asarray(u[:, s > _RANK * s[0]])
 
 
 def _left(base: FloatArray, columns: FloatArray) -> FloatArray:
-    """An orthonormal base of what a base leaves of columns; without what is next to nothing."""
+    """An orthonormal base of the part of columns outside a base; directions with next to nothing are left out."""
     u, s, _ = np.linalg.svd(columns - base @ (base.T @ columns), full_matrices=False)
     return np.asarray(u[:, s * math.sqrt(max(s.size, 1)) > _LEAST_LEFT * np.linalg.norm(columns)])

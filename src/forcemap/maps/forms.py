@@ -16,6 +16,11 @@ from forcemap.errors import InputError, UnknownName
 _FACTOR = re.compile(r"(d|h|v|ln\(v\))(?:\^([1-9]\d?))?")
 _FIELDS = {"d": "distance", "h": "height", "v": "speed", "ln(v)": "log_speed"}
 
+_MAX_EXPONENT = 99  # two digits, what _FACTOR reads back
+_MAX_SPEED_DEGREE = 3  # of ln F in v: up to here the first crossing has a solution that cannot miss it
+_FASTEST_CROSSING = 1e6  # [m/s]; a crossing beyond it counts as none, so that the bisection has an end
+_BISECTIONS = 80  # halve 1e6 m/s to less than the spacing of doubles at any speed of a robot
+
 
 @dataclass(frozen=True)
 class Term:
@@ -32,7 +37,7 @@ class Term:
     def __post_init__(self) -> None:
         for field in _FIELDS.values():
             exponent = getattr(self, field)
-            if isinstance(exponent, bool) or not isinstance(exponent, int) or not 0 <= exponent < 100:
+            if isinstance(exponent, bool) or not isinstance(exponent, int) or not 0 <= exponent <= _MAX_EXPONENT:
                 raise InputError(f"term: found the exponent {exponent!r} of {field}, expected 0, 1, 2, ...")
 
     def __str__(self) -> str:
@@ -90,12 +95,12 @@ class SpeedProfile:
         return slope if self.log is None else slope + self.log / speed
 
     def first_rise(self, level: FloatArray) -> FloatArray:
-        """Smallest v >= 0 [m/s] at which the profile rises to `level`; 0 if it is there at rest, NaN if never."""
+        """Smallest v >= 0 [m/s] at which the profile rises to `level`; 0 if it is reached at rest, NaN if never."""
         if self.log is not None:
             return _first_rise_logarithmic(self.powers[0], self.log, level)
         constant = self.powers[0] - level
         higher = [*self.powers[1:], np.zeros(()), np.zeros(())]
-        cubic = len(self.powers) == 4
+        cubic = len(self.powers) - 1 == _MAX_SPEED_DEGREE
         root = _first_root_cubic(constant, *higher[:3]) if cubic else _first_root_quadratic(constant, *higher[:2])
         return np.where(constant >= 0, 0.0, root)
 
@@ -138,7 +143,7 @@ def _first_root_cubic(c: FloatArray, b: FloatArray, a: FloatArray, cubic: FloatA
     """
     c, b, a, cubic = np.broadcast_arrays(c, b, a, cubic)
     bound = 2.0 + np.max(np.abs([b, a, c]), axis=0) / np.maximum(np.abs(cubic), 1e-300)  # Cauchy: no root beyond
-    bound = np.minimum(bound, 1e6)  # [m/s]; a crossing beyond it is none
+    bound = np.minimum(bound, _FASTEST_CROSSING)
     with np.errstate(divide="ignore", invalid="ignore"):
         root = np.sqrt(a * a - 3.0 * cubic * b)
         q = -(a + np.copysign(root, a))
@@ -153,7 +158,7 @@ def _first_root_cubic(c: FloatArray, b: FloatArray, a: FloatArray, cubic: FloatA
     piece = np.argmax(reached, axis=0)
     high = np.take_along_axis(ends, piece[None], axis=0)[0]
     low = np.where(piece == 0, 0.0, np.take_along_axis(ends, np.maximum(piece - 1, 0)[None], axis=0)[0])
-    for _ in range(80):
+    for _ in range(_BISECTIONS):
         middle = 0.5 * (low + high)
         above = value(middle) >= 0
         high = np.where(above, middle, high)
@@ -186,8 +191,8 @@ class Form:
         if not self.terms or len(set(self.terms)) != len(self.terms):
             raise InputError(f"form {self.name}: expected at least one term and none twice")
         log_power = max(term.log_speed for term in self.terms)
-        if self.speed_degree > 3 or log_power > 1 or (self.speed_degree and log_power):
-            raise InputError(f"form {self.name}: expected powers of v up to 3, or ln(v) alone")
+        if self.speed_degree > _MAX_SPEED_DEGREE or log_power > 1 or (self.speed_degree and log_power):
+            raise InputError(f"form {self.name}: expected powers of v up to {_MAX_SPEED_DEGREE}, or ln(v) alone")
 
     @classmethod
     def of(cls, name: str, terms: Sequence[str]) -> Form:
@@ -214,9 +219,9 @@ class Form:
         return np.column_stack([term.values(distance, height, speed) for term in self.terms])
 
     def speed_profiles(self, coefficients: FloatArray, distance: FloatArray, height: FloatArray) -> list[SpeedProfile]:
-        """How each row of `coefficients`, shape (m, terms), depends on speed at places of any one shape [m].
+        """How ln F of each row of `coefficients`, shape (m, terms), depends on speed at places [m] of any one shape.
 
-        Sums run in a fixed order, so one place gives the same bits as many.
+        Sums run in a fixed order, so a single place gives the same bits as many.
         """
         return [self._speed_profile(row, distance, height) for row in coefficients.tolist()]
 
@@ -227,12 +232,12 @@ class Form:
                 table = tables.setdefault((term.speed, term.log_speed), {})
                 table.setdefault(term.distance, {})[term.height] = coefficient
 
-        def at_places(speed: int, log_speed: int) -> FloatArray:
+        def coefficient_of(speed: int, log_speed: int) -> FloatArray:
             table = tables.get((speed, log_speed), {})
             return np.asarray(horner({i: horner(column, height) for i, column in table.items()}, distance))
 
-        powers = tuple(at_places(k, 0) for k in range(self.speed_degree + 1))
-        return SpeedProfile(powers, at_places(0, 1) if self.logarithmic else None)
+        powers = tuple(coefficient_of(k, 0) for k in range(self.speed_degree + 1))
+        return SpeedProfile(powers, coefficient_of(0, 1) if self.logarithmic else None)
 
 
 def form_named(name: str) -> Form:

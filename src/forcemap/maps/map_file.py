@@ -36,23 +36,31 @@ from forcemap.maps.regression import Regression
 SCHEMA = "forcemap-map/1"
 
 _NOT_STATED = Binding(BindingState.UNBOUND, Finding.of(FindingKind.BINDING_NOT_STATED))
+
 _SAME = 1e-6
-"""How far ln F by the coefficients of a map file may lie from what its states give."""
+"""How far ln F by the coefficients of a map file may lie from what its states give (docs/decisions.md)."""
 
 _SAME_CENSORED = 1e-5
-"""The same for a censored fit, whose maximum is found in steps; ten times that, as a share, for its scatter."""
+"""The same for a censored fit, whose maximum is searched iteratively (docs/decisions.md)."""
 
-_LARGEST = 1e9
-_PLACES = {"distance_m": (5e-324, 10.0), "height_m": (-10.0, 10.0), "speed_mps": (5e-324, 10.0)}
+_SAME_SCATTER = 10 * _SAME_CENSORED
+"""The same, as a share, for the scatter of a censored fit, which the search determines less precisely."""
+
+_LARGEST = 1e9  # of any number in the file: a larger one cannot be meant
+_LEAST = 5e-324  # the smallest positive number
+_PLACES = {"distance_m": (_LEAST, 10.0), "height_m": (-10.0, 10.0), "speed_mps": (_LEAST, 10.0)}
 _RANGES = {  # of a number in the file, or of every number in a list
     **_PLACES,
     **dict.fromkeys(("peak_force_N", "at_least_N", "highest_N"), (1.0, 1e5)),
     **dict.fromkeys(("impacts", "censored", "unrecorded", "above_peak", "excluded", "largest_force_N"), (0, _LARGEST)),
-    **{each.value: (0, _LARGEST) for each in ContactScenario},
+    **{scenario.value: (0, _LARGEST) for scenario in ContactScenario},
     **dict.fromkeys(("state_weights", "repeat_variance_ln", "state_sd_ln", "degrees_of_freedom"), (0.0, _LARGEST)),
-    "device_range_N": (5e-324, _LARGEST),
+    "device_range_N": (_LEAST, _LARGEST),
 }
-"""Between which figures a number of the file lies; any other between -1e9 and 1e9."""
+"""Lowest and highest value of an entry of the file, for places, speeds and forces as in an impacts table; of any other
+-1e9 and 1e9."""
+
+_ROUNDING = 1e-9  # share by which means and logarithms in the file may contradict each other
 
 _TEXTS = {"schema", "name", "source", "software", "form", "terms", "state_id", "states_found"}
 _TEXTS |= {"impacts_table", "impacts_table_sha256"}
@@ -100,8 +108,8 @@ def read_map(path: str | Path) -> ForceMap:
     except (ValueError, RecursionError) as error:
         raise MapFileError(f"not a JSON file: {error}; fit the map again", file=file) from None
     if not isinstance(content, dict) or content.get("schema") != SCHEMA:
-        found = content.get("schema") if isinstance(content, dict) else type(content).__name__
-        raise MapFileError(f"found {found!r}, expected a map with schema {SCHEMA!r}", file=file, column="schema")
+        schema = content.get("schema") if isinstance(content, dict) else type(content).__name__
+        raise MapFileError(f"found {schema!r}, expected a map with schema {SCHEMA!r}", file=file, column="schema")
     stated = content.pop("content_sha256", None)
     try:
         if stated != sha256(_text(content)):
@@ -189,7 +197,7 @@ def _to_content(force_map: ForceMap) -> dict[str, Any]:
 
 
 def _require_sound(content: dict[str, Any], names: Iterable[str]) -> None:
-    """Refuse an entry with a number that cannot be, or with anything but numbers where numbers belong."""
+    """Refuse an entry that is not of its type, or a number outside its range."""
     for name in names:
         value = content[name]
         if isinstance(value, dict) and name in _TABLES:
@@ -237,13 +245,13 @@ def _from_content(content: dict[str, Any]) -> ForceMap:
     fit = None
     if statistics is not None:
         states = _states_from_columns(columns)
-        at_place = effect_of_places(form, states)
+        effect = effect_of_places(form, states)
         fit = Fit(
             states=states,
             left_out=_states_from_columns(content["states_left_out"]),
             test=_states_from_columns(content["test_states"]),
-            between_states=_regression(form, states, coefficients, at_place, statistics),
-            place_effect=at_place,
+            between_states=_regression(form, states, coefficients, effect, statistics),
+            place_effect=effect,
             states_found=str(statistics["states_found"]),
             table=str(statistics["impacts_table"]),
             table_sha256=str(statistics["impacts_table_sha256"]),
@@ -278,7 +286,7 @@ def _from_content(content: dict[str, Any]) -> ForceMap:
 
 
 def _require_published(force_map: ForceMap) -> None:
-    """Refuse a map without measured states that is not one of the paper's: nothing would tell where it comes from."""
+    """Refuse a map without measured states that is not one of the paper's: its origin would be unknown."""
     bare: dict[str, Any] = {"source": "", "software": "", "binding": Binding()}
     known = published_map(force_map.name) if force_map.name in PUBLISHED_MAPS else None
     if known is None or _to_content(replace(force_map, **bare)) != _to_content(replace(known, **bare)):
@@ -288,7 +296,7 @@ def _require_published(force_map: ForceMap) -> None:
 
 
 def _binding(content: dict[str, Any]) -> Binding:
-    """The state of the binding; a file of an earlier version does not hold it."""
+    """The state of the binding; files of earlier versions lack it."""
     if "binding" not in content:
         return _NOT_STATED
     state, reason = BindingState(content["binding"]["state"]), content["binding"]["reason"]
@@ -305,38 +313,38 @@ def _hashable(value: Any) -> Any:
 
 
 def _regression(
-    form: Form, states: States, coefficients: Any, at_place: PlaceEffect, statistics: dict[str, Any]
+    form: Form, states: States, coefficients: Any, effect: PlaceEffect, statistics: dict[str, Any]
 ) -> Regression:
-    """The fit again: R^-1 from the states, the coefficients to the last bit as they were written.
+    """The fit made again: R^-1 from the states, the coefficients exactly as they were written.
 
-    A file whose coefficients its own states do not give is refused: for least squares the coefficients, for a censored
-    fit these and all that widens the bound, each found again from the states.
+    Refused is a file that differs from a fit to its own states: for least squares in the coefficients, for a censored
+    fit also in everything that widens the bound.
     """
     if "state_weights" not in statistics:
-        data = state_data(form, states, 0.0, at_place.correlation)
-        found = place_regression(data.design, data.mean, data.place, data.correlation)
-        _require_given("coefficients", data.design @ (found.coefficients - coefficients), _SAME)
-        return replace(found, coefficients=coefficients)
+        data = state_data(form, states, 0.0, effect.correlation)
+        fitted = place_regression(data.design, data.mean, data.place, data.correlation)
+        _require_given("coefficients", data.design @ (fitted.coefficients - coefficients), _SAME)
+        return replace(fitted, coefficients=coefficients)
     if float(statistics["degrees_of_freedom"]) > len(states) - coefficients.size:
         raise MapFileError("more degrees of freedom than states less coefficients", column="degrees_of_freedom")
     stated = weighted_regression(
-        state_data(form, states, float(statistics["repeat_variance_ln"]), at_place.correlation),
+        state_data(form, states, float(statistics["repeat_variance_ln"]), effect.correlation),
         coefficients=coefficients,
         weights=np.array(statistics["state_weights"], dtype=np.float64),
         deviation=float(statistics["state_sd_ln"]),
         freedom=float(statistics["degrees_of_freedom"]),
     )
-    data = state_data(form, states, stated.repeat_variance, at_place.correlation)
+    data = state_data(form, states, stated.repeat_variance, effect.correlation)
     again = censored_regression(data, stated.deviation)
     _require_given("coefficients", stated.design @ (again.coefficients - coefficients), _SAME_CENSORED)
-    _require_given("state_sd_ln", stated.deviation / again.deviation - 1, 10 * _SAME_CENSORED)
-    _require_given("degrees_of_freedom", stated.freedom / again.freedom - 1, 10 * _SAME_CENSORED)
-    _require_given("state_weights", stated.weights - again.weights, 10 * _SAME_CENSORED)
+    _require_given("state_sd_ln", stated.deviation / again.deviation - 1, _SAME_SCATTER)
+    _require_given("degrees_of_freedom", stated.freedom / again.freedom - 1, _SAME_SCATTER)
+    _require_given("state_weights", stated.weights - again.weights, _SAME_SCATTER)
     return stated
 
 
 def _scatter(fit: Fit) -> dict[str, float]:
-    """How far states scatter about a map and what those of a place share, by entry of the file."""
+    """Scatter of the states about a map, and the share of their places in it, by entry of the file."""
     return {
         "state_sd_ln": fit.state_sd,
         "place_sd_ln": fit.place_sd,
@@ -349,7 +357,7 @@ def _scatter(fit: Fit) -> dict[str, float]:
 
 
 def _require_given(entry: str, difference: Any, most: float) -> None:
-    """Refuse an entry that differs from what the states give."""
+    """Refuse an entry that differs by more than `most` from what the states give."""
     if not np.all(np.abs(difference) <= most):
         raise MapFileError("not what the measured states of the file give; fit the map again", column=entry)
 
@@ -383,8 +391,8 @@ def _require_means(states: States) -> None:
     read = states.impacts > 0
     force, highest = states.force[read], states.highest[read]
     below = np.log(force) - states.log_force[read]
-    possible = (highest >= force * (1 - 1e-9)) & (below >= -1e-9)
-    possible &= below <= states.impacts[read] * np.log(np.maximum(highest / force, 1.0)) + 1e-9
+    possible = (highest >= force * (1 - _ROUNDING)) & (below >= -_ROUNDING)
+    possible &= below <= states.impacts[read] * np.log(np.maximum(highest / force, 1.0)) + _ROUNDING
     if not possible.all():
         name = states.name[int(np.flatnonzero(read)[~possible][0])]
         raise MapFileError(f"state {name}: found forces that do not belong together", column="mean_ln_force")

@@ -9,13 +9,15 @@ import numpy as np
 from forcemap.arrays import FloatArray, Mask
 
 TOLERANCE = 1e-9
-"""A place or speed this close to the hull belongs to it [m, m/s]."""
+"""A place or speed this close to the hull belongs to it [m, m/s]: what rounding leaves of coordinates."""
 
-_FLAT = 1e-5  # extent [m, m/s] below which the states count as lying in a plane, on a line or at a point
+_FLAT = 1e-5
+"""Extent [m, m/s] below which states count as lying in a plane, on a line or at a point: no campaign resolves it
+(docs/decisions.md)."""
 
 
 class MeasuredRange:
-    """Convex hull of states, closed; flat hulls (one height, one speed) are handled as what they are.
+    """Convex hull of states, closed; it may be flat (one height, one speed).
 
     Parameters
     ----------
@@ -47,7 +49,7 @@ class MeasuredRange:
         _, _, axes = np.linalg.svd(offsets, full_matrices=len(offsets) < 3)
         thick = np.ptp(offsets @ axes.T, axis=0) > _FLAT
         half_spaces = _hull(offsets @ axes[thick].T, axes[thick])
-        # Across a flat hull, and around every hull, the box of its own extent: no facet can reach beyond it.
+        # Every hull is cut by its box, a flat one also across itself: rounding of a facet cannot reach beyond it.
         for normal in [*axes[~thick], *np.eye(3)]:
             extent = offsets @ normal
             half_spaces = np.vstack([half_spaces, [*normal, -extent.max()], [*-normal, extent.min()]])

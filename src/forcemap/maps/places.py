@@ -1,7 +1,7 @@
-"""Effects that the states of a place share: how alike they are, and least squares that reckons with it.
+"""Effects that the states of a place share: their correlation, and least squares that takes it into account.
 
 ln F of a state mean = map + effect of its place + own effect. With rho the share of the place in the variance s^2 of
-both, states of one place are correlated by rho, others not at all (docs/equations.md, "Places").
+both, states at one place are correlated by rho, others not at all (docs/equations.md, "Places").
 """
 
 from __future__ import annotations
@@ -15,33 +15,34 @@ from forcemap.arrays import FloatArray, Indices
 from forcemap.maps.regression import Regression, least_squares
 
 FALL = 0.5
-"""By how much the restricted log-likelihood falls from its maximum to the correlation that is reckoned with."""
+"""How far the restricted log-likelihood falls from its maximum to the correlation that the bound is computed with. At
+the maximum itself the bound covers in 0.76 to 0.94 of campaigns only (docs/decisions.md)."""
 
 LEAST_BETWEEN = 3
-"""Places beyond those that the terms of place take up: with fewer, nothing tells how far places scatter."""
+"""Places needed beyond those that the terms of place take up: fewer do not show how far places scatter."""
 
-_TELLS = 0.08
-"""What places must tell in a direction to count, in states. Plans have 0.11 or more; positions read up to 6 mm off,
-state by state, up to 0.04 in directions that the terms take up."""
+_LEAST_EIGENVALUE = 0.08
+"""Information, in states, that places must have in a direction to count. Plans have 0.11 or more; positions read up to
+6 mm off, state by state, up to 0.04 in directions that the terms take up (docs/decisions.md)."""
 
-_HIGHEST = 1 - 1e-4
-_STEPS = 512
+_HIGHEST = 1 - 1e-4  # correlation; at 1 the states of a place would have no variance of their own
+_STEPS = 512  # of the correlation; between two of them the likelihood is taken as straight
 
 
 @dataclass(frozen=True)
 class PlaceEffect:
-    """How alike the states of a place are, as far as the fitted states tell.
+    """How strongly the states of a place are correlated, as estimated from the fitted states.
 
     Parameters
     ----------
     correlation : float
-        rho that is reckoned with: the largest at which the restricted log-likelihood is within FALL of its maximum.
+        rho that fit and bound use: the largest at which the restricted log-likelihood is within FALL of its maximum.
     likely : float
-        rho where it is largest.
+        rho at the maximum.
     places : int
         Number of places.
     between : int
-        How many of them the terms of place do not take up: the degrees of freedom between places.
+        Degrees of freedom between places: how many places the terms of place do not take up.
     """
 
     correlation: float
@@ -92,7 +93,7 @@ def place_effect(design: FloatArray, response: FloatArray, place: Indices) -> Pl
         return PlaceEffect(0.0, 0.0, count.size, 0)
     base, at_place, mu, along = _between(design, place)
     residual, between = response - base @ (base.T @ response), mu.size
-    if count.max() == 1 or between == 0:  # nothing tells, or it makes no difference
+    if count.max() == 1 or between == 0:  # rho is unknown, or makes no difference
         return PlaceEffect(0.0, 0.0, count.size, between)
     squares = np.square(along.T @ (at_place.T @ residual)) / mu
     within = max(0.0, float(residual @ residual - squares.sum()))  # along the n - p - between others, whose mu is 0
@@ -103,30 +104,30 @@ def place_effect(design: FloatArray, response: FloatArray, place: Indices) -> Pl
         value = -0.5 * ((n - p) * np.log((squares / v).sum(axis=1) + within / (1 - rho)) + logs)
     best, last = int(value.argmax()), int(np.flatnonzero(value >= value.max() - FALL)[-1])
     correlation = float(rho[last])
-    if last + 1 < _STEPS:  # between two steps the likelihood is all but straight
+    if last + 1 < _STEPS:
         share = (value[last] - value.max() + FALL) / (value[last] - value[last + 1])
         correlation += float(share * (rho[last + 1] - rho[last]))
     return PlaceEffect(correlation, float(rho[best]), count.size, between)
 
 
 def places_between(design: FloatArray, place: Indices) -> int:
-    """How many places the terms do not take up, as `PlaceEffect.between`."""
+    """Degrees of freedom between places, as `PlaceEffect.between`."""
     n, p = design.shape
     return _between(design, place)[2].size if n > p else 0
 
 
 def _between(design: FloatArray, place: Indices) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """The base of the columns of X, Z, and the eigenvalues mu that tell with their eigenvectors in places."""
+    """An orthonormal base of the columns of X; Z; the eigenvalues mu that count; their eigenvectors in places."""
     count = np.bincount(place)
     base = np.linalg.qr(design)[0]
     at_place = (place[:, None] == np.arange(count.size)).astype(np.float64)
     shared = base.T @ at_place
     mu, along = np.linalg.eigh(np.diag(count) - shared.T @ shared)
-    return base, at_place, mu[mu > _TELLS], along[:, mu > _TELLS]
+    return base, at_place, mu[mu > _LEAST_EIGENVALUE], along[:, mu > _LEAST_EIGENVALUE]
 
 
 def place_regression(design: FloatArray, response: FloatArray, place: Indices, correlation: float) -> PlaceRegression:
-    """Least squares with states of a place correlated.
+    """Generalised least squares with the states of a place correlated.
 
     Parameters
     ----------
@@ -141,13 +142,12 @@ def place_regression(design: FloatArray, response: FloatArray, place: Indices, c
         The states do not determine the coefficients.
     """
     white = whitened(np.column_stack([design, response]), place, correlation)
-    found = least_squares(white[:, :-1], white[:, -1])
-    squares = found.residual_squares
-    return PlaceRegression(design, response, found.coefficients, found.inverse_triangle, squares)
+    fit = least_squares(white[:, :-1], white[:, -1])
+    return PlaceRegression(design, response, fit.coefficients, fit.inverse_triangle, fit.residual_squares)
 
 
 def whitened(rows: FloatArray, place: Indices, correlation: float) -> FloatArray:
-    """V^-1/2 of rows of states, shape (n, k): what differs within a place counts more, what it shares less."""
+    """V^-1/2 times rows of states, shape (n, k): differences within a place get more weight, what it shares less."""
     place = np.unique(place, return_inverse=True)[1]
     count = np.bincount(place)
     mean = np.stack([np.bincount(place, column) for column in rows.T], axis=1) / count[:, None]

@@ -1,4 +1,4 @@
-"""A device that saturated with nothing marked censored: many impacts share exactly the largest force."""
+"""Signs that the device saturated although no impact is marked censored: many share exactly the largest force."""
 
 from __future__ import annotations
 
@@ -9,28 +9,28 @@ from numpy.typing import ArrayLike
 
 from forcemap.findings import Finding, FindingKind
 
-_LEAST_SHARING = 3
+_LEAST_SHARING = 3  # impacts; a choice: two equal readings happen by rounding
 _LEAST_STATES = 2  # repeats of one state may agree by rounding
 
 
 def saturation_doubt(force: ArrayLike, state: Sequence[str] | ArrayLike, *, censored: int) -> Finding | None:
     """Ask whether the device was saturated where nothing is marked censored.
 
-    It may have been if at least three impacts, of at least two states, share exactly the largest force.
+    It is suspected if at least three impacts, of at least two states, share exactly the largest force.
 
     Parameters
     ----------
     force : array
-        Peak force of every impact, or the largest of every state, shape (n,) [N]; NaN is none.
+        Peak force of every impact, or the largest of every state, shape (n,) [N]; NaN where there is none.
     state : array of str
         Name of its state, shape (n,).
     censored : int
-        How many impacts are marked censored; with any the device range is known, and no doubt is left.
+        Number of impacts marked censored; if there is any, saturation was noticed and no doubt is left.
 
     Returns
     -------
     Finding or None
-        The doubt; None without one.
+        The suspicion; None if there is none.
 
     Examples
     --------

@@ -14,18 +14,21 @@ from forcemap.dynamics.kinematics import forward_kinematics
 from forcemap.dynamics.robot import JointKind, Robot
 from forcemap.errors import InputError, TableError
 from forcemap.files import read_bytes
-from forcemap.paths.tool_path import ToolPath
+from forcemap.paths.tool_path import MOST_PIECES, ToolPath
 
 _LAYOUTS = (("x_m", "y_m", "z_m"), ("distance_m", "height_m"))
 _OPTIONAL = ("time_s", "segment")
 _OTHER_UNIT = re.compile(r"(x|y|z|distance|height)(_(mm|cm|in|inch))?|(time|t)(_(ms|min))?", re.ASCII)
 _JOINT = re.compile(r"joint_(\d+)_(rad|deg)", re.ASCII)
-_STRAIGHT = 1e-4  # [m]; how far a joint motion may bend away from the piece that stands for it
-_TURNING = 1.0  # [deg]; how far the motion is to point away from the piece that stands for it, where that can be had
-_MOST_TURNED = 200  # pieces of a row for that
+
+# How finely a joint motion is cut into straight pieces (docs/decisions.md).
+_STRAIGHT = 1e-4  # [m]; how far it may bend away from a piece
+_TURNING = 1.0  # [deg]; how far it should at most point away from a piece
+_MOST_FOR_TURNING = 200  # pieces of a row that are spent on that
 _TURN, _SLIDE = np.radians(5.0), 0.01  # [rad], [m]; the most that a joint moves in a piece
-_MOST_PIECES = 1_000_000
-_FULL_TURNS = 4 * np.pi  # [rad]; beyond it a figure in radians is in degrees
+
+_JOINT_ROUNDING = 1e-6  # [rad], [m]; by which a rounded position may exceed the limit of a joint
+_FULL_TURNS = 4 * np.pi  # [rad]; a larger figure is in degrees
 
 
 def read_path(path: str | Path, *, robot: Robot | None = None) -> ToolPath:
@@ -56,7 +59,7 @@ def read_path(path: str | Path, *, robot: Robot | None = None) -> ToolPath:
     """
     table = read_table(read_bytes(path), str(path), what="point")
     joints = [name for name in table.columns if _JOINT.fullmatch(name)]
-    layout = tuple(joints) or next((each for each in _LAYOUTS if set(each) <= set(table.columns)), ())
+    layout = tuple(joints) or next((columns for columns in _LAYOUTS if set(columns) <= set(table.columns)), ())
     _check_columns(table, layout)
     table = table.with_decimal_points([*layout, "time_s"])
     values = np.array([table.numbers(name, required=True) for name in layout]).T
@@ -93,7 +96,7 @@ def _check_columns(table: Table, layout: tuple[str, ...]) -> None:
             row=table.header_row,
             column=unknown[0],
         )
-    if unknown and (layout or not set(unknown) & {name for each in _LAYOUTS for name in each}):
+    if unknown and (layout or not set(unknown) & {name for columns in _LAYOUTS for name in columns}):
         message = f"unknown column; expected x_m, y_m, z_m, or distance_m, height_m, and {', '.join(_OPTIONAL)}"
         raise TableError(message, file=table.file, row=table.header_row, column=unknown[0])
     if not layout:
@@ -121,8 +124,9 @@ def _joint_path(
     if unit == "rad" and np.abs(q).max() > _FULL_TURNS:
         raise InputError(f"joints: found {np.abs(q).max():g} rad, more than two turns; is the file in degrees?")
     q = np.radians(q) if unit == "deg" else q
-    if np.any(q < robot.lower - 1e-6) or np.any(q > robot.upper + 1e-6):
-        row, joint = np.argwhere((q < robot.lower - 1e-6) | (q > robot.upper + 1e-6))[0]
+    beyond = (q < robot.lower - _JOINT_ROUNDING) | (q > robot.upper + _JOINT_ROUNDING)
+    if beyond.any():
+        row, joint = np.argwhere(beyond)[0]
         raise TableError(
             f"found a position beyond the limits of {robot.name}", file=table.file, row=table.rows[row],
             column=f"joint_{joint + 1}_{unit}",
@@ -130,9 +134,9 @@ def _joint_path(
     slides = np.array([joint.kind is JointKind.PRISMATIC for joint in robot.joints])
     bend = _bends(robot, q, slides)
     counts = _straight_pieces(robot, q, slides, bend)
-    if counts.sum() > _MOST_PIECES:
+    if counts.sum() > MOST_PIECES:
         raise InputError(
-            f"joints: the motion bends so much that {_MOST_PIECES:,} straight pieces do not follow it within "
+            f"joints: the motion bends so much that {MOST_PIECES:,} straight pieces do not follow it within "
             f"{1000 * _STRAIGHT:g} mm; give rows closer together, and check the units of the joints"
         )
     row = np.repeat(np.arange(len(q) - 1), counts)
@@ -153,7 +157,7 @@ def _joint_path(
 
 
 def _bends(robot: Robot, q: FloatArray, slides: Mask) -> FloatArray:
-    """Largest second derivative of the contact point's way over each joint motion [m], shape (rows - 1,).
+    """Largest second derivative of the contact point's path over each joint motion [m], shape (rows - 1,).
 
     While the joints move by D, the second derivatives of the contact point p are a_i x dp/dq_j for a turning joint i up
     to j, so |p''| <= sum_j D_j L_j (D_j + 2 sum_i<j D_i) over turning joints, with L_j the longest lever of joint j: a
@@ -178,7 +182,7 @@ def _straight_pieces(robot: Robot, q: FloatArray, slides: Mask, bend: FloatArray
     moved = np.abs(np.diff(q, axis=0))
     lengths = np.linalg.norm(np.diff(forward_kinematics(robot, q).position, axis=0), axis=1)
     with np.errstate(divide="ignore", invalid="ignore"):
-        turned = np.nan_to_num(bend / (2 * np.tan(np.radians(_TURNING)) * lengths), posinf=_MOST_TURNED)
+        turned = np.nan_to_num(bend / (2 * np.tan(np.radians(_TURNING)) * lengths), posinf=_MOST_FOR_TURNING)
     parts = np.maximum(np.sqrt(bend / (8 * _STRAIGHT)), (moved / np.where(slides, _SLIDE, _TURN)).max(axis=1))
-    parts = np.maximum(parts, np.minimum(turned, _MOST_TURNED))
-    return np.asarray(np.maximum(1, np.ceil(np.minimum(parts, 2 * _MOST_PIECES) - 1e-9)), dtype=np.int64)
+    parts = np.maximum(parts, np.minimum(turned, _MOST_FOR_TURNING))
+    return np.asarray(np.maximum(1, np.ceil(np.minimum(parts, 2 * MOST_PIECES) - 1e-9)), dtype=np.int64)

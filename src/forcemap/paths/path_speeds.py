@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Any
 
 import numpy as np
 
 from forcemap.arrays import FloatArray, Indices, Mask, Objects
+from forcemap.campaigns.dataset import Conditions
 from forcemap.findings import Finding, FindingKind
 from forcemap.limits.body_areas import LimitTable, standard_limit_table
 from forcemap.limits.force_limits import Contact, ForceLimit, force_limit
@@ -23,12 +23,17 @@ from forcemap.paths.tool_path import ToolPath
 from forcemap.speeds.allowance import Allowance
 from forcemap.speeds.basis import Basis
 from forcemap.speeds.zone_speeds import ZoneSpeeds, zone_speeds
-from forcemap.speeds.zones import Segments, Zones
+from forcemap.speeds.zones import Segments
 
 CORNER_ANGLE = 10.0
-"""A path that turns by more than this comes to rest there [deg]."""
+"""A path that turns by more than this comes to rest there [deg]; a choice (docs/decisions.md)."""
 
-_ROUNDING = 1e-9  # [deg]
+LONGEST_PIECE = 0.02
+"""Longest piece of a path that gets one speed, unless stated [m]. A choice, tried in the virtual lab (docs/validity.md,
+"Motion beside the map's direction")."""
+
+_ANGLE_ROUNDING = 1e-9  # [deg]
+_SPEED_ROUNDING = 1e-9  # share by which a programmed speed may exceed the allowed one
 
 
 class PieceOutcome(StrEnum):
@@ -83,15 +88,15 @@ class PathSpeeds:
     contact_speed : array, shape (n,)
         The speed at contact behind it [m/s]; NaN where there is none, or contact is excluded.
     outcome : array of PieceOutcome, shape (n,)
-        What is known of it.
+        What is known of the speed.
     reason : array of Finding, shape (n,)
-        Why.
+        The reason for the outcome.
     governed_by : array of str, shape (n,)
-        Which body area and contact gives the lowest speed.
+        Body area and contact that give the lowest speed.
     limit : array, shape (n,)
-        Its force limit [N]; NaN where contact is excluded or not permitted.
+        Their force limit [N]; NaN where contact is excluded or not permitted.
     programmed : array, shape (n,)
-        Programmed speed [m/s]; of a timed path the highest that its rows leave possible. NaN where not stated.
+        Programmed speed [m/s]; of a timed path the highest that its rows allow for. NaN where not stated.
     allowed, standard, constant, program : CycleTime
         Cycle times at the allowed speeds; at the standard's one speed; at the lowest allowed speed throughout; as
         programmed.
@@ -102,7 +107,7 @@ class PathSpeeds:
     bases : tuple of Basis
         What the speeds rest on, for every body area and contact.
     notes : tuple of Finding
-        What else they depend on.
+        What else the speeds depend on.
     simulated : bool
         True if the impacts of the map are simulated.
     """
@@ -134,13 +139,13 @@ class PathSpeeds:
     def too_fast(self) -> Mask:
         """True for pieces whose programmed speed exceeds the allowed one, or has no permission, shape (n,)."""
         with np.errstate(invalid="ignore"):
-            return self.refused | (self.programmed > self.speed * (1 + 1e-9))
+            return self.refused | (self.programmed > self.speed * (1 + _SPEED_ROUNDING))
 
     @property
     def commanded(self) -> FloatArray:
         """Speed [m/s] for a robot that changes its speed piece by piece, shape (n,); 0 where none is permitted.
 
-        No piece is entered faster than it allows, if the robot brakes with at least `acceleration`; so the piece before
+        No piece is entered faster than it allows if the robot brakes with at least `acceleration`; so the piece before
         one without permission has 0, too.
         """
         allowed = np.where(self.refused, 0.0, self.speed)
@@ -154,15 +159,15 @@ def path_speeds(
     *,
     bound: Bound,
     allowance: Allowance | None = None,
-    step: float = 0.02,
+    step: float = LONGEST_PIECE,
     angle: float = WIDEST_ANGLE,
     table: LimitTable | None = None,
 ) -> PathSpeeds:
-    """Speeds that the map allows along a path, and the cycle times they give.
+    """Speeds that the map allows along a path, and the resulting cycle times.
 
-    Each piece gets the lowest of the lower bounds for its body areas over all places it may be at. Pieces that do
-    not move in the map's direction, lie outside or are unconfirmed get no permission, and no time is invented for them.
-    Off the map's direction the bound is raised by 14 %.
+    Each piece gets the lowest of the lower bounds for its body areas over all places where it may be. Pieces that do
+    not move in the map's direction, lie outside or are unconfirmed get no permission and no duration. Off the map's
+    direction the bound is raised by 14 %.
 
     Parameters
     ----------
@@ -204,65 +209,87 @@ def path_speeds(
     direction = direction_vector(force_map.conditions.direction, whose="the campaign")
     path = path.resampled(step)
     segments = [task.segment(name) for name in path.names]
-    away = path.angles_from(direction)
-    along = away <= angle + _ROUNDING
+    off_angle = path.angles_from(direction)
+    along = off_angle <= angle + _ANGLE_ROUNDING
     excluded = np.array([segment.contact is None for segment in segments])
     stated = np.array([segment.speed for segment in segments])
     mean, fastest = path.speeds, path.fastest_speeds(task.acceleration)
     programmed = stated if mean is None or fastest is None else np.where(excluded, mean, fastest)
 
-    strictest = _strictest(force_map, path, task, np.where(along, away, np.nan), bound, allowance, table)
-    speed, outcome, reason = strictest.speed, strictest.outcome, strictest.reason
-    turned = ~along & ~excluded
-    outcome[turned] = PieceOutcome.NOT_DOWNWARD
-    reason[turned] = Finding.of(FindingKind.NOT_ALONG, angle_deg=angle)
+    strictest = _strictest(force_map, path, task, np.where(along, off_angle, np.nan), bound, allowance, table)
+    outcome, reason = strictest.outcome, strictest.reason
+    off_direction = ~along & ~excluded
+    outcome[off_direction] = PieceOutcome.NOT_DOWNWARD
+    reason[off_direction] = Finding.of(FindingKind.NOT_ALONG, angle_deg=angle)
     outcome[excluded], reason[excluded] = PieceOutcome.NO_CONTACT, Finding.of(FindingKind.CONTACT_EXCLUDED)
-    speed = np.where(excluded, stated, np.where(turned | np.isinf(speed), np.nan, speed))
+    without_speed = off_direction | np.isinf(strictest.speed)
+    speed = np.where(excluded, stated, np.where(without_speed, np.nan, strictest.speed))
 
-    refused = np.array([each.refused for each in outcome])
+    refused = np.array([piece.refused for piece in outcome])
     driven = speed[~excluded & ~refused]
     lowest = float(driven.min()) if driven.size else math.nan
-    one = math.nan if excluded.all() else float(allowance.off(strictest.standard[~excluded].min()))
-    one = one if one > 0 else math.nan
+    standard = _to_program(strictest.standard[~excluded], allowance)
     timing = (path, refused, task.acceleration)
-    tilted = np.any(away[along & ~excluded] > ON_AXIS)
-    mass, load = force_map.conditions.moving_mass, force_map.conditions.payload
-    masses = Finding.of(FindingKind.STANDARD_MASSES, moving_mass_kg=mass, payload_kg=float(load))
     program = _cycle_time("as programmed", *timing, programmed) if path.time is None else _as_timed(path, refused)
+    raised = bool(np.any(off_angle[along & ~excluded] > ON_AXIS))
     return PathSpeeds(
         path=path,
         speed=speed,
-        contact_speed=np.where(excluded | turned, np.nan, strictest.contact),
+        contact_speed=np.where(excluded | off_direction, np.nan, strictest.contact),
         outcome=outcome,
         reason=reason,
         governed_by=strictest.governed_by,
         limit=strictest.limit,
         programmed=programmed,
         allowed=_cycle_time("allowed speeds", *timing, speed),
-        standard=_cycle_time("the standard's one speed", *timing, np.where(excluded, stated, one), one),
+        standard=_cycle_time("the standard's one speed", *timing, np.where(excluded, stated, standard), standard),
         constant=_cycle_time("lowest allowed speed throughout", *timing, np.where(excluded, stated, lowest), lowest),
         program=program,
         acceleration=task.acceleration,
         allowance=allowance,
         bases=tuple(strictest.bases),
-        notes=(
-            *task.findings,
-            Finding.of(FindingKind.MOTION_WITHIN, angle_deg=angle, direction=force_map.conditions.direction),
-            *([Finding.of(FindingKind.RAISED_ON_PATH, raised=RAISED_OFF_AXIS - 1)] if tilted else []),
-            allowance.of_position,
-            Finding.of(FindingKind.ACCELERATION, acceleration_mps2=task.acceleration, corner_deg=CORNER_ANGLE),
-            *([] if math.isnan(mass) else [masses]),
-            _programmed(path, programmed, task.acceleration),
-            *([Finding.of(FindingKind.EXCLUDED_BY_TASK)] if excluded.any() else []),
-            Finding.of(FindingKind.ONLY_AS_MEASURED),
-        ),
+        notes=_notes(force_map.conditions, path, task, programmed, allowance, angle, raised),
         simulated=force_map.simulated,
     )
 
 
+def _notes(
+    conditions: Conditions,
+    path: ToolPath,
+    task: Task,
+    programmed: FloatArray,
+    allowance: Allowance,
+    angle: float,
+    raised: bool,
+) -> tuple[Finding, ...]:
+    """What the speeds along a path depend on besides their bases; `raised` if a bound was raised for its direction."""
+    mass, load = conditions.moving_mass, conditions.payload
+    masses = Finding.of(FindingKind.STANDARD_MASSES, moving_mass_kg=mass, payload_kg=float(load))
+    excluded = any(task.segment(name).contact is None for name in path.names)
+    return (
+        *task.findings,
+        Finding.of(FindingKind.MOTION_WITHIN, angle_deg=angle, direction=conditions.direction),
+        *([Finding.of(FindingKind.RAISED_ON_PATH, raised=RAISED_OFF_AXIS - 1)] if raised else []),
+        allowance.of_position,
+        Finding.of(FindingKind.ACCELERATION, acceleration_mps2=task.acceleration, corner_deg=CORNER_ANGLE),
+        *([] if math.isnan(mass) else [masses]),
+        _programmed(path, programmed, task.acceleration),
+        *([Finding.of(FindingKind.EXCLUDED_BY_TASK)] if excluded else []),
+        Finding.of(FindingKind.ONLY_AS_MEASURED),
+    )
+
+
+def _to_program(standard: FloatArray, allowance: Allowance) -> float:
+    """The standard's one speed for all pieces, the overshoot subtracted [m/s]; NaN if there is none."""
+    if not standard.size:
+        return math.nan
+    speed = float(allowance.off(standard.min()))
+    return speed if speed > 0 else math.nan
+
+
 @dataclass(eq=False)
 class _Strictest:
-    """The lowest speed of all body areas on each piece, filled area by area; infinite where none was asked."""
+    """The lowest speed of all body areas on each piece, filled area by area; infinite where there is none."""
 
     speed: FloatArray
     contact: FloatArray
@@ -273,63 +300,67 @@ class _Strictest:
     governed_by: Objects
     bases: list[Basis]
 
-    def take(self, at: Indices, speeds: ZoneSpeeds, who: str) -> None:
-        """Keep what is stricter than what is known of the pieces `at`: their speeds to program."""
+    def take(self, pieces: Indices, speeds: ZoneSpeeds, case: str) -> None:
+        """Keep the speeds to program on some pieces, of the `case` of a body area, where they are stricter."""
         self.bases.append(speeds.basis)
         value = np.where(np.isnan(speeds.speed_to_program), -np.inf, speeds.speed_to_program)
-        stricter = np.flatnonzero(value < self.speed[at])
-        here = at[stricter]
-        self.speed[here], self.limit[here], self.governed_by[here] = value[stricter], speeds.limit[stricter], who
-        self.contact[here] = speeds.speed[stricter]
-        self.outcome[here] = [PieceOutcome(str(outcome)) for outcome in speeds.to_program_outcome[stricter]]
-        self.reason[here] = speeds.to_program_reason[stricter]
+        stricter = np.flatnonzero(value < self.speed[pieces])
+        changed = pieces[stricter]
+        self.speed[changed], self.limit[changed] = value[stricter], speeds.limit[stricter]
+        self.governed_by[changed], self.contact[changed] = case, speeds.speed[stricter]
+        self.outcome[changed] = [PieceOutcome(str(outcome)) for outcome in speeds.to_program_outcome[stricter]]
+        self.reason[changed] = speeds.to_program_reason[stricter]
 
 
 def _strictest(
     force_map: ForceMap,
     path: ToolPath,
     task: Task,
-    away: FloatArray,
+    off_angle: FloatArray,
     bound: Bound,
     allowance: Allowance,
     table: LimitTable,
 ) -> _Strictest:
-    """The lowest speed over the body areas of each piece, `away` [deg] from the map's direction; NaN: not along it."""
+    """The lowest speed over the body areas of each piece.
+
+    `off_angle` is that of each piece and the map's direction [deg]; NaN for one that does not move along it.
+    """
     n = len(path)
     outcome, reason, governed_by = np.full((3, n), "", dtype=object)
     none, unlimited = np.full(n, np.nan), np.full(n, np.inf)
-    found = _Strictest(unlimited, none, none.copy(), unlimited.copy(), outcome, reason, governed_by, [])
-    segments, beside = [task.segment(name) for name in path.names], allowance.position + path.deviation
-    for area, contact in {(area, each.contact): None for each in task.segments for area in each.areas}:
+    strictest = _Strictest(unlimited, none, none.copy(), unlimited.copy(), outcome, reason, governed_by, [])
+    segment_of, reach = [task.segment(name) for name in path.names], allowance.position + path.deviation
+    for area, contact in {(area, segment.contact): None for segment in task.segments for area in segment.areas}:
         assert contact is not None
         limit = force_limit(area, table=table)
-        threatened = np.array([each.contact is contact and area in each.areas for each in segments])
+        threatened = np.array([segment.contact is contact and area in segment.areas for segment in segment_of])
         standard = _standard_speed(force_map, limit, contact)
-        found.standard[threatened] = np.minimum(found.standard[threatened], standard)
-        for at in (np.flatnonzero(threatened & (away <= ON_AXIS)), np.flatnonzero(threatened & (away > ON_AXIS))):
-            if at.size:
-                some = Segments(path.points[at], path.points[at + 1])
-                zones: Segments | Zones = some.zones.grown(beside) if beside > 0 else some
-                angle = min(float(away[at].max()), WIDEST_ANGLE)
-                case: dict[str, Any] = {
-                    "limit": limit,
-                    "bound": bound,
-                    "contact": contact,
-                    "angle": angle,
-                    "allowance": allowance,
-                }
-                found.take(at, zone_speeds(force_map, zones, **case), f"{area}, {contact}")
-    return found
+        strictest.standard[threatened] = np.minimum(strictest.standard[threatened], standard)
+        for side in (off_angle <= ON_AXIS, off_angle > ON_AXIS):
+            pieces = np.flatnonzero(threatened & side)
+            if pieces.size:
+                segments = Segments(path.points[pieces], path.points[pieces + 1])
+                speeds = zone_speeds(
+                    force_map,
+                    segments.zones.grown(reach) if reach > 0 else segments,
+                    limit=limit,
+                    bound=bound,
+                    contact=contact,
+                    angle=min(float(off_angle[pieces].max()), WIDEST_ANGLE),
+                    allowance=allowance,
+                )
+                strictest.take(pieces, speeds, f"{area}, {contact}")
+    return strictest
 
 
 def _programmed(path: ToolPath, programmed: FloatArray, acceleration: float) -> Finding:
-    """What the programmed speed is."""
+    """Where the programmed speeds come from."""
     if np.isnan(programmed).all():
         return Finding.of(FindingKind.PROGRAMMED_NOT_STATED)
     if path.speeds is None:
         return Finding.of(FindingKind.PROGRAMMED_BY_TASK, missing=bool(np.isnan(programmed).any()))
-    above = float(np.max(programmed - path.speeds))
-    return Finding.of(FindingKind.PROGRAMMED_BY_ROWS, above_mps=above, acceleration_mps2=acceleration)
+    above_mean = float(np.max(programmed - path.speeds))
+    return Finding.of(FindingKind.PROGRAMMED_BY_ROWS, above_mps=above_mean, acceleration_mps2=acceleration)
 
 
 def _standard_speed(force_map: ForceMap, limit: ForceLimit, contact: Contact) -> float:
@@ -343,25 +374,25 @@ def _standard_speed(force_map: ForceMap, limit: ForceLimit, contact: Contact) ->
 
 
 def _cycle_time(
-    rule: str, path: ToolPath, refused: Mask, acceleration: float, speed: FloatArray, one: float = math.nan
+    rule: str, path: ToolPath, refused: Mask, acceleration: float, speed: FloatArray, rule_speed: float = math.nan
 ) -> CycleTime:
     """Time of the permitted stretches; of the whole only if nothing is refused."""
     if refused.all() or np.isnan(speed[~refused]).any():
-        return CycleTime(rule, math.nan, math.nan, one)
-    turns = np.einsum("ij,ij->i", path.directions[1:], path.directions[:-1])
+        return CycleTime(rule, math.nan, math.nan, rule_speed)
+    cosine = np.einsum("ij,ij->i", path.directions[1:], path.directions[:-1])
     wait = np.zeros(len(path) + 1) if path.wait is None else path.wait
-    stops = (turns < math.cos(math.radians(CORNER_ANGLE))) | (wait[1:-1] > 0)
+    stops = (cosine < math.cos(math.radians(CORNER_ANGLE))) | (wait[1:-1] > 0)
     edges = np.flatnonzero(np.diff(np.concatenate([[True], refused, [True]]).astype(np.int8)))
     total = 0.0
     for start, stop in edges.reshape(-1, 2):
         piece, between = slice(start, stop), slice(start, stop - 1)
         law = time_law(path.lengths[piece], speed[piece], acceleration=acceleration, stops=stops[between])
         total += law.duration + float(wait[start : stop + 1].sum())
-    return CycleTime(rule, math.nan if refused.any() else total, total, one)
+    return CycleTime(rule, math.nan if refused.any() else total, total, rule_speed)
 
 
 def _as_timed(path: ToolPath, refused: Mask) -> CycleTime:
-    """Cycle time by the times of the path itself, waits included."""
+    """Cycle time from the times of the path itself, waits included."""
     assert path.time is not None
     moving = float(np.diff(path.time)[~refused].sum()) + (0.0 if path.wait is None else float(path.wait[-1]))
     return CycleTime("as programmed", math.nan if refused.any() else moving, math.nan if refused.all() else moving)

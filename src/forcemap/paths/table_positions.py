@@ -1,4 +1,4 @@
-"""Where to put the table: the cycle time of a task at every position of its table in the measured range."""
+"""Where to put the table: the cycle time of a task for every position of its table in the measured range."""
 
 from __future__ import annotations
 
@@ -20,7 +20,12 @@ from forcemap.paths.tool_path import ToolPath
 from forcemap.speeds.allowance import Allowance
 from forcemap.speeds.basis import Basis
 
-_MOST_PLACES = 20_000
+POSITION_STEP = 0.05
+"""Distance between positions of the table, unless stated [m]; a choice."""
+
+_MOST_POSITIONS = 20_000  # a choice: minutes to hours
+_ROUNDING = 1e-9  # of a step; a multiple this close beyond the range belongs to it
+_DECIMALS = 12  # of a position [m], so that multiples of a step read as they are stated
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,16 +39,16 @@ class TaskPlaces:
     duration : array, shape (n, m)
         Cycle time at the allowed speeds [s]; NaN where any piece of the path has no permission.
     standard_duration : array, shape (n, m)
-        Cycle time at the standard's one speed at the same positions [s]; NaN as there.
+        Cycle time at the standard's one speed at the same positions [s]; NaN for the same reason.
     permitted : array, shape (n, m)
         Share of the path's length that has permission.
     best_speeds : PathSpeeds or None
         Speeds of the path at the best position; None if no position is permitted as a whole.
     most_permitted : tuple of float
-        (distance, height, share of the path) of the position with the largest permitted share [m, m, 1]; of several,
-        one that leaves the measured range least.
+        (distance, height, share of the path) of the position with the largest permitted share [m, m, 1]; of several
+        the one where the path leaves the measured range least.
     closest_speeds : PathSpeeds
-        Speeds of the path at that position: why the rest is refused.
+        Speeds of the path at that position; they say why the rest is refused.
     bases : tuple of Basis
         What the cycle times rest on.
     notes : tuple of Finding
@@ -90,7 +95,7 @@ def place_task(
     task: Task,
     *,
     bound: Bound,
-    step: float = 0.05,
+    step: float = POSITION_STEP,
     allowance: Allowance | None = None,
     table: LimitTable | None = None,
     progress: Callable[[int], None] | None = None,
@@ -139,18 +144,18 @@ def place_task(
     fullest: PathSpeeds | None = None
     for number, (i, j) in enumerate(np.ndindex(duration.shape), start=1):
         moved = path.moved(np.array([distance[i], 0.0, height[j]]))
-        found = path_speeds(force_map, moved, task, bound=bound, allowance=allowance, table=table)
-        duration[i, j] = found.allowed.duration
-        standard[i, j] = found.standard.duration
-        lengths = found.path.lengths
-        permitted[i, j] = lengths[~found.refused].sum() / lengths.sum()
-        rank = (float(permitted[i, j]), -float(lengths[found.outcome == PieceOutcome.OUTSIDE].sum()))
+        speeds = path_speeds(force_map, moved, task, bound=bound, allowance=allowance, table=table)
+        duration[i, j] = speeds.allowed.duration
+        standard[i, j] = speeds.standard.duration
+        lengths = speeds.path.lengths
+        permitted[i, j] = lengths[~speeds.refused].sum() / lengths.sum()
+        rank = (float(permitted[i, j]), -float(lengths[speeds.outcome == PieceOutcome.OUTSIDE].sum()))
         if closest is None or rank > closest[0]:
-            closest = (rank, (float(distance[i]), float(height[j])), found)
+            closest = (rank, (float(distance[i]), float(height[j])), speeds)
         if not math.isnan(duration[i, j]) and (best is None or duration[i, j] < best.allowed.duration):
-            best = found
-        if best is found or fullest is None or len(found.bases) > len(fullest.bases):
-            fullest = found
+            best = speeds
+        if best is speeds or fullest is None or len(speeds.bases) > len(fullest.bases):
+            fullest = speeds
         if progress is not None:
             progress(number)
     assert closest is not None
@@ -174,8 +179,8 @@ def table_positions(force_map: ForceMap, path: ToolPath, step: float) -> tuple[F
     height = _positions(low[1] - path.points[:, 2].max(), high[1] - path.points[:, 2].min(), step)
     distance = distance[distance >= 0]
     total = distance.size * height.size
-    if not 0 < total <= _MOST_PLACES:
-        raise InputError(f"step: found {step:g} m, which makes {total} positions, expected from 1 to {_MOST_PLACES}")
+    if not 0 < total <= _MOST_POSITIONS:
+        raise InputError(f"step: found {step:g} m, which makes {total} positions, expected from 1 to {_MOST_POSITIONS}")
     return distance, height
 
 
@@ -183,7 +188,7 @@ def _positions(low: float, high: float, step: float) -> FloatArray:
     """Multiples of the step from low to high [m]."""
     if not 0 < step < np.inf:
         raise InputError(f"step: found {step:g} m, expected a positive finite number")
-    first, last = math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9)
-    if last - first > _MOST_PLACES:
-        raise InputError(f"step: found {step:g} m, expected one that makes at most {_MOST_PLACES} positions")
-    return np.round(step * np.arange(first, last + 1), 12)
+    first, last = math.ceil(low / step - _ROUNDING), math.floor(high / step + _ROUNDING)
+    if last - first > _MOST_POSITIONS:
+        raise InputError(f"step: found {step:g} m, expected one that makes at most {_MOST_POSITIONS} positions")
+    return np.round(step * np.arange(first, last + 1), _DECIMALS)

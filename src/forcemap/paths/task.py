@@ -1,4 +1,4 @@
-"""What a robot's task is: its segments, who may be hit there and how, and what it shares with the campaign."""
+"""A robot's task: its segments, which body areas may be hit there and how, and what it shares with the campaign."""
 
 from __future__ import annotations
 
@@ -18,6 +18,10 @@ from forcemap.maps.direction import direction_vector
 
 SCHEMA = "forcemap-task/1"
 
+ACCELERATION = 1.0
+"""Largest acceleration along a path, unless stated [m/s^2]; a choice that every answer prints."""
+
+_NEAREST = 3  # names that a message proposes
 _SHARED = ("direction", "contact_site", "tool", "safety_settings")
 _SEGMENT_KEYS = ("name", "contact_possible", "areas", "contact", "clamping_possible", "speed_mps")
 _KEYS = ("schema", "note", "acceleration_mps2", "campaign", "segments")
@@ -57,7 +61,7 @@ class TaskSegment:
 
 @dataclass(frozen=True)
 class Task:
-    """Segments of a task, and under what conditions it is done.
+    """Segments of a task, and the conditions under which it is done.
 
     Parameters
     ----------
@@ -68,11 +72,11 @@ class Task:
     conditions : mapping of str to str
         Direction, contact site, tool and safety settings, as far as the task states them.
     source : str
-        Where it is from.
+        Name of its file.
     """
 
     segments: tuple[TaskSegment, ...]
-    acceleration: float = 1.0
+    acceleration: float = ACCELERATION
     conditions: Mapping[str, str] = field(default_factory=dict)
     source: str = ""
 
@@ -94,10 +98,10 @@ class Task:
         for segment in self.segments:
             if segment.name == name:
                 return segment
-        raise self._unknown("path", name, "task", [each.name for each in self.segments])
+        raise self._unknown("path", name, "task", [segment.name for segment in self.segments])
 
     def _unknown(self, one: str, name: str, other: str, names: Collection[str]) -> InputError:
-        near = ", ".join(repr(each) for each in nearest_names(name, names, 3))
+        near = ", ".join(map(repr, nearest_names(name, names, _NEAREST)))
         message = f"the {one} names the segment {name!r}, which the {other} does not have; its nearest is {near}"
         return InputError(message, file=self.source or None)
 
@@ -117,22 +121,22 @@ class Task:
                 direction_vector(stated, whose="the task")
                 direction_vector(measured, whose="the campaign")
             elif " ".join(stated.lower().split()) != " ".join(measured.lower().split()):
-                found = repr(measured) if measured else "nothing"
+                in_campaign = repr(measured) if measured else "nothing"
                 raise InputError(
-                    f"{key.replace('_', ' ')}: the task states {stated!r}, the campaign {found}; a map holds only for "
-                    "what was measured, so measure again or use the map of a campaign with the same",
+                    f"{key.replace('_', ' ')}: the task states {stated!r}, the campaign {in_campaign}; a map holds "
+                    "only for what was measured, so measure again or use the map of a campaign with the same",
                     file=self.source or None,
                 )
 
     @property
     def findings(self) -> tuple[Finding, ...]:
-        """What the task does not state and so is taken to be as in the campaign."""
+        """What the task does not state, so that it is taken from the campaign."""
         missing = [key.replace("_", " ") for key in _SHARED if key not in self.conditions]
         return (Finding.of(FindingKind.AS_IN_CAMPAIGN, missing=", ".join(missing)),) if missing else ()
 
 
 def one_segment_task(
-    name: str, areas: tuple[str, ...], contact: Contact, *, acceleration: float = 1.0, speed: float = math.nan
+    name: str, areas: tuple[str, ...], contact: Contact, *, acceleration: float = ACCELERATION, speed: float = math.nan
 ) -> Task:
     """A task of a single segment, with its body areas, kind of contact, acceleration [m/s^2] and speed [m/s].
 
@@ -182,7 +186,7 @@ def _task(tables: dict[str, Any], source: str, table: LimitTable | None) -> Task
     if not isinstance(rows, list) or not rows or not all(isinstance(row, dict) for row in rows):
         raise InputError("found no segment, expected at least one [[segments]]", column="segments")
     segments = tuple(_segment(row, f"segments[{i}]", table) for i, row in enumerate(rows, start=1))
-    acceleration = float(_typed(tables.get("acceleration_mps2", 1.0), float, "acceleration_mps2"))
+    acceleration = float(_typed(tables.get("acceleration_mps2", ACCELERATION), float, "acceleration_mps2"))
     return Task(segments, acceleration, dict(shared), source)
 
 
@@ -222,12 +226,12 @@ def _segment(row: dict[str, Any], where: str, table: LimitTable | None) -> TaskS
 def _known(entries: Mapping[str, Any], known: tuple[str, ...], where: str) -> None:
     for key in entries:
         if key not in known:
-            near = ", ".join(nearest_names(key, known, 3))
+            near = ", ".join(nearest_names(key, known, _NEAREST))
             raise InputError(f"unknown entry; the nearest known ones are {near}", column=f"{where}{key}")
 
 
 def _typed(value: Any, kind: type, where: str) -> Any:
-    """The value, if it is of a kind; a whole number is a number."""
+    """The value, if it is of a kind; a whole number is accepted as a number."""
     number = kind is float and isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
     if number or (kind is not float and isinstance(value, kind) and value != ""):
         return value

@@ -49,8 +49,8 @@ class TimeLaw:
 def braking_speeds(length: ArrayLike, limit: ArrayLike, *, acceleration: float) -> FloatArray:
     """Speed [m/s] to command on each piece so that no piece is entered or driven faster than its limit, shape (n,).
 
-    For a robot that changes its speed from the start of each piece on: the command is not above the limit of the next
-    piece, and a piece is entered no faster than can be braked away on it.
+    For a robot that starts to change its speed at the start of each piece: the command does not exceed the limit of the
+    next piece, and a piece is entered no faster than the robot can brake on it.
 
     Parameters
     ----------
@@ -68,10 +68,10 @@ def braking_speeds(length: ArrayLike, limit: ArrayLike, *, acceleration: float) 
     """
     s, cap = np.asarray(length, dtype=np.float64), np.asarray(limit, dtype=np.float64)
     speed = np.empty_like(cap)
-    leaving = np.inf  # what the next piece may be entered at
+    entry = np.inf  # highest speed at which the next piece may be entered
     for i in range(s.size - 1, -1, -1):
-        speed[i] = min(cap[i], leaving)
-        leaving = min(cap[i], float(np.sqrt(leaving**2 + 2 * acceleration * s[i])))
+        speed[i] = min(cap[i], entry)
+        entry = min(cap[i], float(np.sqrt(entry**2 + 2 * acceleration * s[i])))
     return speed
 
 

@@ -12,7 +12,10 @@ from forcemap.arrays import FloatArray, Indices
 from forcemap.errors import InputError
 from forcemap.speeds.zones import Segments
 
-_FARTHEST = 10.0  # [m]; no arm reaches further, so the figure is in another unit
+MOST_PIECES = 1_000_000
+"""Most pieces of a path; a choice: minutes, and some hundred megabytes."""
+
+_FARTHEST = 10.0  # [m]; no arm reaches further, so a larger figure is in another unit
 _STANDING = 1e-6  # [m]; points this close are one place
 
 
@@ -31,13 +34,13 @@ class ToolPath:
     source : str
         Where the path comes from.
     wait : array, shape (n + 1,) or None
-        How long the program stands at each point of a timed path [s]; None if nowhere.
+        How long the program stands at each point of a timed path [s]; None if it stands nowhere.
     rows : array of int, shape (n,) or None
         Between which two rows of the program's times each piece lies; None if every piece has its own.
     deviation : float
-        How far the way that is driven may lie beside these pieces [m]: a joint motion is cut into straight ones.
+        How far the driven path may lie beside these pieces [m]: a joint motion is cut into straight ones.
     turning : array, shape (n,) or None
-        How far the motion may point away from each piece [deg] for the same reason; None if nowhere.
+        How far the motion may point away from each piece [deg] for the same reason; None if it never does.
 
     Raises
     ------
@@ -66,9 +69,9 @@ class ToolPath:
                 "positions are in metres, not millimetres"
             )
         if np.any(self.lengths < _STANDING):
-            at = int(np.argmax(self.lengths < _STANDING))
+            i = int(np.argmax(self.lengths < _STANDING))
             raise InputError(
-                f"path: points {at + 1} and {at + 2} are the same place; a piece without length has no speed"
+                f"path: points {i + 1} and {i + 2} are the same place; a piece without length has no speed"
             )
         if len(self.names) != len(self.points) - 1:
             raise InputError("path: expected one segment name for each piece")
@@ -86,19 +89,24 @@ class ToolPath:
         """A path from time-stamped points, one name and row each; points at which the program stands become waits."""
         if len(points) < 2 or not (np.isfinite(points).all() and np.isfinite(time).all() and np.all(np.diff(time) > 0)):
             raise InputError("path: expected at least two finite points, and times that are finite and rise")
-        kept = [0]
-        last = [0]  # the row at which the program leaves each point
+        arrival, departure = [0], [0]  # the rows at which the program reaches and leaves each point
         for row in range(1, len(points)):
-            if np.linalg.norm(points[row] - points[kept[-1]]) < _STANDING:
-                last[-1] = row
+            if np.linalg.norm(points[row] - points[arrival[-1]]) < _STANDING:
+                departure[-1] = row
             else:
-                kept.append(row)
-                last.append(row)
-        if len(kept) < 2:
+                arrival.append(row)
+                departure.append(row)
+        if len(arrival) < 2:
             raise InputError("path: the contact point does not move, expected at least two points")
-        wait = time[last] - time[kept]
-        own, waits = tuple(names[row] for row in last[:-1]), wait if wait.any() else None
-        return cls(points[kept], own, time[kept], source, waits, None if rows is None else rows[last[:-1]])
+        wait, start = time[departure] - time[arrival], departure[:-1]
+        return cls(
+            points[arrival],
+            tuple(names[row] for row in start),
+            time[arrival],
+            source,
+            wait if wait.any() else None,
+            None if rows is None else rows[start],
+        )
 
     @classmethod
     def through(cls, points: ArrayLike, *, name: str = "path", time: ArrayLike | None = None) -> Self:
@@ -138,7 +146,7 @@ class ToolPath:
         return None if moving is None else np.asarray(self.lengths / moving)
 
     def fastest_speeds(self, acceleration: float) -> FloatArray | None:
-        """Highest speed [m/s] that the times leave possible on each piece, shape (n,); None for an untimed path.
+        """Highest speed [m/s] that the times allow for on each piece, shape (n,); None for an untimed path.
 
         Between two rows only the mean v = s / T is known. Within an acceleration a along the path the speed rises to at
         most v + a T / 2, from rest to sqrt(2 a s); a is at least what the means of neighbouring rows imply.
@@ -172,7 +180,7 @@ class ToolPath:
         if not 0 < step < np.inf:
             raise InputError(f"step: found {step:g} m, expected a positive finite number")
         counts = np.maximum(1, np.ceil(self.lengths / step - 1e-9))
-        if counts.sum() > 1e6:
+        if counts.sum() > MOST_PIECES:
             raise InputError(f"step: found {step:g} m, expected one that makes at most a million pieces")
         piece = np.repeat(np.arange(len(self)), counts.astype(np.int64))
         first = np.concatenate([[0], np.cumsum(counts)[:-1]])

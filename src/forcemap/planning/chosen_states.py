@@ -1,4 +1,4 @@
-"""The states of a plan by its design, those that cannot be measured left out or moved."""
+"""The states of a plan by its design; those that cannot be measured are left out or moved."""
 
 from __future__ import annotations
 
@@ -21,13 +21,14 @@ from forcemap.planning.optimal_states import DesignedStates, bound_from, optimal
 from forcemap.planning.plan_warnings import FEW_STATES
 from forcemap.planning.spread_states import CORNERS, PLACES, STATES, spread_places, spread_speeds
 
-_SPEED_STEP = 0.005  # [m/s]; in these steps it is looked how fast a place can be measured
-_MORE_STATES = 20  # so many further numbers of states are tried before a refusal names one that does
+_SPEED_STEP = 0.005  # [m/s]; in which the fastest speed that can be measured at a place is searched; a choice
+_DECIMALS, _ROUNDING = 6, 1e-9  # of these speeds [m/s]
+_MORE_STATES = 20  # larger numbers of states that are tried, so that a refusal can name one that will do; a choice
 
 
 @dataclass(frozen=True)
 class Candidates:
-    """What there is to choose from.
+    """What states are chosen from.
 
     Parameters
     ----------
@@ -40,11 +41,11 @@ class Candidates:
     most : float
         Largest force that the device measures [N]; infinite if it is not stated.
     force : callable
-        Expected force [N] of states, shape (n, 3); NaN where nothing tells.
+        Expected force [N] of states, shape (n, 3); NaN where it is unknown.
     tolerance : StateTolerance
         States lie further apart than this.
     seed : int
-        Of what is left to chance.
+        Seed of random choices.
     """
 
     axes: tuple[list[float], list[float], list[float]]
@@ -58,23 +59,21 @@ class Candidates:
 
 @dataclass(frozen=True, eq=False)
 class Chosen:
-    """The states of a plan in the order in which to measure them.
+    """The states of a plan in the order of measurement.
 
     Parameters
     ----------
     states : array (n, 3)
         (distance, height, speed) [m, m, m/s].
     trains : array of bool (n,)
-        Which are there to train a map.
+        Which states train a map.
     possible : array (m, 3)
-        The states that they were chosen from.
+        The states from which they were chosen.
     slow : array (k, 3)
-        States whose slowest of each place tells whether a limit can be confirmed there.
+        States; the slowest of each place shows whether a limit can be confirmed there.
     measurable : array of bool (k,)
         Which of these can be measured.
-    left_out, warnings : tuple of Finding
-    note : Finding or None
-    bound_width : float
+    left_out, warnings, note, bound_width
         As in DesignedPlan.
     """
 
@@ -92,7 +91,7 @@ class Chosen:
 def names_of_states(states: FloatArray) -> Texts:
     """A name for each state, shape (n, 3), by its place and speed in thousandths."""
     letters = [names_of(letter, np.unique(column).tolist()) for letter, column in zip("dhv", states.T, strict=True)]
-    return np.array(["-".join(name[x] for name, x in zip(letters, each, strict=True)) for each in states.tolist()])
+    return np.array(["-".join(name[x] for name, x in zip(letters, state, strict=True)) for state in states.tolist()])
 
 
 def of_grid(design: Design, candidates: Candidates, n: int | None, places: int | None, limit: float) -> Chosen:
@@ -125,7 +124,7 @@ def of_grid(design: Design, candidates: Candidates, n: int | None, places: int |
     possible, slow = every[measurable], (every[~far], measurable[~far])
     if design is not Design.I_OPTIMAL:
         return Chosen(possible, trains[measurable], possible, *slow, left_out)
-    wanted = possible[~(expected[measurable] > limit)]  # everywhere where nothing tells
+    wanted = possible[~(expected[measurable] > limit)]  # all of them if no force is expected
     region = wanted if len(wanted) else possible[possible[:, 2] == possible[:, 2].min()]
     corners = _corners(possible)
     designed = _optimal(candidates, possible, FEW_STATES if n is None else n, places, region, corners)
@@ -141,21 +140,21 @@ def of_grid(design: Design, candidates: Candidates, n: int | None, places: int |
         width=designed.bound_width,
         state_sd=designed.state_sd,
     )
-    # What was left out is no more than many others that were not chosen.
+    # The states left out are not listed: many others were not chosen either.
     return Chosen(chosen, trains[: len(chosen)], possible, *slow, note=note, bound_width=designed.bound_width)
 
 
 def _place_by_place(states: FloatArray, corner: Mask, seed: int) -> Indices:
-    """Numbers of the states, shape (n, 3), in the order in which to measure them: slow to fast at each place.
+    """Numbers of the states, shape (n, 3), in the order of measurement: place by place, slow to fast at each.
 
-    The corners come first, as they stand, the other places in random order. The corners enclose the others: what a
-    place between them can do to the device is seen there first, and the order of the others must tell nothing of where
-    they lie, or a drift would pass for a slope of the map.
+    The corners come first in their order, then the other places in random order. The corners enclose the others, so
+    that a large force shows there first; and the order of the others must not depend on where they lie, or a drift
+    would look like a slope of the map.
     """
     place = places_of(*states[:, :2].T)
-    at = list(dict.fromkeys(place[corner].tolist()))
-    others = [each for each in dict.fromkeys(place.tolist()) if each not in at]
-    order = [*at, *np.random.default_rng(seed).permutation(others).tolist()]
+    corners = list(dict.fromkeys(place[corner].tolist()))
+    others = [number for number in dict.fromkeys(place.tolist()) if number not in corners]
+    order = [*corners, *np.random.default_rng(seed).permutation(others).tolist()]
     return np.lexsort((states[:, 2], np.argsort(order)[place]))
 
 
@@ -179,35 +178,38 @@ def of_spread(candidates: Candidates, n: int | None, places: int | None) -> Chos
                 break
     expected = "more states or places, or a wider range"
     if enough is not None:
-        at = np.unique(places_of(*enough.states[:, :2].T)).size
-        expected = f"at least {len(enough.states)} states for {at} places (--states {len(enough.states)})"
-    found = f"states: found {n}" if places is None else f"places: found {places} with {n} states"
+        number = np.unique(places_of(*enough.states[:, :2].T)).size
+        expected = f"at least {len(enough.states)} states for {number} places (--states {len(enough.states)})"
+    stated = f"states: found {n}" if places is None else f"places: found {places} with {n} states"
     raise TooFewStates(
-        f"{found}, expected {expected}: the corners have two states each, and fewer do not determine "
+        f"{stated}, expected {expected}: the corners have two states each, and fewer do not determine "
         f"{candidates.form.name} and how far forces scatter from place to place"
     )
 
 
 def _spread(candidates: Candidates, n: int, places: int | None, least: int) -> Chosen | None:
-    """n states spread over places, as many as they allow if not given; None where no bound can be had from them."""
+    """n states spread over places, as many as n allows if not given; None if they do not suffice for a bound."""
     count = min(PLACES, n - len(CORNERS)) if places is None else places
     if not least <= count <= n - len(CORNERS):
         return None
     form, most, kind = candidates.form, candidates.most, FindingKind
     distances, heights, (slowest, fastest) = ((axis[0], axis[-1]) for axis in candidates.axes)
     tolerance, seed = candidates.tolerance, candidates.seed
-    at = spread_places(distances, heights, count, least=least, reach=candidates.reach, tolerance=tolerance, seed=seed)
+    place = spread_places(
+        distances, heights, count, least=least, reach=candidates.reach, tolerance=tolerance, seed=seed
+    )
     warnings = []
-    if (farthest := at[0, 0]) < distances[1] or at[:, 1].max() < heights[1] or at[:, 1].min() > heights[0]:
-        figures = {"reach_m": candidates.reach, "distance_m": farthest, "height_m": at[0, 1]}
+    farthest, height = place[0, 0], place[:, 1]
+    if farthest < distances[1] or height.max() < heights[1] or height.min() > heights[0]:
+        figures = {"reach_m": candidates.reach, "distance_m": farthest, "height_m": height[0]}
         warnings.append(Finding.of(kind.PLACES_WITHIN_REACH, **figures))
 
-    steps = np.append(np.arange(slowest, fastest - 1e-9, _SPEED_STEP).round(6), fastest)
-    states = np.column_stack([np.repeat(at, steps.size, axis=0), np.tile(steps, len(at))])
-    force = candidates.force(states).reshape(len(at), -1)
+    steps = np.append(np.arange(slowest, fastest - _ROUNDING, _SPEED_STEP).round(_DECIMALS), fastest)
+    states = np.column_stack([np.repeat(place, steps.size, axis=0), np.tile(steps, count)])
+    force = candidates.force(states).reshape(count, -1)
     fits = np.logical_and.accumulate(~(force > most), axis=1)
     forceful = np.flatnonzero(~fits[:, 0])
-    slow = np.column_stack([at, np.full(count, slowest)])
+    slow = np.column_stack([place, np.full(count, slowest)])
     left_out = tuple(
         Finding.of(kind.EXPECTED_ABOVE_DEVICE, state=name, force_N=force[i, 0].item(), most_N=most)
         for i, name in zip(forceful, names_of_states(slow[forceful]).tolist(), strict=True)
@@ -218,31 +220,34 @@ def _spread(candidates: Candidates, n: int, places: int | None, least: int) -> C
             f"measures up to {most:g} N (range less error), and more is expected at {slowest:g} m/s; choose lower "
             "speeds, farther places or a device of larger range"
         )
-    kept = np.flatnonzero(fits[:, 0])
-    top = steps[fits[kept].sum(axis=1) - 1]
+    measurable = np.flatnonzero(fits[:, 0])
+    top = steps[fits[measurable].sum(axis=1) - 1]
     if slower := int(np.sum(top < fastest)):
-        figures = {"places": slower, "of": kept.size, "speed_mps": top.min().item(), "most_N": most}
+        figures = {"places": slower, "of": measurable.size, "speed_mps": top.min().item(), "most_N": most}
         warnings.append(Finding.of(kind.SPEEDS_WITHIN_RANGE, **figures))
-    corner = kept < len(CORNERS)
+    corner = measurable < len(CORNERS)
     speeds = spread_speeds(corner, top, slowest, n, tolerance=tolerance)
-    row = np.repeat(np.arange(kept.size), [len(each) for each in speeds])
-    chosen = np.column_stack([at[kept[row]], np.concatenate(speeds)])
+    row = np.repeat(np.arange(measurable.size), [len(speed) for speed in speeds])
+    chosen = np.column_stack([place[measurable[row]], np.concatenate(speeds)])
     chosen = chosen[_place_by_place(chosen, corner[row], seed)]
     if not bound_from(chosen, form):
         return None
-    note = Finding.of(kind.STATES_SPREAD, states=n, places=kept.size)
+    note = Finding.of(kind.STATES_SPREAD, states=n, places=measurable.size)
     trains = np.ones(n, dtype=np.bool_)
-    return Chosen(chosen, trains, chosen, slow[kept], trains[: kept.size], left_out, tuple(warnings), note)
+    slow = slow[measurable]
+    return Chosen(chosen, trains, chosen, slow, trains[: len(slow)], left_out, tuple(warnings), note)
 
 
 def _fewest_places(form: Form) -> int:
-    """How many places a tolerance bound of a form needs."""
+    """Number of places that a tolerance bound of a form needs."""
     return sum(not (term.speed or term.log_speed) for term in form.terms) + LEAST_BETWEEN
 
 
 def _corners(possible: FloatArray) -> list[int]:
-    """Numbers of the states, of shape (n, 3), that are the ends of the speeds at the corners of the places."""
-    ends = itertools.product((1, -1), repeat=3)  # the first by distance, then height, then speed, either way round
+    """Numbers of the states, shape (n, 3), at the slowest and fastest speeds of the corners of the places."""
+    ends = itertools.product(
+        (1, -1), repeat=3
+    )  # the first by distance, then height, then speed, ascending or descending
     return sorted({int(np.lexsort((possible * end)[:, ::-1].T)[0]) for end in ends})
 
 
@@ -251,7 +256,7 @@ def _optimal(
 ) -> DesignedStates:
     """The states that are best for a form, the corners among them.
 
-    The corners cost next to nothing in precision, and without them the measured range would shrink.
+    The corners cost hardly any precision, and without them the measured range would shrink.
     """
     require_whole("states", n)
     form = candidates.form

@@ -1,12 +1,13 @@
-"""A few impacts at the released speeds, to confirm a map before its speeds are used; what they say, by a rule."""
+"""A few impacts at the released speeds, to confirm a map before its speeds are used, and the rule that judges them."""
 
 from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, replace
 from enum import StrEnum
+from typing import Any
 
 import numpy as np
 
@@ -17,7 +18,7 @@ from forcemap.campaigns.state import StateTolerance
 from forcemap.errors import FitError, NotReleasable
 from forcemap.findings import Finding, FindingKind
 from forcemap.limits.force_limits import Contact, ForceLimit, NewtonLimit
-from forcemap.maps.bounds import Bound, weakness
+from forcemap.maps.bounds import PAPER_MARGIN, Bound, weakness
 from forcemap.maps.force_map import ForceMap
 from forcemap.maps.places import LEAST_BETWEEN, place_regression
 from forcemap.planning.design import require_whole
@@ -25,15 +26,23 @@ from forcemap.planning.measured_before import measured_before
 from forcemap.planning.places import PlaceRange, no_repeats, spread
 from forcemap.planning.plan_warnings import map_warnings
 from forcemap.planning.runs import extend_plan, runs_of, slow_to_fast
-from forcemap.speeds.safe_speed import SpeedOutcome, floor_speed, safe_speed
+from forcemap.speeds.safe_speed import SafeSpeed, SpeedOutcome, floor_speed, safe_speed
 
-_PLACES = 15  # along each axis, to choose from
-_HIGHER = 1.10  # a robot that pushes this much harder should be found
-_RIDGE, _BUMP = 0.15, 0.25  # how much more force at its middle, of a shape that no form has
-_SHAPE = 0.04  # [m] from its middle such a shape has fallen to 1/e
 _IMPACTS = 6
+"""Impacts that confirm a map, unless stated. A choice: what they detect is printed with every plan
+(docs/short_campaigns.md)."""
+
+_FEWEST = 2  # of them: one at the fastest and one at the slowest released speed
+_PLACES = 15  # along each axis, to choose from; a choice
+_SAME_SPEED = 5e-4  # [m/s]; half of the last digit to which released speeds are cut
+
+# Robots that the impacts should detect: the shapes are those of docs/validity.md.
+_HIGHER = 1 + PAPER_MARGIN  # factor on the force everywhere
+_RIDGE, _BUMP = 0.15, 0.25  # share of the force at the middle of a shape that no form has
+_SHAPE = 0.04  # [m]; distance from its middle at which such a shape has fallen to 1/e
+
 _PREFIX = "c-"  # of the names of confirming states
-_MEASURE = (  # why no place has a speed: what further impacts can change
+_MEASURE = (  # why no place has a speed, if further impacts can change that
     FindingKind.UNCONFIRMED,
     FindingKind.BELOW_MEASURED,
     FindingKind.OUTSIDE,
@@ -86,7 +95,7 @@ class ConfirmationResult:
     Parameters
     ----------
     impacts : tuple of ConfirmingImpact
-        Every impact measured; of those planned for other speeds the ones that speak against the map.
+        Every impact measured; of those planned for other speeds the ones that contradict the map.
     missing : tuple of str
         Planned runs without an impact.
     outcome : Confirmed
@@ -128,18 +137,19 @@ class ConfirmationPlan:
     refusal : Finding or None
         Why no speed is released; None if there is one.
     warnings : tuple of Finding
-        What speaks against the map, or against counting an impact as a test.
+        Doubts about the map, or about an impact as a test.
     rule : Finding
         When the impacts confirm the map.
     not_passed : float
-        Probability that a sound map does not pass: states scatter as its own did; NaN if nothing tells how they do.
+        Probability that a sound map does not pass if new states scatter as its own did; NaN if their scatter is
+        unknown.
     above_bound : float
         Probability that an impact of a sound map lies above the bound; NaN likewise.
-    found : float
+    higher_detected : float
         Probability that a force 10 % above the map's does not pass; NaN likewise.
-    ridge_found, bump_found : float
-        The same of a force that is 15 % above the map's at some distance, or 25 % at some place, and 1/e of that 4 cm
-        beside it; the mean over the distances, and places, of the measured range.
+    ridge_detected, bump_detected : float
+        The same for a force that is 15 % above the map's at some distance, or 25 % at some place, and 1/e of that 4 cm
+        beside it; mean over the distances, or places, of the measured range.
     force_map : ForceMap
         The map to be confirmed.
     bound : Bound
@@ -161,28 +171,28 @@ class ConfirmationPlan:
     rule: Finding
     not_passed: float
     above_bound: float
-    found: float
-    ridge_found: float
-    bump_found: float
+    higher_detected: float
+    ridge_detected: float
+    bump_detected: float
     force_map: ForceMap
     bound: Bound
     result: ConfirmationResult | None = None
 
     @staticmethod
     def among(plan: MeasurementPlan) -> Mask:
-        """Which runs of a plan are there to confirm a map, shape (n,)."""
+        """Which runs of a plan confirm a map, shape (n,)."""
         return np.asarray(np.char.startswith(plan.state_id, _PREFIX) & (plan.role == "test"))
 
     @property
     def more_helps(self) -> bool:
-        """Whether further impacts may give a speed; False where what forbids every speed has to be put right first."""
+        """Whether further impacts may lead to a speed; False if something else that forbids every speed comes first."""
         reason = self.refusal and (self.refusal.also or (self.refusal,))[0]
         return reason is None or reason.kind in _MEASURE
 
     def judged(self, impacts: ImpactDataset, checked: Mapping[str, _Checked]) -> ConfirmationPlan:
-        """The same with its result: whether the measured impacts confirm the map by the rule.
+        """The same plan with its result: whether the measured impacts confirm the map by the rule.
 
-        Where they do not, no further ones are added, and none are replaced.
+        If they do not, no further ones are added, and none are replaced.
 
         Parameters
         ----------
@@ -195,7 +205,7 @@ class ConfirmationPlan:
         judged = _judged(self, self.plan, self.released, impacts, checked)
         missing = ~np.isin(self.plan.state_id, [impact.state for impact in judged])
         released = dict(zip(self.earlier.state_id.tolist(), self.earlier_released.tolist(), strict=True))
-        # Planned for a lower speed than is released now, one that fails speaks against the map all the same.
+        # Planned for a lower speed than is released now, an impact that fails still contradicts the map.
         judged += [
             impact
             for impact in _judged(self, self.earlier, self.earlier_released, impacts, checked)
@@ -208,14 +218,15 @@ class ConfirmationPlan:
         if outcome is Confirmed.DOES_NOT_PASS:
             before = ~np.isin(self.plan.recording, self.added.recording)
             missing &= before
-            none, kept = self.added.select(np.arange(0)), self.plan.select(before)
-            planned = replace(self, plan=kept, added=none, replaced=none)
+            none = self.added.select(np.arange(0))
+            planned = replace(self, plan=self.plan.select(before), added=none, replaced=none)
             planned = replace(planned, released=self.released[before], bound_force=self.bound_force[before])
         names = tuple(self.plan.recording[missing].tolist())
         return replace(planned, result=ConfirmationResult(tuple(judged), names, outcome, reason))
 
 
 def _overall(plan: ConfirmationPlan, judged: list[ConfirmingImpact], missing: int) -> tuple[Confirmed, Finding]:
+    """Whether all impacts together confirm the map, and why."""
     count, kind = Counter(impact.outcome for impact in judged), FindingKind
     if failed := count[Confirmed.DOES_NOT_PASS]:
         return Confirmed.DOES_NOT_PASS, Finding.of(kind.IMPACTS_FAILED, impacts=failed, of=len(judged))
@@ -235,24 +246,24 @@ def _judged(
     impacts: ImpactDataset,
     checked: Mapping[str, _Checked],
 ) -> list[ConfirmingImpact]:
-    """Every impact of the runs' states, slow to fast, and the runs whose recording gave none that can be used."""
+    """Every impact of the runs' states, slow to fast, and the runs whose recording gave no usable impact."""
     judged = []
     columns = (runs.recording, runs.state_id, *_states_of(runs, plan.force_map.conditions).T, released)
     measured = (impacts.speed, impacts.peak_force, impacts.recording)
     for name, state, d, h, v, now in zip(*(column.tolist() for column in columns), strict=True):
         rows = np.flatnonzero(impacts.state == state).tolist()
         for row in rows:
-            speed, force, recording = (each[row].item() for each in measured)
+            speed, force, recording = (column[row].item() for column in measured)
             upper = float(plan.bound.upper(plan.force_map, d, h, speed))
             within = checked.get(recording, (None, Finding.of(FindingKind.RECORDING_NOT_CHECKED)))
             outcome, reason = _outcome(force, upper, within, bool(impacts.censored[row]))
-            there = impacts.distance[row], impacts.height[row]
+            place = impacts.distance[row], impacts.height[row]
             if outcome is Confirmed.PASSES and now - speed > impacts.tolerance.speed:
                 outcome = Confirmed.CANNOT_TELL
                 reason = Finding.of(FindingKind.SLOWER_THAN_RELEASED, speed_mps=speed, released_mps=now)
-            if outcome is Confirmed.PASSES and max(abs(there[0] - d), abs(there[1] - h)) > impacts.tolerance.scale[0]:
+            if outcome is Confirmed.PASSES and max(abs(place[0] - d), abs(place[1] - h)) > impacts.tolerance.scale[0]:
                 outcome = Confirmed.CANNOT_TELL
-                reason = Finding.of(FindingKind.NOT_WHERE_PLANNED, distance_m=there[0].item(), height_m=there[1].item())
+                reason = Finding.of(FindingKind.NOT_WHERE_PLANNED, distance_m=place[0].item(), height_m=place[1].item())
             judged.append(ConfirmingImpact(recording, state, d, h, speed, force, upper, outcome, reason))
         if not rows and name in checked:
             upper = float(plan.bound.upper(plan.force_map, d, h, v))
@@ -288,11 +299,11 @@ def confirm_plan(
 ) -> ConfirmationPlan:
     """Plan a few impacts at released speeds: the fastest, the slowest, and where a wrong form would show.
 
-    That is far from every measured state, and from each other, in distance, height and speed: between the places and
-    speeds that the map was fitted to. The impacts confirm the map if every one is within the limit by `check_impact`
-    (its force and the device's error stay below it) and none lies above the bound. They are no repeats of the map's
-    states, which share its error. Released speeds are speeds at contact; where one leaves no speed to program, it is
-    not confirmed.
+    The latter lie far from every measured state, and from each other, in distance, height and speed: between the places
+    and speeds that the map was fitted to. The impacts confirm the map if each of them is within the limit by
+    `check_impact` (its force and the device's error stay below it) and none lies above the bound. They are no repeats
+    of the map's states, which share its error. Released speeds are speeds at contact; where one leaves no speed to
+    program, it is not confirmed.
 
     A confirming state planned before whose speed is as close to the one released now as repeats may be stands for it if
     there is a recording of it, or if the speeds are the same; else it is replaced.
@@ -308,11 +319,11 @@ def confirm_plan(
     contact : Contact, optional
         Kind of contact, as in `safe_speed`.
     impacts : int, optional
-        How many, at least 2, 6 if not given; more if more are planned already for these speeds.
+        Number of impacts, at least 2, 6 if not given; more if more are planned already for these speeds.
     planned : MeasurementPlan, optional
         The campaign's plan. Nothing is added as close to its test states as repeats may be.
     recorded : collection of str, optional
-        Names of its states of which there is a recording; all, if not given: nothing is then replaced.
+        Names of its states that have a recording; all if not given: nothing is then replaced.
 
     Returns
     -------
@@ -330,143 +341,214 @@ def confirm_plan(
     Examples
     --------
     >>> from forcemap import FixedMargin, published_map
-    >>> found = confirm_plan(published_map("ur10e"), 280.0, bound=FixedMargin(0.10))
-    >>> len(found.plan), found.plan.recording[-1].item()
+    >>> confirmation = confirm_plan(published_map("ur10e"), 280.0, bound=FixedMargin(0.10))
+    >>> len(confirmation.plan), confirmation.plan.recording[-1].item()
     (6, 'c-d890-h460-v362-r1')
     """
-    require_whole("impacts", impacts, 2)
+    require_whole("impacts", impacts, _FEWEST)
     if isinstance(limit, ForceLimit):
         limit.require_permitted()
     if weakness(bound, force_map):
         raise NotReleasable(f"nothing is released with a WEAK BOUND: {bound}")
-    conditions, fit = force_map.conditions, force_map.fit
+    conditions, count = force_map.conditions, _IMPACTS if impacts is None else int(impacts)
     tolerance = StateTolerance.stated(conditions.place_tolerance, conditions.speed_tolerance)
-    lowest, highest = force_map.measured_range.lowest, force_map.measured_range.highest
-    places = PlaceRange((lowest[0], highest[0]), (lowest[1], highest[1]))
-    grid = np.unique(places.grid(_PLACES, tolerance.place), axis=0)
-    released = safe_speed(force_map, grid[:, 0], grid[:, 1], limit=limit, bound=bound, contact=contact)
-    newtons = float(released.limit)
-    speed = conditions.at_contact(_released(released.speed, conditions))
-    usable = ~np.isnan(released.speed_to_program)
+    places = _grid(force_map, tolerance)
+    released = safe_speed(force_map, places[:, 0], places[:, 1], limit=limit, bound=bound, contact=contact)
+    newtons, usable = float(released.limit), ~np.isnan(released.speed_to_program)
 
     whole = planned or runs_of(np.empty((0, 3)), 1, np.empty(0))
-    before = whole.select(ConfirmationPlan.among(whole))
-    # What the impacts to be judged say must not change which of them are judged. Nothing is then known of Phase II, so
-    # newtons need a named contact; `released` tells whether they may be used.
-    blind, kind = force_map, contact or Contact.QUASI_STATIC
-    if fit is not None:
-        blind = replace(force_map, phase_two=PhaseTwo(), fit=replace(fit, test=fit.test.select(np.arange(0))))
-    there = safe_speed(blind, before.distance, before.height, limit=limit, bound=bound, contact=kind)
-    now = _released(there.speed, conditions)
-    apart = np.abs(now - before.speed)
-    current, same = apart <= tolerance.scale[2], (apart < 5e-4) & ~np.isnan(there.speed_to_program)
-    stays = same | (recorded is None) | np.isin(before.state_id, list(recorded or ()))
-    kept, earlier, replaced = (before.select(each) for each in (current & stays, ~current, current & ~stays))
+    before = _PlannedBefore.sorted_from(whole, force_map, limit, bound, contact, recorded, tolerance)
+    states = np.column_stack([places, conditions.at_contact(_released(released.speed, conditions))])[usable]
+    tests = whole.select((whole.role == "test") & ~np.isin(whole.recording, before.replaced.recording))
+    states = states[no_repeats(states, _states_of(tests, conditions), tolerance)]
+    candidates, warnings = _worth_confirming(force_map, bound, states, tolerance)
+    new = _farthest(force_map, candidates, _states_of(before.valid, conditions), count)
+    added = _added_runs(force_map, new)
 
-    states = np.column_stack([grid, speed])[usable]
-    old = _states_of(kept, conditions)
-    beside = whole.select((whole.role == "test") & ~np.isin(whole.recording, replaced.recording))
-    states = states[no_repeats(states, _states_of(beside, conditions), tolerance)]
-    chosen, warnings = _worth_confirming(force_map, bound, states, tolerance)
-    count, new = _IMPACTS if impacts is None else int(impacts), np.empty((0, 3))
-    if len(chosen) and count > len(kept):
-        measured = force_map.measured_range.points
-        every = np.vstack([measured, old, chosen])
-        known, size = len(measured) + len(old), np.ptp(measured, axis=0)
-        scaled = every / np.where(size > 0, size, 1.0)
-        ends = [] if len(old) else [known + int(chosen[:, 2].argmax()), known + int(chosen[:, 2].argmin())]
-        away = np.linalg.norm(scaled[:, None] - scaled, axis=2)
-        picked = spread(away, [*range(known), *ends], len(measured) + count)
-        new = slow_to_fast(every[[i for i in picked if i >= known]])
-    source, expected = Finding.of(FindingKind.MAP_NAMED, name=force_map.name), np.asarray(force_map.predict(*new.T))
-    new_speed = new[:, 2].copy()
-    new[:, 2] = conditions.as_stated(new_speed)
-    added = runs_of(new, 1, expected, role="test", prefix=_PREFIX, expected_from=source)
-    both = extend_plan(kept, added)
+    both = extend_plan(before.valid, added)
     order = np.lexsort((both.height, -both.distance, both.speed))
-    plan, at_contact = both.select(order), np.append(conditions.at_contact(now[current & stays]), new_speed)[order]
+    plan, at_contact = both.select(order), np.append(before.valid_speed, new[:, 2])[order]
     states = _states_of(plan, conditions)
     upper = np.asarray(bound.upper(force_map, *states.T))
-    refusal: Finding | None = None
-    if not usable.any():
-        inside = released.outcome != SpeedOutcome.OUTSIDE
-        ((reason, _),) = Counter(released.to_program_reason[inside].tolist()).most_common(1)
-        refusal = Finding.of(FindingKind.NOTHING_TO_CONFIRM, reason, limit_N=newtons)
-    elif not len(plan):
-        refusal = Finding.of(FindingKind.NONE_CAN_BE_CONFIRMED, limit_N=newtons)
-    elif len(plan) < count:
+    refusal = _refusal(released, plan, newtons)
+    if refusal is None and len(plan) < count:
         warnings.append(Finding.of(FindingKind.FEWER_THAN_ASKED, impacts=len(plan), asked=count))
-    if len(plan):
-        warnings += map_warnings(force_map, states)
-    if len(plan) and fit is not None:
-        measured = measured_before(states, fit.states, tolerance)
-        warnings += [
-            Finding.of(
-                FindingKind.MEASURED_ABOVE_BOUND,
-                state=plan.state_id[i].item(),
-                force_N=measured[i].item(),
-                bound_N=upper[i].item(),
-            )
-            for i in np.flatnonzero(measured > upper)
-        ]
+    warnings = [*released.basis.warnings, *warnings, *_doubts(force_map, plan, states, upper, tolerance)]
     error = conditions.device.error_or_default
     most = np.minimum(newtons - error, upper)
-    rule = Finding.of(FindingKind.CONFIRMING_RULE, impacts=len(plan), limit_N=newtons, error_N=error)
-    said = (*released.basis.warnings, *warnings)
-    away = np.square((grid[:, None] - states[None, :, :2]) / _SHAPE)
     return ConfirmationPlan(
-        plan=replace(plan, warnings=said),
+        plan=replace(plan, warnings=tuple(warnings)),
         added=added,
-        earlier=earlier,
-        replaced=replaced,
+        earlier=before.earlier,
+        replaced=before.replaced,
         released=at_contact,
         bound_force=upper,
-        earlier_released=conditions.at_contact(now[~current]),
+        earlier_released=before.earlier_speed,
         limit=newtons,
         refusal=refusal,
-        warnings=said,
-        rule=rule,
-        not_passed=_any_above(force_map, states, most, np.array(1.0)),
-        above_bound=_any_above(force_map, states, upper, np.array(1.0)),
-        found=_any_above(force_map, states, most, np.array(_HIGHER)),
-        ridge_found=_any_above(force_map, states, most, 1 + _RIDGE * np.exp(-away[..., 0])),
-        bump_found=_any_above(force_map, states, most, 1 + _BUMP * np.exp(-away.sum(axis=2))),
+        warnings=tuple(warnings),
+        rule=Finding.of(FindingKind.CONFIRMING_RULE, impacts=len(plan), limit_N=newtons, error_N=error),
+        **_probabilities(force_map, places, states, most, upper),
         force_map=force_map,
         bound=bound,
     )
 
 
+@dataclass(frozen=True, eq=False)
+class _PlannedBefore:
+    """Confirming runs planned before.
+
+    Parameters
+    ----------
+    valid, earlier, replaced : MeasurementPlan
+        Those that still stand; those at other speeds, for another limit or map; those to be taken out.
+    valid_speed, earlier_speed : array
+        Speed at contact released now at each run of `valid` and `earlier` [m/s].
+    """
+
+    valid: MeasurementPlan
+    earlier: MeasurementPlan
+    replaced: MeasurementPlan
+    valid_speed: FloatArray
+    earlier_speed: FloatArray
+
+    @classmethod
+    def sorted_from(
+        cls,
+        plan: MeasurementPlan,
+        force_map: ForceMap,
+        limit: ForceLimit | NewtonLimit | float,
+        bound: Bound,
+        contact: Contact | None,
+        recorded: Collection[str] | None,
+        tolerance: StateTolerance,
+    ) -> _PlannedBefore:
+        """The confirming runs of a campaign's plan; arguments as in `confirm_plan`.
+
+        The impacts to be judged must not decide which of them are judged, so the map is taken without its test states
+        and Phase II. A limit in newtons then needs a named contact; whether it may be used is decided elsewhere.
+        """
+        runs = plan.select(ConfirmationPlan.among(plan))
+        conditions, fit, blind = force_map.conditions, force_map.fit, force_map
+        if fit is not None:
+            blind = replace(force_map, phase_two=PhaseTwo(), fit=replace(fit, test=fit.test.select(np.arange(0))))
+        kind = contact or Contact.QUASI_STATIC
+        speeds = safe_speed(blind, runs.distance, runs.height, limit=limit, bound=bound, contact=kind)
+        now = _released(speeds.speed, conditions)
+        apart = np.abs(now - runs.speed)
+        current = apart <= tolerance.scale[2]
+        same = (apart < _SAME_SPEED) & ~np.isnan(speeds.speed_to_program)
+        stays = same | (recorded is None) | np.isin(runs.state_id, list(recorded or ()))
+        valid, earlier, replaced = (runs.select(rows) for rows in (current & stays, ~current, current & ~stays))
+        at_contact = conditions.at_contact(now[current & stays]), conditions.at_contact(now[~current])
+        return cls(valid, earlier, replaced, *at_contact)
+
+
+def _grid(force_map: ForceMap, tolerance: StateTolerance) -> FloatArray:
+    """Places in the box around the measured range to choose from, shape (n, 2) [m]."""
+    lowest, highest = force_map.measured_range.lowest, force_map.measured_range.highest
+    box = PlaceRange((lowest[0], highest[0]), (lowest[1], highest[1]))
+    return np.unique(box.grid(_PLACES, tolerance.place), axis=0)
+
+
+def _farthest(force_map: ForceMap, candidates: FloatArray, planned: FloatArray, count: int) -> FloatArray:
+    """The candidates that complete `count` planned states, slow to fast, shape (n, 3).
+
+    They lie far from all measured and planned states and from each other, in distance, height and speed. Without
+    planned ones the fastest and the slowest come first.
+    """
+    if not len(candidates) or count <= len(planned):
+        return np.empty((0, 3))
+    measured = force_map.measured_range.points
+    every = np.vstack([measured, planned, candidates])
+    known, size = len(measured) + len(planned), np.ptp(measured, axis=0)
+    scaled = every / np.where(size > 0, size, 1.0)
+    ends = [] if len(planned) else [known + int(candidates[:, 2].argmax()), known + int(candidates[:, 2].argmin())]
+    away = np.linalg.norm(scaled[:, None] - scaled, axis=2)
+    picked = spread(away, [*range(known), *ends], len(measured) + count)
+    return slow_to_fast(every[[i for i in picked if i >= known]])
+
+
+def _added_runs(force_map: ForceMap, states: FloatArray) -> MeasurementPlan:
+    """Confirming runs of states, shape (n, 3), with their speeds at contact; the plan states speeds as the campaign."""
+    expected = np.asarray(force_map.predict(*states.T))
+    stated = np.column_stack([states[:, :2], force_map.conditions.as_stated(states[:, 2])])
+    source = Finding.of(FindingKind.MAP_NAMED, name=force_map.name)
+    return runs_of(stated, 1, expected, role="test", prefix=_PREFIX, expected_from=source)
+
+
+def _refusal(released: SafeSpeed, plan: MeasurementPlan, limit: float) -> Finding | None:
+    """Why no speed is released; None if there is one to confirm."""
+    if np.isnan(released.speed_to_program).all():
+        inside = released.outcome != SpeedOutcome.OUTSIDE
+        ((reason, _),) = Counter(released.to_program_reason[inside].tolist()).most_common(1)
+        return Finding.of(FindingKind.NOTHING_TO_CONFIRM, reason, limit_N=limit)
+    return None if len(plan) else Finding.of(FindingKind.NONE_CAN_BE_CONFIRMED, limit_N=limit)
+
+
+def _doubts(
+    force_map: ForceMap, plan: MeasurementPlan, states: FloatArray, upper: FloatArray, tolerance: StateTolerance
+) -> Iterator[Finding]:
+    """Doubts about the map at the planned states, shape (n, 3), with the bound `upper` [N] there."""
+    if not len(plan):
+        return
+    yield from map_warnings(force_map, states)
+    if force_map.fit is not None:
+        measured = measured_before(states, force_map.fit.states, tolerance)
+        for i in np.flatnonzero(measured > upper):
+            forces = {"force_N": measured[i].item(), "bound_N": upper[i].item()}
+            yield Finding.of(FindingKind.MEASURED_ABOVE_BOUND, state=plan.state_id[i].item(), **forces)
+
+
 def _released(speed: FloatArray, conditions: Conditions) -> FloatArray:
-    """Released speeds at contact as they are planned and shown: as the campaign states speeds, cut to 0.001 m/s."""
+    """Released speeds at contact as they are planned and shown: in speeds of the campaign, cut to 0.001 m/s."""
     stated = np.atleast_1d(conditions.as_stated(speed))
     return np.array([float(floor_speed(v)) if math.isfinite(v) else math.nan for v in stated])
 
 
 def _states_of(plan: MeasurementPlan, conditions: Conditions) -> FloatArray:
-    """Place and speed at contact that counts, shape (n, 3) [m, m, m/s]."""
+    """Places and speeds at contact that count, shape (n, 3) [m, m, m/s]."""
     return np.column_stack([plan.distance, plan.height, conditions.at_contact(plan.speed)])
 
 
 def _worth_confirming(
     force_map: ForceMap, bound: Bound, states: FloatArray, tolerance: StateTolerance
 ) -> tuple[FloatArray, list[Finding]]:
-    """The states that the device can measure and that are no repeats of the map's own; and what is wrong with them."""
+    """The states that the device can measure and that do not repeat the map's own; a warning if all of them do."""
     if force_map.fit is not None:
         before = measured_before(states, force_map.fit.states, tolerance)
         highest = force_map.device_range - force_map.conditions.device.error_or_default
         states = states[~(np.fmax(bound.upper(force_map, *states.T), before) > highest)]
     new = no_repeats(states, force_map.measured_range.points, tolerance)
-    if not len(states) or np.sum(new) >= 2:
+    if not len(states) or np.sum(new) >= _FEWEST:
         return states[new], []
     return states, [Finding.of(FindingKind.REPEATS_ALONE)]
 
 
+def _probabilities(
+    force_map: ForceMap, places: FloatArray, states: FloatArray, most: FloatArray, upper: FloatArray
+) -> dict[str, Any]:
+    """Probabilities that impacts at states, shape (n, 3), do not pass, by the name of their field.
+
+    An impact passes if its force is at most `most`, and lies above the bound if it exceeds `upper` [N], shape (n,).
+    Ridges and bumps are centred at each of the places, shape (k, 2).
+    """
+    away = np.square((places[:, None] - states[None, :, :2]) / _SHAPE)
+    return {
+        "not_passed": _any_above(force_map, states, most, np.array(1.0)),
+        "above_bound": _any_above(force_map, states, upper, np.array(1.0)),
+        "higher_detected": _any_above(force_map, states, most, np.array(_HIGHER)),
+        "ridge_detected": _any_above(force_map, states, most, 1 + _RIDGE * np.exp(-away[..., 0])),
+        "bump_detected": _any_above(force_map, states, most, 1 + _BUMP * np.exp(-away.sum(axis=2))),
+    }
+
+
 def _any_above(force_map: ForceMap, states: FloatArray, newtons: FloatArray, factor: FloatArray) -> float:
-    """Probability that one of new states measures more, if forces are `factor` times the map's; NaN if not known.
+    """Probability that one of the new states measures more if forces are `factor` times the map's; NaN if unknown.
 
     `factor` has shape (n,), or (k, n) for the mean over k cases. ln F of a new state less the prediction, over
-    s sqrt(1 + l), has Student's t distribution, with the likely correlation of states of a place: its upper end, by
-    which the bound is taken, would make impacts seem to scatter further than they do.
+    s sqrt(1 + l), has Student's t distribution. The correlation of states of a place is the likely one: with the upper
+    end that the bound uses, impacts would seem to scatter more than they do.
     """
     if force_map.fit is None or not len(states) or force_map.fit.place_effect.between < LEAST_BETWEEN:
         return math.nan

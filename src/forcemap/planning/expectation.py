@@ -1,4 +1,4 @@
-"""What force to expect where, before it is measured; used only to plan."""
+"""The force to expect at a state before it is measured; used only to plan."""
 
 from __future__ import annotations
 
@@ -14,18 +14,22 @@ from forcemap.campaigns.conditions import Conditions
 from forcemap.errors import InputError
 from forcemap.findings import Finding, FindingKind
 from forcemap.limits.pfl import pfl_contact_force, pfl_robot_mass
+from forcemap.maps.bounds import PAPER_MARGIN
 from forcemap.maps.force_map import ForceMap
 
 STANDARD_FACTOR = 2.0
-"""The published maps predict up to 1.88 times the contact model's force on their own grids."""
+"""Factor on the contact model's force: the published maps predict up to 1.88 times as much on their own grids."""
 
 REST_FORCE = 190.0
-"""[N]; continued to rest, the published maps give 38 to 184 N, where the contact model gives none."""
+"""Force at rest [N] that the contact model lacks: continued to rest, the published maps give 38 to 184 N."""
 
-MAP_FACTOR = 1.1
-"""The paper's margin."""
+MAP_FACTOR = 1 + PAPER_MARGIN
+"""Factor on the force of a map."""
 
-_SPEEDS = 17  # looked at up to the fastest speed measured, and as many above it
+PAPER_STIFFNESS = 75e3
+"""Spring constant of the paper's device [N/m], taken where none is stated."""
+
+_SPEEDS = 17  # sampled up to the fastest measured speed, and as many above it; a choice
 
 
 @dataclass(frozen=True)
@@ -46,12 +50,12 @@ class StandardExpectation:
 
     moving_mass: float
     payload: float = 0.0
-    stiffness: float = 75e3
+    stiffness: float = PAPER_STIFFNESS
     body_mass: float = math.inf
 
     @classmethod
     def of(cls, conditions: Conditions) -> Self | None:
-        """By the masses and the device that a campaign states; None if it states no moving mass."""
+        """From the masses and the device that a campaign states; None if it states no moving mass."""
         if math.isnan(conditions.moving_mass):
             return None
         stiffness = conditions.device.stiffness
@@ -59,9 +63,9 @@ class StandardExpectation:
 
     def __call__(self, distance: float, height: float, speed: float) -> float:
         """Force [N] at a speed [m/s]; the same at every place [m]."""
-        return float(self.at(np.array(speed)))
+        return float(self.forces(np.array(speed)))
 
-    def at(self, speed: FloatArray) -> FloatArray:
+    def forces(self, speed: FloatArray) -> FloatArray:
         """Force [N] at speeds [m/s]."""
         mass = pfl_robot_mass(self.moving_mass, self.payload)
         force = pfl_contact_force(speed, robot_mass=mass, body_mass=self.body_mass, stiffness=self.stiffness)
@@ -69,13 +73,13 @@ class StandardExpectation:
 
 
 Expectation = ForceMap | StandardExpectation | Callable[[float, float, float], float]
-"""What tells the force [N] to expect at (distance [m], height [m], speed [m/s])."""
+"""Source of the force to expect [N] at (distance [m], height [m], speed [m/s])."""
 
 
 def expected_forces(expectation: Expectation | None, states: FloatArray) -> FloatArray:
-    """Expected force [N] of states, shape (n, 3); that of a map `never_falling` from its measured speeds up.
+    """Expected force [N] of states, shape (n, 3); that of a map is `never_falling` from its measured speeds up.
 
-    A function is taken as it is: which speeds it knows, nothing tells. NaN without an expectation.
+    A function is taken as it is, since the speeds it holds for are unknown. NaN without an expectation.
     """
     if expectation is None:
         return np.full(len(states), math.nan)
@@ -83,9 +87,9 @@ def expected_forces(expectation: Expectation | None, states: FloatArray) -> Floa
         measured = expectation.measured_range
         low, top = measured.speeds(states[:, 0], states[:, 1])
         low, top = (np.where(np.isnan(v), end[2], v) for v, end in ((low, measured.lowest), (top, measured.highest)))
-        force = never_falling(lambda at: np.asarray(expectation.predict(*at.T)), states, low, top)
+        force = never_falling(lambda points: np.asarray(expectation.predict(*points.T)), states, low, top)
     elif isinstance(expectation, StandardExpectation):
-        force = np.asarray(expectation.at(states[:, 2]))
+        force = expectation.forces(states[:, 2])
     else:
         force = np.array([float(expectation(*state)) for state in states.tolist()])
     for i in np.flatnonzero(~((force > 0) & (force < math.inf)))[:1]:
@@ -98,10 +102,10 @@ def expected_forces(expectation: Expectation | None, states: FloatArray) -> Floa
 def never_falling(
     force: Callable[[FloatArray], FloatArray], states: FloatArray, low: FloatArray, top: FloatArray
 ) -> FloatArray:
-    """A force [N] of states, shape (n, 3), taken so that it does not fall where a map turns over.
+    """A force [N] of states, shape (n, 3), that does not fall with speed even where a map does.
 
-    Its largest value from the lowest speed measured at the place up; above the fastest one measured there at least the
-    largest value up to that speed, in proportion to speed.
+    It is the largest value from the lowest speed measured at the place up to the state's speed. Above the fastest
+    measured speed it is at least the largest value up to there, increased in proportion to speed.
 
     Parameters
     ----------
@@ -123,17 +127,17 @@ def never_falling(
 
 
 def factor_of(expectation: Expectation) -> float:
-    """What a force may exceed the expected one by, as a factor."""
+    """Factor by which a force may exceed the expected one."""
     return STANDARD_FACTOR if isinstance(expectation, StandardExpectation) else MAP_FACTOR
 
 
 def rest_of(expectation: Expectation) -> float:
-    """Force at rest [N] that the expectation does not know of."""
+    """Force at rest [N] that the expectation lacks."""
     return REST_FORCE if isinstance(expectation, StandardExpectation) else 0.0
 
 
 def source_of(expectation: Expectation | None, states: FloatArray) -> Finding | None:
-    """What the expected forces of states, shape (n, 3), come from."""
+    """Where the expected forces of states, shape (n, 3), come from."""
     if isinstance(expectation, ForceMap):
         outside = int(np.sum(~expectation.measured_range.contains(*states.T)))
         figures = {"name": expectation.name, "simulated": expectation.simulated, "outside": outside}

@@ -6,29 +6,38 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from forcemap.arrays import Indices
 from forcemap.campaigns.plan import Device, MeasurementPlan
 from forcemap.campaigns.state import StateTolerance, places as places_of
 from forcemap.errors import InputError
 from forcemap.findings import Finding
 from forcemap.maps.forms import CFM_3D, Form
-from forcemap.planning.chosen_states import Candidates, names_of_states, of_grid, of_spread
-from forcemap.planning.design import Design, angles_of, axis_of, check_limit, require_whole
+from forcemap.planning.chosen_states import Candidates, Chosen, names_of_states, of_grid, of_spread
+from forcemap.planning.design import LARGEST, Design, angles_of, axis_of, check_limit, require_whole
 from forcemap.planning.expectation import Expectation, expected_forces, source_of
 from forcemap.planning.plan_warnings import few_states, unchecked, unconfirmed
+
+REPEATS = 3
+"""Impacts of every state, unless stated; a choice."""
+
+AGAIN = 3
+"""States of the spread design that are measured again at the end, unless stated. A choice: one state shows no drift,
+for changes scatter (docs/decisions.md)."""
 
 
 @dataclass(frozen=True, eq=False)
 class DesignedPlan(MeasurementPlan):
-    """A plan, how its states were chosen, and for an I-optimal one what is expected of it; neither is in the file.
+    """A plan, how its states were chosen and, for an I-optimal one, the bound to expect; neither is in the file.
 
     Parameters
     ----------
     note : Finding or None
-        How the states were spread; from what I-optimal ones were chosen, and the bound to expect; else None.
+        How states were spread, or from what I-optimal ones were chosen and the bound to expect; None for other designs.
     bound_width : float
         Mean over the candidates of the tolerance bound above the prediction, as a share of it; NaN for other designs.
     """
@@ -43,7 +52,7 @@ def plan_measurements(
     speeds: ArrayLike,
     *,
     design: Design = Design.SPREAD,
-    repeats: int = 3,
+    repeats: int = REPEATS,
     places: int | None = None,
     again: int | None = None,
     base_angles: Sequence[float] = (),
@@ -60,10 +69,10 @@ def plan_measurements(
 
     SPREAD takes the corners of the places at the slowest and the fastest speed, and spreads the other states over
     places and speeds between them (docs/decisions.md says why). At the end some states are measured again, with role
-    test: they tell drift. For SPREAD and I_OPTIMAL a place's impacts are together, slow to fast, so the device is put
-    up once for each: at the corners first, far before near and high before low, then at the others in random order.
+    test: they show drift. For SPREAD and I_OPTIMAL a place's impacts are together, slow to fast, so that the device is
+    set up once for each: at the corners first, far before near and high before low, then at the others in random order.
 
-    The other designs go from slow to fast over all places, at a speed from far to near. PAPER measures every
+    The other designs go from slow to fast over all places, and at each speed from far to near. PAPER measures every
     combination of three or more values along each axis. FULL_GRID measures a finer grid: every second value, and the
     last, trains; the others test. SYMMETRY measures every combination at several angles of the base joint, all with
     role test; the repeats of a state are numbered on over the angles. I_OPTIMAL chooses among every combination the
@@ -133,11 +142,7 @@ def plan_measurements(
     """
     if not isinstance(design, Design):
         raise InputError(f"design: found {design!r}, expected one of {', '.join(f'Design.{d.name}' for d in Design)}")
-    axes = (
-        axis_of("distances", distances, "metres above 0 and up to 10", 0.0, design, tolerance.place),
-        axis_of("heights", heights, "metres from -10 to 10", -math.inf, design, tolerance.place),
-        axis_of("speeds", speeds, "metres per second above 0 and up to 10", 0.0, design, tolerance.speed),
-    )
+    axes = _axes(distances, heights, speeds, design, tolerance)
     angles = angles_of(base_angles, design)
     require_whole("repeats", repeats)
     if not reach > 0:
@@ -150,35 +155,63 @@ def plan_measurements(
         raise InputError(f"places: found {places}, expected none: those of --design {design} are its grid")
     expected = partial(expected_forces, expected_force)
     candidates = Candidates(axes, form, reach, device.highest_limit, expected, tolerance, seed)
-    spreads = design is Design.SPREAD
-    plan = of_spread(candidates, states, places) if spreads else of_grid(design, candidates, states, places, limit)
-    chosen = plan.states
-    few = [] if design is Design.SYMMETRY else few_states(chosen[plan.trains], states, form, plan.possible)
-    first = np.sort(np.unique(places_of(*chosen[:, :2].T), return_index=True)[1])  # state measured at each place
-    again = 3 * spreads if again is None else again
+    if design is Design.SPREAD:
+        chosen = of_spread(candidates, states, places)
+    else:
+        chosen = of_grid(design, candidates, states, places, limit)
+    few = [] if design is Design.SYMMETRY else few_states(chosen.states[chosen.trains], states, form, chosen.possible)
+    row, runs = _runs(chosen, angles, repeats, _measured_again(chosen, design, again))
+    return DesignedPlan(
+        **runs,
+        expected_force=expected(chosen.states)[row],
+        left_out=chosen.left_out,
+        warnings=(
+            *few,
+            *chosen.warnings,
+            *unchecked(expected_force, device, limit),
+            *unconfirmed(chosen.slow, chosen.measurable, expected_force, limit, tolerance.speed),
+        ),
+        expected_from=source_of(expected_force, chosen.states),
+        note=chosen.note,
+        bound_width=chosen.bound_width,
+    )
+
+
+def _axes(
+    distances: ArrayLike, heights: ArrayLike, speeds: ArrayLike, design: Design, tolerance: StateTolerance
+) -> tuple[list[float], list[float], list[float]]:
+    """The values to measure along each axis, ascending [m], [m], [m/s]."""
+    most = f"up to {LARGEST:g}"
+    return (
+        axis_of("distances", distances, f"metres above 0 and {most}", 0.0, design, tolerance.place),
+        axis_of("heights", heights, f"metres from {-LARGEST:g} to {LARGEST:g}", -math.inf, design, tolerance.place),
+        axis_of("speeds", speeds, f"metres per second above 0 and {most}", 0.0, design, tolerance.speed),
+    )
+
+
+def _measured_again(chosen: Chosen, design: Design, again: int | None) -> Indices:
+    """Numbers of the states that are measured again at the end: the first of the places, at their slowest speed."""
+    first = np.sort(np.unique(places_of(*chosen.states[:, :2].T), return_index=True)[1])
+    if again is None:
+        again = AGAIN if design is Design.SPREAD else 0
     require_whole("again", again, 0)
     if again > first.size:
         raise InputError(f"again: found {again}, expected at most {first.size}, the number of places")
-    runs = len(angles) * repeats
-    number, once = np.arange(runs + repeats) + 1, len(chosen) * runs
-    row = np.concatenate([np.repeat(np.arange(len(chosen)), runs), np.repeat(first[:again], repeats)])
-    return DesignedPlan(
-        state_id=names_of_states(chosen)[row],
-        repeat=np.concatenate([np.tile(number[:runs], len(chosen)), np.tile(number[runs:], again)]),
-        role=np.where(plan.trains[row] & (np.arange(row.size) < once), "train", "test"),
-        distance=chosen[row, 0],
-        height=chosen[row, 1],
-        speed=chosen[row, 2],
-        base_angle=np.append(np.tile(np.repeat(angles, repeats), len(chosen)), np.full(again * repeats, angles[0])),
-        expected_force=expected(chosen)[row],
-        left_out=plan.left_out,
-        warnings=(
-            *few,
-            *plan.warnings,
-            *unchecked(expected_force, device, limit),
-            *unconfirmed(plan.slow, plan.measurable, expected_force, limit, tolerance.speed),
-        ),
-        expected_from=source_of(expected_force, chosen),
-        note=plan.note,
-        bound_width=plan.bound_width,
-    )
+    return np.asarray(first[:again])
+
+
+def _runs(chosen: Chosen, angles: list[float], repeats: int, again: Indices) -> tuple[Indices, dict[str, Any]]:
+    """Number of the state of every run, and the columns of the plan but for the expected force."""
+    states, runs = chosen.states, len(angles) * repeats
+    number, once = np.arange(runs + repeats) + 1, len(states) * runs
+    row = np.concatenate([np.repeat(np.arange(len(states)), runs), np.repeat(again, repeats)])
+    angle = np.tile(np.repeat(angles, repeats), len(states))
+    return row, {
+        "state_id": names_of_states(states)[row],
+        "repeat": np.concatenate([np.tile(number[:runs], len(states)), np.tile(number[runs:], again.size)]),
+        "role": np.where(chosen.trains[row] & (np.arange(row.size) < once), "train", "test"),
+        "distance": states[row, 0],
+        "height": states[row, 1],
+        "speed": states[row, 2],
+        "base_angle": np.append(angle, np.full(again.size * repeats, angles[0])),
+    }

@@ -10,6 +10,7 @@ import numpy as np
 from forcemap.arrays import FloatArray, Mask
 from forcemap.campaigns.state import States, StateTolerance
 from forcemap.errors import InputError
+from forcemap.planning.design import DECIMALS, LARGEST, STEP
 
 
 @dataclass(frozen=True)
@@ -22,8 +23,8 @@ class PlaceRange:
     @classmethod
     def of(cls, distances: Sequence[float], heights: Sequence[float], measured: States | None) -> PlaceRange:
         """The range given, else that of the measured states."""
-        found = []
-        for axis, (name, values, low) in enumerate((("distances", distances, 0.0), ("heights", heights, -10.0))):
+        ranges = []
+        for axis, (name, values, low) in enumerate((("distances", distances, 0.0), ("heights", heights, -LARGEST))):
             given = [float(value) for value in values]
             if not given and measured is None:
                 raise InputError(
@@ -31,19 +32,22 @@ class PlaceRange:
                     f"(--{name}-m LOWEST,HIGHEST)"
                 )
             if not given and measured is not None:
-                there = measured.coordinates[:, axis]
-                given = [float(there.min()), float(there.max())]
-            if len(given) < 2 or not np.isfinite(given).all() or not low <= min(given) < max(given) <= 10:
-                raise InputError(f"{name}: found {given}, expected (lowest, highest) in metres, up to 10")
-            found.append((min(given), max(given)))
-        return cls(*found)
+                coordinate = measured.coordinates[:, axis]
+                given = [float(coordinate.min()), float(coordinate.max())]
+            if len(given) < 2 or not np.isfinite(given).all() or not low <= min(given) < max(given) <= LARGEST:
+                raise InputError(f"{name}: found {given}, expected (lowest, highest) in metres, up to {LARGEST:g}")
+            ranges.append((min(given), max(given)))
+        return cls(*ranges)
 
     def grid(self, count: int, apart: float = 0.0) -> FloatArray:
-        """Places, `count` along each axis or as many as lie further `apart`, shape (n, 2); between the ends to 1 mm."""
+        """Places, `count` along each axis or as many as lie further than `apart` [m] from each other, shape (n, 2).
+
+        Those between the ends of the range are rounded to `STEP`.
+        """
         axes = []
         for low, high in (self.distances, self.heights):
-            fit = int((high - low) / (apart + 0.001)) + 1 if apart else count
-            axes.append(np.linspace(low, high, max(min(count, fit), 2)).round(3))
+            fit = int((high - low) / (apart + STEP)) + 1 if apart else count
+            axes.append(np.linspace(low, high, max(min(count, fit), 2)).round(DECIMALS))
             axes[-1][[0, -1]] = low, high
         return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)
 
@@ -58,7 +62,7 @@ class PlaceRange:
         return np.asarray(ends[0] & ends[1])
 
     def apart(self, states: FloatArray, others: FloatArray) -> FloatArray:
-        """How far the places of states lie apart, as shares of the range, shape (n, m); of a flat range, in metres."""
+        """Distances between the places of states, as shares of the range, shape (n, m); of a flat range, in metres."""
         size = np.array([self.distances[1] - self.distances[0], self.heights[1] - self.heights[0]])
         size[size == 0] = 1.0
         offsets = (states[:, None, :2] - others[None, :, :2]) / size
@@ -72,7 +76,7 @@ def no_repeats(states: FloatArray, others: FloatArray, tolerance: StateTolerance
 
 
 def spread(apart: FloatArray, first: Iterable[int], count: int) -> list[int]:
-    """The first numbers, then each the farthest from those before it, by distances of shape (n, n)."""
+    """The first numbers, then always the one farthest from all before it, by distances of shape (n, n)."""
     chosen = list(dict.fromkeys(first))
     while len(chosen) < min(count, len(apart)):
         away = apart[:, chosen].min(axis=1)

@@ -1,4 +1,4 @@
-"""What a plan will not give, and what speaks against the map that further measurements rest on."""
+"""What a plan cannot give, and doubts about the map that further measurements rest on."""
 
 from __future__ import annotations
 
@@ -14,19 +14,22 @@ from forcemap.findings import Finding, FindingKind
 from forcemap.maps.bounds import MIN_DEGREES_OF_FREEDOM
 from forcemap.maps.force_map import ForceMap
 from forcemap.maps.forms import Form
+from forcemap.planning.design import LARGEST
 from forcemap.planning.expectation import Expectation, StandardExpectation, expected_forces, factor_of
 from forcemap.planning.optimal_states import STATE_SD, bound_from, expected_width
 
 FEW_STATES = 18
-"""Twice the nine coefficients of the default map; fewer leave a wide bound."""
+"""Twice the nine coefficients of the default map; fewer leave a wide bound, and a campaign of fewer that happens to
+scatter little has one that is too low (docs/decisions.md)."""
 
-_SLOWEST_PROPOSED = 0.05  # [m/s]
-_FALL = 0.01  # of the force; less is no turn
-_SPEEDS = 65  # between the slowest and the fastest speed of a place
+_SLOWEST_PROPOSED = 0.05  # [m/s]; a choice, the slowest speed that `next` plans unless stated
+_STEPS_PER_MPS = 100  # speeds are proposed in whole 0.01 m/s
+_FALL = 0.01  # share of the force; a smaller fall does not count as one
+_SPEEDS = 65  # sampled between the slowest and the fastest speed of a place; a choice
 
 
 def few_states(training: FloatArray, accepted: int | None, form: Form, region: FloatArray) -> Iterator[Finding]:
-    """The bound to expect of fewer than 18 states to train, which are refused unless their number is accepted."""
+    """The bound to expect from fewer than 18 states to train, which are refused unless their number is accepted."""
     count = len(training)
     if accepted is not None and accepted != count:
         raise InputError(
@@ -40,10 +43,10 @@ def few_states(training: FloatArray, accepted: int | None, form: Form, region: F
     fewest = len(form.terms) + MIN_DEGREES_OF_FREEDOM
     width = expected_width(training, form=form, region=region)
     if accepted is None:
-        known = f"the bound is expected to lie {100 * width:.0f} % above the prediction on average"
+        wide = f"the bound is expected to lie {100 * width:.0f} % above the prediction on average"
         none = f"no tolerance bound can be had from fewer than {fewest} states of {form.name}, or at too few places"
         raise InputError(
-            f"states: found {count} to train, expected at least {FEW_STATES}: {known if width > 0 else none}; choose "
+            f"states: found {count} to train, expected at least {FEW_STATES}: {wide if width > 0 else none}; choose "
             f"lower speeds, nearer places or a device of larger range, or name the number ({count}) to plan them all "
             "the same"
         )
@@ -57,7 +60,7 @@ def few_states(training: FloatArray, accepted: int | None, form: Form, region: F
 
 
 def unchecked(expectation: Expectation | None, device: Device, limit: float) -> Iterator[Finding]:
-    """What could not be checked for want of a figure."""
+    """What could not be checked because a figure is missing."""
     if expectation is None:
         if not math.isnan(device.range):
             yield Finding.of(FindingKind.RANGE_NOT_CHECKED)
@@ -70,11 +73,11 @@ def unchecked(expectation: Expectation | None, device: Device, limit: float) -> 
 def unconfirmed(
     states: FloatArray, measurable: Mask, expectation: Expectation | None, limit: float, apart: float
 ) -> Iterator[Finding]:
-    """Where even the slowest planned speed is expected to exceed the limit, and the speed to add.
+    """Places where even the slowest planned speed is expected to exceed the limit, and the speed to add.
 
-    No speed below the lowest measured one is ever confirmed, so a plan without it cannot answer there. As for safe
-    speeds, only the first rise of the force counts, searched from below. States have shape (n, 3); where one of a
-    place is `measurable`, those that are not do not count there.
+    No speed below the lowest measured one is ever confirmed, so such a plan gives no speed there. As for safe speeds,
+    only the first rise of the force counts, searched from below. States have shape (n, 3); at a place with `measurable`
+    states the others are ignored.
     """
     if expectation is None or math.isnan(limit):
         return
@@ -106,18 +109,19 @@ def unconfirmed(
 def _slower(expectation: Expectation, place: list[float], below: float, force: float) -> float:
     """The highest speed [m/s] below another, in whole 0.01 m/s, up to which the expected force stays within `force`.
 
-    0 where there is none.
+    0 if there is none.
     """
     highest = 0.0
-    for step in range(round(100 * _SLOWEST_PROPOSED), 1001):
-        if step / 100 >= below or expected_forces(expectation, np.array([[*place, step / 100]]))[0] > force:
+    for step in range(round(_STEPS_PER_MPS * _SLOWEST_PROPOSED), round(_STEPS_PER_MPS * LARGEST) + 1):
+        speed = step / _STEPS_PER_MPS
+        if speed >= below or expected_forces(expectation, np.array([[*place, speed]]))[0] > force:
             break
-        highest = step / 100
+        highest = speed
     return highest
 
 
 def map_warnings(force_map: ForceMap, states: FloatArray) -> Iterator[Finding]:
-    """Where the predicted force falls with speed at the places of states, shape (n, 3), and states that scatter."""
+    """Warnings that states scatter about a map, or that its prediction falls with speed at places of states (n, 3)."""
     if force_map.form_test is not None:
         yield from force_map.form_test.scatter
     low, high = force_map.measured_range.speeds(states[:, 0], states[:, 1])

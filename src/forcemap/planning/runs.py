@@ -23,7 +23,7 @@ def runs_of(
     expected_from: Finding | None = None,
     warnings: tuple[Finding, ...] = (),
 ) -> MeasurementPlan:
-    """A plan of states, shape (n, 3), in their order; each is named for its place and speed in thousandths."""
+    """A plan of states, shape (n, 3), in their order; their names give place and speed in thousandths."""
     names = [prefix + "-".join(f"{x}{_thousandths(v)}" for x, v in zip("dhv", s, strict=True)) for s in states.tolist()]
     row = np.repeat(np.arange(len(states)), repeats)
     return MeasurementPlan(
@@ -41,12 +41,12 @@ def runs_of(
 
 
 def slow_to_fast(states: FloatArray) -> FloatArray:
-    """States, shape (n, 3), in the order in which to measure them: far to near at a speed, low to high."""
+    """States, shape (n, 3), in the order of measurement: slow to fast, at a speed far to near, then low to high."""
     return states[np.lexsort((states[:, 1], -states[:, 0], states[:, 2]))]
 
 
 def extend_plan(plan: MeasurementPlan, more: MeasurementPlan) -> MeasurementPlan:
-    """A plan with the runs of another behind its own, which stay as they are.
+    """A plan followed by the runs of another; its own runs stay as they are.
 
     Raises
     ------
@@ -57,7 +57,7 @@ def extend_plan(plan: MeasurementPlan, more: MeasurementPlan) -> MeasurementPlan
     for name in more.states:
         if name.lower() in taken:
             raise InputError(f"state {name} is planned already; measure it, or take its rows out of the plan")
-    joined: dict[str, Any] = {name: np.concatenate([each, vars(more)[name]]) for name, each in plan.arrays.items()}
+    joined: dict[str, Any] = {name: np.concatenate([column, vars(more)[name]]) for name, column in plan.arrays.items()}
     return replace(more, **joined)
 
 

@@ -15,17 +15,22 @@ import numpy as np
 from forcemap.arrays import FloatArray, Mask
 from forcemap.campaigns.state import PLACE_SIZE, StateTolerance, clusters
 from forcemap.errors import InputError
+from forcemap.planning.design import DECIMALS, STEP
 
 STATES = 27
+"""States of a campaign to train a map, unless stated: the paper's number."""
+
 PLACES = 14
+"""Places of a campaign, unless stated: with more little is gained but where effects are shared, with fewer the bound is
+wider (docs/validity.md, "How many places?")."""
 
 CORNERS = np.array(list(itertools.product((1.0, 0.0), repeat=2)))
 """Shares of the ranges of distance and height, shape (4, 2): far before near, high before low."""
 
-_SPEEDS = 5  # between the slowest and the fastest
-_TRIES = 400  # random permutations of the heights; the one that keeps places furthest apart is taken
-_STEP = 0.001  # [m], [m/s]; to what places and speeds are rounded
-_SPEED_STEP = 0.005  # [m/s]; the same where speeds lie far enough apart
+_SPEEDS = 5  # between the slowest and the fastest (docs/decisions.md: seven speeds in all)
+_TRIES = 400  # random permutations of the heights; a choice
+_SPEED_STEP = 0.005  # [m/s]; to which speeds are rounded if they lie far enough apart, else to STEP
+_ROUNDING = 1e-9  # share by which places and speeds must lie further apart than the tolerance
 
 
 def spread_places(
@@ -40,9 +45,9 @@ def spread_places(
 ) -> FloatArray:
     """The four corners, then places between them by distance, all within reach, shape (count, 2) [m].
 
-    Those between are a Latin hypercube: evenly spaced distances, and a permutation of evenly spaced heights, of some
-    hundred the one that keeps places furthest apart. Where the reach cuts the range, the highest and lowest are the
-    heights at which two corners fit, and at every height the distances end at the farthest one within reach.
+    Those between are a Latin hypercube: evenly spaced distances with a permutation of evenly spaced heights, out of
+    some hundred the one that keeps places furthest apart. Where the reach cuts the range, the highest and lowest
+    heights are those at which two corners fit, and at every height the distances end at the farthest one within reach.
 
     Parameters
     ----------
@@ -55,7 +60,7 @@ def spread_places(
     reach : float
         Largest distance of a place from the origin of the base [m].
     tolerance : StateTolerance
-        Places lie further apart than it, and than what counts as one place.
+        Places lie further apart than this, and than what counts as one place.
     seed : int
         Of the permutations.
 
@@ -73,8 +78,8 @@ def spread_places(
         )
     size = max(PLACE_SIZE, tolerance.place)
     ranges = distances, heights, reach, size, seed
-    if (at := _places_apart(count, *ranges)) is not None:
-        return at
+    if (places := _places_apart(count, *ranges)) is not None:
+        return places
     fewer = next((n for n in range(count - 1, least - 1, -1) if _places_apart(n, *ranges) is not None), None)
     reached = math.hypot(distances[1], max(map(abs, heights))) <= reach
     wider = "wider ranges" if reached else "wider ranges or a larger reach"
@@ -97,22 +102,23 @@ def _places_apart(
     share = np.vstack([CORNERS, _hypercube(count - len(CORNERS), np.random.default_rng(seed))])
     height = _along(*heights, share[:, 1])
     farthest = np.minimum(distances[1], _floored(np.sqrt(reach**2 - height**2)))
-    at = np.column_stack([_along(distances[0], farthest, share[:, 0]), height])
-    return at if clusters(at / (size * (1 + 1e-9))).max() + 1 == count else None
+    places = np.column_stack([_along(distances[0], farthest, share[:, 0]), height])
+    return places if clusters(places / (size * (1 + _ROUNDING))).max() + 1 == count else None
 
 
 def spread_speeds(
     corner: Mask, fastest: FloatArray, slowest: float, n: int, *, tolerance: StateTolerance
 ) -> list[list[float]]:
-    """The speeds of n states at places of shape (k,), ascending at each [m/s].
+    """The speeds of n states at places of shape (k,), ascending at each place [m/s].
 
-    Corners have the slowest and the fastest. The others share the rest as evenly as they can, cycling through five
-    evenly spaced speeds between these two; a place with more states, or too little room for five, has its own.
+    Corners get the slowest and the fastest. The others share the remaining states as evenly as possible and cycle
+    through five evenly spaced speeds between these two; a place with more states, or too little room for five, has
+    speeds of its own.
 
     Parameters
     ----------
     corner : array of bool
-        Which places are corners.
+        True for the corners.
     fastest : array
         The fastest speed of each place [m/s].
     slowest : float
@@ -127,8 +133,8 @@ def spread_speeds(
     InputError
         So many do not fit.
     """
-    apart, span = tolerance.speed * (1 + 1e-9), fastest - slowest
-    room = np.where(corner, 0, np.maximum(np.floor(span / (apart + _STEP)) - 1, 1)).astype(np.int64)
+    apart, span = tolerance.speed * (1 + _ROUNDING), fastest - slowest
+    room = np.where(corner, 0, np.maximum(np.floor(span / (apart + STEP)) - 1, 1)).astype(np.int64)
     count = np.where(corner, 1 + (span > apart), 0)
     while (left := n - int(count.sum())) > 0:
         free = np.flatnonzero(count < room)
@@ -139,28 +145,28 @@ def spread_speeds(
             )
         count[free[:left]] += 1
     speeds, turn = [], 0
-    for at_corner, k, most, top in zip(corner.tolist(), count.tolist(), room.tolist(), fastest.tolist(), strict=True):
-        if at_corner:
+    for is_corner, k, most, top in zip(corner.tolist(), count.tolist(), room.tolist(), fastest.tolist(), strict=True):
+        if is_corner:
             speeds.append([slowest, top][:k])
             continue
         levels = _SPEEDS if k < _SPEEDS <= most else k
         gap = (top - slowest) / (levels + 1)
-        step = next((each for each in (_SPEED_STEP, _STEP) if gap - each > apart), None)
+        step = next((step for step in (_SPEED_STEP, STEP) if gap - step > apart), None)
         between = [slowest + gap * (1 + j) for j in range(levels)]
         if step:
-            between = [round(round(v / step) * step, 3) for v in between]
+            between = [round(round(v / step) * step, DECIMALS) for v in between]
         speeds.append(sorted(between[2 * (turn + j) % levels if k < levels else j] for j in range(k)))
         turn += k
     return speeds
 
 
 def _floored(metres: Any) -> Any:
-    return np.round(np.floor(metres / _STEP) * _STEP, 3)
+    return np.round(np.floor(metres / STEP) * STEP, DECIMALS)
 
 
 def _along(low: float, high: float | FloatArray, share: FloatArray) -> FloatArray:
-    """Values at shares of a range, those between its ends to 0.001 m [m]."""
-    inside = np.clip((low + share * (np.asarray(high) - low)).round(3), low, high)
+    """Values at shares of a range [m]; those between its ends are rounded to `STEP`."""
+    inside = np.clip((low + share * (np.asarray(high) - low)).round(DECIMALS), low, high)
     return np.asarray(np.where(share == 0, low, np.where(share == 1, high, inside)))
 
 
@@ -174,5 +180,5 @@ def _hypercube(count: int, rng: np.random.Generator) -> FloatArray:
     number = np.arange(1, count + 1)
     tries = [number * step % (count + 1) for step in range(2, count) if math.gcd(step, count + 1) == 1]
     tries += [rng.permutation(number) for _ in range(_TRIES)]
-    shares = (np.column_stack([number, each]) / (count + 1) for each in tries)
+    shares = (np.column_stack([number, permutation]) / (count + 1) for permutation in tries)
     return max(shares, key=lambda share: float(pdist(np.vstack([CORNERS, share])).min()))

@@ -1,4 +1,4 @@
-"""What a robot may deviate from its program."""
+"""How far a robot may deviate from its program."""
 
 from __future__ import annotations
 
@@ -10,10 +10,16 @@ from forcemap.arrays import FloatArray
 from forcemap.errors import InputError
 from forcemap.findings import Finding, FindingKind
 
+OVERSHOOT = 0.01
+"""How much faster than programmed a robot may be, unless stated [m/s]; a guess (docs/decisions.md)."""
+
+POSITION_TOLERANCE = 0.005
+"""How far a robot may be from where it is programmed to be, unless stated [m]; a guess (docs/decisions.md)."""
+
 
 @dataclass(frozen=True)
 class Allowance:
-    """What a robot may deviate from its program: the one allowance of commands, exports, paths, page and report.
+    """How far a robot may deviate from its program; the same for commands, exports, paths, page and report.
 
     The speed is subtracted from the speed at contact wherever a speed to program is given; zones and paths are widened
     by the position.
@@ -31,8 +37,8 @@ class Allowance:
         A figure that is negative or not finite.
     """
 
-    speed: float = 0.01
-    position: float = 0.005
+    speed: float = OVERSHOOT
+    position: float = POSITION_TOLERANCE
 
     def __post_init__(self) -> None:
         for name, value in (("speed overshoot", self.speed), ("position tolerance", self.position)):
@@ -46,10 +52,10 @@ class Allowance:
 
     @property
     def of_speed(self) -> Finding:
-        """What is subtracted from speeds at contact."""
+        """The overshoot that is subtracted from speeds at contact."""
         return Finding.of(FindingKind.OVERSHOOT, overshoot_mps=self.speed)
 
     @property
     def of_position(self) -> Finding:
-        """What zones and paths are widened by."""
+        """The tolerance by which zones and paths are widened."""
         return Finding.of(FindingKind.POSITION_TOLERANCE, position_m=self.position)

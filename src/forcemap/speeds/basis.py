@@ -1,8 +1,8 @@
 """What speeds rest on: one gate for every speed, whatever is typed.
 
-Before any bound is looked at: does the standard permit contact, is the impacts table what its recordings gave, is the
-device stiff enough for the body area, does Phase II allow the kind of contact? What raises the bound (the device's
-spring, a motion off the map's direction), what must be said first and what forbids an export follow from that look.
+Before any bound is computed: does the standard permit contact, is the impacts table what its recordings gave, is the
+device stiff enough for the body area, does Phase II allow the kind of contact? From the answers follow what raises the
+bound (the device's spring, a motion off the map's direction), what must be said first and what forbids an export.
 """
 
 from __future__ import annotations
@@ -20,16 +20,20 @@ from forcemap.findings import Finding, FindingKind
 from forcemap.limits.body_areas import MAX_TRANSIENT_FACTOR
 from forcemap.limits.device_spring import DeviceSuitability, device_suitability
 from forcemap.limits.force_limits import Contact, ForceLimit, NewtonLimit
-from forcemap.maps.bounds import Bound, ToleranceBound, contradiction, margins, weakness
+from forcemap.maps.bounds import PAPER_MARGIN, Bound, ToleranceBound, contradiction, margins, weakness
 from forcemap.maps.direction import RAISED_OFF_AXIS, WIDEST_ANGLE, raised_off_axis
 from forcemap.maps.force_map import ForceMap
 from forcemap.maps.saturation import saturation_doubt
 from forcemap.speeds.allowance import Allowance
 
+_SCATTERED = 1.05
+"""A state whose highest force is more than this many times its mean is noted as scattered. A choice: devices and robots
+repeat within 1 to 3 %."""
+
 
 @dataclass(frozen=True, eq=False)
 class Basis:
-    """What speeds rest on: a limit held against what impacts allow, and the map with its bound.
+    """What speeds rest on: a limit compared with what the impacts allow, and the map with its bound.
 
     Parameters
     ----------
@@ -48,15 +52,15 @@ class Basis:
     notes : tuple of Finding
         What else speeds depend on.
     export_refusal : Finding or None
-        Why nothing may be exported or released of the speeds; None if nothing forbids it.
+        Why none of the speeds may be exported or released; None if nothing forbids it.
     conditions : Conditions
-        What the impacts are measured under; they state the device.
+        The conditions of the measurement; they state the device.
     phase_two : PhaseTwo
         What is known of Phase II.
     bound : Bound or None
         The bound; None before there is a map.
     allowance : Allowance or None
-        What the robot may deviate, taken off speeds to program; None before there are speeds.
+        How far the robot may deviate, subtracted from speeds to program; None before there are speeds.
     source : str
         Where the map comes from.
     """
@@ -77,7 +81,7 @@ class Basis:
 
     @property
     def level(self) -> Any:
-        """What the bound as it stands must not exceed [N]: the limit less what raises the bound."""
+        """Force that the bound, not raised, must not exceed [N]: the limit divided by what raises the bound."""
         return self.newtons / self.raised
 
     @property
@@ -92,7 +96,7 @@ class Basis:
 
     @property
     def speed_error(self) -> float:
-        """Share by which the speeds of the campaign count lower than it states them; NaN: not stated, none."""
+        """Share by which the speeds of the campaign count lower than it states them; NaN, and 0, if not stated."""
         return self.conditions.speed_error
 
     @property
@@ -102,9 +106,9 @@ class Basis:
 
     @property
     def unseen(self) -> tuple[Finding, ...]:
-        """What of Phase II was not measured, where that matters."""
-        seen = self.contact is not Contact.TRANSIENT or self.phase_two.complete or not self.permitted
-        return () if seen else (self.phase_two.finding,)
+        """What was not measured of Phase II, where that matters."""
+        measured = self.contact is not Contact.TRANSIENT or self.phase_two.complete or not self.permitted
+        return () if measured else (self.phase_two.finding,)
 
     @property
     def limit_finding(self) -> Finding:
@@ -117,12 +121,12 @@ class Basis:
 
     @property
     def statements(self) -> tuple[Finding, ...]:
-        """All that speeds depend on."""
-        of_map = [] if self.bound is None else [Finding.of(FindingKind.MAP_SOURCE, source=self.source)]
-        by = [] if self.bound is None else [Finding.of(FindingKind.BOUND, bound=str(self.bound))]
+        """Everything that speeds depend on."""
+        source = [] if self.bound is None else [Finding.of(FindingKind.MAP_SOURCE, source=self.source)]
+        bound = [] if self.bound is None else [Finding.of(FindingKind.BOUND, bound=str(self.bound))]
         limit = Finding.of(FindingKind.LIMIT, self.limit_finding)
-        off = [] if self.allowance is None else [self.allowance.of_speed]
-        return (*self.conditions.findings, *off, *of_map, self.phase_two.finding, limit, *by, *self.notes)
+        overshoot = [] if self.allowance is None else [self.allowance.of_speed]
+        return (*self.conditions.findings, *overshoot, *source, self.phase_two.finding, limit, *bound, *self.notes)
 
 
 def basis_of(
@@ -135,7 +139,7 @@ def basis_of(
     spring_N_per_m: float | None = None,
     angle: float = 0.0,
 ) -> Basis:
-    """Hold a limit against what a map rests on; arguments and errors as in `safe_speed`."""
+    """Compare a limit with what a map rests on; arguments and errors as in `safe_speed`."""
     if isinstance(bound, type) or not isinstance(bound, Bound):
         raise InputError(f"bound: found {bound!r}, expected FixedMargin or ToleranceBound")
     bound.require(force_map)
@@ -143,38 +147,38 @@ def basis_of(
         limit = NewtonLimit.of(limit, quasi_static_limit, spring_N_per_m)
     elif quasi_static_limit is not None or spring_N_per_m is not None:
         raise InputError("limit: quasi_static_limit and spring_N_per_m go with a limit in newtons, not with an area")
-    held = limit_basis(limit, contact, force_map.conditions, phase_two=force_map.phase_two, binding=force_map.binding)
-    if isinstance(limit, NewtonLimit) and not held.refusals:
+    basis = limit_basis(limit, contact, force_map.conditions, phase_two=force_map.phase_two, binding=force_map.binding)
+    if isinstance(limit, NewtonLimit) and not basis.refusals:
         _require_contact(force_map, limit, contact)
-    if not (held.refusals and (math.isnan(force_map.device_range) or force_map.binding.refusal)):
-        _require_measured(force_map, held.newtons)
+    if not (basis.refusals and (math.isnan(force_map.device_range) or force_map.binding.refusal)):
+        _require_measured(force_map, basis.newtons)
     off_axis = raised_off_axis(angle)
     figures = {"widest_deg": WIDEST_ANGLE, "angle_deg": angle, "raised": RAISED_OFF_AXIS - 1}
-    tilted = Finding.of(FindingKind.RAISED_OFF_AXIS if off_axis > 1 else FindingKind.ALONG_ONLY, **figures)
+    direction = Finding.of(FindingKind.RAISED_OFF_AXIS if off_axis > 1 else FindingKind.ALONG_ONLY, **figures)
     fit = force_map.fit
     weak, contradicted = weakness(bound, force_map), contradiction(force_map, bound)
-    doubt = held.conditions.speed_doubt
+    doubt = basis.conditions.speed_doubt
     return replace(
-        held,
-        raised=held.raised * off_axis,
-        refusals=held.refusals or ((contradicted,) if contradicted else ()),
+        basis,
+        raised=basis.raised * off_axis,
+        refusals=basis.refusals or ((contradicted,) if contradicted else ()),
         warnings=(
             *([weak] if weak else []),
-            *held.warnings,
+            *basis.warnings,
             *([doubt] if doubt else []),
             *_unchecked_units(force_map),
             *(contradictions(_as_stated(fit.states, force_map.conditions)) if fit else ()),
             *doubts_of_fit(force_map),
         ),
-        notes=(*held.notes, tilted, *_notes(force_map, bound)),
-        export_refusal=weak or held.export_refusal,
+        notes=(*basis.notes, direction, *_notes(force_map, bound)),
+        export_refusal=weak or basis.export_refusal,
         bound=bound,
         source=force_map.source,
     )
 
 
 def doubts_of_fit(force_map: ForceMap) -> tuple[Finding, ...]:
-    """What the states of a fitted map, and those measured again, say against its form and its constancy."""
+    """Doubts about the form of a fitted map, and the drift that states measured again show."""
     tested, drift = force_map.form_test, force_map.fit.drift if force_map.fit else None
     return (*(tested.warnings if tested else ()), *([drift.finding] if drift and drift.significant else []))
 
@@ -187,15 +191,15 @@ def limit_basis(
     phase_two: PhaseTwo,
     binding: Binding,
 ) -> Basis:
-    """Hold a limit against what impacts rest on, before there is a map.
+    """Compare a limit with what impacts rest on, before there is a map.
 
     Parameters
     ----------
     limit : ForceLimit or NewtonLimit
     contact : Contact or None
-        Kind of contact; expected with a ForceLimit.
+        Kind of contact; required with a ForceLimit.
     conditions : Conditions
-        What the impacts are measured under; they state the device.
+        The conditions of the measurement; they state the device.
     phase_two : PhaseTwo
         What is known of Phase II.
     binding : Binding
@@ -226,17 +230,17 @@ def limit_basis(
         else:
             suits = device_suitability("the limit", limit.spring_N_per_m, conditions.device.stiffness)
     gate = phase_two.transient_refusal if kind is Contact.TRANSIENT else phase_two.quasi_static_refusal
-    held = gate(quasi_static if kind is Contact.TRANSIENT else lowest, error, suits.raised)
-    refusals = (
-        [limit.refusal] if isinstance(limit, ForceLimit) and not limit.permitted else [broken, suits.refusal, held]
-    )
+    clamping = gate(quasi_static if kind is Contact.TRANSIENT else lowest, error, suits.raised)
+    refusals = [broken, suits.refusal, clamping]
+    if isinstance(limit, ForceLimit) and not limit.permitted:
+        refusals = [limit.refusal]
     return Basis(
         limit=limit,
         contact=kind,
         newtons=newtons,
         raised=suits.raised,
-        refusals=tuple(each for each in refusals if each),
-        warnings=tuple(each for each in (first, unbound) if each),
+        refusals=tuple(refusal for refusal in refusals if refusal),
+        warnings=tuple(warning for warning in (first, unbound) if warning),
         notes=(suits.statement,) if suits.statement else (),
         export_refusal=broken or (None if isinstance(limit, ForceLimit) else first),
         conditions=conditions,
@@ -245,25 +249,25 @@ def limit_basis(
 
 
 def _as_stated(states: States, conditions: Conditions) -> States:
-    """States with the speeds that the campaign states, as their names say them."""
+    """States with the speeds that the campaign states, as in their names."""
     return replace(states, speed=conditions.as_stated(states.speed))
 
 
 def _unchecked_units(force_map: ForceMap) -> list[Finding]:
-    """That nothing tells whether the forces and speeds of a fitted map are in the units they are taken for."""
+    """A warning if the units of the forces and speeds of a fitted map could not be checked."""
     if (fit := force_map.fit) is None:
         return []
-    found = unit_finding(force_map.conditions, fit.states, fit.left_out, fit.test)
-    return [found] if found and found.kind is FindingKind.UNITS_NOT_CHECKED else []
+    units = unit_finding(force_map.conditions, fit.states, fit.left_out, fit.test)
+    return [units] if units and units.kind is FindingKind.UNITS_NOT_CHECKED else []
 
 
 def _notes(force_map: ForceMap, bound: Bound) -> list[Finding]:
-    """What about the map and the bound a reader of the speed must know."""
-    kind, found, fit = FindingKind, [], force_map.fit
+    """What a reader of the speed must know about the map and the bound."""
+    kind, notes, fit = FindingKind, [], force_map.fit
 
     def note(kind: FindingKind, holds: Any = True, **figures: Any) -> None:
         if holds:
-            found.append(Finding.of(kind, **figures))
+            notes.append(Finding.of(kind, **figures))
 
     note(kind.PERSON_AT_REST)
     note(kind.PRESSURE_NOT_ASSESSED)
@@ -272,34 +276,35 @@ def _notes(force_map: ForceMap, bound: Bound) -> list[Finding]:
     device = force_map.conditions.device
     note(kind.DEVICE_ERROR_NOT_STATED, math.isnan(device.error), assumed_N=device.error_or_default)
     if isinstance(bound, ToleranceBound):
-        too_small, states = int(np.sum(margins(bound, force_map) > 0.10)), len(force_map.measured_range.points)
+        too_small = int(np.sum(margins(bound, force_map) > PAPER_MARGIN))
+        states = len(force_map.measured_range.points)
         note(kind.PAPER_MARGIN_TOO_SMALL, too_small, count=too_small, states=states)
     if fit is None:
-        return found
-    scattered = int(np.sum(np.fmax(fit.states.highest, fit.states.at_least) > 1.05 * fit.states.force))
+        return notes
+    scattered = int(np.sum(np.fmax(fit.states.highest, fit.states.at_least) > _SCATTERED * fit.states.force))
     note(kind.SCATTERED, scattered, states=scattered)
     censored = fit.censored_samples + int(fit.test.censored.sum())
     doubt = saturation_doubt(fit.states.highest, fit.states.name, censored=censored)
-    found += [doubt] if doubt else []
+    notes += [doubt] if doubt else []
     note(kind.NO_RESIDUALS, fit.between_states.degrees_of_freedom == 0)
     if fit.censored_samples and not fit.censored_fit:
         note(kind.CENSORED_NOT_IN_FIT, impacts=fit.censored_samples, left_out=", ".join(fit.left_out.name))
     note(kind.CENSORED_IN_FIT, fit.censored_samples and fit.censored_fit, impacts=fit.censored_samples)
-    return found
+    return notes
 
 
 def _require_contact(force_map: ForceMap, limit: NewtonLimit, contact: Contact | None) -> None:
-    """Refuse a limit in newtons of which is not said what Phase II has to be held against.
+    """Refuse a limit in newtons that does not say what Phase II must be compared with.
 
-    Unnamed contact is taken only where impacts are known to be over within 0.5 s and to leave no force above half of
-    the limit, the smallest quasi-static part that a limit of the standard has.
+    The contact may stay unnamed only where all impacts are known to be over within 0.5 s and to leave no force above
+    half of the limit, the smallest quasi-static part that a limit of the standard has.
     """
     phase_two, kind = force_map.phase_two, None if contact is None else Contact.parse(contact)
     lowest = float(np.min(limit.force)) if np.size(limit.force) else math.inf
     if kind is None:
         over = phase_two.complete and not phase_two.barred
-        held = phase_two.largest_force + force_map.conditions.device.error_or_default
-        if not over or held > lowest / MAX_TRANSIENT_FACTOR:
+        largest = phase_two.largest_force + force_map.conditions.device.error_or_default
+        if not over or largest > lowest / MAX_TRANSIENT_FACTOR:
             why = f"{phase_two.barred} impacts clamp, or may" if phase_two.barred else "Phase II not measured"
             why = why if not over else f"a Phase II force of {phase_two.largest_force:.1f} N"
             raise InputError(

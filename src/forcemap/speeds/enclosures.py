@@ -20,10 +20,17 @@ from forcemap.maps.bounds import Bound, FixedMargin, ToleranceBound
 from forcemap.maps.force_map import ForceMap
 from forcemap.speeds.tolerance_steps import ToleranceSteps
 
+# Numerical settings: they decide how close an enclosure is and what it costs, never whether it holds.
 _STEPS = 8  # parts of the speed interval whose slopes are enclosed one by one
 _FIRST = 1 / 8  # first step of a frontier, a share of the interval
+_LAST = 2.0**-15  # last step of a certified share, a share of the interval; shorter than 0.0001 m/s of any robot
+
+# Rounding: enclosures are widened by more than these may be.
+_ROUNDING = 1e-15  # of a value at a node, as a share; sums of coefficients have ten times that
+_SLOPE_ROUNDING = 1e-9  # of a slope of ln of the bound
+_LOG_ROUNDING = 2e-9  # of ln F, where it bounds from below: the table of the bound is raised by 1e-9
+
 _ALL = slice(None)
-_ROUNDING = 1e-15
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,14 +48,14 @@ class Patches:
     second: FloatArray
 
     @classmethod
-    def at(cls, distance: FloatArray, height: FloatArray) -> Patches:
+    def of_places(cls, distance: FloatArray, height: FloatArray) -> Patches:
         """Patches without extent at places [m], shape (n,)."""
         corner = np.stack([distance, height], axis=1)
         return cls(corner, np.zeros_like(corner), np.zeros_like(corner))
 
     @classmethod
     def box(cls, near: FloatArray, far: FloatArray, low: FloatArray, high: FloatArray) -> Patches:
-        """Intervals of distance and of height [m], shape (n,)."""
+        """Rectangles: intervals of distance and of height [m], shape (n,)."""
         nothing = np.zeros_like(near)
         edges = np.stack([far - near, nothing], axis=1), np.stack([nothing, high - low], axis=1)
         return cls(np.stack([near, low], axis=1), *edges)
@@ -99,7 +106,7 @@ class BoundEnclosure:
     tolerance: ToleranceSteps | None
 
     def largest(self, start: FloatArray, stop: FloatArray, which: Indices | slice = _ALL) -> FloatArray:
-        """At least ln of the bound on some patches, between shares of the interval from 0 to 1, shape (m,)."""
+        """Upper bound of ln of the bound on some patches, between shares of the interval from 0 to 1, shape (m,)."""
         log_force = _part(self.log_force[which], start, stop).max(axis=(1, 2))
         if self.tolerance is None:
             return np.asarray(log_force + self.margin)
@@ -107,8 +114,8 @@ class BoundEnclosure:
         return self.tolerance.largest(log_force, leverage)
 
     def smallest(self, start: FloatArray, stop: FloatArray, which: Indices | slice = _ALL) -> FloatArray:
-        """At most ln of the bound, as in `largest`."""
-        log_force = _part(self.log_force[which], start, stop).min(axis=(1, 2)) - 2e-9
+        """Lower bound of ln of the bound; arguments as in `largest`."""
+        log_force = _part(self.log_force[which], start, stop).min(axis=(1, 2)) - _LOG_ROUNDING
         if self.tolerance is None:
             return np.asarray(log_force + self.margin)
         leverage = _part(self.leverage[which], start, stop).min(axis=(1, 2))
@@ -116,7 +123,7 @@ class BoundEnclosure:
 
     @property
     def slopes(self) -> tuple[FloatArray, FloatArray]:
-        """At most the smallest, at least the largest slope of ln of the bound over v or ln v, each of shape (n,).
+        """Lower and upper bound of the slope of ln of the bound over v or ln v, each of shape (n,).
 
         Where the first is positive the bound rises with speed on the whole patch and interval.
         """
@@ -130,53 +137,57 @@ class BoundEnclosure:
         log_force = _part(self.log_force, *ends)
         least, most = (slope * scale for slope in _slopes(log_force))
         if self.tolerance is None:
-            return least - 1e-9, most + 1e-9
+            return least - _SLOPE_ROUNDING, most + _SLOPE_ROUNDING
         leverage = _part(self.leverage, *ends)
         falls, rises = (slope * scale for slope in _slopes(leverage))
         down, up = self.tolerance.slopes(falls, rises, leverage.min(axis=(1, 2)), leverage.max(axis=(1, 2)))
         shrunk = least * self.tolerance.share(log_force.min(axis=(1, 2)))  # of ln(F + error)
-        return np.minimum(np.minimum(least, shrunk), least + down) - 1e-9, np.maximum(most, most + up) + 1e-9
+        least, most = np.minimum(np.minimum(least, shrunk), least + down), np.maximum(most, most + up)
+        return least - _SLOPE_ROUNDING, most + _SLOPE_ROUNDING
 
     def speed(self, share: FloatArray) -> FloatArray:
         """The speed [m/s] at a share of the interval, shape (n,)."""
         value = self.low + (self.high - self.low) * share
         return np.exp(value) if self.logarithmic else value
 
-    def certified(self, log_limit: FloatArray, *, least: float = 2.0**-15) -> FloatArray:
+    def certified(self, log_limit: FloatArray, *, least: float = _LAST) -> FloatArray:
         """Share of the interval up to which, from its low end, the bound stays within a limit on the whole patch.
 
-        It is a lower bound, shape (n,), NaN where there is none: the bound may stay within the limit for longer.
+        It is a lower bound, shape (n,): the bound may stay within the limit for longer. NaN where the bound may exceed
+        the limit at the low end.
         """
-        here = np.zeros(self.low.size)
-        share = frontier(lambda at, a, b: self.largest(a, b, at) <= log_limit[at], self.low.size, least)
-        return np.where(self.largest(here, here) <= log_limit, share, np.nan)
+        start = np.zeros(self.low.size)
+        share = frontier(lambda rows, a, b: self.largest(a, b, rows) <= log_limit[rows], self.low.size, least)
+        return np.where(self.largest(start, start) <= log_limit, share, np.nan)
 
     def exceeding(self, log_limit: FloatArray, *, least: float) -> FloatArray:
         """Share of the interval down to which, from its high end, the bound exceeds a limit everywhere, shape (n,)."""
-        return 1 - frontier(lambda at, a, b: self.smallest(1 - b, 1 - a, at) > log_limit[at], self.low.size, least)
+        return 1 - frontier(
+            lambda rows, a, b: self.smallest(1 - b, 1 - a, rows) > log_limit[rows], self.low.size, least
+        )
 
 
 def frontier(holds: Callable[[Indices, FloatArray, FloatArray], Mask], size: int, least: float) -> FloatArray:
-    """Share of an interval up to which something holds for certain, from 0, shape (size,).
+    """Share of an interval up to which a condition certainly holds, from 0 on, shape (size,).
 
     Parameters
     ----------
     holds : callable
-        Takes numbers of intervals and shares from, to, shape (m,); true where it holds for certain in between.
+        Takes numbers of intervals and shares from, to, shape (m,); true where the condition certainly holds in between.
     size : int
         Number of intervals.
     least : float
-        Steps are an eighth at first, halved where nothing is certain, down to this, and doubled where it is twice.
+        Shortest step. Steps are an eighth at first; one that fails is halved, two in a row that succeed double it.
     """
     share, step, again = np.zeros(size), np.full(size, _FIRST), np.zeros(size, dtype=np.bool_)
-    at = np.arange(size)
-    while at.size:
-        ahead = np.minimum(share[at] + step[at], 1.0)
-        certain = holds(at, share[at], ahead)
-        share[at[certain]] = ahead[certain]
-        step[at] *= np.where(certain, np.where(again[at], 2.0, 1.0), 0.5)
-        again[at] = certain
-        at = at[(share[at] < 1) & (step[at] >= least)]
+    rows = np.arange(size)
+    while rows.size:
+        ahead = np.minimum(share[rows] + step[rows], 1.0)
+        certain = holds(rows, share[rows], ahead)
+        share[rows[certain]] = ahead[certain]
+        step[rows] *= np.where(certain, np.where(again[rows], 2.0, 1.0), 0.5)
+        again[rows] = certain
+        rows = rows[(share[rows] < 1) & (step[rows] >= least)]
     return share
 
 
@@ -186,9 +197,9 @@ def enclose(force_map: ForceMap, bound: Bound, patches: Patches, low: FloatArray
     Raises
     ------
     InputError
-        A bound of another kind than FixedMargin and ToleranceBound, of which nothing can be certified.
+        A bound of another kind than FixedMargin and ToleranceBound, which cannot be enclosed.
     BoundNotAvailable
-        The map cannot carry the bound.
+        The bound cannot be computed for the map.
     """
     bound.require(force_map)
     logarithmic = force_map.form.logarithmic
@@ -204,8 +215,8 @@ def enclose(force_map: ForceMap, bound: Bound, patches: Patches, low: FloatArray
         numbers = [times * degree for degree in degrees]
         s, t, u = (_nodes(number) for number in numbers)
         distance, height = patches.places(s, t)
-        at = first[:, None] + (last - first)[:, None] * u
-        speed = (np.exp(at) if logarithmic else at)[:, None, None, :]
+        nodes = first[:, None] + (last - first)[:, None] * u
+        speed = (np.exp(nodes) if logarithmic else nodes)[:, None, None, :]
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
             values = function(distance[..., None], height[..., None], speed)
             return _bernstein(np.broadcast_to(values, np.broadcast_shapes(values.shape, speed.shape)), numbers)
@@ -230,7 +241,7 @@ def _degrees(force_map: ForceMap, flat: bool) -> tuple[int, int, int]:
 
 
 def _bernstein(values: FloatArray, degrees: list[int]) -> FloatArray:
-    """Coefficients (n, a * b, c) from values (n, a, b, c) at the nodes, moved apart by what rounding may hide."""
+    """Coefficients (n, a * b, c) from values (n, a, b, c) at the nodes, raised by what rounding may hide."""
     shift = _ROUNDING * (1 + np.abs(values).max(axis=(1, 2, 3), initial=0.0))
     for axis, degree in enumerate(degrees, start=1):
         inverse = _to_bernstein(degree)
@@ -242,7 +253,7 @@ def _bernstein(values: FloatArray, degrees: list[int]) -> FloatArray:
 
 @lru_cache(maxsize=64)
 def _nodes(degree: int) -> FloatArray:
-    """Chebyshev points of [0, 1], at which a polynomial of that degree is read without losing digits."""
+    """Chebyshev points of [0, 1], from which a polynomial of that degree is interpolated without losing digits."""
     return np.asarray(0.5 - 0.5 * np.cos(np.pi * (np.arange(degree + 1) + 0.5) / (degree + 1)))
 
 
@@ -269,7 +280,7 @@ def _part(coefficients: FloatArray, start: FloatArray, stop: FloatArray) -> Floa
 
 
 def _slopes(coefficients: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """At most the smallest, at least the largest derivative over the share of the interval, each of shape (n,)."""
+    """Lower and upper bound of the derivative over the share of the interval, each of shape (n,)."""
     degree = coefficients.shape[2] - 1
     if degree == 0:
         return np.zeros(len(coefficients)), np.zeros(len(coefficients))

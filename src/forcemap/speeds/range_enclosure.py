@@ -1,4 +1,4 @@
-"""Where the measured range begins and ends in speed on patches of places, from the corners of the patches."""
+"""Lowest and highest measured speeds on patches of places, enclosed by the corners of the patches."""
 
 from __future__ import annotations
 
@@ -7,13 +7,13 @@ import numpy as np
 from forcemap.arrays import FloatArray
 from forcemap.maps.measured_range import TOLERANCE, MeasuredRange
 
-_SLACK = 1e-8  # [m/s]; measured speeds this close are snapped to
+_SLACK = 1e-8  # [m/s]; more than the tolerance within which the range snaps to a measured speed
 
 
 def lowest_measured_speeds(
     measured_range: MeasuredRange, distance: FloatArray, height: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """At most the smallest, and at least the largest, lowest measured speed [m/s] on patches, each of shape (n,).
+    """Lower bound of the smallest and upper bound of the largest lowest measured speed [m/s] on patches, shapes (n,).
 
     Parameters
     ----------
@@ -28,11 +28,12 @@ def lowest_measured_speeds(
             plane = -(a_d * distance + a_h * height + b) / a_v
             least = np.maximum(least, plane.min(axis=1))
             most = np.maximum(most, plane.max(axis=1))
+    # Where the planes cross below the range, any lower bound above 0 will do: forms may hold ln v.
     return np.maximum(least - _SLACK, 0.5 * measured_range.lowest[2]), most + _SLACK
 
 
 def highest_measured_speed(measured_range: MeasuredRange, distance: FloatArray, height: FloatArray) -> FloatArray:
-    """At least the largest highest measured speed [m/s] on patches with these corners (n, k), shape (n,)."""
+    """Upper bound of the highest measured speed [m/s] on patches with corners of shape (n, k), shape (n,)."""
     most = np.full(len(distance), np.inf)
     for a_d, a_h, a_v, b in measured_range.facets.tolist():
         if a_v > TOLERANCE:
@@ -41,7 +42,7 @@ def highest_measured_speed(measured_range: MeasuredRange, distance: FloatArray, 
 
 
 def footprint(measured_range: MeasuredRange) -> MeasuredRange:
-    """The range of places: the measured range seen along the axis of speed."""
+    """The range of places: the measured range projected along the axis of speed."""
     points = measured_range.points.copy()
     points[:, 2] = 0.0
     return MeasuredRange(points)

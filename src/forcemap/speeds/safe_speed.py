@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from forcemap.arrays import FloatArray, Indices, Objects
+from forcemap.campaigns.dataset import StateTolerance
 from forcemap.errors import InputError
 from forcemap.findings import Finding, FindingKind
 from forcemap.limits.force_limits import Contact, ForceLimit, NewtonLimit
@@ -22,9 +23,11 @@ from forcemap.speeds.allowance import Allowance
 from forcemap.speeds.basis import Basis, basis_of
 from forcemap.speeds.crossings import highest_within, lowest_exceeded
 
-_PLACES_AT_ONCE = 32_768
-SAME_PLACE = 0.005  # repeats of a state may lie so far apart [m]
-"""States this close to a place were measured at it [m]."""
+REPEAT_DISTANCE = StateTolerance().place
+"""States this close to a place [m], along both axes, count as measured at it: as far apart as repeats of one state may
+lie."""
+
+_PLACES_AT_ONCE = 32_768  # bounds the memory of a search
 
 _COLUMNS = (
     "speed",
@@ -65,7 +68,7 @@ class SafeSpeed:
     speed : float or array
         Highest speed at contact confirmed [m/s], unrounded; NaN unless the outcome is capped or admissible.
     outcome : SpeedOutcome or array of object
-        What is known of it.
+        What is known of the speed.
     extrapolated_speed : float or array
         Where to measure next [m/s], a hint and no permission: where the bound, continued below the measured
         speeds, rises to the limit; 0.0 if it never lies below. NaN unless the bound makes it unconfirmed.
@@ -74,11 +77,12 @@ class SafeSpeed:
     predicted_force, bound_force : float or array
         Prediction and bound at that speed [N]; NaN where there is no speed.
     reason : Finding or array of object
-        Why.
+        The reason for the outcome.
     speed_to_program : float or array
         Highest speed to program [m/s], unrounded: the speed at contact less the overshoot. NaN where there is none.
     to_program_outcome, to_program_reason : SpeedOutcome, Finding or array of object
-        What is known of it, and why: `unconfirmed` where only the speed at contact is not below what was measured.
+        What is known of the speed to program, and why: `unconfirmed` where only the speed at contact reaches the lowest
+        measured speed.
     limit : float or array
         The force limit used [N].
     basis : Basis
@@ -127,8 +131,8 @@ def safe_speed(
     where the impacts table is not what its recordings gave. A spring from 0.9 to 1 of the area's raises the bound by
     the root of their ratio.
 
-    Beside it stands the speed to program, lower by the overshoot of the robot. Where that lies below the lowest speed
-    measured at the place, it is `unconfirmed`.
+    The result also has the speed to program, lower by the overshoot of the robot. It is `unconfirmed` where it lies
+    below the lowest speed measured at the place.
 
     Parameters
     ----------
@@ -257,33 +261,33 @@ def _safe_speed(
 ) -> tuple[Any, ...]:
     """The first columns of SafeSpeed, in its order, for places of shape (n,)."""
 
-    def said(why: Finding | None) -> Finding | None:
+    def with_unseen(why: Finding | None) -> Finding | None:
         return why and why.and_(*basis.unseen)
 
     low, high = force_map.measured_range.speeds(d, h)
     speed = np.full(d.size, np.nan)
     hint = speed.copy()
     outcome, reason = np.empty((2, d.size), dtype=object)
-    outcome[:], reason[:] = SpeedOutcome.OUTSIDE, said(Finding.of(FindingKind.OUTSIDE))
+    outcome[:], reason[:] = SpeedOutcome.OUTSIDE, with_unseen(Finding.of(FindingKind.OUTSIDE))
     inside = np.flatnonzero(~np.isnan(low))
 
     if not basis.permitted:
-        outcome[:], reason[:] = SpeedOutcome.NOT_PERMITTED, said(basis.refusal)
+        outcome[:], reason[:] = SpeedOutcome.NOT_PERMITTED, with_unseen(basis.refusal)
     elif basis.refusal:
-        outcome[inside], reason[inside] = SpeedOutcome.UNCONFIRMED, said(basis.refusal)
+        outcome[inside], reason[inside] = SpeedOutcome.UNCONFIRMED, with_unseen(basis.refusal)
     else:
-        at = d[inside], h[inside]
-        speed[inside] = highest_within(force_map, bound, *at, (low[inside], high[inside]), np.log(limit[inside]))
+        ends = low[inside], high[inside]
+        speed[inside] = highest_within(force_map, bound, d[inside], h[inside], ends, np.log(limit[inside]))
         for kind, where in (
             (SpeedOutcome.ADMISSIBLE, speed < high),
             (SpeedOutcome.CAPPED, speed >= high),
             (SpeedOutcome.UNCONFIRMED, np.isnan(speed) & ~np.isnan(low)),
         ):
-            outcome[where], reason[where] = kind, said(Finding.of(FindingKind(kind.value)))
+            outcome[where], reason[where] = kind, with_unseen(Finding.of(FindingKind(kind.value)))
         slower = np.flatnonzero(np.isnan(speed) & ~np.isnan(low)) if hints else np.empty(0, dtype=np.int64)
         hint[slower] = lowest_exceeded(force_map, bound, d[slower], h[slower], low[slower], np.log(limit[slower]))
         for state, where in _measured_beyond(force_map, d, h, limit, speed, "at_least"):
-            outcome[where], speed[where], reason[where] = SpeedOutcome.UNCONFIRMED, np.nan, said(state)
+            outcome[where], speed[where], reason[where] = SpeedOutcome.UNCONFIRMED, np.nan, with_unseen(state)
         for state, where in _measured_beyond(force_map, d, h, limit, speed, "highest"):
             reason[where] = [why.and_(state) for why in reason[where]]
     with_speed = np.flatnonzero(~np.isnan(speed))
@@ -297,7 +301,7 @@ def _safe_speed(
 def states_above(force_map: ForceMap, force: str, limit: float) -> Iterator[tuple[str, float, float, float, float]]:
     """Name, place [m], speed [m/s] and force [N] of all states of the campaign whose force lies above a limit [N].
 
-    The force is what they reached at least (`at_least`), or the highest that was measured (`highest`).
+    The force is the one that censored repeats reached at least (`at_least`), or the highest measured one (`highest`).
     """
     if force_map.fit is None:
         return
@@ -312,15 +316,15 @@ def _measured_beyond(
 ) -> Iterator[tuple[Finding, Indices]]:
     """States of the campaign, test ones too, whose `at_least` or `highest` force contradicts speeds at their place.
 
-    At a speed not above the one given they exceeded the limit. How far a censored impact exceeded it nobody knows, so
-    those refuse the speed; of measured ones the bound allows for some.
+    They exceeded the limit at a speed not above the one given. How far a censored impact exceeded it is unknown, so
+    such an impact refuses the speed; of measured ones the bound allows for some.
     """
     kind = {"at_least": FindingKind.REACHED_AT_PLACE, "highest": FindingKind.MEASURED_AT_PLACE}[force]
     order = np.argsort(d, kind="stable")
     for name, d_state, h_state, v, newtons in states_above(force_map, force, float(limit.min(initial=np.inf))):
-        first, last = np.searchsorted(d[order], (d_state - 2 * SAME_PLACE, d_state + 2 * SAME_PLACE))
+        first, last = np.searchsorted(d[order], (d_state - 2 * REPEAT_DISTANCE, d_state + 2 * REPEAT_DISTANCE))
         near = order[first:last]
-        here = (np.abs(d[near] - d_state) <= SAME_PLACE) & (np.abs(h[near] - h_state) <= SAME_PLACE)
+        here = (np.abs(d[near] - d_state) <= REPEAT_DISTANCE) & (np.abs(h[near] - h_state) <= REPEAT_DISTANCE)
         where = near[here & (speed[near] >= v) & (limit[near] < newtons)]
         if where.size:
             yield Finding.of(kind, state=name, force_N=newtons, speed_mps=v), where

@@ -15,6 +15,8 @@ from forcemap.maps.bounds import Bound
 from forcemap.maps.force_map import ForceMap
 from forcemap.speeds.safe_speed import SafeSpeed, SpeedOutcome, safe_speed
 
+_MOST_PLACES = 1_000_000  # of a grid; a choice: seconds, and some hundred megabytes
+
 
 @dataclass(frozen=True, eq=False)
 class SpeedMap:
@@ -75,7 +77,7 @@ def speed_map(
 def measured_grid(force_map: ForceMap, step: float) -> tuple[FloatArray, FloatArray]:
     """Distances and heights [m] at multiples of `step` [m] within the box around the measured range.
 
-    An axis on which no multiple lies gets its middle.
+    An axis too short for a multiple gets its middle.
 
     Raises
     ------
@@ -85,7 +87,7 @@ def measured_grid(force_map: ForceMap, step: float) -> tuple[FloatArray, FloatAr
     if not 0 < step < np.inf:
         raise InputError(f"step: found {step:g} m, expected a positive finite number")
     box = list(zip(force_map.measured_range.lowest[:2], force_map.measured_range.highest[:2], strict=True))
-    if np.prod([1 + (high - low) / step for low, high in box]) > 1e6:
+    if np.prod([1 + (high - low) / step for low, high in box]) > _MOST_PLACES:
         raise InputError(f"step: found {step:g} m, expected one that makes at most a million places")
     axes = []
     for low, high in box:

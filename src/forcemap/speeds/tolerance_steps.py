@@ -1,4 +1,4 @@
-"""The allowance of a tolerance bound between two leverages: sqrt(l) t'(l) in straight steps of sqrt(l)."""
+"""The allowance of a tolerance bound between two leverages: sqrt(l) t'(l), piecewise linear in sqrt(l)."""
 
 from __future__ import annotations
 
@@ -11,21 +11,24 @@ from forcemap.arrays import FloatArray
 from forcemap.maps.bounds import ToleranceBound, tolerance_nodes
 from forcemap.maps.force_map import ForceMap
 
+_ROUNDING_UP = 1e-12  # of ln of the bound, added to an upper bound of it
+_ROUNDING_DOWN = 1e-9  # the same, subtracted from a lower bound
+
 
 @dataclass(frozen=True, eq=False)
 class ToleranceSteps:
-    """What a tolerance bound adds to ln F, a function of the leverage that is straight between nodes of sqrt(l).
+    """What a tolerance bound adds to ln F: a function of the leverage that is linear between nodes of sqrt(l).
 
     Parameters
     ----------
     root : array, shape (k,)
         Nodes of sqrt(l).
     highest : array, shape (k,)
-        Largest allowance up to each node, beyond the last node with the slope of `last_slope`.
+        Largest allowance up to each node; beyond the last node it grows with the slope `last_slope`.
     last_slope : float
         Slope beyond the last node.
     steepest, falling : array, shape (k,)
-        Largest and smallest slope of the allowance over sqrt(l) up to each node, not below and not above 0: at low
+        Largest slope of the allowance over sqrt(l) up to each node, at least 0, and smallest one, at most 0: at low
         confidence the allowance falls in part.
     lowest : array, shape (k,)
         Smallest allowance from each node on.
@@ -43,7 +46,7 @@ class ToleranceSteps:
 
     @classmethod
     def of(cls, bound: ToleranceBound, force_map: ForceMap) -> Self:
-        """The allowance of a bound on a map that carries it."""
+        """The allowance of a bound that can be computed for a map."""
         root, factor, last_slope = tolerance_nodes(bound, force_map)
         deviation = force_map.require_fit().state_sd
         allowance = deviation * factor
@@ -56,31 +59,31 @@ class ToleranceSteps:
         return cls(root, highest, max(float(slopes[-1]), 0.0), steepest, falling, lowest, error)
 
     def largest(self, log_force: FloatArray, leverage: FloatArray) -> FloatArray:
-        """At least ln of the bound where ln F and the leverage are at most these."""
+        """Upper bound of ln of the bound where ln F and the leverage are at most these."""
         root = np.sqrt(np.maximum(leverage, 0.0))
         beyond = np.maximum(root - self.root[-1], 0.0) * self.last_slope
         allowance = np.interp(root, self.root, self.highest) + beyond
-        return np.asarray(np.maximum(log_force + allowance, self._log_with_error(log_force)) + 1e-12)
+        return np.asarray(np.maximum(log_force + allowance, self._log_with_error(log_force)) + _ROUNDING_UP)
 
     def smallest(self, log_force: FloatArray, leverage: FloatArray) -> FloatArray:
-        """At most ln of the bound where ln F and the leverage are at least these."""
+        """Lower bound of ln of the bound where ln F and the leverage are at least these."""
         allowance = np.interp(np.sqrt(np.maximum(leverage, 0.0)), self.root, self.lowest)
-        return np.asarray(np.maximum(log_force + allowance, self._log_with_error(log_force)) - 1e-9)
+        return np.asarray(np.maximum(log_force + allowance, self._log_with_error(log_force)) - _ROUNDING_DOWN)
 
     def _log_with_error(self, log_force: FloatArray) -> FloatArray:
-        """ln (F + device error); infinite where no number holds F."""
+        """ln (F + device error); infinite where F overflows."""
         with np.errstate(over="ignore"):
             return np.asarray(np.log(np.exp(log_force) + self.error))
 
     def share(self, log_force: FloatArray) -> FloatArray:
-        """At most F / (F + device error) where ln F is at least this: what the error leaves of a slope of ln F."""
+        """Lower bound of F / (F + device error), the slope of ln(F + error) over ln F, where ln F is at least this."""
         with np.errstate(over="ignore"):
             return np.asarray(1 / (1 + self.error * np.exp(-log_force)))
 
     def slopes(
         self, falls: FloatArray, rises: FloatArray, least: FloatArray, most: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """At most and at least the slope of the allowance, for leverages from `least` to `most` and their slopes."""
+        """Lower and upper bound of the slope of the allowance where leverages lie between `least` and `most`."""
         step = np.clip(np.searchsorted(self.root, np.sqrt(np.maximum(most, 0.0))), 0, self.root.size - 1)
         with np.errstate(divide="ignore", invalid="ignore"):
             per_root = 1 / (2 * np.sqrt(np.maximum(least, 0.0)))

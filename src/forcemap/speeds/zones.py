@@ -15,7 +15,10 @@ from forcemap.maps.measured_range import MeasuredRange
 from forcemap.speeds.enclosures import Patches
 from forcemap.speeds.range_enclosure import footprint
 
-_PIECES = 32  # of a segment, when it is asked whether it touches a place
+_PIECES = 32  # boxes around a segment, for whether it touches a place; a choice: more boxes refuse fewer segments
+_LEAST_LENGTH = 1e-9  # [m]; a shorter segment has no direction
+_SAG_ROUNDING = 1e-15  # [m]; of the sag of the hyperbola below its chord
+_MOST_ZONES = 100_000  # of a grid; a choice: seconds to minutes
 
 
 class Regions(Protocol):
@@ -40,7 +43,7 @@ class Regions(Protocol):
         """Smaller parts, shape (c, m, 4), that together cover each part, shape (m, 4)."""
 
     def touching(self, distance: float, height: float, reach: float) -> Mask:
-        """True for the pieces that may come as close as `reach` [m] to a place [m], shape (n,)."""
+        """True for the pieces that may lie within `reach` [m] of a place [m], shape (n,)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,7 +110,7 @@ class Zones:
         return Patches(corner, first, np.stack([nothing, tall * (part[:, 3] - part[:, 2])], axis=1))
 
     def grown(self, reach: float) -> Zones:
-        """Zones that reach further by `reach` [m] on every side: where a robot may be that aims at these."""
+        """Zones larger by `reach` [m] on every side: where a robot may be that is programmed to be in these."""
         near = np.maximum(self.distance_from - reach, 0.0)
         return Zones(near, self.distance_to + reach, self.height_from - reach, self.height_to + reach)
 
@@ -120,7 +123,7 @@ class Zones:
         return np.stack([np.stack(quarter, axis=1) for quarter in quarters])
 
     def touching(self, distance: float, height: float, reach: float) -> Mask:
-        """True for the zones that come as close as `reach` [m] to a place [m] along both axes."""
+        """True for the zones within `reach` [m] of a place [m] along both axes."""
         return (
             (self.distance_from <= distance + reach)
             & (self.distance_to >= distance - reach)
@@ -155,7 +158,7 @@ class Segments:
             object.__setattr__(self, name, _finite("segment", array))
         if self.start.shape != self.end.shape:
             raise InputError("segments: expected as many starts as ends")
-        short = np.flatnonzero(np.linalg.norm(self.end - self.start, axis=1) < 1e-9)
+        short = np.flatnonzero(np.linalg.norm(self.end - self.start, axis=1) < _LEAST_LENGTH)
         if short.size:
             raise InputError(f"segment {short[0] + 1}: found no length, expected two different ends")
 
@@ -191,10 +194,10 @@ class Segments:
         return Zones(distance.min(axis=1), distance.max(axis=1), height.min(axis=1), height.max(axis=1))
 
     def extremes(self, measured_range: MeasuredRange) -> tuple[FloatArray, FloatArray]:
-        """Ends, nearest point, and where a segment runs along a facet of the range: d is a hyperbola over the length.
+        """Ends, nearest point, and the points where a segment is parallel to a facet of the range.
 
-        With u the share from the nearest point, d = sqrt(d0^2 + u^2 b^2), a facet a d + c h is extreme where
-        a u b^2 / d = -c (height gained).
+        d is a hyperbola over the length: with u the share from the nearest point, d = sqrt(d0^2 + u^2 b^2), and a facet
+        a d + c h is extreme where a u b^2 / d = -c (height gained).
         """
         along = self.end - self.start
         squares = np.square(along[:, :2]).sum(axis=1)
@@ -217,7 +220,7 @@ class Segments:
         crossed = (self.start[which, 0] * along[:, 1] - self.start[which, 1] * along[:, 0]) ** 2
         with np.errstate(divide="ignore", invalid="ignore"):
             bent = share**2 / 8 * crossed / least**3  # the second derivative of d is crossed / d^3
-        sag = np.minimum(np.where(np.isnan(bent), np.inf, bent), ends.max(axis=1) - least) + 1e-15
+        sag = np.minimum(np.where(np.isnan(bent), np.inf, bent), ends.max(axis=1) - least) + _SAG_ROUNDING
         first = np.stack([ends[:, 1] - ends[:, 0], heights[:, 1] - heights[:, 0]], axis=1)
         second = np.stack([-sag, np.zeros(len(part))], axis=1)
         return Patches(np.stack([ends[:, 0], heights[:, 0]], axis=1), first, second)
@@ -229,7 +232,7 @@ class Segments:
         return np.stack([np.stack([a, s, c, d], axis=1), np.stack([s, b, c, d], axis=1)])
 
     def touching(self, distance: float, height: float, reach: float) -> Mask:
-        """True for the segments of which a small box around a piece comes as close as `reach` [m] to a place [m]."""
+        """True for the segments with a box around a part of them within `reach` [m] of a place [m]."""
         edges = np.linspace(0.0, 1.0, _PIECES + 1)
         close = np.zeros(len(self), dtype=np.bool_)
         which = np.arange(len(self))
@@ -256,7 +259,7 @@ def zone_grid(measured_range: MeasuredRange, size: float) -> Zones:
         raise InputError(f"zone size: found {size:g} m, expected a positive finite number")
     lowest, highest = measured_range.lowest[:2], measured_range.highest[:2]
     counts = np.maximum(1, np.ceil((highest - lowest) / size - 1e-9))
-    if np.prod(counts) > 1e5:
+    if np.prod(counts) > _MOST_ZONES:
         raise InputError(f"zone size: found {size:g} m, expected one that makes at most 100 000 zones")
     d, h = (np.linspace(a, b, int(n) + 1) for a, b, n in zip(lowest, highest, counts, strict=True))
     return Zones.between(d, h)

@@ -1,4 +1,4 @@
-"""How fast may be measured where: slow to fast, and never beyond a force."""
+"""How fast each place may be measured: slow to fast, and never beyond a force."""
 
 from __future__ import annotations
 
@@ -13,17 +13,19 @@ from forcemap.maps.bounds import Bound
 from forcemap.maps.force_map import ForceMap
 from forcemap.planning import measured_before as before
 from forcemap.planning.expectation import Expectation, expected_forces, factor_of, never_falling, rest_of, source_of
-from forcemap.planning.measured_before import NEAR, SAME_PLACE
+from forcemap.planning.measured_before import NEAR, ONE_PLACE
 from forcemap.planning.places import PlaceRange
 
-_RUNG = 1.5  # how many times faster than what was measured there
-_FIRST_RUNG = 3.0  # the same before there is a bound; and than the slowest state nearby, where nothing was measured
-_SCATTER = 1.1  # what the force of a state may exceed a measured one by, before a bound tells
+# Choices, tried in simulated campaigns (docs/short_campaigns.md).
+_RUNG = 1.5  # times the speed measured at the place that may be planned, with a bound
+_FIRST_RUNG = 3.0  # the same before there is a bound; where nothing was measured, times the slowest speed nearby
+_SCATTER = 1.1  # factor by which the force of a state may exceed a measured one, before there is a bound
+_ROUNDING = 1e-9  # [m/s]
 
 
 @dataclass(frozen=True, eq=False)
 class OpeningLadder:
-    """Before there is a bound: by the expected force and what was measured.
+    """Speeds that may be measured before there is a bound: by the expected force and what was measured.
 
     Parameters
     ----------
@@ -32,7 +34,7 @@ class OpeningLadder:
     highest : float
         Force that no impact is to exceed [N].
     limit : float
-        Force limit [N]: above the slowest speed no state is measured that is expected to exceed it.
+        Force limit [N]: no state above the slowest speed is planned that is expected to exceed it.
     slowest : float
         Slowest speed [m/s].
     seen : States or None
@@ -51,11 +53,11 @@ class OpeningLadder:
     tolerance: StateTolerance
 
     def source(self, states: FloatArray) -> Finding | None:
-        """What the expected forces come from."""
+        """Where the expected forces come from."""
         return source_of(self.expectation, states)
 
     def upper_is(self) -> Finding:
-        """What `upper` is."""
+        """How `upper` is computed."""
         figures = {"factor": factor_of(self.expectation), "rest_N": rest_of(self.expectation), "near_mm": 1000 * NEAR}
         return Finding.of(FindingKind.UPPER_BY_EXPECTATION, **figures)
 
@@ -64,53 +66,55 @@ class OpeningLadder:
         return expected_forces(self.expectation, states)
 
     def upper(self, states: FloatArray) -> FloatArray:
-        """What the force is not expected to exceed [N], shape (n,).
+        """Force that is not expected to be exceeded [N], shape (n,).
 
-        At a place that was measured: by what its states tell, their force and a tenth, and above their speed the
-        expected increase times the factor, but above the fastest of them not less than its force in proportion to
-        speed. Elsewhere by the expected force and its margin, or by the worst that any place tells once all corners are
-        measured, and not less than the nearest place tells. Never below what was measured within 5 cm at a lower speed.
+        At a place that was measured, from its states: their force and a tenth, above their speed plus the expected
+        increase times the factor, and above the fastest of them not less than its force in proportion to speed.
+        Elsewhere the expected force with its margin, or, once all corners are measured, the largest force that any
+        measured place gives; not less than the nearest place gives. Never below what was measured within 5 cm at a
+        lower speed.
         """
         force = self.expected(states)
         model = np.maximum(factor_of(self.expectation) * force, force + rest_of(self.expectation))
         if self.seen is None:
             return model
         measured = before.measured_before(states, self.seen, self.tolerance)
-        return np.maximum(self._told(states, model, self.seen), measured)
+        return np.maximum(self._by_measured(states, model, self.seen), measured)
 
-    def _told(self, states: FloatArray, model: FloatArray, seen: States) -> FloatArray:
+    def _by_measured(self, states: FloatArray, model: FloatArray, seen: States) -> FloatArray:
+        """The model's force [N] of states, shape (n,), replaced by what the measured places give where they do."""
         known, force = seen.coordinates, _SCATTER * before.largest_force(seen)
         increase = np.maximum(self.expected(states)[:, None] - self.expected(known)[None, :], 0.0)
-        tells = force + factor_of(self.expectation) * increase
-        place = (self.place_range.apart(known, known) < SAME_PLACE).argmax(axis=1)  # the first state of each place
+        by_state = force + factor_of(self.expectation) * increase
+        place = (self.place_range.apart(known, known) < ONE_PLACE).argmax(axis=1)  # the first state of each place
         first = np.unique(place)
-        told = np.stack([np.where(place == one, tells, np.inf).min(axis=1) for one in first], axis=1)
-        top = np.array([np.where(place == one, seen.speed, 0.0).argmax() for one in first])
+        by_place = np.stack([np.where(place == number, by_state, np.inf).min(axis=1) for number in first], axis=1)
+        top = np.array([np.where(place == number, seen.speed, 0.0).argmax() for number in first])
         in_proportion = force[top] * np.maximum(states[:, 2:] / seen.speed[top], 1.0)
-        told = np.maximum(told, np.where(states[:, 2:] > seen.speed[top], in_proportion, 0.0))
+        by_place = np.maximum(by_place, np.where(states[:, 2:] > seen.speed[top], in_proportion, 0.0))
         apart = self.place_range.apart(states, known[first])
-        nearest = told[np.arange(len(states)), apart.argmin(axis=1)]
+        nearest = by_place[np.arange(len(states)), apart.argmin(axis=1)]
         corners = np.column_stack([self.place_range.grid(2), np.zeros(4)])
-        if np.all(self.place_range.apart(corners, known).min(axis=1) < SAME_PLACE):
-            model = np.minimum(model, told.max(axis=1))
-        return np.asarray(np.where(apart.min(axis=1) < SAME_PLACE, nearest, np.maximum(model, nearest)))
+        if np.all(self.place_range.apart(corners, known).min(axis=1) < ONE_PLACE):
+            model = np.minimum(model, by_place.max(axis=1))
+        return np.asarray(np.where(apart.min(axis=1) < ONE_PLACE, nearest, np.maximum(model, nearest)))
 
     def allows(self, states: FloatArray) -> Mask:
         """Which states may be measured, shape (n,)."""
         allowed = (self.expected(states) <= self.limit) | (states[:, 2] <= self.slowest)
         fastest: FloatArray | float = self.slowest
         if self.seen is not None:
-            same = self.place_range.apart(states, self.seen.coordinates) < SAME_PLACE
-            there = np.where(same, self.seen.speed, 0.0).max(axis=1)
-            fastest = np.where(same.any(axis=1), there, before.slowest_nearby(states, self.seen, self.place_range))
+            same = self.place_range.apart(states, self.seen.coordinates) < ONE_PLACE
+            measured = np.where(same, self.seen.speed, 0.0).max(axis=1)
+            fastest = np.where(same.any(axis=1), measured, before.slowest_nearby(states, self.seen, self.place_range))
             allowed &= ~before.saturated_before(states, self.seen, self.place_range, self.tolerance)
-        allowed &= states[:, 2] <= _FIRST_RUNG * fastest + 1e-9
+        allowed &= states[:, 2] <= _FIRST_RUNG * fastest + _ROUNDING
         return np.asarray(allowed & (self.upper(states) <= self.highest))
 
 
 @dataclass(frozen=True, eq=False)
 class BoundLadder:
-    """With a bound: by the bound, and not much faster than what was measured there.
+    """Speeds that may be measured once there is a bound: by the bound, and not much faster than measured before.
 
     Parameters
     ----------
@@ -133,7 +137,7 @@ class BoundLadder:
     tolerance: StateTolerance
 
     def source(self, states: FloatArray) -> Finding | None:
-        """What the expected forces come from."""
+        """Where the expected forces come from."""
         return Finding.of(FindingKind.EXPECTED_BY_STATES, states=len(self.force_map.measured_range.points))
 
     def expected(self, states: FloatArray) -> FloatArray:
@@ -141,13 +145,13 @@ class BoundLadder:
         return np.asarray(self.force_map.predict(*states.T))
 
     def upper(self, states: FloatArray) -> FloatArray:
-        """The bound [N], shape (n,), raised where what was measured within 5 cm at a lower speed contradicts it.
+        """The bound [N], shape (n,), raised where forces measured within 5 cm at a lower speed contradict it.
 
         It does not fall with speed; above the fastest speed measured at the place it rises at least in proportion.
         """
 
-        def bound(at: FloatArray) -> FloatArray:
-            return np.asarray(self.bound.upper(self.force_map, *at.T))
+        def bound(points: FloatArray) -> FloatArray:
+            return np.asarray(self.bound.upper(self.force_map, *points.T))
 
         upper = never_falling(bound, states, *self._measured(states))
         return before.raised_by_measured(upper, states, self.seen, bound(self.seen.coordinates), self.tolerance)
@@ -160,7 +164,7 @@ class BoundLadder:
         return np.where(np.isnan(low), nearest, low), np.where(np.isnan(high), nearest, high)
 
     def upper_is(self) -> Finding:
-        """What `upper` is."""
+        """How `upper` is computed."""
         return Finding.of(FindingKind.UPPER_BY_BOUND, bound=self.bound, near_mm=1000 * NEAR)
 
     def allows(self, states: FloatArray) -> Mask:
@@ -168,4 +172,4 @@ class BoundLadder:
         nearby = before.slowest_nearby(states, self.seen, self.place_range)
         rung = np.minimum(_RUNG * self._measured(states)[1], _FIRST_RUNG * nearby)
         allowed = ~before.saturated_before(states, self.seen, self.place_range, self.tolerance)
-        return np.asarray(allowed & (self.upper(states) <= self.highest) & (states[:, 2] <= rung + 1e-9))
+        return np.asarray(allowed & (self.upper(states) <= self.highest) & (states[:, 2] <= rung + _ROUNDING))

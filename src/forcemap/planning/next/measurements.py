@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
+from functools import cached_property
 
 import numpy as np
 
@@ -21,26 +22,39 @@ from forcemap.maps.bounds import MIN_DEGREES_OF_FREEDOM, FixedMargin, ToleranceB
 from forcemap.maps.fit import fit_force_map
 from forcemap.maps.force_map import ForceMap
 from forcemap.maps.forms import CFM_3D, Form
-from forcemap.planning.design import check_limit, require_whole
+from forcemap.planning.design import LARGEST, check_limit, require_whole
 from forcemap.planning.expectation import Expectation, StandardExpectation
+from forcemap.planning.measurements import REPEATS
 from forcemap.planning.next.ladder import BoundLadder, OpeningLadder
 from forcemap.planning.next.outlook import Outlook
 from forcemap.planning.next.search import Search
 from forcemap.planning.places import PlaceRange
 from forcemap.planning.plan_warnings import FEW_STATES, map_warnings
 from forcemap.planning.runs import runs_of, slow_to_fast
+from forcemap.planning.spread_states import STATES
 from forcemap.speeds.basis import Basis, doubts_of_fit, limit_basis
 from forcemap.speeds.enclosures import Patches, enclose
 from forcemap.speeds.safe_speed import safe_speed
 
+SPEEDS = (0.05, 0.40)
+"""Slowest and fastest speed that may be planned, unless stated [m/s]; a choice."""
+
+BATCH = 4
+"""States to plan at most, unless stated; a choice, tried in simulated campaigns (docs/short_campaigns.md)."""
+
+LEAST_GAIN = 0.0003
+"""Mean confirmed speed [m/s] that a further state must be expected to gain, unless stated; a choice, tried likewise."""
+
+# Choices, tried in simulated campaigns (docs/short_campaigns.md).
 _PLACES = 9  # along each axis, at which confirmed speeds are counted
-_CANDIDATE_PLACES = 9  # along each axis
+_CANDIDATE_PLACES = 9  # along each axis, to choose from
 _SPEED_STEP = 0.02  # [m/s] between the speeds to choose from; the slowest is among them
-_AIM = 0.93  # of the limit: where the bound reaches it, the prediction lies about this far below
-_AHEAD = 3  # batches for which the gain is foreseen at most
-_BUDGET = 27  # states of a campaign, the paper's number
-_FURTHER = 12  # states that a campaign may go on for, or that a spent budget is weighed against
+_AIM = 0.93  # share of the limit: where the bound reaches the limit, the prediction lies about this low
+_AHEAD = 3  # batches for which the gain is predicted at most
+_FURTHER = 12  # states by which a campaign may exceed its usual number, or with which a spent budget is compared
 _NEARLY = 0.9  # share of the places that counts as nearly everywhere
+
+_DECIMALS, _ROUNDING = 6, 1e-9  # of the speeds to choose from [m/s]
 
 
 class Stop(StrEnum):
@@ -54,17 +68,17 @@ class Stop(StrEnum):
 
 @dataclass(frozen=True, eq=False)
 class NextMeasurements:
-    """What to measure next, or why to stop; places are a grid over the range of places.
+    """What to measure next, or why to stop; counted on a grid over the range of places.
 
     Parameters
     ----------
     places : int
-        Number of places at which speeds are counted.
+        Number of places of the grid.
     confirmed, expected_confirmed : int
         Places with an admissible or capped speed: now, and expected after these runs.
     speed, expected_speed : float
         Mean over all places of the confirmed speed, 0 where there is none [m/s]: now, and expected after these runs;
-        NaN where no bound can be had.
+        NaN where there is no bound yet.
     simulated : bool
         True if the impacts so far are simulated.
     plan : MeasurementPlan or None
@@ -74,12 +88,12 @@ class NextMeasurements:
     reasons : tuple of Finding
         Why these states, or why to stop.
     upper_force : array
-        What the force of every run is not expected to exceed [N], shape (runs,): by the bound once there is one, and
-        never below what was measured within 5 cm at a lower speed.
+        Force that every run is expected not to exceed [N], shape (runs,): by the bound once there is one, and never
+        below what was measured within 5 cm at a lower speed.
     upper_is : Finding or None
-        What these figures are.
+        How these figures are computed.
     warnings : tuple of Finding
-        What is to be said first: what the states say against the map, then against the plan.
+        What must be said first: doubts about the map, then about the plan.
     """
 
     places: int
@@ -103,34 +117,34 @@ def next_measurements(
     contact: Contact | None = None,
     distances: Sequence[float] = (),
     heights: Sequence[float] = (),
-    speeds: Sequence[float] = (0.05, 0.40),
+    speeds: Sequence[float] = SPEEDS,
     form: Form = CFM_3D,
     bound: ToleranceBound = ToleranceBound(),  # noqa: B008 - frozen
     expected_force: Expectation | None = None,
     largest_force: float = math.inf,
-    batch: int = 4,
+    batch: int = BATCH,
     states: int | None = None,
-    repeats: int = 3,
-    least_gain: float = 0.0003,
+    repeats: int = REPEATS,
+    least_gain: float = LEAST_GAIN,
     seed: int = 0,
 ) -> NextMeasurements:
-    """Tell which states to measure next, so that a limit is confirmed at more places and up to higher speeds.
+    """Choose the states to measure next, so that a limit is confirmed at more places and up to higher speeds.
 
-    While the states are too few for a bound, an opening: the corners of the place range at the slowest speed, and
-    states that determine the form best, slow to fast and far to near, none but the slowest expected above the limit.
+    An opening, as long as the states are too few for a bound: the corners of the place range at the slowest speed, and
+    states that determine the form best, slow to fast and far to near; only the slowest may be expected above the limit.
     Afterwards the states that make the prediction most precise where it reaches the limit: I-optimal for all states
-    left in the budget, of these the most useful batch; and the corners at a slow speed where places lie below every
-    measured speed.
+    left in the budget, of these the most useful batch; and the corners at a slow speed where the limit is only met
+    below every measured speed.
 
     No state is planned whose force may exceed the device range less its error, or `largest_force`: before there is a
-    bound, by the expected force with its margin and by what was measured nearest; afterwards by the bound, and never
-    at more than 1.5 times the speed measured there. Nor may it by what was measured within 5 cm at a lower speed: where
-    that lies above the bound, the force of the fastest such impact is continued in proportion to speed.
+    bound, judged by the expected force with its margin and by the nearest measured forces; afterwards by the bound, and
+    never at more than 1.5 times the speed measured there. Forces measured within 5 cm at a lower speed count, too:
+    where one lies above the bound, the force of the fastest such impact is extrapolated in proportion to speed.
 
     Parameters
     ----------
     measured : ImpactDataset or Conditions
-        The impacts so far, of which those to train count; the conditions alone if there are none.
+        The impacts so far, of which those with role train count; the conditions alone if there are none.
     limit : float or ForceLimit
         Force limit to confirm [N]; or the limits of a body area together with `contact`.
     contact : Contact, optional
@@ -148,16 +162,16 @@ def next_measurements(
     largest_force : float
         No impact is to exceed this force [N]; the device range less its error holds anyway.
     batch : int
-        How many states to plan at most.
+        The most states to plan.
     states : int, optional
-        Budget: states of the whole campaign. If not given, 27, or 12 more than are measured if that is more: a whole
-        campaign goes on while there is something to gain.
+        Budget: states of the whole campaign. If not given, 27, or 12 more than are measured if that is more: a campaign
+        goes on as long as there is something to gain.
     repeats : int
         Impacts of every state.
     least_gain : float
         Stop where a further state is expected to raise the mean confirmed speed by less [m/s], and 18 are measured.
     seed : int
-        Of the search for states.
+        Seed of the search for states.
 
     Returns
     -------
@@ -166,7 +180,7 @@ def next_measurements(
     Raises
     ------
     InputError
-        A figure outside its range, neither device range nor largest force, or nothing that tells the force to expect.
+        A figure outside its range, neither device range nor largest force stated, or no source of the force to expect.
     ContactNotPermitted
         The standard permits no contact with the body area.
 
@@ -174,96 +188,232 @@ def next_measurements(
     --------
     >>> from forcemap import Conditions, Device
     >>> cell = Conditions(device=Device(range=500.0, error=3.0), moving_mass=30.0)
-    >>> found = next_measurements(cell, 140.0, distances=(0.52, 0.89), heights=(0.14, 0.46))
-    >>> found.plan.states
+    >>> opening = next_measurements(cell, 140.0, distances=(0.52, 0.89), heights=(0.14, 0.46))
+    >>> opening.plan.states
     ('d890-h140-v50', 'd890-h460-v50', 'd705-h420-v50', 'd520-h140-v50')
     """
-    share = 1.0  # a plan has the speeds that the campaign states, and so has what it is planned by
+    share = 1.0  # a plan states speeds as the campaign does, and is computed in these
     if isinstance(measured, ImpactDataset):
         share, measured = float(measured.conditions.at_contact(np.array(1.0))), measured.as_stated
     dataset = measured if isinstance(measured, ImpactDataset) and len(measured.train) else None
-    known = dataset.train.states if dataset is not None else None
     seen = measured.states if isinstance(measured, ImpactDataset) else None
     conditions = measured.conditions if isinstance(measured, ImpactDataset) else measured
     if not isinstance(bound, ToleranceBound):
         raise InputError(f"bound: found {bound!r}, expected a ToleranceBound: a margin does not tell what is gained")
     usable = _limit_to_confirm(limit, contact, conditions, dataset)
-    newtons, level = float(usable.newtons), float(usable.level)
     slowest, fastest = _check_budget(speeds, batch, states, repeats, least_gain)
-    highest = _highest_force(conditions, dataset, largest_force, newtons)
+    highest = _highest_force(conditions, dataset, largest_force, float(usable.newtons))
+    known = dataset.train.states if dataset is not None else None
     place_range = PlaceRange.of(distances, heights, known)
-    tolerance = StateTolerance.stated(conditions.place_tolerance, conditions.speed_tolerance)
-    tolerance = dataset.tolerance if dataset is not None else tolerance
-    search = Search(place_range, form, tolerance, seed)
-    steps = np.round(np.arange(slowest, fastest + 1e-9, _SPEED_STEP), 6)
-    candidates = place_range.states(_CANDIDATE_PLACES, steps, PLACE_SIZE)
-    so_far = len(known) if known is not None else 0
-    left = (max(_BUDGET, so_far + _FURTHER) if states is None else states) - so_far
+    stated_tolerance = StateTolerance.stated(conditions.place_tolerance, conditions.speed_tolerance)
+    aim = _Aim(
+        basis=usable,
+        conditions=conditions,
+        known=known,
+        seen=seen,
+        share=share,
+        bound=bound,
+        slowest=slowest,
+        fastest=fastest,
+        highest=highest,
+        place_range=place_range,
+        tolerance=dataset.tolerance if dataset is not None else stated_tolerance,
+        form=form,
+        batch=batch,
+        states=states,
+        least_gain=least_gain,
+        seed=seed,
+    )
     force_map, no_bound = _map_with_bound(dataset, form, bound)
-    targets = place_range.grid(_PLACES)
-    now, has_speed = _confirmed(force_map, targets, level, bound, share)
-
-    def stop(why: Stop, *reasons: Finding | None) -> NextMeasurements:
-        return replace(now, stop=why, reasons=tuple(reason for reason in reasons if reason))
-
-    kind = FindingKind
+    now, has_speed = _confirmed(force_map, aim.targets, aim.level, bound, share)
     if usable.refusals:
-        return stop(Stop.LIMIT_NOT_USABLE, Finding.of(kind.LIMIT_NOT_CONFIRMABLE, *usable.refusals))
-    warnings = usable.notes if math.isnan(conditions.device.stiffness) else ()
-    ladder: OpeningLadder | BoundLadder
+        return _stopped(now, Stop.LIMIT_NOT_USABLE, Finding.of(FindingKind.LIMIT_NOT_CONFIRMABLE, *usable.refusals))
     if force_map is None or known is None or seen is None:
-        if left <= 0:
-            return stop(Stop.BUDGET, Finding.of(kind.BUDGET_SPENT, *no_bound, states=states, further=so_far + _FURTHER))
-        expectation = expected_force or StandardExpectation.of(conditions)
-        if expectation is None:
-            raise InputError(
-                "expected force: nothing tells it before there is a bound; state the robot's moving mass, or give a "
-                "map of a similar robot"
-            )
-        ladder = OpeningLadder(expectation, highest, newtons, slowest, seen, place_range, tolerance)
-        chosen = search.opening(candidates[ladder.allows(candidates)], known, min(batch, left), left)
-        if not len(chosen):
-            return stop(Stop.OUT_OF_REACH, Finding.of(kind.NONE_EXPECTED_WITHIN, force_N=highest), _saturated(seen))
-        now = replace(now, reasons=(Finding.of(kind.OPENING, *no_bound),))
+        choice = _opening(aim, now, expected_force or StandardExpectation.of(conditions), no_bound)
     else:
-        ladder = BoundLadder(force_map, bound, highest, seen, place_range, tolerance)
-        reach = _reach(force_map, targets, _AIM * level, slowest, fastest)
-        can = ~np.isnan(reach)
-        hopeless = _hopeless(bound.upper(force_map, targets[:, 0], targets[:, 1], slowest) > level, newtons, slowest)
-        if not can.any():
-            nowhere = Finding.of(kind.EXPECTED_NOWHERE, limit_N=newtons, slowest_mps=slowest)
-            return stop(Stop.NOTHING_TO_GAIN, nowhere, hopeless)
-        wanted = np.column_stack([targets, reach])[can]
-        ahead = min(left, _AHEAD * batch) if left > 0 else _FURTHER
-        candidates = candidates[ladder.allows(candidates)]
-        planned = search.refining(candidates, known, wanted, wanted[~has_speed[can]], ahead)
-        if not len(planned):
-            return stop(Stop.OUT_OF_REACH, Finding.of(kind.NO_BOUND_WITHIN, force_N=highest), _saturated(seen))
-        outlook = Outlook(force_map, bound, targets, level, fastest)
-        before = share * outlook.speeds(planned[:0])
-        raised = max(float(np.mean(share * outlook.speeds(planned) - before)), 0.0)
-        each = raised / len(planned)
-        gain = Finding.of(kind.GAIN_OF_MORE, states=len(planned), gain_mps=raised, each_mps=each)
-        if left <= 0:
-            return stop(Stop.BUDGET, Finding.of(kind.BUDGET_SPENT, gain, states=states, further=so_far + _FURTHER))
-        if each < least_gain and so_far >= FEW_STATES:  # fewer that happen to scatter little would end a campaign
-            return stop(Stop.NOTHING_TO_GAIN, hopeless, Finding.of(kind.TOO_LITTLE_GAIN, gain, least_mps=least_gain))
-        chosen = search.first(planned, known, wanted, min(batch, left))
-        after = share * outlook.speeds(chosen)
-        these, slower = float(np.mean(after - before)), int(np.sum(chosen[:, 2] < known.speed.min()))
-        below = {"slower": slower, "places": int(np.sum(can & ~has_speed))}
-        fewest = FEW_STATES if each < least_gain and so_far < FEW_STATES else None
-        later = Finding.of(kind.GAIN_LATER, gain, **below, fewest=fewest)
-        reason = Finding.of(kind.GAIN_OF_THESE, gain_mps=these) if these > 0 else later
-        warnings = (*warnings, *map_warnings(force_map, chosen))
-        count, mean = int(np.sum(after > 0)), float(np.mean(after))
-        now = replace(now, reasons=(reason,), expected_confirmed=count, expected_speed=mean)
-    chosen = slow_to_fast(chosen)
-    expected, source = ladder.expected(chosen), ladder.source(chosen)
-    plan = runs_of(chosen, repeats, expected, expected_from=source, warnings=warnings)
-    upper = np.repeat(ladder.upper(chosen), repeats)
-    said = tuple(dict.fromkeys((*now.warnings, *plan.warnings)))
-    return replace(now, plan=plan, upper_force=upper, upper_is=ladder.upper_is(), warnings=said)
+        choice = _refinement(aim, now, force_map, known, seen, has_speed)
+    return choice if isinstance(choice, NextMeasurements) else choice.planned(repeats)
+
+
+@dataclass(frozen=True, eq=False)
+class _Aim:
+    """What is to be confirmed within which ranges and budget, and what was measured so far.
+
+    Parameters
+    ----------
+    basis : Basis
+        The limit, and what of the impacts forbids it.
+    conditions : Conditions
+        The conditions of the measurement.
+    known, seen : States or None
+        The states to train; everything measured, test states too. None if there are none.
+    share : float
+        Speed at contact that counts over the speed that the campaign states.
+    bound : ToleranceBound
+        The bound that confirms.
+    slowest, fastest : float
+        Speeds that may be planned [m/s].
+    highest : float
+        Force that no impact is to exceed [N].
+    place_range, tolerance, form, batch, states, least_gain, seed
+        As in `next_measurements`.
+    """
+
+    basis: Basis
+    conditions: Conditions
+    known: States | None
+    seen: States | None
+    share: float
+    bound: ToleranceBound
+    slowest: float
+    fastest: float
+    highest: float
+    place_range: PlaceRange
+    tolerance: StateTolerance
+    form: Form
+    batch: int
+    states: int | None
+    least_gain: float
+    seed: int
+
+    @property
+    def newtons(self) -> float:
+        """The limit [N]."""
+        return float(self.basis.newtons)
+
+    @property
+    def level(self) -> float:
+        """Force that the bound, not raised, must not exceed [N]."""
+        return float(self.basis.level)
+
+    @property
+    def measured(self) -> int:
+        """Number of states measured so far."""
+        return 0 if self.known is None else len(self.known)
+
+    @property
+    def further(self) -> int:
+        """States up to which the campaign may go on, from those measured now."""
+        return self.measured + _FURTHER
+
+    @property
+    def left(self) -> int:
+        """States left in the budget."""
+        return (max(STATES, self.further) if self.states is None else self.states) - self.measured
+
+    @property
+    def search(self) -> Search:
+        """The search for states."""
+        return Search(self.place_range, self.form, self.tolerance, self.seed)
+
+    @property
+    def candidates(self) -> FloatArray:
+        """States to choose from, shape (n, 3)."""
+        steps = np.round(np.arange(self.slowest, self.fastest + _ROUNDING, _SPEED_STEP), _DECIMALS)
+        return self.place_range.states(_CANDIDATE_PLACES, steps, PLACE_SIZE)
+
+    @cached_property
+    def targets(self) -> FloatArray:
+        """Places at which confirmed speeds are counted, shape (n, 2)."""
+        return self.place_range.grid(_PLACES)
+
+    @property
+    def warnings(self) -> tuple[Finding, ...]:
+        """What is to be said first of the device."""
+        return self.basis.notes if math.isnan(self.conditions.device.stiffness) else ()
+
+
+@dataclass(frozen=True, eq=False)
+class _Choice:
+    """States to measure next, the ladder that allows them, what is confirmed now, and warnings."""
+
+    states: FloatArray
+    ladder: OpeningLadder | BoundLadder
+    now: NextMeasurements
+    warnings: tuple[Finding, ...]
+
+    def planned(self, repeats: int) -> NextMeasurements:
+        """The answer with the runs of these states."""
+        states, ladder = slow_to_fast(self.states), self.ladder
+        expected, source = ladder.expected(states), ladder.source(states)
+        plan = runs_of(states, repeats, expected, expected_from=source, warnings=self.warnings)
+        upper = np.repeat(ladder.upper(states), repeats)
+        warnings = tuple(dict.fromkeys((*self.now.warnings, *plan.warnings)))
+        return replace(self.now, plan=plan, upper_force=upper, upper_is=ladder.upper_is(), warnings=warnings)
+
+
+def _stopped(now: NextMeasurements, why: Stop, *reasons: Finding | None) -> NextMeasurements:
+    """The answer that nothing more is to be measured."""
+    return replace(now, stop=why, reasons=tuple(reason for reason in reasons if reason))
+
+
+def _opening(
+    aim: _Aim, now: NextMeasurements, expectation: Expectation | None, no_bound: tuple[Finding, ...]
+) -> _Choice | NextMeasurements:
+    """The next states before there is a bound, or why to stop."""
+    kind = FindingKind
+    if aim.left <= 0:
+        spent = Finding.of(kind.BUDGET_SPENT, *no_bound, states=aim.states, further=aim.further)
+        return _stopped(now, Stop.BUDGET, spent)
+    if expectation is None:
+        raise InputError(
+            "expected force: nothing tells it before there is a bound; state the robot's moving mass, or give a "
+            "map of a similar robot"
+        )
+    place_range, tolerance = aim.place_range, aim.tolerance
+    ladder = OpeningLadder(expectation, aim.highest, aim.newtons, aim.slowest, aim.seen, place_range, tolerance)
+    candidates = aim.candidates
+    allowed = candidates[ladder.allows(candidates)]
+    chosen = aim.search.opening(allowed, aim.known, min(aim.batch, aim.left), aim.left)
+    if not len(chosen):
+        nowhere = Finding.of(kind.NONE_EXPECTED_WITHIN, force_N=aim.highest)
+        return _stopped(now, Stop.OUT_OF_REACH, nowhere, _saturated(aim.seen))
+    now = replace(now, reasons=(Finding.of(kind.OPENING, *no_bound),))
+    return _Choice(chosen, ladder, now, aim.warnings)
+
+
+def _refinement(
+    aim: _Aim, now: NextMeasurements, force_map: ForceMap, known: States, seen: States, has_speed: Mask
+) -> _Choice | NextMeasurements:
+    """The next states where the bound matters most, or why to stop; `has_speed` marks confirmed targets."""
+    kind, bound, targets, left = FindingKind, aim.bound, aim.targets, aim.left
+    ladder = BoundLadder(force_map, bound, aim.highest, seen, aim.place_range, aim.tolerance)
+    reach = _reach(force_map, targets, _AIM * aim.level, aim.slowest, aim.fastest)
+    can = ~np.isnan(reach)
+    exceeds = bound.upper(force_map, targets[:, 0], targets[:, 1], aim.slowest) > aim.level
+    hopeless = _hopeless(exceeds, aim.newtons, aim.slowest)
+    if not can.any():
+        nowhere = Finding.of(kind.EXPECTED_NOWHERE, limit_N=aim.newtons, slowest_mps=aim.slowest)
+        return _stopped(now, Stop.NOTHING_TO_GAIN, nowhere, hopeless)
+    wanted = np.column_stack([targets, reach])[can]
+    ahead = min(left, _AHEAD * aim.batch) if left > 0 else _FURTHER
+    search, candidates = aim.search, aim.candidates
+    allowed = candidates[ladder.allows(candidates)]
+    planned = search.refining(allowed, known, wanted, wanted[~has_speed[can]], ahead)
+    if not len(planned):
+        nowhere = Finding.of(kind.NO_BOUND_WITHIN, force_N=aim.highest)
+        return _stopped(now, Stop.OUT_OF_REACH, nowhere, _saturated(seen))
+    outlook = Outlook(force_map, bound, targets, aim.level, aim.fastest)
+    before = aim.share * outlook.speeds(planned[:0])
+    raised = max(float(np.mean(aim.share * outlook.speeds(planned) - before)), 0.0)
+    per_state = raised / len(planned)
+    gain = Finding.of(kind.GAIN_OF_MORE, states=len(planned), gain_mps=raised, each_mps=per_state)
+    if left <= 0:
+        spent = Finding.of(kind.BUDGET_SPENT, gain, states=aim.states, further=aim.further)
+        return _stopped(now, Stop.BUDGET, spent)
+    little, few = per_state < aim.least_gain, aim.measured < FEW_STATES
+    if little and not few:  # few states that happen to scatter little would end a campaign
+        too_little = Finding.of(kind.TOO_LITTLE_GAIN, gain, least_mps=aim.least_gain)
+        return _stopped(now, Stop.NOTHING_TO_GAIN, hopeless, too_little)
+    chosen = search.first(planned, known, wanted, min(aim.batch, left))
+    after = aim.share * outlook.speeds(chosen)
+    gained, slower = float(np.mean(after - before)), int(np.sum(chosen[:, 2] < known.speed.min()))
+    below = {"slower": slower, "places": int(np.sum(can & ~has_speed))}
+    later = Finding.of(kind.GAIN_LATER, gain, **below, fewest=FEW_STATES if little and few else None)
+    reason = Finding.of(kind.GAIN_OF_THESE, gain_mps=gained) if gained > 0 else later
+    count, mean = int(np.sum(after > 0)), float(np.mean(after))
+    now = replace(now, reasons=(reason,), expected_confirmed=count, expected_speed=mean)
+    return _Choice(chosen, ladder, now, (*aim.warnings, *map_warnings(force_map, chosen)))
 
 
 def _limit_to_confirm(
@@ -272,29 +422,30 @@ def _limit_to_confirm(
     conditions: Conditions,
     dataset: ImpactDataset | None,
 ) -> Basis:
-    """The limit, and what of the impacts so far forbids it; one in newtons counts as quasi-static unless named."""
+    """The limit, and what forbids it in the impacts so far; one in newtons counts as quasi-static unless named."""
     stated = limit if isinstance(limit, ForceLimit) else NewtonLimit.of(limit, None, None)
     if isinstance(stated, ForceLimit):
         stated.require_permitted()
     elif np.ndim(stated.force):
         raise InputError("limit: expected one limit in newtons")
     phase_two, binding = (PhaseTwo(), Binding()) if dataset is None else (dataset.phase_two, dataset.binding)
-    held = limit_basis(stated, contact, conditions, phase_two=phase_two, binding=binding)
+    basis = limit_basis(stated, contact, conditions, phase_two=phase_two, binding=binding)
     can_be_stated = dataset is None and math.isnan(conditions.device.stiffness)  # until there is a map
-    return replace(held, refusals=()) if can_be_stated else held
+    return replace(basis, refusals=()) if can_be_stated else basis
 
 
 def _check_budget(
     speeds: Sequence[float], batch: int, states: int | None, repeats: int, least_gain: float
 ) -> tuple[float, float]:
-    """Slowest and fastest speed [m/s], after a look at the figures."""
+    """Slowest and fastest speed [m/s]; all figures are checked."""
     for name, number in (("batch", batch), ("states", states), ("repeats", repeats)):
         require_whole(name, number)
     if not 0 <= least_gain < math.inf:
         raise InputError(f"least gain: found {least_gain:g} m/s, expected a finite number of at least 0")
     given = [float(value) for value in speeds]
-    if len(given) < 2 or not np.isfinite(given).all() or not 0 < min(given) < max(given) <= 10:
-        raise InputError(f"speeds: found {list(speeds)}, expected (slowest, fastest) in metres per second, up to 10")
+    if len(given) < 2 or not np.isfinite(given).all() or not 0 < min(given) < max(given) <= LARGEST:
+        expected = f"(slowest, fastest) in metres per second, up to {LARGEST:g}"
+        raise InputError(f"speeds: found {list(speeds)}, expected {expected}")
     return min(given), max(given)
 
 
@@ -316,23 +467,23 @@ def _highest_force(conditions: Conditions, dataset: ImpactDataset | None, larges
 def _confirmed(
     force_map: ForceMap | None, places: FloatArray, limit: float, bound: ToleranceBound, share: float
 ) -> tuple[NextMeasurements, Mask]:
-    """What is confirmed so far, and at which places; without a map that carries the bound nothing is.
+    """What is confirmed so far, and at which places; nothing without a map and its bound.
 
     The speed at contact that counts is a `share` of that of the map.
     """
     speed = np.full(len(places), math.nan)
     if force_map is not None and limit <= force_map.highest_force - force_map.conditions.device.error_or_default:
         speed = safe_speed(force_map, *places.T, limit=limit, bound=bound, contact=Contact.QUASI_STATIC).speed
-    there = ~np.isnan(speed)
+    has_speed = ~np.isnan(speed)
     if force_map is None:
-        return NextMeasurements(len(places), 0, math.nan, 0, math.nan, simulated=False), there
-    count, mean = int(there.sum()), share * float(np.nan_to_num(speed).mean())
+        return NextMeasurements(len(places), 0, math.nan, 0, math.nan, simulated=False), has_speed
+    count, mean = int(has_speed.sum()), share * float(np.nan_to_num(speed).mean())
     doubts = doubts_of_fit(force_map)
-    return NextMeasurements(len(places), count, mean, count, mean, force_map.simulated, warnings=doubts), there
+    return NextMeasurements(len(places), count, mean, count, mean, force_map.simulated, warnings=doubts), has_speed
 
 
 def _saturated(seen: States | None) -> Finding | None:
-    """That states saturated the device, if any did: no impact as fast is planned there."""
+    """A statement if states saturated the device: no impact as fast is planned there."""
     if seen is None or not (full := seen.select(seen.censored > 0)):
         return None
     slowest = float(full.speed.min())
@@ -340,7 +491,7 @@ def _saturated(seen: States | None) -> Finding | None:
 
 
 def _hopeless(exceeds: Mask, limit: float, slowest: float) -> Finding | None:
-    """That the bound exceeds the limit at the slowest speed, if it does so nearly everywhere."""
+    """A statement if the bound exceeds the limit nearly everywhere at the slowest speed."""
     if np.mean(exceeds) < _NEARLY:
         return None
     figures = {"limit_N": limit, "slowest_mps": slowest, "all": bool(exceeds.all())}
@@ -348,16 +499,16 @@ def _hopeless(exceeds: Mask, limit: float, slowest: float) -> Finding | None:
 
 
 def _reach(force_map: ForceMap, places: FloatArray, force: float, slowest: float, fastest: float) -> FloatArray:
-    """Speed up to which the prediction stays within a force, shape (n,); NaN where it exceeds it at the slowest."""
+    """Speed up to which the prediction stays within a force, shape (n,); NaN where the slowest exceeds it."""
     low, high, level = (np.full(len(places), value) for value in (slowest, fastest, math.log(force)))
-    predicted = enclose(force_map, FixedMargin(0.0), Patches.at(*places.T), low, high)
+    predicted = enclose(force_map, FixedMargin(0.0), Patches.of_places(*places.T), low, high)
     return predicted.speed(predicted.certified(level))
 
 
 def _map_with_bound(
     dataset: ImpactDataset | None, form: Form, bound: ToleranceBound
 ) -> tuple[ForceMap | None, tuple[Finding, ...]]:
-    """The map of what was measured; None where it or its bound cannot be had yet, and why."""
+    """The map of what was measured, or None and the reason if it or its bound is not determined yet."""
     fewest = len(form.terms) + MIN_DEGREES_OF_FREEDOM
     uncensored = 0 if dataset is None else len(dataset.train.states.uncensored)
     too_few = Finding.of(FindingKind.NO_BOUND_FROM_STATES, fewest=fewest, form=form.name, states=uncensored)

@@ -12,15 +12,16 @@ from forcemap.maps.bounds import ToleranceBound
 from forcemap.maps.force_map import ForceMap
 from forcemap.maps.measured_range import MeasuredRange
 from forcemap.maps.places import whitened
-from forcemap.planning.optimal_states import tolerance_factor
+from forcemap.planning.optimal_states import LARGEST_LOG, tolerance_factor
 
-_STEP = 0.0025  # [m/s]
+_STEP = 0.0025  # [m/s] of the grid of speeds; a choice: gains are means over many places
+_LEAST_LEVERAGE = 1e-9  # above what rounding leaves of 0
 
 
 class Outlook:
-    """Speeds that a map confirms, and that it would confirm with further states, if they measured what it predicts.
+    """Speeds that a map confirms, and would confirm with further states if they measured what it predicts.
 
-    On a grid of speeds, for comparisons alone: `safe_speed` is what permits a speed.
+    On a grid of speeds, for comparisons only: only `safe_speed` permits a speed.
 
     Parameters
     ----------
@@ -32,7 +33,7 @@ class Outlook:
     limit : float
         Force limit [N].
     fastest : float
-        Up to which speeds are looked at [m/s].
+        Highest speed considered [m/s].
     """
 
     def __init__(
@@ -51,18 +52,18 @@ class Outlook:
         """Confirmed speed at every place with further states, shape (m, 3); 0 where there is none [m/s]."""
         fit = self._map.require_fit()
         information = self._information
-        if len(further):  # what they add to the states that are there, of whose places some may be
+        if len(further):  # what they add to the measured states, whose places they may share
             known = fit.states.coordinates
             information = information + self._of(np.vstack([known, further])) - self._of(known)
         inverse = np.linalg.inv(information)
-        leverage = np.maximum((self._design @ inverse * self._design).sum(axis=1), 1e-9)
+        leverage = np.maximum((self._design @ inverse * self._design).sum(axis=1), _LEAST_LEVERAGE)
         factor = tolerance_factor(
             leverage,
             fit.between_states.degrees_of_freedom + len(further),
             confidence=self._bound.confidence,
             content=self._bound.content,
         )
-        upper = self._force * np.exp(np.minimum(fit.state_sd * factor, 50.0))
+        upper = self._force * np.exp(np.minimum(fit.state_sd * factor, LARGEST_LOG))
         upper = np.maximum(upper, self._force + self._bound.device_error)
         upper = upper.reshape(len(self._places), self._speeds.size)
         reach = MeasuredRange(np.vstack([self._map.measured_range.points, further]))
@@ -74,7 +75,7 @@ class Outlook:
         return np.where(np.isnan(low) | (speed < low), 0.0, speed)
 
     def _of(self, states: FloatArray) -> FloatArray:
-        """Information X'V^-1 X of states, shape (n, 3), those of a place as alike as the map found."""
+        """Information X'V^-1 X of states, shape (n, 3), those of a place correlated as in the map's fit."""
         place, effect = place_numbers(states[:, 0], states[:, 1]), self._map.require_fit().place_effect
         x = whitened(self._map.form.design(*states.T), place, effect.correlation)
         return np.asarray(x.T @ x)

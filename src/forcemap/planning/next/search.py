@@ -15,9 +15,11 @@ from forcemap.planning.optimal_states import bound_from, most_useful, optimal_st
 from forcemap.planning.places import PlaceRange, no_repeats, spread
 from forcemap.planning.runs import slow_to_fast
 
-_WIDER = 1.5  # than the tolerance of repeats: how far states lie apart, for speeds never come out exactly
-_REGION_PLACES = 5  # along each axis
-_BELOW = 0.7  # of the slowest speed to be confirmed: where the corners are measured
+_WIDER = 1.5  # tolerances of repeats that states lie apart: speeds are never reached exactly; a choice
+_REGION_PLACES, _REGION_SPEEDS = 5, 3  # along each axis, over which an opening is to be precise; a choice
+_BELOW = 0.7  # share of the slowest speed to be confirmed at which the corners are measured; a choice
+_ROUNDING = 1e-9  # [m/s]
+_CORNER_ROUNDING = 1e-6  # share of the range of places
 
 
 class Search:
@@ -39,14 +41,14 @@ class Search:
         self._designed = partial(optimal_states, form=form, tolerance=self._tolerance, seed=seed)
 
     def opening(self, candidates: FloatArray, known: States | None, count: int, left: int) -> FloatArray:
-        """The `count` slowest states, or fewer, of those that complete a design from which a bound can be had."""
+        """The `count` slowest states, or fewer, of those that complete a design sufficient for a bound."""
         fixed = np.empty((0, 3)) if known is None else known.coordinates
         candidates = candidates[no_repeats(candidates, fixed, self._tolerance)]
         if not len(candidates):
             return candidates
         uncensored = 0 if known is None else int(np.sum(known.impacts > 0))
         wanted = len(self._form.terms) + MIN_DEGREES_OF_FREEDOM - uncensored
-        speeds = np.linspace(candidates[:, 2].min(), candidates[:, 2].max(), 3)
+        speeds = np.linspace(candidates[:, 2].min(), candidates[:, 2].max(), _REGION_SPEEDS)
         region = self._range.states(_REGION_PLACES, speeds)
         corners = self._corners(candidates, fixed, speeds[0])
         number = min(max(wanted, count, corners.size), max(left, corners.size))
@@ -58,14 +60,14 @@ class Search:
             corners = np.flatnonzero(np.isin(np.flatnonzero(new), corners))
             at_new_places = self._optimal(candidates[new], number, region, fixed, corners)
             chosen = at_new_places if len(at_new_places) else chosen
-        if not len(chosen):  # the few speeds that may be measured do not tell the terms apart yet
+        if not len(chosen):  # the few speeds that may be measured do not determine the terms yet
             chosen = _far_apart(candidates, fixed, count)
         return slow_to_fast(chosen)[:count]
 
     def refining(
         self, candidates: FloatArray, known: States, wanted: FloatArray, unconfirmed: FloatArray, count: int
     ) -> FloatArray:
-        """States that make the prediction precise at the wanted ones, the corners below the unconfirmed ones first."""
+        """States that make the prediction precise at the wanted ones; first the corners below the unconfirmed ones."""
         fixed = known.coordinates
         candidates = candidates[no_repeats(candidates, fixed, self._tolerance)]
         if not len(candidates):
@@ -81,19 +83,19 @@ class Search:
         return candidates[corners]
 
     def first(self, planned: FloatArray, known: States, wanted: FloatArray, count: int) -> FloatArray:
-        """The most useful of the planned states: corners below all that is measured, then by what they tell."""
+        """The most useful of the planned states: corners slower than all measured states, then by gain in precision."""
         lowest = self._range.corners(planned) & (planned[:, 2] < known.speed.min())
         order = most_useful(planned, len(planned), form=self._form, region=wanted, fixed=known.coordinates)
         return planned[sorted(order, key=lambda i: not lowest[i])[:count]]
 
     def _corners(self, candidates: FloatArray, fixed: FloatArray, speed: float) -> Indices:
-        """Numbers of the candidates at corners of the range, at `speed`, below which nothing is measured there."""
-        at = np.flatnonzero(self._range.corners(candidates) & (np.abs(candidates[:, 2] - speed) < 1e-9))
+        """Numbers of the candidates at corners of the range, at `speed`, where nothing as slow is measured yet."""
+        corners = np.flatnonzero(self._range.corners(candidates) & (np.abs(candidates[:, 2] - speed) < _ROUNDING))
         if not len(fixed):
-            return at
-        near = self._range.apart(candidates[at], fixed) < 1e-6
+            return corners
+        near = self._range.apart(candidates[corners], fixed) < _CORNER_ROUNDING
         slower = near & (fixed[None, :, 2] <= speed + self._tolerance.speed)
-        return at[~slower.any(axis=1)]
+        return corners[~slower.any(axis=1)]
 
     def _optimal(
         self, candidates: FloatArray, count: int, region: FloatArray, fixed: FloatArray, required: Indices
@@ -107,7 +109,7 @@ class Search:
 
 
 def _far_apart(candidates: FloatArray, fixed: FloatArray, count: int) -> FloatArray:
-    """States far from what is measured, and from each other."""
+    """States far from the measured ones and from each other."""
     points = np.vstack([fixed, candidates])
     scaled = points / np.maximum(np.ptp(points, axis=0), 1e-9)
     apart = np.abs(scaled[:, None] - scaled[None]).max(axis=2)
