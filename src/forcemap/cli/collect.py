@@ -18,13 +18,13 @@ from forcemap.cli.output import Progress, emit, emit_error, listing, table
 from forcemap.errors import one_line
 
 _STEADY = 1.5
-"""How long files must stay as they are to count as complete [s]; a choice: devices write a file in one go."""
+"""How long files must stay as they are to count as complete [s]; a choice: a device writes without a longer pause."""
 
 _LOOK_EVERY = 0.5
 """Time between two looks at a folder that is watched [s]; a choice."""
 
 _LISTED_RUNS = 6
-"""Missing runs that are named; of more the number is said. A choice: they fit on a line."""
+"""Missing runs that are named; of more the number is said. A choice."""
 
 
 def collect(

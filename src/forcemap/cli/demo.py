@@ -28,7 +28,7 @@ from forcemap.files import write_atomically
 from forcemap.words import sentence, sentences
 
 _AREA = "back_of_hand"
-"""The body area of the example; a choice: among those that a robot at a table meets first."""
+"""The body area of the example; a choice."""
 
 _MOST_DEMOS = 1000
 """Folders of the demo's own name; a choice, so that the search for a free one ends."""

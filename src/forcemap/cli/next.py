@@ -20,8 +20,11 @@ from forcemap.planning.confirm import ConfirmationPlan
 from forcemap.planning.runs import extend_plan
 from forcemap.words import sentence, sentences, simulated_line
 
-_BATCH, _REPEATS = 4, 3
-"""States at a time and repeats of each, if not stated: what measures in about an hour, a choice; the paper's three."""
+_BATCH = 4
+"""States at a time, if not stated; a choice: about an hour's work by the times that `plan` assumes."""
+
+_REPEATS = 3
+"""Repeats of a state, if not stated; a choice: as of `plan`."""
 
 _Budget = Annotated[
     int | None,

@@ -32,10 +32,10 @@ _INDENT = 4
 """Columns by which what continues a line is indented, if the line is not; a choice."""
 
 _MOST_DISTANCES = 13
-"""Columns of a grid of places that is printed; a choice: with six columns each they fit on a line."""
+"""Columns of a grid of places that is printed; nine columns for the heights and seven for each fill a line."""
 
 _MARKED_BY = 4000
-"""Where the mark of a result stands in its file [bytes]; a choice, several times the longest head."""
+"""Where the mark of a result stands in its file [bytes]; a choice: it stands in the first lines."""
 
 _SILENT, _SHOWN_EVERY = 1.0, 0.1
 """Work that is over sooner shows no progress, and how often progress is shown [s]; choices for a person's eye."""

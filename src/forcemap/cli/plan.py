@@ -21,7 +21,7 @@ from forcemap.planning.measurements import DesignedPlan
 from forcemap.words import sentence, sentences
 
 _LISTED = 5
-"""Speeds that are named; of more the range is said. A choice: they fit on a line."""
+"""Speeds that are named; of more the range is said. A choice."""
 
 
 _Design = Annotated[

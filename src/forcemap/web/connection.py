@@ -7,12 +7,13 @@ import asyncio
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
 HEAD_WITHIN = 5.0
-"""How long the head of a request may take to arrive [s]; a choice: on this machine it takes milliseconds."""
+"""How long the head of a request may take to arrive [s]; a choice: it comes from the same machine."""
 
 MOST_WAITING = 500
 """The most connections that wait for a request; of more, the one that has waited longest is closed.
 
-A choice: browsers hold about six to a host, and a process may usually open 1,024 files."""
+A choice: browsers hold about six to a host, and a process may usually open 1,024 files.
+"""
 
 
 class Connection(H11Protocol):

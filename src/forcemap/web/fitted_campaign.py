@@ -18,10 +18,10 @@ _Result = TypeVar("_Result")
 _ONE_FIT = threading.Lock()  # requests for the same map wait for one fit
 
 _READINGS = 5
-"""How often files that change while they are read are read again; a choice: a collect writes them once or twice."""
+"""How often files that change while they are read are read again; a choice: a collect is over sooner."""
 
 _IN_MEMORY = 16
-"""Campaigns whose impacts and map stay in memory; a choice: of the overview of a folder, some megabytes each."""
+"""Campaigns whose impacts and map stay in memory; a choice: the overview of a folder asks for all of them."""
 
 
 class _ChangedError(Exception):

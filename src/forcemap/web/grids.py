@@ -22,13 +22,13 @@ _CUBE = 50
 """Points along each edge of the workspace: over 10^5 in all, even with the near corner cut away; a choice."""
 
 _LINE = 61
-"""Points of a slice along one variable; a choice: a chart of some 300 pixels shows no corners."""
+"""Points of a slice along one variable; a choice: it is drawn as a smooth line."""
 
 _PLANE = 10_000
 """Places of a slice over distance and height; a choice: answered within a tenth of a second (docs/benchmarks.md)."""
 
 _SPEED_DECIMALS = 6
-"""Decimals of a speed in m/s that is drawn: to 1e-6 m/s, as far as its search goes."""
+"""Decimals of a speed in m/s that is drawn: the accuracy of its search."""
 
 _PLACE_DECIMALS = 6
 """Decimals of a place of a grid in m; a choice, far below what is measured."""
@@ -36,7 +36,7 @@ _PLACE_DECIMALS = 6
 _AXIS_DECIMALS, _FORCE_DECIMALS, _LINE_DECIMALS = 4, 1, 2
 """Decimals of the workspace's axes in m and m/s, of its forces and those of a plane in N, of a line's forces in N.
 
-Choices: finer than a pixel, and 10^5 of them in an answer of a megabyte.
+Choices: finer than can be seen, and few enough for an answer of 10^5 points.
 """
 _OUTCOMES = tuple(outcome.value for outcome in SpeedOutcome)
 

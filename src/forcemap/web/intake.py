@@ -47,7 +47,7 @@ _JUDGED_TOGETHER = 2
 """Files judged at the same time; a choice: a recording of 20 MB takes 140 MB of memory (docs/decisions.md)."""
 
 _ARRIVAL = 60.0
-"""How long a file may take to arrive [s]; a choice: on this machine 20 MB take less than a second."""
+"""How long a file may take to arrive [s]; a choice: it comes from the same machine."""
 
 _DIGESTS = 20_000
 """Hashes of stored recordings that stay in memory; a choice: four of the largest campaigns."""

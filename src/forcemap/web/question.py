@@ -21,10 +21,10 @@ Metres = Annotated[float, Field(ge=-10, le=10, allow_inf_nan=False)]
 MetresPerSecond = Annotated[float, Field(gt=0, le=10, allow_inf_nan=False)]
 
 PLACE_STEP = 0.05
-"""Distance of places and extent of zones, if not stated [m]; a choice: as of the commands, the size of a hand."""
+"""Distance of places and extent of zones, if not stated [m]; a choice: the default of the commands."""
 
 DRAWN_PLACES = 2500
-"""Places of a drawn grid, if not stated; a choice: 50 by 50, drawn while a slider moves."""
+"""Places of a drawn grid, if not stated; a choice: 50 by 50."""
 
 _NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
 _POINT = r"[0-9]{1,2}(\.[0-9]{1,6})?,-?[0-9]{1,2}(\.[0-9]{1,6})?"
