@@ -35,9 +35,10 @@ from forcemap.maps.regression import least_squares
 from forcemap.planning.optimal_states import optimal_states
 from forcemap.recordings.read import read_recordings
 from forcemap.report import report_html
-from forcemap.web.held import fitted
+from forcemap.web.campaign_map import CampaignMap
+from forcemap.web.fitted_campaign import fitted_campaign
+from forcemap.web.grids import slices_answer
 from forcemap.web.limits import Limits
-from forcemap.web.map_answers import slices_answer
 from forcemap.web.question import State
 
 DOCUMENT = Path(__file__).parents[1] / "docs" / "benchmarks.md"
@@ -316,9 +317,9 @@ def paths():
 def web():
     """The web page's answer to a slider: the bound over 10^4 places and all that stands beside it, as JSON."""
     with tempfile.TemporaryDirectory() as folder:
-        found = fitted(fm.copy_example("ur10e", Path(folder) / "ur10e"))
+        fitted = fitted_campaign(fm.copy_example("ur10e", Path(folder) / "ur10e"))
         question = State(distance_m=0.7, height_m=0.3, speed_mps=0.3)
-        seconds = best(lambda: slices_answer(found, question, Limits(None)).model_dump_json())
+        seconds = best(lambda: slices_answer(CampaignMap(fitted, Limits(None)), question).model_dump_json())
     yield (
         "web page: a slider's answer, 10^4 places, tolerance bound",
         "a tenth of a second",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import inspect
 import io
 import json
 import re
@@ -12,9 +13,12 @@ from decimal import Decimal
 
 import numpy as np
 import pytest
+import typer
 
 import forcemap as fm
 from forcemap.campaigns.recordings_table import Use
+from forcemap.cli.app import app
+from forcemap.web.question import PathQuestion, ZoneSize
 from forcemap.words import assumptions
 from sizes import FULL_SIZE
 
@@ -715,3 +719,32 @@ def test_the_answer_to_against_counts_and_groups_what_is_left_out(forcemap, exam
     assert "at least, above the device range" not in out
     shown = [line.split()[0] for line in lines if line.split() and line.split()[0] in set(names)]
     assert shown == list(names[:-2])
+
+
+def test_figures_that_are_not_stated_are_the_librarys_own():
+    """Options of commands and parameters of the page have the defaults of the library's functions and classes."""
+
+    def default(function, name):
+        return inspect.signature(function).parameters[name].default
+
+    options = {
+        ("--overshoot-mps", "speed speed-map report path place export export-path"): fm.Allowance().speed,
+        ("--position-tolerance-m", "path place export export-path"): fm.Allowance().position,
+        ("--step-m", "path"): default(fm.path_speeds, "step"),
+        ("--step-m", "place"): default(fm.place_task, "step"),
+        ("--step-m", "report"): default(fm.assess_campaign, "step"),
+        ("--zone-m", "export"): default(fm.robot_table, "size"),
+        ("--repeats", "next"): default(fm.next_measurements, "repeats"),
+        ("--batch", "next"): default(fm.next_measurements, "batch"),
+        ("--repeats", "plan"): default(fm.plan_measurements, "repeats"),
+    }
+    commands = typer.main.get_group(app).commands
+    for (option, names), figure in options.items():
+        for name in names.split():
+            assert [p.default for p in commands[name].params if option in p.opts] == [figure], (name, option)
+    question = PathQuestion(points="0.7,0.4")
+    assert question.allowance == fm.Allowance()
+    assert question.acceleration_mps2 == fm.Task.acceleration
+    assert (question.confidence, question.content) == (fm.ToleranceBound().confidence, fm.ToleranceBound().content)
+    assert question.margin == fm.FixedMargin().margin
+    assert ZoneSize().zone_m == default(fm.robot_table, "size")

@@ -57,22 +57,22 @@ def check(
 
     Example: forcemap check run7.csv --area back_of_hand --device-range-N 500
     """
-    held, _ = limit_from(limit, contact, quasi_static, limit_spring, contact_needed=False)
+    force_limit, _ = limit_from(limit, contact, quasi_static, limit_spring, contact_needed=False)
     conditions, columns = described(
         source, campaign, column, device_range, device_error, frequency_class, device_spring
     )
-    asked: dict[str, Any] = {"interpretation": interpretation, "contact": contact}
+    judged_by: dict[str, Any] = {"interpretation": interpretation, "contact": contact}
     if Path(source).is_dir():
         whole = replace(fm.read_campaign(source), conditions=conditions, columns=columns)
         with Progress("checked", len(whole.files())) as progress:
-            found = fm.check_campaign(whole, held, **asked, progress=lambda done, _: progress.show(done))
+            result = fm.check_campaign(whole, force_limit, **judged_by, progress=lambda done, _: progress.show(done))
     else:
-        home = campaign_of(source, campaign)
-        doubt = recording_doubt(home, source) if home and not column else None
-        found = fm.check_file(source, held, conditions=conditions, columns=columns, **asked, doubt=doubt)
-    answer = CheckAnswer.of_check(found)
+        folder = campaign_of(source, campaign)
+        doubt = recording_doubt(folder, source) if folder and not column else None
+        result = fm.check_file(source, force_limit, conditions=conditions, columns=columns, **judged_by, doubt=doubt)
+    answer = CheckAnswer.of_check(result)
     emit(answer, check_lines(answer), as_json=as_json)
-    return 1 if found.outcome is None else EXIT_CODES[found.outcome]
+    return 1 if result.outcome is None else EXIT_CODES[result.outcome]
 
 
 EXIT_CODES = {fm.VerdictOutcome.WITHIN: 0, fm.VerdictOutcome.EXCEEDED: 1, fm.VerdictOutcome.CANNOT_TELL: 2}
@@ -98,19 +98,24 @@ def inspect(
 
 
 SIMULATED = "SIMULATED recordings: not a measurement of any robot"
+
 SHOWN = 12
-"""Lines of a list."""
+"""Lines of a list before it is cut; a choice, so that the outcome stays on the screen."""
+
+_TRANSIENT_TIME = 0.5
+"""How long after the onset the transient limit holds [s], marked Q in a plot; `impacts.impact.TRANSIENT_TIME`."""
+
 _UNSTATED = "the device range is not stated, so saturation was judged by the shape alone: --device-range-N"
 
 
 def inspect_lines(answer: InspectAnswer, recorded: Sequence[RecordedImpacts]) -> list[str]:
     """What a file of recordings holds, every impact with its plot."""
     lines = [SIMULATED] if answer.simulated else []
-    for shown, each in zip(answer.recordings, recorded, strict=True):
-        rate = f"{shown.sampling_rate_Hz:.0f} Hz{'' if each.recording.regular else ', irregular'}"
+    for shown, measured in zip(answer.recordings, recorded, strict=True):
+        rate = f"{shown.sampling_rate_Hz:.0f} Hz{'' if measured.recording.regular else ', irregular'}"
         lines.append(f"{shown.recording}: {shown.samples} samples in {shown.duration_s:.3f} s, {rate}")
         lines += [f"  note: {note}" for note in shown.notes]
-        lines += [line for impact in each.impacts for line in ["", *impact_lines(impact)]]
+        lines += [line for impact in measured.impacts for line in ["", *impact_lines(impact)]]
         lines += [f"  {shown.problem}"] if shown.problem else []
         lines.append("")
     return [*lines, *([_UNSTATED] if answer.device_range_N is None else [])]
@@ -147,15 +152,26 @@ def impact_lines(impact: fm.Impact) -> list[str]:
     ]
 
 
+_OF_CONTACT, _OF_PHASE_ONE, _LONGEST_PLOT = 1.3, 3.0, 0.75
+"""How far a plot goes after the onset: times the contact, at least times Phase I, at most so many seconds.
+
+Choices: the contact and a little more; a peak that fills a third of the width; that instant in sight.
+"""
+
+_BEFORE_ONSET = 0.1
+"""How far a plot goes before the onset, as a share of what is shown after it; a choice."""
+
+
 def _plot(impact: fm.Impact) -> list[str]:
-    """Contact force from shortly before onset to the end of the contact, or 0.7 s."""
+    """Contact force from shortly before onset to shortly after the contact, at most 0.75 s."""
     time, force = impact.contact.time - impact.onset, impact.contact.force
-    shown = min(max(1.3 * impact.contact_duration, 3 * (impact.phase1_end - impact.onset)), 0.75)
-    part = (time >= -0.1 * shown) & (time <= min(shown, impact.recorded_time))
+    contact, phase_one = impact.contact_duration, impact.phase1_end - impact.onset
+    shown = min(max(_OF_CONTACT * contact, _OF_PHASE_ONE * phase_one), _LONGEST_PLOT)
+    part = (time >= -_BEFORE_ONSET * shown) & (time <= min(shown, impact.recorded_time))
     if np.sum(part) < 2:
         return []
-    marks = {"I": 0.0, "P": impact.peak_time - impact.onset, "E": impact.phase1_end - impact.onset, "Q": 0.5}
-    legend = "I onset, P Phase I peak, E end of Phase I" + (", Q 0.5 s" if time[part][-1] >= 0.5 else "")
+    marks = {"I": 0.0, "P": impact.peak_time - impact.onset, "E": phase_one, "Q": _TRANSIENT_TIME}
+    legend = "I onset, P Phase I peak, E end of Phase I" + (", Q 0.5 s" if time[part][-1] >= _TRANSIENT_TIME else "")
     return [*text_plot(time[part], force[part], marks), " " * 9 + legend]
 
 
@@ -163,30 +179,35 @@ def check_lines(answer: CheckAnswer) -> list[str]:
     """A check: what must be said first, the outcome, what was not judged and why, the impacts it rests on."""
     lines = [SIMULATED] if answer.simulated else []
     lines += [*answer.warnings, f"{_words(answer.outcome).upper()}: {answer.limit}"]
-    shown = [each for each in answer.impacts if each.interpretation]
+    judged = [impact for impact in answer.impacts if impact.interpretation]
     if len(answer.impacts) + len(answer.unjudged) > 1:
         counts = ", ".join(f"{count} {_words(name)}" for name, count in answer.counts.items() if name != "unjudged")
         names = [flag.name for impact in answer.impacts for flag in impact.flags]
         flags = ", ".join(f"{name} {names.count(name)}" for name in sorted(set(names)))
         lines += [f"{len(answer.impacts)} impacts: {counts}", *([f"flags: {flags}"] if flags else [])]
-        doubts = [each for each in answer.impacts if each.outcome == "cannot_tell"]
-        lines += _list("Why", [f"{each.recording}: {each.reason}" for each in doubts])
-        impacts = ["", *table(_HEADER, map(_verdict_row, shown))] if shown else []
+        doubts = [impact for impact in answer.impacts if impact.outcome == "cannot_tell"]
+        lines += _list("Why", [f"{impact.recording}: {impact.reason}" for impact in doubts])
+        impacts = ["", *table(_HEADER, map(_verdict_row, judged))] if judged else []
     else:
         lines += [answer.reason]
-        impacts = [line for each in shown for line in _single(each)]
-        impacts += [f"  note: {note}" for each in answer.recordings for note in each.notes]
-    lines += _list("Not judged", [f"{each.recording}: {each.reason}" for each in answer.unjudged])
-    lines += _list("Excluded by a person, not judged", [f"{e.recording}: {e.reason}" for e in answer.excluded])
-    within = [f"within: force + device error ({answer.device_error_N:g} N) <= limit at every instant"] if shown else []
+        impacts = [line for impact in judged for line in _single(impact)]
+        impacts += [f"  note: {note}" for recording in answer.recordings for note in recording.notes]
+    lines += _list("Not judged", [f"{doubt.recording}: {doubt.reason}" for doubt in answer.unjudged])
+    lines += _list("Excluded by a person, not judged", [f"{file.recording}: {file.reason}" for file in answer.excluded])
+    within = [f"within: force + device error ({answer.device_error_N:g} N) <= limit at every instant"] if judged else []
     return [*lines, *impacts, "", *within, *answer.notes]
 
 
 def _single(impact: CheckedImpact) -> list[str]:
     """One impact under every interpretation."""
     rows = [
-        [each.interpretation, *_verdict_cells(each), f"{each.margin_N:+.1f} N", f"{1000 * each.instant_s:.0f} ms"]
-        for each in impact.interpretations
+        [
+            verdict.interpretation,
+            *_verdict_cells(verdict),
+            f"{verdict.margin_N:+.1f} N",
+            f"{1000 * verdict.instant_s:.0f} ms",
+        ]
+        for verdict in impact.interpretations
     ]
     low_passed = impact.filtered_peak_force_N
     filtered = "" if low_passed is None else f", low-passed {low_passed:.1f} N"
@@ -194,7 +215,7 @@ def _single(impact: CheckedImpact) -> list[str]:
         "",
         *table(["interpretation", "outcome", "force", "limit", "margin", "at"], rows),
         "",
-        *(f"  {each.interpretation}: {each.words}" for each in impact.interpretations),
+        *(f"  {verdict.interpretation}: {verdict.words}" for verdict in impact.interpretations),
         f"  Phase I peak: {impact.peak_force_N:.1f} N corrected for noise, largest sample "
         f"{impact.raw_peak_force_N:.1f} N{filtered}; the largest counts. Contact: {impact.scenario_words}",
         *(f"  FLAG {flag.name}: {flag.figure}" for flag in impact.flags),
@@ -205,7 +226,7 @@ _HEADER = ["recording", "outcome", "force", "limit", "margin", "", "at", "interp
 
 
 def _verdict_row(impact: CheckedImpact) -> list[str]:
-    """A row for each interpretation would be too much for many impacts: the governing one."""
+    """A row with the governing interpretation alone: all of them would be too many lines for many impacts."""
     assert impact.margin_N is not None
     assert impact.instant_s is not None
     unknown = impact.outcome == "cannot_tell" and impact.margin_N > impact.device_error_N
@@ -239,10 +260,14 @@ def _words(name: str) -> str:
 
 
 _WIDTH, _HEIGHT = 72, 12
+"""Columns and lines of a plot; choices: with its labels it fits on a terminal of 80 by 24."""
+
+_LABELLED = 4
+"""Every so many lines of a plot have a label; a choice."""
 
 
 def text_plot(time: FloatArray, force: FloatArray, marks: dict[str, float]) -> list[str]:
-    """Lines of a plot of the largest force [N] in each of 72 stretches of time after onset [s].
+    """Lines of a plot: the largest force [N] in every column of time after onset [s].
 
     Parameters
     ----------
@@ -259,13 +284,12 @@ def text_plot(time: FloatArray, force: FloatArray, marks: dict[str, float]) -> l
     rows = np.round(np.clip(top, 0, None) / highest * (_HEIGHT - 1))
     lines = []
     for row in range(_HEIGHT - 1, -1, -1):
-        label = (
-            f"{highest * row / (_HEIGHT - 1):6.0f} N |" if row % 4 == (_HEIGHT - 1) % 4 or row == 0 else " " * 8 + " |"
-        )
+        labelled = row % _LABELLED == (_HEIGHT - 1) % _LABELLED or row == 0
+        label = f"{highest * row / (_HEIGHT - 1):6.0f} N |" if labelled else " " * 8 + " |"
         lines.append(label[-9:] + "".join("*" if value == row else " " for value in rows).rstrip())
     axis = ["-"] * _WIDTH
-    for mark, at in marks.items():
-        if start <= at <= end:
-            axis[min(int((at - start) / max(end - start, 1e-9) * _WIDTH), _WIDTH - 1)] = mark
+    for mark, instant in marks.items():
+        if start <= instant <= end:
+            axis[min(int((instant - start) / max(end - start, 1e-9) * _WIDTH), _WIDTH - 1)] = mark
     labels = f"{1000 * start:.0f} ms".ljust(_WIDTH - 10) + f"{1000 * end:.0f} ms".rjust(10)
     return [*lines, " " * 8 + "+" + "".join(axis), " " * 9 + labels]

@@ -17,7 +17,14 @@ from forcemap.cli.options import Json
 from forcemap.cli.output import Progress, emit, emit_error, listing, table
 from forcemap.errors import one_line
 
-_STEADY = 1.5  # files that stay as they are for so long are complete [s]
+_STEADY = 1.5
+"""How long files must stay as they are to count as complete [s]; a choice: a device writes without a longer pause."""
+
+_LOOK_EVERY = 0.5
+"""Time between two looks at a folder that is watched [s]; a choice."""
+
+_LISTED_RUNS = 6
+"""Missing runs that are named; of more the number is said. A choice."""
 
 
 def collect(
@@ -57,7 +64,7 @@ def _assigned(folder: str, by: RecordingOrder, last: str, *, yes: bool, as_json:
     with Progress("recordings read", len(campaign.files())) as progress:
         proposed = propose_runs(campaign, by=by, last=last, progress=lambda done, _: progress.show(done))
     if not (yes and as_json):
-        answer = AssignAnswer(folder=folder, by=by, proposed=[ProposedRun.from_result(each) for each in proposed])
+        answer = AssignAnswer(folder=folder, by=by, proposed=[ProposedRun.from_result(run) for run in proposed])
         emit(answer, _proposal_lines(answer), as_json=as_json)
     if not proposed:
         return not as_json or yes
@@ -75,14 +82,14 @@ def _proposal_lines(answer: AssignAnswer) -> list[str]:
         return ["Every recording says which run it is, or is excluded: nothing to assign."]
     header = ["recording", "written", "run", "d [m]", "h [m]", "v [m/s]", "exp. [N]", "peak [N]"]
     rows = []
-    for each in answer.proposed:
-        expected = "-" if each.expected_force_N is None else f"{each.expected_force_N:.0f}"
-        figures = [f"{figure:.3f}" for figure in (each.distance_m, each.height_m, each.speed_mps)]
-        sign = " *" if each.out_of_order else ""
-        rows.append([each.recording + sign, each.written[5:], each.run, *figures, expected, f"{each.peak_force_N:.1f}"])
+    for run in answer.proposed:
+        expected = "-" if run.expected_force_N is None else f"{run.expected_force_N:.0f}"
+        figures = [f"{figure:.3f}" for figure in (run.distance_m, run.height_m, run.speed_mps)]
+        sign, written = " *" if run.out_of_order else "", run.written.partition("-")[2]  # without the year
+        rows.append([run.recording + sign, written, run.run, *figures, expected, f"{run.peak_force_N:.1f}"])
     other = "the times of the files" if answer.by == RecordingOrder.NAME else "the names"
     lines = table(header, [[one_line(cell) for cell in row] for row in rows])
-    starred = sum(each.out_of_order for each in answer.proposed)
+    starred = sum(run.out_of_order for run in answer.proposed)
     return [
         *lines,
         *([f"* {starred} would be another run by {other}: look which order is the right one"] * bool(starred)),
@@ -94,15 +101,15 @@ def _collect(folder: str) -> tuple[Campaign, ImpactDataset]:
         return collect_campaign(folder, progress=lambda done, _: progress.show(done))
 
 
-class _Look(NamedTuple):
-    """What collecting depends on, as far as a glance tells."""
+class _Snapshot(NamedTuple):
+    """What collecting depends on, as far as sizes and times of files tell."""
 
     recordings: dict[str, tuple[int, ...]]
     stated: tuple[tuple[int, ...], ...]
     register: str
 
     @classmethod
-    def at(cls, folder: str) -> _Look:
+    def of_folder(cls, folder: str) -> _Snapshot:
         campaign = read_campaign(folder)
         recordings = {file: _state(campaign.recordings / file) for file in campaign.files()}
         stated = tuple(_state(campaign.folder / name) for name in ("campaign.toml", "plan.csv"))
@@ -115,19 +122,19 @@ def _watch(folder: str) -> None:
     Files are complete once they have stayed as they are, by this program's own clock: the time a file bears may be that
     of another machine. One that goes on afterwards is read again as a whole.
     """
-    seen = collected = _Look({}, (), "")
+    seen = collected = _Snapshot({}, (), "")
     since, wrong = time.monotonic(), ""
     print(f"watching {read_campaign(folder).recordings}; Ctrl-C ends", flush=True)
     while True:
         try:
-            look = _Look.at(folder)
-            if look != seen:
-                seen, since = look, time.monotonic()
-            elif look != collected and time.monotonic() - since >= _STEADY:
-                new = sorted(look.recordings.items() - collected.recordings.items())
-                collected = look
+            now = _Snapshot.of_folder(folder)
+            if now != seen:
+                seen, since = now, time.monotonic()
+            elif now != collected and time.monotonic() - since >= _STEADY:
+                new = sorted(now.recordings.items() - collected.recordings.items())
+                collected = now
                 campaign, dataset = _collect(folder)
-                collected = seen = look._replace(register=campaign.register_sha256)
+                collected = seen = now._replace(register=campaign.register_sha256)
                 judged = {entry.file: entry for entry in campaign.entries}
                 for entry in [judged[file] for file, _ in new if file in judged][-SHOWN:]:
                     print(one_line(f"  {entry.file}: {entry.use} {entry.reason}").rstrip())
@@ -137,11 +144,11 @@ def _watch(folder: str) -> None:
             if str(error) != wrong:
                 emit_error(error, as_json=False)
             wrong = str(error)
-        time.sleep(0.5)
+        time.sleep(_LOOK_EVERY)
 
 
 def _state(path: Path) -> tuple[int, ...]:
-    """Size and times of a file, as long as it is there; the second time nobody can set."""
+    """Size and times of a file, empty if it is gone; the second time cannot be set by a program."""
     try:
         status = path.stat()
     except OSError:
@@ -152,8 +159,8 @@ def _state(path: Path) -> tuple[int, ...]:
 def _missing_words(missing: list[str]) -> str:
     if not missing:
         return "every planned run is there"
-    more = f" and {len(missing) - 6} more" if len(missing) > 6 else ""
-    return f"missing runs: {len(missing)}, next {', '.join(missing[:6])}{more}"
+    more = f" and {len(missing) - _LISTED_RUNS} more" if len(missing) > _LISTED_RUNS else ""
+    return f"missing runs: {len(missing)}, next {', '.join(missing[:_LISTED_RUNS])}{more}"
 
 
 def _lines(answer: CollectAnswer, folder: str) -> list[str]:
@@ -167,8 +174,10 @@ def _lines(answer: CollectAnswer, folder: str) -> list[str]:
         _missing_words(answer.missing).capitalize(),
     ]
     if answer.discards:
-        lines += listing("Not used", shortened([f"{e.recording}: {e.use}, {e.reason}" for e in answer.discards]))
-    if unassigned := sum(each.use == "unassigned" for each in answer.discards):
+        lines += listing(
+            "Not used", shortened([f"{file.recording}: {file.use}, {file.reason}" for file in answer.discards])
+        )
+    if unassigned := sum(discard.use == "unassigned" for discard in answer.discards):
         lines.append(f"{unassigned} say no run: forcemap collect {folder} --assign name (or time) shows an assignment")
     if answer.flags:
         lines += ["Flags of the used ones: " + ", ".join(f"{name} {count}" for name, count in answer.flags.items())]
@@ -188,7 +197,7 @@ def _lines(answer: CollectAnswer, folder: str) -> list[str]:
 
 def contact_lines(answer: CollectAnswer) -> list[str]:
     """Which limits the impacts allow, and why."""
-    barred = [f"{each.state_id}: {each.reason}" for each in answer.contacts if not each.transient_allowed]
+    barred = [f"{state.state_id}: {state.reason}" for state in answer.contacts if not state.transient_allowed]
     if not answer.transient_refused:
         return [answer.phase_two, "Transient limit: may be used, no impact clamps or was left undetermined"]
     refused = f"Transient limit: not for a map of this campaign: {'; '.join(answer.transient_refused)}"
@@ -204,7 +213,7 @@ def scatter_lines(scatter: Repeatability) -> list[str]:
             f"Repeatability: SD of the repeats of a state {scatter.mean_sd_N:.1f} N on average "
             f"({scatter.mean_sd_percent:.1f} %), {scatter.max_sd_N:.1f} N at most"
         )
-    lines += [f"  outlier: {each.words}; look at the recording" for each in scatter.outliers]
+    lines += [f"  outlier: {outlier.words}; look at the recording" for outlier in scatter.outliers]
     if symmetry is not None and symmetry.mean_difference_N is not None:
         lines.append(
             f"Rotational symmetry: forces on one circle differ by {symmetry.mean_difference_N:.1f} N on average "

@@ -45,17 +45,17 @@ def described(
     frequency_class: float | None,
     device_spring: float | None = None,
 ) -> tuple[Conditions, ColumnMap | None]:
-    """What the recordings of a file or campaign were measured under, and how they are written: as options say it.
+    """Conditions and column map of the recordings of a file or campaign, as the options say.
 
     A file in the folder `recordings` of a campaign is read as its campaign.toml says, without being asked.
     """
-    folder = Path(campaign) if campaign else Path(source) if Path(source).is_dir() else _home(Path(source))
+    folder = Path(campaign) if campaign else Path(source) if Path(source).is_dir() else _campaign_folder(Path(source))
     file = folder / "campaign.toml"
     if campaign and not file.exists():
         raise InputError("there is no campaign.toml in this folder", file=campaign)
     conditions, columns = read_campaign_file(file) if file.exists() else (Conditions(), None)
     if entries:
-        columns = ColumnMap.from_table(dict(_entry(each) for each in entries))
+        columns = ColumnMap.from_table(dict(_entry(entry) for entry in entries))
     conditions = conditions.with_device_stiffness(stiffness(device_spring))
     figures = {"range": device_range, "error": device_error}
     stated: dict[str, Any] = {name: figure for name, figure in figures.items() if figure is not None}
@@ -69,12 +69,12 @@ def described(
 def campaign_of(file: str, campaign: str | None) -> Path | None:
     """The folder of the campaign that a file of recordings lies in; None for a file elsewhere."""
     path = Path(file)
-    home = Path(campaign) if campaign else _home(path)
-    inside = (home / "plan.csv").exists() and path.resolve().is_relative_to((home / "recordings").resolve())
-    return home if inside else None
+    folder = Path(campaign) if campaign else _campaign_folder(path)
+    inside = (folder / "plan.csv").exists() and path.resolve().is_relative_to((folder / "recordings").resolve())
+    return folder if inside else None
 
 
-def _home(file: Path) -> Path:
+def _campaign_folder(file: Path) -> Path:
     """The campaign's folder above a file in its `recordings`, whatever links lead there."""
     for path in (file.absolute(), file.resolve()):
         for folder in path.parents:

@@ -25,6 +25,14 @@ from forcemap.cli.task_options import (
 )
 from forcemap.comparisons.contact_model import contact_model
 
+_MassRobot = Annotated[
+    str | None,
+    Option(
+        "--effective-mass",
+        help="Compare with the effective mass of this robot: ur10e, kuka-iiwa7, FILE.urdf[:base=LINK][:tip=LINK].",
+    ),
+]
+
 
 def compare(
     table: Annotated[str, Argument(help="Impacts table (CSV) or campaign folder; with OTHER also a map.")],
@@ -41,13 +49,7 @@ def compare(
         Option("--body", help="constrained (default): the body part cannot move away; free: the region's own mass."),
     ] = None,
     form: FormName = None,
-    robot: Annotated[
-        str | None,
-        Option(
-            "--effective-mass",
-            help="Compare with the effective mass of this robot: ur10e, kuka-iiwa7, FILE.urdf[:base=LINK][:tip=LINK].",
-        ),
-    ] = None,
+    robot: _MassRobot = None,
     drive_inertia: DriveInertiaOption = None,
     tool_direction: ToolDirection = "down",
     tool_axis: ToolAxis = "z",
@@ -67,11 +69,8 @@ def compare(
             raise fm.InputError(
                 "compare: --effective-mass goes with one map or table, a robot, its load and its stance"
             )
-        found = robot_from(robot, None, None, drive_inertia, payload or 0.0, contact_offset, tool_axis, posture)
-        forces = force_map_from(table, form)[0] if _is_map(table) else fm.read_dataset(table)
-        stance = direction_from("tool direction", tool_direction)
-        by_mass = fm.compare_effective_mass(forces, found, tool_direction=stance)
-        emit(MassComparisonAnswer.of_comparison(by_mass), mass_comparison_lines(by_mass), as_json=as_json)
+        arm = robot_from(robot, None, None, drive_inertia, payload or 0.0, contact_offset, tool_axis, posture)
+        _compare_with_mass(table, form, arm, direction_from("tool direction", tool_direction), as_json=as_json)
         return
     if (drive_inertia, contact_offset, posture, tool_direction, tool_axis) != (None, None, None, "down", "z"):
         raise fm.InputError(
@@ -83,27 +82,53 @@ def compare(
             raise fm.InputError(
                 "compare: --region, --moving-mass-kg, --payload-kg and --body go with one impacts table"
             )
-        maps = (_force_map(table, form, beside=other), _force_map(other, form, beside=table))
-        simulated = any(each.simulated for each in maps)
-        of_maps = TwoMapsAnswer.from_result(fm.compare_maps(*maps), simulated=simulated)
-        lines = maps_lines(of_maps, (table, other))
-        if not (_is_map(other) or of_maps.same_map):
-            lines += ["", f"impacts were fitted to compare maps; {_for_impacts(other, table)}"]
-        emit(of_maps, lines, as_json=as_json)
+        _compare_two_maps(table, other, form, as_json=as_json)
         return
-    if _is_map(table):
-        force_map_from(table, form)  # what is no map says so first
+    masses = {"moving_mass": moving_mass, "payload": payload}
+    _compare_models(table, form, region, masses, constrained=body is not Body.FREE, as_json=as_json)
+
+
+def _compare_with_mass(
+    source: str, form: str | None, robot: fm.Robot, tool_direction: tuple[float, ...], *, as_json: bool
+) -> None:
+    """A map, or measured impacts, beside what the effective mass of a robot alone would give."""
+    forces = force_map_from(source, form)[0] if _is_map(source) else fm.read_dataset(source)
+    comparison = fm.compare_effective_mass(forces, robot, tool_direction=tool_direction)
+    emit(MassComparisonAnswer.of_comparison(comparison), mass_comparison_lines(comparison), as_json=as_json)
+
+
+def _compare_two_maps(source: str, other: str, form: str | None, *, as_json: bool) -> None:
+    """Two maps beside each other, over the range that both have measured."""
+    maps = (_force_map(source, form, beside=other), _force_map(other, form, beside=source))
+    simulated = any(force_map.simulated for force_map in maps)
+    answer = TwoMapsAnswer.from_result(fm.compare_maps(*maps), simulated=simulated)
+    lines = maps_lines(answer, (source, other))
+    if not (_is_map(other) or answer.same_map):
+        lines += ["", f"impacts were fitted to compare maps; {_for_impacts(other, source)}"]
+    emit(answer, lines, as_json=as_json)
+
+
+def _compare_models(
+    source: str,
+    form: str | None,
+    region: str | None,
+    masses: dict[str, float | None],
+    *,
+    constrained: bool,
+    as_json: bool,
+) -> None:
+    """The map of measured impacts beside the 2D map and the standard's contact model."""
+    if _is_map(source):
+        force_map_from(source, form)  # what is no map says so first
         raise fm.InputError(
-            f"compare: found one map, {table}, expected a second one (compare {table} OTHER), or impacts alone; "
-            f"{_for_impacts('IMPACTS', table)}; to see it beside effective mass: --effective-mass ROBOT"
+            f"compare: found one map, {source}, expected a second one (compare {source} OTHER), or impacts alone; "
+            f"{_for_impacts('IMPACTS', source)}; to see it beside effective mass: --effective-mass ROBOT"
         )
-    dataset = fm.read_dataset(table)
+    dataset = fm.read_dataset(source)
     limit = fm.force_limit("hand_fingers" if region is None else region)
-    model = contact_model(
-        dataset.conditions, limit.name, moving_mass=moving_mass, payload=payload, constrained=body is not Body.FREE
-    )
+    model = contact_model(dataset.conditions, limit.name, **masses, constrained=constrained)
     usable = limit if limit.permitted else None
-    with too_few_states_named(table, form):
+    with too_few_states_named(source, form):
         comparison = fm.compare_force_models(
             dataset, **model.figures, form=fm.form_named(form or fm.CFM_3D.name), limit=usable
         )
@@ -116,7 +141,7 @@ def _is_map(source: str) -> bool:
 
 
 def _force_map(source: str, form: str | None, *, beside: str) -> fm.ForceMap:
-    """The map of a source; impacts too few for one are told the command for impacts beside a map."""
+    """The map of a source; where its impacts are too few for one, the error names the command to compare impacts."""
     try:
         return force_map_from(source, form)[0]
     except fm.FitError as error:
@@ -127,7 +152,7 @@ def _force_map(source: str, form: str | None, *, beside: str) -> fm.ForceMap:
 
 
 def _for_impacts(impacts: str, source: str) -> str:
-    """The command for impacts beside a map; a published map has no measured states to say whether it holds."""
+    """The command that compares impacts with a map; a published map has no measured states to tell if it holds."""
     if _is_map(source) and source in fm.PUBLISHED_MAPS:
         return f"to see how far its predictions lie from impacts: evaluate {impacts} --map {source}"
     return f"to see whether a map still holds for new impacts: evaluate {impacts} --against {source}"
@@ -160,22 +185,22 @@ def comparison_lines(answer: ComparisonAnswer) -> list[str]:
     ]
     if answer.allowed:
         header = ["speeds at contact [m/s]", "limit", "measured places", "confirmed", "lowest", "median", "highest"]
-        sources = dict.fromkeys(f"{each.limit_N:g} N: {each.limit_source}" for each in answer.allowed)
+        sources = dict.fromkeys(f"{model.limit_N:g} N: {model.limit_source}" for model in answer.allowed)
         rows = [
-            [each.model, f"{each.limit_N:g} N", str(each.places), str(each.confirmed_places)]
-            + [shown(speed) for speed in (each.lowest_speed_mps, each.median_speed_mps, each.highest_speed_mps)]
-            for each in answer.allowed
+            [model.model, f"{model.limit_N:g} N", str(model.places), str(model.confirmed_places)]
+            + [shown(speed) for speed in (model.lowest_speed_mps, model.median_speed_mps, model.highest_speed_mps)]
+            for model in answer.allowed
         ]
         lines += ["", *table(header, rows)]
         lines += [f"maps with {bound_words(answer.bound)}", *sources]
-        lines += [f"{each.model} at {each.limit_N:g} N: {each.note}" for each in answer.allowed if each.note]
+        lines += [f"{model.model} at {model.limit_N:g} N: {model.note}" for model in answer.allowed if model.note]
     elif not answer.permitted:
         lines.append(f"no speeds: contact with {answer.area} is not permitted")
     return [*lines, "", *listing("Assumes", answer.assumptions)]
 
 
 def maps_lines(answer: TwoMapsAnswer, names: tuple[str, str]) -> list[str]:
-    """Two maps, with the names they were given by."""
+    """A comparison of two maps, which are called as the person named them."""
     low, high = answer.lowest, answer.highest
     maps = [f"one:   {names[0]}: {answer.one}", f"other: {names[1]}: {answer.other}"]
     if answer.same_map:
@@ -197,8 +222,8 @@ def maps_lines(answer: TwoMapsAnswer, names: tuple[str, str]) -> list[str]:
     ]
 
 
-def _extreme(word: str, at: RatioAt) -> str:
+def _extreme(word: str, extreme: RatioAt) -> str:
     return (
-        f"  {word:8}{change(at.ratio)} at d = {at.distance_m:.3f} m, h = {at.height_m:.3f} m, "
-        f"v = {fm.floor_speed(at.speed_mps)} m/s ({at.other_N:.1f} N against {at.one_N:.1f} N)"
+        f"  {word:8}{change(extreme.ratio)} at d = {extreme.distance_m:.3f} m, h = {extreme.height_m:.3f} m, "
+        f"v = {fm.floor_speed(extreme.speed_mps)} m/s ({extreme.other_N:.1f} N against {extreme.one_N:.1f} N)"
     )

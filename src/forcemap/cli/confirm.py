@@ -40,7 +40,7 @@ def confirm(
 
     Example: forcemap confirm my-campaign --area back_of_hand --contact transient
     """
-    stated, kind = limit_from(limit, contact)
+    force_limit, kind = limit_from(limit, contact)
     force_map = force_map_from(source, form)[0]
     bound = bound_from(force_map)
     campaign = fm.read_campaign(source) if Path(source, "plan.csv").exists() else None
@@ -48,12 +48,12 @@ def confirm(
     dataset = fm.read_dataset(source) if campaign else None
     recorded = None if campaign is None or dataset is None else campaign.recorded.union(dataset.state.tolist())
     answer = fm.confirm_plan(
-        force_map, stated, bound=bound, contact=kind, impacts=impacts, planned=plan, recorded=recorded
+        force_map, force_limit, bound=bound, contact=kind, impacts=impacts, planned=plan, recorded=recorded
     )
     files: list[str] = []
     if campaign is not None and dataset is not None:
         planned.refuse_waiting(campaign, campaign.plan.role == "train", dataset, "planned states")
-        answer = answer.judged(dataset, _checked(campaign, stated, kind))
+        answer = answer.judged(dataset, _checked(campaign, force_limit, kind))
         stays = campaign.plan.select(~np.isin(campaign.plan.recording, answer.replaced.recording))
         if len(answer.added) or (len(answer.plan) and answer.result is None and not answer.refusal):
             unmeasured = np.isin(answer.plan.recording, [*campaign.missing, *answer.added.recording.tolist()])
@@ -84,7 +84,8 @@ def _checked(
     """
     plan = campaign.plan
     confirming = plan.select(ConfirmationPlan.among(plan)).states
-    recordings = {each.name: each for each in fm.check_campaign(campaign, limit, contact=contact).recordings}
+    check = fm.check_campaign(campaign, limit, contact=contact)
+    recordings = {recording.name: recording for recording in check.recordings}
     checked: dict[str, tuple[bool | None, Finding]] = {}
     for entry in campaign.entries:
         named = plan.run_named(PurePosixPath(entry.file).stem) or plan.run_named(entry.curve) or ("", 0)
@@ -111,7 +112,7 @@ def _lines(source: str, answer: ConfirmationPlan, files: list[str], again: str, 
     if result is not None:
         after = to_measure if files or result.outcome is Confirmed.CANNOT_TELL else []
         if result.outcome is Confirmed.DOES_NOT_PASS:
-            after = _mended(source, answer, again, more)
+            after = _remedy(source, answer, again, more)
         return [
             *simulated,
             f"{result.outcome.replace('_', ' ').upper()}: {sentence(result.reason)}",
@@ -125,7 +126,7 @@ def _lines(source: str, answer: ConfirmationPlan, files: list[str], again: str, 
             *after,
         ]
     if answer.refusal:
-        return [*simulated, sentence(answer.refusal), *taken, *_mended(source, answer, again, more)]
+        return [*simulated, sentence(answer.refusal), *taken, *_remedy(source, answer, again, more)]
     chances = "How often a sound map does not pass is not known: the map has no measured states"
     if not math.isnan(answer.not_passed):
         chances = (
@@ -150,8 +151,8 @@ def _lines(source: str, answer: ConfirmationPlan, files: list[str], again: str, 
     ]
 
 
-def _mended(source: str, answer: ConfirmationPlan, again: str, more: str) -> list[str]:
-    """What to do where nothing may be released, by what forbids it."""
+def _remedy(source: str, answer: ConfirmationPlan, again: str, more: str) -> list[str]:
+    """What to do where nothing may be released, depending on the reason."""
     if not answer.more_helps:
         return [
             "Next: no further impact changes that; put it right, or ask for another limit, then",
@@ -163,17 +164,17 @@ def _mended(source: str, answer: ConfirmationPlan, again: str, more: str) -> lis
 
 
 def _impacts_table(result: ConfirmationResult) -> list[str]:
-    """A line an impact, and why those that do not pass do not."""
+    """A line for every impact, and the reason for every one that does not pass."""
     rows = [
         [
-            each.state,
-            *(f"{value:.3f}" for value in (each.distance, each.height, each.speed)),
-            *("-" if math.isnan(force) else f"{force:.1f}" for force in (each.force, each.bound_force)),
-            each.outcome.replace("_", " "),
+            impact.state,
+            *(f"{value:.3f}" for value in (impact.distance, impact.height, impact.speed)),
+            *("-" if math.isnan(force) else f"{force:.1f}" for force in (impact.force, impact.bound_force)),
+            impact.outcome.replace("_", " "),
         ]
-        for each in result.impacts
+        for impact in result.impacts
     ]
-    failed = [each for each in result.impacts if each.outcome is not Confirmed.PASSES]
-    doubts = [f"{each.recording}: {sentence(each.reason)}" for each in failed]
+    failed = [impact for impact in result.impacts if impact.outcome is not Confirmed.PASSES]
+    doubts = [f"{impact.recording}: {sentence(impact.reason)}" for impact in failed]
     header = ["state", "d [m]", "h [m]", "v [m/s]", "force [N]", "bound [N]", "outcome"]
     return [*table(header, rows), *(listing("Why", doubts) if doubts else [])]

@@ -28,6 +28,10 @@ from forcemap.files import write_atomically
 from forcemap.words import sentence, sentences
 
 _AREA = "back_of_hand"
+"""The body area of the example; a choice."""
+
+_MOST_DEMOS = 1000
+"""Folders of the demo's own name; a choice, so that the search for a free one ends."""
 
 
 def demo(
@@ -49,7 +53,7 @@ def demo(
     fit = FitAnswer.of_fit(dataset, force_map, accuracies)
     limit, compared = assessment.limits[0], present(assessment.comparisons[0])
     comparison = ComparisonAnswer.of_comparison(compared, limit, simulated=assessment.simulated)
-    speeds = [SpeedMapAnswer.of_speeds(force_map, present(each.speeds), accuracies[0]) for each in assessment.speeds]
+    speeds = [SpeedMapAnswer.of_speeds(force_map, present(part.speeds), accuracies[0]) for part in assessment.speeds]
 
     (target / "maps").mkdir()
     fm.write_map(force_map, target / "maps" / "cfm_3d.json")
@@ -57,10 +61,10 @@ def demo(
         "accuracy": EvaluateAnswer.of_map(force_map, dataset, accuracies),
         "comparison": comparison,
     }
-    for each, answer in zip(assessment.speeds, speeds, strict=True):
-        results[f"speeds-{each.contact}"] = answer
-        text = speed_map_table(present(each.speeds), answer, force_map.source)
-        write_atomically(target / f"speeds-{each.contact}.csv", text)
+    for part, answer in zip(assessment.speeds, speeds, strict=True):
+        results[f"speeds-{part.contact}"] = answer
+        text = speed_map_table(present(part.speeds), answer, force_map.source)
+        write_atomically(target / f"speeds-{part.contact}.csv", text)
     for name, result in results.items():
         write_atomically(target / f"{name}.json", result.json_text() + "\n")
     summary = _summary(assessment, fit, speeds)
@@ -82,14 +86,14 @@ def demo(
         "files": files,
         "report": report,
         "fit": fit,
-        "speed_maps": {str(each.contact): answer for each, answer in zip(assessment.speeds, speeds, strict=True)},
+        "speed_maps": {str(part.contact): answer for part, answer in zip(assessment.speeds, speeds, strict=True)},
         "comparison": comparison,
     }
     emit(shown, [*summary, *closing], as_json=as_json)
 
 
 def _free_name() -> str:
-    for name in ["forcemap-demo", *(f"forcemap-demo-{number}" for number in range(2, 1000))]:
+    for name in ["forcemap-demo", *(f"forcemap-demo-{number}" for number in range(2, _MOST_DEMOS))]:
         if not Path(name).exists():
             return name
     raise fm.InputError("found a thousand demo folders here, expected room for one; name a folder")
@@ -101,12 +105,12 @@ def _summary(assessment: fm.CampaignAssessment, fit: FitAnswer, speeds: list[Spe
     collected = CollectAnswer.of_campaign(present(assessment.campaign), dataset)
     comparison = present(assessment.comparisons[0])
     lines = [f"forcemap demo: {assessment.conditions.robot}", *answer_lines(assessment)]
-    for each, answer in zip(assessment.speeds, speeds, strict=True):
+    for part, answer in zip(assessment.speeds, speeds, strict=True):
         lines += ["", answer.limit, *grid_lines(answer), fastest_line(answer)]
-        lines += [_standard(assessment, each), *next_lines(answer)]
-    errors = [(each.on, each) for each in present(assessment.accuracy)]
-    errors += [(each.model, each.accuracy) for each in comparison.models[1:]]
-    rows = [[name, str(each.states), *_percent(each), f"{each.rmse:.1f} N"] for name, each in errors]
+        lines += [_standard(assessment, part), *next_lines(answer)]
+    accuracies = [(accuracy.on, accuracy) for accuracy in present(assessment.accuracy)]
+    accuracies += [(model.model, model.accuracy) for model in comparison.models[1:]]
+    rows = [[name, str(errors.states), *_percent(errors), f"{errors.rmse:.1f} N"] for name, errors in accuracies]
     rests_on = [
         f"{collected.recordings} recordings, of which {collected.used} gave an impact, in {collected.states} states; "
         f"{collected.censored} reached the device range of {assessment.conditions.device.range:g} N",
@@ -127,13 +131,13 @@ def _summary(assessment: fm.CampaignAssessment, fit: FitAnswer, speeds: list[Spe
     return lines
 
 
-def _standard(assessment: fm.CampaignAssessment, found: PlaceSpeeds) -> str:
+def _standard(assessment: fm.CampaignAssessment, speeds: PlaceSpeeds) -> str:
     """What the standard's contact model says, and what speaks against it."""
-    speed = fm.floor_speed(found.standard_speed)
+    speed = fm.floor_speed(speeds.standard_speed)
     words = f"the standard's contact model: {speed} m/s everywhere, not confirmed by any measurement"
     error = assessment.conditions.device.error_or_default
-    why = present(assessment.dataset).phase_two.transient_refusal(found.limit.quasi_static, error)
-    return f"{words}; {sentence(why)}" if why and found.contact is fm.Contact.TRANSIENT else words
+    why = present(assessment.dataset).phase_two.transient_refusal(speeds.limit.quasi_static, error)
+    return f"{words}; {sentence(why)}" if why and speeds.contact is fm.Contact.TRANSIENT else words
 
 
 def _percent(accuracy: fm.Accuracy) -> list[str]:

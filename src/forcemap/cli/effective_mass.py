@@ -59,15 +59,15 @@ def effective_mass(
         "direction": direction_from("direction", direction),
         "tool_direction": direction_from("tool direction", tool_direction),
     }
-    if posture is not None and all(each is None for each in (distance, height, distances, heights)):
+    if posture is not None and all(option is None for option in (distance, height, distances, heights)):
         if tool_direction != "down":
             raise fm.InputError("tool direction: a posture says by itself where the tool points; leave one of them out")
         pose = forward_kinematics(chosen, chosen.reference_posture)
         stands["tool_direction"] = tuple((pose.rotation @ chosen.tool_axis).tolist())
         if direction == "out":
             stands["direction"] = (*pose.position[:2].tolist(), 0.0)
-        at = robot_mass_in_posture(chosen, chosen.reference_posture, direction=stands["direction"])
-        _show_place(PlaceMassAnswer.of_map(chosen, at, **stands), as_json)
+        mass = robot_mass_in_posture(chosen, chosen.reference_posture, direction=stands["direction"])
+        _show_place(PlaceMassAnswer.of_map(chosen, mass, **stands), as_json)
     if distance is not None and height is not None and distances is None and heights is None:
         _show_place(
             PlaceMassAnswer.of_map(chosen, robot_mass_map(chosen, [distance], [height], **stands), **stands), as_json
@@ -128,19 +128,20 @@ def mass_comparison_lines(comparison: MassComparison) -> list[str]:
     header = ["effective mass", "places", "m_u", "force / F", "rank corr.", "of ln F explained", "with one factor"]
     rows = [
         [
-            each.name,
-            str(each.places),
-            f"{np.nanmin(each.mass.value):.1f} to {np.nanmax(each.mass.value):.1f} kg",
-            f"{np.nanmin(each.ratio):.2f} to {np.nanmax(each.ratio):.2f}",
-            f"{each.rank_correlation:.2f}",
-            f"{100 * each.explained_share:.0f} %",
-            f"{100 * each.explained_share_scaled:.0f} %",
+            explanation.name,
+            str(explanation.places),
+            f"{np.nanmin(explanation.mass.value):.1f} to {np.nanmax(explanation.mass.value):.1f} kg",
+            f"{np.nanmin(explanation.ratio):.2f} to {np.nanmax(explanation.ratio):.2f}",
+            f"{explanation.rank_correlation:.2f}",
+            f"{100 * explanation.explained_share:.0f} %",
+            f"{100 * explanation.explained_share_scaled:.0f} %",
         ]
-        for each in comparison.explanations
+        for explanation in comparison.explanations
     ]
     lines += table(header, rows)
-    for each in comparison.explanations:
-        ratios = zip(comparison.distance.tolist(), comparison.height.tolist(), each.ratio.tolist(), strict=True)
+    for explanation in comparison.explanations:
+        places = comparison.distance.tolist(), comparison.height.tolist()
+        ratios = zip(*places, explanation.ratio.tolist(), strict=True)
         cells = {(d, h): f"{ratio:.2f}" if np.isfinite(ratio) else "." for d, h, ratio in ratios}
-        lines += ["", f"force / F, {each.name}", *grid(cells)]
+        lines += ["", f"force / F, {explanation.name}", *grid(cells)]
     return [*lines, "", *listing("This holds for", sentences(comparison.statements))]

@@ -90,9 +90,9 @@ def evaluate_lines(answer: EvaluateAnswer) -> list[str]:
         f"predictions are at most {first.max_underestimation_percent:.1f} % too low, the dangerous side, and "
         f"{first.max_overestimation_percent:.1f} % too high, on {first.on}",
         f"{answer.form} {answer.map}",
-        *accuracy_lines([(each.on, each) for each in answer.accuracies]),
+        *accuracy_lines([(accuracy.on, accuracy) for accuracy in answer.accuracies]),
         *place_lines(answer),
-        *(f"most underestimated of {each.on}: {each.worst_state}" for each in answer.accuracies if each.worst_state),
+        *(f"most underestimated of {part.on}: {part.worst_state}" for part in answer.accuracies if part.worst_state),
         *fit_notes(answer),
     ]
 
@@ -106,22 +106,22 @@ def forms_lines(answer: FormsAnswer) -> list[str]:
         *(f"  {reason}" for reason in answer.reasons),
         "",
         f"Forms on {answer.states} states, each predicted from the others (RMS and largest error of the force)",
-        *table(header, [_form_row(each) for each in answer.forms]),
+        *table(header, [_form_row(form) for form in answer.forms]),
         "underest.: the dangerous side; bound: above the prediction at the measured states, - none",
         "rises inside, rises above: the force never falls with speed in the box around the measured states, and in "
         "that box up to 1.5 times the highest measured speed",
-        *(f"{each.form}: {each.note}" for each in answer.forms if each.note),
-        *(f"{each.form} not compared: {each.reason}" for each in answer.refused),
+        *(f"{form.form}: {form.note}" for form in answer.forms if form.note),
+        *(f"{form.form} not compared: {form.reason}" for form in answer.refused),
         "",
         *listing("Assumes", answer.assumptions),
     ]
 
 
-def _form_row(each: FormAnswer) -> list[str]:
-    bounds = ["-" if x is None else f"+{x:.1f} %" for x in (each.mean_bound_percent, each.max_bound_percent)]
-    rises = ["yes" if rising else "no" for rising in (each.rises_inside, each.rises_above)]
-    errors = (each.error_percent, each.underestimation_percent, each.accuracy.max_underestimation_percent)
-    return [each.form, *(f"{error:.2f} %" for error in errors), *bounds, *rises]
+def _form_row(form: FormAnswer) -> list[str]:
+    bounds = ["-" if x is None else f"+{x:.1f} %" for x in (form.mean_bound_percent, form.max_bound_percent)]
+    rises = ["yes" if rising else "no" for rising in (form.rises_inside, form.rises_above)]
+    errors = (form.error_percent, form.underestimation_percent, form.accuracy.max_underestimation_percent)
+    return [form.form, *(f"{error:.2f} %" for error in errors), *bounds, *rises]
 
 
 def check_lines(answer: MapCheckAnswer) -> list[str]:
@@ -141,27 +141,27 @@ def check_lines(answer: MapCheckAnswer) -> list[str]:
             f"({100 * (answer.confidence or 0):.4g} % confidence: {low} to {high}); above is the dangerous side",
             *table(
                 ["state", "d [m]", "h [m]", "v [m/s]", "measured [N]", "predicted [N]", "expected [N]", "change", ""],
-                [_row(each) for each in answer.states],
+                [_row(state) for state in answer.states],
             ),
             "expected: where all states lie at once if nothing has changed"
-            + ("; > at least, above the device range" if any(each.censored for each in answer.states) else ""),
+            + ("; > at least, above the device range" if any(state.censored for state in answer.states) else ""),
         ]
     by_reason: dict[str, list[str]] = {}
-    for s in answer.left_out:
-        place = f"{s.state_id} (d {s.distance_m:g} m, h {s.height_m:g} m, v {s.speed_mps:g} m/s)"
-        by_reason.setdefault(s.reason, []).append(place)
-    left_out = [f"{counted(len(all_), 'state')} {reason}: {', '.join(all_)}" for reason, all_ in by_reason.items()]
+    for state in answer.left_out:
+        words = f"{state.state_id} (d {state.distance_m:g} m, h {state.height_m:g} m, v {state.speed_mps:g} m/s)"
+        by_reason.setdefault(state.reason, []).append(words)
+    left_out = [f"{counted(len(names), 'state')} {reason}: {', '.join(names)}" for reason, names in by_reason.items()]
     lines += ["", *listing("Left out", left_out)] if left_out else []
     return [*lines, "", *listing("Assumes", answer.assumptions)]
 
 
-def _row(each: StateCheck) -> list[str]:
+def _row(state: StateCheck) -> list[str]:
     return [
-        each.state_id,
-        *(f"{value:.3f}" for value in (each.distance_m, each.height_m, each.speed_mps)),
-        f"{'> ' if each.censored else ''}{each.measured_N:.1f}",
-        f"{each.predicted_N:.1f}",
-        f"{each.lowest_expected_N:.1f} to {each.highest_expected_N:.1f}",
-        change(each.ratio),
-        "MOVED" if each.moved else "",
+        state.state_id,
+        *(f"{value:.3f}" for value in (state.distance_m, state.height_m, state.speed_mps)),
+        f"{'> ' if state.censored else ''}{state.measured_N:.1f}",
+        f"{state.predicted_N:.1f}",
+        f"{state.lowest_expected_N:.1f} to {state.highest_expected_N:.1f}",
+        change(state.ratio),
+        "MOVED" if state.moved else "",
     ]

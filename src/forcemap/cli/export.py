@@ -77,11 +77,11 @@ def export(
     limits = limits_of(task, given.table) if task else [options.limit_from(limit, contact, quasi_static, limit_spring)]
     allowance = fm.Allowance(speed=overshoot, position=tolerance)
     zones = fm.robot_table(
-        force_map, limits=limits, bound=used, size=size, allowance=allowance, date=made_on(), angle=angle
+        force_map, limits=limits, bound=used, size=size, allowance=allowance, date=date_of_files(), angle=angle
     )
     if zones.refusal:
         return refused(zones, as_json=as_json)
-    zones = replace(zones, provenance=of_file(zones.provenance, source))
+    zones = replace(zones, provenance=with_map_file(zones.provenance, source))
     spread = zones.spread[zones.speed_mmps > 0]
     price = f", up to {spread.max():.3f} m/s slower than their fastest corner" if spread.size else ""
     words = f"{zones.permitted} of {zones.speed_mmps.size} zones permitted{price}"
@@ -91,7 +91,7 @@ def export(
 
 
 def task_of(given: options.Stated, force_map: fm.ForceMap, *others: fm.Contact | float | None) -> fm.Task:
-    """The task of the file that is named, for the campaign of the map; nothing else is to state its limits."""
+    """The task of the named file, for the campaign of the map; nothing else may state its limits."""
     if len(given.tasks) > 1 or given.names or given.newtons or {*others} != {None}:
         raise InputError("task: the task file states areas and contact; give it alone")
     task = fm.read_task(given.tasks[0], table=given.table)
@@ -99,8 +99,8 @@ def task_of(given: options.Stated, force_map: fm.ForceMap, *others: fm.Contact |
     return task
 
 
-def made_on() -> str | None:
-    """The date in the head where SOURCE_DATE_EPOCH states it, for files that are to come out the same; else today."""
+def date_of_files() -> str | None:
+    """The date that SOURCE_DATE_EPOCH states, so that files can be reproduced; None, for today, if it is not set."""
     epoch = os.environ.get("SOURCE_DATE_EPOCH", "")
     return time.strftime("%Y-%m-%d", time.gmtime(int(epoch))) if epoch.isdecimal() else None
 
@@ -115,8 +115,8 @@ def refused(zones: RobotTable, *, as_json: bool) -> int:
     return 1
 
 
-def of_file(provenance: Provenance, source: str) -> Provenance:
-    """The same, naming the map file if the map came from one."""
+def with_map_file(provenance: Provenance, source: str) -> Provenance:
+    """A provenance that names the map file if the map came from one."""
     return provenance.of_file(source) if source.lower().endswith(".json") else provenance
 
 
@@ -130,7 +130,7 @@ def write(
     output: str | None,
     as_json: bool,
 ) -> None:
-    """Write the files, or print them, and say what is permitted; texts by the name of their file in a folder."""
+    """Write the files, or print them, and say what is permitted; `files` are texts by their names in a folder."""
     written = []
     for name, text in files.items() if output else ():
         file = str(Path(output or "") / name) if name else output or ""
@@ -203,17 +203,22 @@ def export_path(
     tool_path = path_from(file)
     if given.tasks:
         task_of(given, force_map, contact)
-    asked = task_from(given, tool_path.names, contact)
+    whole_task = task_from(given, tool_path.names, contact)
     allowance = fm.Allowance(speed=overshoot, position=tolerance)
     zones = fm.robot_table(
-        force_map, limits=limits_of(asked, given.table), bound=used, allowance=allowance, date=made_on(), angle=angle
+        force_map,
+        limits=limits_of(whole_task, given.table),
+        bound=used,
+        allowance=allowance,
+        date=date_of_files(),
+        angle=angle,
     )
     if zones.refusal:
         return refused(zones, as_json=as_json)
     speeds = fm.path_speeds(
-        force_map, tool_path, asked, bound=used, allowance=allowance, angle=angle, table=given.table
+        force_map, tool_path, whole_task, bound=used, allowance=allowance, angle=angle, table=given.table
     )
-    provenance = of_file(zones.provenance, source)
+    provenance = with_map_file(zones.provenance, source)
     if format is PathFormat.SCALING:
         provenance = provenance.of_path(speeds)
         slowed = int(((speeds.commanded < speeds.programmed) & ~speeds.refused).sum())
@@ -224,7 +229,7 @@ def export_path(
         zones = replace(zones, provenance=provenance)
         words = f"{zones.permitted} of {zones.speed_mmps.size} zones permitted"
         result = zones_result(zones)
-        text = safety_proposal(zones, task=asked if given.tasks else None, speeds=speeds)
+        text = safety_proposal(zones, task=whole_task if given.tasks else None, speeds=speeds)
         permitted = zones.permitted > 0
     write(result, {"": text}, words, provenance, angle=angle, output=output, as_json=as_json)
     return 0 if permitted else 1

@@ -127,10 +127,14 @@ def fit_lines(answer: FitAnswer) -> list[str]:
         *([] if answer.rises_with_speed else ["the prediction falls with speed in part of the measured range"]),
         "",
         "Accuracy",
-        *accuracy_lines([(each.on, each) for each in answer.accuracies]),
+        *accuracy_lines([(accuracy.on, accuracy) for accuracy in answer.accuracies]),
         *fit_notes(answer),
         *(["", *_selection_lines(selection)] if isinstance(selection, SelectionAnswer) else []),
     ]
+
+
+_PAPER_MARGIN = 10.0
+"""The paper's fixed margin above the prediction [%], as `FixedMargin` (section V-A)."""
 
 
 def _verdict(answer: FitAnswer) -> str:
@@ -139,9 +143,10 @@ def _verdict(answer: FitAnswer) -> str:
     if answer.bound_margin_percent is None:
         return "NO SAFE SPEED follows from this map with a tolerance bound: too few states for one"
     low, high = answer.bound_margin_percent.lowest, answer.bound_margin_percent.highest
+    fixed = "suffices" if high <= _PAPER_MARGIN else "is too small"
     return (
         f"SAFE SPEEDS can follow from this map: its tolerance bound lies {low:.1f} to {high:.1f} % above the "
-        f"prediction (a fixed + 10 % {'suffices' if high <= 10 else 'is too small'} here), and predictions are at most "
+        f"prediction (a fixed + 10 % {fixed} here), and predictions are at most "
         f"{answer.accuracy.max_underestimation_percent:.1f} % too low on {answer.accuracy.on}"
     )
 
@@ -157,7 +162,11 @@ def impacts_words(answer: FitAnswer) -> str:
 
 def _censoring_lines(answer: FitAnswer, effect: CensoringAnswer) -> list[str]:
     """What a map is with its censored impacts and without them, and its forces at their states."""
-    at, kept, lost = effect.at_censored, effect.predicted_with_censored_N, effect.predicted_at_censored_N
+    censored, counted_in, left_out = (
+        effect.at_censored,
+        effect.predicted_with_censored_N,
+        effect.predicted_at_censored_N,
+    )
     added = answer.states - effect.states
     rows = [
         ["states", str(answer.states), str(effect.states)],
@@ -172,7 +181,7 @@ def _censoring_lines(answer: FitAnswer, effect: CensoringAnswer) -> list[str]:
     if added:
         shared = (effect.bound_margin_with_censored_percent, effect.bound_margin_percent)
         rows.append([f"  at the {effect.states} states of both", *map(_span, shared)])
-    states = zip(at.state_id, at.censored, at.at_least_N, kept, lost, strict=True)
+    states = zip(censored.state_id, censored.censored, censored.at_least_N, counted_in, left_out, strict=True)
     return [
         *table(["Impacts above the device range", "counted as at least", "discarded (--discard-censored)"], rows),
         *_why_wider(answer, effect, added),
@@ -191,13 +200,13 @@ def _why_wider(answer: FitAnswer, effect: CensoringAnswer, added: int) -> list[s
     spans = (answer.bound_margin_percent, effect.bound_margin_with_censored_percent, effect.bound_margin_percent)
     if any(span is None for span in spans):
         return []
-    all_, shared, discarded = (round(span.highest, 1) for span in spans if span)
-    if all_ <= discarded:
+    whole, shared, discarded = (round(span.highest, 1) for span in spans if span)
+    if whole <= discarded:
         return ["the bound is no wider for the censored impacts"]
     states = f"the {counted(added, 'added state')}"
     if shared <= discarded:
         return [f"the wider bound comes from {states}, which the other fit says nothing about"]
-    if all_ <= shared:
+    if whole <= shared:
         return ["the bound is wider at the states of both: the censored impacts show more scatter"]
     return [
         f"the wider bound comes from {states}, which the other fit says nothing about, and from more scatter that the "
@@ -224,8 +233,8 @@ def _selection_lines(answer: SelectionAnswer) -> list[str]:
         for refused, step in steps
     ]
     count = len(answer.steps[0].rmse_N)
-    kept, paper = (", ".join(map(str, counts)) for counts in (answer.counts, answer.paper_counts))
-    survival = sorted(answer.survival.items(), key=lambda each: -each[1])
+    left, paper = (", ".join(map(str, counts)) for counts in (answer.counts, answer.paper_counts))
+    survival = sorted(answer.survival.items(), key=lambda term_and_share: -term_and_share[1])
     same = {*answer.terms} == {str(term) for term in fm.CFM_3D.terms} - {"1"}
     conclusion = _CONCLUSIONS["paper" if same else "stable" if answer.stable else "unstable"]
     return [
@@ -233,7 +242,7 @@ def _selection_lines(answer: SelectionAnswer) -> list[str]:
         "Term selection as in the paper: a report only, the fit above does not use it",
         *table(["removed", "terms left", "change", *["RMSE"] * count, *["R^2"] * count], trace),
         f"a removal may change RMSE [N] + 100 x R^2 by at most {answer.threshold_N:g}",
-        f"terms at the start, after stage one, at the end: {kept} (the paper, on its three tables: {paper})",
+        f"terms at the start, after stage one, at the end: {left} (the paper, on its three tables: {paper})",
         f"kept: {_names(answer.terms)}",
         f"kept, but not among the paper's eight: {_names(answer.only_here)}",
         f"among the paper's eight, but not kept: {_names(answer.only_in_paper)}",

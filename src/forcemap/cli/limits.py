@@ -53,8 +53,8 @@ def limits(
         "the transient limit holds only where the contact does not clamp",
     ]
     answers = []
-    for each in [name] if name else areas.areas:
-        limit = fm.force_limit(each, table=areas)
+    for area in [name] if name else areas.areas:
+        limit = fm.force_limit(area, table=areas)
         by_formula: dict[str, Any] | None = None
         if moving_mass is not None and limit.permitted:
             region = areas.areas[limit.areas[0]].region
@@ -64,13 +64,13 @@ def limits(
         stated = {key: getattr(limit, part) if limit.permitted else None for key, part in _FIGURES.items()}
         answers.append(LimitAnswer.from_result(limit, **stated, contact_model=by_formula))
     answer = LimitsAnswer.from_result(areas, limits=answers)
-    regions = [areas.areas[each.areas[0]].region for each in answers]
+    regions = [areas.areas[limit.areas[0]].region for limit in answers]
     emit(answer, _lines(answer, regions, assumptions, moving_mass is not None), as_json=as_json)
 
 
 def _speeds(limit: fm.ForceLimit, model: ContactModel, body: Body, contact_area: float | None) -> dict[str, Any]:
     """What the force form and, for a contact area [cm^2], the pressure form allow; the lower one governs."""
-    found: dict[str, float | str | None] = {}
+    allowed: dict[str, float | str | None] = {}
     for contact in fm.Contact:
         speeds = {"force": model.speed_limit(limit, contact)}
         if contact_area is not None:
@@ -79,9 +79,9 @@ def _speeds(limit: fm.ForceLimit, model: ContactModel, body: Body, contact_area:
             speeds["pressure"] = pfl_pressure_speed_limit(pressure, contact_area=area, **model.figures)
         governing = min(speeds, key=lambda form: speeds[form])
         name = contact.replace("-", "_")
-        found |= {f"{name}_speed_mps": speeds[governing], f"{name}_governed_by": governing}
+        allowed |= {f"{name}_speed_mps": speeds[governing], f"{name}_governed_by": governing}
     return {
-        **found,
+        **allowed,
         "robot_mass_kg": model.robot_mass,
         "body_mass_kg": model.body_mass,
         "body": body.value,

@@ -20,6 +20,20 @@ from forcemap.planning.confirm import ConfirmationPlan
 from forcemap.planning.runs import extend_plan
 from forcemap.words import sentence, sentences, simulated_line
 
+_BATCH = 4
+"""States at a time, if not stated; a choice: about an hour's work by the times that `plan` assumes."""
+
+_REPEATS = 3
+"""Repeats of a state, if not stated; a choice: as of `plan`."""
+
+_Budget = Annotated[
+    int | None,
+    Option("--states", help="Budget: states of the whole campaign; default 27, or 12 more than are measured."),
+]
+_LargestForce = Annotated[
+    float | None, Option("--largest-force-N", help="No impact is to exceed it, nor the device's range.")
+]
+
 
 def next_(
     folder: Annotated[str, Argument(help="Campaign folder, a new one too; or an impacts table.")],
@@ -28,15 +42,10 @@ def next_(
     distances: planned.Distances = None,
     heights: planned.Heights = None,
     speeds: Annotated[str | None, Option("--speeds-mps", help="Slowest and fastest speed; default 0.05,0.40.")] = None,
-    states: Annotated[
-        int | None,
-        Option("--states", help="Budget: states of the whole campaign; default 27, or 12 more than are measured."),
-    ] = None,
-    batch: Annotated[int, Option("--batch", help="States at a time.")] = 4,
-    repeats: planned.Repeats = 3,
-    largest_force: Annotated[
-        float | None, Option("--largest-force-N", help="No impact is to exceed it, nor the device's range.")
-    ] = None,
+    states: _Budget = None,
+    batch: Annotated[int, Option("--batch", help="States at a time.")] = _BATCH,
+    repeats: planned.Repeats = _REPEATS,
+    largest_force: _LargestForce = None,
     device_range: planned.DeviceRange = None,
     device_spring: DeviceSpring = None,
     expect: planned.Expect = None,
@@ -48,32 +57,20 @@ def next_(
     Example: forcemap next new-cell --area back_of_hand --contact transient --distances-m 0.52,0.89
     --heights-m 0.14,0.46 --moving-mass-kg 30 --device-range-N 500 --device-spring-N-per-mm 75
     """
-    if folder.lower().endswith(".json") or (folder in fm.PUBLISHED_MAPS and not Path(folder).exists()):
-        raise fm.InputError(
-            "found a map, expected a campaign folder or an impacts table: next goes on from impacts; for a new "
-            "campaign that expects the forces of a map, name a new folder and give the map with --map",
-            file=folder,
-        )
+    _require_no_map(folder)
     mass, source = planned.expected_of(expect)
     conditions = planned.conditions_of(folder, device_range, device_spring, mass)
-    stated, kind = limit_from(limit, contact)
+    force_limit, kind = limit_from(limit, contact)
     campaign = fm.read_campaign(folder) if Path(folder, "plan.csv").exists() else None
-    # The runs for a table that is no campaign are shown and written nowhere.
-    table_alone = campaign is None and (Path(folder).is_file() or Path(folder, "impacts.csv").exists())
-    measured: fm.ImpactDataset | fm.Conditions = conditions
-    options: dict[str, Any] = {} if largest_force is None else {"largest_force": largest_force}
-    if table_alone:
-        measured = _with_device(fm.read_dataset(folder), conditions)
-    elif campaign is not None:
-        measured, trained = _measured(campaign), campaign.plan.role == "train"
-        if trained.any():
-            for name, values in (("distances", campaign.plan.distance), ("heights", campaign.plan.height)):
-                options[name] = values[trained].min(), values[trained].max()
+    measured = _table(folder, conditions) if campaign is None else _measured(campaign)
+    table_alone = campaign is None and isinstance(measured, fm.ImpactDataset)  # runs for it are shown, not written
     ranges = {"distances": distances, "heights": heights, "speeds": speeds}
+    options: dict[str, Any] = {} if largest_force is None else {"largest_force": largest_force}
+    options |= _planned_ranges(campaign) if campaign else {}
     options |= {name: figures(name, text) for name, text in ranges.items() if text is not None}
     answer = fm.next_measurements(
         measured,
-        stated,
+        force_limit,
         contact=kind,
         expected_force=force_map_from(source, None)[0] if source else None,
         form=fm.form_named(form or fm.CFM_3D.name),
@@ -82,34 +79,67 @@ def next_(
         repeats=repeats,
         **options,
     )
-    files: list[str] = []
-    if answer.plan is not None and not table_alone:
-        files = planned.write_campaign(
-            Path(folder),
-            answer.plan if campaign is None else extend_plan(campaign.plan, answer.plan),
-            answer.plan,
-            conditions,
-            [sentence(answer.upper_is)],
-            upper=answer.upper_force.tolist(),
-            waiting=planned.waiting_runs(campaign) if campaign else None,
-        )
-    asked = {
+    files = [] if table_alone else _written(folder, campaign, answer, conditions)
+    repeated = {
         **planned.limit_words(limit, contact),
         "--distances-m": distances,
         "--heights-m": heights,
         "--speeds-mps": speeds,
         "--states": states,
-        "--batch": None if batch == 4 else batch,
+        "--batch": None if batch == _BATCH else batch,
         "--largest-force-N": largest_force,
         "--form": form,
-        "--repeats": None if repeats == 3 else repeats,
+        "--repeats": None if repeats == _REPEATS else repeats,
         "--map": source,
     }
     if table_alone:
-        asked |= {"--device-range-N": device_range, "--device-spring-N-per-mm": device_spring}
-    again = planned.command_line("next", folder, asked)
+        repeated |= {"--device-range-N": device_range, "--device-spring-N-per-mm": device_spring}
+    again = planned.command_line("next", folder, repeated)
     emit(NextAnswer.of_next(answer, folder, files, again), _lines(folder, answer, files, again), as_json=as_json)
     return 1 if answer.plan is None else 0
+
+
+def _require_no_map(folder: str) -> None:
+    """Raise InputError for a map: there is nothing to go on from."""
+    if folder.lower().endswith(".json") or (folder in fm.PUBLISHED_MAPS and not Path(folder).exists()):
+        raise fm.InputError(
+            "found a map, expected a campaign folder or an impacts table: next goes on from impacts; for a new "
+            "campaign that expects the forces of a map, name a new folder and give the map with --map",
+            file=folder,
+        )
+
+
+def _planned_ranges(campaign: fm.Campaign) -> dict[str, tuple[float, float]]:
+    """The ranges of distances and heights of the states to train; empty if none is planned."""
+    plan, trained = campaign.plan, campaign.plan.role == "train"
+    if not trained.any():
+        return {}
+    axes = {"distances": plan.distance[trained], "heights": plan.height[trained]}
+    return {name: (float(values.min()), float(values.max())) for name, values in axes.items()}
+
+
+def _written(
+    folder: str, campaign: fm.Campaign | None, answer: fm.NextMeasurements, conditions: fm.Conditions
+) -> list[str]:
+    """Write the next runs into the campaign's plan and sheet; the names of the files, none if it is time to stop."""
+    if answer.plan is None:
+        return []
+    return planned.write_campaign(
+        Path(folder),
+        answer.plan if campaign is None else extend_plan(campaign.plan, answer.plan),
+        answer.plan,
+        conditions,
+        [sentence(answer.upper_is)],
+        upper=answer.upper_force.tolist(),
+        waiting=planned.waiting_runs(campaign) if campaign else None,
+    )
+
+
+def _table(folder: str, conditions: fm.Conditions) -> fm.ImpactDataset | fm.Conditions:
+    """An impacts table that is no campaign; the conditions of a new campaign if there is none."""
+    if Path(folder).is_file() or Path(folder, "impacts.csv").exists():
+        return _with_device(fm.read_dataset(folder), conditions)
+    return conditions
 
 
 def _measured(campaign: fm.Campaign) -> fm.ImpactDataset | fm.Conditions:
@@ -124,7 +154,7 @@ def _measured(campaign: fm.Campaign) -> fm.ImpactDataset | fm.Conditions:
 
 
 def _with_device(dataset: fm.ImpactDataset, stated: fm.Conditions) -> fm.ImpactDataset:
-    """A table that does not state its device, with the one that the options state."""
+    """A table with the device that the options state, if it states none itself."""
     device = stated.device
     if math.isnan(device.range) or not math.isnan(dataset.conditions.device.range):
         return dataset

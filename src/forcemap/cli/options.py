@@ -172,18 +172,18 @@ class Stated:
 
 
 def stated(limit: Sequence[str] | None) -> Stated:
-    """The values of the limit's option, by what they are."""
-    found = Stated([], [], [], [])
+    """The values of the limit's option, sorted by kind."""
+    values = Stated([], [], [], [])
     for text in limit or ():
         newtons = number(text)
         if newtons is not None:
-            found.newtons.append(newtons)
+            values.newtons.append(newtons)
         else:
-            kinds = {".toml": found.tasks, ".csv": found.tables}
-            kinds.get(Path(text).suffix.lower(), found.names).append(text)
-    if len(found.tables) > 1:
+            kinds = {".toml": values.tasks, ".csv": values.tables}
+            kinds.get(Path(text).suffix.lower(), values.names).append(text)
+    if len(values.tables) > 1:
         raise fm.InputError("limit: found several of --limit-table, expected one")
-    return found
+    return values
 
 
 def limit_from(
@@ -223,7 +223,7 @@ def require_as_spelled(arguments: Sequence[str]) -> None:
 
 
 def number(text: str) -> float | None:
-    """A text as a number, None if it is none."""
+    """A text as a number, None if it is not one."""
     try:
         return float(text)
     except ValueError:
@@ -231,18 +231,20 @@ def number(text: str) -> float | None:
 
 
 def stated_bound(bound: str | None, margin: float | None, device_error: float) -> Bound | None:
-    """The bound that the options name, None if none."""
+    """The bound that the options name; None if they name none."""
     kind, _, figures = (bound or "").lower().partition(":")
     if kind not in ("", "tolerance", "margin") or (figures and kind != "tolerance"):
         raise fm.InputError(f"bound: found {bound!r}, expected tolerance, tolerance:CONFIDENCE/CONTENT or margin")
     if margin is not None and kind != "margin":
         raise fm.InputError("margin: --margin goes with --bound margin")
     if kind == "margin":
-        return fm.FixedMargin(0.10 if margin is None else margin)
+        return fm.FixedMargin() if margin is None else fm.FixedMargin(margin)
     if not kind:
         return None
+    if not figures:
+        return fm.ToleranceBound(device_error=device_error)
     try:
-        confidence, content = (float(figure) for figure in (figures or "0.95/0.95").split("/"))
+        confidence, content = (float(figure) for figure in figures.split("/"))
     except ValueError:
         raise fm.InputError(f"bound: found {bound!r}, expected two figures as in tolerance:0.95/0.95") from None
     return fm.ToleranceBound(confidence, content, device_error)
@@ -251,7 +253,7 @@ def stated_bound(bound: str | None, margin: float | None, device_error: float) -
 def bound_from(force_map: fm.ForceMap, bound: str | None = None, margin: float | None = None) -> Bound:
     """The bound the options name; a tolerance bound for a fitted map, a margin for a published one."""
     default = "margin" if force_map.fit is None else "tolerance"
-    found = stated_bound(bound or default, margin, force_map.conditions.device.error_or_default)
-    assert found is not None
-    found.require(force_map)
-    return found
+    chosen = stated_bound(bound or default, margin, force_map.conditions.device.error_or_default)
+    assert chosen is not None
+    chosen.require(force_map)
+    return chosen

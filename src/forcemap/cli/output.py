@@ -27,12 +27,30 @@ if TYPE_CHECKING:  # a command loads the answers it gives, and no others
     from forcemap.answers.path import AlongAnswer
 
 SIMULATED = sentence(Finding.of(FindingKind.SIMULATED))
-_WIDEST = 100  # columns of a line of text
-_MOST_DISTANCES = 13  # columns of a grid that a page takes
+_WIDEST = 100
+"""Columns of a line of text; a choice: what a terminal and a page beside it show."""
+
+_INDENT = 4
+"""Columns by which what continues a line is indented, if the line is not; a choice."""
+
+_MOST_DISTANCES = 13
+"""Columns of a grid of places that is printed; nine columns for the heights and seven for each fill a line."""
+
+_MARKED_BY = 4000
+"""Where the mark of a result stands in its file [bytes]; a choice: it stands in the first lines."""
+
+_SILENT, _SHOWN_EVERY = 1.0, 0.1
+"""Work that is over sooner shows no progress, and how often progress is shown [s]; choices for a person's eye."""
+
+_BAR = 30
+"""Columns of the bar of progress; a choice."""
+
+_PROGRESS_LINE = 78
+"""Columns that are cleared when the work is done; a choice: a terminal of 80 columns does not wrap."""
 
 
 def emit(answer: Answer | dict[str, Any], lines: Iterable[str], *, as_json: bool) -> None:
-    """Print an answer as one JSON object, or as lines of text of at most 100 columns."""
+    """Print an answer as one JSON object, or as wrapped lines of text."""
     if as_json:
         print(answer.json_text() if isinstance(answer, Answer) else json_text(answer))
     else:
@@ -40,10 +58,10 @@ def emit(answer: Answer | dict[str, Any], lines: Iterable[str], *, as_json: bool
 
 
 def wrapped(lines: Iterable[str]) -> list[str]:
-    """Lines of at most 100 columns, broken between words; what continues a line is indented."""
+    """Lines of at most 100 columns, broken between words; continued lines are indented."""
     parts = []
     for line in lines:
-        indent = len(line) - len(line.lstrip(" -")) or 4
+        indent = len(line) - len(line.lstrip(" -")) or _INDENT
         parts += (
             textwrap.wrap(line, _WIDEST, subsequent_indent=" " * indent, break_long_words=False, break_on_hyphens=False)
             if len(line) > _WIDEST
@@ -60,14 +78,14 @@ def emit_error(error: ForcemapError, *, as_json: bool) -> None:
 
 
 def write_result(path: str, text: str, *, mark: str) -> None:
-    """Write a result file; an existing file is replaced only if it holds `mark`, so is such a result itself.
+    """Write a result file; an existing file is replaced only if it holds `mark`, as an earlier result does.
 
     Raises
     ------
     InputError
         The file is another one, or cannot be written.
     """
-    if Path(path).exists() and mark not in read_bytes(path)[:4000].decode(errors="replace"):
+    if Path(path).exists() and mark not in read_bytes(path)[:_MARKED_BY].decode(errors="replace"):
         raise InputError(
             "this is another file, not an earlier result; it is not overwritten, choose another name", file=path
         )
@@ -87,15 +105,15 @@ class Progress:
     def show(self, done: int) -> None:
         """Show how many are done."""
         now = time.monotonic()
-        if now - self._start > 1.0 and now - self._last > 0.1 and sys.stderr.isatty():
+        if now - self._start > _SILENT and now - self._last > _SHOWN_EVERY and sys.stderr.isatty():
             self._last = now
-            filled = 30 * done // max(self._total, 1)
-            bar = "#" * filled + "." * (30 - filled)
+            filled = _BAR * done // max(self._total, 1)
+            bar = "#" * filled + "." * (_BAR - filled)
             print(f"\r[{bar}] {done} of {self._total} {self._what}", end="", file=sys.stderr, flush=True)
 
     def __exit__(self, *_: object) -> None:
         if self._last > self._start:
-            print("\r" + " " * 78 + "\r", end="", file=sys.stderr, flush=True)
+            print("\r" + " " * _PROGRESS_LINE + "\r", end="", file=sys.stderr, flush=True)
 
 
 def json_text(value: Any) -> str:
@@ -111,7 +129,7 @@ def table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> list[str]:
 
 
 def grid(cells: Mapping[tuple[float, float], str]) -> list[str]:
-    """A text table of places by distance and height [m], heights downwards, if a page takes it."""
+    """A text table of places by distance and height [m], heights downwards; one line if it is too wide."""
     distances, heights = (sorted({place[axis] for place in cells}) for axis in (0, 1))
     rows = [[f"{h:.3f}", *(cells.get((d, h), "") for d in distances)] for h in reversed(heights)]
     lines = table([r"h \ d [m]", *(f"{d:.3f}" for d in distances)], rows)
@@ -136,12 +154,12 @@ def change(ratio: float | None) -> str:
 
 
 def first_lines(answer: RestsOn | AlongAnswer) -> list[str]:
-    """What must be said before a speed."""
+    """What must be read before a speed."""
     return [*[SIMULATED] * answer.simulated, *answer.warnings]
 
 
 def assumes(answer: RestsOn | AlongAnswer) -> list[str]:
-    """What an answer assumes, in a paragraph after it, without what stands above it."""
+    """What an answer assumes, in a paragraph after it, without what already stands above."""
     above = {SIMULATED, f"bound: {bound_words(answer.bound)}"}
     above |= {f"limit: {answer.limit}"} if isinstance(answer, RestsOn) else set()
     return ["", f"Assumes: {'; '.join(line for line in answer.assumptions if line not in above)}"]
@@ -185,8 +203,8 @@ def fit_warnings(answer: FitAnswer | EvaluateAnswer) -> list[str]:
 
 
 def fit_notes(answer: FitAnswer | EvaluateAnswer) -> list[str]:
-    """Whether the form fits and forces have kept, where nothing speaks against it."""
-    notes = [each.finding for each in (answer.form_test, answer.drift) if each]
+    """Whether the form fits and forces have not drifted, where nothing speaks against it."""
+    notes = [test.finding for test in (answer.form_test, answer.drift) if test]
     return [note for note in notes if note not in fit_warnings(answer)]
 
 
@@ -202,7 +220,7 @@ def place_lines(answer: PlaceFigures) -> list[str]:
 
 
 def shown(speed: float | None) -> str:
-    """A speed as it is shown: cut to 0.001 m/s, a dash where there is none."""
+    """A speed for text: rounded down to 0.001 m/s, a dash if there is none."""
     return floor_speed(math.nan if speed is None else speed)
 
 

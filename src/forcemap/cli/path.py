@@ -110,7 +110,7 @@ _HINTS = {
 
 
 def path_lines(answer: PathAnswer, file: str) -> list[str]:
-    """Whether a path may be driven as programmed, why not, its stretches of one outcome, and cycle times."""
+    """Whether a path may be driven as programmed, if not why, its stretches of equal outcome, and cycle times."""
     rows, reasons = [], []
     for (name, outcome, reason, governed_by), group in itertools.groupby(
         answer.pieces, key=lambda piece: (piece.segment, piece.outcome, piece.reason, piece.governed_by)
@@ -167,7 +167,7 @@ def _verdict(answer: PathAnswer) -> str:
 
 def _hints(refusals: Iterable[Refused]) -> list[str]:
     """What can be done about pieces without permission."""
-    outcomes = {each.outcome for each in refusals}
+    outcomes = {refusal.outcome for refusal in refusals}
     return [f"  {hint}" for outcome, hint in _HINTS.items() if outcome in outcomes]
 
 
@@ -179,8 +179,8 @@ def places_lines(answer: PlacesAnswer) -> list[str]:
         share, place = 100 * most.permitted_share, f"d = {most.distance_m:g} m, h = {most.height_m:g} m"
         lines.append(f"NO POSITION has permission for the whole path; most, {share:.0f} %, at {place}:")
         lines += [
-            f"  {each.segment}: {each.length_m:.3f} m {each.outcome.replace('_', ' ')}, {each.reason}"
-            for each in answer.refusals
+            f"  {part.segment}: {part.length_m:.3f} m {part.outcome.replace('_', ' ')}, {part.reason}"
+            for part in answer.refusals
         ]
         lines += _hints(answer.refusals)
     else:
@@ -195,17 +195,17 @@ def places_lines(answer: PlacesAnswer) -> list[str]:
 
 
 def _positions(answer: PlacesAnswer) -> list[str]:
-    times = {(each.distance_m, each.height_m): each.cycle_time_s for each in answer.positions}
-    lines = grid({at: "?" if time is None else f"{time:.3f}" for at, time in times.items()})
+    times = {(position.distance_m, position.height_m): position.cycle_time_s for position in answer.positions}
+    lines = grid({place: "?" if time is None else f"{time:.3f}" for place, time in times.items()})
     title = "cycle time [s] with the table's frame at d, h; ? where a part of the path has no permission"
     return [title, *lines]
 
 
 def _cycle_lines(times: list[CycleTimeAnswer], *, refused: bool) -> list[str]:
     rows = []
-    for each in times:
-        shares = (each.cycle_time_s, each.permitted_time_s)
-        rows.append([each.rule, shown(each.speed_mps), *("-" if t is None else f"{t:.3f} s" for t in shares)])
+    for row in times:
+        parts = (row.cycle_time_s, row.permitted_time_s)
+        rows.append([row.rule, shown(row.speed_mps), *("-" if t is None else f"{t:.3f} s" for t in parts)])
     lines = table(["cycle time at", "m/s", "whole path", "permitted part"], rows)
     _, standard, *_ = times
     if standard.cycle_time_s is None and not refused:

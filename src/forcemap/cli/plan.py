@@ -20,7 +20,47 @@ from forcemap.limits.device_spring import device_suitability
 from forcemap.planning.measurements import DesignedPlan
 from forcemap.words import sentence, sentences
 
-_LISTED = 5  # speeds that are listed; of more the range is said
+_LISTED = 5
+"""Speeds that are named; of more the range is said. A choice."""
+
+
+_Design = Annotated[
+    str,
+    Option(
+        "--design",
+        help="spread: corners, and places and speeds between them; paper: 3 x 3 places x 3 speeds; full-grid: "
+        "5 x 5 x 5; symmetry: at several base angles; i-optimal, or i-optimal:LOG_SPEED for another form: the best "
+        "--states of 9 x 9 x 9.",
+    ),
+]
+_States = Annotated[
+    int | None,
+    Option(
+        "--states",
+        help="States to train: spread has 27 if not given, i-optimal 18; any other design has fewer than 18 only "
+        "if you name their number.",
+    ),
+]
+_Places = Annotated[
+    int | None,
+    Option("--places", help="Of spread: number of places, 14 if not given; of i-optimal: the most."),
+]
+_Again = Annotated[
+    int | None, Option("--again", help="States measured again at the end, to tell drift; 3 of spread if not given.")
+]
+_PlaceMinutes = Annotated[float, Option("--minutes-per-place", help="Assumed time to put up the device at a place.")]
+_BaseAngles = Annotated[
+    str, Option("--base-angles-deg", help="Angle of the base joint; for --design symmetry several.")
+]
+_Reach = Annotated[
+    float,
+    Option(
+        "--reach-m",
+        help="Largest distance of a place from the base's origin; spread moves farther ones inwards, the other "
+        "designs leave them out.",
+        show_default=False,
+    ),
+]
 
 
 def plan(
@@ -28,47 +68,15 @@ def plan(
     distances: planned.Distances = None,
     heights: planned.Heights = None,
     speeds: Annotated[str | None, Option("--speeds-mps", help="Slowest and fastest speed, or all of them.")] = None,
-    design: Annotated[
-        str,
-        Option(
-            "--design",
-            help="spread: corners, and places and speeds between them; paper: 3 x 3 places x 3 speeds; full-grid: "
-            "5 x 5 x 5; symmetry: at several base angles; i-optimal, or i-optimal:LOG_SPEED for another form: the best "
-            "--states of 9 x 9 x 9.",
-        ),
-    ] = fm.Design.SPREAD.value,
-    states: Annotated[
-        int | None,
-        Option(
-            "--states",
-            help="States to train: spread has 27 if not given, i-optimal 18; any other design has fewer than 18 only "
-            "if you name their number.",
-        ),
-    ] = None,
-    places: Annotated[
-        int | None,
-        Option("--places", help="Of spread: number of places, 14 if not given; of i-optimal: the most."),
-    ] = None,
-    again: Annotated[
-        int | None, Option("--again", help="States measured again at the end, to tell drift; 3 of spread if not given.")
-    ] = None,
-    place_minutes: Annotated[
-        float, Option("--minutes-per-place", help="Assumed time to put up the device at a place.")
-    ] = 10.0,
+    design: _Design = fm.Design.SPREAD.value,
+    states: _States = None,
+    places: _Places = None,
+    again: _Again = None,
+    place_minutes: _PlaceMinutes = 10.0,
     impact_minutes: Annotated[float, Option("--minutes-per-impact", help="Assumed time for an impact.")] = 1.0,
     repeats: planned.Repeats = 3,
-    base_angles: Annotated[
-        str, Option("--base-angles-deg", help="Angle of the base joint; for --design symmetry several.")
-    ] = "",
-    reach: Annotated[
-        float,
-        Option(
-            "--reach-m",
-            help="Largest distance of a place from the base's origin; spread moves farther ones inwards, the other "
-            "designs leave them out.",
-            show_default=False,
-        ),
-    ] = math.inf,
+    base_angles: _BaseAngles = "",
+    reach: _Reach = math.inf,
     device_range: planned.DeviceRange = None,
     device_spring: DeviceSpring = None,
     expect: planned.Expect = None,
@@ -85,17 +93,15 @@ def plan(
         raise fm.InputError("plan: expected --distances-m, --heights-m and --speeds-mps, the ranges to measure")
     if Path(folder, "plan.csv").exists():
         raise fm.InputError("the folder has a plan already; name a new folder, or move the plan away", file=folder)
-    kind, _, form = design.partition(":")
-    if kind not in list(fm.Design) or (form and kind != fm.Design.I_OPTIMAL):
-        raise fm.InputError(f"design: found {design!r}, expected {', '.join(fm.Design)} or i-optimal:FORM")
+    kind, form = _kind_and_form(design)
     mass, source = planned.expected_of(expect)
     conditions = planned.conditions_of(folder, device_range, device_spring, mass)
     newtons, doubts = _to_confirm(limit, contact, conditions.device.stiffness) if limit else (math.nan, [])
-    made = fm.plan_measurements(
+    campaign_plan = fm.plan_measurements(
         figures("distances", distances),
         figures("heights", heights),
         figures("speeds", speeds),
-        design=fm.Design(kind),
+        design=kind,
         repeats=repeats,
         places=places,
         again=again,
@@ -105,50 +111,60 @@ def plan(
         expected_force=force_map_from(source, None)[0] if source else fm.StandardExpectation.of(conditions),
         limit=newtons,
         states=states,
-        form=fm.form_named(form) if form else fm.CFM_3D,
+        form=form,
     )
-    made = dataclasses.replace(made, warnings=(*doubts, *made.warnings, *_needed(conditions.device, doubts)))
-    minutes = made.minutes(place_minutes, impact_minutes)
-    files = planned.write_campaign(Path(folder), made, made, conditions)
+    warnings = (*doubts, *campaign_plan.warnings, *_needed(conditions.device, doubts))
+    campaign_plan = dataclasses.replace(campaign_plan, warnings=warnings)
+    minutes = campaign_plan.minutes(place_minutes, impact_minutes)
+    files = planned.write_campaign(Path(folder), campaign_plan, campaign_plan, conditions)
     assumed = f"if a place takes {place_minutes:g} min and an impact {impact_minutes:g} min (assumed)"
     time = f"{minutes // 60:.0f} h {minutes % 60:02.0f} min, {assumed}"
-    emit(PlanAnswer.of_plan(made, folder, files, minutes), _lines(folder, made, files, time), as_json=as_json)
+    answer = PlanAnswer.of_plan(campaign_plan, folder, files, minutes)
+    emit(answer, _lines(folder, campaign_plan, files, time), as_json=as_json)
+
+
+def _kind_and_form(design: str) -> tuple[fm.Design, fm.Form]:
+    """The design and the form it is optimal for, from the option's text."""
+    kind, _, form = design.partition(":")
+    if kind not in list(fm.Design) or (form and kind != fm.Design.I_OPTIMAL):
+        raise fm.InputError(f"design: found {design!r}, expected {', '.join(fm.Design)} or i-optimal:FORM")
+    return fm.Design(kind), fm.form_named(form) if form else fm.CFM_3D
 
 
 def _to_confirm(limit: list[str], contact: fm.Contact | None, stiffness: float) -> tuple[float, list[Finding]]:
-    """The limit [N], and why this device will confirm no speed for it, if so."""
-    stated, kind = limit_from(limit, contact)
-    if not isinstance(stated, fm.ForceLimit):
-        return float(stated.force), []
-    refusal = device_suitability(stated.name, stated.stiffness, stiffness).refusal
-    doubts = [Finding.of(FindingKind.NO_SPEED_FOR_AREA, refusal, area=stated.name)] if refusal else []
-    return stated.force(kind) if kind else math.nan, doubts
+    """The limit [N], and why this device can confirm no speed for it, if it cannot."""
+    force_limit, kind = limit_from(limit, contact)
+    if not isinstance(force_limit, fm.ForceLimit):
+        return float(force_limit.force), []
+    refusal = device_suitability(force_limit.name, force_limit.stiffness, stiffness).refusal
+    doubts = [Finding.of(FindingKind.NO_SPEED_FOR_AREA, refusal, area=force_limit.name)] if refusal else []
+    return force_limit.force(kind) if kind else math.nan, doubts
 
 
-def _needed(device: fm.Device, said: list[Finding]) -> list[Finding]:
-    """What collecting, and a speed for a body area, will need of the device, but for what is said already."""
-    found = [Finding.of(FindingKind.COLLECT_NEEDS, entry="device.range_N")] if math.isnan(device.range) else []
-    asked = any(part.kind is FindingKind.SPRING_OF_DEVICE_NOT_STATED for each in said for part in each.also)
+def _needed(device: fm.Device, doubts: list[Finding]) -> list[Finding]:
+    """What collecting, and a speed for a body area, need of the device and is not stated; without what `doubts` say."""
+    needs = [Finding.of(FindingKind.COLLECT_NEEDS, entry="device.range_N")] if math.isnan(device.range) else []
+    said = any(part.kind is FindingKind.SPRING_OF_DEVICE_NOT_STATED for doubt in doubts for part in doubt.also)
     spring = Finding.of(FindingKind.SPRING_NEEDED, entry="device.stiffness_N_per_m")
-    return [*found, spring] if math.isnan(device.stiffness) and not asked else found
+    return [*needs, spring] if math.isnan(device.stiffness) and not said else needs
 
 
-def _lines(folder: str, made: DesignedPlan, files: list[str], time: str) -> list[str]:
-    values = sorted(set(made.speed.tolist()))
+def _lines(folder: str, plan: DesignedPlan, files: list[str], time: str) -> list[str]:
+    values = sorted(set(plan.speed.tolist()))
     speeds = ", ".join(f"{v:g}" for v in values) if len(values) <= _LISTED else f"{values[0]:g} to {values[-1]:g}"
-    source = sentence(made.expected_from) or "nothing (give --moving-mass-kg or --map)"
+    source = sentence(plan.expected_from) or "nothing (give --moving-mass-kg or --map)"
     order = "all places at the lowest speed first, far to near, then the next speed"
-    if made.by_place:
+    if plan.by_place:
         order = "place by place, the corners first and the others in random order, slow to fast at each"
-    again = f"; {counted(len(made.again), 'state')} again at the end" if made.again else ""
+    again = f"; {counted(len(plan.again), 'state')} again at the end" if plan.again else ""
     return [
-        f"{len(made)} impacts in {len(made.states)} states, at {speeds} m/s, written to {folder}",
-        *([sentence(made.note)] if made.note else []),
+        f"{len(plan)} impacts in {len(plan.states)} states, at {speeds} m/s, written to {folder}",
+        *([sentence(plan.note)] if plan.note else []),
         order + again,
-        f"the device is put up {made.set_ups} times: {time}",
+        f"the device is put up {plan.set_ups} times: {time}",
         f"expected forces from: {source}",
-        *(f"WARNING: {warning}" for warning in sentences(made.warnings)),
-        *(listing("Left out", sentences(made.left_out)) if made.left_out else []),
+        *(f"WARNING: {warning}" for warning in sentences(plan.warnings)),
+        *(listing("Left out", sentences(plan.left_out)) if plan.left_out else []),
         "",
         f"Files: {', '.join(files)}",
         "Next:",

@@ -23,6 +23,7 @@ from forcemap.files import write_atomically
 
 SHEET = "run_sheet.txt"
 _WIDTH = 100
+"""Columns of a line of a sheet and of a command, as of all text (`output`)."""
 
 Distances = Annotated[
     str | None, Option("--distances-m", help="Nearest and farthest distance from the base z-axis, or all of them.")
@@ -108,7 +109,7 @@ def write_campaign(
     upper: Sequence[float] = (),
     waiting: fm.MeasurementPlan | None = None,
 ) -> list[str]:
-    """Write a campaign's files, the sheet with the new runs and those that wait to be measured; their names."""
+    """Write a campaign's files, the sheet with the new runs and those still to be measured; the names of the files."""
     wrapped = [line for note in notes for line in textwrap.wrap(note, _WIDTH, subsequent_indent="    ")]
     sheet = [*wrapped, *run_sheet(new, conditions, upper_force=upper, waiting=waiting)]
     try:
@@ -125,7 +126,7 @@ def write_campaign(
 
 
 def waiting_runs(campaign: fm.Campaign, *, but: Sequence[str] = ()) -> fm.MeasurementPlan:
-    """The planned runs without a recording that is used, but for some: what was printed before is not lost."""
+    """The planned runs without a used recording, except some: runs of an earlier sheet are printed again."""
     names = campaign.plan.recording
     return campaign.plan.select(np.isin(names, campaign.missing) & ~np.isin(names, list(but)))
 
@@ -154,7 +155,7 @@ def measuring_lines(folder: str, files: Sequence[str], then: str) -> list[str]:
 
 
 def runs_table(plan: fm.MeasurementPlan, upper: Sequence[float]) -> list[str]:
-    """A line a state."""
+    """A line for every state."""
     rows = {
         name: [name, f"{d:.3f}", f"{h:.3f}", f"{v:.3f}", f"{force:.1f}", f"{most:.1f}"]
         for name, d, h, v, force, most in zip(

@@ -125,16 +125,17 @@ def _require_same_areas(assessment: fm.CampaignAssessment, target: Path) -> None
 def _verify(file: str, folder: str, *, as_json: bool) -> int:
     from forcemap.report import verify_report
 
-    found = verify_report(file, folder)
-    figures = asdict(found)
-    result = {"holds": found.holds, "report_intact": figures.pop("intact"), **figures}
-    lines = [f"Report of {found.date}, written by {found.software}"]
-    lines += [] if found.intact else ["ALTERED: the report file is not as it was written"]
-    for title, files in (("Changed", found.changed), ("Vanished", found.vanished), ("New", found.new)):
+    changes = verify_report(file, folder)
+    figures = asdict(changes)
+    result = {"holds": changes.holds, "report_intact": figures.pop("intact"), **figures}
+    lines = [f"Report of {changes.date}, written by {changes.software}"]
+    lines += [] if changes.intact else ["ALTERED: the report file is not as it was written"]
+    for title, files in (("Changed", changes.changed), ("Vanished", changes.vanished), ("New", changes.new)):
         lines += listing(f"{title} since", map(_printable, files)) if files else []
-    lines += ["Nothing changed since" if found.holds else "Write the report again", f"{found.unchanged} files as then"]
+    lines.append("Nothing changed since" if changes.holds else "Write the report again")
+    lines.append(f"{changes.unchanged} files as then")
     emit(result, lines, as_json=as_json)
-    return 0 if found.holds else 1
+    return 0 if changes.holds else 1
 
 
 def _result(assessment: fm.CampaignAssessment, files: list[str]) -> dict[str, Any]:
@@ -146,40 +147,47 @@ def _result(assessment: fm.CampaignAssessment, files: list[str]) -> dict[str, An
         "missing": {name: part.reason for name, part in parts.items() if isinstance(part, Missing)},
         "speeds": [
             {
-                "limit": found.limit.name,
-                "contact": found.contact.value,
-                "limit_N": found.limit.force(found.contact) if permitted else None,
-                "outcome": "confirmed" if found.confirmed else "unconfirmed" if permitted else "not_permitted",
-                "reason": found.speeds.reason if isinstance(found.speeds, Missing) else "",
-                "confirmed_places": found.confirmed,
-                "unconfirmed_places": found.unconfirmed,
-                "lowest_speed_mps": found.slowest,
-                "highest_speed_mps": found.fastest,
-                "lowest_speed_to_program_mps": found.slowest_to_program,
-                "highest_speed_to_program_mps": found.fastest_to_program,
+                "limit": part.limit.name,
+                "contact": part.contact.value,
+                "limit_N": part.limit.force(part.contact) if part.limit.permitted else None,
+                "outcome": _outcome(part.confirmed, part.limit),
+                "reason": part.speeds.reason if isinstance(part.speeds, Missing) else "",
+                "confirmed_places": part.confirmed,
+                "unconfirmed_places": part.unconfirmed,
+                "lowest_speed_mps": part.slowest,
+                "highest_speed_mps": part.fastest,
+                "lowest_speed_to_program_mps": part.slowest_to_program,
+                "highest_speed_to_program_mps": part.fastest_to_program,
             }
-            for found, permitted in ((each, each.limit.permitted) for each in assessment.speeds)
+            for part in assessment.speeds
         ],
-        "inputs": {_printable(each.path): each.sha256 for each in assessment.inputs},
+        "inputs": {_printable(file.path): file.sha256 for file in assessment.inputs},
     }
+
+
+def _outcome(confirmed_places: int, limit: fm.ForceLimit) -> str:
+    """Whether any place has a speed for a limit."""
+    if confirmed_places:
+        return "confirmed"
+    return "unconfirmed" if limit.permitted else "not_permitted"
 
 
 def answer_lines(assessment: fm.CampaignAssessment) -> list[str]:
     """What is confirmed for every body area and contact, after what must be said first."""
     lines = ["SIMULATED impacts: not a measurement of any robot"] if assessment.simulated else []
     lines += listing("READ THIS FIRST", sentences(assessment.findings)) if assessment.findings else []
-    for found in assessment.speeds:
-        name = f"{found.limit.name}, {found.contact}"
-        if isinstance(found.speeds, Missing):
-            lines.append(f"{name}: no speed: {found.speeds.reason}")
+    for part in assessment.speeds:
+        name = f"{part.limit.name}, {part.contact}"
+        if isinstance(part.speeds, Missing):
+            lines.append(f"{name}: no speed: {part.speeds.reason}")
             continue
-        newtons = f"{name}, {found.limit.force(found.contact):g} N"
+        newtons = f"{name}, {part.limit.force(part.contact):g} N"
         lines.append(
-            f"{newtons}: {found.confirmed} places confirmed, program at most "
-            f"{fm.floor_speed(found.slowest_to_program)} to {fm.floor_speed(found.fastest_to_program)} m/s "
-            f"({fm.floor_speed(found.slowest)} to {fm.floor_speed(found.fastest)} m/s at contact), place by place; "
-            f"{found.unconfirmed} unconfirmed"
-            if found.confirmed
+            f"{newtons}: {part.confirmed} places confirmed, program at most "
+            f"{fm.floor_speed(part.slowest_to_program)} to {fm.floor_speed(part.fastest_to_program)} m/s "
+            f"({fm.floor_speed(part.slowest)} to {fm.floor_speed(part.fastest)} m/s at contact), place by place; "
+            f"{part.unconfirmed} unconfirmed"
+            if part.confirmed
             else f"{newtons}: no place confirmed"
         )
     return lines

@@ -53,15 +53,15 @@ def simulate(
     runs = fm.read_plan(plan, tolerance=tolerance)
     name = Path(plan).resolve()
     target = Path(folder) if folder else name.with_name(f"{name.stem if name.is_file() else name.name}-{preset}")
-    given = {key: value for key, value in vars(conditions.device).items() if value == value and value != ""}
-    device = SimulatedDevice(device=dataclasses.replace(PAPER_DEVICE, **given))
-    made = simulate_campaign(runs, robot, device, np.random.default_rng(seed), target, conditions=conditions)
-    peaks, scenarios = made.impacts.peak_force, sorted({str(scenario) for scenario in made.impacts.scenario})
+    stated = {key: value for key, value in vars(conditions.device).items() if value == value and value != ""}
+    device = SimulatedDevice(device=dataclasses.replace(PAPER_DEVICE, **stated))
+    simulated = simulate_campaign(runs, robot, device, np.random.default_rng(seed), target, conditions=conditions)
+    peaks, scenarios = simulated.impacts.peak_force, sorted({str(scenario) for scenario in simulated.impacts.scenario})
     answer = SimulationAnswer(
         folder=str(target),
         preset=preset,
         changes=robot.changes,
-        recordings=len(made.recording),
+        recordings=len(simulated.recording),
         lowest_peak_force_N=peaks.min(),
         highest_peak_force_N=peaks.max(),
         beyond_device_range=int(np.sum(peaks >= device.device.range)),
@@ -70,7 +70,7 @@ def simulate(
     )
     lines = [
         f"SIMULATED with {', '.join([preset, *robot.changes])}: not a measurement of any robot",
-        f"{len(made.recording)} recordings in {target}, peaks {peaks.min():.0f} to {peaks.max():.0f} N, "
+        f"{len(simulated.recording)} recordings in {target}, peaks {peaks.min():.0f} to {peaks.max():.0f} N, "
         f"{answer.beyond_device_range} at or above the device range of {device.device.range:g} N; "
         f"{', '.join(scenarios).replace('_', ' ')}",
         "truth.csv holds the true peaks; nothing of the evaluation reads it",

@@ -47,9 +47,14 @@ def speed(
     Example: forcemap speed ur10e --distance 0.8 --height 0.4 --area back_of_hand --contact transient
     """
     force_map, accuracy = options.force_map_from(source, form, device_spring)
-    held, kind = options.limit_from(limit, contact, quasi_static, limit_spring)
+    force_limit, kind = options.limit_from(limit, contact, quasi_static, limit_spring)
     used = options.bound_from(force_map, bound, margin)
-    case: dict[str, Any] = {"limit": held, "contact": kind, "bound": used, "allowance": fm.Allowance(speed=overshoot)}
+    case: dict[str, Any] = {
+        "limit": force_limit,
+        "contact": kind,
+        "bound": used,
+        "allowance": fm.Allowance(speed=overshoot),
+    }
     answer = SpeedAnswer.of_place(force_map, (distance, height), accuracy, **case)
     emit(answer, speed_lines(answer), as_json=as_json)
     return 1 if answer.speed_to_program_mps is None else 0
@@ -79,9 +84,14 @@ def speed_map(
     if output and not output.endswith((".csv", ".json")):
         raise fm.InputError("found a name that ends otherwise, expected .csv or .json", file=output)
     force_map, accuracy = options.force_map_from(source, form, device_spring)
-    held, kind = options.limit_from(limit, contact, quasi_static, limit_spring)
+    force_limit, kind = options.limit_from(limit, contact, quasi_static, limit_spring)
     used = options.bound_from(force_map, bound, margin)
-    case: dict[str, Any] = {"limit": held, "contact": kind, "bound": used, "allowance": fm.Allowance(speed=overshoot)}
+    case: dict[str, Any] = {
+        "limit": force_limit,
+        "contact": kind,
+        "bound": used,
+        "allowance": fm.Allowance(speed=overshoot),
+    }
     speeds = fm.speed_map(force_map, *fm.measured_grid(force_map, step), **case)
     answer = SpeedMapAnswer.of_speeds(force_map, speeds, accuracy)
     if output and output.endswith(".csv"):
@@ -100,7 +110,12 @@ def speed_map_table(speeds: fm.SpeedMap, answer: SpeedMapAnswer, source: str) ->
     return speed_map_csv(speeds, basis=basis | {"map_sha256": answer.map_sha256})
 
 
-_SLOWEST_HINT = 0.02  # [m/s]; no robot is measured slower
+_SLOWEST_HINT = 0.02
+"""Slowest speed to propose for a measurement [m/s]; a choice: no robot is measured slower."""
+
+_HINTS = 3
+"""Places proposed for a measurement; a choice: the most promising come first, --json has all."""
+
 _MARKS = {"outside": ".", "unconfirmed": "?", "not_permitted": "x"}
 _MARGIN = {"kind": "margin", "margin": 0.1}
 
@@ -145,7 +160,7 @@ def speed_map_lines(answer: SpeedMapAnswer, written: str | None) -> list[str]:
         *grid_lines(answer),
         "",
         "speed at contact in m/s",
-        *grid({(each.distance_m, each.height_m): _cell(each.outcome, each.speed_mps) for each in answer.places}),
+        *grid({(place.distance_m, place.height_m): _cell(place.outcome, place.speed_mps) for place in answer.places}),
         "",
         *next_lines(answer),
         *([f"written to {written}"] if written else []),
@@ -155,11 +170,11 @@ def speed_map_lines(answer: SpeedMapAnswer, written: str | None) -> list[str]:
 
 
 def fastest_line(answer: SpeedMapAnswer) -> str:
-    """How fast may be programmed where, at the fastest place and at the slowest that has a speed."""
-    program = [each for each in answer.places if each.speed_to_program_mps is not None]
+    """The speed to program at the fastest place, and at the slowest place that has one."""
+    program = [place for place in answer.places if place.speed_to_program_mps is not None]
     if not program:
         return f"No speed to program at any place: {answer.to_program_reason}"
-    slow, fast = (pick(program, key=lambda each: each.speed_to_program_mps or 0.0) for pick in (min, max))
+    slow, fast = (pick(program, key=lambda place: place.speed_to_program_mps or 0.0) for pick in (min, max))
     every = f"{shown(slow.speed_to_program_mps)} m/s at all {counted(len(program), 'place')} with a speed"
     where = f"{shown(fast.speed_to_program_mps)} m/s at d = {fast.distance_m:.4g} m, h = {fast.height_m:.4g} m"
     return f"Program at most {every}; up to {where}"
@@ -183,7 +198,7 @@ def next_lines(answer: SpeedMapAnswer) -> list[str]:
     reasons = [place.to_program_reason for place in unconfirmed]
     lines = [f"unconfirmed: {reason} ({counted(reasons.count(reason), 'place')})" for reason in dict.fromkeys(reasons)]
     hints = [place for place in unconfirmed if (place.extrapolated_speed_mps or 0.0) > _SLOWEST_HINT]
-    for place in sorted(hints, key=lambda each: -(each.extrapolated_speed_mps or 0.0))[:3]:
+    for place in sorted(hints, key=lambda hint: -(hint.extrapolated_speed_mps or 0.0))[:_HINTS]:
         lines.append(
             f"measure next: d = {place.distance_m:.3f} m, h = {place.height_m:.3f} m at about "
             f"{shown(place.extrapolated_speed_mps)} m/s (a hint, no permission)"

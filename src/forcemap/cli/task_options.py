@@ -88,7 +88,7 @@ def axis_from(text: str) -> tuple[float, ...]:
     """An axis of the flange by name or by its components."""
     name = text.strip().lstrip("+-")
     if name in _AXES:
-        return tuple((-1.0 if text.strip().startswith("-") else 1.0) * each for each in _AXES[name])
+        return tuple((-1.0 if text.strip().startswith("-") else 1.0) * component for component in _AXES[name])
     return tuple(figures("tool axis (x, y, z, -x, -y, -z or x,y,z)", text))
 
 
@@ -146,13 +146,13 @@ def task_from(
     if len(given.names) != 1 or contact is None:
         raise fm.InputError("task: expected --task, or one of --area and --region with --contact")
     fm.force_limit(given.names[0], table=given.table)
-    segments = tuple(fm.TaskSegment(each, (given.names[0],), contact, math.nan) for each in dict.fromkeys(names))
-    return fm.Task(segments, 1.0 if acceleration is None else acceleration)
+    segments = tuple(fm.TaskSegment(name, (given.names[0],), contact, math.nan) for name in dict.fromkeys(names))
+    return fm.Task(segments) if acceleration is None else fm.Task(segments, acceleration)
 
 
 def limits_of(
     task: fm.Task, table: fm.LimitTable | None
 ) -> list[tuple[fm.ForceLimit | fm.NewtonLimit | float, fm.Contact | None]]:
-    """Every limit that holds somewhere in a task, with its contact."""
+    """Every limit that holds somewhere in a task, with its kind of contact."""
     pairs = dict.fromkeys((area, segment.contact) for segment in task.segments for area in segment.areas)
     return [(fm.force_limit(area, table=table), contact) for area, contact in pairs]

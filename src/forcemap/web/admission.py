@@ -8,7 +8,7 @@ from urllib.parse import unquote, urlencode
 from starlette.requests import Request
 from starlette.responses import RedirectResponse, Response
 
-from forcemap.web.refusal import Refusal
+from forcemap.web.request_error import RequestError
 
 TOKEN = "token"
 """The parameter of an address that carries the token."""
@@ -17,7 +17,7 @@ WHERE = "open the address that forcemap serve printed where it was started; it c
 
 
 def new_token() -> str:
-    """A token that nobody guesses, for one run of the server."""
+    """A token that nobody can guess, for one run of the server."""
     return secrets.token_urlsafe(32)
 
 
@@ -45,9 +45,9 @@ class Admission:
         self._token, self._cookie = token, new_token()
 
     def opened(self, request: Request) -> Response | None:
-        """The way to the same page without the token and with the cookie, if the address carries the token.
+        """A redirect to the same page without the token that sets the cookie; None if the address carries no token.
 
-        An old token in the address of a browser that has the cookie is left out, too.
+        An outdated token in the address of a browser that has the cookie is removed too.
         """
         stated = request.query_params.get(TOKEN)
         if stated is None or not is_page(request) or not (_same(stated, self._token) or self._has_cookie(request)):
@@ -59,26 +59,28 @@ class Admission:
         return opened
 
     def require(self, request: Request) -> None:
-        """Refuse a request that carries neither the cookie nor the header, or the token where an answer may repeat it.
+        """Refuse a request without cookie and header, or with the token in its address, which an error would repeat.
 
         Raises
         ------
-        Refusal
+        RequestError
         """
         scheme, _, stated = request.headers.get("authorization", "").partition(" ")
         by_header = scheme.lower() == "bearer" and _same(stated, self._token)
         if not (by_header or self._has_cookie(request)) or self._token in unquote(str(request.url)):
             program = "a program sends it as the header 'Authorization: Bearer TOKEN'"
-            raise Refusal(401, "token", f"found no token of this page, or that of an earlier start; {WHERE}; {program}")
+            raise RequestError(
+                401, "token", f"found no token of this page, or that of an earlier start; {WHERE}; {program}"
+            )
 
     def _has_cookie(self, request: Request) -> bool:
         return _same(request.cookies.get(_cookie_name(request), ""), self._cookie)
 
 
 def _cookie_name(request: Request) -> str:
-    """Browsers tell servers of other ports apart by the name alone."""
+    """The name holds the port, because browsers share cookies between the ports of a host."""
     return f"forcemap-{request.scope['server'][1]}"
 
 
-def _same(found: str, secret: str) -> bool:
-    return secrets.compare_digest(found.encode(), secret.encode())
+def _same(stated: str, secret: str) -> bool:
+    return secrets.compare_digest(stated.encode(), secret.encode())

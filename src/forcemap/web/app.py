@@ -1,4 +1,4 @@
-"""The application: pages, their JSON twins, what they are made with, and what becomes of errors."""
+"""The application: pages, their JSON twins, static files, and the answers to errors."""
 
 from __future__ import annotations
 
@@ -16,16 +16,20 @@ from forcemap.answers.error import ErrorAnswer
 from forcemap.web.admission import is_api
 from forcemap.web.api import api_router
 from forcemap.web.folder import Folder
-from forcemap.web.guard import Guard
 from forcemap.web.intake import Intake
 from forcemap.web.pages import page_router, problem_page
-from forcemap.web.refusal import Refusal, status_of
-from forcemap.web.turns import Turns
+from forcemap.web.request_error import RequestError, status_of
+from forcemap.web.security import SecurityMiddleware
+from forcemap.web.site import Site
+from forcemap.web.work_queue import WorkQueue
 
 _DESCRIPTION = (
     "Every page of the local web page as JSON. A speed never comes alone: its outcome, limit, bound and assumptions "
     "come with it, and null is no permission."
 )
+
+_LONGEST_SHOWN = 80
+"""Characters of a wrong input that an error repeats; a choice: the error stays one line."""
 
 
 def create_app(folder: str | Path, *, token: str, limit_table: LimitTable | None = None) -> FastAPI:
@@ -38,7 +42,7 @@ def create_app(folder: str | Path, *, token: str, limit_table: LimitTable | None
     token : str
         What every request must carry.
     limit_table : LimitTable, optional
-        Table of limits; that which a campaign names, else that of ISO/TS 15066:2016, if not given.
+        Table of limits; if not given, the one that a campaign names, else that of ISO/TS 15066:2016.
 
     Raises
     ------
@@ -46,7 +50,7 @@ def create_app(folder: str | Path, *, token: str, limit_table: LimitTable | None
         There is no such folder.
     """
     served = Folder(folder)
-    intake, turns = Intake(served, limit_table), Turns()
+    site = Site(served, Intake(served, limit_table), WorkQueue(), limit_table)
     app = FastAPI(
         title="forcemap",
         version=__version__,
@@ -55,8 +59,8 @@ def create_app(folder: str | Path, *, token: str, limit_table: LimitTable | None
         docs_url=None,  # they load their script from elsewhere
         redoc_url=None,
     )
-    app.include_router(api_router(served, intake, turns, limit_table))
-    app.include_router(page_router(served, intake, turns, limit_table))
+    app.include_router(api_router(site))
+    app.include_router(page_router(site))
     app.mount("/static", StaticFiles(packages=[("forcemap.web", "static")]))
 
     @app.get("/plotly.min.js", include_in_schema=False)
@@ -66,27 +70,29 @@ def create_app(folder: str | Path, *, token: str, limit_table: LimitTable | None
         return FileResponse(str(script), media_type="text/javascript", headers={"cache-control": "max-age=86400"})
 
     for kind in (ForcemapError, RequestValidationError, HTTPException):
-        app.add_exception_handler(kind, _told)
-    app.add_middleware(Guard, token=token)
+        app.add_exception_handler(kind, _error_response)
+    app.add_middleware(SecurityMiddleware, token=token)
     return app
 
 
-def _told(request: Request, error: Exception) -> Response:
+def _error_response(request: Request, error: Exception) -> Response:
     """An error as JSON, or as a page where a page was asked for."""
-    found = _as_ours(error)
+    problem = _forcemap_error(error)
     if is_api(request):
-        return JSONResponse(ErrorAnswer.of_error(found, remote=True).model_dump(), status_of(found))
-    return problem_page(request, found)
+        return JSONResponse(ErrorAnswer.of_error(problem, remote=True).model_dump(), status_of(problem))
+    return problem_page(request, problem)
 
 
-def _as_ours(error: Exception) -> ForcemapError:
+def _forcemap_error(error: Exception) -> ForcemapError:
     if isinstance(error, ForcemapError):
         return error
     if isinstance(error, RequestValidationError):
         first = error.errors()[0]
         shown = repr(first["input"]) if "input" in first else ""
-        shown = shown if len(shown) < 80 else f"{shown[:76]}..."
-        return Refusal(422, "input", f"{first['loc'][-1]}: found {shown}; {first['msg'].removeprefix('Value error, ')}")
+        shown = shown if len(shown) < _LONGEST_SHOWN else f"{shown[: _LONGEST_SHOWN - 4]}..."
+        return RequestError(
+            422, "input", f"{first['loc'][-1]}: found {shown}; {first['msg'].removeprefix('Value error, ')}"
+        )
     assert isinstance(error, HTTPException)
     message = {404: "there is no such page; the overview is at /", 405: "this address does not take that method"}
-    return Refusal(error.status_code, "not_found", message.get(error.status_code, str(error.detail)))
+    return RequestError(error.status_code, "not_found", message.get(error.status_code, str(error.detail)))

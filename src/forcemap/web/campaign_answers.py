@@ -12,8 +12,8 @@ import forcemap as fm
 from forcemap.answers.answer import Answer, Figure, PlannedState, Said, of
 from forcemap.answers.collect import Outlier
 from forcemap.campaigns.recordings_table import Use
+from forcemap.web.fitted_campaign import fitted_campaign, impacts_of
 from forcemap.web.folder import Folder
-from forcemap.web.held import fitted, impacts_of
 from forcemap.words import sentence, sentences
 
 
@@ -92,7 +92,7 @@ class CampaignAnswer(Answer):
 
 
 def overview(folder: Folder) -> Overview:
-    """All campaigns; what is wrong with one is said in its line."""
+    """All campaigns; a problem of one stands in its line."""
     return Overview(campaigns=[_line(folder, name) for name in folder.campaigns()])
 
 
@@ -109,7 +109,7 @@ def _line(folder: Folder, name: str) -> CampaignLine:
             figures |= {"recordings": len(campaign.entries), "used": _used(campaign).total()}
         dataset = impacts_of(path)
         figures |= {"states": len(dataset.states), "simulated": dataset.simulated, "problem": _doubt(dataset)}
-        force_map = fitted(path).force_map
+        force_map = fitted_campaign(path).force_map
         figures["map"] = f"{force_map.form.name}, {len(force_map.require_fit().states)} states"
     except fm.ForcemapError as error:
         figures["problem"] = problem_words(error)
@@ -117,7 +117,7 @@ def _line(folder: Folder, name: str) -> CampaignLine:
 
 
 def _doubt(dataset: fm.ImpactDataset) -> str:
-    """What every speed of these impacts will say first, or why there will be none; empty if nothing."""
+    """Why these impacts give no speed, or what every speed of them says first; empty if there is no doubt."""
     if dataset.no_speed:
         return f"No speed will be given: {sentence(dataset.no_speed)}"
     return "; ".join(sentences([dataset.binding.reason or "", *dataset.contradictions])).strip("; ")
@@ -127,17 +127,17 @@ def campaign_answer(name: str, path: Path) -> CampaignAnswer:
     """A campaign as its folder states it."""
     planned = (path / "plan.csv").exists()
     try:
-        found = _planned(path) if planned else _table_only(path)
+        content = _planned(path) if planned else _table_only(path)
     except fm.ForcemapError as error:
-        found = {"problem": problem_words(error)}
-    return CampaignAnswer(name=name, planned=planned, **found)
+        content = {"problem": problem_words(error)}
+    return CampaignAnswer(name=name, planned=planned, **content)
 
 
 def _planned(path: Path) -> dict[str, Any]:
     campaign = fm.read_campaign(path)
     registered = {entry.file for entry in campaign.entries}
     forces: dict[str, float] = {}
-    found: dict[str, Any] = {
+    content: dict[str, Any] = {
         "simulated": campaign.conditions.simulated,
         "conditions": _conditions(campaign.conditions),
         "missing": campaign.missing,
@@ -152,16 +152,16 @@ def _planned(path: Path) -> dict[str, Any]:
         dataset = impacts_of(path)
         summary = fm.campaign_summary(campaign, dataset)
         forces = dict(zip(dataset.states.name, dataset.states.force.tolist(), strict=True))
-        outliers = [Outlier.from_result(each) for each in fm.repeatability(dataset).outliers]
-        found |= _measured(dataset) | {
+        outliers = [Outlier.from_result(repeat) for repeat in fm.repeatability(dataset).outliers]
+        content |= _measured(dataset) | {
             "flags": summary.flags,
             "not_stated": summary.not_stated,
-            "outliers": [f"{each.words}; look at the recording" for each in outliers],
+            "outliers": [f"{outlier.words}; look at the recording" for outlier in outliers],
         }
     except fm.ForcemapError as error:
-        found["problem"] = problem_words(error)
+        content["problem"] = problem_words(error)
     states = _states(campaign, forces)
-    return found | {"states": states, "states_done": sum(not state.missing for state in states)}
+    return content | {"states": states, "states_done": sum(not state.missing for state in states)}
 
 
 def _measured(dataset: fm.ImpactDataset) -> dict[str, Any]:
@@ -177,23 +177,25 @@ def _table_only(path: Path) -> dict[str, Any]:
     dataset = impacts_of(path)
     states = dataset.as_stated.states
     role = dict(zip(dataset.state.tolist(), dataset.role.tolist(), strict=True))
-    roles, at = [role[name] for name in states.name], (states.distance, states.height, states.speed)
+    roles, coordinates = [role[name] for name in states.name], (states.distance, states.height, states.speed)
     impacts = states.impacts + states.censored
     return _measured(dataset) | {
         "conditions": _conditions(dataset.conditions),
         "states_done": len(states),
-        "states": StateProgress.of_columns(states.name, roles, *at, impacts, impacts, [()] * len(states), states.force),
+        "states": StateProgress.of_columns(
+            states.name, roles, *coordinates, impacts, impacts, [()] * len(states), states.force
+        ),
     }
 
 
 def _states(campaign: fm.Campaign, forces: dict[str, float]) -> list[StateProgress]:
     plan, names, lacking, used = campaign.plan, campaign.plan.states, set(campaign.missing), _used(campaign)
     first, recording = [plan.first_row[name] for name in names], plan.recording
-    at = (plan.role[first], plan.distance[first], plan.height[first], plan.speed[first])
+    planned = (plan.role[first], plan.distance[first], plan.height[first], plan.speed[first])
     runs = [recording[plan.state_id == name].tolist() for name in names]
-    missing = [[run for run in each if run in lacking] for each in runs]
+    missing = [[run for run in of_state if run in lacking] for of_state in runs]
     counts = (map(len, runs), [used[name] for name in names])
-    return StateProgress.of_columns(names, *at, *counts, missing, map(forces.get, names))
+    return StateProgress.of_columns(names, *planned, *counts, missing, map(forces.get, names))
 
 
 def _used(campaign: fm.Campaign) -> Counter[str]:
@@ -210,7 +212,7 @@ def _conditions(conditions: fm.Conditions) -> list[Condition]:
 
 
 def problem_words(error: fm.ForcemapError) -> str:
-    """An error in a line, its file by its name alone."""
+    """An error in one line, naming its file without the folder."""
     row = "" if error.row is None else f"row {error.row}"
     column = f"column {error.column}" if error.column else ""
     where = ", ".join(filter(None, (Path(error.file or "").name, row, column)))

@@ -18,8 +18,8 @@ from forcemap.exports.scaling import scaling_csv
 from forcemap.exports.urscript import urscript
 from forcemap.exports.zones import zones_csv, zones_result
 from forcemap.findings import in_words
+from forcemap.web.campaign_map import CampaignMap
 from forcemap.web.limits import Limits, limits_of
-from forcemap.web.map_answers import Asked
 from forcemap.web.question import Bounded, ComparisonQuestion, PathQuestion, ZoneSize
 from forcemap.words import sentence
 
@@ -60,7 +60,7 @@ class Export(ZoneSize):
     format: Format = Field(Format.CSV, description="Form of the file.")
 
 
-def export_text(asked: Asked, question: Export) -> str:
+def export_text(campaign_map: CampaignMap, question: Export) -> str:
     """The allowed speeds as a file of that form.
 
     Raises
@@ -68,14 +68,14 @@ def export_text(asked: Asked, question: Export) -> str:
     ContactNotPermitted
         The standard permits no contact with the body area.
     """
-    return _FILES[question.format][1](_zones(asked, question))
+    return _FILES[question.format][1](_zones(campaign_map, question))
 
 
-def scaling_text(asked: Asked, question: PathQuestion) -> str:
+def scaling_text(campaign_map: CampaignMap, question: PathQuestion) -> str:
     """Speed-scaling factors along a path with a programmed speed, as CSV."""
-    speeds = asked.speeds_along(question)
-    zones = _zones(asked, ZoneSize(**question.model_dump(include=set(ZoneSize.model_fields))))
-    return scaling_csv(speeds, _with(zones.provenance.of_path(speeds), asked.limits))
+    speeds = campaign_map.speeds_along(question)
+    zones = _zones(campaign_map, ZoneSize(**question.model_dump(include=set(ZoneSize.model_fields))))
+    return scaling_csv(speeds, _with_statements(zones.provenance.of_path(speeds), campaign_map.limits))
 
 
 def report_text(campaign: Path, question: Bounded, table: fm.LimitTable | None) -> str:
@@ -89,30 +89,34 @@ def report_text(campaign: Path, question: Bounded, table: fm.LimitTable | None) 
     from forcemap.report import report_html
 
     limits, stated = limits_of(campaign, table), campaign / "campaign.toml"
-    error = fm.read_conditions(stated).device.error_or_default if stated.exists() else 3.0
-    bound = question.stated_bound(error)
-    found = fm.assess_campaign(campaign, limits=[limits.of(question.area)], bound=bound, allowance=question.allowance)
-    return report_html(replace(found, findings=(*map(in_words, limits.statements), *found.findings)))
+    conditions = fm.read_conditions(stated) if stated.exists() else fm.Conditions()
+    assessment = fm.assess_campaign(
+        campaign,
+        limits=[limits.of(question.area)],
+        bound=question.stated_bound(conditions.device.error_or_default),
+        allowance=question.allowance,
+    )
+    return report_html(replace(assessment, findings=(*map(in_words, limits.statements), *assessment.findings)))
 
 
-def comparison_svg(asked: Asked, question: ComparisonQuestion) -> str:
+def comparison_svg(campaign_map: CampaignMap, question: ComparisonQuestion) -> str:
     """The comparison of force models as a figure."""
     from forcemap.figures import model_comparison_figure, svg
 
-    found, model = asked.fitted, asked.contact_model(question).figures
-    comparison = fm.compare_force_models(found.dataset, **model)
-    return svg(model_comparison_figure(comparison, found.dataset, found.force_map, **model))
+    fitted, model = campaign_map.fitted, campaign_map.contact_model(question).figures
+    comparison = fm.compare_force_models(fitted.dataset, **model)
+    return svg(model_comparison_figure(comparison, fitted.dataset, fitted.force_map, **model))
 
 
-def _zones(asked: Asked, question: ZoneSize) -> RobotTable:
-    limit, force_map = asked.limits.of(question.area), asked.fitted.force_map
+def _zones(campaign_map: CampaignMap, question: ZoneSize) -> RobotTable:
+    limit, force_map = campaign_map.limits.of(question.area), campaign_map.fitted.force_map
     limit.require_permitted()
     limits, bound = [(limit, question.contact)], question.bound_of(force_map)
     table = fm.robot_table(force_map, limits=limits, bound=bound, size=question.zone_m, allowance=question.allowance)
     if table.refusal:  # a program of zeros would only cover an earlier one
         raise fm.NotReleasable(f"nothing is exported: {sentence(table.refusal)}")
-    return replace(table, provenance=_with(table.provenance, asked.limits))
+    return replace(table, provenance=_with_statements(table.provenance, campaign_map.limits))
 
 
-def _with(provenance: Provenance, limits: Limits) -> Provenance:
+def _with_statements(provenance: Provenance, limits: Limits) -> Provenance:
     return replace(provenance, notes=(*map(in_words, limits.statements), *provenance.notes))

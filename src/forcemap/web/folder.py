@@ -6,11 +6,11 @@ import os
 from pathlib import Path
 
 from forcemap.errors import InputError
-from forcemap.web.refusal import Refusal
+from forcemap.web.request_error import RequestError
 
 _FILES = ("campaign.toml", "plan.csv", "recordings.csv", "impacts.csv")
 _FOLDERS = ("recordings", "maps")
-_MARKS = ("campaign.toml", "plan.csv", "impacts.csv")
+_MARKS = ("campaign.toml", "plan.csv", "impacts.csv")  # a folder with one of them is a campaign
 
 
 class Folder:
@@ -30,30 +30,32 @@ class Folder:
         self.single = _is_campaign(self.root)
 
     def campaigns(self) -> dict[str, Path]:
-        """Folders of the campaigns by name; a folder that is a link is left alone."""
+        """Folders of the campaigns by name; folders that are links are ignored."""
         return {_shown(folder): folder for folder in self._folders()}
 
     def _folders(self) -> list[Path]:
         if self.single:
             return [self.root]
-        folders = sorted(Path(e.path) for e in os.scandir(self.root) if e.is_dir(follow_symlinks=False))
+        folders = sorted(Path(entry.path) for entry in os.scandir(self.root) if entry.is_dir(follow_symlinks=False))
         return [folder for folder in folders if not folder.name.startswith(".") and _is_campaign(folder)]
 
     def campaign(self, name: str) -> Path:
-        """The folder of a campaign, looked up by its name, never made from it.
+        """The folder of a campaign: looked up by name, never built from the name.
 
         Raises
         ------
-        Refusal
+        RequestError
             No campaign has the name, or two have; one of its files is a link that leads out of the folder, or no file.
         """
-        found = [folder for folder in self._folders() if _shown(folder) == name]
-        if not found:
-            raise Refusal(404, "not_found", f"no campaign is named {name!r}; the overview lists them")
-        if len(found) > 1:
-            raise Refusal(409, "ambiguous", f"{len(found)} folders are shown by the name {name!r}; rename all but one")
-        self._require_files(found[0])
-        return found[0]
+        matches = [folder for folder in self._folders() if _shown(folder) == name]
+        if not matches:
+            raise RequestError(404, "not_found", f"no campaign is named {name!r}; the overview lists them")
+        if len(matches) > 1:
+            raise RequestError(
+                409, "ambiguous", f"{len(matches)} folders are shown by the name {name!r}; rename all but one"
+            )
+        self._require_files(matches[0])
+        return matches[0]
 
     def _require_files(self, campaign: Path) -> None:
         for name in _FILES:
@@ -61,30 +63,30 @@ class Folder:
         for folder in _FOLDERS:
             self._require_inside(campaign / folder)
             if (campaign / folder).exists() and not (campaign / folder).is_dir():
-                raise Refusal(409, "file", "not a folder, expected one", file=self._below(campaign / folder))
-            for home, folders, files in os.walk(campaign / folder):
+                raise RequestError(409, "file", "not a folder, expected one", file=self._below(campaign / folder))
+            for directory, folders, files in os.walk(campaign / folder):
                 for name in folders:
-                    self._require_inside(Path(home, name))
+                    self._require_inside(Path(directory, name))
                 for name in files:
-                    self._require_file(Path(home, name))
+                    self._require_file(Path(directory, name))
 
     def _require_file(self, path: Path) -> None:
-        """Refuse what would be waited for without end, or is no file; a link to nothing is left to the reader."""
+        """Refuse what is no file, such as a pipe, which has no end; a link to nothing is left to the reader."""
         self._require_inside(path)
         if path.exists() and not path.is_file():
-            raise Refusal(409, "file", "not a file, expected one", file=self._below(path))
+            raise RequestError(409, "file", "not a file, expected one", file=self._below(path))
 
     def _require_inside(self, path: Path) -> None:
         if path.is_symlink() and not path.resolve().is_relative_to(self.root):
             message = "a link that leads out of the served folder is not followed; put the file itself there"
-            raise Refusal(409, "link", message, file=self._below(path))
+            raise RequestError(409, "link", message, file=self._below(path))
 
     def _below(self, path: Path) -> str:
         return path.relative_to(self.root).as_posix()
 
 
 def _shown(folder: Path) -> str:
-    """The name of a folder, also where its bytes are no text."""
+    """The name of a folder, with a replacement character for bytes that are no UTF-8."""
     return folder.name.encode(errors="surrogateescape").decode(errors="replace")
 
 

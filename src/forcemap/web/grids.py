@@ -1,4 +1,4 @@
-"""Figures that only the page draws: speeds of many places, slices through a state, and the whole workspace."""
+"""What only the page draws: speeds of many places, slices through a state, and the whole workspace."""
 
 from __future__ import annotations
 
@@ -14,12 +14,30 @@ from forcemap.answers.answer import AllSaid, Answer, Figure, figures
 from forcemap.answers.basis import RestsOn, rests_on
 from forcemap.answers.speed import SpeedAnswer
 from forcemap.arrays import FloatArray
-from forcemap.web.map_answers import Asked
+from forcemap.web.campaign_map import CampaignMap
 from forcemap.web.question import Resolution, State
 from forcemap.words import sentence, sentences
 
-_CUBE = 50  # points along each edge of the workspace: more than 10^5, also with a corner cut away
-_ALONG = 61
+_CUBE = 50
+"""Points along each edge of the workspace: over 10^5 in all, even with the near corner cut away; a choice."""
+
+_LINE = 61
+"""Points of a slice along one variable; a choice: it is drawn as a smooth line."""
+
+_PLANE = 10_000
+"""Places of a slice over distance and height; a choice: answered within a tenth of a second (docs/benchmarks.md)."""
+
+_SPEED_DECIMALS = 6
+"""Decimals of a speed in m/s that is drawn: the accuracy of its search."""
+
+_PLACE_DECIMALS = 6
+"""Decimals of a place of a grid in m; a choice, far below what is measured."""
+
+_AXIS_DECIMALS, _FORCE_DECIMALS, _LINE_DECIMALS = 4, 1, 2
+"""Decimals of the workspace's axes in m and m/s, of its forces and those of a plane in N, of a line's forces in N.
+
+Choices: finer than can be seen, and few enough for an answer of 10^5 points.
+"""
 _OUTCOMES = tuple(outcome.value for outcome in SpeedOutcome)
 
 
@@ -43,7 +61,7 @@ class SpeedGrid(RestsOn):
 
 
 class Line(Answer):
-    """Forces along one variable, the others held; null outside the measured range."""
+    """Forces along one variable, the others fixed; null outside the measured range."""
 
     at: list[float]
     predicted_N: list[float | None]
@@ -79,40 +97,40 @@ class CubeAnswer(Answer):
     limits_sha256: str
 
 
-def speed_grid(asked: Asked, question: Resolution) -> SpeedGrid:
+def speed_grid(campaign_map: CampaignMap, question: Resolution) -> SpeedGrid:
     """Safe speeds on a grid over the box around the measured range."""
-    force_map = asked.fitted.force_map
-    d, h = _grid(asked, question.places)
-    speeds = safe_speed(force_map, *np.meshgrid(d, h, indexing="ij"), **asked.case(question), hints=False)
-    outcome, program = (_positions(each, _OUTCOMES) for each in (speeds.outcome, speeds.to_program_outcome))
+    force_map = campaign_map.fitted.force_map
+    d, h = _grid(campaign_map, question.places)
+    speeds = safe_speed(force_map, *np.meshgrid(d, h, indexing="ij"), **campaign_map.case(question), hints=False)
+    outcome, program = (_positions(outcomes, _OUTCOMES) for outcomes in (speeds.outcome, speeds.to_program_outcome))
     reasons = tuple(dict.fromkeys([*speeds.reason.ravel().tolist(), *speeds.to_program_reason.ravel().tolist()]))
-    reason, program_reason = (_positions(each, reasons) for each in (speeds.reason, speeds.to_program_reason))
+    reason, program_reason = (_positions(findings, reasons) for findings in (speeds.reason, speeds.to_program_reason))
     return SpeedGrid(
         distance_m=d.tolist(),
         height_m=h.tolist(),
-        speed_mps=figures(_floored(speeds.speed, 6)),
-        speed_to_program_mps=figures(_floored(speeds.speed_to_program, 6)),
+        speed_mps=figures(_rounded_down(speeds.speed, _SPEED_DECIMALS)),
+        speed_to_program_mps=figures(_rounded_down(speeds.speed_to_program, _SPEED_DECIMALS)),
         outcomes=list(_OUTCOMES),
         outcome=outcome.tolist(),
         counts={name: int(np.sum(program == i)) for i, name in enumerate(_OUTCOMES)},
-        reasons=[sentence(each) for each in reasons],
+        reasons=[sentence(finding) for finding in reasons],
         reason=reason.tolist(),
         to_program_outcome=program.tolist(),
         to_program_reason=program_reason.tolist(),
-        **rests_on(force_map, speeds.basis, asked.limits.statements),
+        **rests_on(force_map, speeds.basis, campaign_map.limits.statements),
     )
 
 
 def _positions(values: NDArray[Any], names: Sequence[Any]) -> NDArray[Any]:
-    """Position of every value among some names."""
-    position = {each: i for i, each in enumerate(names)}
+    """Position of every value in a list of names."""
+    position = {name: i for i, name in enumerate(names)}
     return np.asarray(np.vectorize(position.__getitem__, otypes=[int])(values))
 
 
-def slices_answer(asked: Asked, question: State) -> SlicesAnswer:
+def slices_answer(campaign_map: CampaignMap, question: State) -> SlicesAnswer:
     """Slices through a state, the safe speed at its place, and whether its own speed is within it."""
-    force_map, bound = asked.fitted.force_map, question.bound_of(asked.fitted.force_map)
-    at = (question.distance_m, question.height_m, question.speed_mps)
+    force_map, bound = campaign_map.fitted.force_map, question.bound_of(campaign_map.fitted.force_map)
+    place = (question.distance_m, question.height_m, question.speed_mps)
     box = force_map.measured_range
 
     def forces(d: NDArray[Any], h: NDArray[Any], v: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
@@ -123,16 +141,17 @@ def slices_answer(asked: Asked, question: State) -> SlicesAnswer:
         return predicted, upper
 
     def line(axis: int) -> Line:
-        along = np.linspace(box.lowest[axis], box.highest[axis], _ALONG)
-        state = [along if i == axis else np.full(_ALONG, value) for i, value in enumerate(at)]
+        along = np.linspace(box.lowest[axis], box.highest[axis], _LINE)
+        state = [along if i == axis else np.full(_LINE, value) for i, value in enumerate(place)]
         predicted, upper = forces(*state)
-        return Line(at=along.tolist(), predicted_N=_numbers(predicted, 2), bound_N=_raised(upper, 2))
+        drawn = {"predicted_N": _rounded(predicted, _LINE_DECIMALS), "bound_N": _rounded_up(upper, _LINE_DECIMALS)}
+        return Line(at=along.tolist(), **drawn)
 
-    d, h = _grid(asked, 10_000)
-    at_d, at_h = np.meshgrid(d, h, indexing="ij")
-    _, over_places = forces(at_d, at_h, np.full(at_d.shape, question.speed_mps))
-    here, upper_here = (float(each[0]) for each in forces(*(np.array([value]) for value in at)))
-    speed = asked.speed(question)
+    d, h = _grid(campaign_map, _PLANE)
+    distance, height = np.meshgrid(d, h, indexing="ij")
+    _, over_places = forces(distance, height, np.full(distance.shape, question.speed_mps))
+    here, upper_here = (float(force[0]) for force in forces(*(np.array([value]) for value in place)))
+    speed = campaign_map.speed(question)
     return SlicesAnswer(
         predicted_N=here,
         bound_N=upper_here,
@@ -143,53 +162,53 @@ def slices_answer(asked: Asked, question: State) -> SlicesAnswer:
         along_speed=line(2),
         distance_m=d.tolist(),
         height_m=h.tolist(),
-        place_bound_N=_raised(over_places, 1),
+        place_bound_N=_rounded_up(over_places, _FORCE_DECIMALS),
         speed=speed,
     )
 
 
-def cube_answer(asked: Asked, question: Resolution) -> CubeAnswer:
+def cube_answer(campaign_map: CampaignMap, question: Resolution) -> CubeAnswer:
     """Predicted forces over the workspace."""
-    force_map, box = asked.fitted.force_map, asked.fitted.force_map.measured_range
+    force_map, box = campaign_map.fitted.force_map, campaign_map.fitted.force_map.measured_range
     axes = [np.linspace(box.lowest[i], box.highest[i], _CUBE) for i in range(3)]
-    d, h, v = (each.ravel() for each in np.meshgrid(*axes, indexing="ij"))
+    d, h, v = (axis.ravel() for axis in np.meshgrid(*axes, indexing="ij"))
     force = np.where(box.contains(d, h, v), force_map.predict(d, h, v), math.nan)
     return CubeAnswer(
-        distance_m=_numbers(axes[0], 4),
-        height_m=_numbers(axes[1], 4),
-        speed_mps=_numbers(axes[2], 4),
-        force_N=_numbers(force, 1),
+        distance_m=_rounded(axes[0], _AXIS_DECIMALS),
+        height_m=_rounded(axes[1], _AXIS_DECIMALS),
+        speed_mps=_rounded(axes[2], _AXIS_DECIMALS),
+        force_N=_rounded(force, _FORCE_DECIMALS),
         simulated=force_map.simulated,
-        assumptions=sentences([*asked.limits.statements, *force_map.conditions.findings]),
+        assumptions=sentences([*campaign_map.limits.statements, *force_map.conditions.findings]),
         map_sha256=map_sha256(force_map),
-        limits_sha256=asked.limits.of(question.area).sha256,
+        limits_sha256=campaign_map.limits.of(question.area).sha256,
     )
 
 
-def _grid(asked: Asked, places: int) -> tuple[FloatArray, FloatArray]:
+def _grid(campaign_map: CampaignMap, places: int) -> tuple[FloatArray, FloatArray]:
     """Axes of a grid of about so many places over the box around the measured range [m]."""
-    box = asked.fitted.force_map.measured_range
+    box = campaign_map.fitted.force_map.measured_range
     size = max(2, round(math.sqrt(places)))
 
     def axis(low: float, high: float) -> FloatArray:
-        return np.round(np.linspace(low, high, size if high > low else 1), 6).clip(low, high)
+        return np.round(np.linspace(low, high, size if high > low else 1), _PLACE_DECIMALS).clip(low, high)
 
     return axis(box.lowest[0], box.highest[0]), axis(box.lowest[1], box.highest[1])
 
 
-def _numbers(values: NDArray[Any], digits: int) -> list[Any]:
-    """Figures of an array as nested lists, rounded to some digits, None where there is none."""
-    return figures(np.round(values, digits))
+def _rounded(values: NDArray[Any], decimals: int) -> list[Any]:
+    """The values of an array as nested lists, rounded to some decimals, None for NaN."""
+    return figures(np.round(values, decimals))
 
 
-def _raised(values: NDArray[Any], digits: int) -> list[Any]:
-    """The same, never below the figures: for bounds."""
-    return figures(-_floored(-values, digits))
+def _rounded_up(values: NDArray[Any], decimals: int) -> list[Any]:
+    """The same, rounded up: for bounds."""
+    return figures(-_rounded_down(-values, decimals))
 
 
-def _floored(values: NDArray[Any], digits: int) -> FloatArray:
-    """The figures of an array to some digits, never above them: for speeds."""
-    scale = 10.0**digits
+def _rounded_down(values: NDArray[Any], decimals: int) -> FloatArray:
+    """The values of an array, rounded down to some decimals: for speeds."""
+    scale = 10.0**decimals
     steps = np.floor(values * scale)
     return np.where(steps / scale > values, steps - 1, steps) / scale  # the product may have been rounded up
 

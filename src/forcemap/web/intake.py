@@ -1,4 +1,4 @@
-"""Files that a person drops: held beside the campaign while they are judged, and stored under the name of a run."""
+"""Files that a person drops: a hidden file of the campaign while they are judged, then stored as a run of the plan."""
 
 from __future__ import annotations
 
@@ -21,28 +21,39 @@ from forcemap.answers.check import CheckAnswer
 from forcemap.answers.collect import CollectAnswer
 from forcemap.files import file_sha256, flush_to_disk, hidden_file, sweep
 from forcemap.web.campaign_answers import problem_words
+from forcemap.web.fitted_campaign import impacts_of
 from forcemap.web.folder import Folder
-from forcemap.web.held import impacts_of
 from forcemap.web.judgements import TableAnswer, file_answer, is_table, table_answer
 from forcemap.web.limits import limits_of
 from forcemap.web.question import Area
-from forcemap.web.refusal import Refusal
+from forcemap.web.request_error import RequestError
 
 LARGEST_UPLOAD = 20_000_000
-"""The largest file that is taken [bytes]."""
+"""The largest file that is taken [bytes]: several times the longest recording of a device (docs/decisions.md)."""
 
 MOST_RECORDINGS = 5_000
-"""The most files a campaign's folder of recordings may hold for the page to add one."""
+"""The most recordings of a campaign to which the page adds one; a choice: every one is hashed to find a duplicate."""
 
 TYPES = (".csv", ".txt", ".tsv", ".dat", ".asc", ".log", ".lvm", ".tdms")
 """How the names of files end that are taken; what they hold is judged by the reader."""
 
 LARGEST_TABLE = 2_000_000
-"""The largest impacts table that is judged [bytes]: some ten thousand impacts."""
+"""The largest impacts table that is judged [bytes]: some ten thousand impacts; every cell is held as text."""
 
-_AT_ONCE = 8  # files that arrive or wait
-_JUDGED_AT_ONCE = 2  # a recording of 20 MB takes 140 MB of memory
-_PATIENCE = 60.0  # for a file to arrive [s]
+_UPLOADS = 8
+"""Files that arrive or wait at the same time; a choice: together they fill 160 MB of the disk."""
+
+_JUDGED_TOGETHER = 2
+"""Files judged at the same time; a choice: a recording of 20 MB takes 140 MB of memory (docs/decisions.md)."""
+
+_ARRIVAL = 60.0
+"""How long a file may take to arrive [s]; a choice: it comes from the same machine."""
+
+_DIGESTS = 20_000
+"""Hashes of stored recordings that stay in memory; a choice: four of the largest campaigns."""
+
+_NAME_DIGITS = 12
+"""Digits of a hash in the name of a recording that belongs to no run; a choice: 48 bits, no two alike in a campaign."""
 
 
 class Upload(Area):
@@ -76,13 +87,13 @@ class StoredAnswer(BaseModel):
 
 
 @dataclass
-class _Desk:
-    """One campaign's intake: one file is stored at a time, and one collect serves all files stored before it."""
+class _CampaignIntake:
+    """The intake of one campaign: it stores one file at a time, and one collect serves all files stored before it."""
 
     storing: threading.Lock = field(default_factory=threading.Lock)
     collecting: asyncio.Lock = field(default_factory=asyncio.Lock)
-    asked: int = 0
-    done: int = 0
+    requested: int = 0
+    served: int = 0
     problem: ForcemapError | None = None
 
 
@@ -91,22 +102,22 @@ class Intake:
 
     def __init__(self, folder: Folder, table: LimitTable | None) -> None:
         self._folder, self._table = folder, table
-        self._places = asyncio.Semaphore(_AT_ONCE)
-        self._judging = asyncio.Semaphore(_JUDGED_AT_ONCE)
-        self._desks: dict[Path, _Desk] = {}
+        self._uploads = asyncio.Semaphore(_UPLOADS)
+        self._judging = asyncio.Semaphore(_JUDGED_TOGETHER)
+        self._intakes: dict[Path, _CampaignIntake] = {}
         for campaign in folder.campaigns().values():
             sweep(campaign)
 
     async def judge(self, request: Request, name: str, upload: Upload, *, drawn: bool) -> CheckAnswer | TableAnswer:
-        """Judge a file without storing it; with its curves where they are drawn."""
+        """Judge a file without storing it; with its curves if they are to be drawn."""
         campaign, suffix = self._folder.campaign(name), _suffix(upload.file)
-        async with self._places, _received(request, campaign, suffix) as staged, self._judging:
+        async with self._uploads, _received(request, campaign, suffix) as staged, self._judging:
             return await asyncio.to_thread(self._judged, campaign, staged, upload, drawn)
 
     async def add(self, request: Request, name: str, addition: Addition) -> StoredAnswer:
         """Judge a recording, store it as a run of the plan, and collect the campaign."""
         path, suffix = self._folder.campaign(name), _suffix(addition.file)
-        async with self._places, _received(request, path, suffix) as staged, self._judging:
+        async with self._uploads, _received(request, path, suffix) as staged, self._judging:
             stored, judgement = await asyncio.to_thread(self._stored, path, staged, addition)
         problem = await self._collected(path)
         entries = [entry for entry in read_campaign(path).entries if entry.file == stored]
@@ -129,7 +140,7 @@ class Intake:
         return await asyncio.to_thread(lambda: CollectAnswer.of_campaign(read_campaign(path), impacts_of(path)))
 
     def _judged(self, campaign: Path, staged: Path, upload: Upload, drawn: bool) -> CheckAnswer | TableAnswer:
-        with _called(staged, upload.file):
+        with _errors_naming(staged, upload.file):
             if is_table(staged):
                 if staged.stat().st_size > LARGEST_TABLE:
                     raise too_large(LARGEST_TABLE)
@@ -140,47 +151,47 @@ class Intake:
         campaign, file_name = read_campaign(path), addition.file
         if is_table(staged):
             message = "this is an impacts table; only recordings are added, the impacts table is made from them"
-            raise Refusal(422, "table", message, file=file_name)
-        with _called(staged, file_name):
+            raise RequestError(422, "table", message, file=file_name)
+        with _errors_naming(staged, file_name):
             judgement = file_answer(staged, file_name, path, addition, limits_of(path, self._table))
         digest = file_sha256(staged)
-        with self._desks.setdefault(path, _Desk()).storing:
+        with self._intakes.setdefault(path, _CampaignIntake()).storing:
             target = campaign.recordings / _stored_name(campaign, addition, staged.suffix, digest)
             _require_new(campaign, target, digest, file_name)
             _store(staged, target)
         return target.name, judgement
 
     async def _collected(self, campaign: Path) -> ForcemapError | None:
-        """Collect, once for all that wait; what is wrong."""
-        desk = self._desks.setdefault(campaign, _Desk())
-        desk.asked += 1
-        ticket = desk.asked
-        async with desk.collecting:
-            if desk.done < ticket:
-                upto = desk.asked
-                desk.problem = await asyncio.to_thread(_collect, campaign)
-                desk.done = upto
-            return desk.problem
+        """Collect once for all requests that wait; the error, None if there is none."""
+        intake = self._intakes.setdefault(campaign, _CampaignIntake())
+        intake.requested += 1
+        request_number = intake.requested
+        async with intake.collecting:
+            if intake.served < request_number:
+                requests = intake.requested
+                intake.problem = await asyncio.to_thread(_collect, campaign)
+                intake.served = requests
+            return intake.problem
 
 
 def _suffix(file_name: str) -> str:
     suffix = PurePosixPath(file_name.replace("\\", "/")).suffix.lower()
     if suffix not in TYPES:
-        found = f"found a file that ends with {suffix or 'nothing'!r}, expected one of {', '.join(TYPES)}"
-        message = f"{found}; of a workbook save the sheet as CSV UTF-8"
-        raise Refusal(415, "type", message, file=file_name)
+        problem = f"found a file that ends with {suffix or 'nothing'!r}, expected one of {', '.join(TYPES)}"
+        message = f"{problem}; of a workbook save the sheet as CSV UTF-8"
+        raise RequestError(415, "type", message, file=file_name)
     return suffix
 
 
 @asynccontextmanager
 async def _received(request: Request, campaign: Path, suffix: str) -> AsyncIterator[Path]:
-    """The body of a request as a hidden file beside the campaign's own, never whole in memory, gone afterwards."""
+    """The body of a request as a hidden file in the campaign's folder: never whole in memory, deleted afterwards."""
     if request.headers.get("content-type", "").partition(";")[0].strip() != "application/octet-stream":
         message = "expected the file itself as the body, with Content-Type: application/octet-stream"
-        raise Refusal(415, "type", message)
-    with ExitStack() as held:
+        raise RequestError(415, "type", message)
+    with ExitStack() as stack:
         try:
-            staged, stream = held.enter_context(hidden_file(campaign, suffix))
+            staged, stream = stack.enter_context(hidden_file(campaign, suffix))
             await _write(request, stream)
         except OSError as error:
             raise InputError(f"cannot be written ({error.strerror})", file=campaign.name) from error
@@ -188,10 +199,10 @@ async def _received(request: Request, campaign: Path, suffix: str) -> AsyncItera
 
 
 async def _write(request: Request, stream: BinaryIO) -> None:
-    """Write the body of a request, as far as it is not too large or too slow."""
+    """Write the body of a request, unless it is too large or too slow."""
     size = 0
     try:
-        async with asyncio.timeout(_PATIENCE):
+        async with asyncio.timeout(_ARRIVAL):
             async for part in request.stream():
                 size += len(part)
                 if size > LARGEST_UPLOAD:
@@ -199,22 +210,22 @@ async def _write(request: Request, stream: BinaryIO) -> None:
                 stream.write(part)
         stream.flush()
     except TimeoutError:
-        raise Refusal(408, "too_slow", f"the file did not arrive within {_PATIENCE:g} s; send it again") from None
+        raise RequestError(408, "too_slow", f"the file did not arrive within {_ARRIVAL:g} s; send it again") from None
     except ClientDisconnect:
-        raise Refusal(408, "gone", "the file did not arrive as a whole; send it again") from None
+        raise RequestError(408, "gone", "the file did not arrive as a whole; send it again") from None
     if not size:
-        raise Refusal(422, "input", "found an empty file, expected a recording or an impacts table")
+        raise RequestError(422, "input", "found an empty file, expected a recording or an impacts table")
 
 
-def too_large(most: int = LARGEST_UPLOAD) -> Refusal:
+def too_large(most: int = LARGEST_UPLOAD) -> RequestError:
     """The refusal of a file that is too large."""
     largest = f"{most / 1e6:.0f} MB"
-    return Refusal(413, "too_large", f"found more than {largest}, expected at most {largest}; export a part of it")
+    return RequestError(413, "too_large", f"found more than {largest}, expected at most {largest}; export a part of it")
 
 
 @contextmanager
-def _called(staged: Path, file_name: str) -> Iterator[None]:
-    """Errors name the file as the person does."""
+def _errors_naming(staged: Path, file_name: str) -> Iterator[None]:
+    """Let errors name the file as the person does."""
     try:
         yield
     except ForcemapError as error:
@@ -225,12 +236,14 @@ def _called(staged: Path, file_name: str) -> Iterator[None]:
 
 
 def _stored_name(campaign: Campaign, addition: Addition, suffix: str, digest: str) -> str:
-    """The name under which a recording is stored: that of its run, else one made from its content."""
+    """The name under which a recording is stored: that of its run, else one from the hash of its content."""
     name = PurePosixPath(addition.file.replace("\\", "/")).stem if addition.run is None else addition.run
     run = campaign.plan.run_named(name)  # as the plan spells it; further repeats of a planned state count
     if run is None and addition.run is not None:
-        raise Refusal(422, "run", f"found {name!r}, expected a run of the plan such as {campaign.plan.recording[0]}")
-    return (f"{run[0]}-r{run[1]}" if run else f"upload-{digest[:12]}") + suffix
+        raise RequestError(
+            422, "run", f"found {name!r}, expected a run of the plan such as {campaign.plan.recording[0]}"
+        )
+    return (f"{run[0]}-r{run[1]}" if run else f"upload-{digest[:_NAME_DIGITS]}") + suffix
 
 
 def _require_new(campaign: Campaign, target: Path, digest: str, file_name: str) -> None:
@@ -238,35 +251,35 @@ def _require_new(campaign: Campaign, target: Path, digest: str, file_name: str) 
     for file in files:
         path = campaign.recordings / file
         if _digest(path, path.stat().st_mtime_ns, path.stat().st_size) == digest:
-            raise Refusal(409, "duplicate", f"the same content as {file}, already in the campaign", file=file_name)
+            raise RequestError(409, "duplicate", f"the same content as {file}, already in the campaign", file=file_name)
     if len(files) >= MOST_RECORDINGS:
         message = f"the campaign holds {len(files)} files, the page adds to at most {MOST_RECORDINGS}; copy it by hand"
-        raise Refusal(409, "too_many", message, file=file_name)
+        raise RequestError(409, "too_many", message, file=file_name)
     if any(PurePosixPath(file).stem.lower() == target.stem.lower() for file in files):
         message = f"run {target.stem} has a recording already; add this one as another repeat"
-        raise Refusal(409, "run_taken", message, file=file_name)
+        raise RequestError(409, "run_taken", message, file=file_name)
 
 
-@lru_cache(maxsize=20_000)
+@lru_cache(maxsize=_DIGESTS)
 def _digest(path: Path, _changed: int, _size: int) -> str:
     return file_sha256(path)
 
 
 def _store(staged: Path, target: Path) -> None:
-    """Give a file that is whole its name, once it is on the disk; one that exists is never replaced."""
+    """Give a complete file its name once it is on the disk; an existing file is never replaced."""
     try:
         flush_to_disk(staged)
         target.parent.mkdir(exist_ok=True)
         os.link(staged, target)
         flush_to_disk(target.parent)
     except FileExistsError:
-        raise Refusal(409, "run_taken", f"{target.name} exists already; add this one as another repeat") from None
+        raise RequestError(409, "run_taken", f"{target.name} exists already; add this one as another repeat") from None
     except OSError as error:
         raise InputError(f"cannot be written ({error.strerror})", file=target.name) from error
 
 
 def _collect(path: Path) -> ForcemapError | None:
-    """Collect a campaign; what is wrong."""
+    """Collect a campaign; the error, None if there is none."""
     try:
         collect_campaign(path)
     except ForcemapError as error:

@@ -13,10 +13,13 @@ from forcemap.answers.check import CheckAnswer
 from forcemap.answers.collect import Outlier
 from forcemap.campaigns.conditions import read_campaign_file
 from forcemap.verdicts.recording_results import recording_doubt
-from forcemap.web.held import fitted
+from forcemap.web.fitted_campaign import fitted_campaign
 from forcemap.web.limits import Limits
 from forcemap.web.question import Area
 from forcemap.words import sentences
+
+_HEADER_BYTES = 4000
+"""Where the column names of a table must stand; a choice, several times a header with all columns and notes."""
 
 
 class TableAnswer(BaseModel):
@@ -36,11 +39,11 @@ class TableAnswer(BaseModel):
 
 
 def is_table(path: Path) -> bool:
-    """True if the names of an impacts table's columns stand at the beginning of a file of text."""
+    """True if a text file begins with the column names of an impacts table."""
     if path.suffix == ".tdms":
         return False
     with path.open("rb") as stream:
-        return b"peak_force_N" in stream.read(4000)
+        return b"peak_force_N" in stream.read(_HEADER_BYTES)
 
 
 def file_answer(
@@ -73,11 +76,11 @@ def table_answer(path: Path, name: str, campaign: Path) -> TableAnswer:
     try:
         force_map = fm.fit_force_map(dataset)
         words = f"{force_map.form.name} can be fitted to {len(force_map.require_fit().states)} states"
-        accuracy = [AccuracyAnswer.from_result(each) for each in fm.map_accuracy(force_map, dataset)]
+        accuracy = [AccuracyAnswer.from_result(result) for result in fm.map_accuracy(force_map, dataset)]
     except fm.ForcemapError as error:
         words = f"no map: {error.message}"
     try:
-        check = fm.check_map(fitted(campaign).force_map, dataset)
+        check = fm.check_map(fitted_campaign(campaign).force_map, dataset)
         against, reason = check.outcome.value.replace("_", " "), "; ".join(sentences([check.reason, check.next_step]))
     except fm.ForcemapError as error:
         against, reason = "cannot tell", error.message
@@ -89,7 +92,7 @@ def table_answer(path: Path, name: str, campaign: Path) -> TableAnswer:
         censored=int(dataset.censored.sum()),
         map=words,
         accuracy=accuracy,
-        outliers=[Outlier.from_result(each).words for each in fm.repeatability(dataset).outliers],
+        outliers=[Outlier.from_result(repeat).words for repeat in fm.repeatability(dataset).outliers],
         against_campaign=against,
         against_reason=reason,
     )

@@ -55,8 +55,8 @@ def limits_of(campaign: Path, given: fm.LimitTable | None) -> Limits:
     if given is not None or not described.exists():
         return Limits(given)
     conditions = fm.read_conditions(described)
-    found, name = campaign_limit_table(campaign, conditions), conditions.limit_table
-    if found.file or not name:
-        return Limits(found.table)
+    chosen, name = campaign_limit_table(campaign, conditions), conditions.limit_table
+    if chosen.file or not name:
+        return Limits(chosen.table)
     unused = f"campaign.toml names the limit table {name}, which is not used here: start with --limit-table {name}"
-    return Limits(None, (unused, *([sentence(found.finding)] if found.finding else [])))
+    return Limits(None, (unused, *([sentence(chosen.finding)] if chosen.finding else [])))

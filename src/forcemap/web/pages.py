@@ -20,22 +20,30 @@ import forcemap as fm
 from forcemap.answers.comparison import Body
 from forcemap.web.admission import TOKEN, WHERE, is_page
 from forcemap.web.campaign_answers import campaign_answer, overview, problem_words
+from forcemap.web.campaign_map import CampaignMap
 from forcemap.web.downloads import Export, Format, comparison_svg
-from forcemap.web.folder import Folder
 from forcemap.web.grids import slices_answer
-from forcemap.web.held import Fitted, fitted
-from forcemap.web.intake import LARGEST_UPLOAD, TYPES, Addition, Intake, Upload
+from forcemap.web.intake import LARGEST_UPLOAD, TYPES, Addition, Upload
 from forcemap.web.limits import Limits, limits_of
-from forcemap.web.map_answers import Asked
 from forcemap.web.question import Area, BoundKind, ComparisonQuestion, PathQuestion, Place, Question, State
-from forcemap.web.refusal import Refusal, status_of
+from forcemap.web.request_error import RequestError, status_of
+from forcemap.web.site import Site
 from forcemap.web.task_answers import task_answer
-from forcemap.web.turns import Turns
 
-_Asked = TypeVar("_Asked", bound=Area)
+_Question = TypeVar("_Question", bound=Area)
 
-_AXES = ("distance_m", "height_m", "speed_mps")
+_SLIDERS = {"distance_m": (0.005, 0.0), "height_m": (0.005, -math.inf), "speed_mps": (0.001, 0.001)}
+"""Step and lowest value of each slider [m, m/s]; choices: a place within repeats of a state, a speed as it is shown."""
+
+_BEYOND = 0.1
+"""How far the sliders go beyond the measured range, as a share of it; a choice, so that its end can be seen."""
+
+_PATH_ROOM = 0.1
+"""Share of the heights left free at both ends of the path that is shown first; a choice, for the position tolerance."""
+
 _MADE_OF = "made_of"
+"""The parameter that carries the hashes of the map and limits that a page was made of."""
+
 _MODELS: tuple[type[Area], ...] = (State, PathQuestion, ComparisonQuestion, Export, Addition)
 _KNOWN = {_MADE_OF, *(name for model in _MODELS for name in model.model_fields)}
 
@@ -50,99 +58,136 @@ OUTCOMES = {
 """What outcomes mean, in words."""
 
 
-def page_router(folder: Folder, intake: Intake, turns: Turns, table: fm.LimitTable | None) -> APIRouter:
-    """The routes of the pages for the campaigns of a folder."""
+def page_router(site: Site) -> APIRouter:
+    """The routes of the pages of a site, by what they show."""
     router = APIRouter(include_in_schema=False)
+    for routes in (campaign_pages, intake_pages, map_pages):
+        router.include_router(routes(site))
+    return router
 
-    def page(request: Request, template: str, name: str, question: Area, limits: Limits, **shown: Any) -> Response:
-        areas = _areas(limits.table or fm.standard_limit_table())
-        shown |= {"name": name, "base": _address(name), "question": question, "areas": areas, "single": folder.single}
-        return _html(request, template, **shown)
 
-    def ready(name: str) -> tuple[Asked, str]:
-        """Map and limits of a campaign, and the hashes of both."""
-        path = folder.campaign(name)
-        asked = Asked(fitted(path), limits_of(path, table))
-        used = asked.limits.table or fm.standard_limit_table()
-        return asked, f"{fm.map_sha256(asked.fitted.force_map)} {used.sha256}"
-
-    def asked_page(
-        request: Request,
-        name: str,
-        model: type[_Asked],
-        answer: Callable[[Asked, _Asked], Any],
-        otherwise: Callable[[Fitted], dict[str, Any]] = lambda _: {},
-    ) -> Response:
-        """The page of its address: what the map of a campaign answers to a question."""
-        asked, made_of = ready(name)
-        question = _stated(request, model, asked.limits.otherwise | otherwise(asked.fitted))
-        shown = {"asked": asked, "axes": _axes(asked.fitted), _MADE_OF: made_of, "answer": answer(asked, question)}
-        template = f"{request.url.path.rpartition('/')[2]}.html"
-        return page(request, template, name, question, asked.limits, **shown)
+def campaign_pages(site: Site) -> APIRouter:
+    """The overview, a campaign, and what can be taken away from it."""
+    router = APIRouter()
 
     @router.get("/")
     def overview_page(request: Request) -> Response:
-        if folder.single:
-            (name,) = folder.campaigns()
+        if site.folder.single:
+            (name,) = site.folder.campaigns()
             return RedirectResponse(_address(name))
-        return _html(request, "overview.html", answer=overview(folder), root=folder.root.name)
+        return _html(request, "overview.html", answer=overview(site.folder), root=site.folder.root.name)
 
     @router.get("/campaigns/{name}")
     def campaign_page(request: Request, name: str) -> Response:
-        path = folder.campaign(name)
-        answer, limits = campaign_answer(name, path), Limits(table)
+        path = site.folder.campaign(name)
+        answer, limits = campaign_answer(name, path), Limits(site.table)
         with suppress(fm.ForcemapError):  # without a map, judging says it
-            limits = limits_of(path, table)
+            limits = limits_of(path, site.table)
         taken = {"types": ",".join(TYPES), "largest": LARGEST_UPLOAD}
         question = _stated(request, Question, limits.otherwise)
-        return page(request, "campaign.html", name, question, limits, answer=answer, taken=taken)
+        return _campaign_html(site, request, "campaign.html", name, question, limits, answer=answer, taken=taken)
+
+    @router.get("/campaigns/{name}/downloads")
+    def downloads_page(request: Request, name: str) -> Response:
+        path = site.folder.campaign(name)
+        limits = limits_of(path, site.table)
+        question = _stated(request, Export, limits.otherwise)
+        shown = {"formats": list(Format), "simulated": campaign_answer(name, path).simulated}
+        return _campaign_html(site, request, "downloads.html", name, question, limits, **shown)
+
+    return router
+
+
+def intake_pages(site: Site) -> APIRouter:
+    """The parts of a campaign's page that answer to a dropped file."""
+    router = APIRouter()
 
     @router.post("/campaigns/{name}/judge")
     async def judge(request: Request, name: str) -> Response:
-        answer = await intake.judge(request, name, _stated(request, Upload), drawn=True)
+        answer = await site.intake.judge(request, name, _stated(request, Upload), drawn=True)
         return _html(request, "judged.html", answer=answer)
 
     @router.post("/campaigns/{name}/recordings")
     async def add(request: Request, name: str) -> Response:
-        answer = await intake.add(request, name, _stated(request, Addition))
+        answer = await site.intake.add(request, name, _stated(request, Addition))
         return _html(request, "added.html", answer=answer)
+
+    return router
+
+
+def map_pages(site: Site) -> APIRouter:
+    """The pages of a campaign's map: slices, safe speeds, comparison of models, task."""
+    router = APIRouter()
 
     @router.get("/campaigns/{name}/map")
     def map_page(request: Request, name: str) -> Response:
-        return asked_page(request, name, State, slices_answer, _middle)
+        return _answer_page(site, request, name, State, slices_answer, _middle)
 
     @router.get("/campaigns/{name}/speeds")
     def speeds_page(request: Request, name: str) -> Response:
-        return asked_page(request, name, Place, Asked.speed, _middle)
+        return _answer_page(site, request, name, Place, CampaignMap.speed, _middle)
 
     @router.get("/campaigns/{name}/compare")
     async def compare_page(request: Request, name: str) -> Response:
-        return await turns.take(request, lambda: asked_page(request, name, ComparisonQuestion, Asked.compare))
+        compare = CampaignMap.compare
+        return await site.queue.run(request, lambda: _answer_page(site, request, name, ComparisonQuestion, compare))
 
     @router.get("/campaigns/{name}/task")
     async def task_page(request: Request, name: str) -> Response:
-        return await turns.take(request, lambda: asked_page(request, name, PathQuestion, task_answer, _downwards))
+        def page() -> Response:
+            return _answer_page(site, request, name, PathQuestion, task_answer, _downwards)
+
+        return await site.queue.run(request, page)
 
     @router.get("/campaigns/{name}/compare.svg")
     async def compare_figure(request: Request, name: str) -> Response:
-        def made() -> Response:
-            asked, made_of = ready(name)
+        def figure() -> Response:
+            campaign_map, made_of = _map_with_hashes(site, name)
             if request.query_params.get(_MADE_OF, made_of) != made_of:
-                raise Refusal(409, "changed", "the campaign's files have changed; open the page of the figure again")
-            question = _stated(request, ComparisonQuestion, asked.limits.otherwise)
-            return Response(comparison_svg(asked, question), media_type="image/svg+xml")
+                message = "the campaign's files have changed; open the page of the figure again"
+                raise RequestError(409, "changed", message)
+            question = _stated(request, ComparisonQuestion, campaign_map.limits.otherwise)
+            return Response(comparison_svg(campaign_map, question), media_type="image/svg+xml")
 
-        return await turns.take(request, made)
-
-    @router.get("/campaigns/{name}/downloads")
-    def downloads_page(request: Request, name: str) -> Response:
-        path = folder.campaign(name)
-        limits = limits_of(path, table)
-        question = _stated(request, Export, limits.otherwise)
-        shown = {"formats": list(Format), "simulated": campaign_answer(name, path).simulated}
-        return page(request, "downloads.html", name, question, limits, **shown)
+        return await site.queue.run(request, figure)
 
     return router
+
+
+def _answer_page(
+    site: Site,
+    request: Request,
+    name: str,
+    model: type[_Question],
+    answer: Callable[[CampaignMap, _Question], Any],
+    otherwise: Callable[[fm.ForceMap], dict[str, Any]] = lambda _: {},
+) -> Response:
+    """The page of the request's address: the answer of a campaign's map to the question in it.
+
+    `otherwise` gives the parameters of a question that the address does not state.
+    """
+    campaign_map, made_of = _map_with_hashes(site, name)
+    force_map, limits = campaign_map.fitted.force_map, campaign_map.limits
+    question = _stated(request, model, limits.otherwise | otherwise(force_map))
+    shown = {"axes": _axes(force_map), _MADE_OF: made_of, "answer": answer(campaign_map, question)}
+    template = f"{request.url.path.rpartition('/')[2]}.html"
+    return _campaign_html(site, request, template, name, question, limits, campaign_map=campaign_map, **shown)
+
+
+def _map_with_hashes(site: Site, name: str) -> tuple[CampaignMap, str]:
+    """Map and limits of a campaign, and the hashes of both."""
+    campaign_map = site.campaign_map(name)
+    table = campaign_map.limits.table or fm.standard_limit_table()
+    return campaign_map, f"{fm.map_sha256(campaign_map.fitted.force_map)} {table.sha256}"
+
+
+def _campaign_html(
+    site: Site, request: Request, template: str, name: str, question: Area, limits: Limits, **shown: Any
+) -> Response:
+    """A page of a campaign, with the choice of body areas that all of them offer."""
+    areas = _areas(limits.table or fm.standard_limit_table())
+    shown |= {"name": name, "base": _address(name), "question": question, "areas": areas, "single": site.folder.single}
+    return _html(request, template, **shown)
 
 
 def locked_page(request: Request) -> Response:
@@ -167,7 +212,7 @@ def _html(request: Request, template: str, status: int = 200, **shown: Any) -> H
     return HTMLResponse(_TEMPLATES.get_template(template).render(path=request.url.path, **shown), status)
 
 
-def _stated(request: Request, model: type[_Asked], otherwise: Mapping[str, Any] = MappingProxyType({})) -> _Asked:
+def _stated(request: Request, model: type[_Question], otherwise: Mapping[str, Any] = MappingProxyType({})) -> _Question:
     """The question of an address; what belongs to another page, or was left empty, is as if not stated."""
     for key, value in request.query_params.items():
         if key not in _KNOWN:
@@ -181,7 +226,7 @@ def _stated(request: Request, model: type[_Asked], otherwise: Mapping[str, Any] 
 
 
 def _areas(table: fm.LimitTable) -> list[tuple[str, list[tuple[str, str]]]]:
-    """Regions in words, each with the names that can be asked for: its lowest area, areas of both sides, areas."""
+    """Regions in words, with the names that can be asked for: the lowest area, areas of both sides, single areas."""
     regions = []
     for region in table.regions:
         areas = [area for area in table.areas.values() if area.region == region]
@@ -197,26 +242,26 @@ def _words(name: str) -> str:
     return name.replace("_", " ")
 
 
-def _axes(found: Fitted) -> dict[str, tuple[float, float, float]]:
-    """Lowest, highest and step of the sliders: somewhat more than was measured."""
-    box, axes = found.force_map.measured_range, {}
-    least = (0.0, -math.inf, 0.001)
-    for name, step, low, high, floor in zip(_AXES, (0.005, 0.005, 0.001), box.lowest, box.highest, least, strict=True):
-        more = max(0.1 * (high - low), step)
+def _axes(force_map: fm.ForceMap) -> dict[str, tuple[float, float, float]]:
+    """Lowest value, highest value and step of each slider: somewhat more than the measured range."""
+    box, axes = force_map.measured_range, {}
+    for (name, (step, floor)), low, high in zip(_SLIDERS.items(), box.lowest, box.highest, strict=True):
+        more = max(_BEYOND * (high - low), step)
         lowest, highest = math.floor(max(low - more, floor) / step) * step, math.ceil((high + more) / step) * step
         axes[name] = (round(lowest, 3), round(highest, 3), step)
     return axes
 
 
-def _middle(found: Fitted) -> dict[str, float]:
-    box = found.force_map.measured_range
-    return {name: round(value, 3) for name, value in zip(_AXES, ((box.lowest + box.highest) / 2).tolist(), strict=True)}
+def _middle(force_map: fm.ForceMap) -> dict[str, float]:
+    """The state in the middle of the measured range."""
+    middle = (force_map.measured_range.lowest + force_map.measured_range.highest) / 2
+    return {name: round(value, 3) for name, value in zip(_SLIDERS, middle.tolist(), strict=True)}
 
 
-def _downwards(found: Fitted) -> dict[str, str]:
+def _downwards(force_map: fm.ForceMap) -> dict[str, str]:
     """A path down in the middle of the measured range, with room for the position tolerance."""
-    low, high = found.force_map.measured_range.lowest, found.force_map.measured_range.highest
-    d, room = (low[0] + high[0]) / 2, 0.1 * (high[1] - low[1])
+    low, high = force_map.measured_range.lowest, force_map.measured_range.highest
+    d, room = (low[0] + high[0]) / 2, _PATH_ROOM * (high[1] - low[1])
     heights = (high[1] - room, low[1] + room) if room > 0 else (low[1],)
     return {"points": ";".join(f"{d:.3f},{h:.3f}" for h in heights)}
 
@@ -226,7 +271,7 @@ def _figure(value: float | None, digits: int = 1) -> str:
     return "-" if value is None else f"{value:.{digits}f}"
 
 
-def _raised(force: float | None) -> str:
+def _rounded_up(force: float | None) -> str:
     """A bound on a force, never rounded down; a dash where there is none."""
     return "-" if force is None else str(Decimal(repr(force)).quantize(Decimal("0.1"), rounding=ROUND_CEILING))
 
@@ -240,7 +285,7 @@ _TEMPLATES = Environment(
 )
 _TEMPLATES.filters |= {
     "figure": _figure,
-    "raised": _raised,
+    "raised": _rounded_up,
     "speed": lambda value: fm.floor_speed(math.nan if value is None else value),
     "words": _words,
     "query": urlencode,

@@ -1,4 +1,7 @@
-"""What is asked for: a body area, a kind of contact and a bound, as the parameters of an address."""
+"""Questions to a campaign, as the parameters of an address: body area, kind of contact, bound, place, path.
+
+The ranges of parameters are choices: wider than any campaign needs, and narrow enough that an answer takes seconds.
+"""
 
 from __future__ import annotations
 
@@ -17,12 +20,18 @@ from forcemap.maps.bounds import Bound
 Metres = Annotated[float, Field(ge=-10, le=10, allow_inf_nan=False)]
 MetresPerSecond = Annotated[float, Field(gt=0, le=10, allow_inf_nan=False)]
 
+PLACE_STEP = 0.05
+"""Distance of places and extent of zones, if not stated [m]; a choice: the default of the commands."""
+
+DRAWN_PLACES = 2500
+"""Places of a drawn grid, if not stated; a choice: 50 by 50."""
+
 _NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
 _POINT = r"[0-9]{1,2}(\.[0-9]{1,6})?,-?[0-9]{1,2}(\.[0-9]{1,6})?"
 
 
 class BoundKind(StrEnum):
-    """Upper bounds that can be asked for."""
+    """Upper bounds on the force."""
 
     TOLERANCE = "tolerance"
     MARGIN = "margin"
@@ -40,7 +49,7 @@ class Area(BaseModel):
     def _as_written(cls, value: Any, info: ValidationInfo) -> Any:
         """A number is digits, a point and an exponent; 1_0 is a slip, not ten."""
         kind = cls.model_fields[str(info.field_name)].annotation
-        text = any(isinstance(each, type) and issubclass(each, str | bool) for each in (kind, *get_args(kind)))
+        text = any(isinstance(option, type) and issubclass(option, str | bool) for option in (kind, *get_args(kind)))
         if isinstance(value, str) and not text and not _NUMBER.fullmatch(value):
             raise ValueError("expected a number such as 0.25")
         return value
@@ -55,10 +64,18 @@ class Bounded(Area):
     """A body area or region, a bound, and how much faster than programmed the robot may be."""
 
     bound: BoundKind = Field(BoundKind.TOLERANCE, description="Upper bound on the force.")
-    confidence: float = Field(0.95, ge=0.5, le=0.999, allow_inf_nan=False, description="Of the tolerance bound.")
-    content: float = Field(0.95, ge=0.5, le=0.999, allow_inf_nan=False, description="Share of states below it.")
-    margin: float = Field(0.10, ge=0, le=1, allow_inf_nan=False, description="Share added by the bound margin.")
-    overshoot_mps: float = Field(0.01, ge=0, le=1, allow_inf_nan=False, description="Speed overshoot, subtracted.")
+    confidence: float = Field(
+        fm.ToleranceBound.confidence, ge=0.5, le=0.999, allow_inf_nan=False, description="Of the tolerance bound."
+    )
+    content: float = Field(
+        fm.ToleranceBound.content, ge=0.5, le=0.999, allow_inf_nan=False, description="Share of states below it."
+    )
+    margin: float = Field(
+        fm.FixedMargin.margin, ge=0, le=1, allow_inf_nan=False, description="Share added by the bound margin."
+    )
+    overshoot_mps: float = Field(
+        fm.Allowance.speed, ge=0, le=1, allow_inf_nan=False, description="Speed overshoot, subtracted."
+    )
 
     @property
     def allowance(self) -> fm.Allowance:
@@ -100,13 +117,13 @@ class State(Place):
 class Resolution(Question):
     """A question about the whole measured range."""
 
-    places: int = Field(2500, ge=1, le=40_000, description="About how many places, spread evenly.")
+    places: int = Field(DRAWN_PLACES, ge=1, le=40_000, description="About how many places, spread evenly.")
 
 
 class Steps(Question):
     """A question about a grid of places over the measured range."""
 
-    step_m: float = Field(0.05, ge=0.01, le=1, allow_inf_nan=False, description="Distance between places.")
+    step_m: float = Field(PLACE_STEP, ge=0.01, le=1, allow_inf_nan=False, description="Distance between places.")
 
 
 class ComparisonQuestion(Area):
@@ -120,7 +137,9 @@ class ComparisonQuestion(Area):
 class Allowing(Question):
     """A question whose speeds hold wherever the robot may be beside its program, too."""
 
-    position_tolerance_m: float = Field(0.005, ge=0, le=0.1, allow_inf_nan=False, description="Allowed for.")
+    position_tolerance_m: float = Field(
+        fm.Allowance.position, ge=0, le=0.1, allow_inf_nan=False, description="Allowed for."
+    )
 
     @property
     def allowance(self) -> fm.Allowance:
@@ -129,9 +148,9 @@ class Allowing(Question):
 
 
 class ZoneSize(Allowing):
-    """What an export is made of."""
+    """What an export of zones needs."""
 
-    zone_m: float = Field(0.05, ge=0.01, le=1, allow_inf_nan=False, description="Largest extent of a zone.")
+    zone_m: float = Field(PLACE_STEP, ge=0.01, le=1, allow_inf_nan=False, description="Largest extent of a zone.")
 
 
 class PathQuestion(Allowing):
@@ -143,7 +162,9 @@ class PathQuestion(Allowing):
         examples=["0.7,0.4;0.7,0.2"],
     )
     programmed_mps: MetresPerSecond | None = Field(None, description="Programmed speed, if any.")
-    acceleration_mps2: float = Field(1.0, gt=0, le=100, allow_inf_nan=False, description="Along the path.")
+    acceleration_mps2: float = Field(
+        fm.Task.acceleration, gt=0, le=100, allow_inf_nan=False, description="Along the path."
+    )
 
     @property
     def places(self) -> list[tuple[float, float]]:

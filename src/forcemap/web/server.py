@@ -18,12 +18,18 @@ from forcemap.web.connection import Connection
 
 LOOPBACK = "127.0.0.1"
 
+_BACKLOG = 128
+"""Connections that wait to be accepted; the usual size, a browser opens about six."""
+
+_SHUTDOWN = 5
+"""How long answers under way may go on after Ctrl-C [s]; a choice."""
+
 
 def serve(
     folder: str | Path,
     *,
-    port: int = 8000,
-    host: str = LOOPBACK,
+    port: int,
+    host: str,
     limit_table: LimitTable | None = None,
     ready: Callable[[str], None] = lambda address: None,
 ) -> None:
@@ -38,7 +44,7 @@ def serve(
     host : str
         127.0.0.1 or localhost; no other machine may reach the page.
     limit_table : LimitTable, optional
-        Table of limits; that which a campaign names, else that of ISO/TS 15066:2016, if not given.
+        Table of limits; if not given, the one that a campaign names, else that of ISO/TS 15066:2016.
     ready : callable, optional
         Called with the address of the page, which carries its token.
 
@@ -59,12 +65,12 @@ def serve(
             taken = error.errno == errno.EADDRINUSE
             message = "it is taken; choose another with --port" if taken else f"cannot be used ({error.strerror})"
             raise InputError(f"port {port}: {message}") from error
-        listening.listen(128)
+        listening.listen(_BACKLOG)
         ready(f"http://{LOOPBACK}:{listening.getsockname()[1]}/?{TOKEN}={token}")
         server_of(app).run(sockets=[listening])
 
 
 def server_of(app: FastAPI) -> uvicorn.Server:
-    """The server of an application: HTTP alone, and nothing logged but its own defects."""
+    """The server of an application: HTTP alone; it logs errors of its own only."""
     quiet: dict[str, Any] = {"log_level": "error", "access_log": False, "server_header": False}
-    return uvicorn.Server(uvicorn.Config(app, http=Connection, ws="none", timeout_graceful_shutdown=5, **quiet))
+    return uvicorn.Server(uvicorn.Config(app, http=Connection, ws="none", timeout_graceful_shutdown=_SHUTDOWN, **quiet))

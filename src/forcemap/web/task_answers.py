@@ -9,7 +9,7 @@ from forcemap.answers.answer import Answer, Figure, Said
 from forcemap.answers.basis import RestsOn, rests_on
 from forcemap.answers.path import PathAnswer
 from forcemap.answers.speed import SpeedAnswer
-from forcemap.web.map_answers import Asked
+from forcemap.web.campaign_map import CampaignMap
 from forcemap.web.question import PathQuestion
 
 
@@ -32,17 +32,17 @@ class TaskAnswer(RestsOn):
     path: PathAnswer | None
 
 
-def task_answer(asked: Asked, question: PathQuestion) -> TaskAnswer:
+def task_answer(campaign_map: CampaignMap, question: PathQuestion) -> TaskAnswer:
     """A task of one point, or of a path through points."""
-    force_map = asked.fitted.force_map
-    points = [asked.speed_at(question, place) for place in question.places]
+    force_map = campaign_map.fitted.force_map
+    points = [campaign_map.speed_at(question, place) for place in question.places]
     if len(points) > 1:
-        path = asked.path(question)
+        path = campaign_map.path(question)
         of_path = {"bound": question.bound_of(force_map), "assumptions": path.assumptions}
         return TaskAnswer.from_result(points[0], points=points, point=None, path=path, **of_path)
     allowance, (distance, height) = question.allowance, np.array(question.places).T
     around = Zones(distance, distance, height, height).grown(allowance.position)
-    zone, programmed = zone_speeds(force_map, around, **asked.case(question)), question.programmed_mps
+    zone, programmed = zone_speeds(force_map, around, **campaign_map.case(question)), question.programmed_mps
     speed = float(zone.speed_to_program[0])
     stop = Stop(
         outcome=zone.to_program_outcome[0],
@@ -53,6 +53,6 @@ def task_answer(asked: Asked, question: PathQuestion) -> TaskAnswer:
         too_fast=programmed is not None and not programmed <= speed,
     )
     compared = "not stated, so none is compared with the allowed one" if programmed is None else f"{programmed:g} m/s"
-    basis = rests_on(force_map, zone.basis, asked.limits.statements)
+    basis = rests_on(force_map, zone.basis, campaign_map.limits.statements)
     basis["assumptions"] = [*basis["assumptions"], allowance.of_position, f"programmed speed: {compared}"]
     return TaskAnswer(points=points, point=stop, path=None, **basis)

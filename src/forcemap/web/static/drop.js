@@ -8,7 +8,7 @@ const [zone, chosen, judged, curve] = ["zone", "file", "judged", "curve"].map((i
 const add = document.getElementById("add");
 const added = document.getElementById("added");
 const page = form.dataset.base;
-let [file, answer, ticket] = [null, null, 0];
+let [file, answer, request] = [null, null, 0];
 
 async function send(way, more, body) {
   const query = new URLSearchParams({ area: form.elements.area.value, file: body.name, ...more });
@@ -16,29 +16,29 @@ async function send(way, more, body) {
   try {
     const headers = { "content-type": "application/octet-stream", accept: "text/html" };
     const response = await fetch(`${page}/${way}?${query}`, { method: "POST", headers, body });
-    const told = new DOMParser().parseFromString(await response.text(), "text/html");
-    return response.ok ? { told: told.body } : { problem: told.getElementById("problem")?.textContent ?? "No answer" };
+    const html = new DOMParser().parseFromString(await response.text(), "text/html");
+    return response.ok ? { content: html.body } : { problem: html.getElementById("problem")?.textContent ?? "No answer" };
   } catch {
     return { problem: "The server does not answer. Is forcemap serve still running?" };
   }
 }
 
-function show(place, { told, problem }) {
-  if (told) place.replaceChildren(...told.childNodes);
+function show(place, { content, problem }) {
+  if (content) place.replaceChildren(...content.childNodes);
   else place.replaceChildren(Object.assign(document.createElement("p"), { className: "problem", textContent: problem }));
 }
 
 async function judge(next) {
   if (!next) return;
-  const mine = ++ticket;
+  const own = ++request;
   file = next;
   answer = null;
   draw();
   if (add) [add.hidden, added.textContent] = [true, ""];
   judged.textContent = `Judging ${file.name} ...`;
-  const found = await send("judge", {}, file);
-  if (mine !== ticket) return; // another file or body area is being judged
-  show(judged, found);
+  const judgement = await send("judge", {}, file);
+  if (own !== request) return; // another file or body area is being judged
+  show(judged, judgement);
   const block = document.getElementById("judged-data");
   answer = block && JSON.parse(block.textContent);
   draw();
@@ -49,7 +49,7 @@ async function draw() {
   curve.hidden = !answer?.curves;
   if (curve.hidden) return;
   const ink = layout().font.color;
-  const traces = answer.curves.map((each, at) => ({ x: each.time_s, y: each.force_N, name: answer.recordings[at].recording, line: { width: 1.5 } }));
+  const traces = answer.curves.map((recorded, i) => ({ x: recorded.time_s, y: recorded.force_N, name: answer.recordings[i].recording, line: { width: 1.5 } }));
   traces[0].line.color = COLOURS.measured;
   const shapes = [];
   const annotations = [];
@@ -60,7 +60,7 @@ async function draw() {
   };
   level(answer.transient_limit_N, "transient limit", COLOURS.limit, "dash");
   level(answer.quasi_static_limit_N, "quasi-static limit", COLOURS.quasi, "dashdot");
-  for (const impact of answer.impacts.filter((each) => each.recording === answer.recordings[0].recording)) {
+  for (const impact of answer.impacts.filter((one) => one.recording === answer.recordings[0].recording)) {
     const end = impact.phase1_end_s;
     shapes.push({ type: "line", yref: "paper", y0: 0, y1: 1, x0: end, x1: end, line: { color: ink, dash: "dot", width: 1 } });
     traces.push({ x: [impact.peak_time_s], y: [impact.peak_force_N], mode: "markers", name: `Phase I peak, impact ${impact.impact}`, marker: { symbol: "triangle-down", size: 11, color: "#F0E442", line: { color: ink, width: 1 } } });
@@ -90,12 +90,13 @@ addEventListener("drop", (event) => event.preventDefault()); // a file dropped b
 add?.addEventListener("submit", async (event) => {
   event.preventDefault();
   const run = add.elements.run.value.trim();
-  const [body, mine] = [file, ticket];
+  const [body, own] = [file, request];
   added.textContent = `Adding ${body.name} ...`;
-  const found = await send("recordings", run ? { run } : {}, body);
-  show(added, !found.problem || found.problem.includes(body.name) ? found : { problem: `${body.name}: ${found.problem}` });
-  if (!found.told) return;
-  if (mine === ticket) add.hidden = true;
+  const result = await send("recordings", run ? { run } : {}, body);
+  const { content, problem } = result;
+  show(added, !problem || problem.includes(body.name) ? result : { problem: `${body.name}: ${problem}` });
+  if (!content) return;
+  if (own === request) add.hidden = true;
   put((await fetched(page)).document);
 });
 onThemeChange(draw);

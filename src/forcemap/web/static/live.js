@@ -8,7 +8,7 @@ export function live(shown = () => {}) {
   const form = document.querySelector("form[data-live]");
   let asking = false;
   let again = false;
-  let asked = stated(rendered(form));
+  let query = stated(rendered(form));
 
   async function ask() {
     document.body.classList.add("asking");
@@ -19,8 +19,8 @@ export function live(shown = () => {}) {
     asking = true;
     do {
       again = false;
-      asked = stated(form);
-      const address = `${location.pathname}?${asked}`;
+      query = stated(form);
+      const address = `${location.pathname}?${query}`;
       const page = form.checkValidity() ? await fetched(address) : problem(unfilled(form));
       if (again) continue;
       if (page.answers) history.replaceState(null, "", address);
@@ -44,7 +44,7 @@ export function live(shown = () => {}) {
   });
   addEventListener("pageshow", (event) => {
     for (const range of form.querySelectorAll("input[type=range]")) range.value = document.getElementById(range.dataset.for).value;
-    if (event.persisted || stated(form) !== asked) ask(); // a browser that goes back fills in what was there before
+    if (event.persisted || stated(form) !== query) ask(); // a browser that goes back fills in what was there before
   });
   form.classList.add("scripted");
   shown(true);
@@ -82,9 +82,9 @@ export function put(page) {
   for (const part of document.querySelectorAll("[data-swap]")) {
     const fresh = page.getElementById(part.id);
     if (fresh?.innerHTML === part.innerHTML || (!fresh && part.tagName === "NAV")) continue;
-    const open = [...part.querySelectorAll("details")].map((each) => each.open);
+    const open = [...part.querySelectorAll("details")].map((details) => details.open);
     part.replaceChildren(...(fresh?.childNodes ?? []));
-    part.querySelectorAll("details").forEach((each, i) => (each.open = open[i] ?? each.open));
+    part.querySelectorAll("details").forEach((details, i) => (details.open = open[i] ?? details.open));
   }
 }
 

@@ -5,10 +5,10 @@ export const COLOURS = { predicted: "#009E73", measured: "#0072B2", limit: "#D55
 const VIRIDIS = ["#440154", "#482878", "#3e4989", "#31688e", "#26828e", "#1f9e89", "#35b779", "#6ece58", "#b5de2b", "#fde725"];
 
 export function viridis(share) {
-  const at = Math.min(Math.max(share, 0), 1) * (VIRIDIS.length - 1);
-  const from = Math.min(Math.floor(at), VIRIDIS.length - 2);
+  const position = Math.min(Math.max(share, 0), 1) * (VIRIDIS.length - 1);
+  const from = Math.min(Math.floor(position), VIRIDIS.length - 2);
   const [a, b] = [from, from + 1].map((i) => [1, 3, 5].map((j) => parseInt(VIRIDIS[i].slice(j, j + 2), 16)));
-  return `rgb(${a.map((low, i) => Math.round(low + (at - from) * (b[i] - low))).join(",")})`;
+  return `rgb(${a.map((low, i) => Math.round(low + (position - from) * (b[i] - low))).join(",")})`;
 }
 
 export const SCALE = VIRIDIS.map((colour, i) => [i / (VIRIDIS.length - 1), colour]);

@@ -9,19 +9,19 @@ const HERE = { color: COLOURS.here, symbol: "diamond" };
 const canvas = document.getElementById("workspace");
 let workspace = null;
 
-function state() {
+function chosenState() {
   const form = new FormData(document.querySelector("form[data-live]"));
   return Object.fromEntries(["distance_m", "height_m", "speed_mps"].map((name) => [name, Number(form.get(name))]));
 }
 
-function lines(Plotly, answer, at) {
+function lines(Plotly, answer, state) {
   const limit = answer.speed.limit_N;
   for (const [id, [title, name]] of Object.entries(AXES)) {
     const line = answer[id];
     const traces = [
       { x: line.at, y: line.predicted_N, name: "predicted", line: { color: COLOURS.predicted, width: 2 } },
       { x: line.at, y: line.bound_N, name: "bound", line: { dash: "dash", width: 1.5, color: layout().font.color } },
-      { x: [at[name]], y: [answer.bound_N], name: "here", mode: "markers", marker: { ...HERE, size: 10 } },
+      { x: [state[name]], y: [answer.bound_N], name: "here", mode: "markers", marker: { ...HERE, size: 10 } },
     ];
     if (limit !== null)
       traces.push({ x: [line.at[0], line.at.at(-1)], y: [limit, limit], name: "limit", mode: "lines", line: { dash: "dashdot", color: COLOURS.limit } });
@@ -31,7 +31,7 @@ function lines(Plotly, answer, at) {
   }
 }
 
-function plane(Plotly, answer, at) {
+function plane(Plotly, answer, state) {
   const limit = answer.speed.limit_N;
   const grid = { x: answer.distance_m, y: answer.height_m, z: answer.distance_m.length ? answer.height_m.map((_, j) => answer.place_bound_N.map((row) => row[j])) : [] };
   const colorbar = { title: { text: "N" }, thickness: 12, outlinewidth: 0 };
@@ -39,7 +39,7 @@ function plane(Plotly, answer, at) {
   const marker = { ...HERE, size: 12, line: { color: "#fff", width: 2 } };
   const traces = [
     { type: "heatmap", ...grid, colorscale: SCALE, colorbar, hovertemplate },
-    { x: [at.distance_m], y: [at.height_m], mode: "markers", marker, hoverinfo: "skip" },
+    { x: [state.distance_m], y: [state.height_m], mode: "markers", marker, hoverinfo: "skip" },
   ];
   if (limit !== null) {
     const contours = { type: "constraint", operation: "=", value: limit };
@@ -51,11 +51,11 @@ function plane(Plotly, answer, at) {
 async function draw(answers) {
   for (const chart of document.querySelectorAll(".charts .chart")) chart.classList.toggle("stale", !answers);
   if (!answers) return;
-  const [answer, at] = [data("answer-data"), state()];
-  workspace?.show(Object.values(at));
+  const [answer, state] = [data("answer-data"), chosenState()];
+  workspace?.show(Object.values(state));
   const Plotly = await plotly();
-  lines(Plotly, answer, at);
-  plane(Plotly, answer, at);
+  lines(Plotly, answer, state);
+  plane(Plotly, answer, state);
 }
 
 async function fill() {
@@ -64,7 +64,7 @@ async function fill() {
   const cube = await response.json();
   if (!ofThisMap(`${cube.map_sha256} ${cube.limits_sha256}`)) return;
   workspace = block(canvas, cube, data("map-data").measured_states);
-  workspace.show(Object.values(state()));
+  workspace.show(Object.values(chosenState()));
   document.getElementById("forces").replaceChildren(...colourBar(...workspace.range.map((force) => `${force.toFixed(0)} N`)));
 }
 

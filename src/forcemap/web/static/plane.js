@@ -17,14 +17,14 @@ function edges(axis) {
 function ticks(low, high, count) {
   const rough = (high - low) / count;
   const ten = 10 ** Math.floor(Math.log10(rough));
-  const step = ten * [1, 2, 5, 10].find((each) => ten * each >= rough);
+  const step = ten * [1, 2, 5, 10].find((factor) => ten * factor >= rough);
   const first = Math.ceil(low / step - 1e-9);
   return Array.from({ length: Math.floor(high / step + 1e-9) - first + 1 }, (_, i) => Number(((first + i) * step).toFixed(6)));
 }
 
 // axes: {distance_m: [low, high], height_m: [low, high]}; moved(points, index) is called while a point is dragged.
 export function plane(element, legend, axes, moved) {
-  let [speeds, points, asked] = [null, [], ""];
+  let [speeds, points, requested] = [null, [], ""];
   let scale = null;
   const readout = Object.assign(document.createElement("p"), { className: "note readout" });
 
@@ -45,10 +45,10 @@ export function plane(element, legend, axes, moved) {
     svg.append(make("rect", { ...frame, class: "frame" }), ...axis(d0, d1, h0, h1, right, bottom));
     svg.append(make("g", { class: "points" }));
     svg.addEventListener("pointermove", say);
-    const held = [...element.querySelectorAll(".handle")].indexOf(document.activeElement);
+    const focused = [...element.querySelectorAll(".handle")].indexOf(document.activeElement);
     element.replaceChildren(svg, readout);
     place();
-    if (held >= 0) element.querySelectorAll(".handle")[held]?.focus();
+    if (focused >= 0) element.querySelectorAll(".handle")[focused]?.focus();
   }
 
   function axis(d0, d1, h0, h1, right, bottom) {
@@ -88,12 +88,12 @@ export function plane(element, legend, axes, moved) {
     // a point beyond the plane stands at its edge
     const within = (value, [low, high]) => Math.min(Math.max(value, low), high);
     const seen = points.map(([d, h]) => [scale.x(within(d, axes.distance_m)), scale.y(within(h, axes.height_m))]);
-    const line = seen.map((each) => each.join(",")).join(" ");
+    const line = seen.map((point) => point.join(",")).join(" ");
     const parts = points.length > 1 ? [make("polyline", { points: line, class: "path" })] : [];
     points.forEach(([d, h], i) => {
       const label = `Point ${i + 1}: distance ${d.toFixed(3)} m, height ${h.toFixed(3)} m; arrow keys move it`;
-      const at = { transform: `translate(${seen[i].join(" ")})`, tabindex: 0, role: "button", "aria-label": label };
-      const handle = make("g", { ...at, class: "handle", "data-point": i }, make("circle", { r: 18, class: "reach" }), make("circle", { r: 8 }));
+      const attributes = { transform: `translate(${seen[i].join(" ")})`, tabindex: 0, role: "button", "aria-label": label };
+      const handle = make("g", { ...attributes, class: "handle", "data-point": i }, make("circle", { r: 18, class: "reach" }), make("circle", { r: 8 }));
       if (points.length > 1) handle.append(make("text", { x: 14, y: 5 }, String(i + 1)));
       handle.addEventListener("pointerdown", (event) => grab(event, i));
       handle.addEventListener("keydown", (event) => step(event, i));
@@ -136,12 +136,12 @@ export function plane(element, legend, axes, moved) {
     if (!speeds) return;
     const box = event.currentTarget.getBoundingClientRect();
     const [d, h] = [scale.d(event.clientX - box.left), scale.h(event.clientY - box.top)];
-    const at = [speeds.distance_m, speeds.height_m].map((axis, k) => nearest(axis, [d, h][k]));
-    const inside = at.every((i) => i >= 0);
-    const outcome = inside ? speeds.outcomes[speeds.to_program_outcome[at[0]][at[1]]] : "outside";
-    const speed = inside ? speeds.speed_mps[at[0]][at[1]] : null;
-    const program = inside ? speeds.speed_to_program_mps[at[0]][at[1]] : null;
-    const reason = inside ? speeds.reasons[speeds.to_program_reason[at[0]][at[1]]] : "";
+    const cell = [speeds.distance_m, speeds.height_m].map((axis, k) => nearest(axis, [d, h][k]));
+    const inside = cell.every((i) => i >= 0);
+    const outcome = inside ? speeds.outcomes[speeds.to_program_outcome[cell[0]][cell[1]]] : "outside";
+    const speed = inside ? speeds.speed_mps[cell[0]][cell[1]] : null;
+    const program = inside ? speeds.speed_to_program_mps[cell[0]][cell[1]] : null;
+    const reason = inside ? speeds.reasons[speeds.to_program_reason[cell[0]][cell[1]]] : "";
     const words = outcome === "unconfirmed" ? `no speed: ${reason}` : WORDS[outcome];
     const to = program === null ? "" : `about ${floored(program)} m/s to program, ${floored(speed)} m/s at contact, `;
     readout.textContent = `${d.toFixed(3)} m, ${h.toFixed(3)} m: ${to}${words}`;
@@ -183,8 +183,8 @@ export function plane(element, legend, axes, moved) {
     legend.replaceChildren(...parts);
   }
 
-  function show(found, className, textContent) {
-    speeds = found;
+  function show(answer, className, textContent) {
+    speeds = answer;
     readout.textContent = "";
     if (scale) redraw();
     if (speeds) explain();
@@ -194,19 +194,19 @@ export function plane(element, legend, axes, moved) {
   new ResizeObserver(redraw).observe(element);
   return {
     point(list) {
-      points = list.map((each) => [...each]);
+      points = list.map((point) => [...point]);
       if (scale) place();
     },
     // nothing is shown until the answer to the last question is there
     async ask(address) {
-      if (address === asked) return;
-      asked = address;
+      if (address === requested) return;
+      requested = address;
       show(null, "note", "Asking for the speeds of all places ...");
-      const found = await fetch(address).then((response) => (response.ok ? response.json() : null)).catch(() => null);
-      if (address !== asked) return;
-      if (!found) asked = "";
-      if (!found) show(null, "problem", "No speeds of all places: there was no answer.");
-      else if (ofThisMap(`${found.map_sha256} ${found.limits_sha256}`)) show(found);
+      const answer = await fetch(address).then((response) => (response.ok ? response.json() : null)).catch(() => null);
+      if (address !== requested) return;
+      if (!answer) requested = "";
+      if (!answer) show(null, "problem", "No speeds of all places: there was no answer.");
+      else if (ofThisMap(`${answer.map_sha256} ${answer.limits_sha256}`)) show(answer);
     },
   };
 }

@@ -9,7 +9,7 @@ const field = form.elements.points;
 const axes = JSON.parse(element.dataset.axes);
 
 function points() {
-  return field.value.split(";").map((each) => each.split(",").map(Number)).filter((each) => each.length === 2 && each.every(Number.isFinite));
+  return field.value.split(";").map((point) => point.split(",").map(Number)).filter((point) => point.length === 2 && point.every(Number.isFinite));
 }
 
 function state(list) {

@@ -1,4 +1,4 @@
-"""What a campaign's map answers: the same objects as the commands print with --json."""
+"""A campaign's map and its answers: the same objects as the commands print with --json."""
 
 from __future__ import annotations
 
@@ -13,25 +13,25 @@ from forcemap.answers.path import PathAnswer
 from forcemap.answers.speed import SpeedAnswer
 from forcemap.answers.speed_map import SpeedMapAnswer
 from forcemap.comparisons.contact_model import ContactModel, contact_model
-from forcemap.web.held import Fitted
+from forcemap.web.fitted_campaign import FittedCampaign
 from forcemap.web.limits import Limits
 from forcemap.web.question import ComparisonQuestion, PathQuestion, Place, Question, Steps
 
 LONGEST_PATH = 20.0
-"""The longest path that is taken [m]."""
+"""The longest path that is taken [m]; a choice: no task in the reach of one robot needs more (docs/decisions.md)."""
 
 
 @dataclass(frozen=True)
-class Asked:
+class CampaignMap:
     """A campaign's map and limits, which answer questions.
 
     Parameters
     ----------
-    fitted : Fitted
+    fitted : FittedCampaign
     limits : Limits
     """
 
-    fitted: Fitted
+    fitted: FittedCampaign
     limits: Limits
 
     def fit(self) -> FitAnswer:
@@ -48,8 +48,8 @@ class Asked:
 
     def speed_at(self, question: Question, place: tuple[float, float]) -> SpeedAnswer:
         """The safe speed at a place: distance and height [m]."""
-        found, notes = self.fitted, self.limits.statements
-        return SpeedAnswer.of_place(found.force_map, place, found.accuracy[0], notes, **self.case(question))
+        fitted, notes = self.fitted, self.limits.statements
+        return SpeedAnswer.of_place(fitted.force_map, place, fitted.accuracy[0], notes, **self.case(question))
 
     def speed_map(self, question: Steps) -> SpeedMapAnswer:
         """Safe speeds on a grid, as `forcemap speed-map --json`."""

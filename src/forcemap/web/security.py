@@ -1,9 +1,10 @@
-"""Who may ask, and what every answer forbids: Host, Origin, token, size, and headers of a page that trusts nobody."""
+"""Which requests are answered (Host, Origin, token, size), and the security headers of every answer."""
 
 from __future__ import annotations
 
 import re
 import sys
+from http import HTTPStatus
 
 from starlette.datastructures import MutableHeaders
 from starlette.requests import Request
@@ -15,7 +16,7 @@ from forcemap.errors import ForcemapError
 from forcemap.web.admission import Admission, is_api, is_page
 from forcemap.web.intake import LARGEST_UPLOAD, too_large
 from forcemap.web.pages import locked_page
-from forcemap.web.refusal import Refusal
+from forcemap.web.request_error import RequestError
 
 _HOST = re.compile(r"(127\.0\.0\.1|localhost)(:\d{1,5})?")
 
@@ -33,7 +34,7 @@ POLICY = "; ".join(
         "frame-ancestors 'none'",
     )
 )
-"""The content security policy: scripts and connections of this server alone; plotly writes style sheets of its own."""
+"""The content security policy: scripts and connections of this server alone. plotly needs its inline style sheets."""
 
 _HEADERS = {
     "content-security-policy": POLICY,
@@ -45,7 +46,7 @@ _HEADERS = {
 }
 
 
-class Guard:
+class SecurityMiddleware:
     """Refuses requests that no page of this server makes, and puts the same headers on every answer."""
 
     def __init__(self, app: ASGIApp, token: str) -> None:
@@ -65,7 +66,7 @@ class Guard:
                 headers = MutableHeaders(scope=message)
                 headers.update(_HEADERS)
                 headers.setdefault("cache-control", "no-store")
-                if message["status"] == 401:
+                if message["status"] == HTTPStatus.UNAUTHORIZED:
                     headers["www-authenticate"] = "Bearer"
             await send(message)
 
@@ -77,31 +78,33 @@ class Guard:
             self.admission.require(request)
             _require_size(request)
             await self.app(scope, receive, guarded)
-        except Refusal as error:
-            closed = error.status == 401 and not is_api(request)
-            answer = locked_page(request) if closed else _refused(error, error.status)
+        except RequestError as error:
+            locked = error.status == HTTPStatus.UNAUTHORIZED and not is_api(request)
+            answer = locked_page(request) if locked else _error_response(error, error.status)
             await answer(scope, receive, guarded)
         except Exception as error:  # one line for the person and one for the terminal, never a traceback
             what = " ".join(str(error).split())
             defect = ForcemapError(f"a defect of forcemap ({type(error).__name__}: {what}); please report it")
             print(f"error: {scope['path']!r}: {defect.message}", file=sys.stderr)
             if not started:
-                await _refused(defect, 500)(scope, receive, guarded)
+                await _error_response(defect, 500)(scope, receive, guarded)
 
 
 def _require_own(request: Request) -> None:
     host = request.headers.get("host", "")
     if not _HOST.fullmatch(host):
-        raise Refusal(421, "host", "found another host name, expected 127.0.0.1 or localhost; open the address printed")
+        raise RequestError(
+            421, "host", "found another host name, expected 127.0.0.1 or localhost; open the address printed"
+        )
     for name in ("host", "origin", *_FETCH):
         if len(request.headers.getlist(name)) > 1:
-            raise Refusal(403, "origin", f"found {name} more than once, expected it once; nothing was done")
+            raise RequestError(403, "origin", f"found {name} more than once, expected it once; nothing was done")
     origin, (site, *visit) = request.headers.get("origin"), (request.headers.get(name, "") for name in _FETCH)
     own = site in ("", "same-origin", "none") and (origin is None or origin == f"http://{host}")
     link = visit == ["navigate", "document"] and is_page(request)
     if not (own or link):
         done = "" if request.method in ("GET", "HEAD") else "; nothing was done"
-        raise Refusal(403, "origin", f"found a request of another site, expected one of this page{done}")
+        raise RequestError(403, "origin", f"found a request of another site, expected one of this page{done}")
 
 
 def _require_size(request: Request) -> None:
@@ -110,5 +113,5 @@ def _require_size(request: Request) -> None:
         raise too_large()
 
 
-def _refused(error: ForcemapError, status: int) -> Response:
+def _error_response(error: ForcemapError, status: int) -> Response:
     return JSONResponse(ErrorAnswer.of_error(error, remote=True).model_dump(), status)

@@ -1,4 +1,4 @@
-"""Maps that are held between requests: fitted once for each content of a campaign's files."""
+"""Maps kept in memory between requests: fitted once for every content of a campaign's files."""
 
 from __future__ import annotations
 
@@ -11,12 +11,17 @@ from typing import TypeVar
 
 from forcemap import Accuracy, ForceMap, ImpactDataset, fit_force_map, map_accuracy, read_dataset
 from forcemap.files import file_sha256
-from forcemap.web.refusal import Refusal
+from forcemap.web.request_error import RequestError
 
-_Found = TypeVar("_Found")
+_Result = TypeVar("_Result")
 
-_ONE_FIT = threading.Lock()  # the same map is not fitted twice at a time
-_TRIES = 5
+_ONE_FIT = threading.Lock()  # requests for the same map wait for one fit
+
+_READINGS = 5
+"""How often files that change while they are read are read again; a choice: a collect is over sooner."""
+
+_IN_MEMORY = 16
+"""Campaigns whose impacts and map stay in memory; a choice: the overview of a folder asks for all of them."""
 
 
 class _ChangedError(Exception):
@@ -24,7 +29,7 @@ class _ChangedError(Exception):
 
 
 @dataclass(frozen=True, eq=False)
-class Fitted:
+class FittedCampaign:
     """A campaign's impacts and the map fitted to them.
 
     Parameters
@@ -32,7 +37,7 @@ class Fitted:
     dataset : ImpactDataset
     force_map : ForceMap
     accuracy : tuple of Accuracy
-        The one to trust first.
+        The most trustworthy first.
     """
 
     dataset: ImpactDataset
@@ -45,24 +50,24 @@ def impacts_of(campaign: Path) -> ImpactDataset:
 
     Raises
     ------
-    Refusal
+    RequestError
         There are none yet, or the files are being changed.
     """
-    return _settled(_impacts, campaign)
+    return _read_unchanged(_impacts, campaign)
 
 
-def fitted(campaign: Path) -> Fitted:
-    """The map of a campaign, from memory while its files stay as they are.
+def fitted_campaign(campaign: Path) -> FittedCampaign:
+    """The impacts and map of a campaign, from memory while its files stay as they are.
 
     Raises
     ------
-    Refusal
+    RequestError
         There are no impacts yet, or the files are being changed.
     FitError
         They do not determine a map.
     """
     with _ONE_FIT:
-        return _settled(_fitted, campaign)
+        return _read_unchanged(_fitted, campaign)
 
 
 _Contents = tuple[str, ...]
@@ -74,24 +79,24 @@ def _contents(campaign: Path) -> _Contents:
     """SHA-256 of the files that a map rests on; empty for one that is not there."""
     if not (campaign / _FILES[0]).exists():
         message = "there are no impacts yet, so no map; add recordings, or run forcemap collect"
-        raise Refusal(409, "no_impacts", message)
+        raise RequestError(409, "no_impacts", message)
     return tuple(file_sha256(campaign / name) if (campaign / name).exists() else "" for name in _FILES)
 
 
-def _settled(read: Callable[[Path, _Contents], _Found], campaign: Path) -> _Found:
-    """What is read from files that stay as they are meanwhile."""
-    for _ in range(_TRIES):
+def _read_unchanged(read: Callable[[Path, _Contents], _Result], campaign: Path) -> _Result:
+    """Read files again until they did not change meanwhile."""
+    for _ in range(_READINGS):
         try:
             return read(campaign, _contents(campaign))
         except _ChangedError:
             continue
     message = "its files are changed again and again while they are read; ask again when they stay"
-    raise Refusal(409, "changing", message)
+    raise RequestError(409, "changing", message)
 
 
-@lru_cache(maxsize=16)
+@lru_cache(maxsize=_IN_MEMORY)
 def _impacts(campaign: Path, contents: _Contents) -> ImpactDataset:
-    """The impacts of files with these hashes; an error is not kept."""
+    """The impacts of files with these hashes; errors are not kept in memory."""
     try:
         dataset = read_dataset(campaign)
     finally:
@@ -102,8 +107,8 @@ def _impacts(campaign: Path, contents: _Contents) -> ImpactDataset:
     return dataset
 
 
-@lru_cache(maxsize=16)
-def _fitted(campaign: Path, contents: _Contents) -> Fitted:
+@lru_cache(maxsize=_IN_MEMORY)
+def _fitted(campaign: Path, contents: _Contents) -> FittedCampaign:
     dataset = _impacts(campaign, contents)
     force_map = fit_force_map(dataset)
-    return Fitted(dataset, force_map, map_accuracy(force_map, dataset))
+    return FittedCampaign(dataset, force_map, map_accuracy(force_map, dataset))
