@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import re
 from pathlib import Path
 
@@ -66,3 +67,22 @@ def test_the_files_to_change_exist():
     for name in re.findall(r"`([\w./]+/[\w.]*)`", section("Where to change what")):
         home = PROJECT if name.startswith(("tests/", "scripts/", "src/")) else ROOT
         assert (home / name).exists(), name
+
+
+def lengths(path):
+    """(name, lines, lines of the docstring) of every function of a file."""
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
+            first = node.body[0]
+            docstring = first.end_lineno - first.lineno + 1 if ast.get_docstring(node) else 0
+            yield node.name, node.end_lineno - node.lineno + 1, docstring
+
+
+def test_functions_fit_on_a_screen():
+    """No more than 60 lines of code; those that are longer with their docstring are named in CONTRIBUTING."""
+    files = [path for folder in ("src", "scripts", "benchmarks") for path in (PROJECT / folder).rglob("*.py")]
+    long = [(path, name) for path in files for name, lines, docstring in lengths(path) if lines - docstring > 60]
+    assert long == []
+    text = (PROJECT / "CONTRIBUTING.md").read_text().split("## How long a function may be")[1].split("\n## ")[0]
+    named = set(re.findall(r"`([\w/]+\.py:\w+)`", text))
+    assert named == {f"{path.relative_to(ROOT)}:{name}" for path in SOURCES for name, n, _ in lengths(path) if n > 60}

@@ -7,9 +7,7 @@ from typing import Annotated
 from pydantic import BeforeValidator
 
 from forcemap.answers.answer import Answer, Figure, of
-
-PASCALS = 1e4
-"""Pa in 1 N/cm^2."""
+from forcemap.limits.body_areas import PASCALS
 
 Pressure = Annotated[float | None, BeforeValidator(lambda pressure: None if pressure is None else pressure / PASCALS)]
 

@@ -151,8 +151,8 @@ def run(arguments: list[str]) -> int:
     except ForcemapError as error:
         _emit_error(error, as_json=as_json)
     except TyperException as error:
-        found = " ".join(error.format_message().split()).replace("Value error, ", "")
-        words = _moved_option(arguments) or found or "see --help"
+        message = " ".join(error.format_message().split()).replace("Value error, ", "")
+        words = _moved_option(arguments) or message or "see --help"
         _emit_error(InputError(words), as_json=as_json)
     except ModuleNotFoundError as error:
         _emit_error(MissingExtra.of(error), as_json=as_json)
@@ -170,8 +170,8 @@ def run(arguments: list[str]) -> int:
 def _moved_option(arguments: list[str]) -> str:
     """Where an option has gone, if the arguments have one that their command had before; else empty."""
     given = {argument.partition("=")[0] for argument in arguments}
-    found = _MOVED.get(arguments[0], {})
-    return next((f"{arguments[0]}: {option} {where}" for option, where in found.items() if option in given), "")
+    moved = _MOVED.get(arguments[0], {})
+    return next((f"{arguments[0]}: {option} {where}" for option, where in moved.items() if option in given), "")
 
 
 def _emit_error(error: ForcemapError, *, as_json: bool) -> None:

@@ -27,6 +27,7 @@ from forcemap.cli.column_options import (
 )
 from forcemap.cli.options import DeviceSpring, Json, Limit, LimitSpring, QuasiStaticN, limit_from
 from forcemap.cli.output import Progress, emit, listing, table
+from forcemap.impacts.impact import TRANSIENT_TIME
 from forcemap.verdicts.recording_results import recording_doubt
 
 
@@ -102,9 +103,6 @@ SIMULATED = "SIMULATED recordings: not a measurement of any robot"
 SHOWN = 12
 """Lines of a list before it is cut; a choice, so that the outcome stays on the screen."""
 
-_TRANSIENT_TIME = 0.5
-"""How long after the onset the transient limit holds [s], marked Q in a plot; `impacts.impact.TRANSIENT_TIME`."""
-
 _UNSTATED = "the device range is not stated, so saturation was judged by the shape alone: --device-range-N"
 
 
@@ -170,8 +168,8 @@ def _plot(impact: fm.Impact) -> list[str]:
     part = (time >= -_BEFORE_ONSET * shown) & (time <= min(shown, impact.recorded_time))
     if np.sum(part) < 2:
         return []
-    marks = {"I": 0.0, "P": impact.peak_time - impact.onset, "E": phase_one, "Q": _TRANSIENT_TIME}
-    legend = "I onset, P Phase I peak, E end of Phase I" + (", Q 0.5 s" if time[part][-1] >= _TRANSIENT_TIME else "")
+    marks = {"I": 0.0, "P": impact.peak_time - impact.onset, "E": phase_one, "Q": TRANSIENT_TIME}
+    legend = "I onset, P Phase I peak, E end of Phase I" + (", Q 0.5 s" if time[part][-1] >= TRANSIENT_TIME else "")
     return [*text_plot(time[part], force[part], marks), " " * 9 + legend]
 
 

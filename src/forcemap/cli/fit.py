@@ -25,6 +25,7 @@ from forcemap.cli.output import (
     write_result,
 )
 from forcemap.comparisons.selection import selection_stability
+from forcemap.maps.bounds import PAPER_MARGIN
 from forcemap.maps.map_file import map_text
 
 
@@ -133,17 +134,13 @@ def fit_lines(answer: FitAnswer) -> list[str]:
     ]
 
 
-_PAPER_MARGIN = 10.0
-"""The paper's fixed margin above the prediction [%], as `FixedMargin` (section V-A)."""
-
-
 def _verdict(answer: FitAnswer) -> str:
     if answer.binding.state == "broken":
         return "NO SAFE SPEED follows from this map, because of that"
     if answer.bound_margin_percent is None:
         return "NO SAFE SPEED follows from this map with a tolerance bound: too few states for one"
     low, high = answer.bound_margin_percent.lowest, answer.bound_margin_percent.highest
-    fixed = "suffices" if high <= _PAPER_MARGIN else "is too small"
+    fixed = "suffices" if high <= 100 * PAPER_MARGIN else "is too small"
     return (
         f"SAFE SPEEDS can follow from this map: its tolerance bound lies {low:.1f} to {high:.1f} % above the "
         f"prediction (a fixed + 10 % {fixed} here), and predictions are at most "

@@ -8,10 +8,11 @@ from typer import Argument, Option
 
 import forcemap as fm
 from forcemap.answers.comparison import Body
-from forcemap.answers.limits import PASCALS, LimitAnswer, LimitsAnswer
+from forcemap.answers.limits import LimitAnswer, LimitsAnswer
 from forcemap.cli.options import Json, LimitTable
 from forcemap.cli.output import emit, listing, table
 from forcemap.comparisons.contact_model import ContactModel, contact_model
+from forcemap.limits.body_areas import PASCALS
 from forcemap.limits.pfl import pfl_pressure_speed_limit
 
 BodyOption = Annotated[

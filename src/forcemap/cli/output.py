@@ -27,7 +27,7 @@ if TYPE_CHECKING:  # a command loads the answers it gives, and no others
     from forcemap.answers.path import AlongAnswer
 
 SIMULATED = sentence(Finding.of(FindingKind.SIMULATED))
-_WIDEST = 100
+WIDEST = 100
 """Columns of a line of text; a choice: what a terminal and a page beside it show."""
 
 _INDENT = 4
@@ -63,8 +63,8 @@ def wrapped(lines: Iterable[str]) -> list[str]:
     for line in lines:
         indent = len(line) - len(line.lstrip(" -")) or _INDENT
         parts += (
-            textwrap.wrap(line, _WIDEST, subsequent_indent=" " * indent, break_long_words=False, break_on_hyphens=False)
-            if len(line) > _WIDEST
+            textwrap.wrap(line, WIDEST, subsequent_indent=" " * indent, break_long_words=False, break_on_hyphens=False)
+            if len(line) > WIDEST
             else [line]
         )
     return parts

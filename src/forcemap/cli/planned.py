@@ -17,14 +17,11 @@ import forcemap as fm
 from forcemap.arrays import Mask
 from forcemap.campaigns.template import campaign_text
 from forcemap.cli.options import number, stated, stiffness
-from forcemap.cli.output import table
+from forcemap.cli.output import WIDEST, table
 from forcemap.exports.run_sheet import run_sheet
 from forcemap.files import write_atomically
 
 SHEET = "run_sheet.txt"
-_WIDTH = 100
-"""Columns of a line of a sheet and of a command, as of all text (`output`)."""
-
 Distances = Annotated[
     str | None, Option("--distances-m", help="Nearest and farthest distance from the base z-axis, or all of them.")
 ]
@@ -90,7 +87,7 @@ def command_lines(command: str, head: str = "  ") -> list[str]:
     """A command as lines of at most 100 characters, that a shell takes for one."""
     parts = textwrap.wrap(
         command,
-        _WIDTH - 2,
+        WIDEST - 2,
         initial_indent=head,
         subsequent_indent=" " * (len(head) + 4),
         break_long_words=False,
@@ -110,7 +107,7 @@ def write_campaign(
     waiting: fm.MeasurementPlan | None = None,
 ) -> list[str]:
     """Write a campaign's files, the sheet with the new runs and those still to be measured; the names of the files."""
-    wrapped = [line for note in notes for line in textwrap.wrap(note, _WIDTH, subsequent_indent="    ")]
+    wrapped = [line for note in notes for line in textwrap.wrap(note, WIDEST, subsequent_indent="    ")]
     sheet = [*wrapped, *run_sheet(new, conditions, upper_force=upper, waiting=waiting)]
     try:
         (target / "recordings").mkdir(parents=True, exist_ok=True)

@@ -20,6 +20,7 @@ from forcemap.cli.output import (
     shown,
     write_result,
 )
+from forcemap.maps.bounds import FixedMargin
 
 if TYPE_CHECKING:  # `speed` loads nothing of speed maps
     from forcemap.answers.speed_map import SpeedMapAnswer
@@ -117,7 +118,7 @@ _HINTS = 3
 """Places proposed for a measurement; a choice: the most promising come first, --json has all."""
 
 _MARKS = {"outside": ".", "unconfirmed": "?", "not_permitted": "x"}
-_MARGIN = {"kind": "margin", "margin": 0.1}
+_MARGIN = FixedMargin().describe()
 
 
 def speed_lines(answer: SpeedAnswer) -> list[str]:

@@ -22,7 +22,8 @@ _PRESSURE, _FORCE, _FACTOR = "quasi_static_pressure_N_per_cm2", "quasi_static_fo
 _AREA_COLUMNS = ("area", "name", "region", _PRESSURE, _FORCE, _FACTOR)
 _SPRING = "spring_constant_N_per_mm"
 _STANDARD = "body_areas.csv"
-_PASCALS = 1e4  # Pa in 1 N/cm^2
+PASCALS = 1e4
+"""Pa in 1 N/cm^2."""
 _N_PER_M = 1000.0  # N/m in 1 N/mm
 _MAX_LIMIT = 2000.0  # [N], [N/cm^2]; several times the largest of the standard, so a larger one is a slip
 
@@ -237,7 +238,7 @@ def _limit_table(content: bytes, file: str) -> LimitTable:
                 column="region",
             )
         spring = _spring(row.get(_SPRING, ""), region, refused)
-        areas[name] = BodyArea(name, row["name"], region, force, pressure * _PASCALS, factor, spring)
+        areas[name] = BodyArea(name, row["name"], region, force, pressure * PASCALS, factor, spring)
     return LimitTable(
         areas,
         edition=facts.get("edition", f"not stated in {file}"),

@@ -10,13 +10,13 @@ from markupsafe import Markup, escape
 from forcemap.arrays import FloatArray
 from forcemap.campaigns.recordings_table import Use
 from forcemap.figures.style import BLUE, GREEN, PURPLE, SKY, VERMILLION
+from forcemap.impacts.impact import TRANSIENT_TIME
 from forcemap.limits.force_limits import ForceLimit
 from forcemap.verdicts.recording_results import RecordingResult
 
 _WIDTH, _HEIGHT = 340, 120
 _LEFT, _BREAK, _RIGHT, _TOP, _BOTTOM = 34, 206, 334, 8, 100
 _FAST, _SLOW = 0.1, 1.0  # the axis is broken at the first time and ends at the second [s]
-_TRANSIENT_END = 0.5  # the transient limit holds until then [s], as `impacts.impact.TRANSIENT_TIME`
 _HEADROOM = 1.05  # top of the drawing over the highest force
 _STEPS = (10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 1e9)  # between marks of the axis of force [N]
 _MOST_STEPS = 4
@@ -77,7 +77,7 @@ def _axes(top: float) -> str:
         y = float(_y(np.array(force), top))
         lines.append(f"M{_LEFT - 3} {y:.0f}h3")
         words.append(f'<text x="{_LEFT - 5}" y="{y + 3:.0f}" text-anchor="end">{force:g}</text>')
-    for time, text in ((0.0, "0"), (0.05, "50"), (_FAST, "100"), (_TRANSIENT_END, "500"), (_SLOW, "1000 ms")):
+    for time, text in ((0.0, "0"), (0.05, "50"), (_FAST, "100"), (TRANSIENT_TIME, "500"), (_SLOW, "1000 ms")):
         x = float(_x(np.array(time)))
         anchor = "end" if time == _SLOW else "middle"
         lines.append(f"M{x:.0f} {_BOTTOM}v3")
@@ -89,7 +89,7 @@ def _axes(top: float) -> str:
 
 def _limits(limit: ForceLimit, top: float) -> str:
     """The transient limit up to 0.5 s, then the quasi-static one."""
-    middle, end = _x(np.array([_TRANSIENT_END, _SLOW])).tolist()
+    middle, end = _x(np.array([TRANSIENT_TIME, _SLOW])).tolist()
     high, low = _y(np.array([limit.transient, limit.quasi_static]), top).tolist()
     path = f"M{_LEFT} {high:.1f}H{middle:.0f}V{low:.1f}H{end:.0f}"
     return f'<path d="{path}" fill="none" stroke="#000" stroke-width="1.2" stroke-dasharray="6 3"/>'

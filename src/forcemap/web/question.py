@@ -15,13 +15,12 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validat
 
 import forcemap as fm
 from forcemap.answers.comparison import Body
+from forcemap.assessment.assess_campaign import PLACES_APART
+from forcemap.exports.robot_table import ZONE_SIZE
 from forcemap.maps.bounds import Bound
 
 Metres = Annotated[float, Field(ge=-10, le=10, allow_inf_nan=False)]
 MetresPerSecond = Annotated[float, Field(gt=0, le=10, allow_inf_nan=False)]
-
-PLACE_STEP = 0.05
-"""Distance of places and extent of zones, if not stated [m]; a choice: the default of the commands."""
 
 DRAWN_PLACES = 2500
 """Places of a drawn grid, if not stated; a choice: 50 by 50."""
@@ -123,7 +122,7 @@ class Resolution(Question):
 class Steps(Question):
     """A question about a grid of places over the measured range."""
 
-    step_m: float = Field(PLACE_STEP, ge=0.01, le=1, allow_inf_nan=False, description="Distance between places.")
+    step_m: float = Field(PLACES_APART, ge=0.01, le=1, allow_inf_nan=False, description="Distance between places.")
 
 
 class ComparisonQuestion(Area):
@@ -150,7 +149,7 @@ class Allowing(Question):
 class ZoneSize(Allowing):
     """What an export of zones needs."""
 
-    zone_m: float = Field(PLACE_STEP, ge=0.01, le=1, allow_inf_nan=False, description="Largest extent of a zone.")
+    zone_m: float = Field(ZONE_SIZE, ge=0.01, le=1, allow_inf_nan=False, description="Largest extent of a zone.")
 
 
 class PathQuestion(Allowing):
