@@ -7,7 +7,9 @@ import pytest
 from hypothesis import given, settings, strategies as st
 from oracle import full_grid, training_grid
 from scipy.optimize import linprog
+from scipy.spatial import ConvexHull
 
+from forcemap.maps.convex_hull import half_spaces
 from forcemap.maps.measured_range import MeasuredRange
 from sizes import COSTLY
 
@@ -90,3 +92,35 @@ def test_flat_ranges(kind):
     assert np.isnan(off).all()
     if kind == "one height":
         assert np.isnan(measured.speeds(np.array([0.7]), np.array([0.3001]))[0]).all()
+
+
+@pytest.mark.parametrize("kind", ["scattered", "grid", "tenths", "jittered grid", "columns", "sphere"])
+def test_the_hull_of_few_points_is_qhulls(kind):
+    """Both say the same of points inside, outside and on it, within the tolerance of the range."""
+    rng = np.random.default_rng(len(kind))
+    grid = np.stack(np.meshgrid([0.4, 0.7, 1.0], [0.0, 0.3, 0.6], [0.1, 0.3, 0.5]), axis=-1).reshape(-1, 3)
+    for _ in range(40):
+        points = {
+            "scattered": rng.uniform(0, 1, (30, 3)),
+            "grid": grid[rng.permutation(27)[: rng.integers(12, 28)]],
+            "tenths": np.round(rng.uniform(0, 1, (50, 3)), 1),
+            "jittered grid": grid + rng.normal(0, 10 ** rng.uniform(-9, -3), grid.shape),
+            "columns": np.column_stack([np.repeat(rng.uniform(0, 1, (9, 2)), 3, axis=0), np.tile([0.2, 0.3, 0.4], 9)]),
+            "sphere": (lambda x: x / np.linalg.norm(x, axis=1)[:, None])(rng.normal(0, 1, (60, 3))),
+        }[kind]
+        expected = ConvexHull(points).equations
+        asked = np.vstack([rng.uniform(-0.2, 1.2, (300, 3)), points, points[::-1] * 0.5 + points * 0.5])
+        apart = [(asked @ planes[:, :3].T + planes[:, 3]).max(axis=1) for planes in (half_spaces(points), expected)]
+        inside = np.minimum(*apart) < 0
+        np.testing.assert_allclose(apart[0][inside], apart[1][inside], atol=1e-9)
+        np.testing.assert_array_equal(apart[0] < 1e-9, apart[1] < 1e-9)
+        assert inside.any()
+
+
+def test_a_hull_that_does_not_prove_itself_is_left_to_qhull():
+    """Points in a plane, all but for rounding, and more points than are added one by one."""
+    rng = np.random.default_rng(0)
+    flat = np.column_stack([rng.uniform(0, 1, (20, 2)), rng.uniform(0, 1e-8, 20)])
+    many = rng.uniform(0, 1, (400, 3))
+    for points in (flat, many):
+        np.testing.assert_array_equal(half_spaces(points), ConvexHull(points).equations)

@@ -134,11 +134,8 @@ class States:
 
     def repeats_of(self, others: States, tolerance: StateTolerance) -> Mask:
         """Which states, shape (m,), are repeats of others: by their name, or as close as repeats."""
-        from scipy.spatial import cKDTree
-
-        scaled = (states.coordinates / tolerance.scale for states in (others, self))
-        apart, _ = cKDTree(next(scaled)).query(next(scaled), p=np.inf)
-        return np.asarray((apart <= 1) | np.isin(self.name, others.name))
+        mine, theirs = (states.coordinates / tolerance.scale for states in (self, others))
+        return np.asarray(_near_any(mine, theirs) | np.isin(self.name, others.name))
 
     @property
     def uncensored(self) -> States:
@@ -208,6 +205,16 @@ def _near(points: FloatArray) -> Indices:
     from scipy.spatial import cKDTree
 
     return np.asarray(cKDTree(points).query_pairs(1.0, p=np.inf, output_type="ndarray"))
+
+
+def _near_any(points: FloatArray, others: FloatArray) -> Mask:
+    """Which points, shape (n,), lie within 1 of one of the others in every coordinate."""
+    if len(points) * len(others) <= _FEW**2:
+        apart = np.abs(points[:, None] - others).max(axis=2)
+        return np.asarray((apart <= 1.0).any(axis=1))
+    from scipy.spatial import cKDTree
+
+    return np.asarray(cKDTree(others).query(points, p=np.inf)[0] <= 1.0)
 
 
 def _refuse_wide_states(

@@ -195,8 +195,6 @@ def form_test(form: Form, states: States, state_sd: float = math.nan) -> FormTes
     -------
     FormTest
     """
-    from scipy.spatial.distance import pdist
-
     tested = states.select(states.censored == 0)
     departures = _most_significant(form, tested) if len(tested) else []
     slow = states.speed <= states.speed.min() + StateTolerance().speed
@@ -210,7 +208,7 @@ def form_test(form: Form, states: States, state_sd: float = math.nan) -> FormTes
         left_out=len(states) - len(tested),
         gaps=gaps,
         not_tested=tuple(kind for kind in (*_AXES, "place") if kind not in kinds and kind not in gaps),
-        near=int(np.count_nonzero(pdist(places, "chebyshev") < NEAR)),
+        near=int(np.count_nonzero(np.triu(np.abs(places[:, None] - places).max(axis=2) < NEAR, 1))),
         slow_places=np.unique(place[slow]).size,
         slowest=float(states.speed.min()),
         state_sd=state_sd,

@@ -7,6 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from forcemap.arrays import FloatArray, Mask
+from forcemap.maps.convex_hull import half_spaces
 
 TOLERANCE = 1e-9
 """A place or speed this close to the hull belongs to it [m, m/s]: what rounding leaves of coordinates."""
@@ -96,10 +97,11 @@ def _hull(points: FloatArray, axes: FloatArray) -> FloatArray:
     if rank == 0:
         return np.empty((0, 4))
     if rank == 1:
-        normals, offsets = np.array([[1.0], [-1.0]]), np.array([-points.max(), points.min()])
+        equations = np.array([[1.0, -points.max()], [-1.0, points.min()]])
+    elif rank == 3:
+        equations = half_spaces(points)
     else:
         from scipy.spatial import ConvexHull
 
         equations = ConvexHull(points).equations
-        normals, offsets = equations[:, :-1], equations[:, -1]
-    return np.column_stack([normals @ axes, offsets])
+    return np.column_stack([equations[:, :-1] @ axes, equations[:, -1]])
