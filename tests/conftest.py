@@ -9,6 +9,9 @@ import os
 import shutil
 from pathlib import Path
 
+# One process a core already: more threads for matrices this small only wait for each other. Before numpy is imported.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, settings
