@@ -20,7 +20,12 @@ import forcemap as fm
 from real_data import FOLDER, REASON
 from sizes import FULL_SIZE
 
-settings.register_profile("forcemap", deadline=None, suppress_health_check=[HealthCheck.too_slow])
+settings.register_profile(
+    "forcemap",
+    max_examples=100 if FULL_SIZE else 40,
+    deadline=None,
+    suppress_health_check=[HealthCheck.too_slow],
+)
 settings.load_profile("forcemap")
 
 
