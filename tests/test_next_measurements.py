@@ -101,7 +101,7 @@ def test_a_robot_that_pushes_far_harder_than_expected_is_approached_slowly():
 def test_every_batch_gains_what_is_expected_of_it(full_size):
     """Over seeds: the places and the mean speed confirmed grow, on average as foreseen."""
     foreseen, gained = [], []
-    for seed in range(8 if full_size else 5):
+    for seed in range(8 if full_size else 2):
         sequence = Sequence.of("kuka-iiwa7-30nm", seed)
         sequence.run(states=12)
         found = sequence.next(states=20, batch=8)
@@ -528,7 +528,7 @@ class TestConfirmation:
     def test_the_chances_stated_are_those_of_simulation(self, full_size):
         """Whole campaigns, and the impacts of their confirmation with new state effects."""
         sound, harder, stated = [], [], []
-        for seed in range(60 if full_size else 20):
+        for seed in range(60 if full_size else 8):
             sequence = Sequence.of("kuka-iiwa7-10nm", 100 + seed)
             sequence.measure(training_grid("kuka-iiwa7-10nm"))
             found = fm.confirm_plan(
