@@ -11,7 +11,7 @@ import forcemap as fm
 from sizes import FULL_SIZE
 from web_server import PATIENCE, TOKEN, bearer, client_of
 
-EXAMPLES = 100 if FULL_SIZE else 4
+EXAMPLES = 100 if FULL_SIZE else 2
 SLOW = {"/api/campaigns/{name}/files/report.html": 4, "/api/campaigns/{name}/files/speeds": 3}
 
 
