@@ -9,6 +9,9 @@ import os
 import shutil
 from pathlib import Path
 
+# One process a core already: more threads for matrices this small only wait for each other. Before numpy is imported.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, settings
@@ -17,7 +20,12 @@ import forcemap as fm
 from real_data import FOLDER, REASON
 from sizes import FULL_SIZE
 
-settings.register_profile("forcemap", deadline=None, suppress_health_check=[HealthCheck.too_slow])
+settings.register_profile(
+    "forcemap",
+    max_examples=100 if FULL_SIZE else 40,
+    deadline=None,
+    suppress_health_check=[HealthCheck.too_slow],
+)
 settings.load_profile("forcemap")
 
 

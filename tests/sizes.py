@@ -5,4 +5,4 @@ from __future__ import annotations
 import os
 
 FULL_SIZE = os.environ.get("FORCEMAP_VALIDITY") == "full"
-COSTLY = 100 if FULL_SIZE else 30  # examples of a property that takes a tenth of a second each
+COSTLY = 100 if FULL_SIZE else 10  # examples of a property that takes a tenth of a second each

@@ -196,7 +196,7 @@ def simulate_a_recording(folder):
 def test_what_does_not_fit_is_said(copied, damage):
     said = damage(copied)
     before = contents(copied)
-    found = fm.assess_campaign(copied)
+    found = fm.assess_campaign(copied, step=0.2)
     assert any(said in line for line in sentences(found.findings)), found.findings
     assert contents(copied) == before
     assert found.simulated == ("SIMULATED" in said)

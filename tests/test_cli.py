@@ -270,7 +270,7 @@ def test_text_floors_what_json_carries(ask, forcemap):
     assert "Assumes" in out
 
 
-@pytest.mark.parametrize("example", fm.EXAMPLE_CAMPAIGNS if FULL_SIZE else fm.EXAMPLE_CAMPAIGNS[::2])
+@pytest.mark.parametrize("example", fm.EXAMPLE_CAMPAIGNS if FULL_SIZE else fm.EXAMPLE_CAMPAIGNS[2:])
 def test_demo(ask, forcemap, tmp_path, example):
     folder = tmp_path / "campaign"
     code, found = ask("demo", folder, "--example", example)

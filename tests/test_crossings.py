@@ -10,11 +10,12 @@ from oracle import full_grid, simulate
 
 import forcemap as fm
 from forcemap.maps.measured_range import MeasuredRange
+from sizes import FULL_SIZE
 
 QUASI_STATIC = fm.Contact.QUASI_STATIC
 
 
-def compare(force_map, bound, limit, rng, n=4000):
+def compare(force_map, bound, limit, rng, n=4000 if FULL_SIZE else 1000):
     """Nothing up to a speed exceeds the limit, and 2e-6 m/s above it the bound does."""
     d, h = rng.uniform(0.48, 0.93, n), rng.uniform(0.1, 0.5, n)
     found = fm.safe_speed(force_map, d, h, limit=limit, contact=QUASI_STATIC, bound=bound)

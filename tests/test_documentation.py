@@ -109,9 +109,16 @@ def write_recording(path, peak, rng):
     path.write_text("time_ms,force_N\n" + "".join(f"{t:.1f},{f:.1f}\n" for t, f in rows))
 
 
-@pytest.mark.parametrize("name", ["README.md", "docs/robot_program.md", "docs/your_device_files.md"])
+DOCUMENTED = ("README.md", "docs/robot_program.md", "docs/your_device_files.md")
+
+
+def commands_of(name):
+    return re.findall(r"^    \.venv/bin/forcemap (.*)$", page(name), re.M)
+
+
+@pytest.mark.parametrize("name", DOCUMENTED)
 def test_the_documented_commands_run(name, workplace, capsys):
-    commands = re.findall(r"^    \.venv/bin/forcemap (.*)$", page(name), re.M)
+    commands = commands_of(name)
     assert len(commands) >= 6
     for command in commands:
         assert perform(command) in (0, 1), (command, capsys.readouterr().err)
@@ -136,9 +143,13 @@ def test_the_readmes_demo_is_what_the_demo_prints(demo):
 
 
 def test_every_command_is_in_the_readme_and_every_example_in_a_help_text_runs(workplace, capsys):
+    """Those that a page shows word for word run with their page, above; but what others need runs here, too."""
+    shown = {command for name in DOCUMENTED for command in commands_of(name)} - {"collect my-campaign"}
     for command in app.registered_commands:
         assert f"forcemap {command.name}" in page("README.md") or command.name == "demo"
         (example,) = re.findall(r"Example: forcemap (.*?)(?:\n\n|\Z)", inspect.getdoc(command.callback), re.S)
+        if example in shown:
+            continue
         if command.name == "serve":  # until it is interrupted: test_web.py
             continue
         if re.fullmatch(r"demo [\w-]+", example):  # with a folder, too: test_cli.py

@@ -111,6 +111,12 @@ def made(dataset, force_map, speeds, along_path, impact):
     return all_figures(dataset, force_map, speeds, along_path, impact)
 
 
+@pytest.fixture(scope="module")
+def drawn(made):
+    """Every figure as SVG, drawn alone."""
+    return {name: figures.svg(make(), prefix="a") for name, make in made.items()}
+
+
 NAMES = ["profiles", "grid", "inspection", "mass", "workspace", "comparison", "evolution", "residuals"]
 NAMES += ["safe speeds", "path speeds", "repeatability"]
 
@@ -144,8 +150,8 @@ class TestEveryFigure:
                     assert left.x1 + 2 < right.x0, (name, width)
 
     @pytest.mark.parametrize("name", NAMES)
-    def test_svg_is_self_contained_and_the_same_to_the_byte(self, made, name):
-        first, again = (figures.svg(made[name](), prefix="a") for _ in range(2))
+    def test_svg_is_self_contained_and_the_same_to_the_byte(self, made, drawn, name):
+        first, again = drawn[name], figures.svg(made[name](), prefix="a")
         assert first == again
         assert ElementTree.fromstring(first).tag.endswith("svg")
         ids = re.findall(r'\bid="([^"]*)"', first)
@@ -156,13 +162,13 @@ class TestEveryFigure:
         assert "<script" not in first
         assert not re.search(r'(href|src)="(?!#|data:image/png;base64,)', first)
 
-    def test_threads_and_settings_of_the_user_change_nothing(self, made):
-        alone = {name: figures.svg(make()) for name, make in made.items()}
+    def test_threads_and_settings_of_the_user_change_nothing(self, made, drawn):
         with matplotlib.rc_context({"lines.linewidth": 9, "font.size": 30, "axes.facecolor": "red"}):
             with ThreadPoolExecutor(4) as pool:
-                together = dict(zip(made, pool.map(lambda name: figures.svg(made[name]()), made), strict=True))
+                pictures = pool.map(lambda name: figures.svg(made[name](), prefix="a"), made)
+                together = dict(zip(made, pictures, strict=True))
             assert matplotlib.rcParams["lines.linewidth"] == 9
-        assert together == alone
+        assert together == drawn
 
     @pytest.mark.parametrize("name", ["profiles", "grid", "workspace", "comparison", "residuals", "repeatability"])
     def test_simulated_impacts_say_so(self, made, name):

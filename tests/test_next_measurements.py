@@ -530,7 +530,7 @@ class TestConfirmation:
     def test_the_chances_stated_are_those_of_simulation(self, full_size):
         """Whole campaigns, and the impacts of their confirmation with new state effects."""
         sound, harder, stated = [], [], []
-        for seed in range(60 if full_size else 20):
+        for seed in range(60 if full_size else 8):
             sequence = Sequence.of("kuka-iiwa7-10nm", 100 + seed)
             sequence.measure(training_grid("kuka-iiwa7-10nm"))
             found = fm.confirm_plan(

@@ -10,7 +10,6 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 import pytest
-import sympy as sp
 from hypothesis import given, strategies as st
 
 from forcemap.dynamics.effective_mass import effective_mass
@@ -64,6 +63,8 @@ def masses_agree(arm, q, jacobians, matrices):
 @pytest.fixture(scope="module")
 def derived():
     """Mass matrix and Jacobian by differentiating kinetic energy and position, for every place of the mass."""
+    import sympy as sp
+
     angles = sp.symbols("q1:4")
     rates = sp.symbols("w1:4")
     lengths, weights = (sp.Rational(1, 2), sp.Rational(9, 20), sp.Rational(1, 20)), (13, 4, 4)

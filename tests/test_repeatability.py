@@ -178,7 +178,7 @@ def test_nothing_within_the_device_error_is_an_outlier():
 def test_noise_alone_is_rarely_named(noise, states, repeats, full_size):
     """Fewer than 1 campaign in 100 names more than one, and fewer than 3 any; noise well above the device error."""
     rng = np.random.default_rng(29)
-    campaigns = 4000 if full_size else 150
+    campaigns = 4000 if full_size else 60
     named = np.array([
         len(repeatability(campaign(noisy(rng, states, repeats, **noise))).outliers) for _ in range(campaigns)
     ])  # fmt: skip

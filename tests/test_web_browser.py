@@ -66,21 +66,36 @@ def browser():
         browser.close()
 
 
+@pytest.fixture(scope="module")
+def admitted(browser, served):
+    """The windows of a browser that was let in: one for each look, which its pages share."""
+    windows = {}
+
+    def window(**options):
+        look = str(options)
+        if look not in windows:
+            windows[look] = browser.new_context(base_url=served[0], **options)
+            windows[look].set_default_timeout(1000 * PATIENCE)
+            windows[look].request.get(f"/?token={served[3]}")
+        return windows[look]
+
+    yield window
+    for each in windows.values():
+        each.close()
+
+
 @pytest.fixture
-def opened(browser, served):
+def opened(admitted):
     """Open a page of its own, closed in the end; it waits as long as it takes."""
-    contexts = []
+    pages = []
 
     def open_page(**options):
-        contexts.append(browser.new_context(base_url=served[0], **options))
-        contexts[-1].set_default_timeout(1000 * PATIENCE)
-        page = contexts[-1].new_page()
-        page.goto(f"/?token={served[3]}", wait_until="commit")
-        return page
+        pages.append(admitted(**options).new_page())
+        return pages[-1]
 
     yield open_page
-    for context in contexts:
-        context.close()
+    for page in pages:
+        page.close()
 
 
 LOOKS = [pytest.param((1280, "light"), id="desk"), pytest.param((390, "dark"), id="phone, dark")]
@@ -99,7 +114,7 @@ def page(request, opened):
     page.on("requestfailed", lambda failed: failed.failure == DOWNLOADED or complaints.append(failed.url))
     page.on("request", lambda asked: hosts.add(urlsplit(asked.url).hostname))
     yield page
-    page.context.close()
+    page.close()
     assert complaints == []
     assert hosts <= {"127.0.0.1", None}  # None: data: and blob: addresses
 

@@ -5,22 +5,21 @@ from __future__ import annotations
 import shutil
 
 import pytest
-import schemathesis
 from hypothesis import given, settings
-from schemathesis import GenerationMode
-from schemathesis.specs.openapi.checks import positive_data_acceptance
 
 import forcemap as fm
 from sizes import FULL_SIZE
 from web_server import PATIENCE, TOKEN, bearer, client_of
 
-EXAMPLES = 100 if FULL_SIZE else 4
+EXAMPLES = 100 if FULL_SIZE else 2
 SLOW = {"/api/campaigns/{name}/files/report.html": 4, "/api/campaigns/{name}/files/speeds": 3}
 
 
 @pytest.fixture(scope="module")
 def description(tmp_path_factory, simulated):
     """The description of a server with a campaign of twenty recordings."""
+    import schemathesis
+
     root = tmp_path_factory.mktemp("served")
     shutil.copytree(simulated, root / "lab")
     (root / "lab" / "recordings.csv").unlink()
@@ -33,6 +32,8 @@ def description(tmp_path_factory, simulated):
 
 
 def test_every_answer_is_as_described(description):
+    from schemathesis import GenerationMode
+
     operations = [found.ok() for found in description.get_all_operations()]
     assert len(operations) == 19
     for operation in operations:
@@ -46,6 +47,7 @@ def test_every_answer_is_as_described(description):
 
 def ask(operation, cases):
     """Whether a file is a recording, or a name that of a body area, no description can say: 4xx is an answer, too."""
+    from schemathesis.specs.openapi.checks import positive_data_acceptance
 
     @settings(max_examples=max(1, EXAMPLES // SLOW.get(operation.path, 1)), deadline=None, database=None)
     @given(case=cases)

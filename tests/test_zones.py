@@ -92,7 +92,7 @@ def test_random_segments_against_fine_sampling(maps, full_size):
     rng = np.random.default_rng(31)
     outcomes = []
     for force_map, bound in maps:
-        n = (10_000 if full_size else 1_000) // len(maps) + 1
+        n = (10_000 if full_size else 400) // len(maps) + 1
         segments = random_segments(rng, n)
         limits = rng.uniform(200, 480, n)
         samples = on_segments(segments, 201 if full_size else 61)
@@ -104,7 +104,7 @@ def test_random_zones_against_fine_sampling(maps, full_size):
     rng = np.random.default_rng(32)
     outcomes, refused_though_sampled = [], 0
     for force_map, bound in maps:
-        n = (10_000 if full_size else 1_000) // len(maps) + 1
+        n = (10_000 if full_size else 400) // len(maps) + 1
         d, h = rng.uniform(0.5, 0.87, n), rng.uniform(0.12, 0.44, n)
         zones = fm.Zones(d, d + rng.choice([0.0, 0.02, 0.05], n), h, h + rng.choice([0.0, 0.02, 0.05], n))
         found, at = against_sampling(

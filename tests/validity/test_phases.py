@@ -11,6 +11,7 @@ import pytest
 
 import forcemap as fm
 from curves import OVER, SHAPES, curve
+from sizes import FULL_SIZE
 
 SEED = 202612
 ENOUGH, CLEARLY_FEWER = 16, 14  # samples across Phase I
@@ -47,7 +48,7 @@ def check(number):
 
 @pytest.fixture(scope="module")
 def results(full_size):
-    found = [check(number) for number in range(2000 if full_size else 200)]
+    found = [check(number) for number in range(2000 if full_size else 100)]
     print("\n| shape | " + " | ".join(f"{promise} ({100 * share:g} %)" for promise, share in PROMISES.items()) + " |")
     for name in [*dict(found), "all"]:
         cells = []
@@ -66,7 +67,7 @@ def test_promise_is_kept(results, promise):
     assert 1 - len(wrong) / applies >= PROMISES[promise], f"{promise}: wrong curves of seed {SEED}: {wrong}"
 
 
-@pytest.mark.parametrize("number", range(10 * len(SHAPES)))
+@pytest.mark.parametrize("number", range((10 if FULL_SIZE else 3) * len(SHAPES)))
 def test_the_stated_truth_is_that_of_the_force(number):
     """The check of the checker: what the generator states about a curve, against its noiseless force."""
     truth = curve(SEED, number)

@@ -13,7 +13,7 @@ from sequence import SHAPES, Sequence, released
 @pytest.mark.parametrize("name", PRINTED)
 def test_sequential_campaigns_confirm_what_can_be_confirmed(name, device_range, full_size):
     figures, saturated = [], []
-    for seed in range(30 if full_size else 2):
+    for seed in range(30 if full_size else 1):
         sequence = Sequence.of(name, seed, device_range)
         sequence.run(states=20)
         assert len(sequence.states) <= 20
