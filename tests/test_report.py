@@ -19,6 +19,7 @@ import pytest
 
 import forcemap as fm
 from forcemap.assessment.missing import Missing
+from forcemap.errors import MissingExtra
 from forcemap.report import report_html, report_pdf
 from forcemap.words import sentences
 from pulses import TOML, collect, pulse, save, write_campaign
@@ -390,7 +391,7 @@ def test_errors_are_one_line(reports, ask, monkeypatch, tmp_path, arguments, par
 def pdf_of(page):
     try:
         return report_pdf(page)
-    except fm.MissingExtra as error:
+    except MissingExtra as error:
         pytest.skip(str(error))
 
 

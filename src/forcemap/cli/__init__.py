@@ -1,6 +1,7 @@
 """The command line: each command parses, makes one public call, and prints."""
 
 import json
+import os
 import sys
 
 from forcemap.errors import MissingExtra
@@ -10,6 +11,8 @@ __all__ = ["main"]
 
 def main() -> None:
     """Run the command line and exit with its code; without the packages that it needs it says so, as any error."""
+    # Matrices here are small: threads of numpy's would cost time at every start and save none.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     try:
         from forcemap.cli.app import run
 
