@@ -8,6 +8,7 @@ from __future__ import annotations
 import hashlib
 import platform
 import shutil
+import subprocess
 import sys
 import tempfile
 import time
@@ -378,6 +379,26 @@ def pages():
     yield "web page: longest frame while 10^5 points are turned", "200 ms", 0.2 / min(longest), "at least 1 x"
 
 
+def starting():
+    """From a command to its answer, beside a program that only imports what such a command cannot do without."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "map.json"
+        fm.write_map(
+            fm.fit_force_map(fm.read_dataset(fm.copy_example("ur10e", Path(folder) / "ur10e") / "impacts.csv")), path
+        )
+        place = ["--distance", "0.8", "--height", "0.4", "--area", "back_of_hand", "--contact", "transient"]
+
+        def seconds(*arguments):
+            return best(lambda: subprocess.run([sys.executable, *arguments], check=True, stdout=subprocess.DEVNULL))
+
+        for what, arguments, imports, asked in (
+            ("forcemap --help", ["--help"], "numpy, typer", "at most 1.3 x as long"),
+            ("forcemap speed", ["speed", str(path), *place], "numpy, scipy.special, typer", "at most 2 x as long"),
+        ):
+            ratio = seconds("-m", "forcemap", *arguments) / seconds("-c", f"import {imports}")
+            yield f"{what}, from start to end", f'python -c "import {imports}"', ratio, asked
+
+
 def main() -> None:
     """Run all benchmarks and print or write the table."""
     lines = ["| what | peer | ratio | asked |", "|---|---|---|---|"]
@@ -422,6 +443,7 @@ BENCHMARKS = (
     reports,
     web,
     pages,
+    starting,
 )
 
 if __name__ == "__main__":

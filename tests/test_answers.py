@@ -7,9 +7,9 @@ import json
 import pytest
 
 import forcemap as fm
-from forcemap.answers.accuracy import EvaluateAnswer
 from forcemap.answers.comparison import ComparisonAnswer
 from forcemap.answers.error import ErrorAnswer
+from forcemap.answers.evaluate import EvaluateAnswer
 from forcemap.answers.forms import FormsAnswer
 from forcemap.answers.limits import LimitsAnswer
 from forcemap.answers.map import FitAnswer

@@ -1,14 +1,8 @@
-"""How far predictions are from measured forces: what `evaluate` answers."""
+"""How far predictions are from measured forces."""
 
 from __future__ import annotations
 
-from typing import Self
-
 from forcemap.answers.answer import Answer, Percent, of, of_if_any
-from forcemap.answers.form_test import DriftAnswer, FormTestAnswer
-from forcemap.campaigns.dataset import ImpactDataset
-from forcemap.maps.accuracy import Accuracy
-from forcemap.maps.force_map import ForceMap
 
 
 class AccuracyAnswer(Answer):
@@ -41,24 +35,3 @@ class PlaceFigures(Answer):
     likely_place_correlation: float | None = of_if_any("fit", "place_effect", "likely")
     place_sd_percent: Percent = of_if_any("fit", "place_sd")
     own_sd_percent: Percent = of_if_any("fit", "own_sd")
-
-
-class EvaluateAnswer(PlaceFigures):
-    """How far a map's predictions are from the forces of a table.
-
-    For a fitted map also whether its form fits and whether forces have drifted; else null.
-    """
-
-    map: str
-    form: str
-    simulated: bool
-    accuracies: list[AccuracyAnswer]
-    form_test: FormTestAnswer | None
-    drift: DriftAnswer | None
-
-    @classmethod
-    def of_map(cls, force_map: ForceMap, dataset: ImpactDataset, accuracies: tuple[Accuracy, ...]) -> Self:
-        """The answer for a map and impacts; the accuracy to trust first comes first."""
-        named = {"map": force_map.source, "form": force_map.form.name, "simulated": dataset.simulated}
-        drift = force_map.fit.drift if force_map.fit else None
-        return cls.from_result(force_map, **named, accuracies=accuracies, drift=drift)

@@ -10,10 +10,10 @@ from typing import Annotated
 from typer import Argument, Option
 
 import forcemap as fm
-from forcemap.answers.accuracy import EvaluateAnswer
 from forcemap.answers.answer import Answer
 from forcemap.answers.collect import CollectAnswer
 from forcemap.answers.comparison import ComparisonAnswer
+from forcemap.answers.evaluate import EvaluateAnswer
 from forcemap.answers.map import FitAnswer
 from forcemap.answers.speed_map import SpeedMapAnswer
 from forcemap.assessment.missing import present

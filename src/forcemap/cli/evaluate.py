@@ -7,7 +7,7 @@ from typing import Annotated
 from typer import Option
 
 import forcemap as fm
-from forcemap.answers.accuracy import EvaluateAnswer
+from forcemap.answers.evaluate import EvaluateAnswer
 from forcemap.answers.forms import FormAnswer, FormsAnswer
 from forcemap.answers.map_check import MapCheckAnswer, StateCheck
 from forcemap.cli.options import FormName, Json, Table, fitted, force_map_from, too_few_states_named

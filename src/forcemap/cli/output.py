@@ -22,7 +22,8 @@ from forcemap.findings import Finding, FindingKind
 from forcemap.words import sentence
 
 if TYPE_CHECKING:  # a command loads the answers it gives, and no others
-    from forcemap.answers.accuracy import AccuracyAnswer, EvaluateAnswer, PlaceFigures
+    from forcemap.answers.accuracy import AccuracyAnswer, PlaceFigures
+    from forcemap.answers.evaluate import EvaluateAnswer
     from forcemap.answers.map import FitAnswer
     from forcemap.answers.path import AlongAnswer
 

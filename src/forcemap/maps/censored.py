@@ -38,7 +38,6 @@ _NARROW = 0.25  # of the noise of repeats; a level that scatters less hardly var
 _MODE_WITHIN = 1e-3  # standard deviations; how precisely the mode of the integrand is needed
 _NEWTON_STEPS = 100  # at most, to the mode; a handful are needed
 _FAR_BELOW = -1e4  # standard deviations; from here down the rate z + phi / Phi is lost in rounding, its limit is 1
-_legendre = lru_cache(np.polynomial.legendre.leggauss)
 _HALVES = 50  # of a step of Newton's method to the coefficients, at most; rarely one is needed
 _ROUNDING = 1e-12  # of a sum of logarithms of likelihoods, as a share of it
 
@@ -325,7 +324,7 @@ def _reached(
     mode[narrow] = _mode(m[narrow], sd[narrow], threshold[narrow], noise, count[narrow])
     low = np.where(narrow, mode - _EMPTY * sd, np.maximum(threshold - _EMPTY * noise, m - _EMPTY * sd))
     high = np.where(narrow, mode + _EMPTY * sd, np.maximum(threshold + _EMPTY * noise, low))
-    nodes, weights = _legendre(_NODES)
+    nodes, weights = _legendre()
     half = (high - low)[:, None] / 2
     eta = low[:, None] + half * (1 + nodes)
     t = (eta - m[:, None]) / sd[:, None]
@@ -341,6 +340,14 @@ def _reached(
     first = ((mass * t).sum(axis=1) + density) / total  # E[t]
     second = ((mass * t**2).sum(axis=1) + u * density + tail) / total  # E[t^2]
     return np.log(total) + largest, first / sd, (second - 1.0 - first**2) / sd**2
+
+
+@lru_cache
+def _legendre() -> tuple[FloatArray, FloatArray]:
+    from scipy.special import roots_legendre
+
+    nodes, weights = roots_legendre(_NODES)
+    return nodes, weights
 
 
 def _mode(m: FloatArray, sd: FloatArray, threshold: FloatArray, noise: float, count: Indices) -> FloatArray:

@@ -109,23 +109,20 @@ def least_squares(design: FloatArray, response: FloatArray) -> Regression:
     RankDeficient
         The columns of the design do not tell the coefficients apart.
     """
+    from scipy.linalg import lapack
+
     n, p = design.shape
     if n < p:
         raise TooFewStates(
             f"found {n} measured states, expected at least {p}, one for each coefficient", remedy="measure more states"
         )
-    factored = np.asarray(np.linalg.qr(np.column_stack([design, response]), mode="r"))
-    triangle = factored[:p, :p]
+    factored = lapack.dgeqrf(np.column_stack([design, response]))[0]
+    triangle = np.triu(factored[:p, :p])
     length = np.sqrt(np.square(triangle).sum(axis=0))  # of the columns of the design: Q keeps lengths
-    try:
-        scaled = triangle / np.where(length > 0, length, 1.0)
-        inverse = np.linalg.inv(scaled)
-    except np.linalg.LinAlgError:
-        raise _rank_deficient(design) from None
-    if not np.linalg.norm(scaled, 1) * np.linalg.norm(inverse, 1) < MAX_CONDITION:  # true for NaN, too
+    inverse, singular = lapack.dtrtri(triangle)
+    if singular or not lapack.dtrcon(triangle / length)[0] * MAX_CONDITION > 1:
         raise _rank_deficient(design)
-    inverse = np.triu(inverse) / length[:, None]
-    coefficients = np.linalg.solve(triangle, factored[:p, p])
+    coefficients = lapack.dtrtrs(triangle, factored[:p, p])[0]
     return Regression(design, response, coefficients, inverse)
 
 

@@ -8,11 +8,11 @@ from fastapi import APIRouter, Depends, Path, Query, Request
 from fastapi.responses import Response
 from fastapi.security import HTTPBearer
 
-from forcemap.answers.accuracy import EvaluateAnswer
 from forcemap.answers.check import CheckAnswer
 from forcemap.answers.collect import CollectAnswer
 from forcemap.answers.comparison import ComparisonAnswer
 from forcemap.answers.error import ErrorAnswer
+from forcemap.answers.evaluate import EvaluateAnswer
 from forcemap.answers.map import FitAnswer
 from forcemap.answers.path import PathAnswer
 from forcemap.answers.speed import SpeedAnswer

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import forcemap as fm
-from forcemap.answers.accuracy import EvaluateAnswer
 from forcemap.answers.comparison import Body, ComparisonAnswer
+from forcemap.answers.evaluate import EvaluateAnswer
 from forcemap.answers.map import FitAnswer
 from forcemap.answers.path import PathAnswer
 from forcemap.answers.speed import SpeedAnswer
