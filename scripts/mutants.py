@@ -84,7 +84,8 @@ def covering(mutant: Mutant, tests: Tests) -> list[str]:
     found = sorted((taken, test) for test, (taken, runs) in tests.items() if wanted & set(runs))
     if not found:
         found = sorted((taken, test) for test, (taken, runs) in tests.items() if any(mutant.path in e for e in runs))
-    return [test for _, test in found]
+    quick = [] if inside else [test for test in tests if test.startswith(tuple(TABLE["at_import"]))]
+    return [*quick, *(test for _, test in found)]
 
 
 @functools.cache
