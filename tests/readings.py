@@ -152,10 +152,10 @@ def no_contact(rng, share):
 
 
 KINDS = {
-    **{plain: 24, cut_off: 40, few_samples: 20, spike: 24, lost: 24, stuck: 30, hum: 20, drift: 20, unquiet: 14},
-    **{gap: 20, ends_early: 24, begins_late: 16, three_components: 16, force_before: 14, pulls: 12},
-    **{second_impact: 16, rings: 20, held: 16, tail: 8, hard: 10, no_contact: 8},
-}
+    plain: 24, cut_off: 40, few_samples: 20, spike: 24, lost: 24, stuck: 30, hum: 20, drift: 20, unquiet: 14,
+    gap: 20, ends_early: 24, begins_late: 16, three_components: 16, force_before: 14, pulls: 12,
+    second_impact: 16, rings: 20, held: 16, tail: 8, hard: 10, no_contact: 8,
+}  # fmt: skip
 
 
 def recordings(kind):
