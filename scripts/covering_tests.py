@@ -17,7 +17,8 @@ from typing import Any
 import coverage
 import pytest
 
-Tests = dict[str, tuple[float, list[str]]]  # a test, its seconds, the functions that it runs
+Tests = dict[str, tuple[float, list[str], list[str]]]  # a test: seconds, functions that it runs, that fixtures run
+_FIXTURES = "fixtures"
 _QUIET = ("-q", "-x", "-p", "no:cacheprovider", "--hypothesis-profile=mutants", "-W", "ignore::pytest.PytestWarning")
 
 
@@ -45,6 +46,12 @@ class Recorder:
         self.measure = measure
         self.seconds: dict[str, float] = {}
         self.failed: list[str] = []
+
+    @pytest.hookimpl(tryfirst=True)
+    def pytest_runtest_setup(self) -> None:
+        """Lines from here on are those of fixtures, which all tests of the file may share."""
+        if self.measure is not None:
+            self.measure.switch_context(_FIXTURES)
 
     @pytest.hookimpl(tryfirst=True)
     def pytest_runtest_call(self, item: pytest.Item) -> None:
@@ -95,8 +102,8 @@ def run_tests(copy: Path, tests: Iterable[str], recorder: Recorder, *options: st
     pytest.main([*_QUIET, temporary, *options, *tests], plugins=[recorder])
 
 
-def measured(copy: Path, file: str, keep: Path) -> Tests:
-    """What each test of a file runs; a test that fails before anything is mutated is none to rely on."""
+def measured(copy: Path, file: str, keep: Path) -> None:
+    """Write down what each test of a file runs; a test that fails before anything is mutated is none to rely on."""
 
     def work() -> None:
         measure = coverage.Coverage(data_file=None, source=[str(copy / "src")], config_file=False)
@@ -114,11 +121,13 @@ def measured(copy: Path, file: str, keep: Path) -> Tests:
                 inner = [each for first, last, each in spans if first < line <= last]
                 for test in contexts:
                     lines.setdefault(test, set()).update(inner[-1:])
-        passed = {test: taken for test, taken in recorder.seconds.items() if test not in recorder.failed}
-        keep.write_text(json.dumps({test: (taken, sorted(lines.get(test, ()))) for test, taken in passed.items()}))
+        shared = sorted(lines.get(_FIXTURES, ()))
+        runs = {test: (taken, sorted(lines.get(test, ())), shared) for test, taken in recorder.seconds.items()}
+        passed = {test: each for test, each in runs.items() if test not in recorder.failed}
+        keep.write_text(json.dumps({"passed": passed, "failed": recorder.failed or ([] if passed else [file])}))
 
+    keep.write_text(json.dumps({"passed": {}, "failed": [file]}))
     in_a_child(work, keep.with_suffix(".log"), 3600)
-    return json.loads(keep.read_text()) if keep.exists() else {}
 
 
 def digest(paths: Iterable[Path]) -> str:

@@ -13,6 +13,7 @@ import argparse
 import ast
 import functools
 import importlib
+import json
 import multiprocessing
 import os
 import re
@@ -62,30 +63,37 @@ def worker_number() -> int:
     return multiprocessing.current_process()._identity[0]
 
 
-def measure(file: str) -> Tests:
-    """What the tests of a file run, measured unless that is known for these sources."""
-    inputs = [ROOT / file, *(ROOT / "src").rglob("*.py")] if not KEEP else [ROOT / file]
-    keep = HOME / "covering" / f"{Path(file).stem}-{digest(inputs)}.json"
-    older = sorted(keep.parent.glob(f"{Path(file).stem}-*.json"), key=os.path.getmtime)
-    if KEEP and older:
-        keep = older[-1]
-    return measured(HOME / str(worker_number()), file, keep)
-
-
-KEEP = False
+def measure(file: str, keep: bool = False) -> Tests:
+    """What the tests of a file run: measured, unless that is known for this file and these sources."""
+    known = HOME / "covering" / f"{Path(file).stem}-{digest([ROOT / file])}-{digest((ROOT / 'src').rglob('*.py'))}.json"
+    older = known.parent.glob(f"{known.stem.rpartition('-')[0]}-*.json") if keep else ()
+    if not known.exists() and not (known := max(older, key=os.path.getmtime, default=known)).exists():
+        measured(HOME / str(worker_number()), file, known)
+    found = json.loads(known.read_text())
+    for test in found["failed"]:
+        print(f"{test} fails before anything is mutated, and is left out", flush=True)
+    passed: Tests = found["passed"]
+    return passed
 
 
 def covering(mutant: Mutant, tests: Tests) -> list[str]:
-    """The tests that run the mutated function, or those that use the mutated constant, the quickest first."""
+    """The tests that run the mutated function or those that use what is mutated, the quickest first.
+
+    Behind them those whose fixtures run it; if there are none, those that run anything of the file.
+    """
     path = ROOT / mutant.path
     spans = functions_of(path, mutant.path)
     inside = [name for first, last, name in spans if first <= mutant.line <= last]
     wanted = set(inside[-1:] or _users(path, mutant.line) or (name for *_, name in spans))
-    found = sorted((taken, test) for test, (taken, runs) in tests.items() if wanted & set(runs))
-    if not found:
-        found = sorted((taken, test) for test, (taken, runs) in tests.items() if any(mutant.path in e for e in runs))
+    found: list[tuple[int, float, str]] = []
+    for test, (taken, runs, shared) in tests.items():
+        if wanted & {*runs, *shared}:
+            found.append((0 if wanted & set(runs) else 1, taken, test))
+        elif any(each.startswith(mutant.path) for each in runs):
+            found.append((2, taken, test))
+    near = sorted(each for each in found if each[0] < 2) or sorted(found)
     quick = [] if inside else [test for test in tests if test.startswith(tuple(TABLE["at_import"]))]
-    return [*quick, *(test for _, test in found)]
+    return [*quick, *(test for *_, test in near)]
 
 
 @functools.cache
@@ -134,7 +142,7 @@ def try_one(job: tuple[int, Mutant, list[tuple[float, str]]]) -> Result:
                         recorder.failed.append("nothing can be imported")
                     failed.write_text("".join(recorder.failed[:1]))
 
-                done = in_a_child(work, HOME / "last.log", limit)
+                done = in_a_child(work, HOME / f"{copy.name}.log", limit)
                 killed_by = failed.read_text() if done else "no end"
     finally:
         target.write_text(original)
@@ -159,8 +167,6 @@ def main() -> int:
     parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
     parser.add_argument("--keep", action="store_true", help="use what was measured on older sources")
     given = parser.parse_args()
-    global KEEP
-    KEEP = given.keep
     for name in HEAVY:
         importlib.import_module(name)
     (HOME / "covering").mkdir(parents=True, exist_ok=True)
@@ -170,7 +176,11 @@ def main() -> int:
     files = [str(path.relative_to(ROOT)) for path in sorted((ROOT / "tests").glob("test_*.py"))]
     files = [file for file in files if Path(file).stem not in TABLE["left_out"]]
     with ProcessPoolExecutor(given.workers, multiprocessing.get_context("fork")) as pool:
-        tests = {test: each for found in pool.map(measure, files) for test, each in found.items()}
+        tests = {
+            test: each
+            for found in pool.map(functools.partial(measure, keep=given.keep), files)
+            for test, each in found.items()
+        }
         print(f"{len(tests)} tests of {len(files)} files measured, {len(mutants)} mutants", flush=True)
         jobs = [(i, each, [(tests[test][0], test) for test in covering(each, tests)]) for i, each in enumerate(mutants)]
         results = []
