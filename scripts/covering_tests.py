@@ -10,6 +10,7 @@ import os
 import signal
 import sys
 import time
+import traceback
 from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
@@ -77,6 +78,8 @@ def in_a_child(work: Callable[[], Any], log: Path, limit: float) -> bool:
             os.dup2(out.fileno(), 2)
             try:
                 work()
+            except Exception:
+                traceback.print_exc()
             finally:
                 os._exit(0)
     end = time.monotonic() + limit
@@ -113,7 +116,7 @@ def measured(copy: Path, file: str, keep: Path) -> None:
         measure.stop()
         data = measure.get_data()
         lines: dict[str, set[str]] = {}
-        for path in map(Path, data.measured_files()):
+        for path in (each for each in map(Path, data.measured_files()) if each.suffix == ".py"):
             name = str(path.relative_to(copy))
             spans = functions_of(path, name)
             for line, contexts in data.contexts_by_lineno(str(path)).items():

@@ -348,6 +348,18 @@ def test_scaling_factors_keep_the_program_within_the_allowed_speeds():
         fm.scaling_csv(unstated, basis)
 
 
+def test_a_scaling_factor_is_never_above_1_and_never_rounded_up():
+    """Whatever speeds stand in a result, a program is slowed down, not driven faster than it is."""
+    ur10e, bound = fm.published_map("ur10e"), fm.FixedMargin(0.10)
+    task = fm.one_segment_task("path", ("back_of_hand",), fm.Contact.TRANSIENT, speed=0.30)
+    speeds = fm.path_speeds(ur10e, fm.ToolPath.through([[0.8, 0, 0.44], [0.8, 0, 0.3]]), task, bound=bound)
+    basis = fm.robot_table(ur10e, limits=[HAND], bound=bound, date=DATE).provenance.of_path(speeds)
+    for allowed, factor in ((0.60, 1.0), (0.3009, 1.0), (0.30, 1.0), (0.2999, 0.99), (0.0301, 0.10), (0.0298, 0.09)):
+        replaced = replace(speeds, speed=np.full(speeds.speed.size, allowed), acceleration=1e6)
+        assert {piece["scaling"] for piece in fm.scaling_result(replaced, basis)["pieces"]} == {factor}
+        assert fm.scaling_csv(replaced, basis).count(f",{factor:.2f},admissible,") > 3
+
+
 @pytest.mark.parametrize(
     ("options", "words"),
     [
