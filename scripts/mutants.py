@@ -65,10 +65,11 @@ def worker_number() -> int:
 
 def measure(file: str, keep: bool = False) -> Tests:
     """What the tests of a file run: measured, unless that is known for this file and these sources."""
-    known = HOME / "covering" / f"{Path(file).stem}-{digest([ROOT / file])}-{digest((ROOT / 'src').rglob('*.py'))}.json"
+    copy = HOME / str(worker_number())
+    known = HOME / "covering" / f"{Path(file).stem}-{digest([copy / file])}-{digest((copy / 'src').rglob('*.py'))}.json"
     older = known.parent.glob(f"{known.stem.rpartition('-')[0]}-*.json") if keep else ()
     if not known.exists() and not (known := max(older, key=os.path.getmtime, default=known)).exists():
-        measured(HOME / str(worker_number()), file, known)
+        measured(copy, file, known)
     found = json.loads(known.read_text())
     for test in found["failed"]:
         print(f"{test} fails before anything is mutated, and is left out", flush=True)
@@ -77,7 +78,7 @@ def measure(file: str, keep: bool = False) -> Tests:
 
 
 def covering(mutant: Mutant, tests: Tests) -> list[str]:
-    """The tests that run the mutated function or those that use what is mutated, the quickest first.
+    """The tests that run the mutated function or those that use what is mutated: first what is quick and runs little else.
 
     Behind them those whose fixtures run it; if there are none, those that run anything of the file.
     """
@@ -88,7 +89,7 @@ def covering(mutant: Mutant, tests: Tests) -> list[str]:
     found: list[tuple[int, float, str]] = []
     for test, (taken, runs, shared) in tests.items():
         if wanted & {*runs, *shared}:
-            found.append((0 if wanted & set(runs) else 1, taken, test))
+            found.append((0 if wanted & set(runs) else 1, taken + len(runs) / 500, test))
         elif any(each.startswith(mutant.path) for each in runs):
             found.append((2, taken, test))
     near = sorted(each for each in found if each[0] < 2) or sorted(found)

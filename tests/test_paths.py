@@ -523,3 +523,16 @@ def test_the_papers_conclusion(name, contact, bare, with_margin, paper):
             if figure is not None:  # what would have to be measured
                 assert found.extrapolated_speed == pytest.approx(figure, abs=6e-5)
                 assert found.extrapolated_speed < paper
+
+
+def test_what_a_path_deviates_from_its_points_adds_to_the_tolerance():
+    """A path through joint values runs beside the chords between its points: it may be that far off, and the robot too."""
+    ur10e, bound = fm.published_map("ur10e"), fm.FixedMargin(0.10)
+    for deviation, tolerance in ((0.02, 0.005), (0.001, 0.03), (0.05, 0.0)):
+        bent = dataclasses.replace(press(), deviation=deviation)
+        found = fm.path_speeds(ur10e, bent, HAND, bound=bound, allowance=fm.Allowance(position=tolerance))
+        wide = fm.Allowance(position=tolerance + deviation)
+        expected = fm.path_speeds(ur10e, press(), HAND, bound=bound, allowance=wide)
+        straight = fm.path_speeds(ur10e, press(), HAND, bound=bound, allowance=fm.Allowance(position=tolerance))
+        np.testing.assert_allclose(found.speed, expected.speed, rtol=1e-12)
+        assert np.nanmin(found.speed) < np.nanmin(straight.speed)
