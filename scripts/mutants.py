@@ -78,20 +78,24 @@ def measure(file: str, keep: bool = False) -> Tests:
 
 
 def covering(mutant: Mutant, tests: Tests) -> list[str]:
-    """The tests that run the mutated function or those that use what is mutated: first what is quick and runs little else.
+    """The tests that run the mutated function, or those that use what is mutated.
 
-    Behind them those whose fixtures run it; if there are none, those that run anything of the file.
+    First the quick ones that run little outside its room; behind them those whose fixtures run it. If there are none,
+    those that run anything of the file.
     """
     path = ROOT / mutant.path
     spans = functions_of(path, mutant.path)
     inside = [name for first, last, name in spans if first <= mutant.line <= last]
     wanted = set(inside[-1:] or _users(path, mutant.line) or (name for *_, name in spans))
+    room = str(Path(mutant.path).parent)
     found: list[tuple[int, float, str]] = []
     for test, (taken, runs, shared) in tests.items():
+        share = sum(each.startswith(room) for each in runs) / max(1, len(runs))
+        cost = (taken + 0.05) / max(share, 0.01) ** 2
         if wanted & {*runs, *shared}:
-            found.append((0 if wanted & set(runs) else 1, taken + len(runs) / 500, test))
+            found.append((0 if wanted & set(runs) else 1, cost, test))
         elif any(each.startswith(mutant.path) for each in runs):
-            found.append((2, taken, test))
+            found.append((2, cost, test))
     near = sorted(each for each in found if each[0] < 2) or sorted(found)
     quick = [] if inside else [test for test in tests if test.startswith(tuple(TABLE["at_import"]))]
     return [*quick, *(test for *_, test in near)]
