@@ -58,11 +58,11 @@ class Recorder:
     def pytest_runtest_call(self, item: pytest.Item) -> None:
         """Lines from here on are this test's."""
         if self.measure is not None:
-            self.measure.switch_context(item.nodeid.partition("[")[0])
+            self.measure.switch_context(item.nodeid)
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
-        """A test's time, all its parameters together."""
-        test = report.nodeid.partition("[")[0]
+        """What a test took, its fixtures too."""
+        test = report.nodeid
         self.seconds[test] = self.seconds.get(test, 0.0) + report.duration
         if report.failed:
             self.failed.append(test)

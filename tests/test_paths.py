@@ -526,7 +526,7 @@ def test_the_papers_conclusion(name, contact, bare, with_margin, paper):
 
 
 def test_what_a_path_deviates_from_its_points_adds_to_the_tolerance():
-    """A path through joint values runs beside the chords between its points: it may be that far off, and the robot too."""
+    """A path through joint values runs beside the chords between its points, by so much at most."""
     ur10e, bound = fm.published_map("ur10e"), fm.FixedMargin(0.10)
     for deviation, tolerance in ((0.02, 0.005), (0.001, 0.03), (0.05, 0.0)):
         bent = dataclasses.replace(press(), deviation=deviation)
