@@ -76,17 +76,18 @@ def _places(path: Path) -> dict[tuple[Any, ...], list[tuple[str, int]]]:
     found: dict[tuple[Any, ...], list[tuple[str, int]]] = {}
     nodes = list(ast_nodes(tree))
     for name, operator in _operators().items():
-        spans = (span for node in nodes for span in operator.mutation_positions(node))
-        for occurrence, (start, end) in enumerate(spans):
-            if not _empty(name) and not any(a <= start and end <= b for a, b in silent):
+        spans = ((node, *span) for node in nodes for span in operator.mutation_positions(node))
+        for occurrence, (node, start, end) in enumerate(spans):
+            if not _empty(name, node) and not any(a <= start and end <= b for a, b in silent):
                 found.setdefault((start, end, name.partition("_")[0]), []).append((name, occurrence))
     return found
 
 
-def _empty(name: str) -> bool:
-    """Whether an operator's mutations tell nothing."""
+def _empty(name: str, node: Any) -> bool:
+    """Whether an operator's mutation of a node tells nothing: a bare star among parameters is none, for one."""
+    star = "BinaryOperator" in name and node.parent.type in ("parameters", "typedargslist", "dictorsetmaker")
     mixed = "BinaryOperator" in name and len(_BITWISE & set(name.split("_")[1:])) == 1
-    return mixed or name.endswith((*_STYLE, "NoOp"))
+    return star or mixed or name.endswith((*_STYLE, "NoOp"))
 
 
 def _annotations(text: str) -> list[tuple[Any, Any]]:

@@ -193,6 +193,21 @@ def test_texts_of_a_campaign_stay_in_their_line_of_every_format(poses):
     assert len(warned.splitlines()) - len(texts["safety"].splitlines()) in (4, 5)
 
 
+@pytest.mark.parametrize("sign", ["=", "+", "-", "@", " =", "\t@", "\r\n+", "\0="])
+def test_no_cell_is_a_formula_to_a_spreadsheet(sign):
+    """What a spreadsheet runs begins with one of four signs; a text that begins with one is told to be a text."""
+    ur10e, bound = fm.published_map("ur10e"), fm.FixedMargin(0.10)
+    name = f"{sign}cmd|'/c calc'!A0"
+    path = fm.ToolPath.through([[0.8, 0, 0.44], [0.8, 0, 0.3]], name=name)
+    task = fm.one_segment_task(name, ("back_of_hand",), fm.Contact.TRANSIENT, speed=0.35)
+    speeds = fm.path_speeds(ur10e, path, task, bound=bound)
+    basis = fm.robot_table(ur10e, limits=[HAND], bound=bound, date=DATE).provenance.of_path(speeds)
+    rows = [line for line in fm.scaling_csv(speeds, basis).splitlines() if not line.startswith("#")]
+    for row in csv.DictReader(rows):
+        assert row["segment"] == "'" + sign.strip()[-1] + "cmd|'/c calc'!A0"
+    assert len(rows) == len(speeds.path) + 1
+
+
 def test_the_head_names_the_map_file_and_the_impacts_table(examples, tmp_path):
     fitted = fm.fit_force_map(examples["ur10e"])
     fm.write_map(fitted, tmp_path / "cell 7.json")

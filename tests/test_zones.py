@@ -320,3 +320,13 @@ def test_zones_tile_the_measured_range():
     assert (zones.distance_to - zones.distance_from).max() <= 0.05
     area = np.sum((zones.distance_to - zones.distance_from) * (zones.height_to - zones.height_from))
     assert area == pytest.approx(0.37 * 0.32)
+
+
+def test_the_spread_of_a_zone_is_what_its_size_costs():
+    """However much faster its fastest corner is."""
+    zones = fm.Zones.between(np.array([0.6, 0.7]), np.array([0.2, 0.3]))
+    bound = fm.FixedMargin(0.10)
+    found = fm.zone_speeds(fm.published_map("ur10e"), zones, limit=150.0, contact=QUASI_STATIC, bound=bound)
+    for slowest, fastest in ((0.1, 0.35), (0.2, 0.25), (0.3, 0.3)):
+        other = replace(found, speed=np.array([slowest]), fastest_probe=np.array([fastest]))
+        np.testing.assert_allclose(other.spread, [fastest - slowest])
