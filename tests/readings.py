@@ -151,10 +151,26 @@ def no_contact(rng, share):
     return time, 0.1 * share * force / force.max() * 150.0
 
 
+def valley(rng, share):
+    """Two humps of which the second stands out of the noise more and more."""
+    time = np.arange(-300, 1200) / 2000.0
+    noise = rng.uniform(2.5, 4.0)
+    force = 90.0 * arch(time, 0.04) + (3.0 + 6.0 * share) * noise * arch(time, 0.03, 0.045) + 20.0 * arch(time, 0.1)
+    return time, force + rng.normal(0, noise, time.size)
+
+
+def gap_to_the_end(rng, share):
+    """Samples missing from within the contact until it is over."""
+    time, force = base(rng, rate=2000.0, noise=0.2, shape=0, duration=0.03)
+    start = 0.0285 + 0.004 * share
+    kept = (time < start) | (time > start + 0.03)
+    return time[kept], force[kept]
+
+
 KINDS = {
     plain: 24, cut_off: 40, few_samples: 20, spike: 24, lost: 24, stuck: 30, hum: 20, drift: 20, unquiet: 14,
     gap: 20, ends_early: 24, begins_late: 16, three_components: 16, force_before: 14, pulls: 12,
-    second_impact: 16, rings: 20, held: 16, tail: 8, hard: 10, no_contact: 8,
+    second_impact: 16, rings: 20, held: 16, tail: 8, hard: 10, no_contact: 8, valley: 20, gap_to_the_end: 12,
 }  # fmt: skip
 
 

@@ -61,6 +61,26 @@ def test_the_head_has_no_limit(name):
             getattr(limit, figure)
 
 
+def test_a_region_says_which_of_the_standards_areas_a_users_table_lacks(tmp_path):
+    path = tmp_path / "ours.csv"
+    path.write_text(f"{HEADER}\nsternum,Sternum,chest,120,100,2\npalm_dominant,Palm,hand_fingers,260,140,2\n")
+    table = fm.read_limit_table(path)
+    assert fm.force_limit("chest", table=table).lacking == ("pectoral_muscle",)
+    assert fm.force_limit("sternum", table=table).lacking == ()
+    assert fm.force_limit("chest").lacking == ()
+
+
+def test_a_refusal_says_whether_a_users_table_could_permit_it(tmp_path):
+    """The standard has no factor for the head; a table with one that names no reason is closed for being the head's."""
+    path = tmp_path / "ours.csv"
+    for factor, head in (("0", False), ("1.5", True)):
+        path.write_text(f"{HEADER}\ntemple,Temple,skull_forehead,110,65,{factor}\n")
+        assert fm.force_limit("temple", table=fm.read_limit_table(path)).refusal.figure("head") is head
+        with pytest.raises(fm.ContactNotPermitted, match="area of the head" if head else "transient factor 0"):
+            fm.force_limit("temple", table=fm.read_limit_table(path)).require_permitted()
+    assert fm.force_limit("temple").refusal.figure("head") is False
+
+
 def test_unknown_names_list_the_nearest():
     with pytest.raises(UnknownName) as caught:
         fm.force_limit("hand")
