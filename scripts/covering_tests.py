@@ -60,6 +60,11 @@ class Recorder:
         if self.measure is not None:
             self.measure.switch_context(item.nodeid)
 
+    def pytest_collectreport(self, report: pytest.CollectReport) -> None:
+        """A file of tests that cannot be imported."""
+        if report.failed:
+            self.failed.append(report.nodeid)
+
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
         """What a test took, its fixtures too."""
         test = report.nodeid

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import argparse
 import ast
+import dataclasses
 import functools
 import importlib
 import json
@@ -33,6 +34,7 @@ HOME = ROOT / "build" / "mutants"
 TABLE = tomllib.loads((ROOT / "scripts" / "mutants.toml").read_text())
 WANTED = 0.9
 FIRST, WHOLE = 3.0, 30.0  # [s] of tests tried at first, and at most, the quickest first
+IMPORT, NO_END = "its import", "no end"  # what kills, beside tests
 HEAVY = ("numpy", "scipy.stats", "scipy.optimize", "scipy.interpolate", "scipy.signal", "matplotlib.figure", "pandas")
 
 
@@ -142,16 +144,35 @@ def try_one(job: tuple[int, Mutant, list[tuple[float, str]]]) -> Result:
                 recorder = Recorder(None)
 
                 def work(stage: list[str] = stage, recorder: Recorder = recorder) -> None:
-                    run_tests(copy, stage, recorder)
-                    if not recorder.seconds and not recorder.failed:
-                        recorder.failed.append("nothing can be imported")
+                    sys.path.insert(0, str(copy / "src"))
+                    try:
+                        importlib.import_module(".".join(Path(mutant.path).with_suffix("").parts[1:]))
+                    except Exception:
+                        recorder.failed.append(IMPORT)
+                    else:
+                        run_tests(copy, stage, recorder)
                     failed.write_text("".join(recorder.failed[:1]))
 
                 done = in_a_child(work, HOME / f"{copy.name}.log", limit)
-                killed_by = failed.read_text() if done else "no end"
+                killed_by = failed.read_text() if done else NO_END
     finally:
         target.write_text(original)
     return Result(mutant, killed_by, time.monotonic() - begun)
+
+
+def fails_unmutated(tests: list[str]) -> list[str]:
+    """Those of some tests that fail on the source as it is, and so killed nothing."""
+    copy = HOME / str(worker_number())
+    failed = copy.parent / f"{copy.name}-failed"
+    failed.write_text("\n".join(tests))
+
+    def work() -> None:
+        recorder = Recorder(None)
+        run_tests(copy, tests, recorder, "--maxfail=1000000")
+        failed.write_text("\n".join(recorder.failed))
+
+    in_a_child(work, HOME / f"{copy.name}.log", 3600)
+    return failed.read_text().splitlines()
 
 
 def reason(mutant: Mutant) -> str:
@@ -194,6 +215,10 @@ def main() -> int:
             before, after = result.mutant.difference(ROOT)
             fate = f"killed by {result.killed_by}" if result.killed_by else f"SURVIVED\n    {before}\n    {after}"
             print(f"{result.mutant.path}:{result.mutant.line} {result.seconds:.1f} s {fate}", flush=True)
+        killers = sorted({each.killed_by for each in results if "::" in each.killed_by})
+        halves = [killers[i :: given.workers] for i in range(given.workers)]
+        broken = {test for found in pool.map(fails_unmutated, filter(None, halves)) for test in found}
+    results = [dataclasses.replace(each, killed_by="") if each.killed_by in broken else each for each in results]
     return told(results, given.seed)
 
 
