@@ -79,6 +79,9 @@ def test_a_refusal_says_whether_a_users_table_could_permit_it(tmp_path):
         with pytest.raises(fm.ContactNotPermitted, match="area of the head" if head else "transient factor 0"):
             fm.force_limit("temple", table=fm.read_limit_table(path)).require_permitted()
     assert fm.force_limit("temple").refusal.figure("head") is False
+    assert all("HEAD" not in str(fm.force_limit(name)) for name in fm.standard_limit_table().areas)
+    opened = dataclasses.replace(fm.force_limit("chest"), head=True, head_contact="a helmet is worn")
+    assert "HEAD, permitted by the table's own words: a helmet is worn" in str(opened)
 
 
 def test_unknown_names_list_the_nearest():

@@ -206,3 +206,13 @@ def test_a_thinned_curve_keeps_every_extreme():
     assert thinned(time[:121], force[:121])[0].size < 121
     early = thinned(time[:1500], force[:1500])[0]
     assert early[-1] == time[1499]
+
+
+@pytest.mark.parametrize(("spring", "softer"), [(75e3, False), (76e3, True), (80e3, True), (70e3, False)])
+def test_a_device_slightly_softer_than_the_limits_spring_is_named_beside_the_doubt(spring, softer):
+    """A force just below the limit, that the softer spring and the device's error may have lowered."""
+    impact = impact_of(*pulse(150.0, seed=3))
+    limit = fm.NewtonLimit(impact.verdict_peak_force * math.sqrt(max(spring / 75e3, 1.0)) + 1.0, None, spring)
+    reason = fm.check_impact(impact, limit).governing.reason
+    assert reason.kind.value == "cannot_tell"
+    assert ("softer" in sentence(reason)) == softer

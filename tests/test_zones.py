@@ -13,6 +13,7 @@ from oracle import full_grid, simulate, training_grid
 
 import forcemap as fm
 from forcemap.maps.measured_range import MeasuredRange
+from forcemap.speeds.enclosures import Patches
 from forcemap.words import sentence
 
 QUASI_STATIC = fm.Contact.QUASI_STATIC
@@ -330,3 +331,11 @@ def test_the_spread_of_a_zone_is_what_its_size_costs():
     for slowest, fastest in ((0.1, 0.35), (0.2, 0.25), (0.3, 0.3)):
         other = replace(found, speed=np.array([slowest]), fastest_probe=np.array([fastest]))
         np.testing.assert_allclose(other.spread, [fastest - slowest])
+
+
+def test_the_corners_of_a_patch_are_those_of_its_zone():
+    near, far, low, high = np.array([[0.5, 0.6], [0.55, 0.8], [0.1, 0.2], [0.3, 0.25]])
+    distance, height = Patches.box(near, far, low, high).corners
+    for i in range(2):
+        expected = {(d, h) for d in (near[i], far[i]) for h in (low[i], high[i])}
+        assert {(round(d, 9), round(h, 9)) for d, h in zip(distance[i], height[i], strict=True)} == expected
