@@ -403,3 +403,18 @@ def test_an_allowance_that_leaves_nothing_permits_nothing():
     )
     assert table.permitted == 0
     assert not any(outcome.has_speed for outcome in table.outcome.ravel())
+
+
+def test_a_piece_of_which_one_end_leaves_the_block_leaves_it(table):
+    """The safety plane stops the robot where it passes, wherever the rest of the piece lies."""
+    from forcemap.exports.safety_proposal import widest_block
+
+    first, last, bottom, _, speed = widest_block(table)
+    distance = float(table.distance_edges[first : last + 1].mean())
+    ur10e, bound = fm.published_map("ur10e"), fm.FixedMargin(0.10)
+    task = fm.one_segment_task("path", ("back_of_hand",), HAND[1], speed=0.9 * speed / 1000)
+    for beyond, leaves in ((0.003, True), (-0.003, False)):
+        low = float(table.height_edges[bottom]) - beyond
+        path = fm.ToolPath.through([[distance, 0, low + 0.05], [distance, 0, low]])
+        found = fm.path_speeds(ur10e, path, task, bound=bound)
+        assert ("leaves the block" in fm.safety_proposal(table, task=task, speeds=found)) == leaves
