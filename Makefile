@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt
 
-.PHONY: demo test check validity bench examples docs clean
+.PHONY: demo test check validity mutants bench examples docs clean
 
 demo: .venv/.app
 	rm -rf build/demo
@@ -21,6 +21,12 @@ check: .venv/.check
 
 validity: .venv/.test
 	FORCEMAP_VALIDITY=full $(BIN)/python -m pytest tests -s
+
+# A seeded sample of changed sources, each held against the tests that run it: make mutants SEED=7 COUNT=100
+SEED ?= 1
+COUNT ?= 300
+mutants: .venv/.mutants
+	$(BIN)/python scripts/mutants.py --seed $(SEED) --count $(COUNT)
 
 bench: .venv/.test
 	$(BIN)/python benchmarks/run.py
@@ -55,4 +61,8 @@ clean:
 
 .venv/.check: .venv/.test
 	$(PIP) -e '.[app,docs,test,check]'
+	@touch $@
+
+.venv/.mutants: .venv/.test
+	$(PIP) -e '.[app,docs,test,mutants]'
 	@touch $@

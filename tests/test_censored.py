@@ -191,3 +191,18 @@ def test_state_data_is_what_repeats_say():
     assert (np.isnan(data.mean) == (data.impacts == 0)).all()
     assert (np.isnan(data.threshold) == (data.censored == 0)).all()
     np.testing.assert_allclose(np.exp(data.threshold[data.censored > 0]), 400.0)
+
+
+def test_the_mode_of_a_lower_bounds_effect_is_where_its_density_is_largest():
+    """Against all values on a fine grid: a normal effect of a state, times the chance that so many repeats exceed c."""
+    from scipy.special import log_ndtr
+
+    from forcemap.maps.censored import _mode
+
+    rng = np.random.default_rng(28)
+    sd, noise = rng.uniform(0.001, 0.01, 40), 0.05
+    m, threshold, count = rng.uniform(4.6, 5.4, 40), rng.uniform(4.9, 5.1, 40), rng.integers(1, 6, 40)
+    for i, mode in enumerate(_mode(m, sd, threshold, noise, count)):
+        u = np.linspace(-1, 12, 130_001)
+        log_density = -0.5 * u**2 + count[i] * log_ndtr((m[i] + sd[i] * u - threshold[i]) / noise)
+        assert abs((mode - m[i]) / sd[i] - u[log_density.argmax()]) < 2e-3

@@ -9,6 +9,7 @@ import pytest
 from oracle import full_grid, simulate
 
 import forcemap as fm
+from forcemap.maps.forms import _first_root_cubic, _first_root_quadratic
 from forcemap.maps.measured_range import MeasuredRange
 from sizes import FULL_SIZE
 
@@ -126,3 +127,22 @@ def test_zones_of_a_bound_that_only_derives_from_ours_are_refused():
     zone = fm.Zones(0.79, 0.81, 0.39, 0.41)
     with pytest.raises(fm.InputError, match="can be enclosed"):
         fm.zone_speeds(fm.published_map("ur10e"), zone, limit=280.0, bound=Raised(0.1))
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_the_first_root_of_polynomials_is_that_of_numpy(seed):
+    """Drawn polynomials, negative at rest, among them ones that touch 0, turn twice, or are of a lower degree."""
+    rng = np.random.default_rng([44, seed])
+    c, b, a, cubic = -rng.uniform(0.01, 3, 60), *rng.normal(0, 8, (3, 60)) * rng.integers(0, 2, (3, 60))
+    roots = rng.uniform(0.05, 3, (60, 3)) * np.where(rng.random((60, 1)) < 0.3, [1, 1, 1], [1, 1, -1])
+    for i in range(0, 60, 3):  # products of known factors, with their constant below 0
+        cubic[i], a[i], b[i], c[i] = np.poly(roots[i]) * -np.sign(np.poly(roots[i])[3])
+    for i, (found, quadratic) in enumerate(
+        zip(_first_root_cubic(c, b, a, cubic), _first_root_quadratic(c, b, a), strict=True)
+    ):
+        for root, polynomial in ((found, [cubic[i], a[i], b[i], c[i]]), (quadratic, [a[i], b[i], c[i]])):
+            real = [each.real for each in np.roots(polynomial) if abs(each.imag) < 1e-9 and each.real > 0]
+            if real:
+                assert root == pytest.approx(min(real), rel=1e-6)
+            else:
+                assert np.isnan(root) or root > 1e5

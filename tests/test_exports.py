@@ -199,6 +199,21 @@ def test_texts_of_a_campaign_stay_in_their_line_of_every_format(poses):
     assert len(warned.splitlines()) - len(texts["safety"].splitlines()) in (4, 5)
 
 
+@pytest.mark.parametrize("sign", ["=", "+", "-", "@", " =", "\t@", "\r\n+", "\0="])
+def test_no_cell_is_a_formula_to_a_spreadsheet(sign):
+    """What a spreadsheet runs begins with one of four signs; a text that begins with one is told to be a text."""
+    ur10e, bound = fm.published_map("ur10e"), fm.FixedMargin(0.10)
+    name = f"{sign}cmd|'/c calc'!A0"
+    path = fm.ToolPath.through([[0.8, 0, 0.44], [0.8, 0, 0.3]], name=name)
+    task = one_segment_task(name, ("back_of_hand",), fm.Contact.TRANSIENT, speed=0.35)
+    speeds = fm.path_speeds(ur10e, path, task, bound=bound)
+    basis = fm.robot_table(ur10e, limits=[HAND], bound=bound, date=DATE).provenance.of_path(speeds)
+    rows = [line for line in scaling_csv(speeds, basis).splitlines() if not line.startswith("#")]
+    for row in csv.DictReader(rows):
+        assert row["segment"] == "'" + sign.strip()[-1] + "cmd|'/c calc'!A0"
+    assert len(rows) == len(speeds.path) + 1
+
+
 def test_the_head_names_the_map_file_and_the_impacts_table(examples, tmp_path):
     fitted = fm.fit_force_map(examples["ur10e"])
     fm.write_map(fitted, tmp_path / "cell 7.json")
@@ -354,6 +369,18 @@ def test_scaling_factors_keep_the_program_within_the_allowed_speeds():
         scaling_csv(unstated, basis)
 
 
+def test_a_scaling_factor_is_never_above_1_and_never_rounded_up():
+    """Whatever speeds stand in a result, a program is slowed down, not driven faster than it is."""
+    ur10e, bound = fm.published_map("ur10e"), fm.FixedMargin(0.10)
+    task = one_segment_task("path", ("back_of_hand",), fm.Contact.TRANSIENT, speed=0.30)
+    speeds = fm.path_speeds(ur10e, fm.ToolPath.through([[0.8, 0, 0.44], [0.8, 0, 0.3]]), task, bound=bound)
+    basis = fm.robot_table(ur10e, limits=[HAND], bound=bound, date=DATE).provenance.of_path(speeds)
+    for allowed, factor in ((0.60, 1.0), (0.3009, 1.0), (0.30, 1.0), (0.2999, 0.99), (0.0301, 0.10), (0.0298, 0.09)):
+        replaced = replace(speeds, speed=np.full(speeds.speed.size, allowed), acceleration=1e6)
+        assert {piece["scaling"] for piece in scaling_result(replaced, basis)["pieces"]} == {factor}
+        assert scaling_csv(replaced, basis).count(f",{factor:.2f},admissible,") > 3
+
+
 @pytest.mark.parametrize(
     ("options", "words"),
     [
@@ -382,3 +409,18 @@ def test_an_allowance_that_leaves_nothing_permits_nothing():
     )
     assert table.permitted == 0
     assert not any(outcome.has_speed for outcome in table.outcome.ravel())
+
+
+def test_a_piece_of_which_one_end_leaves_the_block_leaves_it(table):
+    """The safety plane stops the robot where it passes, wherever the rest of the piece lies."""
+    from forcemap.exports.safety_proposal import widest_block
+
+    first, last, bottom, _, speed = widest_block(table)
+    distance = float(table.distance_edges[first : last + 1].mean())
+    ur10e, bound = fm.published_map("ur10e"), fm.FixedMargin(0.10)
+    task = one_segment_task("path", ("back_of_hand",), HAND[1], speed=0.9 * speed / 1000)
+    for beyond, leaves in ((0.003, True), (-0.003, False)):
+        low = float(table.height_edges[bottom]) - beyond
+        path = fm.ToolPath.through([[distance, 0, low + 0.05], [distance, 0, low]])
+        found = fm.path_speeds(ur10e, path, task, bound=bound)
+        assert ("leaves the block" in safety_proposal(table, task=task, speeds=found)) == leaves

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 import statsmodels.api as sm
@@ -10,6 +12,7 @@ from oracle import PRINTED, alike, full_grid, printed_force, simulate, training_
 
 import forcemap as fm
 from forcemap.maps.forms import Term
+from forcemap.maps.regression import least_squares
 from sizes import COSTLY
 
 QUASI_STATIC = fm.Contact.QUASI_STATIC
@@ -267,3 +270,17 @@ def test_forces_of_every_size_fit_or_are_refused(seed):
     except fm.ForcemapError:
         return
     assert (found.bound_force[~np.isnan(found.speed)] <= 50.0 * (1 + 1e-9)).all()
+
+
+@pytest.mark.parametrize(("condition", "determined"), [(0.7e8, True), (1.4e8, False)])
+def test_columns_too_alike_determine_nothing(condition, determined):
+    """Two columns of length 1 at an angle a have the condition number cot(a / 2); their scale tells nothing."""
+    angle = 2 * math.atan(1 / condition)
+    design = np.array([[1.0, math.cos(angle)], [0.0, math.sin(angle)], [0.0, 0.0]])
+    for scale in (1e-6, 1.0, 1e6):
+        if determined:
+            fitted = least_squares(design * [1.0, scale], np.ones(3))
+            assert fitted.condition_number == pytest.approx(condition, rel=0.01)
+        else:
+            with pytest.raises(fm.RankDeficient, match="rank 1"):
+                least_squares(design * [1.0, scale], np.ones(3))

@@ -343,3 +343,16 @@ def test_the_range_of_a_device_counts_with_its_offset_and_for_three_components()
     assert fm.find_impact(recording(TIME, np.minimum(FORCE, 118.0) + 2.0, device=SHORT)).saturated
     assert fm.find_impact(recording(TIME, components(np.minimum(FORCE, 120.0), rotation, 0.0), device=SHORT)).saturated
     assert not fm.find_impact(recording(TIME, FORCE, device=DEVICE)).saturated
+
+
+def test_a_class_below_one_is_a_class():
+    """A low corner flattens the peak, and is refused no more than a high one."""
+    time, force = pulse(150.0, seed=3)
+    peaks = [
+        fm.find_impact(recording(time, force), channel_frequency_class=each).filtered_peak_force
+        for each in (0.5, 5, 50)
+    ]
+    assert 0 < peaks[0] < peaks[1] < peaks[2] < 160
+    for each in (0.0, -1.0, 1e6):
+        with pytest.raises(fm.InputError):
+            fm.find_impact(recording(time, force), channel_frequency_class=each)

@@ -305,3 +305,23 @@ def test_the_rate_that_an_unresolved_peak_names_would_do(rate):
     enough = float(figure.split("it takes ")[1].split()[0])
     time = np.arange(-round(0.2 * enough), round(0.8 * enough)) / enough
     assert fm.Quality.UNRESOLVED not in flags(fm.find_impact(recording(time, force(time))))
+
+
+@pytest.mark.parametrize("when", [0.001, 0.015, 0.4])
+def test_the_device_counts_how_often_its_range_was_exceeded_in_an_impact(when):
+    beyond = np.zeros(TIME.size, dtype=bool)
+    beyond[at(when) : at(when) + 3] = True
+    impact = fm.find_impact(recording(TIME, WHOLE, beyond_range=beyond))
+    assert "3 times" in flag(impact, fm.Quality.SATURATED)
+    assert impact.saturated
+    before = np.roll(beyond, at(-0.1) - at(when))
+    assert not fm.find_impact(recording(TIME, WHOLE, beyond_range=before)).saturated
+
+
+@pytest.mark.parametrize("later", [494.0, 505.0])
+def test_contact_force_after_the_peak_may_be_beyond_the_range_though_no_reading_is(later):
+    """A zero of -30 N: what is read stays below 500 N, what acts does not."""
+    force = WHOLE + half_sine(TIME, later, 0.03, 0.1) - 30.0
+    impact = fm.find_impact(recording(TIME, force))
+    assert impact.saturated == (later > 500)
+    assert impact.later_force == pytest.approx(later, abs=3)

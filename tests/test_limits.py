@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import dataclasses
 import math
 from importlib import resources
 
@@ -12,6 +13,7 @@ from hypothesis import given, strategies as st
 
 import forcemap as fm
 from forcemap.errors import TableError, UnknownName
+from forcemap.limits.device_spring import device_suitability
 from forcemap.limits.pfl import pfl_energy, pfl_pressure_speed_limit
 
 HEADER = "area,name,region,quasi_static_pressure_N_per_cm2,quasi_static_force_N,transient_factor"
@@ -59,6 +61,29 @@ def test_the_head_has_no_limit(name):
             getattr(limit, figure)
 
 
+def test_a_region_says_which_of_the_standards_areas_a_users_table_lacks(tmp_path):
+    path = tmp_path / "ours.csv"
+    path.write_text(f"{HEADER}\nsternum,Sternum,chest,120,100,2\npalm_dominant,Palm,hand_fingers,260,140,2\n")
+    table = fm.read_limit_table(path)
+    assert fm.force_limit("chest", table=table).lacking == ("pectoral_muscle",)
+    assert fm.force_limit("sternum", table=table).lacking == ()
+    assert fm.force_limit("chest").lacking == ()
+
+
+def test_a_refusal_says_whether_a_users_table_could_permit_it(tmp_path):
+    """The standard has no factor for the head; a table with one that names no reason is closed for being the head's."""
+    path = tmp_path / "ours.csv"
+    for factor, head in (("0", False), ("1.5", True)):
+        path.write_text(f"{HEADER}\ntemple,Temple,skull_forehead,110,65,{factor}\n")
+        assert fm.force_limit("temple", table=fm.read_limit_table(path)).refusal.figure("head") is head
+        with pytest.raises(fm.ContactNotPermitted, match="area of the head" if head else "transient factor 0"):
+            fm.force_limit("temple", table=fm.read_limit_table(path)).require_permitted()
+    assert fm.force_limit("temple").refusal.figure("head") is False
+    assert all("HEAD" not in str(fm.force_limit(name)) for name in fm.standard_limit_table().areas)
+    opened = dataclasses.replace(fm.force_limit("chest"), head=True, head_contact="a helmet is worn")
+    assert "HEAD, permitted by the table's own words: a helmet is worn" in str(opened)
+
+
 def test_unknown_names_list_the_nearest():
     with pytest.raises(UnknownName) as caught:
         fm.force_limit("hand")
@@ -77,6 +102,46 @@ def test_a_users_own_table(tmp_path):
     assert (limit.quasi_static, limit.transient, limit.edition) == (100.0, 150.0, "ISO 10218-2:2025")
     path.write_text(f"{HEADER}\nsternum,Sternum,chest,120,100,1.5\n")
     assert "ours.csv" in fm.force_limit("sternum", table=fm.read_limit_table(path)).edition
+
+
+def test_of_a_users_areas_the_lowest_figures_and_the_hardest_spring_hold(tmp_path):
+    """Whatever order they stand in, and each figure for itself."""
+    rows = ["sternum,Sternum,chest,120,100,2,40", "pectoral_muscle,Pectoral,chest,90,130,1.2,30"]
+    path = tmp_path / "ours.csv"
+    for order in (rows, rows[::-1]):
+        path.write_text("\n".join([f"{HEADER},spring_constant_N_per_mm", *order]) + "\n")
+        limit = fm.force_limit("chest", table=fm.read_limit_table(path))
+        assert (limit.quasi_static, limit.transient) == (100.0, 156.0)
+        assert (limit.quasi_static_pressure, limit.transient_pressure) == (0.9e6, pytest.approx(1.08e6))
+        assert limit.stiffness == 40e3
+
+
+@pytest.mark.parametrize("spring", [999.0, 0.75, 0.0, -75e3, math.inf])
+def test_a_spring_in_another_unit_is_refused(spring):
+    limit = fm.force_limit("sternum")
+    with pytest.raises(fm.InputError, match="spring"):
+        dataclasses.replace(limit, stiffness=spring)
+    with pytest.raises(fm.InputError, match="spring"):
+        fm.NewtonLimit(140.0, spring_N_per_m=spring)
+    assert dataclasses.replace(limit, stiffness=1000.0).stiffness == 1000.0
+    assert fm.NewtonLimit(140.0, spring_N_per_m=1000.0).spring_N_per_m == 1000.0
+
+
+def test_a_device_of_nine_tenths_of_the_spring_is_the_softest():
+    """Its forces count as read by a spring as hard as the area's: F = v sqrt(k mu)."""
+    for device in (67.5e3, 70e3, 74e3):
+        suits = device_suitability("back_of_hand", 75e3, device)
+        assert suits.raised == pytest.approx(math.sqrt(75e3 / device))
+        assert suits.refusal is None
+        assert suits.statement.figure("raised") == pytest.approx(suits.raised - 1)
+    for device in (75e3, 75.1e3, 1e6):
+        suits = device_suitability("back_of_hand", 75e3, device)
+        assert (suits.raised, suits.refusal) == (1.0, None)
+        assert (suits.statement.kind.value == "spring_stiffer") == (device > 75e3)
+    for area, device in ((75e3, 67.4e3), (75e3, math.nan), (math.nan, 75e3)):
+        suits = device_suitability("back_of_hand", area, device)
+        assert suits.refusal is suits.statement is not None
+        assert suits.raised == 1.0
 
 
 @pytest.mark.parametrize(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from oracle import simulate
 
 import forcemap as fm
 from forcemap.errors import MapFileError
+from forcemap.maps.map_file import _require_means
 
 QUASI_STATIC = fm.Contact.QUASI_STATIC
 
@@ -255,3 +257,30 @@ def test_damaged_bytes_end_in_our_errors(tmp_path, fitted, kind, full_size):
         except MapFileError:
             refused += 1
     assert refused > 10
+
+
+@pytest.mark.parametrize(
+    ("change", "sound"),
+    [
+        ({"log_force": 1e-6}, False),  # a mean of logarithms above the logarithm of the mean
+        ({"log_force": -1e-6}, True),
+        ({"log_force": -5.0}, False),  # as low as no repeats below the highest can make it
+        ({"highest": -1.0}, False),  # the highest below the mean
+        ({"highest": 1.0}, True),
+        ({"impacts": -9, "censored": 9}, False),
+        ({"impacts": -3}, False),  # no impact at all
+    ],
+)
+def test_means_are_those_of_impacts_that_can_be(fitted, change, sound):
+    states = fitted.fit.states
+    assert (states.impacts[4], states.censored[4]) == (3, 0)
+    other = replace(states, log_force=np.log(states.force), highest=states.force + 1.0)
+    one = np.arange(len(states)) == 4
+    other = replace(other, **{name: getattr(other, name) + one * value for name, value in change.items()})
+    if "highest" in change:
+        other = replace(other, highest=np.where(one, states.force + change["highest"], other.highest))
+    if sound:
+        _require_means(other)
+    else:
+        with pytest.raises(MapFileError):
+            _require_means(other)

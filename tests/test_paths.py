@@ -353,6 +353,18 @@ def test_joint_motions_of_a_full_turn_are_followed(turn, tmp_path):
     assert path.deviation == 1e-4
 
 
+@pytest.mark.parametrize("turn", np.linspace(0.05, 0.2, 9).tolist())
+def test_a_long_tool_on_the_last_joint_keeps_to_its_chords(turn, tmp_path):
+    """An arc of radius 2 m, whose height above its chord is known."""
+    robot = robot_named("ur10e").with_tool(mass=0.0, centre_of_mass=(0, 0, 0), contact_offset=(2.0, 0, 0))
+    q = np.array([robot.reference_posture, robot.reference_posture])
+    q[1, 5] += turn
+    path = fm.read_path(joint_file(tmp_path, q), robot=robot)
+    height = 2.0 * (1 - math.cos(turn / len(path) / 2))
+    assert height <= path.deviation
+    assert 2.0 * (1 - math.cos(turn / max(len(path) - 1, 1) / 2)) > 0.6 * path.deviation
+
+
 def test_joint_motion_gets_no_more_than_the_true_motion_allows(tmp_path):
     """A base that turns far while the arm presses down: dense samples of the true motion against the pieces."""
     robot = robot_named("ur10e")
@@ -525,3 +537,51 @@ def test_the_papers_conclusion(name, contact, bare, with_margin, paper):
             if figure is not None:  # what would have to be measured
                 assert found.extrapolated_speed == pytest.approx(figure, abs=6e-5)
                 assert found.extrapolated_speed < paper
+
+
+def test_what_a_path_deviates_from_its_points_adds_to_the_tolerance():
+    """A path through joint values runs beside the chords between its points, by so much at most."""
+    ur10e, bound = fm.published_map("ur10e"), fm.FixedMargin(0.10)
+    for deviation, tolerance in ((0.02, 0.005), (0.001, 0.03), (0.05, 0.0)):
+        bent = dataclasses.replace(press(), deviation=deviation)
+        found = fm.path_speeds(ur10e, bent, HAND, bound=bound, allowance=fm.Allowance(position=tolerance))
+        wide = fm.Allowance(position=tolerance + deviation)
+        expected = fm.path_speeds(ur10e, press(), HAND, bound=bound, allowance=wide)
+        straight = fm.path_speeds(ur10e, press(), HAND, bound=bound, allowance=fm.Allowance(position=tolerance))
+        np.testing.assert_allclose(found.speed, expected.speed, rtol=1e-12)
+        assert np.nanmin(found.speed) < np.nanmin(straight.speed)
+
+
+@pytest.mark.parametrize(
+    "joints",
+    [
+        [1, 2, 3, 4, 5],
+        [1, 2, 3, 4, 5, 7],
+        [0, 1, 2, 3, 4, 5],
+        [2, 3, 4, 5, 6, 7],
+        [1, 2, 3, 4, 5, 6, 7],
+    ],
+)
+def test_joints_that_are_not_those_of_the_robot_are_refused(joints, tmp_path):
+    (tmp_path / "path.csv").write_text(
+        ",".join(f"joint_{i}_rad" for i in joints) + ("\n" + ",".join("0" for _ in joints)) * 2
+    )
+    with pytest.raises(fm.ForcemapError, match="joint"):
+        fm.read_path(tmp_path / "path.csv", robot=robot_named("ur10e"))
+
+
+def test_joints_stand_in_any_order_and_in_one_unit(tmp_path):
+    """Radians up to two turns; what is more is in degrees."""
+    robot, q = robot_named("ur10e"), np.array([[0.1, -1.2, 1.4, -0.3, 0.2, 0.5], [0.12, -1.18, 1.41, -0.28, 0.2, 0.5]])
+    expected = fm.read_path(joint_file(tmp_path, q), robot=robot).points
+    order = [3, 0, 5, 1, 4, 2]
+    header = ",".join(f"joint_{i + 1}_rad" for i in order)
+    other = tmp_path / "other.csv"
+    other.write_text("\n".join([header, *(",".join(map(repr, row)) for row in q[:, order].tolist())]))
+    np.testing.assert_allclose(fm.read_path(other, robot=robot).points, expected)
+    other.write_text(other.read_text().replace("joint_1_rad", "joint_1_deg"))
+    with pytest.raises(fm.InputError, match="all in _rad or all in _deg"):
+        fm.read_path(other, robot=robot)
+    degrees = np.degrees(q)
+    with pytest.raises(fm.InputError, match="more than two turns"):
+        fm.read_path(joint_file(tmp_path, degrees), robot=robot)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import math
 
 import numpy as np
@@ -10,6 +11,7 @@ import pytest
 
 import forcemap as fm
 from curves import curve
+from forcemap.verdicts.recording_results import thinned
 from forcemap.words import sentence
 from pulses import DEVICE, pulse, recording
 
@@ -182,3 +184,35 @@ def test_a_higher_force_never_improves_an_outcome(full_size):
                 worse += outcomes != before
             before = outcomes
     assert worse > 50
+
+
+def test_a_thinned_curve_keeps_every_extreme():
+    """60 intervals, half of them in the first 0.1 s: of each its lowest and highest sample, and both ends."""
+    rng = np.random.default_rng(31)
+    time, force = np.arange(20_000) / 20_000, rng.normal(0, 1, 20_000)
+    thin_time, thin_force = thinned(time, force)
+    kept = time.searchsorted(thin_time)
+    np.testing.assert_array_equal(force[kept], thin_force)
+    assert [kept[0], kept[-1]] == [0, 19_999]
+    assert abs(np.sum(thin_time < 0.1) - 60) <= 2
+    assert abs(np.sum(thin_time >= 0.1) - 58) <= 4
+    for first, last, intervals in ((0.0, 0.1, 30), (0.1, time[-1], 29)):
+        for start, stop in itertools.pairwise(np.linspace(first, last, intervals + 1).tolist()):
+            inside = (time >= start) & (time < stop)
+            assert force[inside].min() in thin_force
+            assert force[inside].max() in thin_force
+    short = thinned(time[:120], force[:120])
+    np.testing.assert_array_equal(short, [time[:120], force[:120]])
+    assert thinned(time[:121], force[:121])[0].size < 121
+    early = thinned(time[:1500], force[:1500])[0]
+    assert early[-1] == time[1499]
+
+
+@pytest.mark.parametrize(("spring", "softer"), [(75e3, False), (76e3, True), (80e3, True), (70e3, False)])
+def test_a_device_slightly_softer_than_the_limits_spring_is_named_beside_the_doubt(spring, softer):
+    """A force just below the limit, that the softer spring and the device's error may have lowered."""
+    impact = impact_of(*pulse(150.0, seed=3))
+    limit = fm.NewtonLimit(impact.verdict_peak_force * math.sqrt(max(spring / 75e3, 1.0)) + 1.0, None, spring)
+    reason = fm.check_impact(impact, limit).governing.reason
+    assert reason.kind.value == "cannot_tell"
+    assert ("softer" in sentence(reason)) == softer

@@ -12,6 +12,7 @@ from oracle import full_grid, simulate, training_grid
 
 import forcemap as fm
 from forcemap.maps.measured_range import MeasuredRange
+from forcemap.speeds.enclosures import Patches
 from forcemap.speeds.zones import Segments
 from forcemap.words import sentence
 
@@ -320,3 +321,21 @@ def test_zones_tile_the_measured_range():
     assert (zones.distance_to - zones.distance_from).max() <= 0.05
     area = np.sum((zones.distance_to - zones.distance_from) * (zones.height_to - zones.height_from))
     assert area == pytest.approx(0.37 * 0.32)
+
+
+def test_the_spread_of_a_zone_is_what_its_size_costs():
+    """However much faster its fastest corner is."""
+    zones = fm.Zones.between(np.array([0.6, 0.7]), np.array([0.2, 0.3]))
+    bound = fm.FixedMargin(0.10)
+    found = fm.zone_speeds(fm.published_map("ur10e"), zones, limit=150.0, contact=QUASI_STATIC, bound=bound)
+    for slowest, fastest in ((0.1, 0.35), (0.2, 0.25), (0.3, 0.3)):
+        other = replace(found, speed=np.array([slowest]), fastest_probe=np.array([fastest]))
+        np.testing.assert_allclose(other.spread, [fastest - slowest])
+
+
+def test_the_corners_of_a_patch_are_those_of_its_zone():
+    near, far, low, high = np.array([[0.5, 0.6], [0.55, 0.8], [0.1, 0.2], [0.3, 0.25]])
+    distance, height = Patches.box(near, far, low, high).corners
+    for i in range(2):
+        expected = {(d, h) for d in (near[i], far[i]) for h in (low[i], high[i])}
+        assert {(round(d, 9), round(h, 9)) for d, h in zip(distance[i], height[i], strict=True)} == expected

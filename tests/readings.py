@@ -1,0 +1,210 @@
+"""Curves of every kind that the reading of impacts tells apart, each swept across where it does: what is read of them.
+
+Where a threshold lies was tried, and no theory says it: tests/readings.csv holds what was read when it was chosen.
+Whoever changes a rule on purpose writes it anew (`python tests/readings.py`) and looks at what changed.
+"""
+
+from __future__ import annotations
+
+import csv
+import dataclasses
+import re
+from pathlib import Path
+
+import numpy as np
+
+import forcemap as fm
+from curves import SHAPES, arch
+
+TABLE = Path(__file__).with_suffix(".csv")
+SEED = 202690
+DEVICE = fm.Device(range=500.0, error=3.0, stiffness=75e3)
+
+
+def base(rng, *, rate=None, noise=None, shape=None, duration=None, before=0.15, after=0.8):
+    """Time since contact [s] and the force that is read [N], of a shape drawn."""
+    rate, noise = rate or rng.choice([500.0, 1000.0, 2000.0]), rng.uniform(0, 1) if noise is None else noise
+    shape = SHAPES[rng.integers(len(SHAPES))] if shape is None else SHAPES[shape]
+    drawn = shape(rng, rng.uniform(60, 400), duration or rng.uniform(0.012, 0.05), noise)
+    time = np.arange(-round(before * rate), round(after * rate)) / rate + rng.uniform(0, 1 / rate)
+    force = drawn.force(time) + rng.normal(0, noise, time.size)
+    return time, np.round(force, 1) if rng.uniform() < 0.3 else force
+
+
+def top(time, force):
+    return int(np.where(time < 0.06, force, -np.inf).argmax())
+
+
+def plain(rng, share):
+    return base(rng, noise=3.0 * share)
+
+
+def cut_off(rng, share):
+    time, force = base(rng, shape=rng.integers(5), rate=5000.0 if share < 0.5 else None, after=0.5)
+    ceiling = (0.999 - 0.7 * share * rng.uniform()) * force.max()
+    return time, np.minimum(force, ceiling) + rng.normal(0, rng.choice([0.0, 0.3]), time.size)
+
+
+def few_samples(rng, share):
+    return base(rng, rate=np.round(100.0 * 12.0**share), duration=0.02, noise=0.2)
+
+
+def spike(rng, share):
+    time, force = base(rng, rate=2000.0, noise=0.3, shape=rng.integers(3))
+    at = top(time, force) + rng.integers(-15, 20)
+    force[at : at + rng.integers(1, 5)] += rng.choice([-1, 1]) * 0.6 * share**2 * force.max()
+    return time, force
+
+
+def lost(rng, share):
+    time, force = base(
+        rng, rate=rng.choice([2000.0, 5000.0]), noise=0.2, duration=0.03, shape=rng.integers(4), after=0.4
+    )
+    kept = np.abs(time - 0.015 - rng.uniform(-0.006, 0.006)) > 0.01 * share
+    return time[: kept.sum()], force[kept]
+
+
+def stuck(rng, share):
+    time, force = base(rng, rate=2000.0, noise=rng.choice([0.0, 0.3]), duration=0.03, shape=rng.integers(4), after=0.4)
+    first = top(time, force) - rng.integers(0, 25)
+    force[first : first + 1 + int(50 * share**2)] = force[first]
+    return time, force
+
+
+def hum(rng, share):
+    time, force = base(rng, noise=0.3, rate=2000.0, shape=rng.integers(2), before=0.25)
+    swing = np.sin(2 * np.pi * rng.choice([50.0, 60.0, 23.0]) * time + rng.uniform(0, 6))
+    return time, force + 0.15 * share * force.max() * swing
+
+
+def drift(rng, share):
+    time, force = base(rng, noise=0.3 * rng.integers(0, 4), before=rng.choice([0.02, 0.1, 0.4]))
+    return time, force + 40.0 * share**2 * rng.choice([-1, 1]) * time + rng.uniform(-60, 60) * (share > 0.7)
+
+
+def unquiet(rng, share):
+    time, force = base(rng, noise=0.4, before=0.5)
+    return time, force + rng.uniform(3, 30) * arch(time, 0.45 * share + 0.01, -0.5 + rng.uniform(0, 0.03))
+
+
+def gap(rng, share):
+    time, force = base(rng, rate=1000.0, noise=0.2)
+    start = rng.choice([rng.uniform(0, 0.02), rng.uniform(0.02, 0.6)])
+    kept = (time < start) | (time > start + 0.07 * share**2)
+    return time[kept], force[kept]
+
+
+def ends_early(rng, share):
+    return base(rng, rate=2000.0, after=0.004 * 220.0**share, noise=0.3)
+
+
+def begins_late(rng, share):
+    return base(rng, rate=rng.choice([1000.0, 5000.0]), before=0.001 + 0.04 * share, noise=0.5, after=0.6)
+
+
+def three_components(rng, share):
+    time, force = base(rng, noise=0.0, rate=1000.0)
+    angle = 0.6 * share
+    axes = np.outer(force, [np.sin(angle), 0.0, np.cos(angle)])
+    return time, axes + rng.normal(0, 0.3, axes.shape) + rng.uniform(-9, 9, 3)
+
+
+def force_before(rng, share):
+    time, force = base(rng, noise=0.4, before=0.4)
+    return time, force + 60.0 * share**1.5 * arch(time, rng.uniform(0.02, 0.2), -0.3)
+
+
+def pulls(rng, share):
+    time, force = base(rng, noise=0.4, shape=rng.integers(3))
+    return time, (force - force.max() * 0.8 * share * arch(time, 0.05, 0.06)) * (1 if share < 0.9 else -1)
+
+
+def second_impact(rng, share):
+    time, force = base(rng, noise=0.3, shape=rng.integers(3), after=1.8, rate=1000.0)
+    return time, force + rng.uniform(0.3, 1.3) * force.max() * arch(time, 0.03, 0.06 + 0.9 * share)
+
+
+def rings(rng, share):
+    time, force = base(rng, noise=0.2, rate=5000.0, shape=rng.integers(2), duration=0.03, after=0.3)
+    return time, force * (1 + 0.3 * share * np.sin(2 * np.pi * rng.uniform(100, 350) * time))
+
+
+def held(rng, share):
+    time, force = base(rng, noise=0.2 + share, shape=0, rate=1000.0, after=1.0)
+    level = (2.0 + 40.0 * rng.uniform() ** 2) * np.exp(-np.maximum(time - 0.05, 0) * 6.0 * share)
+    return time, np.maximum(force, level * (time > 0.01)) + rng.normal(0, 0.2, time.size)
+
+
+def tail(rng, share):
+    time = np.arange(-800, 4000) / 10_000.0
+    rise, falls = 45.0 * np.clip(time / 0.003, 0, 1), 45.0 * np.clip((0.01 + 0.05 * share - time) / 0.038, 0, 1)
+    return time, np.minimum(np.sin(rise / 45 * np.pi / 2) * 45, falls) + 60.0 * arch(time, 0.02, 0.07)
+
+
+def hard(rng, share):
+    rate = rng.choice([20_000.0, 50_000.0])
+    return base(rng, rate=rate, noise=0.2, shape=rng.integers(2), duration=1e-4 * 40**share, before=0.02, after=0.04)
+
+
+def no_contact(rng, share):
+    time, force = base(rng, noise=0.5)
+    return time, 0.1 * share * force / force.max() * 150.0
+
+
+def valley(rng, share):
+    """Two humps of which the second stands out of the noise more and more."""
+    time = np.arange(-300, 1200) / 2000.0
+    noise = rng.uniform(2.5, 4.0)
+    force = 90.0 * arch(time, 0.04) + (3.0 + 6.0 * share) * noise * arch(time, 0.03, 0.045) + 20.0 * arch(time, 0.1)
+    return time, force + rng.normal(0, noise, time.size)
+
+
+def gap_to_the_end(rng, share):
+    """Samples missing from within the contact until it is over."""
+    time, force = base(rng, rate=2000.0, noise=0.2, shape=0, duration=0.03)
+    start = 0.0285 + 0.004 * share
+    kept = (time < start) | (time > start + 0.03)
+    return time[kept], force[kept]
+
+
+KINDS = {
+    plain: 24, cut_off: 40, few_samples: 20, spike: 24, lost: 24, stuck: 30, hum: 20, drift: 20, unquiet: 14,
+    gap: 20, ends_early: 24, begins_late: 16, three_components: 16, force_before: 14, pulls: 12,
+    second_impact: 16, rings: 20, held: 16, tail: 8, hard: 10, no_contact: 8, valley: 20, gap_to_the_end: 12,
+}  # fmt: skip
+
+
+def recordings(kind):
+    """The recordings of a kind, each with its name."""
+    for i in range(KINDS[kind]):
+        rng = np.random.default_rng([SEED, list(KINDS).index(kind), i])
+        time, force = kind(rng, i / (KINDS[kind] - 1))
+        options = {"direction": (0.0, 0.0, 1.0)} if force.ndim > 1 and i % 2 else {}
+        yield f"{kind.__name__} {i}", fm.Recording(time=time, force=force, device=DEVICE, **options)
+
+
+def read(kind):
+    """What is read of each recording of a kind: rows of words and figures."""
+    rows = []
+    for name, recording in recordings(kind):
+        impacts = fm.find_impacts(recording)
+        if not impacts:
+            rows.append([name, "no impact"])
+        for impact in impacts:
+            contact = {f"contact_{key}": getattr(impact.contact, key) for key in of(impact.contact)}
+            fields = {key: getattr(impact, key) for key in of(impact)} | contact
+            figures = [value if isinstance(value, str) else f"{float(value):.9g}" for value in fields.values()]
+            doubts = [" ".join([flag.name, *re.findall(r"-?\d+(?:\.\d+)?", flag.figure)]) for flag in impact.flags]
+            rows.append([name, *figures, impact.scenario.value, *doubts])
+    return rows
+
+
+def of(result):
+    """The fields of a result that are figures."""
+    fields = [field.name for field in dataclasses.fields(result)]
+    return [name for name in fields if isinstance(getattr(result, name), bool | int | float)]
+
+
+if __name__ == "__main__":
+    with TABLE.open("w", newline="") as stream:
+        csv.writer(stream, lineterminator="\n").writerows(row for kind in KINDS for row in read(kind))
