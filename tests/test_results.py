@@ -9,7 +9,7 @@ import re
 
 import pytest
 
-FILLED_STEP_BY_STEP = {"Taken", "_Strictest", "_Exchange", "_Desk"}
+FILLED_STEP_BY_STEP = {"UsedRecordings", "_Strictest", "_Exchange", "_Desk"}
 COMPARED_NOWHERE = {"Candidates", "Curve", "NumberBlock", "Swing", "Symmetry", "_Course"}
 ROOMS = ("maps", "speeds", "limits", "verdicts", "impacts", "paths", "exports", "campaigns", "recordings", "planning")
 
