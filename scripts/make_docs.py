@@ -60,11 +60,17 @@ def pages() -> dict[str, str]:
     return {**made, **api_pages(), **project_pages()}
 
 
-def commands_page() -> str:
-    """Every command with usage, arguments, options and example, from the command objects."""
+@cache
+def command_group() -> Any:
+    """All commands, as the command line has them."""
     import typer.main
 
-    group: Any = typer.main.get_command(app)
+    return typer.main.get_command(app)
+
+
+def commands_page() -> str:
+    """Every command with usage, arguments, options and example, from the command objects."""
+    group = command_group()
     rows, sections = "", ""
     for name, command in group.commands.items():
         summary, *further = inspect.cleandoc(command.help).split("\n\n")
@@ -197,7 +203,7 @@ def _link(span: re.Match[str]) -> str:
     if f"forcemap.{name}" in public_names() or f"forcemap.{name}" in names_in_rooms():
         return f"[{span[0]}][forcemap.{name}]"
     command = re.match(r"forcemap ([a-z-]+)", span[1])
-    known = command and command[1] in {each.name for each in app.registered_commands}
+    known = command and command[1] in command_group().commands
     return f"[{span[0]}][forcemap-{command[1]}]" if command and known else span[0]
 
 

@@ -17,7 +17,7 @@ import typer
 
 import forcemap as fm
 from forcemap.campaigns.recordings_table import Use
-from forcemap.cli.app import app
+from forcemap.cli.app import app, run
 from forcemap.web.question import PathQuestion, ZoneSize
 from forcemap.words import assumptions
 from sizes import FULL_SIZE
@@ -748,3 +748,13 @@ def test_figures_that_are_not_stated_are_the_librarys_own():
     assert (question.confidence, question.content) == (fm.ToleranceBound().confidence, fm.ToleranceBound().content)
     assert question.margin == fm.FixedMargin().margin
     assert ZoneSize().zone_m == default(fm.robot_table, "size")
+
+
+def test_the_list_of_commands_is_whole_and_not_cut(capsys):
+    assert run(["--help"]) == 0
+    listed = capsys.readouterr().out.split("Commands:")[1]
+    commands = typer.main.get_command(app).commands
+    for name, command in commands.items():
+        assert re.search(rf"^  {name} +[A-Z].*\.$", listed, re.M), name
+        assert command.name == name
+    assert "..." not in listed
