@@ -16,11 +16,11 @@ from oracle import simulate
 import forcemap as fm
 from forcemap.campaigns.template import campaign_text
 from forcemap.exports.zones import zones_csv, zones_result
+from forcemap.maps.forms import FORMS
 from forcemap.speeds.safe_speed import to_program
 
 ERROR = 0.03
 AREA = ("--area", "back_of_hand", "--contact", "quasi-static")
-FORMS = [fm.CFM_2D, fm.CFM_3D, fm.LOG_SPEED, fm.FULL_CUBIC]
 SEVERAL = {"limit": 230.0, "contact": fm.Contact.QUASI_STATIC, "bound": fm.ToleranceBound()}
 
 

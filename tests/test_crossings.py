@@ -9,7 +9,7 @@ import pytest
 from oracle import full_grid, simulate
 
 import forcemap as fm
-from forcemap.maps.forms import _first_root_cubic, _first_root_quadratic
+from forcemap.maps.forms import FORMS, _first_root_cubic, _first_root_quadratic
 from forcemap.maps.measured_range import MeasuredRange
 from sizes import FULL_SIZE
 
@@ -40,7 +40,7 @@ def compare(force_map, bound, limit, rng, n=4000 if FULL_SIZE else 1000):
     return given.size / n
 
 
-@pytest.mark.parametrize("form", [fm.CFM_2D, fm.CFM_3D, fm.FULL_CUBIC, fm.LOG_SPEED], ids=lambda form: form.name)
+@pytest.mark.parametrize("form", FORMS, ids=lambda form: form.name)
 def test_fitted_maps(form):
     rng = np.random.default_rng(40)
     scattered = rng.uniform([0.45, 0.05, 0.08], [0.95, 0.55, 0.5], (70, 3))

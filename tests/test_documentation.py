@@ -20,7 +20,12 @@ import typer
 import forcemap
 from forcemap.campaigns.conditions import read_campaign_file
 from forcemap.campaigns.recordings_table import Use
+from forcemap.cli import export
 from forcemap.cli.app import app, run
+from forcemap.comparisons.forms import COMPARED_FORMS
+from forcemap.impacts.quality import DOUBTFUL, UNKNOWN_PEAK
+from forcemap.maps.forms import FORMS
+from forcemap.web import downloads
 
 ROOT = Path(__file__).parents[1]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")), ROOT / "CONTRIBUTING.md"]
@@ -196,6 +201,32 @@ def test_the_documented_flags_uses_and_interpretations_are_those_of_the_code():
     for each in [*forcemap.Interpretation, *forcemap.ContactScenario, *forcemap.VerdictOutcome]:
         name = each.value if isinstance(each, forcemap.Interpretation) else each.value.replace("_", " ")
         assert re.search(rf"^\| `?{name}`? \|", page("docs/your_device_files.md"), re.M), name
+
+
+def test_the_flags_said_not_to_be_used_are_those_of_an_unknown_peak():
+    rows = re.findall(r"^\| `(\w+)` \|[^|]*\| ([^|]*) \|", page("docs/your_device_files.md"), re.M)
+    becomes = {name: words for name, words in rows if name in {*forcemap.Quality}}
+    assert {name for name, words in becomes.items() if words == "not used"} == {*UNKNOWN_PEAK}
+    closed = {name for name, words in becomes.items() if "never within a limit" in words}
+    assert closed == {*DOUBTFUL} - {*UNKNOWN_PEAK, forcemap.Quality.SATURATED}
+
+
+def test_every_form_of_a_map_is_named_where_forms_are_chosen(capsys):
+    assert run(["fit", "--help"]) == 0
+    offered, documented = capsys.readouterr().out, first_cells("docs/forms.md", "Forms")
+    for form in FORMS:
+        assert form.name in offered
+        assert form.name in documented
+        assert getattr(forcemap, form.name) is form
+        assert form in COMPARED_FORMS
+
+
+def test_command_page_and_documentation_offer_the_same_files_for_robots():
+    commands = {form.value for form in export.Format}
+    assert {form.partition("-")[0] for form in downloads.Format} == commands
+    (section,) = re.findall(r"^## What the robot takes\n(.*?)^## ", page("docs/robot_program.md"), re.M | re.S)
+    rows = ", ".join(re.findall(r"^\| ([a-z, ]+) \|", section, re.M)).split(", ")
+    assert commands | {form.value for form in export.PathFormat} == {*rows} - {"format"}
 
 
 def toml_blocks(path):

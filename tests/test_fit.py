@@ -11,7 +11,7 @@ from hypothesis import given, settings, strategies as st
 from oracle import PRINTED, alike, full_grid, printed_force, simulate, training_grid
 
 import forcemap as fm
-from forcemap.maps.forms import Term
+from forcemap.maps.forms import FORMS, Term
 from forcemap.maps.regression import least_squares
 from sizes import COSTLY
 
@@ -31,7 +31,7 @@ def test_noise_free_samples_give_back_the_printed_coefficients(name):
     np.testing.assert_allclose(found.coefficients, PRINTED[name], rtol=1e-9)
 
 
-@pytest.mark.parametrize("form", [fm.CFM_2D, fm.CFM_3D, fm.LOG_SPEED, fm.FULL_CUBIC])
+@pytest.mark.parametrize("form", FORMS)
 def test_terms_of_every_form_are_what_their_names_say(form):
     d, h, v = full_grid("ur10e").T
     names = {"d": d, "h": h, "v": v, "ln": np.log}
@@ -220,7 +220,7 @@ finite_tables = st.lists(
 )
 
 
-@given(finite_tables, st.sampled_from([fm.CFM_2D, fm.CFM_3D, fm.FULL_CUBIC, fm.LOG_SPEED]))
+@given(finite_tables, st.sampled_from(FORMS))
 def test_property_every_accepted_table_fits_or_is_refused(table, form):
     columns = dict(
         zip(("distance", "height", "speed", "peak_force", "censored", "role"), zip(*table, strict=True), strict=True)
@@ -257,7 +257,7 @@ def test_forces_of_every_size_fit_or_are_refused(seed):
         force = 150 * np.exp(rng.normal(0, rng.choice([1e-6, 1e-3, 0.1, 1]), n))
     censored = rng.random(n) < rng.choice([0.05, 0.2, 0.5])
     role = np.where(rng.random(n) < 0.8, "train", "test")
-    form = [fm.CFM_2D, fm.CFM_3D, fm.FULL_CUBIC, fm.LOG_SPEED][rng.integers(4)]
+    form = FORMS[rng.integers(len(FORMS))]
     try:
         dataset = fm.ImpactDataset.from_arrays(**columns, peak_force=force, censored=censored, role=role)
         force_map = fm.fit_force_map(dataset, form=form)

@@ -9,6 +9,7 @@ from scipy.optimize import brentq
 
 import forcemap as fm
 from forcemap.arrays import BLOCK
+from forcemap.maps.forms import FORMS
 
 
 def any_map(form, coefficients):
@@ -21,7 +22,7 @@ def any_map(form, coefficients):
 def test_scalars_and_arrays_agree_exactly():
     rng = np.random.default_rng(0)
     d, h, v = rng.uniform(0.4, 1, 500), rng.uniform(0, 0.6, 500), rng.uniform(0.01, 1, 500)
-    for form in (fm.CFM_2D, fm.CFM_3D, fm.FULL_CUBIC, fm.LOG_SPEED):
+    for form in FORMS:
         force_map = any_map(form, rng.normal(0, 1, len(form.terms)) + 3 * (np.arange(len(form.terms)) == 0))
         forces = force_map.predict(d, h, v)
         crossings = force_map.crossing_speed(d, h, 120.0)
@@ -49,7 +50,7 @@ def test_grids_and_blocks_do_not_change_a_bit():
 def test_scikit_learn_style_design_agrees():
     rng = np.random.default_rng(1)
     d, h, v = rng.uniform(0.4, 1, 300), rng.uniform(0, 0.6, 300), rng.uniform(0.05, 0.6, 300)
-    for form in (fm.CFM_2D, fm.CFM_3D, fm.FULL_CUBIC, fm.LOG_SPEED):
+    for form in FORMS:
         b = rng.normal(0, 1, len(form.terms))
         np.testing.assert_allclose(any_map(form, b).predict(d, h, v), np.exp(form.design(d, h, v) @ b), rtol=1e-11)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import dataclasses
+import hashlib
 import math
 from importlib import resources
 
@@ -31,6 +32,17 @@ def test_the_table_is_whole():
         limit = fm.force_limit(row["area"])
         assert limit.tabulated_quasi_static == float(row["quasi_static_force_N"])
         assert limit.permitted == (float(row["transient_factor"]) > 0)
+
+
+@pytest.mark.parametrize(
+    ("name", "version", "start"),
+    [("body_areas.csv", "1", "c5f33f652125d90d"), ("body_regions.csv", "1", "e87345200c321385")],
+)
+def test_another_figure_is_another_version(name, version, start):
+    """Whoever changes a figure raises the version that every answer names, and states both here."""
+    content = resources.files("forcemap.limits").joinpath("tables", name).read_bytes()
+    assert f"# version: {version}\n" in content.decode()
+    assert hashlib.sha256(content).hexdigest().startswith(start)
 
 
 def test_figures_of_the_paper():

@@ -13,11 +13,10 @@ from oracle import simulate
 
 import forcemap as fm
 from forcemap.errors import MapFileError
+from forcemap.maps.forms import FORMS
 from forcemap.maps.map_file import _require_means
 
 QUASI_STATIC = fm.Contact.QUASI_STATIC
-
-FORMS = [fm.CFM_2D, fm.CFM_3D, fm.LOG_SPEED, fm.FULL_CUBIC]
 
 
 @pytest.fixture

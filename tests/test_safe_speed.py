@@ -11,6 +11,7 @@ from hypothesis import given, settings, strategies as st
 from oracle import full_grid, printed_force, simulate, training_grid
 
 import forcemap as fm
+from forcemap.maps.forms import FORMS
 from forcemap.maps.measured_range import MeasuredRange
 from forcemap.words import assumptions, sentence
 from sizes import COSTLY
@@ -45,7 +46,7 @@ def fitted_maps(rng):
     scattered = rng.uniform([0.5, 0.1, 0.1], [0.9, 0.5, 0.5], (60, 3))
     skew = np.vstack([training_grid("ur10e"), [[0.52, 0.46, 0.05], [0.89, 0.46, 0.7], [0.75, 0.2, 0.1]]])
     plans = {"full": grid, "scattered": scattered, "skew": skew}
-    for form in (fm.CFM_2D, fm.CFM_3D, fm.FULL_CUBIC, fm.LOG_SPEED):
+    for form in FORMS:
         for plan, points in plans.items():
             if form is fm.FULL_CUBIC and plan == "skew":
                 continue

@@ -26,6 +26,7 @@ import forcemap as fm
 from forcemap.campaigns.recordings_table import Use
 from forcemap.cli.app import run
 from forcemap.files import hidden_file
+from forcemap.web.downloads import Format
 from forcemap.words import assumptions, sentence
 from web_server import PATIENCE, TOKEN, bearer, client_of, contents, serving
 
@@ -280,13 +281,13 @@ def test_what_is_taken_away_is_what_the_library_writes(client, measured, tmp_pat
     assert "attachment" in report.headers["content-disposition"]
     assert "SIMULATED" in report.text
     assert "Chest" in report.text or "chest" in report.text
-    for form in ("csv", "json", "urscript", "krl-data", "krl-source", "safety"):
+    for form in Format:
         text = client.get(f"{files}/speeds", params={"format": form}).text
         assert "SIMULATED" in text.upper()
     assert "factor" in client.get(f"{files}/scaling.csv?points=0.8,0.44;0.8,0.2&programmed_mps=0.3").text
 
 
-@pytest.mark.parametrize("form", ["csv", "json", "urscript", "krl-data", "krl-source", "safety"])
+@pytest.mark.parametrize("form", Format)
 def test_no_file_of_zeros_is_taken_away(client, form):
     """A robot that clamps has no transient speed, and no program that says so with zeros."""
     asked = {"area": "back_of_hand", "contact": "transient", "format": form}

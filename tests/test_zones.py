@@ -11,6 +11,7 @@ from hypothesis import given, strategies as st
 from oracle import full_grid, simulate, training_grid
 
 import forcemap as fm
+from forcemap.maps.forms import FORMS
 from forcemap.maps.measured_range import MeasuredRange
 from forcemap.speeds.enclosures import Patches
 from forcemap.speeds.zones import Segments
@@ -28,7 +29,7 @@ def maps():
     rng = np.random.default_rng(30)
     scattered = rng.uniform([0.45, 0.05, 0.08], [0.95, 0.55, 0.5], (70, 3))
     found = [(fm.published_map(name), fm.FixedMargin(0.10)) for name in fm.PUBLISHED_MAPS]
-    for form in (fm.CFM_2D, fm.CFM_3D, fm.FULL_CUBIC, fm.LOG_SPEED):
+    for form in FORMS:
         for points in (full_grid("ur10e"), scattered):
             dataset = simulate(
                 "ur10e", rng, effect=0.02, points=points, train=np.ones(len(points), bool), device_range=900.0

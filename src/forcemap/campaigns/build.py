@@ -10,7 +10,7 @@ from forcemap.campaigns.campaign import Campaign, read_campaign
 from forcemap.campaigns.columns import UNUSED
 from forcemap.campaigns.conditions import CAMPAIGN_FILE
 from forcemap.campaigns.dataset import ImpactDataset
-from forcemap.campaigns.impact_rows import WRITTEN, Row, UsedRecordings, registered
+from forcemap.campaigns.impact_rows import LEFT_OUT_IF_EMPTY, WRITTEN, Row, UsedRecordings, registered
 from forcemap.campaigns.impacts_table import TABLE_FILE, read_dataset
 from forcemap.campaigns.phase_two import OLD_COLUMN, unused_cells
 from forcemap.campaigns.recordings_table import Entry, register_text
@@ -137,7 +137,7 @@ def table_text(campaign: Campaign, entries: list[Entry], rows: list[Row]) -> str
         raise CampaignFileError(f"{problem}; {why}", file=str(campaign.table_file))
     unused = unused_cells(entries)
     rows = [row | unused for row in rows]
-    shown = [name for name in (*WRITTEN, *UNUSED) if name != "base_angle_deg" or any(row[name] for row in rows)]
+    shown = [name for name in (*WRITTEN, *UNUSED) if name not in LEFT_OUT_IF_EMPTY or any(row[name] for row in rows)]
     return csv_text({name: [row[name] for row in rows] for name in shown})
 
 
@@ -181,7 +181,7 @@ def _require_own(campaign: Campaign, entries: list[Entry], text: str) -> None:
     else:
         files = {file.lower() for file in campaign.files()}
         named = sum(row.get("recording", "").partition("#")[0].lower() in files for row in rows)
-        own = not rows or ({*WRITTEN} - {"base_angle_deg"} <= rows[0].keys() and named >= _NEARLY_ALL * len(rows))
+        own = not rows or ({*WRITTEN} - {*LEFT_OUT_IF_EMPTY} <= rows[0].keys() and named >= _NEARLY_ALL * len(rows))
     if not own or not all(row.keys() <= {*WRITTEN, *UNUSED, OLD_COLUMN} for row in rows):
         problem = "forcemap collect did not write this table, or it was changed since, so it is not replaced"
         remedy = "move it away or rename it, then run forcemap collect again"

@@ -47,6 +47,9 @@ _PLAUSIBLE = {
 NUMBERS = tuple(_PLAUSIBLE)
 """The columns that hold numbers with a unit."""
 
+TEXTS = tuple(column for column in COLUMNS if column not in (*NUMBERS, "repeat", "censored"))
+"""The columns that hold names."""
+
 REQUIRED = tuple(_EVERY)
 """The columns that every table has."""
 # How alike a column's name and a known one are, as difflib counts (1: equal); choices.

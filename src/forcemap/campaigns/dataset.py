@@ -157,8 +157,10 @@ class ImpactDataset:
         conditions = (conditions or Conditions()).with_device_stiffness(device_stiffness)
         tolerance = tolerance or StateTolerance.stated(conditions.place_tolerance, conditions.speed_tolerance)
         where = _rows(distance, rows, source)
-        given = zip(columns.NUMBERS, (distance, height, speed, peak_force, phase2_force, base_angle), strict=True)
-        checked: dict[str, Any] = {columns.COLUMNS[name]: columns.numbers(name, cells, where) for name, cells in given}
+        measured = {"distance": distance, "height": height, "speed": speed, "peak_force": peak_force}
+        given = {**measured, "phase2_force": phase2_force, "base_angle": base_angle}
+        arguments = {column: columns.COLUMNS[column] for column in columns.NUMBERS}
+        checked: dict[str, Any] = {arg: columns.numbers(column, given[arg], where) for column, arg in arguments.items()}
         force, is_censored = checked["peak_force"], columns.truths(censored, where)
         words, recordings = columns.texts("flags", flags, where), columns.texts("recording", recording, where)
         _require_marked(words, is_censored, where)
@@ -313,7 +315,7 @@ class ImpactDataset:
         """
         columns.require_columns([str(column) for column in frame.columns], "data frame")
         cells: dict[str, Any] = {str(name): frame[name].to_numpy() for name in frame.columns}
-        for name in cells.keys() & {"state_id", "role", "scenario", "recording", "flags"}:
+        for name in cells.keys() & {*columns.TEXTS}:
             cells[name] = frame[name].astype(object).where(frame[name].notna(), None).to_numpy()
         known: dict[str, Any] = {arg: cells[column] for column, arg in columns.COLUMNS.items() if column in cells}
         extra = {name: [str(cell) for cell in values] for name, values in cells.items() if name not in columns.COLUMNS}

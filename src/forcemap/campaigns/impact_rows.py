@@ -192,3 +192,6 @@ def _row(campaign: Campaign, recording: CampaignRecording, entry: Entry) -> Row:
 
 WRITTEN = ("state_id", "repeat", "role", *(c for c in COLUMNS if c not in ("state_id", "repeat", "role")), RAW_PEAK)
 """The columns of a row, in the order of the table."""
+
+LEFT_OUT_IF_EMPTY = ("base_angle_deg",)
+"""Those that a table lacks if they are empty in all its rows, or if it was collected before there were such columns."""
