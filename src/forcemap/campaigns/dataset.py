@@ -157,14 +157,13 @@ class ImpactDataset:
         conditions = (conditions or Conditions()).with_device_stiffness(device_stiffness)
         tolerance = tolerance or StateTolerance.stated(conditions.place_tolerance, conditions.speed_tolerance)
         where = _rows(distance, rows, source)
-        measured = {"distance": distance, "height": height, "speed": speed, "peak_force": peak_force}
-        given = {**measured, "phase2_force": phase2_force, "base_angle": base_angle}
+        given: dict[str, Any] = {"distance": distance, "height": height, "speed": speed, "peak_force": peak_force}
+        given |= {"phase2_force": phase2_force, "base_angle": base_angle}
         arguments = {column: columns.COLUMNS[column] for column in columns.NUMBERS}
         checked: dict[str, Any] = {arg: columns.numbers(column, given[arg], where) for column, arg in arguments.items()}
         force, is_censored = checked["peak_force"], columns.truths(censored, where)
         words, recordings = columns.texts("flags", flags, where), columns.texts("recording", recording, where)
         _require_marked(words, is_censored, where)
-        unknown = _unknown_columns(extra or {}, conditions, where)
         roles, scenarios = columns.roles(role, where), columns.scenarios(scenario, where)
         stated = _stated_names(state, where)
         coordinates = np.column_stack([checked["distance"], checked["height"], checked["speed"]])
@@ -181,7 +180,7 @@ class ImpactDataset:
             scenario=scenarios,
             recording=recordings,
             flags=words,
-            extra=unknown,
+            extra=_unknown_columns(extra or {}, conditions, where),
             conditions=conditions,
             states_found=f"{_identified_by(stated, names)}, repeats within {tolerance}",
             tolerance=tolerance,
