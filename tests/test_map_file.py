@@ -46,6 +46,27 @@ def test_fitted_maps_round_trip_bit_for_bit(tmp_path, form):
     assert fm.leave_one_state_out(again) == fm.leave_one_state_out(force_map)
 
 
+@pytest.mark.parametrize(
+    ("name", "seed", "effect", "repeats", "device_range", "form"),
+    [
+        ("kuka-iiwa7-30nm", 376, 0.02, 3, 250.0, fm.LOG_SPEED),
+        ("kuka-iiwa7-30nm", 1376, 0.01, 3, 250.0, fm.LOG_SPEED),
+        ("ur10e", 922, 0.1, 1, 250.0, fm.CFM_3D),
+    ],
+)
+def test_a_censored_fit_with_a_rough_likelihood_is_read_again(
+    tmp_path, name, seed, effect, repeats, device_range, form
+):
+    """With a correlation of places near 1, rounding alone moves the maximum of the likelihood."""
+    rng = np.random.default_rng(seed)
+    dataset = simulate(name, rng, effect=effect, repeats=repeats, device_range=device_range).dataset
+    force_map = fm.fit_force_map(dataset, form=form)
+    assert force_map.require_fit().censored_samples
+    assert force_map.require_fit().place_effect.correlation > 0.99
+    fm.write_map(force_map, tmp_path / "map.json")
+    assert fm.map_sha256(fm.read_map(tmp_path / "map.json")) == fm.map_sha256(force_map)
+
+
 @pytest.mark.parametrize("name", fm.PUBLISHED_MAPS)
 def test_published_maps_round_trip(tmp_path, name):
     force_map = fm.published_map(name)

@@ -30,6 +30,8 @@ the start rests on the uncensored states and may be far too low."""
 _FROM_END = 0.1  # of ln s^2; a maximum this close to an end of the search is none
 _DIFFERENCE, _WIDE_DIFFERENCE = 0.02, 0.25  # of ln s^2, for its derivatives; the wide one bridges a kink
 _FINE_STEP = 1e-4  # of ln s^2; a longer last step of Newton's method means a kink instead of a smooth maximum
+_WIDE_STEP = 1e-2  # of ln s^2, by the wide difference; after a longer one a stated maximum is one by rounding only
+_WIDE_BEND = 0.1  # share by which the second derivatives by both differences may differ at a stated maximum
 
 # Numerical settings of the quadrature over the level of a censored state.
 _NODES = 128
@@ -166,7 +168,7 @@ def censored_regression(data: StateData, stated_deviation: float | None = None) 
     the information of b (Cox and Reid 1987), which without censoring is restricted maximum likelihood: s^2 =
     residual squares / (n - p), and b is least squares. Effects of places, `StateData.with_places`, are fitted with b,
     each held by its variance: without censoring that is restricted maximum likelihood and generalised least squares.
-    A deviation that a file states saves the search if the likelihood is largest there.
+    A deviation that a file states saves the search if the likelihood has a smooth maximum there.
 
     Raises
     ------
@@ -186,8 +188,13 @@ def censored_regression(data: StateData, stated_deviation: float | None = None) 
     profile = _Profile(data)
     missing = np.nan_to_num(np.maximum(data.threshold - data.design @ profile.start.coefficients[-p:], 0.0))
     start = math.log(max(profile.start.residual_sd**2 + np.mean(missing**2), _LEAST_VARIANCE))
-    stated = stated_deviation and math.log((1 - data.correlation) * stated_deviation**2)
-    log_variance, curvature = _maximum(profile, start, stated)
+    found = None
+    if stated_deviation:
+        found = _stated_maximum(profile, start, math.log((1 - data.correlation) * stated_deviation**2))
+    if found is None:
+        profile = _Profile(data)  # so that the search goes the same way whatever a file states
+        found = _maximum(profile, start)
+    log_variance, curvature = found
     coefficients, bend = profile.solve(log_variance)
     variance = math.exp(log_variance)
     return weighted_regression(
@@ -370,26 +377,43 @@ def _mode(m: FloatArray, sd: FloatArray, threshold: FloatArray, noise: float, co
     return np.asarray(m + sd * u)
 
 
-def _maximum(profile: _Profile, start: float, stated: float | None) -> tuple[float, float]:
-    """Where the profile likelihood is largest, and its second derivative there; searched for unless `stated` is it."""
-
-    def derivatives(x: float, h: float) -> tuple[float, float]:
-        """First and second derivative from five points, errors of order h^4."""
-        a, b, c, d, e = (profile(x + k * h) for k in (-2, -1, 0, 1, 2))
-        return (a - 8 * b + 8 * d - e) / (12 * h), (-a + 16 * b - 30 * c + 16 * d - e) / (12 * h * h)
-
-    ends = start - _SEARCH_BELOW, start + _SEARCH_ABOVE
-    x = stated if stated is not None and ends[0] < stated < ends[1] else _searched(profile, ends)
-    slope, bend = derivatives(x, _DIFFERENCE)
+def _maximum(profile: _Profile, start: float) -> tuple[float, float]:
+    """Where the profile likelihood is largest, and its second derivative there."""
+    ends = _ends(start)
+    x = _searched(profile, ends)
+    slope, bend = _derivatives(profile, x, _DIFFERENCE)
     if bend < 0 and abs(slope / bend) < _FINE_STEP:  # the slope locates the maximum to more digits than the value does
         x -= slope / bend
-    elif stated is not None:
-        return _maximum(profile, start, None)
     else:  # repeats that contradict each other leave a kink where the state effect has its least share
-        bend = derivatives(x, _WIDE_DIFFERENCE)[1]
+        bend = _derivatives(profile, x, _WIDE_DIFFERENCE)[1]
     if not (ends[0] + _FROM_END < x < ends[1] - _FROM_END and bend < 0):
         raise FitError("the likelihood of the censored fit has no maximum; discard the censored impacts")
     return x, bend
+
+
+def _stated_maximum(profile: _Profile, start: float, stated: float) -> tuple[float, float] | None:
+    """The maximum and the second derivative at a stated ln s^2; None where it is no smooth maximum.
+
+    Derivatives by a wide and by a fine difference must agree there: rounding gives a rough profile many small maxima.
+    """
+    low, high = _ends(start)
+    if not low + _FROM_END < stated < high - _FROM_END:
+        return None
+    slope, bend = _derivatives(profile, stated, _DIFFERENCE)
+    wide_slope, wide_bend = _derivatives(profile, stated, _WIDE_DIFFERENCE)
+    smooth = bend < 0 and abs(wide_bend - bend) <= -_WIDE_BEND * bend and abs(wide_slope) <= -_WIDE_STEP * bend
+    return (stated - slope / bend, bend) if smooth and abs(slope) <= -_FINE_STEP * bend else None
+
+
+def _ends(start: float) -> tuple[float, float]:
+    """Between which values of ln s^2 the maximum is searched."""
+    return start - _SEARCH_BELOW, start + _SEARCH_ABOVE
+
+
+def _derivatives(profile: _Profile, x: float, h: float) -> tuple[float, float]:
+    """First and second derivative of the profile from five points, errors of order h^4."""
+    a, b, c, d, e = (profile(x + k * h) for k in (-2, -1, 0, 1, 2))
+    return (a - 8 * b + 8 * d - e) / (12 * h), (-a + 16 * b - 30 * c + 16 * d - e) / (12 * h * h)
 
 
 def _searched(profile: _Profile, ends: tuple[float, float]) -> float:
