@@ -424,3 +424,57 @@ def test_a_piece_of_which_one_end_leaves_the_block_leaves_it(table):
         path = fm.ToolPath.through([[distance, 0, low + 0.05], [distance, 0, low]])
         found = fm.path_speeds(ur10e, path, task, bound=bound)
         assert ("leaves the block" in safety_proposal(table, task=task, speeds=found)) == leaves
+
+
+def test_the_block_is_the_one_of_largest_area_times_speed_of_any_table(table):
+    """Against all rectangles of drawn tables, some of them with few permitted zones, or none."""
+    from forcemap.exports.safety_proposal import widest_block
+
+    rng = np.random.default_rng(63)
+    found = set()
+    for number in range(60):
+        rows, columns = rng.integers(1, 6, 2)
+        speeds = rng.integers(50, 400, (rows, columns)) * (rng.random((rows, columns)) < number / 59)
+        d, h = np.cumsum(rng.integers(10, 90, rows + 1)) / 1000, np.cumsum(rng.integers(10, 90, columns + 1)) / 1000
+        worth = {
+            (a, b, c, e): speeds[a:b, c:e].min() * (d[b] - d[a]) * (h[e] - h[c])
+            for a in range(rows) for b in range(a + 1, rows + 1) for c in range(columns) for e in range(c + 1, columns + 1)
+        }  # fmt: skip
+        block = widest_block(replace(table, distance_edges=d, height_edges=h, speed_mmps=speeds))
+        found.add(None if block is None else block[:4])
+        if max(worth.values()) == 0:
+            assert block is None
+        else:
+            assert worth[block[:4]] == pytest.approx(max(worth.values()))
+            assert block[4] == speeds[block[0] : block[1], block[2] : block[3]].min()
+    assert len(found) > 20
+
+
+@pytest.mark.parametrize("tolerance", [0.0, 0.005, 0.0053, 0.005 + 3e-9, 0.005 + 1e-10, 0.02])
+@pytest.mark.parametrize("size", [0.005, 0.05, 0.09, 0.1, 0.36])
+def test_zones_are_the_fewest_whole_millimetres_within_the_range_drawn_in(tolerance, size):
+    ur10e, bound, allowance = fm.published_map("ur10e"), fm.FixedMargin(0.10), fm.Allowance(position=tolerance)
+    wide = (fm.NewtonLimit(1.0, spring_N_per_m=75e3), None)  # no zone has a speed
+    found = fm.robot_table(ur10e, limits=[wide], bound=bound, size=size, allowance=allowance, date=DATE)
+    for i, edges in enumerate((found.distance_edges, found.height_edges)):
+        low, high = ur10e.measured_range.lowest[i] + tolerance, ur10e.measured_range.highest[i] - tolerance
+        millimetres = np.round(1000 * edges).astype(int)
+        np.testing.assert_array_equal(edges, millimetres / 1000)
+        assert -1e-9 < edges[0] - low < 0.001 - 1e-9
+        assert -1e-9 < high - edges[-1] < 0.001 - 1e-9
+        whole = int(millimetres[-1] - millimetres[0])
+        assert edges.size - 1 == math.ceil(round(whole / (1000 * size), 6))
+        assert np.ptp(np.diff(millimetres)) <= 1
+
+
+def test_a_table_has_zones_of_at_least_5_mm_and_a_range_of_at_least_one():
+    given = {"limits": [HAND], "bound": fm.FixedMargin(0.10), "date": DATE}
+    ur10e = fm.published_map("ur10e")
+    with pytest.raises(fm.InputError, match="at least 0.005 m"):
+        fm.robot_table(ur10e, size=0.00499, **given)
+    lowest, highest = ur10e.measured_range.lowest, ur10e.measured_range.highest
+    half = float(highest[1] - lowest[1]) / 2
+    narrow = fm.robot_table(ur10e, allowance=fm.Allowance(position=half - 0.001), **given)
+    assert narrow.speed_mmps.shape[1] == 1
+    with pytest.raises(fm.InputError, match="measured range leaves"):
+        fm.robot_table(ur10e, allowance=fm.Allowance(position=half - 0.0004), **given)

@@ -12,6 +12,7 @@ import pytest
 import forcemap as fm
 from curves import curve
 from forcemap.verdicts.recording_results import thinned
+from forcemap.verdicts.verdict import limit_line
 from forcemap.words import sentence
 from pulses import DEVICE, pulse, recording
 
@@ -216,3 +217,85 @@ def test_a_device_slightly_softer_than_the_limits_spring_is_named_beside_the_dou
     reason = fm.check_impact(impact, limit).governing.reason
     assert reason.kind.value == "cannot_tell"
     assert ("softer" in sentence(reason)) == softer
+
+
+def expected_line(impact, rule, after, limit):
+    """The limit line as the interpretations are worded."""
+    lasting = impact.scenario in (fm.ContactScenario.WITH_CLAMPING, fm.ContactScenario.UNDETERMINED)
+    if rule is fm.Interpretation.BY_TIME:
+        late = after > 0.5
+    elif rule is fm.Interpretation.BY_SCENARIO:
+        late = np.full(after.size, lasting)
+    else:
+        late = lasting & (after > impact.phase1_end - impact.onset)
+    return np.where(late, limit.quasi_static, limit.transient)
+
+
+@pytest.mark.parametrize("error", [0.0, 3.0, 20.0])
+@pytest.mark.parametrize("number", range(6))
+def test_every_figure_of_a_judgement_is_that_of_the_instant_it_names(number, error):
+    """Sample by sample: outcome, force, limit, margins and instant of every interpretation."""
+    device = fm.Device(range=5000.0, error=error, stiffness=75e3)
+    levels = [(200.0, 120.0), (200.0, 160.0), (265.0, 60.0), (290.0, 137.0), (100.0, 90.0), (275.0, 150.0)]
+    impact = impact_of(*held(*levels[number], dip=50.0), device=device)
+    after, force = impact.curve()
+    peak = np.abs(after - (impact.peak_time - impact.onset)).argmin()
+    force = force.copy()
+    force[peak] = max(force[peak], impact.verdict_peak_force)
+    drift = impact.contact.drift_allowance(after + impact.onset)
+    drift = np.where(after > impact.phase1_end - impact.onset, drift, 0.0)
+    most = force + error + drift
+    most[peak] += impact.unseen_force
+    for rule, found in judged(fm.check_impact(impact, HAND)).items():
+        line = expected_line(impact, rule, after, HAND)
+        severity = np.where(force - error - drift > line, 2, np.where(most <= line, 0, 1))
+        shares = np.where(severity == severity.max(), force / line, 0.0)
+        at = int(shares.argmax())
+        assert SEVERITY[found.outcome] == severity.max()
+        assert (found.force, found.limit, found.instant) == (force[at], line[at], after[at])
+        assert found.margin == found.limit - found.force
+        assert found.margin_percent == pytest.approx(100 * (1 - found.force / found.limit), rel=1e-9, abs=1e-9)
+        assert found.gravity == (severity.max(), pytest.approx(shares.max()))
+
+
+@pytest.mark.parametrize("rate", [800.0, 1000.0, 2000.0])
+@pytest.mark.parametrize("error", [0.0, 3.0])
+def test_an_outcome_changes_exactly_where_the_force_with_its_doubt_meets_the_limit(rate, error):
+    """With the device's error and what may lie between the samples; the limit itself is within, and not exceeded."""
+    impact = impact_of(
+        *pulse(150.0, rate=rate, duration=0.02), device=fm.Device(range=500.0, error=error, stiffness=75e3)
+    )
+    force = impact.verdict_peak_force
+    assert (impact.unseen_force > 5.0) == (rate < 2000)
+    most, least = force + error + impact.unseen_force, force - error
+
+    def outcome(limit):
+        return fm.check_impact(impact, limit, spring_N_per_m=75e3).outcome
+
+    assert outcome(least - 1e-9) is EXCEEDED
+    between = CANNOT_TELL if most > least else WITHIN
+    assert outcome(least) is between
+    assert outcome(most - 1e-9) is (CANNOT_TELL if most > least else EXCEEDED)
+    assert outcome(most) is WITHIN
+
+
+@pytest.mark.parametrize("after", [0.05, 0.3, 0.9])
+def test_the_transient_limit_holds_up_to_and_including_the_end_of_its_time(after):
+    """Of impacts that clamp, of which nobody knows, and that are gone: 0.5 s, Phase I, or all of the contact."""
+    for level in (0.0, 120.0):
+        time, force = held(200.0, level, dip=0.0 if level == 0 else 100.0, after=after)
+        impact = impact_of(time, force)
+        phase1 = impact.phase1_end - impact.onset
+        instants = np.array([0.0, *(t + step for t in (phase1, 0.5) for step in (-1e-9, 0.0, 1e-9)), 2.0])
+        for rule in fm.Interpretation:
+            line = limit_line(impact, rule, instants, 280.0, 140.0)
+            np.testing.assert_array_equal(line, expected_line(impact, rule, instants, HAND))
+
+
+def test_a_force_that_the_device_cut_off_exceeds_a_limit_by_at_least_so_much():
+    time, force = pulse(300.0)
+    cut = fm.check_impact(impact_of(time, np.minimum(force, 200.0), device=fm.Device(range=200.0)), 140.0).governing
+    whole = fm.check_impact(impact_of(time, force), 140.0).governing
+    assert (cut.outcome, whole.outcome) == (EXCEEDED, EXCEEDED)
+    assert "at least" in sentence(cut.reason)
+    assert "at least" not in sentence(whole.reason)

@@ -340,3 +340,57 @@ def test_the_corners_of_a_patch_are_those_of_its_zone():
     for i in range(2):
         expected = {(d, h) for d in (near[i], far[i]) for h in (low[i], high[i])}
         assert {(round(d, 9), round(h, 9)) for d, h in zip(distance[i], height[i], strict=True)} == expected
+
+
+@pytest.mark.parametrize("which", [0, 1, 4])
+def test_a_segment_without_length_is_named(which):
+    start = np.tile([0.5, 0.0, 0.2], (5, 1))
+    end = start + [0.0, 0.0, 0.1]
+    end[which] = start[which] + [0.0, 0.9e-9, 0.0]
+    with pytest.raises(fm.InputError, match=f"^segment {which + 1}: found no length"):
+        Segments(start, end)
+    end[which] = start[which] + [0.0, 1.1e-9, 0.0]
+    assert len(Segments(start, end)) == 5
+
+
+def test_a_segment_touches_what_it_comes_near():
+    """Each of many segments against places on all their sides: dense samples within the reach, or none by far."""
+    rng = np.random.default_rng(33)
+    segments = random_segments(rng, 60)
+    along = segments.start + (segments.end - segments.start) * np.linspace(0, 1, 301)[:, None, None]
+    distance, height = np.hypot(along[..., 0], along[..., 1]), along[..., 2]
+    met = missed = 0
+    for _ in range(100):
+        beside, on = rng.uniform(-0.04, 0.04, 2), (rng.integers(301), rng.integers(60))
+        d, h, reach = distance[on] + beside[0], height[on] + beside[1], rng.uniform(0.0, 0.02)
+        off = np.maximum(np.abs(distance - d), np.abs(height - h)).min(axis=0)
+        found = segments.touching(d, h, reach)
+        assert found[off <= reach].all()
+        assert not found[off > reach + 0.001].any()
+        met, missed = met + found.sum(), missed + (~found).sum()
+    assert min(met, missed) >= 100
+
+
+def test_a_zone_touches_what_it_comes_near():
+    zones = fm.Zones(0.6, 0.7, 0.2, 0.3)
+    for beside in (0.0199, 0.0201):
+        touches = beside < 0.02
+        for d, h in ((0.6 - beside, 0.25), (0.7 + beside, 0.25), (0.65, 0.2 - beside), (0.65, 0.3 + beside)):
+            assert zones.touching(d, h, 0.02).tolist() == [touches], (d, h)
+
+
+@pytest.mark.parametrize("size", [0.011, 0.05, 0.0925, 0.1, 0.36, 0.37, 1.0])
+def test_a_grid_has_the_fewest_equal_zones_within_the_size(size):
+    range_ = fm.published_map("ur10e").measured_range
+    zones = fm.zone_grid(range_, size)
+    sides = [(zones.distance_from, zones.distance_to), (zones.height_from, zones.height_to)]
+    for i, (start, stop) in enumerate(sides):
+        extent = float(range_.highest[i] - range_.lowest[i])
+        count = len(set(start.tolist()))
+        assert extent / count <= size * (1 + 1e-9)
+        assert count == 1 or extent / (count - 1) > size
+        np.testing.assert_allclose(stop - start, extent / count)
+        assert (start.min(), stop.max()) == (range_.lowest[i], range_.highest[i])
+    with pytest.raises(fm.InputError, match="at most 100 000"):
+        fm.zone_grid(range_, 0.00108)
+    assert 99_000 < len(fm.zone_grid(range_, 0.00109)) <= 100_000

@@ -98,7 +98,7 @@ def widest_block(table: RobotTable) -> tuple[int, int, int, int, int] | None:
     for first in range(rows):
         least = speeds[first]
         for last in range(first + 1, rows + 1):
-            least = least if last == first + 1 else least.clip(max=speeds[last - 1])
+            least = least.clip(max=speeds[last - 1])
             for bottom in range(columns):
                 lowest = int(least[bottom])
                 for top in range(bottom + 1, columns + 1):
