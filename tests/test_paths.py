@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
+import json
 import math
 
 import numpy as np
@@ -14,6 +15,7 @@ import forcemap as fm
 from forcemap.dynamics.inverse_kinematics import inverse_kinematics
 from forcemap.dynamics.kinematics import forward_kinematics
 from forcemap.dynamics.robots import robot_named
+from forcemap.dynamics.urdf import read_urdf
 from forcemap.paths.task import one_segment_task
 from forcemap.paths.time_law import braking_speeds, time_law
 from forcemap.speeds.zones import Segments
@@ -585,3 +587,202 @@ def test_joints_stand_in_any_order_and_in_one_unit(tmp_path):
     degrees = np.degrees(q)
     with pytest.raises(fm.InputError, match="more than two turns"):
         fm.read_path(joint_file(tmp_path, degrees), robot=robot)
+
+
+@pytest.mark.parametrize("unit", ["rad", "deg"])
+@pytest.mark.parametrize("joint", range(6))
+def test_a_joint_beyond_its_limits_is_named_with_its_row(joint, unit, tmp_path):
+    """A millionth of a radian beyond is rounding; more is refused, on either side."""
+    robot, factor = robot_named("ur10e"), 1.0 if unit == "rad" else math.degrees(1.0)
+    file, header = tmp_path / "joints.csv", ",".join(f"joint_{i}_{unit}" for i in range(1, 7))
+    for limit, side in ((robot.lower[joint], -1.0), (robot.upper[joint], 1.0)):
+        q = np.tile(robot.reference_posture, (3, 1))
+        q[:, joint] = limit - side * np.array([0.04, 0.02, 0.0])
+        q[:, (joint + 1) % 6] += [0.0, 0.01, 0.02]
+        for beyond in (0.9e-6, 1.1e-6):
+            q[2, joint] = limit + side * beyond
+            file.write_text("\n".join([header, *(",".join(map(repr, row)) for row in (factor * q).tolist())]))
+            if beyond < 1e-6:
+                assert len(fm.read_path(file, robot=robot)) >= 2
+                continue
+            with pytest.raises(fm.InputError, match="beyond the limits of") as error:
+                fm.read_path(file, robot=robot)
+            assert (error.value.row, error.value.column) == (4, f"joint_{joint + 1}_{unit}")
+
+
+SLIDES = """<robot name="slides"><link name="base"/>
+  <link name="carriage"><inertial><mass value="9"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
+  <link name="arm"><inertial><mass value="5"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
+  <link name="quill"><inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
+  <joint name="rail" type="prismatic"><parent link="base"/><child link="carriage"/><origin xyz="0.1 0.2 0.3"/>
+    <axis xyz="1 0 0"/><limit lower="-1" upper="1" effort="1" velocity="1"/></joint>
+  <joint name="turn" type="revolute"><parent link="carriage"/><child link="arm"/><origin xyz="0 0 0.2"/>
+    <axis xyz="0 0 1"/><limit lower="-3" upper="3" effort="1" velocity="1"/></joint>
+  <joint name="stroke" type="prismatic"><parent link="arm"/><child link="quill"/><origin xyz="0.4 0 0"/>
+    <axis xyz="1 0 0"/><limit lower="-1" upper="1" effort="1" velocity="1"/></joint>
+</robot>"""  # noqa: E501
+
+
+@pytest.mark.parametrize("slide", [0.004, 0.0101, 0.105, 0.109, 0.2])
+def test_a_slide_is_cut_into_pieces_of_a_centimetre(slide, tmp_path):
+    """A straight motion needs no pieces to be followed; what a joint does in one is limited all the same."""
+    (tmp_path / "slides.urdf").write_text(SLIDES)
+    robot = read_urdf(tmp_path / "slides.urdf")
+    path = fm.read_path(joint_file(tmp_path, np.array([[0.0, 0.3, 0.1], [slide, 0.3, 0.1]])), robot=robot)
+    assert len(path) == math.ceil(slide / 0.01)
+    np.testing.assert_allclose(path.lengths, slide / len(path))
+    assert path.turning.max() == 0
+
+
+@pytest.mark.parametrize("turn", [0.08, 0.09, 0.5, 1.0])
+def test_a_joint_turns_by_5_degrees_in_a_piece(turn, tmp_path):
+    """The last joint turns about the contact point, which the first one moves a little."""
+    robot = robot_named("ur10e")
+    q = np.array([robot.reference_posture, robot.reference_posture])
+    q[1] += [0.002, 0, 0, 0, 0, turn]
+    assert len(fm.read_path(joint_file(tmp_path, q), robot=robot)) == math.ceil(math.degrees(turn) / 5)
+
+
+@pytest.mark.parametrize("number", range(8))
+def test_the_pieces_of_a_joint_motion_hold_what_they_state(number, tmp_path):
+    """Against dense samples of drawn motions: how far it runs beside a piece, and points away from it, and its times."""
+    rng = np.random.default_rng([64, number])
+    (tmp_path / "slides.urdf").write_text(SLIDES)
+    tool = {"mass": 0.0, "centre_of_mass": (0, 0, 0), "contact_offset": (0.1, 0.05, 0.1)}
+    robot = (robot_named("ur10e") if number % 2 else read_urdf(tmp_path / "slides.urdf")).with_tool(**tool)
+    n = len(robot.joints)
+    start = robot.reference_posture if number % 2 else np.array([0.1, 0.3, 0.1])
+    q = start + np.cumsum(rng.uniform(-0.15, 0.15, (4, n)), axis=0)
+    clock = np.cumsum(rng.uniform(0.5, 2.0, 4))
+    lines = [
+        "time_s," + ",".join(f"joint_{i}_rad" for i in range(1, n + 1)),
+        *(",".join(map(repr, [t, *row])) for t, row in zip(clock.tolist(), q.tolist(), strict=True)),
+    ]
+    (tmp_path / "joints.csv").write_text("\n".join(lines))
+    path = fm.read_path(tmp_path / "joints.csv", robot=robot)
+    assert path.deviation == 1e-4
+    np.testing.assert_allclose([path.time[0], path.time[-1]], clock[[0, -1]])
+    for i in range(len(path)):
+        t = np.linspace(path.time[i], path.time[i + 1], 40)
+        joints = np.stack([np.interp(t, clock, q[:, j]) for j in range(n)], axis=1)
+        true = forward_kinematics(robot, joints).position
+        np.testing.assert_allclose(true[[0, -1]], path.points[[i, i + 1]], atol=1e-9)
+        along = path.directions[i]
+        beside = true - true[0] - ((true - true[0]) @ along)[:, None] * along
+        assert np.linalg.norm(beside, axis=1).max() <= path.deviation
+        step = np.diff(true, axis=0)
+        angle = np.degrees(np.arccos(np.clip(step @ along / np.linalg.norm(step, axis=1), -1, 1)))
+        assert angle.max() <= path.turning[i] + 1e-3
+        assert clock[path.rows[i]] <= path.time[i] + 1e-9
+        assert path.time[i + 1] <= clock[path.rows[i] + 1] + 1e-9
+        limits = [0.01 if joint.kind == "prismatic" else math.radians(5) for joint in robot.joints]
+        assert (np.abs(joints[-1] - joints[0]) <= np.array(limits) * (1 + 1e-9)).all()
+    assert path.turning.max() <= 1.5
+
+
+@pytest.mark.parametrize("which", [0, 1, 3])
+def test_a_point_twice_in_a_row_is_named(which):
+    points = np.array([[0.8, 0.0, 0.4 - 0.01 * i] for i in range(6)])
+    points[which + 1] = points[which] + [0.9e-6, 0.0, 0.0]
+    with pytest.raises(fm.InputError, match=f"points {which + 1} and {which + 2} are the same place"):
+        fm.ToolPath.through(points)
+    points[which + 1] = points[which] + [1.1e-6, 0.0, 0.0]
+    assert len(fm.ToolPath.through(points)) == 5
+
+
+def test_a_coordinate_is_at_most_10_metres():
+    assert len(fm.ToolPath.through([[10.0, 0, 0], [0, 0, -10.0]])) == 1
+    for wrong in ([10.01, 0, 0], [0, -10.01, 0]):
+        with pytest.raises(fm.InputError, match="at most 10 m"):
+            fm.ToolPath.through([[0, 0, 0], wrong])
+
+
+SHORT_TASK = 'schema = "forcemap-task/1"\n'
+HIT = {"name": "a", "areas": ["palm"], "clamping_possible": False}
+FREE = {"name": "b", "contact_possible": False, "speed_mps": 0.5}
+
+
+def inline(value):
+    """A value as TOML writes it, in one line."""
+    if isinstance(value, dict):
+        return "{" + ", ".join(f"{key} = {inline(each)}" for key, each in value.items()) + "}"
+    return "[" + ", ".join(map(inline, value)) + "]" if isinstance(value, list) else json.dumps(value)
+
+
+@pytest.mark.parametrize(
+    ("entries", "column", "words"),
+    [
+        ({}, "segments", "found no segment"),
+        ({"segments": []}, "segments", "found no segment"),
+        ({"segments": "press"}, "segments", "found no segment"),
+        ({"segments": {}}, "segments", "found no segment"),
+        ({"segments": [1, 2]}, "segments", "found no segment"),
+        ({"segments": [HIT, 2]}, "segments", "found no segment"),
+        ({"campaign": 3}, "campaign", "found no table"),
+        ({"campaign": {"tol": "none"}}, "campaign.tol", "nearest known ones are tool"),
+        ({"campaign": {"tool": ""}}, "campaign.tool", "expected a text"),
+        ({"acceleration_mps2": True}, "acceleration_mps2", "expected a finite number"),
+        ({"acceleration_mps2": "2"}, "acceleration_mps2", "expected a finite number"),
+        ({"segments": [HIT, FREE | {"nam": "c"}]}, "segments[2].nam", "unknown entry"),
+        ({"segments": [{"areas": ["palm"]}]}, "segments[1].name", "expected a text"),
+        ({"segments": [HIT | {"name": 3}]}, "segments[1].name", "expected a text"),
+        ({"segments": [HIT, FREE | {"speed_mps": True}]}, "segments[2].speed_mps", "finite number"),
+        ({"segments": [HIT | {"areas": "palm"}]}, "segments[1].areas", "list of names"),
+        ({"segments": [HIT | {"areas": ["palm", 3]}]}, "segments[1].areas", "list of names"),
+        ({"segments": [FREE, HIT | {"areas": ["palm", "plam"]}]}, "segments[2].areas", "no body area"),
+        ({"segments": [HIT | {"contact_possible": 1}]}, "segments[1].contact_possible", "true or false"),
+        ({"segments": [FREE | {"areas": ["palm"]}]}, "segments[1]", "contact is not possible"),
+        ({"segments": [FREE | {"contact": "transient"}]}, "segments[1]", "contact is not possible"),
+        ({"segments": [FREE | {"clamping_possible": False}]}, "segments[1]", "contact is not possible"),
+        ({"segments": [HIT | {"areas": []}]}, "segments[1].areas", "may be hit"),
+        ({"segments": [{"name": "a", "areas": ["palm"]}]}, "segments[1].clamping_possible", "can a person be clamped"),
+        ({"segments": [HIT | {"contact": 3}]}, "segments[1].contact", "expected a text"),
+        (
+            {"segments": [HIT | {"clamping_possible": True, "contact": "transient"}]},
+            "segments[1].contact",
+            "clamping is possible",
+        ),
+    ],
+)
+def test_a_task_file_says_which_entry_is_wrong(entries, column, words, tmp_path):
+    entries = ({"segments": [HIT]} | entries) if entries else {}
+    text = SHORT_TASK + "".join(f"{key} = {inline(value)}\n" for key, value in entries.items())
+    with pytest.raises(fm.InputError, match=words) as error:
+        fm.read_task(write(tmp_path, text))
+    assert error.value.column == column
+
+
+@pytest.mark.parametrize(
+    ("clamping", "stated", "contact"),
+    [
+        (False, None, fm.Contact.TRANSIENT),
+        (True, None, fm.Contact.QUASI_STATIC),
+        (False, "transient", fm.Contact.TRANSIENT),
+        (False, "quasi-static", fm.Contact.QUASI_STATIC),
+        (True, "quasi-static", fm.Contact.QUASI_STATIC),
+    ],
+)
+def test_a_segment_has_the_contact_that_it_states_or_that_clamping_gives(clamping, stated, contact, tmp_path):
+    row = HIT | {"clamping_possible": clamping} | ({} if stated is None else {"contact": stated})
+    task = fm.read_task(write(tmp_path, SHORT_TASK + f"segments = {inline([row, FREE])}\n"))
+    assert [segment.contact for segment in task.segments] == [contact, None]
+    assert math.isnan(task.segments[0].speed)
+    assert (task.segments[1].speed, task.acceleration, task.conditions) == (0.5, 1.0, {})
+
+
+@pytest.mark.parametrize("given", [{"acceleration": 0.0}, {"acceleration": math.inf}, {"segments": ()}])
+def test_a_task_without_segments_or_with_an_acceleration_that_is_none_is_refused(given):
+    with pytest.raises(fm.InputError, match="expected"):
+        fm.Task(**({"segments": HAND.segments} | given))
+
+
+@pytest.mark.parametrize("speed", [0.0, -0.1, math.inf])
+def test_a_segments_speed_is_positive_and_finite(speed):
+    with pytest.raises(fm.InputError, match="positive finite speed"):
+        fm.TaskSegment("a", ("palm",), fm.Contact.TRANSIENT, speed)
+
+
+def test_a_segment_has_areas_and_a_contact_or_neither():
+    for areas, contact in (((), fm.Contact.TRANSIENT), (("palm",), None)):
+        with pytest.raises(fm.InputError, match="or neither"):
+            fm.TaskSegment("a", areas, contact, 0.1)

@@ -377,6 +377,12 @@ def test_a_zone_touches_what_it_comes_near():
         touches = beside < 0.02
         for d, h in ((0.6 - beside, 0.25), (0.7 + beside, 0.25), (0.65, 0.2 - beside), (0.65, 0.3 + beside)):
             assert zones.touching(d, h, 0.02).tolist() == [touches], (d, h)
+    closed, upright = fm.Zones(0.5, 0.75, 0.25, 0.5), Segments([0.5, 0.0, 0.25], [0.5, 0.0, 0.5])
+    for d, h in ((0.375, 0.25), (0.5, 0.125), (0.5, 0.625), (0.625, 0.3)):  # an eighth away, to the last bit
+        assert upright.touching(d, h, 0.125).tolist() == [True]
+        assert not upright.touching(d, h, 0.1249).any()
+    for d, h in ((0.375, 0.25), (0.5, 0.125), (0.5, 0.625), (0.875, 0.3)):
+        assert closed.touching(d, h, 0.125).tolist() == [True]
 
 
 @pytest.mark.parametrize("size", [0.011, 0.05, 0.0925, 0.1, 0.36, 0.37, 1.0])
