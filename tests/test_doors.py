@@ -280,6 +280,11 @@ def test_a_limit_in_newtons_needs_what_phase_two_is_held_against(examples):
         found = fm.safe_speed(held, 0.8, 0.4, **case, contact="transient", quasi_static_limit=part)
         assert found.outcome.has_speed == permitted
         assert ("no transient limit" in sentence(found.reason)) != permitted
+    error = held.conditions.device.error_or_default  # with it, half of the limit may be reached, not exceeded
+    half = 2 * (held.phase_two.largest_force + error)
+    assert fm.safe_speed(held, 0.8, 0.4, limit=half, bound=fm.ToleranceBound()).outcome.has_speed
+    with pytest.raises(fm.InputError, match="contact"):
+        fm.safe_speed(held, 0.8, 0.4, limit=half - 1e-9, bound=fm.ToleranceBound())
     unknown = fm.fit_force_map(fm.ImpactDataset.from_frame(frame.drop(columns=["scenario", "phase2_force_N"]),
                                                            conditions=ur10e.conditions))  # fmt: skip
     with pytest.raises(fm.InputError, match="Phase II not measured"):

@@ -572,6 +572,15 @@ def test_joints_that_are_not_those_of_the_robot_are_refused(joints, tmp_path):
         fm.read_path(tmp_path / "path.csv", robot=robot_named("ur10e"))
 
 
+def test_radians_beyond_two_turns_are_taken_for_degrees(tmp_path):
+    for position, words in ((4 * math.pi + 0.01, "more than two turns"), (4 * math.pi - 0.01, "beyond the limits")):
+        for side in (-1, 1):
+            q = np.array([robot_named("ur10e").reference_posture] * 2)
+            q[1, 0] = side * position
+            with pytest.raises(fm.InputError, match=words):
+                fm.read_path(joint_file(tmp_path, q), robot=robot_named("ur10e"))
+
+
 def test_joints_stand_in_any_order_and_in_one_unit(tmp_path):
     """Radians up to two turns; what is more is in degrees."""
     robot, q = robot_named("ur10e"), np.array([[0.1, -1.2, 1.4, -0.3, 0.2, 0.5], [0.12, -1.18, 1.41, -0.28, 0.2, 0.5]])
@@ -645,13 +654,13 @@ def test_a_joint_turns_by_5_degrees_in_a_piece(turn, tmp_path):
 
 @pytest.mark.parametrize("number", range(8))
 def test_the_pieces_of_a_joint_motion_hold_what_they_state(number, tmp_path):
-    """Against dense samples of drawn motions: how far it runs beside a piece, and points away from it, and its times."""
+    """Against dense samples of drawn motions: how far one runs beside a piece, points away from it, and when."""
     rng = np.random.default_rng([64, number])
     (tmp_path / "slides.urdf").write_text(SLIDES)
     tool = {"mass": 0.0, "centre_of_mass": (0, 0, 0), "contact_offset": (0.1, 0.05, 0.1)}
     robot = (robot_named("ur10e") if number % 2 else read_urdf(tmp_path / "slides.urdf")).with_tool(**tool)
     n = len(robot.joints)
-    start = robot.reference_posture if number % 2 else np.array([0.1, 0.3, 0.1])
+    start = robot.reference_posture if number % 2 else np.array([0.1, 0.3, 0.7])
     q = start + np.cumsum(rng.uniform(-0.15, 0.15, (4, n)), axis=0)
     clock = np.cumsum(rng.uniform(0.5, 2.0, 4))
     lines = [

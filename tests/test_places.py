@@ -100,12 +100,14 @@ def test_at_most_20000_positions_are_tried():
     assert 5 < sum(accepted) < 20
     with pytest.raises(fm.InputError, match="at most 20000 positions"):
         table_positions(ur10e, PRESS, 1e-15)
+    distance, _ = table_positions(ur10e, fm.ToolPath.through([[0, 0, 0], [0, 0, 0.01]]), 1e-2 + 1e-12)
+    assert (distance != np.round(distance, 11)).any()  # a step is kept to a picometre
     with pytest.raises(fm.InputError, match="which makes 0 positions"):
         table_positions(ur10e, PRESS, 5.0)
 
 
 def test_every_position_is_the_path_timed_there():
-    """Cycle times, share of the length with permission, the best and the most permitted position, and its neighbours."""
+    """Cycle times, share of the length with permission, the best and the most permitted position, the neighbours."""
     ur10e, bound = fm.published_map("ur10e"), fm.FixedMargin(0.10)
     path = fm.ToolPath.through([[0.0, 0.0, 0.06], [0.0, 0.0, 0.0], [0.03, 0.0, -0.02]])
     for step in (0.07, 0.12):
@@ -134,7 +136,11 @@ def test_every_position_is_the_path_timed_there():
             assert places.best == (places.distance[i], places.height[j], duration[i, j])
             around = [(i - 1, j), (i + 1, j), (i, j - 1), (i, j + 1)]
             expected = [
-                (places.distance[a] - places.distance[i], places.height[b] - places.height[j], duration[a, b] - duration[i, j])
+                (
+                    places.distance[a] - places.distance[i],
+                    places.height[b] - places.height[j],
+                    duration[a, b] - duration[i, j],
+                )
                 for a, b in around if 0 <= a < shape[0] and 0 <= b < shape[1]
             ]  # fmt: skip
             np.testing.assert_array_equal(places.sensitivity, expected)

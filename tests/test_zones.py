@@ -345,7 +345,7 @@ def test_the_corners_of_a_patch_are_those_of_its_zone():
 @pytest.mark.parametrize("which", [0, 1, 4])
 def test_a_segment_without_length_is_named(which):
     start = np.tile([0.5, 0.0, 0.2], (5, 1))
-    end = start + [0.0, 0.0, 0.1]
+    end = np.tile([0.5, 0.0, 0.3], (5, 1))
     end[which] = start[which] + [0.0, 0.9e-9, 0.0]
     with pytest.raises(fm.InputError, match=f"^segment {which + 1}: found no length"):
         Segments(start, end)
