@@ -475,8 +475,8 @@ def test_a_table_has_zones_of_at_least_5_mm_and_a_range_of_at_least_one():
         fm.robot_table(ur10e, size=0.00499, **given)
     lowest, highest = ur10e.measured_range.lowest, ur10e.measured_range.highest
     half = float(highest[1] - lowest[1]) / 2
-    narrow = fm.robot_table(ur10e, allowance=fm.Allowance(position=half - 0.0005), **given)
-    assert np.ptp(narrow.height_edges) == pytest.approx(0.001)
+    narrow = fm.robot_table(ur10e, allowance=fm.Allowance(position=half - 0.001), **given)
+    assert np.ptp(narrow.height_edges) == pytest.approx(0.002)
     assert narrow.speed_mmps.shape[1] == 1
     with pytest.raises(fm.InputError, match="measured range leaves"):
         fm.robot_table(ur10e, allowance=fm.Allowance(position=half - 0.0004), **given)
