@@ -11,6 +11,9 @@ from scipy.signal import butter, filtfilt
 
 import forcemap as fm
 from curves import SHAPES, curve
+from forcemap.impacts.clipping import find_tops
+from forcemap.impacts.detect import force_without_impact, no_impact
+from forcemap.impacts.smooth import mean_interval, moving_mean
 from pulses import DEVICE, half_sine, pulse, recording
 
 SEED = 202617
@@ -356,3 +359,72 @@ def test_a_class_below_one_is_a_class():
     for each in (0.0, -1.0, 1e6):
         with pytest.raises(fm.InputError):
             fm.find_impact(recording(time, force), channel_frequency_class=each)
+
+
+@pytest.mark.parametrize("samples", [80, 99, 100, 421, 999])
+@pytest.mark.parametrize("columns", [1, 3])
+def test_without_an_impact_the_force_counts_from_the_median_of_the_first_twentieth(samples, columns):
+    """A slow ramp of 45 N: it moves by 45 N less its mean over that part."""
+    time, start = np.arange(samples) / 100.0, (samples // 20 - 1) / 2
+    ramp = 45.0 * np.arange(samples) / (samples - 1)
+    force = ramp if columns == 1 else np.outer(ramp, [0.6, 0.0, 0.8])
+    direction = {} if columns == 1 else {"direction": (0.6, 0.0, 0.8)}
+    given = recording(time * 40, force, **direction)
+    assert fm.find_impacts(given) == []
+    high, low = 45.0 * (1 - start / (samples - 1)), -45.0 * start / (samples - 1)
+    words = f"goes from {low:.1f} to {high:.1f} N about" if columns == 1 else f"moves by up to {high:.1f} N from"
+    assert words in no_impact(given)
+    assert force_without_impact(given) == pytest.approx(high, rel=1e-9)
+
+
+@pytest.mark.parametrize(("top", "counts"), [(9.9, False), (10.1, True), (-10.1, True)])
+def test_a_force_without_an_impact_counts_above_10_newtons(top, counts):
+    """A rise too slow for an impact, then a force that stays."""
+    time = np.arange(4000) / 100.0
+    force = top * np.clip((time - 10.0) / 20.0, 0, 1)
+    found = force_without_impact(recording(time, force))
+    assert found == (pytest.approx(abs(top)) if counts else 0.0)
+
+
+@pytest.mark.parametrize(("share", "counts"), [(0.97, False), (1.03, True)])
+def test_a_force_without_an_impact_counts_above_six_standard_deviations_of_the_noise(share, counts):
+    """The force swings over the first twentieth; five samples are averaged."""
+    number = np.arange(4000)
+    rest = np.where((number < 200) & (number % 50 // 15 == 1), 6.0, 0.0)
+    noise = np.convolve(rest, np.full(5, 0.2), mode="same")[:200].std()
+    force = rest + share * 6 * noise * np.clip((number - 1000) / 2000, 0, 1)
+    found = force_without_impact(recording(number / 100.0, force))
+    assert found == (pytest.approx(share * 6 * noise) if counts else 0.0)
+
+
+def test_the_mean_interval_is_the_time_over_the_number_of_intervals():
+    for samples in (2, 3, 10, 1001):
+        assert mean_interval(3.0 + np.arange(samples) / 250.0) == pytest.approx(0.004, rel=1e-9)
+    assert mean_interval(np.array([0.0, 0.1, 0.5])) == pytest.approx(0.25)
+    assert mean_interval(np.array([7.0])) == 1.0
+
+
+@pytest.mark.parametrize("columns", [None, 3])
+def test_a_moving_mean_is_that_of_the_samples_around_as_many_on_either_side(columns):
+    """Fewer at the ends: as many as there are before the first or behind the last."""
+    for size in range(1, 13):
+        values = np.random.default_rng(size).normal(size=size if columns is None else (size, columns))
+        for samples in range(1, 12, 2):
+            halves = [min(samples // 2, i, size - 1 - i) for i in range(size)]
+            expected = [values[i - half : i + half + 1].mean(axis=0) for i, half in enumerate(halves)]
+            assert_allclose(moving_mean(values, samples), expected, atol=1e-12)
+
+
+def test_the_tops_of_components_are_the_same_whichever_way_they_point():
+    time, force = pulse(150.0, seed=5)
+    force = np.minimum(force, 140.0)
+    shares = np.array([0.6, 0.0, 0.8])
+    tops = [
+        find_tops(fm.find_impact(recording(time, np.outer(force, along), direction=tuple(along))))
+        for along in (shares, shares * [-1, 1, 1], shares * [1, 1, -1], -shares)
+    ]
+    assert [round(top.reading, 6) for top in tops[0]] == pytest.approx([140, 84, 112], rel=0.01)
+    for others in tops[1:]:
+        for one, other in zip(tops[0], others, strict=True):
+            for name in vars(one):
+                assert getattr(other, name) == pytest.approx(getattr(one, name), rel=1e-6, abs=1e-6), name
