@@ -282,5 +282,21 @@ def test_columns_too_alike_determine_nothing(condition, determined):
             fitted = least_squares(design * [1.0, scale], np.ones(3))
             assert fitted.condition_number == pytest.approx(condition, rel=0.01)
         else:
-            with pytest.raises(fm.RankDeficient, match="rank 1"):
+            with pytest.raises(fm.RankDeficient, match=r"determine 1 .* 2 coefficients \(rank 1\), expected 2"):
                 least_squares(design * [1.0, scale], np.ones(3))
+
+
+@pytest.mark.parametrize("rank", [1, 2, 3, 4])
+@pytest.mark.parametrize("zeros", [False, True])
+def test_the_rank_that_is_said_is_that_of_the_design(rank, zeros):
+    """Whether its columns are combinations of each other or of zeros, and whatever their units."""
+    rng = np.random.default_rng(rank)
+    known, others = (
+        rng.normal(size=(12, rank)),
+        np.zeros((rank, 5 - rank)) if zeros else rng.normal(size=(rank, 5 - rank)),
+    )
+    design = np.hstack([known, known @ others])[:, rng.permutation(5)] * 10.0 ** rng.integers(-3, 4, 5)
+    assert np.linalg.matrix_rank(design / np.maximum(np.linalg.norm(design, axis=0), 1e-9)) == rank
+    words = rf"determine {rank} combinations of the 5 coefficients \(rank {rank}\), expected 5"
+    with pytest.raises(fm.RankDeficient, match=words):
+        least_squares(design, np.ones(12))

@@ -2,15 +2,23 @@
 
 from __future__ import annotations
 
+import itertools
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 from scipy.signal import butter, filtfilt
+from scipy.stats import linregress
 
 import forcemap as fm
 from curves import SHAPES, curve
+from forcemap.impacts.baseline import contact_force, noise_sd
+from forcemap.impacts.clipping import find_tops, hidden_force
+from forcemap.impacts.detect import force_without_impact, no_impact
+from forcemap.impacts.phases import end_level, flanks, hold_force
+from forcemap.impacts.smooth import mean_interval, moving_mean
 from pulses import DEVICE, half_sine, pulse, recording
 
 SEED = 202617
@@ -356,3 +364,205 @@ def test_a_class_below_one_is_a_class():
     for each in (0.0, -1.0, 1e6):
         with pytest.raises(fm.InputError):
             fm.find_impact(recording(time, force), channel_frequency_class=each)
+
+
+@pytest.mark.parametrize("samples", [80, 99, 100, 421, 999])
+@pytest.mark.parametrize("columns", [1, 3])
+def test_without_an_impact_the_force_counts_from_the_median_of_the_first_twentieth(samples, columns):
+    """A slow ramp of 45 N: it moves by 45 N less its mean over that part."""
+    time, start = np.arange(samples) / 100.0, (samples // 20 - 1) / 2
+    ramp = 45.0 * np.arange(samples) / (samples - 1)
+    force = ramp if columns == 1 else np.outer(ramp, [0.6, 0.0, 0.8])
+    direction = {} if columns == 1 else {"direction": (0.6, 0.0, 0.8)}
+    given = recording(time * 40, force, **direction)
+    assert fm.find_impacts(given) == []
+    high, low = 45.0 * (1 - start / (samples - 1)), -45.0 * start / (samples - 1)
+    words = f"goes from {low:.1f} to {high:.1f} N about" if columns == 1 else f"moves by up to {high:.1f} N from"
+    assert words in no_impact(given)
+    assert force_without_impact(given) == pytest.approx(high, rel=1e-9)
+
+
+@pytest.mark.parametrize(("top", "counts"), [(9.9, False), (10.1, True), (-10.1, True)])
+def test_a_force_without_an_impact_counts_above_10_newtons(top, counts):
+    """A rise too slow for an impact, then a force that stays."""
+    time = np.arange(4000) / 100.0
+    force = top * np.clip((time - 10.0) / 20.0, 0, 1)
+    found = force_without_impact(recording(time, force))
+    assert found == (pytest.approx(abs(top)) if counts else 0.0)
+
+
+@pytest.mark.parametrize(("share", "counts"), [(0.97, False), (1.03, True)])
+def test_a_force_without_an_impact_counts_above_six_standard_deviations_of_the_noise(share, counts):
+    """The force swings over the first twentieth; five samples are averaged."""
+    number = np.arange(4000)
+    rest = np.where((number < 200) & (number % 50 // 15 == 1), 6.0, 0.0)
+    noise = np.convolve(rest, np.full(5, 0.2), mode="same")[:200].std()
+    force = rest + share * 6 * noise * np.clip((number - 1000) / 2000, 0, 1)
+    found = force_without_impact(recording(number / 100.0, force))
+    assert found == (pytest.approx(share * 6 * noise) if counts else 0.0)
+
+
+def test_the_mean_interval_is_the_time_over_the_number_of_intervals():
+    for samples in (2, 3, 10, 1001):
+        assert mean_interval(3.0 + np.arange(samples) / 250.0) == pytest.approx(0.004, rel=1e-9)
+    assert mean_interval(np.array([0.0, 0.1, 0.5])) == pytest.approx(0.25)
+    assert mean_interval(np.array([7.0])) == 1.0
+
+
+@pytest.mark.parametrize("columns", [None, 3])
+def test_a_moving_mean_is_that_of_the_samples_around_as_many_on_either_side(columns):
+    """Fewer at the ends: as many as there are before the first or behind the last."""
+    for size in range(1, 13):
+        values = np.random.default_rng(size).normal(size=size if columns is None else (size, columns))
+        for samples in range(1, 12, 2):
+            halves = [min(samples // 2, i, size - 1 - i) for i in range(size)]
+            expected = [values[i - half : i + half + 1].mean(axis=0) for i, half in enumerate(halves)]
+            assert_allclose(moving_mean(values, samples), expected, atol=1e-12)
+
+
+def test_the_tops_of_components_are_the_same_whichever_way_they_point():
+    time, force = pulse(150.0, seed=5)
+    force = np.minimum(force, 140.0)
+    shares = np.array([0.6, 0.0, 0.8])
+    tops = [
+        find_tops(fm.find_impact(recording(time, np.outer(force, along), direction=tuple(along))))
+        for along in (shares, shares * [-1, 1, 1], shares * [1, 1, -1], -shares)
+    ]
+    assert [round(top.reading, 6) for top in tops[0]] == pytest.approx([140, 84, 112], rel=0.01)
+    for others in tops[1:]:
+        for one, other in zip(tops[0], others, strict=True):
+            for name in vars(one):
+                assert getattr(other, name) == pytest.approx(getattr(one, name), rel=1e-6, abs=1e-6), name
+
+
+@pytest.mark.parametrize("hidden", [0.0, 0.5, 4.0, 60.0])
+@pytest.mark.parametrize(("shallow", "deep"), [(0.5, 10.0), (2.0, 3.0), (0.0, 5.0)])
+def test_the_force_above_a_cut_parabola_is_told_by_the_times_near_its_top(hidden, shallow, deep):
+    """The time within a depth x of the largest reading grows as sqrt(x + h)."""
+    ratio = (shallow + hidden) / (deep + hidden)
+    bounded = hidden_force(ratio, shallow, deep)
+    assert bounded == pytest.approx(hidden if ratio <= 0.99 else (0.99 * deep - shallow) / 0.01, abs=1e-9)
+    assert hidden_force(0.9 * shallow / deep, shallow, deep) == 0.0  # more pointed than a parabola
+    assert hidden_force(1.0, shallow, deep) == hidden_force(0.99, shallow, deep) < np.inf
+
+
+def test_what_lies_below_a_level_beside_a_peak():
+    rng = np.random.default_rng(7)
+    for size in (1, 2, 3, 8, 30):
+        for _ in range(20):
+            force = rng.integers(0, 5, size).astype(float)
+            peak = int(force.argmax())
+            level = float(min(rng.integers(0, 5), force[peak]))
+            before = [i for i in range(peak) if force[i] < level]
+            after = [i for i in range(peak, size) if force[i] < level]
+            assert flanks(force, peak, level) == (max(before, default=-1), min(after, default=size))
+
+
+@pytest.mark.parametrize("rate", [100.0, 270.0, 910.0, 4900.0])
+def test_the_force_at_the_end_is_the_larger_mean_over_its_last_times(rate):
+    """12.5 ms and 4 ms, at least three samples each; whether it falls or rises there."""
+    time = np.arange(200) / rate
+    for force in (np.cos(time * rate / 3.0), np.sin(time * rate / 2.0), time * rate, -time * rate):
+        windows = [max(int(window * rate) + 1, 3) for window in (0.0125, 0.004)]
+        assert end_level(time, force) == pytest.approx(max(force[-n:].mean() for n in windows), abs=1e-12)
+
+
+@pytest.mark.parametrize(("last", "known"), [(0.59, False), (0.61, True), (0.65, True), (0.69, True), (0.9, True)])
+def test_a_held_force_is_the_mean_from_half_a_second_to_seven_tenths(last, known):
+    after = np.arange(0.0005, last, 0.001)
+    force = np.where(after < 0.5, 200.0, np.where(after < 0.7, 50.0 + 100.0 * (after - 0.5), 300.0))
+    held = hold_force(after, force)
+    assert held == pytest.approx(50.0 + 50.0 * (min(last, 0.7) - 0.5), abs=0.06) if known else np.isnan(held)
+
+
+def test_the_contact_scenario_follows_from_what_is_measured():
+    """Every combination of what lies on either side of a boundary, against the definition."""
+    whole = fm.find_impact(recording(*pulse(150.0, seed=1)))
+    seen = set()
+    for recorded, duration, contact_over, gap, acts, hold, end in itertools.product(
+        (0.45, 0.55, 0.9), (0.3, 0.49, 0.51), (True, False), (0.0, 0.03), (True, False),
+        (np.nan, 4.0, 6.0, 9.0, 40.0), (1.0, 4.4, 4.6, 9.9, 10.1, 14.9, 15.1, 19.9, 20.1, 30.0),
+    ):  # fmt: skip
+        for peak in (50.0, 150.0):
+            impact = replace(
+                whole, onset=0.0, end=recorded, contact_duration=duration, contact_over=contact_over, gap=gap,
+                acts_after_phase1=acts, hold_force=hold, end_force=end, floor=8.0, hold_floor=5.0, peak_force=peak,
+            )  # fmt: skip
+            if recorded < 0.5:
+                over = end <= max(10.0, 0.1 * peak)
+            else:
+                over = contact_over and duration < 0.5 and not hold > 5.0
+            if gap or not (over or (hold > 8.0 and end >= hold / 2)):
+                expected = fm.ContactScenario.UNDETERMINED
+            elif over and acts:
+                expected = fm.ContactScenario.WITHOUT_CLAMPING
+            else:
+                expected = fm.ContactScenario.UNCONSTRAINED if over else fm.ContactScenario.WITH_CLAMPING
+            assert fm.classify_contact(impact) is expected
+            seen.add(expected)
+    assert seen == set(fm.ContactScenario)
+
+
+@pytest.mark.parametrize("rate", [200.0, 2000.0])
+@pytest.mark.parametrize(("drift", "noise"), [(0.0, 0.4), (20.0, 0.4), (-5.0, 0.9), (1.0, 0.05)])
+@pytest.mark.parametrize(("start", "end"), [(0, 60), (7, 200), (0, 25)])
+def test_the_baseline_is_a_line_whose_slope_is_shrunk_by_its_uncertainty(rate, drift, noise, start, end):
+    """b = b_ls p^2 / (p^2 + s^2) with p = 3 N/s, and what it leaves over the samples before contact."""
+    time = 3.0 + np.arange(400) / rate
+    force = 12.0 + drift * time + noise * np.clip(np.random.default_rng(3).normal(size=400), -2, 2)
+    found = contact_force(recording(time, force), start, end)
+    t, f = time[start:end], force[start:end]
+    fitted = linregress(t, f)
+    trust = 9.0 / (9.0 + fitted.stderr**2)
+    slope = fitted.slope * trust
+    removed = f.mean() + slope * (time - t.mean())
+    spread = f - removed[start:end]
+    assert_allclose(found.force, force - removed, atol=1e-9)
+    sd = np.sqrt(np.sum(spread**2) / (end - start - 2))
+    assert (found.baseline_sd, found.drift) == pytest.approx((sd, slope), rel=1e-6)
+    assert found.drift_sd == pytest.approx(fitted.stderr * np.sqrt(trust), rel=1e-6)
+    assert (found.baseline_samples, found.unquiet) == (end - start, 0.0)
+    assert (found.baseline_start, found.baseline_end) == (t[0], t[-1])
+    assert found.baseline_level == pytest.approx(abs(removed[end - 1]), rel=1e-9)
+    allowed = 2.0 * found.drift_sd * np.maximum(time - (t[0] + t[-1]) / 2, 0.0)
+    assert_allclose(found.drift_allowance(time), allowed, rtol=1e-9)
+    assert_allclose(found.floor_at(time), max(5.0, 4.0 * sd) + allowed, rtol=1e-6)
+    assert_allclose(found.mean_floor_at(time), max(5.0, 2.0 * sd) + allowed, rtol=1e-6)
+
+
+@pytest.mark.parametrize(("samples", "rate", "enough"), [(5, 200.0, False), (6, 200.0, True), (11, 1200.0, False)])
+def test_a_baseline_has_six_samples_and_ten_milliseconds(samples, rate, enough):
+    time = np.arange(300) / rate
+    force = 7.0 + 0.1 * np.cos(np.arange(300) ** 2.0)
+    found = contact_force(recording(time, force), 0, samples)
+    assert (found.baseline_samples, found.drift_sd == 3.0) == ((samples, False) if enough else (0, True))
+    if not enough:
+        assert_allclose(found.force, force)
+        assert (found.baseline_level, found.baseline_sd) == (0.0, noise_sd(force))
+        assert_allclose(found.drift_allowance(time), 6.0 * time, atol=1e-12)
+
+
+@pytest.mark.parametrize("components", [1, 3])
+def test_the_norm_of_noise_is_taken_off_and_a_direction_projects(components):
+    rng = np.random.default_rng(11)
+    time = np.arange(500) / 1000.0
+    force = np.array([3.0, -5.0, 9.0])[:components] + rng.normal(0, 0.3, (500, components))
+    given = force[:, 0] if components == 1 else force
+    found = contact_force(recording(time, given), 0, 400)
+    lines = [contact_force(recording(time, axis), 0, 400) for axis in force.T]
+    quiet = np.array([line.force for line in lines])
+    power = np.mean(np.sum(quiet[:, :400] ** 2, axis=0))
+    norm = quiet[0] if components == 1 else np.sqrt(np.maximum(np.sum(quiet**2, axis=0) - power, 0.0))
+    assert_allclose(found.force, norm, atol=1e-9)
+    assert abs(found.drift) == pytest.approx(np.linalg.norm([line.drift for line in lines]), rel=1e-9)
+    assert found.drift_sd == pytest.approx(np.linalg.norm([line.drift_sd for line in lines]), rel=1e-9)
+    assert found.baseline_level == pytest.approx(np.linalg.norm([line.baseline_level for line in lines]), rel=1e-9)
+
+
+def test_the_noise_of_a_curve_is_told_from_its_second_differences():
+    rng = np.random.default_rng(13)
+    assert noise_sd(5.0 + 3.0 * np.arange(20_001) + rng.normal(0, 0.7, 20_001)) == pytest.approx(0.7, rel=0.02)
+    assert noise_sd(rng.normal(size=4)) == 0.0
+    bends = np.array([1.0, -2.0, 4.0])  # of five samples
+    force = np.concatenate([[0.0, 0.0], np.cumsum(np.cumsum(bends))])
+    assert noise_sd(force) == pytest.approx(2.0 * 1.4826 / np.sqrt(6.0))

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import forcemap as fm
+from forcemap.impacts.interference import find_corner
 from forcemap.impacts.quality import MOST_LIFTED, MOST_LOWERED, UNKNOWN_PEAK
 from pulses import DEVICE, collect, half_sine, pulse, recording, register, rows, save, write_campaign
 
@@ -325,3 +328,36 @@ def test_contact_force_after_the_peak_may_be_beyond_the_range_though_no_reading_
     impact = fm.find_impact(recording(TIME, force))
     assert impact.saturated == (later > 500)
     assert impact.later_force == pytest.approx(later, abs=3)
+
+
+@pytest.mark.parametrize(("rise_time", "fall_time"), [(0.02, 0.02), (0.017, 0.023), (0.02, 0.031)])
+@pytest.mark.parametrize("rate", [2000.0, 5000.0])
+def test_a_corner_states_the_slopes_of_both_its_sides(rise_time, fall_time, rate):
+    rise, fall = find_corner(triangle(rise_time, fall_time, rate), np.zeros(1))
+    assert rise == pytest.approx(150.0 / rise_time, rel=1e-6)
+    assert fall == pytest.approx(-150.0 / fall_time, rel=1e-6)
+
+
+def triangle(rise_time, fall_time, rate):
+    """The impact of a force from 0 to 150 N and back to 0 on straight flanks."""
+    time = np.arange(-int(0.2 * rate), int(0.5 * rate)) / rate
+    force = np.interp(time, [0.0, rise_time, rise_time + fall_time], [0.0, 150.0, 0.0])
+    return fm.find_impact(recording(time, force))
+
+
+@pytest.mark.parametrize(("ratio", "corner"), [(0.37, False), (0.43, True), (1 / 0.43, True), (1 / 0.37, False)])
+def test_a_top_with_one_flank_of_two_fifths_of_the_others_slope_is_the_bluntest_corner(ratio, corner):
+    """Over the shorter flank, the force rises to the top by it and falls by two fifths of it: 1.4 tops in all."""
+    assert (find_corner(triangle(0.04, 0.04 * ratio, 10000.0), np.zeros(1)) is not None) == corner
+
+
+@pytest.mark.parametrize(("share", "corner"), [(0.9, True), (1.1, False)])
+@pytest.mark.parametrize("rate", [2000.0, 5000.0, 20000.0])
+def test_a_corner_is_sure_to_two_standard_errors_of_its_slopes(share, corner, rate):
+    """Straight flanks turn by two tops, 0.6 more than a corner must."""
+    impact = triangle(0.04, 0.04, rate)
+    width = 0.04 * rate  # samples across half of the top
+    error = width * np.sqrt(12.0 / (width / 4) ** 3)  # of the rise over it by a line through a quarter
+    noise = share * 0.6 * 150.0 / (2.0 * error)
+    noisy = replace(impact, contact=replace(impact.contact, baseline_sd=noise))
+    assert (find_corner(noisy, np.zeros(1)) is not None) == corner

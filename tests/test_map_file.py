@@ -14,7 +14,7 @@ from oracle import simulate
 import forcemap as fm
 from forcemap.errors import MapFileError
 from forcemap.maps.forms import FORMS
-from forcemap.maps.map_file import _require_means
+from forcemap.maps.map_file import _require_means, map_text
 
 QUASI_STATIC = fm.Contact.QUASI_STATIC
 
@@ -304,3 +304,54 @@ def test_means_are_those_of_impacts_that_can_be(fitted, change, sound):
     else:
         with pytest.raises(MapFileError):
             _require_means(other)
+
+
+@pytest.fixture(scope="module")
+def censored():
+    """A map with censored states and one without, as the files' content."""
+    contents = {}
+    for known, device_range in (("censored", 400.0), ("whole", 1e4)):
+        dataset = simulate(
+            "ur10e", np.random.default_rng(43), effect=0.022, repeats=3, device_range=device_range
+        ).dataset
+        contents[known] = fm.fit_force_map(dataset.train)
+    assert contents["censored"].require_fit().censored_samples
+    return {known: json.loads(map_text(force_map)) for known, force_map in contents.items()}
+
+
+STATED = [  # kind of fit, entry, what may be wrong with it: as a share of it or as it stands, and the largest error
+    ("whole", "coefficients", "add", 1e-6),
+    ("censored", "coefficients", "add", 1e-5),
+    ("censored", "state_sd_ln", "times", 1e-4),
+    ("censored", "degrees_of_freedom", "times", 1e-4),
+    ("censored", "state_weights", "add", 1e-4),
+]
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+@pytest.mark.parametrize(("share", "accepted"), [(0.95, True), (1.05, False)])
+@pytest.mark.parametrize(("kind", "entry", "how", "most"), STATED)
+def test_a_figure_of_the_fit_may_differ_from_what_the_states_give_by_so_much(
+    tmp_path, censored, kind, entry, how, most, share, accepted, sign
+):
+    content = json.loads(json.dumps(censored[kind]))
+    table, error = (content if entry == "coefficients" else content["fit"]), sign * share * most
+    if isinstance(table[entry], list):
+        table[entry][0] += error
+    else:
+        table[entry] *= 1 + error
+    path = resealed(content, tmp_path / "map.json")
+    if accepted:
+        assert fm.read_map(path).fit
+    else:
+        with pytest.raises(MapFileError, match="not what the measured states of the file give") as refusal:
+            fm.read_map(path)
+        assert refusal.value.column == entry
+
+
+def resealed(content, path):
+    """The file of a content changed by hand, its hash being right."""
+    text = json.dumps({key: value for key, value in content.items() if key != "content_sha256"}, indent=1) + "\n"
+    content["content_sha256"] = hashlib.sha256(text.encode()).hexdigest()
+    path.write_text(json.dumps(content, indent=1) + "\n")
+    return path

@@ -127,3 +127,44 @@ def test_a_hull_that_does_not_prove_itself_is_left_to_qhull():
     many = rng.uniform(0, 1, (400, 3))
     for points in (flat, many):
         np.testing.assert_array_equal(half_spaces(points), ConvexHull(points).equations)
+
+
+@pytest.mark.parametrize(("up", "down"), [(0.1, 0.1), (0.1, 0.0), (0.1, 0.02), (-0.02, 0.1)])
+@pytest.mark.parametrize("beyond", [-4e-10, 0.0, 4e-10, 9e-10])
+def test_where_only_the_tolerance_lets_a_place_in_its_speeds_are_in_order_and_in_the_hull(up, down, beyond):
+    """Beside the edge of a needle 1 mm long, the lowest speed of its planes lies above the highest."""
+    needle = [[0.9, 0.3], [0.899, 0.3 + up], [0.899, 0.3 - down]]
+    points = np.array([[d, h, v] for d, v in needle for h in (0.1, 0.3, 0.5)])
+    measured = MeasuredRange(points)
+    place = np.array([0.9 + beyond]), np.array([0.3])
+    low, high = measured.speeds(*place)
+    assert low <= high
+    for speed in (low, high):
+        apart = measured.facets @ [*np.concatenate(place), speed[0], 1.0]
+        assert apart.max() < 1.01e-9
+        assert abs(speed[0] - 0.3) < (1e-12 if up == down and beyond >= 0 else 3e-7)
+        assert measured.contains(*place, speed)
+
+
+def test_two_states_measure_the_line_between_them_alone():
+    one, other = np.array([0.5, 0.1, 0.2]), np.array([0.8, 0.4, 0.5])
+    measured = MeasuredRange(np.array([one, other]))
+    for share in (0.0, 0.25, 0.5, 1.0):
+        d, h, v = one + share * (other - one)
+        low, high = measured.speeds(np.array([d, d, d + 1e-3]), np.array([h, h + 1e-3, h]))
+        assert (low[0], high[0]) == pytest.approx((v, v), abs=1e-8)
+        assert np.isnan([*low[1:], *high[1:]]).all()
+        for off in (-1e-3, 1e-3):
+            assert not measured.contains(*(np.array([each]) for each in (d, h, v + off)))
+
+
+@pytest.mark.parametrize("speeds", [[0.2], [0.2, 0.3], [0.1, 0.2, 0.3], [0.1, 0.2, 0.3, 0.4, 0.7]])
+def test_at_a_corner_of_the_range_the_measured_speeds_are_given_back_to_the_last_bit(speeds):
+    """Each of four places has its own lowest and highest speed, whichever of all the measured ones they are."""
+    corners = [(0.1 + 0.2, 0.1), (0.1 + 0.2, 0.7), (0.9, 0.1), (0.9, 0.7)]
+    rng = np.random.default_rng(len(speeds))
+    for _ in range(20):
+        ends = np.sort(rng.choice(speeds, (4, 2)), axis=1)
+        points = np.array([[*corner, speed] for corner, pair in zip(corners, ends, strict=True) for speed in pair])
+        low, high = MeasuredRange(points).speeds(*np.array(corners).T)
+        np.testing.assert_array_equal(np.column_stack([low, high]), ends)
