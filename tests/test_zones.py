@@ -430,7 +430,7 @@ def test_what_a_bound_adds_between_leverages_is_its_largest_and_its_smallest(all
         index = np.searchsorted(fine, at, "right")
         most, least = np.maximum.accumulate(added)[index - 1], np.minimum.accumulate(added[::-1])[::-1][index - 1]
         with_error = np.log(np.exp(log_force) + error)
-        close = np.abs(np.diff(allowance[root < 3.5])).max()  # both are straight between nodes
+        close = 2e-9 + np.abs(np.diff(allowance[root < 3.5])).max()  # both are straight between nodes
         for found, expected, side in (
             (steps.largest(log_force, at**2), np.maximum(log_force + most, with_error), 1),
             (steps.smallest(log_force, at**2), np.maximum(log_force + least, with_error), -1),
