@@ -7,6 +7,7 @@ import hashlib
 import io
 import json
 import math
+import re
 import textwrap
 from dataclasses import replace
 from pathlib import Path
@@ -342,6 +343,9 @@ def test_scaling_factors_keep_the_program_within_the_allowed_speeds():
     basis = table.provenance.of_path(speeds)
     pieces = scaling_result(speeds, basis)["pieces"]
     assert {piece["outcome"] for piece in pieces} == {"admissible", "not_downward"}
+    slower = [piece["commanded_speed_mps"] < min(piece["allowed_speed_mps"], 0.35) for piece in pieces]
+    assert [piece["reason"].endswith("; slower here, because a later piece allows less") for piece in pieces] == slower
+    assert 0 < sum(slower) < len(slower)
     driven = [piece["scaling"] * 0.35 for piece in pieces]
     for i, speed in enumerate(speeds.speed):
         if math.isnan(speed):
@@ -480,3 +484,14 @@ def test_a_table_has_zones_of_at_least_5_mm_and_a_range_of_at_least_one():
     assert narrow.speed_mmps.shape[1] == 1
     with pytest.raises(fm.InputError, match="measured range leaves"):
         fm.robot_table(ur10e, allowance=fm.Allowance(position=half - 0.0004), **given)
+
+
+def test_runs_planned_earlier_are_numbered_after_the_others():
+    from forcemap.exports.run_sheet import run_sheet
+
+    plan = fm.plan_measurements((0.5, 0.7, 0.9), (0.2, 0.3, 0.4), (0.1, 0.2, 0.3), design=fm.Design.PAPER, repeats=1)
+    lines = run_sheet(plan, fm.Conditions(), waiting=plan)
+    at = lines.index("Planned earlier and not measured yet")
+    for part, first in ((lines[:at], 1), (lines[at:], len(plan) + 1)):
+        runs = [line.split()[:2] for line in part if re.match(r" *[0-9]+ .*____", line)]
+        assert runs == [[str(first + i), name] for i, name in enumerate(plan.recording.tolist())]

@@ -235,3 +235,44 @@ def test_contact_model_refuses_negative_payload_and_speed():
         fm.pfl_robot_mass(30.0, -1.0)
     with pytest.raises(fm.InputError):
         fm.pfl_contact_force(-0.1, robot_mass=15.0, body_mass=math.inf, stiffness=75e3)
+
+
+PFL = {"robot_mass": 15.0, "body_mass": 0.6, "stiffness": 75e3}
+
+
+@pytest.mark.parametrize(
+    ("call", "least", "most", "words"),
+    [
+        (lambda x: fm.pfl_speed_limit(x, **PFL), 0.0, 1e5, "force limit: expected newtons, above 0 and at most"),
+        (
+            lambda x: fm.pfl_speed_limit(100.0, **PFL | {"robot_mass": x}),
+            0.01,
+            None,
+            "kilograms, at least .* and finite",
+        ),
+        (lambda x: fm.pfl_speed_limit(100.0, **PFL | {"stiffness": x}), 1000.0, None, "stiffness: .* 1000 and finite"),
+        (lambda x: fm.pfl_robot_mass(x), 0.0, None, "moving mass: expected kilograms, above 0 and finite"),
+        (lambda x: pfl_energy(x, stiffness=75e3), 0.0, None, "force: expected newtons, above 0 and finite"),
+        (lambda x: pfl_energy(100.0, stiffness=x), 1000.0, None, "stiffness: expected N/m, at least 1000 and finite"),
+    ],
+)
+def test_a_figure_of_the_standards_model_is_refused_with_its_range(call, least, most, words):
+    assert call(least or 1e-3) > 0
+    below = 0.0 if least == 0 else least * (1 - 1e-9)
+    for wrong in (below, -1.0, math.nan, math.inf, *([] if most is None else [most * (1 + 1e-9)])):
+        with pytest.raises(fm.InputError, match=words):
+            call(wrong)
+    assert most is None or call(most) > 0
+
+
+@pytest.mark.parametrize("force", [1e-3, 0.5, 1.0, 5000.0])
+def test_any_positive_force_in_newtons_is_a_limit_and_up_to_it_its_quasi_static_part(force):
+    for part in (None, force, force / 2, 1e-6):
+        limit = fm.NewtonLimit(force, part)
+        assert (limit.force, limit.quasi_static) == (force, part)
+    for wrong in (0.0, -force, 1.0001 * force, math.nan):
+        with pytest.raises(fm.InputError, match="quasi-static limit"):
+            fm.NewtonLimit(force, wrong)
+    for wrong in (0.0, -force, math.inf, math.nan, [force, 0.0]):
+        with pytest.raises(fm.InputError, match="expected a positive finite number"):
+            fm.NewtonLimit(wrong)

@@ -11,9 +11,11 @@ from hypothesis import given, strategies as st
 from oracle import full_grid, simulate, training_grid
 
 import forcemap as fm
+from forcemap.maps.bounds import tolerance_nodes
 from forcemap.maps.forms import FORMS
 from forcemap.maps.measured_range import MeasuredRange
 from forcemap.speeds.enclosures import Patches
+from forcemap.speeds.tolerance_steps import ToleranceSteps
 from forcemap.speeds.zones import Segments
 from forcemap.words import sentence
 
@@ -400,3 +402,64 @@ def test_a_grid_has_the_fewest_equal_zones_within_the_size(size):
     with pytest.raises(fm.InputError, match="at most 100 000"):
         fm.zone_grid(range_, 0.00108)
     assert 99_000 < len(fm.zone_grid(range_, 0.00109)) <= 100_000
+
+
+@pytest.fixture(scope="module")
+def allowances(examples):
+    """Of bounds over a map: nodes of sqrt(leverage), the allowance at them, its slope beyond, the error, the steps."""
+    fitted = fm.fit_force_map(examples["ur10e"])
+    found = []
+    for confidence, content, error in ((0.95, 0.95, 3.0), (0.5, 0.99, 10.0), (0.5, 0.5, 0.0), (0.99, 0.9, 3.0)):
+        bound = fm.ToleranceBound(confidence=confidence, content=content, device_error=error)
+        root, factor, beyond = tolerance_nodes(bound, fitted)
+        sd, error = fitted.fit.state_sd, max(error, fitted.conditions.device.error)
+        found.append((root, sd * factor, sd * beyond, error, ToleranceSteps.of(bound, fitted)))
+    return found
+
+
+def test_what_a_bound_adds_between_leverages_is_its_largest_and_its_smallest(allowances):
+    """Against a fine search over all leverages at most, and at least, as large; the device's error counts beside it."""
+    rng = np.random.default_rng(34)
+    fell = 0
+    for root, allowance, beyond, error, steps in allowances:
+        log_force, at = rng.uniform(np.log(5), np.log(600), 300), rng.uniform(0, 3, 300)
+        at[:20] *= root[-1]
+        fine = np.unique(np.concatenate([np.linspace(0, 3, 20_001), root, at]))
+        added = np.interp(fine, root, allowance) + np.maximum(fine - root[-1], 0) * beyond
+        fell += (np.diff(added) < 0).any()
+        index = np.searchsorted(fine, at, "right")
+        most, least = np.maximum.accumulate(added)[index - 1], np.minimum.accumulate(added[::-1])[::-1][index - 1]
+        with_error = np.log(np.exp(log_force) + error)
+        close = 2e-9 + np.abs(np.diff(allowance[root < 3.5])).max()  # both are straight between nodes
+        for found, expected, side in (
+            (steps.largest(log_force, at**2), np.maximum(log_force + most, with_error), 1),
+            (steps.smallest(log_force, at**2), np.maximum(log_force + least, with_error), -1),
+        ):
+            over = side * (found - expected)
+            assert over.min() > 0
+            assert over[20:].max() < close
+            assert side == -1 or over[at > root[-1]].max() < 1e-4
+        np.testing.assert_allclose(steps.share(log_force), np.exp(log_force) / (np.exp(log_force) + error), rtol=1e-12)
+    assert fell
+
+
+def test_the_slope_of_what_a_bound_adds_lies_between_its_bounds(allowances):
+    """While a leverage changes by no more than stated: its allowance, in small steps."""
+    rng = np.random.default_rng(35)
+    for root, allowance, beyond, _, steps in allowances:
+        for _ in range(200):
+            least, most = np.sort(rng.uniform(0.01, 1.5, 2) ** 2)
+            falls, rises = np.sort(rng.normal(0, 2, 2))
+            low, high = steps.slopes(*(np.array([x]) for x in (falls, rises, least, most)))
+            leverage = np.linspace(least, most, 200)
+            ends = np.sqrt(leverage)
+            added = np.interp(ends, root, allowance) + np.maximum(ends - root[-1], 0) * beyond
+            per_leverage = np.diff(added) / np.diff(leverage)
+            for change in (falls, rises, 0.0):
+                assert (per_leverage * change >= low[0] - 1e-9).all()
+                assert (per_leverage * change <= high[0] + 1e-9).all()
+            slope = np.diff(allowance) / np.diff(root)
+            inside = slope[: np.searchsorted(root, np.sqrt(most)) + 1]
+            products = [s * c / (2 * np.sqrt(least)) for s in (*inside, 0.0) for c in (falls, rises)]
+            assert low[0] >= min(products) - 1e-9
+            assert high[0] <= max(products) + 1e-9

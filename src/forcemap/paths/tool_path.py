@@ -113,7 +113,7 @@ class ToolPath:
         """A path through points, shape (n + 1, 3) [m], all of one segment."""
         array = np.asarray(points, dtype=np.float64)
         times = None if time is None else np.asarray(time, dtype=np.float64)
-        return cls(array, (name,) * max(len(array) - 1, 0), times)
+        return cls(array, (name,) * (len(array) - 1), times)
 
     def __len__(self) -> int:
         return len(self.points) - 1
