@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, strategies as st
@@ -10,7 +12,7 @@ from scipy import stats
 
 import forcemap as fm
 from forcemap.errors import BoundNotAvailable
-from forcemap.maps.bounds import margins
+from forcemap.maps.bounds import margins, weakness
 from forcemap.words import assumptions
 
 QUASI_STATIC = fm.Contact.QUASI_STATIC
@@ -118,3 +120,12 @@ def test_the_bound_reaches_beyond_ten_percent_where_it_must():
     assert margins(fm.ToleranceBound(), force_map).max() > 0.10
     found = fm.safe_speed(force_map, 0.8, 0.4, limit=250.0, contact=QUASI_STATIC, bound=fm.ToleranceBound())
     assert any("margin is too small" in line for line in assumptions([found.basis]))
+
+
+@pytest.mark.parametrize("stated", [np.nan, 1.0])
+@pytest.mark.parametrize("error", [2.9, 3.0])
+def test_a_device_error_below_3_newtons_is_weak_where_the_device_states_none(stated, error):
+    force_map = fm.fit_force_map(simulate("ur10e", np.random.default_rng(3), effect=0.02).dataset)
+    conditions = replace(force_map.conditions, device=fm.Device(error=stated))
+    found = weakness(fm.ToleranceBound(device_error=error), replace(force_map, conditions=conditions))
+    assert (found is not None) == (np.isnan(stated) and error < 3.0)

@@ -12,7 +12,7 @@ from oracle import PRINTED, alike, full_grid, printed_force, simulate, training_
 
 import forcemap as fm
 from forcemap.maps.forms import FORMS, Term
-from forcemap.maps.regression import least_squares
+from forcemap.maps.regression import holm, least_squares
 from sizes import COSTLY
 
 QUASI_STATIC = fm.Contact.QUASI_STATIC
@@ -300,3 +300,40 @@ def test_the_rank_that_is_said_is_that_of_the_design(rank, zeros):
     words = rf"determine {rank} combinations of the 5 coefficients \(rank {rank}\), expected 5"
     with pytest.raises(fm.RankDeficient, match=words):
         least_squares(design, np.ones(12))
+
+
+def test_p_values_are_adjusted_as_holm_does():
+    """Each one by how many are as large or larger, but never below one that is smaller, nor above 1."""
+    rng = np.random.default_rng(5)
+    for number in (1, 2, 3, 8):
+        for most in (0.05, 1.0):
+            p_values = rng.uniform(0, most, number)
+            times = np.array([p * np.sum(p_values >= p) for p in p_values])
+            expected = [min(1.0, times[p_values <= p].max()) for p in p_values]
+            np.testing.assert_allclose(holm(p_values), expected, rtol=1e-12)
+    np.testing.assert_allclose(holm(np.array([0.01, 0.01, 0.4])), [0.03, 0.03, 0.4])
+
+
+@pytest.mark.parametrize(("n", "p"), [(12, 3), (5, 4), (4, 4)])
+def test_the_figures_of_a_regression_are_those_of_statsmodels(n, p):
+    rng = np.random.default_rng(n)
+    design, response = np.hstack([np.ones((n, 1)), rng.normal(size=(n, p - 1))]), rng.normal(5.0, 1.0, n)
+    found, expected = least_squares(design, response), sm.OLS(response, design).fit()
+    np.testing.assert_allclose(found.coefficients, expected.params, rtol=1e-9)
+    np.testing.assert_allclose(found.leverage, expected.get_influence().hat_matrix_diag, rtol=1e-9)
+    np.testing.assert_allclose(found.residuals, expected.resid, atol=1e-12)
+    assert found.degrees_of_freedom == expected.df_resid
+    assert found.rmse == pytest.approx(np.sqrt(np.mean(expected.resid**2)), abs=1e-12)
+    assert found.r_squared == pytest.approx(expected.rsquared, rel=1e-9)
+    if n == p:
+        assert np.isnan([found.residual_sd, *found.standard_errors]).all()
+        return
+    assert found.residual_sd == pytest.approx(np.sqrt(expected.mse_resid), rel=1e-9)
+    np.testing.assert_allclose(found.standard_errors, expected.bse, rtol=1e-9)
+    np.testing.assert_allclose(found.t_values, expected.tvalues, rtol=1e-9)
+    np.testing.assert_allclose(found.p_values, expected.pvalues, rtol=1e-9)
+
+
+def test_constant_observations_have_no_coefficient_of_determination():
+    fitted = least_squares(np.column_stack([np.ones(4), np.arange(4.0)]), np.full(4, 2.0))
+    assert np.isnan(fitted.r_squared)

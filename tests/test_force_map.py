@@ -9,7 +9,9 @@ from scipy.optimize import brentq
 
 import forcemap as fm
 from forcemap.arrays import BLOCK
+from forcemap.maps.direction import direction_vector, raised_off_axis
 from forcemap.maps.forms import FORMS
+from forcemap.maps.saturation import saturation_doubt
 
 
 def any_map(form, coefficients):
@@ -108,3 +110,47 @@ def test_log_speed_at_rest():
 
 def test_overflow_is_infinite_not_an_error():
     assert any_map(fm.CFM_2D, [1000, 0, 0, 0]).predict(0.5, 0.3, 0.2) == np.inf
+
+
+@pytest.mark.parametrize(
+    ("force", "state", "censored", "suspected"),
+    [
+        ([450, 450, 450, 310], "aabc", 0, True),
+        ([310, 450, 450, 450], "abbc", 0, True),
+        ([450, 450, 310, 310], "abcd", 0, False),  # two may agree by rounding
+        ([450, 450, 450, 450], "aaaa", 0, False),  # repeats of one state may
+        ([450, 450, 450, 310], "aabc", 1, False),  # it was noticed
+        ([450, 450, 449.9, 449.9], "abcd", 0, False),
+        ([450, 450, 450, np.nan], "aabc", 0, True),
+        ([np.nan] * 3, "abc", 0, False),
+    ],
+)
+def test_saturation_is_suspected_where_three_impacts_of_two_states_share_the_largest_force(
+    force, state, censored, suspected
+):
+    doubt = saturation_doubt(force, list(state), censored=censored)
+    assert (doubt is not None) == suspected
+    if doubt:
+        assert dict(doubt.figures) == {"impacts": 3, "states": 2, "force_N": 450.0}
+
+
+@pytest.mark.parametrize(("angle", "factor"), [(0.0, 1.0), (0.01, 1.0), (0.0101, 1.14), (2.0, 1.14), (5.0, 1.14)])
+def test_a_motion_beside_the_maps_direction_raises_the_bound(angle, factor):
+    assert raised_off_axis(angle) == factor
+
+
+@pytest.mark.parametrize("angle", [-0.001, 5.001, 90.0, np.nan, np.inf])
+def test_a_motion_for_which_nothing_was_measured_is_refused(angle):
+    with pytest.raises(fm.InputError, match="expected from 0 to 5"):
+        raised_off_axis(angle)
+
+
+@pytest.mark.parametrize("words", ["down", "Vertically  down", " -Z ", "0, 0, -1", "0,0,-1", "downwards"])
+def test_a_downward_direction_is_known_in_words(words):
+    np.testing.assert_array_equal(direction_vector(words, whose="a map"), [0.0, 0.0, -1.0])
+
+
+@pytest.mark.parametrize(("words", "said"), [("", "a map does not state it"), ("  ", "does not state"), ("up", "'up'")])
+def test_another_direction_is_refused(words, said):
+    with pytest.raises(fm.InputError, match=said):
+        direction_vector(words, whose="a map")

@@ -17,7 +17,10 @@ from curves import SHAPES, curve
 from forcemap.impacts.baseline import contact_force, noise_sd
 from forcemap.impacts.clipping import find_tops, hidden_force
 from forcemap.impacts.detect import force_without_impact, no_impact
+from forcemap.impacts.impact import Flag
+from forcemap.impacts.interference import find_swing
 from forcemap.impacts.phases import end_level, flanks, hold_force
+from forcemap.impacts.quality import flags_of
 from forcemap.impacts.smooth import mean_interval, moving_mean
 from pulses import DEVICE, half_sine, pulse, recording
 
@@ -566,3 +569,63 @@ def test_the_noise_of_a_curve_is_told_from_its_second_differences():
     bends = np.array([1.0, -2.0, 4.0])  # of five samples
     force = np.concatenate([[0.0, 0.0], np.cumsum(np.cumsum(bends))])
     assert noise_sd(force) == pytest.approx(2.0 * 1.4826 / np.sqrt(6.0))
+
+
+CLEAN_IMPACT = fm.find_impact(recording(*CLEAN))
+CLEAN_TOPS = find_tops(CLEAN_IMPACT)
+
+
+@pytest.mark.parametrize("forces", list(itertools.permutations((140.0, 150.0, 160.0))))
+@pytest.mark.parametrize("low_passed", [True, False])
+def test_a_verdict_takes_the_largest_reading_of_the_peak(forces, low_passed):
+    peak, raw, filtered = forces if low_passed else (*forces[:2], np.nan)
+    impact = replace(CLEAN_IMPACT, peak_force=peak, raw_peak_force=raw, filtered_peak_force=filtered)
+    assert impact.verdict_peak_force == np.nanmax([peak, raw, filtered])
+
+
+@pytest.mark.parametrize("flags", [(), ("saturated",), ("later_peak",), ("double_hit",), ("saturated", "later_peak")])
+@pytest.mark.parametrize("later", [100.0, 200.0])
+def test_a_map_takes_a_later_force_that_is_flagged_and_the_largest_sample_of_a_peak_cut_off(flags, later):
+    named = tuple(Flag(fm.Quality(name), "") for name in flags)
+    impact = replace(CLEAN_IMPACT, peak_force=150.0, raw_peak_force=155.0, later_force=later, flags=named)
+    peak = 155.0 if "saturated" in flags else 150.0
+    assert impact.map_force == (max(peak, later) if set(flags) & {"later_peak", "double_hit"} else peak)
+
+
+BOUNDARIES = {  # flag, what is measured (of the contact force: with a point), just not enough and just enough for it
+    "scatter": ("no_baseline", ".baseline_sd", 9.9, 10.1, {}),
+    "scatter of a high peak": ("no_baseline", ".baseline_sd", 19.9, 20.1, {"peak_force": 400.0}),
+    "no baseline": ("no_baseline", ".baseline_samples", 6, 0, {}),
+    "offset": ("offset", ".baseline_level", 49.9, 50.1, {}),
+    "growing force": ("unquiet", ".drift", 16.9, 17.1, {".drift_sd": 1.0}),
+    "falling force": ("unquiet", ".drift", -16.9, -17.1, {".drift_sd": 1.0}),
+    "a quarter is not quiet": ("unquiet", ".unquiet", 0.249, 0.251, {}),
+    "a tenth is not quiet": ("drift", ".unquiet", 0.099, 0.101, {}),
+    "drift": ("drift", ".drift", 2.99, 3.01, {"onset": 0.0, "end": 2.0}),
+    "drift over half a second": ("drift", ".drift", -5.99, -6.01, {"onset": 0.0, "end": 0.5}),
+    "braking": ("braking_transient", "force_before", 9.9, 10.1, {".baseline_sd": 0.1}),
+    "braking with noise": ("braking_transient", "force_before", 15.9, 16.1, {".baseline_sd": 2.0}),
+    "braking before a high peak": ("braking_transient", "force_before", 19.9, 20.1, {"peak_force": 400.0}),
+    "ringing": ("ringing", "raw_peak_force", 157.4, 157.6, {"peak_force": 150.0, ".baseline_sd": 0.1}),
+    "ringing in noise": ("ringing", "raw_peak_force", 159.9, 160.1, {"peak_force": 150.0, ".baseline_sd": 2.0}),
+    "second hit": ("double_hit", "later_force", 119.9, 120.1, {"peak_force": 150.0, "bounces": 1}),
+    "later peak": ("later_peak", "later_force", 159.9, 160.1, {"raw_peak_force": 160.0, "bounces": 0}),
+    "end": ("too_short", "end", 0.501, 0.499, {"onset": 0.0}),
+    "width": ("unit", "phase1_width", 4.01e-4, 3.99e-4, {}),
+    "samples": ("unresolved", "phase1_samples", 16, 15, {}),
+    "early samples": ("unresolved", "early_samples", 10, 9, {"onset": 0.0, "end": 0.06}),
+    "early samples of how long": ("unresolved", "end", 0.049, 0.051, {"onset": 0.0, "early_samples": 9}),
+    "gap": ("gap", "gap", 0.0, 0.021, {}),
+}
+
+
+@pytest.mark.parametrize("name", BOUNDARIES)
+def test_a_flag_is_set_beyond_its_boundary_and_not_before(name):
+    flag, figure, without, enough, others = BOUNDARIES[name]
+    for value, expected in ((without, False), (enough, True)):
+        given = {**others, figure: value}
+        contact = replace(CLEAN_IMPACT.contact, **{key[1:]: each for key, each in given.items() if key[0] == "."})
+        impact = replace(CLEAN_IMPACT, contact=contact, **{key: each for key, each in given.items() if key[0] != "."})
+        before, smooth = np.zeros(10), np.full(10, 20.0)
+        flags = flags_of(impact, CLEAN_TOPS, before, smooth, [], find_swing(impact))
+        assert (flag in {each.name.value for each in flags}) == expected, (value, flags)

@@ -361,3 +361,13 @@ def test_a_corner_is_sure_to_two_standard_errors_of_its_slopes(share, corner, ra
     noise = share * 0.6 * 150.0 / (2.0 * error)
     noisy = replace(impact, contact=replace(impact.contact, baseline_sd=noise))
     assert (find_corner(noisy, np.zeros(1)) is not None) == corner
+
+
+@pytest.mark.parametrize(("share", "flagged"), [(0.024, False), (0.028, False), (0.032, True), (0.05, True)])
+def test_a_spike_that_changes_no_peak_by_more_than_3_percent_is_not_worth_a_flag(share, flagged):
+    """On the rise, its top a little higher than that of the curve."""
+    time, force = pulse(150.0, rate=RATE)
+    force[int(force.argmax()) - 8] = (1 + share) * 150.0
+    impact = fm.find_impact(recording(time, force))
+    assert impact.map_force == pytest.approx((1 + share) * 150.0)
+    assert impact.has(fm.Quality.SPIKE) == flagged

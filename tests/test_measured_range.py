@@ -168,3 +168,18 @@ def test_at_a_corner_of_the_range_the_measured_speeds_are_given_back_to_the_last
         points = np.array([[*corner, speed] for corner, pair in zip(corners, ends, strict=True) for speed in pair])
         low, high = MeasuredRange(points).speeds(*np.array(corners).T)
         np.testing.assert_array_equal(np.column_stack([low, high]), ends)
+
+
+@pytest.mark.parametrize("spread", [1e-10, 3e-10, 1e-8, 5e-7, 1e-5])
+def test_no_point_lies_outside_the_hull_however_close_others_lie(spread):
+    """Corners four times over, apart by about what a point may lie off a plane."""
+    for seed in range(25):
+        rng = np.random.default_rng(seed)
+        points = rng.uniform(3, 4, (8, 3)).repeat(4, axis=0) + rng.normal(0, spread, (32, 3))
+        planes = half_spaces(points)
+        assert (planes[:, :3] @ points.T + planes[:, 3:]).max() < 1.01e-10
+        np.testing.assert_allclose(np.linalg.norm(planes[:, :3], axis=1), 1.0)
+        asked = rng.uniform(3, 4, (50, 3))
+        apart = [(asked @ each[:, :3].T + each[:, 3]).max(axis=1) for each in (planes, ConvexHull(points).equations)]
+        sure = np.abs(apart[1]) > 10 * spread + 1e-8
+        np.testing.assert_array_equal(apart[0][sure] < 0, apart[1][sure] < 0)

@@ -21,7 +21,7 @@ from forcemap.errors import BoundNotAvailable, InputError, MapFileError
 from forcemap.maps.bounds import contradiction
 from forcemap.maps.censored import censored_regression
 from forcemap.maps.fit import state_data
-from forcemap.maps.places import FALL, place_effect
+from forcemap.maps.places import FALL, correlations, place_effect, whitened
 from truths import Box, paper, spread
 
 PLANS = {"paper": paper, "spread": spread}
@@ -264,3 +264,15 @@ def test_states_measured_again_are_no_test_of_the_map():
     assert found[0] == found[1]
     assert found[0].figure("count") == found[0].figure("states") == 2
     assert found[2] is None
+
+
+@pytest.mark.parametrize("correlation", [0.0, 0.3, 0.99])
+def test_whitened_rows_have_the_products_of_generalised_least_squares(correlation):
+    rng = np.random.default_rng(6)
+    place = rng.integers(0, 5, 14)
+    rows = rng.normal(size=(14, 3))
+    v = np.where(place[:, None] == place, correlation, 0.0)
+    np.fill_diagonal(v, 1.0)
+    white = whitened(rows, place, correlation)
+    np.testing.assert_allclose(white.T @ white, rows.T @ np.linalg.solve(v, rows), rtol=1e-9)
+    np.testing.assert_allclose(correlations(place, correlation), v)
