@@ -74,7 +74,7 @@ _MOVED = {
 @cache
 def _command(name: str) -> TyperCommand:
     """A command, from its file."""
-    gc.disable()  # of what is imported nothing is garbage: looking for some, now or at the end, takes a fifth of the time
+    gc.disable()  # of what is imported nothing is garbage: looking for some, now or at the end, takes time
     module = import_module(f"forcemap.cli.{_TOGETHER.get(name, name).replace('-', '_')}")
     gc.freeze()
     gc.enable()
