@@ -11,10 +11,10 @@ import pytest
 
 import forcemap as fm
 from curves import curve
-from forcemap.verdicts.recording_results import thinned
+from forcemap.verdicts.recording_results import judge_recordings, thinned
 from forcemap.verdicts.verdict import limit_line
 from forcemap.words import sentence
-from pulses import DEVICE, pulse, recording
+from pulses import DEVICE, pulse, recording, save, write_campaign
 
 HAND = fm.force_limit("back_of_hand")  # 280 N transient, 140 N quasi-static
 WITHIN, CANNOT_TELL, EXCEEDED = fm.VerdictOutcome.WITHIN, fm.VerdictOutcome.CANNOT_TELL, fm.VerdictOutcome.EXCEEDED
@@ -309,3 +309,15 @@ def test_a_force_before_the_impact_is_held_against_the_quasi_static_limit_less_t
         before = dataclasses.replace(impact, force_before=force)
         verdict = fm.check_impact(before, 140.0, spring_N_per_m=75e3)
         assert verdict.outcome is outcome, (spring, force)
+
+
+def test_the_gravest_impact_of_a_campaign_takes_the_largest_share_of_the_limit(tmp_path):
+    """Whatever the order of the files, all of them within the limit."""
+    folder = write_campaign(tmp_path / "cell", recorded=False)
+    limit = fm.force_limit("back_of_hand")
+    for name, peak in (("a", 60.0), ("b", 128.0), ("c", 90.0)):
+        save(folder / "recordings" / f"{name}.csv", *pulse(peak))
+    judged_ones = judge_recordings(fm.read_campaign(folder), [limit])
+    assert judged_ones.gravest is not None
+    assert judged_ones.gravest.governing.force == pytest.approx(128.0, abs=0.5)
+    assert judged_ones.gravest_limit == limit
