@@ -297,7 +297,7 @@ def paths():
     def loop():
         roots.clear()
         for i in crossed:
-            roots.append(brentq(lambda v, i=i: bound.upper(force_map, d[i], h[i], v) - 280.0, 0.2, 0.4, xtol=1e-9))
+            roots.append(brentq(lambda v, i=i: bound.upper(force_map, d[i], h[i], v) - 280.0, 0.2, 0.4, xtol=1e-13))
 
     ours = best(lambda: fm.safe_speed(force_map, d, h, **case), 3) / n
     ratio = best(loop, 2) / few / ours
