@@ -620,16 +620,19 @@ def test_a_joint_beyond_its_limits_is_named_with_its_row(joint, unit, tmp_path):
 
 
 SLIDES = """<robot name="slides"><link name="base"/>
-  <link name="carriage"><inertial><mass value="9"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
-  <link name="arm"><inertial><mass value="5"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
-  <link name="quill"><inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
+  <link name="carriage"><inertial><mass value="9"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/>
+    </inertial></link>
+  <link name="arm"><inertial><mass value="5"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>
+    </link>
+  <link name="quill"><inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>
+    </link>
   <joint name="rail" type="prismatic"><parent link="base"/><child link="carriage"/><origin xyz="0.1 0.2 0.3"/>
     <axis xyz="1 0 0"/><limit lower="-1" upper="1" effort="1" velocity="1"/></joint>
   <joint name="turn" type="revolute"><parent link="carriage"/><child link="arm"/><origin xyz="0 0 0.2"/>
     <axis xyz="0 0 1"/><limit lower="-3" upper="3" effort="1" velocity="1"/></joint>
   <joint name="stroke" type="prismatic"><parent link="arm"/><child link="quill"/><origin xyz="0.4 0 0"/>
     <axis xyz="1 0 0"/><limit lower="-1" upper="1" effort="1" velocity="1"/></joint>
-</robot>"""  # noqa: E501
+</robot>"""
 
 
 @pytest.mark.parametrize("slide", [0.004, 0.0101, 0.105, 0.109, 0.2])

@@ -41,15 +41,18 @@ GRIDS = {
 GANTRY = """<?xml version="1.0"?>
 <robot name="gantry-arm">
   <link name="world"/>
-  <link name="rail"><inertial><mass value="50"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
+  <link name="rail"><inertial><mass value="50"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>
+    </link>
   <link name="carriage"><inertial><origin xyz="0.1 -0.02 0.05" rpy="0.1 0.2 0.3"/><mass value="9"/>
     <inertia ixx="0.2" iyy="0.3" izz="0.25" ixy="0.01" ixz="-0.02" iyz="0.03"/></inertial></link>
-  <link name="camera"><inertial><mass value="0.4"/><inertia ixx="1e-3" iyy="1e-3" izz="1e-3" ixy="0" ixz="0" iyz="0"/></inertial></link>
+  <link name="camera"><inertial><mass value="0.4"/>
+    <inertia ixx="1e-3" iyy="1e-3" izz="1e-3" ixy="0" ixz="0" iyz="0"/></inertial></link>
   <link name="turret"><inertial><origin xyz="0 0 0.1"/><mass value="5"/>
     <inertia ixx="0.05" iyy="0.06" izz="0.04" ixy="0" ixz="0.001" iyz="0"/></inertial></link>
   <link name="boom"><inertial><origin xyz="0.2 0.01 0" rpy="0 0.4 0"/><mass value="3"/>
     <inertia ixx="0.01" iyy="0.09" izz="0.09" ixy="0" ixz="0" iyz="0"/></inertial></link>
-  <link name="quill"><inertial><mass value="1.5"/><inertia ixx="0.02" iyy="0.02" izz="0.005" ixy="0" ixz="0" iyz="0"/></inertial></link>
+  <link name="quill"><inertial><mass value="1.5"/>
+    <inertia ixx="0.02" iyy="0.02" izz="0.005" ixy="0" ixz="0" iyz="0"/></inertial></link>
   <link name="gripper"><inertial><origin xyz="0 0 0.05"/><mass value="0.9"/>
     <inertia ixx="2e-3" iyy="2e-3" izz="1e-3" ixy="0" ixz="0" iyz="0"/></inertial></link>
   <link name="finger_left"><inertial><origin xyz="0 0.01 0.04"/><mass value="0.1"/>
@@ -57,11 +60,15 @@ GANTRY = """<?xml version="1.0"?>
   <link name="finger_right"><inertial><origin xyz="0 0.01 0.04"/><mass value="0.12"/>
     <inertia ixx="1e-4" iyy="1e-4" izz="5e-5" ixy="0" ixz="0" iyz="0"/></inertial></link>
   <link name="pad"/>
-  <joint name="mount" type="fixed"><parent link="world"/><child link="rail"/><origin xyz="0.3 -0.2 0.8" rpy="0.1 -0.2 0.7"/></joint>
-  <joint name="slide" type="prismatic"><parent link="rail"/><child link="carriage"/><origin xyz="0 0.1 0.2" rpy="0 0.3 0"/>
+  <joint name="mount" type="fixed"><parent link="world"/><child link="rail"/>
+    <origin xyz="0.3 -0.2 0.8" rpy="0.1 -0.2 0.7"/></joint>
+  <joint name="slide" type="prismatic"><parent link="rail"/><child link="carriage"/>
+    <origin xyz="0 0.1 0.2" rpy="0 0.3 0"/>
     <axis xyz="2 0 1"/><limit lower="-0.8" upper="1.2" effort="1" velocity="1"/></joint>
-  <joint name="camera_mount" type="fixed"><parent link="carriage"/><child link="camera"/><origin xyz="0.3 0.1 0.2" rpy="1 2 3"/></joint>
-  <joint name="turn" type="continuous"><parent link="carriage"/><child link="turret"/><origin xyz="0.1 0 0.15" rpy="0.2 0 0.1"/>
+  <joint name="camera_mount" type="fixed"><parent link="carriage"/><child link="camera"/>
+    <origin xyz="0.3 0.1 0.2" rpy="1 2 3"/></joint>
+  <joint name="turn" type="continuous"><parent link="carriage"/><child link="turret"/>
+    <origin xyz="0.1 0 0.15" rpy="0.2 0 0.1"/>
     <axis xyz="0 0 1"/></joint>
   <joint name="lift" type="revolute"><parent link="turret"/><child link="boom"/><origin xyz="0 0.05 0.2"/>
     <axis xyz="0.1 1 0"/><limit lower="-2" upper="1.5" effort="1" velocity="1"/></joint>
@@ -71,11 +78,13 @@ GANTRY = """<?xml version="1.0"?>
     <limit lower="-3" upper="3" effort="1" velocity="1"/></joint>
   <joint name="left" type="prismatic"><parent link="gripper"/><child link="finger_left"/><origin xyz="0 0.02 0.1"/>
     <axis xyz="0 1 0"/><limit lower="0.01" upper="0.05" effort="1" velocity="1"/></joint>
-  <joint name="right" type="revolute"><parent link="gripper"/><child link="finger_right"/><origin xyz="0 -0.02 0.1" rpy="0 0 3.1"/>
+  <joint name="right" type="revolute"><parent link="gripper"/><child link="finger_right"/>
+    <origin xyz="0 -0.02 0.1" rpy="0 0 3.1"/>
     <axis xyz="1 1 0"/><limit lower="-0.6" upper="-0.2" effort="1" velocity="1"/><mimic joint="left"/></joint>
-  <joint name="pad_mount" type="fixed"><parent link="gripper"/><child link="pad"/><origin xyz="0.01 0.02 0.15" rpy="0.2 0.1 0"/></joint>
+  <joint name="pad_mount" type="fixed"><parent link="gripper"/><child link="pad"/>
+    <origin xyz="0.01 0.02 0.15" rpy="0.2 0.1 0"/></joint>
 </robot>
-"""  # noqa: E501
+"""
 
 
 def facts(name):

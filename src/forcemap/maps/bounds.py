@@ -38,7 +38,7 @@ _CHANCE = 0.01
 """Test states contradict a bound if chance gives as many above it in less than this share of cases (docs/decisions.md).
 A choice: a sound bound is refused in at most one campaign of a hundred."""
 
-_NODES = np.linspace(0.0, 1.0, 513)
+_NODES = np.linspace(0.0, 1.0, 2049)
 """Nodes of u = sqrt(l) / (1 + sqrt(l)) in the table of tolerance factors (docs/decisions.md)."""
 
 _QUANTILE_ROUNDING = 1e-9  # share by which the table is raised above the rounding of the quantiles
