@@ -495,3 +495,15 @@ def test_runs_planned_earlier_are_numbered_after_the_others():
     for part, first in ((lines[:at], 1), (lines[at:], len(plan) + 1)):
         runs = [line.split()[:2] for line in part if re.match(r" *[0-9]+ .*____", line)]
         assert runs == [[str(first + i), name] for i, name in enumerate(plan.recording.tolist())]
+
+
+def test_scaling_factors_of_speeds_that_may_not_be_exported_are_refused():
+    """Whatever the head says: it may be of a table made with another bound."""
+    ur10e = fm.published_map("ur10e")
+    task = one_segment_task("path", ("back_of_hand",), fm.Contact.TRANSIENT, speed=0.35)
+    path = fm.ToolPath.through([[0.8, 0, 0.44], [0.8, 0, 0.3]])
+    head = fm.robot_table(ur10e, limits=[HAND], bound=fm.FixedMargin(0.10), date=DATE).provenance
+    weak = fm.path_speeds(ur10e, path, task, bound=fm.FixedMargin(0.05))
+    for write in (scaling_result, scaling_csv):
+        with pytest.raises(fm.NotReleasable):
+            write(weak, head)

@@ -276,3 +276,9 @@ def test_any_positive_force_in_newtons_is_a_limit_and_up_to_it_its_quasi_static_
     for wrong in (0.0, -force, math.inf, math.nan, [force, 0.0]):
         with pytest.raises(fm.InputError, match="expected a positive finite number"):
             fm.NewtonLimit(wrong)
+
+
+@pytest.mark.parametrize("beside", [(50.0, None), (None, 75e3), (50.0, 75e3)])
+def test_no_figure_beside_a_newton_limit_is_silently_left_out(beside):
+    with pytest.raises(fm.InputError, match="beside a NewtonLimit"):
+        fm.NewtonLimit.of(fm.NewtonLimit(100.0), *beside)

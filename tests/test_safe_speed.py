@@ -343,3 +343,17 @@ def test_speed_map_and_its_fastest_place():
     for step in (0.0, -1.0, math.nan, 1e-7):
         with pytest.raises(fm.InputError, match="step"):
             fm.measured_grid(ur10e, step)
+
+
+def test_a_prediction_that_falls_with_speed_is_said_and_one_that_rises_is_not():
+    points = (
+        np.stack(np.meshgrid([0.5, 0.7, 0.9], [0.2, 0.4], [0.1, 0.2, 0.3]), axis=-1).reshape(-1, 3).repeat(2, axis=0)
+    )
+    for slope, said in ((1.0, False), (-1.0, True)):
+        force = 100.0 * np.exp(slope * points[:, 2] - 0.3 * points[:, 0] + 0.1 * points[:, 1])
+        named = dict(zip(("distance", "height", "speed"), points.T, strict=True))
+        force_map = fm.fit_force_map(fm.ImpactDataset.from_arrays(**named, peak_force=force), form=fm.CFM_2D)
+        asked = {"limit": 70.0, "contact": QUASI_STATIC, "bound": fm.FixedMargin(0.10)}
+        basis = fm.safe_speed(force_map, 0.7, 0.3, **asked).basis
+        kinds = {finding.kind for finding in (*basis.warnings, *basis.notes)}
+        assert (fm.FindingKind.FALLS_WITH_SPEED in kinds) is said
