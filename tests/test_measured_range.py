@@ -100,7 +100,7 @@ def test_flat_ranges(kind):
 @pytest.mark.parametrize("kind", ["scattered", "grid", "tenths", "jittered grid", "columns", "sphere"])
 def test_the_hull_of_few_points_is_qhulls(kind):
     """Both say the same of points inside, outside and on it, within the tolerance of the range."""
-    rng = np.random.default_rng(len(kind))
+    rng, by_qhull = np.random.default_rng(len(kind)), 0
     grid = np.stack(np.meshgrid([0.4, 0.7, 1.0], [0.0, 0.3, 0.6], [0.1, 0.3, 0.5]), axis=-1).reshape(-1, 3)
     for _ in range(40):
         points = {
@@ -112,12 +112,22 @@ def test_the_hull_of_few_points_is_qhulls(kind):
             "sphere": (lambda x: x / np.linalg.norm(x, axis=1)[:, None])(rng.normal(0, 1, (60, 3))),
         }[kind]
         expected = ConvexHull(points).equations
+        by_qhull += np.array_equal(half_spaces(points), expected)
         asked = np.vstack([rng.uniform(-0.2, 1.2, (300, 3)), points, points[::-1] * 0.5 + points * 0.5])
         apart = [(asked @ planes[:, :3].T + planes[:, 3]).max(axis=1) for planes in (half_spaces(points), expected)]
         inside = np.minimum(*apart) < 0
         np.testing.assert_allclose(apart[0][inside], apart[1][inside], atol=1e-9)
         np.testing.assert_array_equal(apart[0] < 1e-9, apart[1] < 1e-9)
         assert inside.any()
+    assert by_qhull <= (6 if kind == "jittered grid" else 0)  # the others prove themselves, and need not load it
+
+
+@pytest.mark.parametrize(("count", "by_qhull"), [(4, False), (5, False), (150, False), (151, True)])
+def test_more_than_150_points_are_left_to_qhull(count, by_qhull):
+    points = np.random.default_rng(count).normal(0, 1, (count, 3))
+    found, expected = half_spaces(points), ConvexHull(points).equations
+    assert np.array_equal(found, expected) == by_qhull
+    np.testing.assert_allclose(np.sort(found, axis=0), np.sort(expected, axis=0), atol=1e-9)
 
 
 def test_a_hull_that_does_not_prove_itself_is_left_to_qhull():
