@@ -25,6 +25,7 @@ from forcemap.limits.device_spring import device_suitability
 from forcemap.limits.pfl import pfl_energy, pfl_governing_speed_limit
 from forcemap.maps.accuracy import Accuracy
 from forcemap.maps.bounds import contradiction, margins, tolerance_nodes, weakness
+from forcemap.maps.censored import StateData, _log_likelihood, censored_regression
 from forcemap.maps.convex_hull import half_spaces
 from forcemap.maps.form_test import form_test
 from forcemap.maps.forms import SpeedProfile
@@ -164,6 +165,28 @@ def regressions():
     for m in (0, 1, 2, 6):
         yield f"holm {m}", holm(rng.uniform(0, 0.4, m) ** 2)
     yield "holm of equal ones", holm(np.array([0.2, 0.01, 0.2, 0.01, 0.7]))
+
+
+def likelihoods():
+    """Of states with repeats known and at least so much, near the bound and far from it, with and without noise."""
+    rng = np.random.default_rng([SEED, 10])
+    for number, (noise, effect) in enumerate(((0.0, 1e-3), (1e-4, 1e-3), (1e-3, 1e-3), (1e-2, 1e-5), (1e-4, 1e-8))):
+        m, sd = 24, math.sqrt(noise + effect)
+        impacts, censored = np.arange(m) % 4, (np.arange(m) // 4) % 3
+        censored[impacts + censored == 0] = 1
+        level = np.linspace(4.9, 5.1, m)
+        mean = np.where(impacts > 0, level + rng.normal(0, sd, m), np.nan)
+        threshold = np.where(censored > 0, level + rng.choice([-30, -1, 0, 2, 9], m) * sd, np.nan)
+        columns = np.column_stack([np.ones(m), rng.normal(size=m)])
+        data = StateData(columns, mean, impacts, censored, threshold, noise, np.arange(m) // 3, 0.3 * (number > 1))
+        for part, each in enumerate(_log_likelihood(data, np.array([5.0, 0.01]), sd**2, effect)):
+            for half in (0, 1):
+                yield f"{number} {part} {half}", sd**part * each[half::2]
+        yield f"{number} noise", [data.noise_of_means]
+        whole = data.with_places
+        yield f"{number} places", [*np.abs(whole.design).sum(axis=0), whole.impacts.sum(), np.isnan(whole.mean).sum()]
+        if number < 4:  # with the last one the top of the likelihood is rough
+            yield f"{number} fit", censored_regression(dataclasses.replace(data, repeat_variance=noise or 1e-4))
 
 
 def roots():
@@ -323,7 +346,19 @@ def springs_and_covers():
         yield f"thickness {thickness}", cover_estimate(140.0, cover_thickness=thickness, **exact)
 
 
-PARTS = (form_tests, ranges, hulls, places, regressions, roots, bounds, accuracies, limit_tables, springs_and_covers)
+PARTS = (
+    form_tests,
+    ranges,
+    hulls,
+    places,
+    regressions,
+    likelihoods,
+    roots,
+    bounds,
+    accuracies,
+    limit_tables,
+    springs_and_covers,
+)
 
 
 def rows(part):

@@ -14,6 +14,7 @@ from hypothesis import given, strategies as st
 
 import forcemap as fm
 from forcemap.errors import TableError, UnknownName
+from forcemap.limits.body_areas import body_regions
 from forcemap.limits.device_spring import device_suitability
 from forcemap.limits.pfl import pfl_energy, pfl_pressure_speed_limit
 
@@ -32,6 +33,11 @@ def test_the_table_is_whole():
         limit = fm.force_limit(row["area"])
         assert limit.tabulated_quasi_static == float(row["quasi_static_force_N"])
         assert limit.permitted == (float(row["transient_factor"]) > 0)
+
+
+def test_the_standards_tables_are_read_once():
+    assert fm.standard_limit_table() is fm.standard_limit_table()
+    assert body_regions() is body_regions()
 
 
 @pytest.mark.parametrize(
