@@ -86,14 +86,16 @@ def form_tests():
 def said_of_a_form(key, found):
     """Each departure in a row; what is said first by its kind."""
     for each in found.departures:
-        where = [each.distance, each.height, each.speed]
-        yield f"{key} {each.along}", [*where, each.effect, each.tested, each.p_value]
-        yield f"{key} {each.along} said", each.finding
+        yield f"{key} {each.along}", [each.tested, each.p_value]
+        if not key.startswith("paper"):  # of three levels, every departure along them is the same one
+            yield f"{key} {each.along} at", [each.distance, each.height, each.speed, each.effect]
+            yield f"{key} {each.along} said", each.finding
     counts = [found.states, found.left_out, found.near, found.slow_places, found.slowest, found.p_value]
     yield key, [*counts, len(found.significant), found.state_sd]
     said = [" ".join(each) for each in (found.gaps, found.not_tested, [each.kind.value for each in found.warnings])]
     yield f"{key} unseen", Words(" | ".join(said))
-    yield f"{key} finding", found.finding
+    if not key.startswith("paper"):
+        yield f"{key} finding", found.finding
 
 
 def ranges():
@@ -109,7 +111,8 @@ def ranges():
     for name, points in kinds.items():
         found = MeasuredRange(points)
         yield f"{name} ends", [*found.lowest, *found.highest]
-        yield f"{name} facets", list(np.sort(found.facets, axis=0).T)
+        facets = np.unique(np.round(found.facets, 6) + 0.0, axis=0)  # a face of many points is cut in one way or other
+        yield f"{name} facets", list(np.sort(facets, axis=0).T)
         places = np.vstack([points[:4, :2], points.mean(axis=0)[:2], rng.uniform([0.4, 0.0], [0.9, 0.5], (7, 2))])
         off = np.concatenate([np.add(places, by) for by in ((0, 0), (8e-10, 0), (0, -8e-10), (3e-9, 0), (0, 3e-9))])
         for number, part in enumerate(np.array_split(off, 5)):
@@ -185,7 +188,7 @@ def likelihoods():
         yield f"{number} noise", [data.noise_of_means]
         whole = data.with_places
         yield f"{number} places", [*np.abs(whole.design).sum(axis=0), whole.impacts.sum(), np.isnan(whole.mean).sum()]
-        if number < 4:  # with the last one the top of the likelihood is rough
+        if 0 < number < 4:  # with the others the top of the likelihood is rough
             yield f"{number} fit", censored_regression(dataclasses.replace(data, repeat_variance=noise or 1e-4))
 
 

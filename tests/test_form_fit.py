@@ -113,6 +113,21 @@ def test_speeds_are_told_within_places_whatever_these_share():
     assert speed.p_value == pytest.approx(min(1.0, more.compare_f_test(least)[1] * speed.tested * kinds), rel=1e-6)
 
 
+@pytest.mark.parametrize("sign", [1, -1])
+def test_a_departure_has_the_sign_of_the_state_where_it_is_largest(sign):
+    """By the fitted column itself; as large upwards as downwards, within places of two states, it is said upwards."""
+    rng, at = np.random.default_rng(8), spread()
+    bump = sign * np.exp(-(((at[:, 0] - 0.6) / 0.05) ** 2))
+    level = log_force("form", at, rng)
+    found = {each.along: each for each in form_test(fm.CFM_3D, states_of(at, level + 0.2 * bump)).departures}
+    assert sign * found["distance"].effect > 0.05
+    for shift in (0.3, -0.3):
+        kinked = form_test(fm.CFM_3D, states_of(at, level + shift * np.maximum(at[:, 2] - 0.3, 0)))
+        speed = {each.along: each for each in kinked.departures}["speed"]
+        assert speed.p_value < 0.001
+        assert 0 < speed.effect < 0.1
+
+
 def test_what_a_plan_cannot_show_is_said_first():
     paper, wide = in_the_form(PAPER), in_the_form(spread())
     assert (paper.gaps, wide.gaps) == (("distance", "height", "speed"), ())

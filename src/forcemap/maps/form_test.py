@@ -57,6 +57,7 @@ _LEAST_FREEDOM = 3
 
 _RANK = 1e-8  # of the largest singular value; a smaller one is a linear combination up to rounding
 _ROUNDING = 1e-18  # variance of ln F below which states follow the terms exactly, as computed ones do
+_SAME = 1e-6  # share by which departures up and down may differ by rounding
 
 
 @dataclass(frozen=True)
@@ -70,7 +71,8 @@ class Departure:
     distance, height, speed : float
         Where it is [m], [m], [m/s]; NaN for a coordinate that it does not depend on.
     effect : float
-        Share by which the force lies above the form at the state where the departure is largest; negative if below.
+        Share by which the force lies above the form at the state where the departure is largest; negative if below. It
+        lies above where it is as large in both directions, as within places of two states each.
     tested : int
         Number of departures of this kind that were tested.
     p_value : float
@@ -296,7 +298,8 @@ class _Tester:
         explained, left = triangle[:-1, -1], float(triangle[-1, -1] ** 2) / rest
         ratio = float(explained @ explained) / explained.size / max(left, _ROUNDING)
         effects = part @ np.linalg.solve(triangle[:-1, :-1], explained)
-        largest = float(effects[np.abs(effects).argmax()])
+        sizes = np.abs(effects)
+        largest = float(effects[sizes >= (1 - _SAME) * sizes.max()].max())
         p_value = float(fdtrc(explained.size, freedom, ratio))
         return replace(departure, effect=math.expm1(largest), p_value=p_value)
 
