@@ -32,6 +32,8 @@ from forcemap.maps.forms import SpeedProfile
 from forcemap.maps.measured_range import MeasuredRange
 from forcemap.maps.places import correlations, place_effect, place_regression, places_between, whitened
 from forcemap.maps.regression import holm, least_squares
+from refusals import files
+from test_map_file import resealed
 
 TABLE = Path(__file__).with_suffix(".csv")
 SEED = 202692
@@ -275,6 +277,40 @@ def accuracies():
         yield f"slope {slope}", [flat.rises_with_speed, flat.crossing_speed(0.7, 0.3, 500.0)]
 
 
+def map_files():
+    """What a map file says, and what is read of one that an earlier version wrote."""
+    for name, content in files().items():
+        for entry, value in content.items():
+            if isinstance(value, str) and entry not in ("software", "content_sha256"):
+                yield f"{name} {entry}", Words(value)
+            elif entry != "standard_errors":
+                yield f"{name} {entry}", [] if value is None else value
+        yield f"{name} entries", Words(" ".join([*content, *(content["fit"] or ()), *content["measured_states"]]))
+    fitted = files()["fitted"]
+    older = {key: each for key, each in fitted.items() if key != "binding"}
+    phase_two = fitted["phase_two"] | {"scenarios": {"unconstrained": 7}, "largest_force_N": 31.5, "above_peak": 2}
+    changes = {"as it was": fitted, "no binding": older, "other phase two": fitted | {"phase_two": phase_two}}
+    for reason in (None, "", "in words", {"kind": "binding_not_stated", "figures": {"axes": [["a"], ["b"]]}}):
+        changes[f"reason {reason}"] = fitted | {"binding": {"state": "bound", "reason": reason}}
+    less = {key: each for key, each in fitted["phase_two"].items() if key != "excluded"}
+    changes["nothing of what was excluded"] = fitted | {"phase_two": less}
+    with tempfile.TemporaryDirectory() as folder:
+        for name, content in changes.items():
+            read = fm.read_map(resealed(dict(content), Path(folder) / "map.json"))
+            yield f"read {name}", {"phase_two": read.phase_two, "range": read.device_range}
+            yield f"read {name}, bound", [read.binding.state, read.binding.reason is None]
+            yield f"read {name}, reason", Words(f"{read.binding.reason} {read.name} {read.source}")
+
+
+def published():
+    for name in fm.PUBLISHED_MAPS:
+        found = fm.published_map(name)
+        yield name, [*found.coefficients, found.device_range, found.highest_force, len(found.measured_range.points)]
+        yield f"{name} phase two", found.phase_two
+        yield f"{name} points", list(found.measured_range.points.T)
+        yield f"{name} said", Words(f"{found.name} {found.form.name} {found.source} {found.conditions}")
+
+
 HEADS = """head crown nose Ear earlobe forearm shoulder heart jaw lower_jaw Kopf Kopfhaut Nasenbein hinterkopf brow lip
 hip chin shin eye thigh face interface surface temple contemplate skull neck scalp back cheek Oberkiefer Mund"""
 
@@ -359,6 +395,8 @@ PARTS = (
     roots,
     bounds,
     accuracies,
+    map_files,
+    published,
     limit_tables,
     springs_and_covers,
 )
