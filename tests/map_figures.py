@@ -299,7 +299,8 @@ def map_files():
             read = fm.read_map(resealed(dict(content), Path(folder) / "map.json"))
             yield f"read {name}", {"phase_two": read.phase_two, "range": read.device_range}
             yield f"read {name}, bound", [read.binding.state, read.binding.reason is None]
-            yield f"read {name}, reason", Words(f"{read.binding.reason} {read.name} {read.source}")
+            reason = read.binding.reason and (read.binding.reason.kind.value, read.binding.reason.figures)
+            yield f"read {name}, reason", Words(f"{reason} {read.name} {read.source}")
 
 
 def published():
@@ -308,7 +309,7 @@ def published():
         yield name, [*found.coefficients, found.device_range, found.highest_force, len(found.measured_range.points)]
         yield f"{name} phase two", found.phase_two
         yield f"{name} points", list(found.measured_range.points.T)
-        yield f"{name} said", Words(f"{found.name} {found.form.name} {found.source} {found.conditions}")
+        yield f"{name} said", Words(f"{found.name} {found.form.name} {found.source} {found.conditions.robot}")
 
 
 HEADS = """head crown nose Ear earlobe forearm shoulder heart jaw lower_jaw Kopf Kopfhaut Nasenbein hinterkopf brow lip
