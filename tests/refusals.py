@@ -16,7 +16,7 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
-from oracle import simulate
+from oracle import full_grid, simulate
 
 import forcemap as fm
 from forcemap.limits.covers import cover_estimate, payload_estimate
@@ -242,14 +242,17 @@ def contact_model():
 def files():
     """Contents of map files: fitted, with states left out and test states, censored, published."""
 
-    def of(device_range, third, impacts):
-        drawn = simulate("ur10e", np.random.default_rng(3), effect=0.02, device_range=device_range, train=third)
+    points = full_grid("ur10e")[::6]
+    train = np.arange(len(points)) % 4 > 0
+
+    def of(device_range, impacts):
+        rng = np.random.default_rng(3)
+        drawn = simulate("ur10e", rng, effect=0.02, device_range=device_range, points=points, train=train)
         return fm.fit_force_map(drawn.dataset, form=fm.CFM_2D, impacts=impacts)
 
-    tenth = np.arange(125) % 9 == 0
     maps = {
-        "fitted": of(300.0, tenth, fm.CensoredImpacts.DISCARD),
-        "censored": of(400.0, tenth, fm.CensoredImpacts.AT_LEAST),
+        "fitted": of(300.0, fm.CensoredImpacts.DISCARD),
+        "censored": of(400.0, fm.CensoredImpacts.AT_LEAST),
         "published": fm.published_map("ur10e"),
     }
     return {name: json.loads(map_text(force_map)) for name, force_map in maps.items()}
@@ -270,53 +273,101 @@ def instead(value, *, ranges):
     return (None, 3.0, "", []) if isinstance(value, str) else (None, True, "3", *(NUMBERS if ranges else NUMBERS[2:4]))
 
 
+def reading(changed):
+    """Read a map file of a content changed."""
+    with tempfile.TemporaryDirectory() as folder:
+        fm.read_map(resealed(changed, Path(folder) / "map.json"))
+
+
+def swept(kind, *tables):
+    """Each entry of some tables of a map file taken out and changed; all numbers once for each name."""
+    content, ranges = files()[kind], set()
+    for place, value in places_of(content):
+        if place[0] not in tables:
+            continue
+
+        def changed(value, *, place=place, out=False):
+            copy = json.loads(json.dumps(content))
+            at = functools.reduce(lambda holder, key: holder[key], place[:-1], copy)
+            if out:
+                del at[place[-1]]
+            else:
+                at[place[-1]] = value
+            reading(copy)
+
+        name = " ".join(map(str, (kind, *place)))
+        yield f"{name} out", functools.partial(changed, None, out=True)
+        entry = place[-1] if isinstance(place[-1], str) else place[-2]
+        known = kind == "censored" and entry in files()["fitted"]["fit"]
+        for other in instead(value, ranges=entry not in ranges and not known):
+            yield f"{name} {other!r}", functools.partial(changed, other)
+        ranges |= set() if isinstance(value, dict | list) else {entry}
+
+
+def map_entries():
+    content = files()["fitted"]
+    others = ("content_sha256", "campaign", "binding", "measured_states", "states_left_out", "test_states", "fit")
+    yield from swept("fitted", *(content.keys() - set(others)))
+
+
+def map_states():
+    yield from swept("fitted", "measured_states")
+
+
+def map_states_not_fitted():
+    yield from swept("fitted", "states_left_out", "test_states")
+
+
+def map_fits():
+    yield from swept("fitted", "fit")
+
+
+def map_fits_censored():
+    yield from swept("censored", "fit")
+
+
 def map_files():
+    fitted, published = files()["fitted"], files()["published"]
+    for changed in (
+        {"binding": {"state": "bound", "reason": None}},
+        {"binding": {"state": "bound", "reason": "in words"}},
+        {"binding": {"state": "loose", "reason": None}},
+        {"binding": {}},
+        {"schema": "forcemap-map/2"},
+        {"simulated": True},
+        {"fit": None},
+    ):
+        yield f"changed {changed}", functools.partial(reading, fitted | changed)
+    for changed in ({"name": "mine"}, {"source": "mine"}, {"software": "x"}, {"device_range_N": 400.0}):
+        yield f"published {changed}", functools.partial(reading, published | changed)
+    for name in list(published):
+        without = {key: each for key, each in published.items() if key != name}
+        yield f"published without {name}", functools.partial(reading, without)
+    for text in ("", "{", "[]", "null", "3", '"x"', "{}"):
+        yield f"text {text!r}", lambda text=text: read_text(text)
+
+
+def read_text(text):
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "map.json"
-
-        def read(content, path_of, value, *, out=False):
-            content = json.loads(json.dumps(content))
-            *above, last = path_of
-            at = functools.reduce(lambda holder, key: holder[key], above, content)
-            if out:
-                del at[last]
-            else:
-                at[last] = value
-            fm.read_map(resealed(content, path))
-
-        for kind, content in files().items():
-            ranges = set()
-            for place, value in places_of(content):
-                name = " ".join(map(str, (kind, *place)))
-                if place[0] in ("content_sha256", "campaign", "binding") or (kind != "fitted" and "fit" not in place):
-                    continue
-                yield f"{name} out", lambda c=content, p=place: read(c, p, None, out=True)
-                entry = place[-1] if isinstance(place[-1], str) else place[-2]
-                for other in instead(value, ranges=entry not in ranges and kind == "fitted"):
-                    yield f"{name} {other!r}", lambda c=content, p=place, v=other: read(c, p, v)
-                ranges |= set() if isinstance(value, dict | list) else {entry}
-        fitted = files()["fitted"]
-        for changed in (
-            {"binding": {"state": "bound", "reason": None}},
-            {"binding": {"state": "bound", "reason": "in words"}},
-            {"binding": {"state": "loose", "reason": None}},
-            {"binding": {}},
-            {"schema": "forcemap-map/2"},
-            {"simulated": True},
-            {"fit": None},
-        ):
-            yield f"changed {changed}", lambda changed=changed: fm.read_map(resealed(fitted | changed, path))
-        published = files()["published"]
-        for changed in ({"name": "mine"}, {"source": "mine"}, {"software": "x"}, {"device_range_N": 400.0}):
-            yield f"published {changed}", lambda changed=changed: fm.read_map(resealed(published | changed, path))
-        for name in list(published):
-            without = {key: each for key, each in published.items() if key != name}
-            yield f"published without {name}", lambda w=without: fm.read_map(resealed(w, path))
-        for text in ("", "{", "[]", "null", "3", '"x"', "{}"):
-            yield f"text {text!r}", lambda text=text: (path.write_text(text), fm.read_map(path))
+        path.write_text(text)
+        fm.read_map(path)
 
 
-PARTS = (spellings, promises, fits, limit_tables, limits_stated, contact_model, map_files)
+PARTS = (
+    spellings,
+    promises,
+    fits,
+    limit_tables,
+    limits_stated,
+    contact_model,
+    map_entries,
+    map_states,
+    map_states_not_fitted,
+    map_fits,
+    map_fits_censored,
+    map_files,
+)
 
 
 def rows(part):

@@ -211,7 +211,8 @@ def _require_sound(content: dict[str, Any], names: Iterable[str]) -> None:
         low, high = _RANGES.get(name, (-_LARGEST, _LARGEST))
         for cell in cells:
             number = isinstance(cell, int | float) and not isinstance(cell, bool) and low <= cell <= high
-            if not (isinstance(cell, str) if texts else number or cell is None or name == "simulated"):
+            unknown = cell is None and name not in _PLACES
+            if not (isinstance(cell, str) if texts else number or unknown or name == "simulated"):
                 expected = "a text" if texts else f"a number from {low:g} to {high:g}"
                 raise MapFileError(f"found {reprlib.repr(cell)}, expected {expected}", column=name)
 
