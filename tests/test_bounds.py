@@ -144,3 +144,16 @@ def test_the_table_errs_upwards_where_the_factor_is_not_convex():
         known = ~np.isnan(expected)
         assert known.sum() > 15_000
         assert (found[known] >= expected[known] * (1 - 1e-12)).all(), (freedom, confidence, content)
+
+
+@pytest.mark.parametrize(
+    ("freedom", "confidence", "content", "most"),
+    [(500, 0.5, 0.55, 2e-7), (9, 0.5, 0.55, 2e-7), (20, 0.95, 0.95, 5e-9), (20, 0.55, 0.5, 5e-9)],
+)
+def test_the_table_is_raised_by_about_what_straight_lines_can_lie_below(freedom, confidence, content, most):
+    """Where the leverage is largest the factor is the t quantile itself."""
+    from forcemap.maps.bounds import _tolerance_table
+
+    raised = _tolerance_table(freedom, confidence, content)[-1] - stats.t.ppf(confidence, freedom)
+    assert 0 < raised < most
+    assert (raised > 1e-7) == (most > 1e-7)
