@@ -164,6 +164,10 @@ def test_censored_states_are_left_out_and_counted():
 def test_states_without_scatter_have_the_form():
     tested = form_test(fm.CFM_3D, states_of(spread(), log_force("form", spread(), None)))
     assert tested.p_value == 1
+    rng, at = np.random.default_rng(11), spread()
+    for _ in range(12):  # rounding is no departure, of whatever figures it is
+        exact = fm.CFM_2D.design(*at.T) @ rng.normal([5, 3, 1, 1], 0.5)
+        assert form_test(fm.CFM_2D, states_of(at, exact)).p_value == 1
     bent = form_test(fm.CFM_3D, states_of(spread(), log_force("kink", spread(), None)))
     assert bent.p_value < 0.001
 
