@@ -262,11 +262,66 @@ def mixed(rng, share):
     return time, force, options
 
 
+def begins_within(rng, share):
+    """A recording that begins on the rise."""
+    time, force = base(rng, noise=0.3, duration=0.03, rate=rng.choice([1000.0, 2000.0, 5000.0]))
+    first = np.argmax((force > 0.9 * share * force[time < 0.03].max()) & (time > 0))
+    return time[first:], force[first:]
+
+
+def few_equal(rng, share):
+    """Few readings in fine or coarse steps, some of them equal, anywhere in the contact."""
+    rate, step = rng.choice([300.0, 500.0, 800.0, 2000.0]), rng.choice([0.01, 0.1, 1.0])
+    time, force = base(rng, rate=rate, noise=rng.choice([0.0, 0.8]), duration=0.04, shape=rng.integers(1, 5))
+    first = top(time, force) + rng.integers(-6, 40)
+    force[first : first + 2 + int(8 * share)] = force[first]
+    return time, np.round(force / step) * step
+
+
+def two_jumps(rng, share):
+    time, force = base(rng, rate=rng.choice([2000.0, 5000.0]), noise=0.2, duration=0.04, shape=rng.integers(0, 4))
+    first = top(time, force) - rng.integers(-5, 40)
+    for at, part in zip((first, first + rng.integers(2, 30)), rng.uniform(-0.35, 0.35, 2), strict=True):
+        force[at:] += share * part * force.max()
+        force[at : at + rng.integers(0, 4)] += share * rng.choice([0.0, 0.5]) * force.max()
+    return time, force
+
+
+def ragged(rng, share):
+    """Spikes of several samples of different height, or several of them, in a row or apart."""
+    time, force = base(rng, rate=2000.0, noise=0.2, duration=0.04, shape=rng.integers(3))
+    first = top(time, force) + rng.integers(-25, 30)
+    for _ in range(rng.integers(1, 3)):
+        samples = rng.integers(2, 5)
+        force[first : first + samples] += rng.uniform(-1, 1, samples) * share * force.max()
+        first += rng.integers(3, 12)
+    return time, force
+
+
+def three_rounded(rng, share):
+    """Components in steps, one of them silent, one cut off."""
+    time, force = base(rng, rate=2000.0, noise=0.3, shape=rng.integers(5))
+    parts = np.outer(force, [0.0, 0.6, -0.8]) + rng.uniform(-20, 20, 3)
+    parts[:, rng.integers(1, 3)] = np.clip(force * rng.choice([-0.6, 0.8]), -1000.0, (1.01 - 0.5 * share) * force.max())
+    return time, np.round(parts, rng.integers(0, 2))
+
+
+def gaps(rng, share):
+    """Two gaps anywhere, on force or at rest, until well after the time that counts."""
+    time, force = base(rng, rate=1000.0, noise=0.2, after=1.1)
+    kept = np.ones(time.size, bool)
+    for _ in range(2):
+        start = rng.choice([rng.uniform(-0.01, 0.04), rng.uniform(0.0, 1.0)])
+        kept &= (time < start) | (time > start + 0.08 * share * rng.uniform())
+    return time[kept], force[kept]
+
+
 KINDS = {
     plain: 24, cut_off: 40, few_samples: 20, spike: 24, lost: 24, stuck: 30, hum: 20, drift: 20, unquiet: 14,
     gap: 20, ends_early: 24, begins_late: 16, three_components: 16, force_before: 14, pulls: 12,
     second_impact: 16, rings: 20, held: 16, tail: 8, hard: 10, no_contact: 8, valley: 20, gap_to_the_end: 12,
     whole_numbers: 160, slow: 20, tent: 40, mixed: 160,
+    begins_within: 16, few_equal: 30, two_jumps: 24, ragged: 24, three_rounded: 20, gaps: 24,
 }  # fmt: skip
 
 

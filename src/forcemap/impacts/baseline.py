@@ -196,6 +196,6 @@ def _line(time: FloatArray, force: FloatArray, quiet: Mask, resolution: float) -
     moment = float(lever @ lever)
     slope = float(lever @ f) / moment
     scatter = f - level - slope * lever
-    error = math.sqrt(float(scatter @ scatter) / max(t.size - 2, 1) / moment) + resolution / (t[-1] - t[0])
+    error = math.sqrt(float(scatter @ scatter) / (t.size - 2) / moment) + resolution / (t[-1] - t[0])
     trust = _DRIFT_SD**2 / (_DRIFT_SD**2 + error**2)
     return _Line(middle, level, slope * trust, error * math.sqrt(trust), quiet)

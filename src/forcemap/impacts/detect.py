@@ -185,9 +185,9 @@ def _next_search(start: ImpactStart) -> int | None:
     """Index from which to look for another impact: in the first 0.5 s without contact; None if nothing follows."""
     time, first = start.contact.time, start.phase1_end
     acting = np.flatnonzero(start.smooth[first:] > start.contact.floor_at(time[first:])) + first
-    marks = np.concatenate([[first], acting, [time.size - 1]])
+    marks = np.concatenate([[first], acting])
     gaps = np.flatnonzero(np.diff(time[marks]) >= _APART)
-    if not gaps.size or gaps[0] == marks.size - 2:
+    if not gaps.size:
         return None
     return int(time.searchsorted(time[marks[gaps[0]]] + _AFTER_CONTACT))
 
