@@ -176,7 +176,7 @@ def whole_numbers(rng, share):
     """Readings of whole newtons, at rest none, on a binary clock: what a rule compares is often equal."""
     peak = rng.choice([20, 50, 100, 200, 400])
     shares = (0.0, 0.1, 0.12, 0.25, 0.3, 0.5, 0.75, 0.8, 0.88, 0.9, 1.0)
-    levels = [0, 0, 4, 5, 6, 10, *(np.round(each * peak) for each in shares)]
+    levels = [0, 0, 4, 5, 6, 10, -10, -10, -np.round(0.5 * peak), *(np.round(each * peak) for each in shares)]
     knots, force = [0, peak, *rng.choice(levels, rng.integers(2, 7))], [np.zeros(rng.choice([4, 10, 64, 200]))]
     for low, high in itertools.pairwise(knots):
         samples = rng.choice([1, 2, 4, 8, 12, 16, 25, 50, 100])
@@ -309,10 +309,11 @@ def three_rounded(rng, share):
 def gaps(rng, share):
     """Two gaps anywhere, on force or at rest, until well after the time that counts."""
     time, force = base(rng, rate=1000.0, noise=0.2, after=1.1)
+    force += rng.choice([0.0, 40.0]) * np.clip(time / 0.03, 0, 1)
     kept = np.ones(time.size, bool)
     for _ in range(2):
         start = rng.choice([rng.uniform(-0.01, 0.04), rng.uniform(0.0, 1.0)])
-        kept &= (time < start) | (time > start + 0.08 * share * rng.uniform())
+        kept &= (time < start) | (time > start + 0.1 * share * rng.uniform())
     return time[kept], force[kept]
 
 
@@ -375,7 +376,7 @@ def words(kind, number, share):
 def edges():
     """Where the words change as the share grows: the shares on either side, to a thousandth, and what is read there.
 
-    No more than three of a kind for the same change of words.
+    No more than two of a kind for the same change of words.
     """
     found = {}
     numbers = ((kind, number) for kind in KINDS for number in range(EDGE_CURVES * (3 if kind is mixed else 1)))
@@ -388,7 +389,7 @@ def edges():
             if said(low) != said(high):
                 change = frozenset(said(low).split()) ^ frozenset(said(high).split())
                 found.setdefault((kind, change), []).append([kind.__name__, number, low, high, said(low), said(high)])
-    return [row for rows in found.values() for row in rows[:3]]
+    return [row for rows in found.values() for row in rows[:2]]
 
 
 if __name__ == "__main__":

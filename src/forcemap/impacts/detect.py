@@ -164,8 +164,10 @@ def _first_rise(recording: Recording, start: int) -> tuple[int, ContactForce] | 
         least = max(_EARLIER_FLOORS * contact.floor, _EARLIER_SHARE * float(contact.force[start:].max()))
         out = contact.force[start:foot] > least
         for earlier in (np.flatnonzero(out[1:] & ~out[:-1]) + start + 1).tolist():
-            shortly_before = recording.time.searchsorted(recording.time[earlier] - _RISE_TIME)
-            if contact.force[shortly_before:earlier].min() < contact.floor:  # wandering takes longer
+            shortly_before = int(recording.time.searchsorted(recording.time[earlier] - _RISE_TIME))
+            if (
+                contact.force[min(shortly_before, earlier - 1) : earlier].min() < contact.floor
+            ):  # wandering takes longer
                 return earlier, contact_force(recording, start, _before_contact(recording, start, earlier, noise))
     return index, contact
 
