@@ -369,17 +369,17 @@ def test_a_class_below_one_is_a_class():
             fm.find_impact(recording(time, force), channel_frequency_class=each)
 
 
-@pytest.mark.parametrize("samples", [80, 99, 100, 421, 999])
+@pytest.mark.parametrize("samples", [10, 19, 39, 80, 99, 100, 421, 999])
 @pytest.mark.parametrize("columns", [1, 3])
 def test_without_an_impact_the_force_counts_from_the_median_of_the_first_twentieth(samples, columns):
     """A slow ramp of 45 N: it moves by 45 N less its mean over that part."""
-    time, start = np.arange(samples) / 100.0, (samples // 20 - 1) / 2
+    time, start = np.arange(samples) / 100.0, (max(samples // 20, 1) - 1) / 2
     ramp = 45.0 * np.arange(samples) / (samples - 1)
     force = ramp if columns == 1 else np.outer(ramp, [0.6, 0.0, 0.8])
     direction = {} if columns == 1 else {"direction": (0.6, 0.0, 0.8)}
     given = recording(time * 40, force, **direction)
     assert fm.find_impacts(given) == []
-    high, low = 45.0 * (1 - start / (samples - 1)), -45.0 * start / (samples - 1)
+    high, low = 45.0 * (1 - start / (samples - 1)), 0.0 - 45.0 * start / (samples - 1)
     words = f"goes from {low:.1f} to {high:.1f} N about" if columns == 1 else f"moves by up to {high:.1f} N from"
     assert words in no_impact(given)
     assert force_without_impact(given) == pytest.approx(high, rel=1e-9)
