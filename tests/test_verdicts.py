@@ -406,7 +406,8 @@ def near(impact, spring):
 def test_every_verdict_is_that_of_its_samples_one_by_one(kind):
     """Over curves of every kind: outcome, figures, reason of every interpretation; the strictest, and one named."""
     for number, (name, each) in enumerate(itertools.islice(recordings(kind), 0, 48, 6)):
-        impact = next(iter(fm.find_impacts(each)), None)
+        later = dataclasses.replace(each, time=each.time + 4.0 * (number % 2))
+        impact = next(iter(fm.find_impacts(later)), None)
         if impact is None or impact.curve()[0].size > 800:
             continue
         for limit, contact in itertools.islice(near(impact, (75e3, 78e3, 90e3)[number % 3]), number % 4, None, 4):
@@ -417,3 +418,44 @@ def test_every_verdict_is_that_of_its_samples_one_by_one(kind):
             for one in expected:
                 named = fm.check_impact(impact, limit, contact=contact, interpretation=one.interpretation)
                 assert (named.governing, named.outcome) == (one, one.outcome)
+
+
+@pytest.mark.parametrize("after", [0.3, 0.49, 0.51, 0.55, 0.65, 0.9])
+@pytest.mark.parametrize("level", [120.0, 40.0, 0.0])
+def test_a_force_that_is_held_shows_it_to_half_a_second_at_least(after, level):
+    """Before, a recording that ends on a force cannot tell; between, its scenario counts as clamping."""
+    impact = impact_of(*held(130.0, level, dip=level / 2, after=after))
+    for limit, contact in ((HAND, None), (fm.NewtonLimit(200.0, 150.0, 75e3), None), (fm.NewtonLimit(200.0), None)):
+        verdict = fm.check_impact(impact, limit, contact=contact)
+        assert list(verdict.judgements) == expected_judgements(impact, limit, contact)
+
+
+def test_a_peak_below_the_floor_is_none():
+    impact = impact_of(*pulse(60.0))
+    for force, kind in ((4.9, FindingKind.CANNOT_TELL), (5.1, FindingKind.FORCE_WITHIN)):
+        low = dataclasses.replace(impact, peak_force=force, raw_peak_force=force)
+        reason = fm.check_impact(low, HAND).governing.reason
+        assert reason.kind is kind
+        if kind is FindingKind.CANNOT_TELL:
+            assert reason.also == (Finding.of(FindingKind.NO_PEAK, force_N=force),)
+
+
+@pytest.mark.parametrize("stated", [{"quasi_static_limit": 100.0}, {"spring_N_per_m": 75e3}])
+def test_what_goes_with_a_limit_in_newtons_is_refused_beside_a_body_area(stated):
+    impact = impact_of(*pulse(60.0))
+    with pytest.raises(fm.InputError, match="quasi_static_limit and spring_N_per_m go with a limit in newtons"):
+        fm.check_impact(impact, HAND, **stated)
+    with pytest.raises(fm.InputError, match="found figures beside a NewtonLimit, expected them in it"):
+        fm.check_impact(impact, fm.NewtonLimit(140.0), **stated)
+    with pytest.raises(fm.InputError, match="expected one limit in newtons"):
+        fm.check_impact(impact, np.array([140.0, 150.0]))
+
+
+def test_what_must_be_said_of_a_limit_is_said_before_the_outcome():
+    impact = impact_of(*pulse(20.0))
+    head = dataclasses.replace(HAND, head_contact="by the words of a table")
+    assert fm.check_impact(impact, head).warnings == (head.head_finding,)
+    assert head.head_finding is not None
+    assert fm.check_impact(impact, HAND).warnings == ()
+    assert fm.check_impact(impact, 140.0).warnings == (Finding.of(FindingKind.DEVICE_ALONE),)
+    assert fm.check_impact(impact, 140.0, spring_N_per_m=75e3).warnings == ()
