@@ -423,8 +423,9 @@ def test_every_verdict_is_that_of_its_samples_one_by_one(kind):
 @pytest.mark.parametrize("after", [0.3, 0.49, 0.51, 0.55, 0.65, 0.9])
 @pytest.mark.parametrize("level", [120.0, 40.0, 0.0])
 def test_a_force_that_is_held_shows_it_to_half_a_second_at_least(after, level):
-    """Before, a recording that ends on a force cannot tell; between, its scenario counts as clamping."""
-    impact = impact_of(*held(130.0, level, dip=level / 2, after=after))
+    """Before, a recording that ends on a force cannot tell; between, its scenario counts as clamping. Drift counts."""
+    time, force = held(130.0, level, dip=level / 2, after=after)
+    impact = impact_of(time + 2.0, force + np.random.default_rng(8).normal(0, 0.4, time.size))
     for limit, contact in ((HAND, None), (fm.NewtonLimit(200.0, 150.0, 75e3), None), (fm.NewtonLimit(200.0), None)):
         verdict = fm.check_impact(impact, limit, contact=contact)
         assert list(verdict.judgements) == expected_judgements(impact, limit, contact)
