@@ -665,3 +665,17 @@ def test_how_often_the_range_was_exceeded_is_said(beyond, said):
     impact = fm.find_impact(recording(time, force, beyond_range=mask))
     flag = next(flag for flag in impact.flags if flag.name is fm.Quality.SATURATED)
     assert flag.figure.startswith(f"the device said {said} its range was exceeded: at least 150.0 N")
+
+
+@pytest.mark.parametrize(
+    ("rate", "duration", "asked"),
+    [(40, 0.03, 1000), (80, 0.015, 1300), (100, 0.015, 1700), (100, 0.02, 5200), (150, 0.01, 3800), (150, 0.02, 1300)],
+)
+def test_the_sampling_rate_that_is_asked_for(rate, duration, asked):
+    """16 samples in Phase I less one interval, in a quarter of it at least; 7 across the half width; 10 in 50 ms."""
+    impact = fm.find_impact(recording(*pulse(150.0, rate=float(rate), duration=duration, before=0.5)))
+    flag = next(flag for flag in impact.flags if flag.name is fm.Quality.UNRESOLVED)
+    assert flag.figure.endswith(f"it takes {asked} Hz or more, this is {rate} Hz")
+    shown = impact.phase1_end - impact.onset
+    few = 16 / max(shown - 1 / rate, shown / 4)
+    assert asked >= 100 * np.ceil(few / 100)
