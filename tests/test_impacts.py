@@ -369,17 +369,17 @@ def test_a_class_below_one_is_a_class():
             fm.find_impact(recording(time, force), channel_frequency_class=each)
 
 
-@pytest.mark.parametrize("samples", [80, 99, 100, 421, 999])
+@pytest.mark.parametrize("samples", [10, 19, 39, 80, 99, 100, 421, 999])
 @pytest.mark.parametrize("columns", [1, 3])
 def test_without_an_impact_the_force_counts_from_the_median_of_the_first_twentieth(samples, columns):
     """A slow ramp of 45 N: it moves by 45 N less its mean over that part."""
-    time, start = np.arange(samples) / 100.0, (samples // 20 - 1) / 2
+    time, start = np.arange(samples) / 100.0, (max(samples // 20, 1) - 1) / 2
     ramp = 45.0 * np.arange(samples) / (samples - 1)
     force = ramp if columns == 1 else np.outer(ramp, [0.6, 0.0, 0.8])
     direction = {} if columns == 1 else {"direction": (0.6, 0.0, 0.8)}
     given = recording(time * 40, force, **direction)
     assert fm.find_impacts(given) == []
-    high, low = 45.0 * (1 - start / (samples - 1)), -45.0 * start / (samples - 1)
+    high, low = 45.0 * (1 - start / (samples - 1)), 0.0 - 45.0 * start / (samples - 1)
     words = f"goes from {low:.1f} to {high:.1f} N about" if columns == 1 else f"moves by up to {high:.1f} N from"
     assert words in no_impact(given)
     assert force_without_impact(given) == pytest.approx(high, rel=1e-9)
@@ -629,3 +629,53 @@ def test_a_flag_is_set_beyond_its_boundary_and_not_before(name):
         before, smooth = np.zeros(10), np.full(10, 20.0)
         flags = flags_of(impact, CLEAN_TOPS, before, smooth, [], find_swing(impact))
         assert (flag in {each.name.value for each in flags}) == expected, (value, flags)
+
+
+@pytest.mark.parametrize("lost", [0.04, 0.06, 0.1])
+def test_samples_missing_right_before_a_small_contact_do_not_hide_it(lost):
+    """A larger contact follows 0.2 s later; nothing was read in the time in which the first one may have begun."""
+    time = np.arange(-400, 900) / 1000
+    force = half_sine(time, 60.0, 0.03) + half_sine(time, 300.0, 0.03, 0.2)
+    force += np.random.default_rng(1).normal(0, 0.2, time.size)
+    kept = (time < 0.005 - lost) | (time > 0.005)
+    impact = fm.find_impact(recording(time[kept], force[kept]))
+    assert impact.peak_force == pytest.approx(60.0, abs=1.0)
+    assert impact.later_force == pytest.approx(300.0, abs=1.0)
+    assert {fm.Quality.GAP, fm.Quality.DOUBLE_HIT} <= {flag.name for flag in impact.flags}
+
+
+@pytest.mark.parametrize(("level", "lost"), [(40.0, 0.03), (0.0, 0.06)])
+@pytest.mark.parametrize(("start", "counts"), [(0.1, True), (0.68, True), (0.72, False)])
+def test_a_gap_counts_if_it_begins_within_the_time_that_is_looked_at(level, lost, start, counts):
+    """20 ms while a force acts, 50 ms at rest, up to 0.7 s after the onset."""
+    time, force = pulse(150.0, held=level, after=1.0, rate=1000.0, seed=4)
+    for missing, gap in ((lost, counts), (lost - 0.015, False)):
+        kept = (time < start) | (time > start + missing)
+        impact = fm.find_impact(recording(time[kept], force[kept]))
+        assert (impact.gap > 0) == gap
+        assert impact.gap == pytest.approx(missing if gap else 0.0, abs=0.0021)
+        assert impact.has(fm.Quality.GAP) == gap
+
+
+@pytest.mark.parametrize(("beyond", "said"), [(1, "1 time that"), (2, "2 times that"), (3, "3 times that")])
+def test_how_often_the_range_was_exceeded_is_said(beyond, said):
+    time, force = pulse(150.0)
+    mask = np.zeros(time.size, bool)
+    mask[np.argsort(force)[-beyond:]] = True
+    impact = fm.find_impact(recording(time, force, beyond_range=mask))
+    flag = next(flag for flag in impact.flags if flag.name is fm.Quality.SATURATED)
+    assert flag.figure.startswith(f"the device said {said} its range was exceeded: at least 150.0 N")
+
+
+@pytest.mark.parametrize(
+    ("rate", "duration", "asked"),
+    [(40, 0.03, 1000), (80, 0.015, 1300), (100, 0.015, 1700), (100, 0.02, 5200), (150, 0.01, 3800), (150, 0.02, 1300)],
+)
+def test_the_sampling_rate_that_is_asked_for(rate, duration, asked):
+    """16 samples in Phase I less one interval, in a quarter of it at least; 7 across the half width; 10 in 50 ms."""
+    impact = fm.find_impact(recording(*pulse(150.0, rate=float(rate), duration=duration, before=0.5)))
+    flag = next(flag for flag in impact.flags if flag.name is fm.Quality.UNRESOLVED)
+    assert flag.figure.endswith(f"it takes {asked} Hz or more, this is {rate} Hz")
+    shown = impact.phase1_end - impact.onset
+    few = 16 / max(shown - 1 / rate, shown / 4)
+    assert asked >= 100 * np.ceil(few / 100)

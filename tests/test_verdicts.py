@@ -11,10 +11,13 @@ import pytest
 
 import forcemap as fm
 from curves import curve
+from forcemap.findings import Finding, FindingKind
+from forcemap.limits.device_spring import DeviceSuitability, device_suitability
 from forcemap.verdicts.recording_results import judge_recordings, thinned
-from forcemap.verdicts.verdict import limit_line
+from forcemap.verdicts.verdict import Judgement, limit_line
 from forcemap.words import sentence
 from pulses import DEVICE, pulse, recording, save, write_campaign
+from readings import KINDS, recordings
 
 HAND = fm.force_limit("back_of_hand")  # 280 N transient, 140 N quasi-static
 WITHIN, CANNOT_TELL, EXCEEDED = fm.VerdictOutcome.WITHIN, fm.VerdictOutcome.CANNOT_TELL, fm.VerdictOutcome.EXCEEDED
@@ -321,3 +324,139 @@ def test_the_gravest_impact_of_a_campaign_takes_the_largest_share_of_the_limit(t
     assert judged_ones.gravest is not None
     assert judged_ones.gravest.governing.force == pytest.approx(128.0, abs=0.5)
     assert judged_ones.gravest_limit == limit
+
+
+def reason_hidden(impact, before):
+    """Why a recording shows nothing, as the documentation orders it: the first that holds."""
+    if impact.force_before > before:
+        return Finding.of(FindingKind.FORCE_BEFORE_IMPACT, force_N=impact.force_before)
+    if impact.verdict_peak_force < max(5.0, 4.0 * impact.contact.baseline_sd):
+        return Finding.of(FindingKind.NO_PEAK, force_N=impact.verdict_peak_force)
+    notes = {"drift", "double_hit", "later_peak", "ringing", "too_short", "braking_transient", "calibration_expired"}
+    for flag in impact.flags:
+        if flag.name.value not in notes:
+            return Finding.of(FindingKind.FLAGGED, flag=flag.name, figure=flag.figure)
+    if impact.scenario is fm.ContactScenario.UNDETERMINED and impact.recorded_time < 0.5:
+        return Finding.of(FindingKind.ENDS_EARLY, after_s=impact.recorded_time, force_N=impact.end_force)
+    return None
+
+
+def expected_judgements(impact, limit, contact):
+    """Outcome, figures and reason of every interpretation, sample by sample."""
+    device, quasi = impact.recording.device, contact is fm.Contact.QUASI_STATIC
+    area = isinstance(limit, fm.ForceLimit)
+    transient = (limit.quasi_static if quasi else limit.transient) if area else limit.force
+    lasting = limit.quasi_static if area or limit.quasi_static is not None else limit.force
+    spring = limit.stiffness if area else limit.spring_N_per_m
+    suits = DeviceSuitability()
+    if spring is not None:
+        suits = device_suitability(limit.name if area else "the limit", spring, device.stiffness)
+    error = 3.0 if math.isnan(device.error) else device.error
+    hidden = suits.refusal or reason_hidden(impact, lasting / suits.raised - error)
+    clamps = impact.scenario.value in ("constrained_with_clamping", "undetermined")
+    if hidden is None and clamps and not area and limit.quasi_static is None and not quasi:
+        hidden = Finding.of(FindingKind.LIMIT_UNNAMED, scenario=impact.scenario, limit_N=limit.force)
+    after, force = (each.tolist() for each in impact.curve())
+    phase1, peak_at = impact.phase1_end - impact.onset, impact.peak_time - impact.onset
+    peak = min(range(len(after)), key=lambda k: (abs(after[k] - peak_at), k))
+    force[peak] = max(force[peak], impact.verdict_peak_force)
+    found = []
+    for rule in fm.Interpretation:
+        worst = None
+        for k, (t, f) in enumerate(zip(after, force, strict=True)):
+            late = {"by-time": t > 0.5, "by-scenario": clamps, "by-shape": clamps and t > phase1}[rule.value]
+            line = lasting if late else transient
+            drift = float(impact.contact.drift_allowance(np.asarray(t + impact.onset))) if t > phase1 else 0.0
+            unseen = impact.unseen_force if k == peak else 0.0
+            outcome = EXCEEDED if f - error - drift > line else CANNOT_TELL
+            outcome = WITHIN if suits.raised * (f + error + drift + unseen) <= line else outcome
+            if worst is None or (SEVERITY[outcome], f / line) > worst[0]:
+                worst = (SEVERITY[outcome], f / line), outcome, f, line, t, drift, unseen
+        _, outcome, f, line, t, drift, unseen = worst
+        figures, doubt = {"force_N": f, "limit_N": line}, {"error_N": error, "drift_N": drift, "unseen_N": unseen}
+        if outcome is EXCEEDED:
+            at_least = hidden is not None and f >= impact.raw_peak_force
+            reason = Finding.of(FindingKind.FORCE_EXCEEDS, **figures, at_least=at_least)
+        elif hidden is not None:
+            outcome, reason = CANNOT_TELL, Finding.of(FindingKind.CANNOT_TELL, hidden)
+        elif outcome is CANNOT_TELL:
+            softer = [suits.statement] if suits.raised > 1.0 else []
+            reason = Finding.of(FindingKind.FORCE_NEAR_LIMIT, **figures, **doubt)
+            reason = Finding.of(FindingKind.CANNOT_TELL, reason, *softer)
+        else:
+            reason = Finding.of(FindingKind.FORCE_WITHIN, **figures, **doubt)
+        margin = line - f
+        found.append(Judgement(rule, outcome, f, line, margin, 100 * margin / line, t, reason))
+    return found
+
+
+def near(impact, spring):
+    """Limits near an impact's own force, and others: of an area, in newtons, with and without their parts."""
+    force, raised = impact.verdict_peak_force, math.sqrt(max(1.0, spring / 75e3))
+    most = raised * (force + 3.0 + impact.unseen_force)
+    yield from ((HAND, None), (HAND, fm.Contact.QUASI_STATIC), (fm.force_limit("abdomen"), None))
+    for limit in (max(force - 2.0, 1.0), force + 1.0, most, most + 5.0):
+        yield fm.NewtonLimit(limit, None, spring), None
+        yield fm.NewtonLimit(limit, None, spring), fm.Contact.QUASI_STATIC
+        yield fm.NewtonLimit(limit, 0.6 * limit, spring), None
+    yield fm.NewtonLimit(most + 1.0), fm.Contact.TRANSIENT
+
+
+@pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.__name__)
+def test_every_verdict_is_that_of_its_samples_one_by_one(kind):
+    """Over curves of every kind: outcome, figures, reason of every interpretation; the strictest, and one named."""
+    for number, (name, each) in enumerate(itertools.islice(recordings(kind), 0, 48, 6)):
+        later = dataclasses.replace(each, time=each.time + 4.0 * (number % 2))
+        impact = next(iter(fm.find_impacts(later)), None)
+        if impact is None or impact.curve()[0].size > 800:
+            continue
+        for limit, contact in itertools.islice(near(impact, (75e3, 78e3, 90e3)[number % 3]), number % 4, None, 4):
+            expected = expected_judgements(impact, limit, contact)
+            verdict = fm.check_impact(impact, limit, contact=contact)
+            assert list(verdict.judgements) == expected, (name, limit)
+            assert verdict.governing == max(expected, key=lambda one: (SEVERITY[one.outcome], one.force / one.limit))
+            for one in expected:
+                named = fm.check_impact(impact, limit, contact=contact, interpretation=one.interpretation)
+                assert (named.governing, named.outcome) == (one, one.outcome)
+
+
+@pytest.mark.parametrize("after", [0.3, 0.49, 0.51, 0.55, 0.65, 0.9])
+@pytest.mark.parametrize("level", [120.0, 40.0, 0.0])
+def test_a_force_that_is_held_shows_it_to_half_a_second_at_least(after, level):
+    """Before, a recording that ends on a force cannot tell; between, its scenario counts as clamping. Drift counts."""
+    time, force = held(130.0, level, dip=level / 2, after=after)
+    impact = impact_of(time + 2.0, force + np.random.default_rng(8).normal(0, 0.4, time.size))
+    for limit, contact in ((HAND, None), (fm.NewtonLimit(200.0, 150.0, 75e3), None), (fm.NewtonLimit(200.0), None)):
+        verdict = fm.check_impact(impact, limit, contact=contact)
+        assert list(verdict.judgements) == expected_judgements(impact, limit, contact)
+
+
+def test_a_peak_below_the_floor_is_none():
+    impact = impact_of(*pulse(60.0))
+    for force, kind in ((4.9, FindingKind.CANNOT_TELL), (5.1, FindingKind.FORCE_WITHIN)):
+        low = dataclasses.replace(impact, peak_force=force, raw_peak_force=force)
+        reason = fm.check_impact(low, HAND).governing.reason
+        assert reason.kind is kind
+        if kind is FindingKind.CANNOT_TELL:
+            assert reason.also == (Finding.of(FindingKind.NO_PEAK, force_N=force),)
+
+
+@pytest.mark.parametrize("stated", [{"quasi_static_limit": 100.0}, {"spring_N_per_m": 75e3}])
+def test_what_goes_with_a_limit_in_newtons_is_refused_beside_a_body_area(stated):
+    impact = impact_of(*pulse(60.0))
+    with pytest.raises(fm.InputError, match="quasi_static_limit and spring_N_per_m go with a limit in newtons"):
+        fm.check_impact(impact, HAND, **stated)
+    with pytest.raises(fm.InputError, match="found figures beside a NewtonLimit, expected them in it"):
+        fm.check_impact(impact, fm.NewtonLimit(140.0), **stated)
+    with pytest.raises(fm.InputError, match="expected one limit in newtons"):
+        fm.check_impact(impact, np.array([140.0, 150.0]))
+
+
+def test_what_must_be_said_of_a_limit_is_said_before_the_outcome():
+    impact = impact_of(*pulse(20.0))
+    head = dataclasses.replace(HAND, head_contact="by the words of a table")
+    assert fm.check_impact(impact, head).warnings == (head.head_finding,)
+    assert head.head_finding is not None
+    assert fm.check_impact(impact, HAND).warnings == ()
+    assert fm.check_impact(impact, 140.0).warnings == (Finding.of(FindingKind.DEVICE_ALONE),)
+    assert fm.check_impact(impact, 140.0, spring_N_per_m=75e3).warnings == ()

@@ -26,6 +26,11 @@ _RAISING = 30 * 2**20 // 8  # elements: 30 MB, below the 32 MB to which the thre
 _MANY_BLOCKS = 4  # blocks of a result for which that pays; a choice
 
 
+def columns(values: FloatArray) -> FloatArray:
+    """Values of shape (n,) or (n, k) as columns, shape (n, 1) or (n, k)."""
+    return values.reshape(len(values), -1)
+
+
 def in_blocks(function: Callable[..., FloatArray], *arguments: ArrayLike) -> Any:
     """Apply an elementwise function of broadcasting arrays block by block.
 

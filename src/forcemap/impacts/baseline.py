@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from forcemap.arrays import FloatArray, Mask
+from forcemap.arrays import FloatArray, Mask, columns
 from forcemap.recordings.recording import Recording
 
 # Choices, as docs/your_device_files.md states them; checked by tests/test_impacts.py on curves with a known truth.
@@ -101,7 +101,7 @@ def contact_force(recording: Recording, start: int, end: int) -> ContactForce:
     ContactForce
     """
     time = recording.time
-    components = recording.force.reshape(time.size, -1)
+    components = columns(recording.force)
     before = slice(start, end)
     if end - start < _LEAST_SAMPLES or time[end - 1] - time[start] < _LEAST_DURATION:
         force = _combined(components, recording.direction, 0.0)
@@ -196,6 +196,6 @@ def _line(time: FloatArray, force: FloatArray, quiet: Mask, resolution: float) -
     moment = float(lever @ lever)
     slope = float(lever @ f) / moment
     scatter = f - level - slope * lever
-    error = math.sqrt(float(scatter @ scatter) / max(t.size - 2, 1) / moment) + resolution / (t[-1] - t[0])
+    error = math.sqrt(float(scatter @ scatter) / (t.size - 2) / moment) + resolution / (t[-1] - t[0])
     trust = _DRIFT_SD**2 / (_DRIFT_SD**2 + error**2)
     return _Line(middle, level, slope * trust, error * math.sqrt(trust), quiet)

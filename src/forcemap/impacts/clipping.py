@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from forcemap.arrays import FloatArray
+from forcemap.arrays import FloatArray, columns
 from forcemap.impacts.impact import Impact
 from forcemap.impacts.phases import flanks
 from forcemap.impacts.smooth import moving_mean
@@ -140,7 +140,7 @@ def find_tops(impact: Impact) -> list[Top]:
     noise = contact.baseline_sd * (1.0 + _NOISE_ERROR_SDS / math.sqrt(max(contact.baseline_samples, 1)))
     contact_top = _top(time[:phase1], contact.force[start : peak_end + 1], noise, 0.0, -1)
     tops = [replace(contact_top, least=0.0)]  # whether it was cut off shows in the recorded components
-    for component in recording.force.reshape(recording.samples, -1).T:
+    for component in columns(recording.force).T:
         away = component[start : end + 1] - np.median(component[max(start - _ZERO_SAMPLES, 0) : max(int(onset) - 1, 1)])
         away = away if away.max() >= -away.min() else -away
         if away.max() >= _LEAST_COMPONENT * impact.raw_peak_force:

@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 
-from forcemap.arrays import FloatArray
+from forcemap.arrays import FloatArray, columns
 from forcemap.errors import InputError
 from forcemap.impacts.baseline import ContactForce, contact_force, noise_sd
 from forcemap.impacts.impact import TRANSIENT_TIME, Flag, Impact, Quality
@@ -87,9 +87,8 @@ def _flag_spikes(recording: Recording, impacts: list[Impact]) -> list[Impact]:
             spikes.append(spike)
     if not spikes:
         return impacts
-    columns = recording.force.reshape(recording.samples, -1).T
-    time = recording.time
-    force = np.column_stack([np.interp(time, time[genuine], column[genuine]) for column in columns])
+    time, columns_of_force = recording.time, columns(recording.force).T
+    force = np.column_stack([np.interp(time, time[genuine], column[genuine]) for column in columns_of_force])
     others = _impacts(dataclasses.replace(recording, force=force.reshape(recording.force.shape)))
     with_spikes, without = [impact.map_force for impact in impacts], [impact.map_force for impact in others]
     if len(with_spikes) == len(without) and np.allclose(with_spikes, without, rtol=_SPIKE_SHARE, atol=0.0):
@@ -135,7 +134,7 @@ def force_without_impact(recording: Recording) -> float:
 
 def _from_rest(recording: Recording) -> tuple[FloatArray, int]:
     """The force less its median over the first twentieth, shape (n, 1 or 3) [N]; the samples of that part."""
-    force = recording.force.reshape(recording.samples, -1)
+    force = columns(recording.force)
     quiet = max(len(force) // _REST_PART, 1)
     return force - np.median(force[:quiet], axis=0), quiet
 
@@ -153,7 +152,7 @@ def _first_rise(recording: Recording, start: int) -> tuple[int, ContactForce] | 
     rise = smooth - smooth[time.searchsorted(time - _RISE_TIME)]
     if rise.ndim == 2:
         rise = np.sqrt(np.sum(rise * rise, axis=1))
-    noise = math.hypot(*(noise_sd(column) for column in force.reshape(time.size, -1).T))
+    noise = math.hypot(*(noise_sd(column) for column in columns(force).T))
     if rise.max() < (least := max(_LEAST_RISE, _RISE_SDS * noise)):
         return None
     first = int((rise >= max(least, _FIRST_SHARE * rise.max())).argmax())
@@ -164,8 +163,10 @@ def _first_rise(recording: Recording, start: int) -> tuple[int, ContactForce] | 
         least = max(_EARLIER_FLOORS * contact.floor, _EARLIER_SHARE * float(contact.force[start:].max()))
         out = contact.force[start:foot] > least
         for earlier in (np.flatnonzero(out[1:] & ~out[:-1]) + start + 1).tolist():
-            shortly_before = recording.time.searchsorted(recording.time[earlier] - _RISE_TIME)
-            if contact.force[shortly_before:earlier].min() < contact.floor:  # wandering takes longer
+            shortly_before = int(recording.time.searchsorted(recording.time[earlier] - _RISE_TIME))
+            if (
+                contact.force[min(shortly_before, earlier - 1) : earlier].min() < contact.floor
+            ):  # wandering takes longer
                 return earlier, contact_force(recording, start, _before_contact(recording, start, earlier, noise))
     return index, contact
 
@@ -174,7 +175,7 @@ def _before_contact(recording: Recording, start: int, rise: int, noise: float) -
     """Index before which contact has certainly not begun: the foot of the rise, and 2 ms or 2 samples before it."""
     time, force = recording.time, recording.force
     first = max(int(time.searchsorted(time[rise] - _FOOT_TIME * _RISE_TIME)), start)
-    window = moving_mean(force[first : rise + 1], _FOOT_SAMPLES).reshape(rise + 1 - first, -1)
+    window = columns(moving_mean(force[first : rise + 1], _FOOT_SAMPLES))
     away = np.linalg.norm(window - window[-1], axis=1)  # distance from the risen force: large before contact
     near = away.max() - max(_FOOT_SHARE * away.max(), _FOOT_SDS * noise)
     foot = first + int(np.flatnonzero(away >= max(near, _FOOT_LEAST * away.max()))[-1])
@@ -185,9 +186,9 @@ def _next_search(start: ImpactStart) -> int | None:
     """Index from which to look for another impact: in the first 0.5 s without contact; None if nothing follows."""
     time, first = start.contact.time, start.phase1_end
     acting = np.flatnonzero(start.smooth[first:] > start.contact.floor_at(time[first:])) + first
-    marks = np.concatenate([[first], acting, [time.size - 1]])
+    marks = np.concatenate([[first], acting])
     gaps = np.flatnonzero(np.diff(time[marks]) >= _APART)
-    if not gaps.size or gaps[0] == marks.size - 2:
+    if not gaps.size:
         return None
     return int(time.searchsorted(time[marks[gaps[0]]] + _AFTER_CONTACT))
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from forcemap.arrays import FloatArray, Mask
+from forcemap.arrays import FloatArray, Mask, columns
 from forcemap.impacts.baseline import noise_sd
 from forcemap.impacts.clipping import FROZEN_STEPS, QUANTISATION_SD, smallest_step
 from forcemap.impacts.impact import TRANSIENT_TIME, Impact
@@ -311,7 +311,7 @@ def _course(impact: Impact) -> _Course:
     intervals, change = np.diff(time[span]), np.diff(force[span])
     usual = float(np.median(intervals))
     change[intervals > _LOST * usual] = np.nan
-    recorded = impact.recording.force[span].reshape(change.size + 1, -1)
+    recorded = columns(impact.recording.force[span])
     same, step = (recorded[1:] == recorded[:-1]).all(axis=1), max(map(smallest_step, recorded.T))
     width = max(int(impact.phase1_width / _PART / usual), _LEAST_PART)
     phase1 = force[first : max(int(time.searchsorted(impact.phase1_end, side="right")), first + 1)]

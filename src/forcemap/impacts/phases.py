@@ -160,7 +160,7 @@ def _running_peak(force: FloatArray, least_fall: float, share: float, floor: flo
     running = np.maximum.accumulate(force)
     fallen = (running - force > np.maximum(least_fall, share * running)) & (running > floor)
     stop = int(fallen.argmax()) if fallen.any() else force.size
-    return int(force[: max(stop, 1)].argmax())
+    return int(force[:stop].argmax())  # the first has not fallen
 
 
 def _end_of_phase(force: FloatArray, peak: int, rise: float, floor: float) -> int:

@@ -8,7 +8,7 @@ from itertools import chain
 
 import numpy as np
 
-from forcemap.arrays import FloatArray
+from forcemap.arrays import FloatArray, columns
 from forcemap.impacts.clipping import Top, samples_across
 from forcemap.impacts.impact import TRANSIENT_TIME, Flag, Impact, Quality
 from forcemap.impacts.interference import Jump, Swing, find_corner, find_standstill, lopsided
@@ -104,7 +104,7 @@ _Doubts = Iterator[tuple[Quality, str]]
 def _saturated(impact: Impact, tops: list[Top]) -> _Doubts:
     first, last = impact.recording.time.searchsorted([impact.onset, impact.end])
     recorded, device_range = impact.recording.force[first : last + 1], impact.recording.device.range
-    read = float(np.linalg.norm(recorded.reshape(len(recorded), -1), axis=1).max())
+    read = float(np.linalg.norm(columns(recorded), axis=1).max())
     reading = max(read, impact.verdict_peak_force, float(impact.contact.force[first : last + 1].max()))
     cut_off = [top for top in tops if top.least >= _CUT_OFF_BY * top.reading]
     beyond = impact.recording.beyond_range

@@ -24,7 +24,7 @@ def moving_mean(values: FloatArray, samples: int) -> FloatArray:
     smooth = np.empty_like(values)
     smooth[half : n - half] = (total[2 * half + 1 :] - total[: n - 2 * half]) / (2 * half + 1)
     widths = np.arange(1, 2 * half, 2)
-    divisors = widths.reshape(-1, *[1] * (values.ndim - 1))
+    divisors = widths.reshape(widths.size, *[1] * (values.ndim - 1))
     smooth[:half] = total[widths] / divisors
     smooth[n - half :] = ((total[n] - total[n - widths]) / divisors)[::-1]
     return smooth

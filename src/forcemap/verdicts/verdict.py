@@ -173,8 +173,8 @@ def check_impact(
         for rule in Interpretation
     )
     strictest = max(judgements, key=lambda judgement: judgement.gravity)
-    named = [judgement for judgement in judgements if judgement.interpretation is interpretation]
-    return Verdict(impact, judgements, named[0] if named else strictest, error, limits.warnings)
+    governing = next((judgement for judgement in judgements if judgement.interpretation is interpretation), strictest)
+    return Verdict(impact, judgements, governing, error, limits.warnings)
 
 
 def limit_line(
