@@ -67,6 +67,7 @@ def run_sheets():
     yield "at most, no angles", run_sheet(without_angles, stated, upper_force=[99.9, 120.0, 130.99, 140.2, 150.0])
     yield "no angles", run_sheet(without_angles, stated)
     yield "by place", run_sheet(by_place, stated)
+    yield "by place, short names", run_sheet(by_place.select(np.arange(3)), stated)
     yield "waiting", run_sheet(plan([0, 1]), stated, waiting=plan([2, 3, 4]), upper_force=[10.0, 20.0])
     yield "nothing waits", run_sheet(plan([0, 1]), stated, waiting=plan([]))
     yield "a long name waits", run_sheet(plan([0, 2]), stated, waiting=wide)
@@ -98,37 +99,52 @@ def along(points, names, of_task, bound=MARGIN, **more):
     return fm.path_speeds(ur10e(), fm.ToolPath(np.array(points), names), of_task, bound=bound, step=0.05, **more)
 
 
-def exports():
+def tables():
     drawn, small = table(), of_a_file()
     for name, write in (("zones", zones_csv), ("urscript", urscript), ("krl data", krl_data), ("krl", krl_source)):
         yield f"{name} of a map", write(drawn)
     yield "zones of a file", zones_csv(small)
     yield "zones as JSON", as_json(zones_result(small))
-    yield "proposal", safety_proposal(drawn)
-    slow, fast = task(("carry", 0.02), ("press", 0.05)), task(("carry", 0.9), ("press", 0.05), ("hold", np.nan))
-    points = [[0.8, -0.1, 0.44], [0.8, 0.0, 0.44], [0.8, 0.0, 0.34], [0.8, 0.0, 0.28]]
-    found = along(points, ("carry", "press", "hold"), task(("carry", 0.9), ("press", 0.2), ("hold", 0.3)))
-    yield "proposal for a slow task", safety_proposal(drawn, task=slow)
-    yield "proposal for a fast task", safety_proposal(drawn, task=fast)
-    yield "proposal for a path", safety_proposal(drawn, task=slow, speeds=found)
-    lowest = widest_block(drawn)[4] / 1000
-    exactly = along([[0.8, 0.0, 0.44], [0.8, 0.0, 0.4]], ("press",), task(("press", lowest)))
-    yield "proposal for a path as fast", safety_proposal(drawn, speeds=exactly)
-    edges = drawn.distance_edges[widest_block(drawn)[0]], drawn.height_edges[widest_block(drawn)[3]]
-    border = along([[edges[0], 0.0, edges[1]], [edges[0], 0.0, edges[1] - 0.02]], ("press",), task(("press", 0.05)))
-    yield "proposal for a path on the edge", safety_proposal(drawn, speeds=border)
-    yield "proposal of nothing", safety_proposal(replace(drawn, speed_mmps=0 * drawn.speed_mmps))
-    head = drawn.provenance.of_path(found)
-    yield "scaling", scaling_csv(found, head)
-    yield "scaling as JSON", as_json(scaling_result(found, head))
-    excluded = along(points[:2], ("carry",), task(("carry", 0.9)))
-    yield "scaling without contact", scaling_csv(excluded, drawn.provenance.of_path(excluded))
-    braked = replace(found, speed=np.where(np.isnan(found.speed), np.nan, np.minimum(found.speed, 0.2)))
-    yield "scaling as slow as allowed", scaling_csv(replace(braked, programmed=np.full(len(found.path), 0.2)), head)
-    grid = fm.speed_map(ur10e(), [0.6, 0.8, 0.9], [0.3, 0.4], limit=HAND[0], contact=HAND[1], bound=MARGIN)
-    yield "speed map", speed_map_csv(grid, basis={"map": "ur10e", "told": "=1+1"})
     yield "table", table_words(drawn)
     yield "table of a file", table_words(small)
+
+
+def speed_maps():
+    grid = fm.speed_map(ur10e(), [0.6, 0.8, 0.9], [0.3, 0.4], limit=HAND[0], contact=HAND[1], bound=MARGIN)
+    yield "speed map", speed_map_csv(grid, basis={"map": "ur10e", "told": "=1+1"})
+
+
+def ways():
+    """A path from a fast way without contact into one with it, as it is programmed and as it is allowed."""
+    points = [[0.8, -0.1, 0.44], [0.8, 0.0, 0.44], [0.8, 0.0, 0.34], [0.8, 0.0, 0.28]]
+    return along(points, ("carry", "press", "hold"), task(("carry", 0.9), ("press", 0.2), ("hold", 0.3)))
+
+
+def proposals():
+    drawn = table()
+    slow, fast = task(("carry", 0.02), ("press", 0.05)), task(("carry", 0.9), ("press", 0.05), ("hold", np.nan))
+    yield "whatever is done", safety_proposal(drawn)
+    yield "for a slow task", safety_proposal(drawn, task=slow)
+    yield "for a fast task", safety_proposal(drawn, task=fast)
+    yield "for a path", safety_proposal(drawn, task=slow, speeds=ways())
+    near, _, _, high, speed = widest_block(drawn)
+    exactly = along([[0.8, 0.0, 0.44], [0.8, 0.0, 0.4]], ("press",), task(("press", speed / 1000)))
+    yield "for a path as fast", safety_proposal(drawn, speeds=exactly)
+    d, h = drawn.distance_edges[near], drawn.height_edges[high]
+    border = along([[d, 0.0, h], [d, 0.0, h - 0.02]], ("press",), task(("press", 0.05)))
+    yield "for a path on the edge", safety_proposal(drawn, speeds=border)
+    yield "of nothing", safety_proposal(replace(drawn, speed_mmps=0 * drawn.speed_mmps))
+
+
+def scalings():
+    found, head = ways(), table().provenance
+    yield "a path", scaling_csv(found, head.of_path(found))
+    yield "as JSON", as_json(scaling_result(found, head.of_path(found)))
+    excluded = along(found.path.points[:2], ("carry",), task(("carry", 0.9)))
+    yield "without contact", scaling_csv(excluded, head.of_path(excluded))
+    braked = replace(found, speed=np.where(np.isnan(found.speed), np.nan, np.minimum(found.speed, 0.2)))
+    as_slow = replace(braked, programmed=np.full(len(found.path), 0.2))
+    yield "as slow as allowed", scaling_csv(as_slow, head.of_path(found))
 
 
 def table_words(found: RobotTable):
@@ -157,6 +173,8 @@ def bases():
         "soft": (fitted(stiffness=70e3, device_range=np.nan), fm.FixedMargin(0.02)),
         "too soft": (fitted(stiffness=60e3), MARGIN), "no spring": (fitted(stiffness=np.nan), MARGIN),
         "scattered": (scattered(), fm.ToleranceBound()),
+        "discarded": (scattered(impacts=fm.CensoredImpacts.DISCARD), MARGIN),
+        "as many states as terms": (as_many_states_as_terms(), MARGIN),
     }  # fmt: skip
     limits = {
         "hand, transient": HAND, "hand, quasi-static": (HAND[0], QUASI_STATIC),
@@ -197,7 +215,7 @@ def bases():
         yield name, [*sentences(speeds.notes), *assumptions(speeds.bases), *sorted(set(map(sentence, speeds.reason)))]
 
 
-def scattered():
+def scattered(**how):
     """A map whose states scatter by a share around the one that is named, with impacts above the device range."""
     points = np.repeat(training_grid("ur10e"), 2, axis=0)
     force = np.round(ur10e().predict(*points.T), 1)
@@ -210,10 +228,19 @@ def scattered():
     dataset = fm.ImpactDataset.from_arrays(
         **named, peak_force=np.minimum(force, top), censored=censored, conditions=conditions
     )
+    return fm.fit_force_map(dataset, **how)
+
+
+def as_many_states_as_terms():
+    """A map that runs through what was measured and leaves nothing over."""
+    points = np.random.default_rng(SEED).uniform([0.5, 0.1, 0.1], [0.9, 0.5, 0.4], (9, 3))
+    named = dict(zip(("distance", "height", "speed"), points.T, strict=True))
+    conditions = fm.Conditions(device=fm.Device(range=900.0, error=3.0, stiffness=75e3))
+    dataset = fm.ImpactDataset.from_arrays(**named, peak_force=ur10e().predict(*points.T), conditions=conditions)
     return fm.fit_force_map(dataset)
 
 
-SHEETS = (run_sheets, exports, bases)
+SHEETS = (run_sheets, tables, speed_maps, proposals, scalings, bases)
 
 
 def texts(sheet):

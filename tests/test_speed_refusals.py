@@ -4,9 +4,14 @@ from __future__ import annotations
 
 import csv
 
-from speed_refusals import TABLE, refusals
+import pytest
+
+from speed_refusals import GROUPS, TABLE, refusals
+
+with TABLE.open(newline="") as stream:
+    BEFORE = list(csv.reader(stream))
 
 
-def test_every_refusal_says_what_it_said():
-    with TABLE.open(newline="") as stream:
-        assert list(refusals()) == list(csv.reader(stream))
+@pytest.mark.parametrize("group", GROUPS)
+def test_every_refusal_says_what_it_said(group):
+    assert list(refusals(group)) == [row for row in BEFORE if row[0].startswith(f"{group}: ")]
