@@ -175,6 +175,8 @@ def of_enclosures():
             yield f"{what} speed", enclosed.speed(start)
             yield f"{what} coefficients", enclosed.log_force
             yield f"{what} leverage", enclosed.leverage
+            falling = enclose(force_map, bound, patches, fastest, slowest)
+            yield f"{what} falling", [falling.largest(start, stop), falling.smallest(start, stop), *falling.slopes]
         for bound in bounds[1:]:
             steps = ToleranceSteps.of(bound, force_map)
             logs, leverage = rng.uniform(2, 7, 12), rng.uniform(-0.1, 3, 12)
@@ -262,6 +264,16 @@ def of_speeds():
                     same = fm.fit_force_map(fm.ImpactDataset.from_arrays(**named, peak_force=[*force, peak], role=role))
                     at = fm.safe_speed(same, 0.75, 0.375, limit=300.0, **given)
                     yield f"{peak} {v} at its speed {speed > found.speed[0]}", at.reason
+    # One as fast as nothing was measured, beside which the bound stays within the limit.
+    far = np.vstack([points, [0.86, 0.46, 0.41]]).T
+    dataset = fm.ImpactDataset.from_arrays(
+        **dict(zip(("distance", "height", "speed"), far, strict=True)),
+        peak_force=[*force, 500.0], role=["train"] * 27 + ["test"], censored=[False] * 27 + [True],
+    )  # fmt: skip
+    beside = fm.Zones([0.84, 0.80, 0.85], [0.86, 0.84, 0.86], [0.44, 0.42, 0.45], 0.46)
+    given = {"limit": 480.0, "contact": QUASI_STATIC, "bound": fm.ToleranceBound()}
+    for key, value in fields_of(fm.zone_speeds(fm.fit_force_map(dataset), beside, **given)):
+        yield f"faster than measured {key}", value
     steps = fm.measured_grid(maps()["skew"], 0.07)
     found = fm.speed_map(maps()["skew"], *steps, limit=250.0, contact=QUASI_STATIC, bound=fm.ToleranceBound())
     yield "speed map", [*steps, found.fastest, found.fastest_to_program]

@@ -103,6 +103,13 @@ def tables():
     drawn, small = table(), of_a_file()
     for name, write in (("zones", zones_csv), ("urscript", urscript), ("krl data", krl_data), ("krl", krl_source)):
         yield f"{name} of a map", write(drawn)
+    fast = replace(drawn, speed_mmps=9 * drawn.speed_mmps)
+    for name, write in (("zones", zones_csv), ("urscript", urscript), ("krl", krl_data), ("proposal", safety_proposal)):
+        yield (
+            f"{name} of a fast robot",
+            [line for line in write(fast).splitlines() if not line.startswith(("#", ";", "-"))],
+        )
+    yield "a fast robot", table_words(fast)
     yield "zones of a file", zones_csv(small)
     yield "zones as JSON", as_json(zones_result(small))
     yield "table", table_words(drawn)
@@ -142,6 +149,8 @@ def scalings():
     yield "as JSON", as_json(scaling_result(found, head.of_path(found)))
     excluded = along(found.path.points[:2], ("carry",), task(("carry", 0.9)))
     yield "without contact", scaling_csv(excluded, head.of_path(excluded))
+    beside = along([[0.8, 4e-5, 0.44], [0.8, -4e-5, 0.4]], ("press",), task(("press", 0.2)))
+    yield "beside an axis", scaling_csv(beside, head.of_path(beside)).splitlines()[-1:]
     braked = replace(found, speed=np.where(np.isnan(found.speed), np.nan, np.minimum(found.speed, 0.2)))
     as_slow = replace(braked, programmed=np.full(len(found.path), 0.2))
     yield "as slow as allowed", scaling_csv(as_slow, head.of_path(found))
