@@ -41,7 +41,8 @@ MARGIN = fm.FixedMargin(0.10)
 def cells(value):
     """A value in figures: arrays thinned, with their shape and sums; findings by what they say of figures."""
     if isinstance(value, fm.Finding):
-        return [value.kind.value, *(number(x) for _, x in value.figures if isinstance(x, bool | int | float))]
+        said = [number(x) for _, x in value.figures if isinstance(x, bool | int | float)]
+        return [value.kind.value, *said, *(cell for also in value.also for cell in ("and", *cells(also)))]
     if isinstance(value, str):
         return [str(value).replace(" ", "_") or "-"]
     if value is None:
@@ -215,6 +216,9 @@ def of_crossings():
         low, high = np.minimum(low, 0.28), np.maximum(high, 0.32)
         log = np.log(bound.upper(force_map, d, h, low + (high - low) * rng.uniform(-0.2, 1.2, 30)))
         yield f"{name} highest", highest_within(force_map, bound, d, h, (low, high), log)
+        for end, at in (("low", low), ("high", high)):  # the limit is what the bound has there, to the last bit
+            same = np.log(np.clip(bound.upper(force_map, d, h, at), 1e-300, 1e300))
+            yield f"{name} highest at the {end} end", highest_within(force_map, bound, d, h, (low, high), same)
         over = np.log(bound.upper(force_map, d, h, low * rng.uniform(0.2, 0.99, 30)))
         over[:3] = 0.0
         yield f"{name} lowest", lowest_exceeded(force_map, bound, d, h, low, over)
@@ -256,6 +260,12 @@ def of_speeds():
             yield f"{peak} {v} why in zones", in_zones.reason
             each = fm.zone_speeds(force_map, boxes, limit=np.linspace(300.0, 400.0, 9), **given)
             yield f"{peak} {v} limits of zones", [each.speed, each.limit]
+            for limit in (peak, peak - 2.0**-40):  # the limit is what was measured, and less
+                if limit < 400.0:
+                    at = fm.safe_speed(force_map, [0.75, 0.75], [0.375, 0.376], limit=[limit, 300.0], **given)
+                    both = fm.Zones([0.75, 0.74], [0.76, 0.75], 0.37, 0.38)
+                    within = fm.zone_speeds(force_map, both, limit=[limit, 300.0], **given)
+                    yield f"{peak} {v} limit {limit < peak}", [at.reason, within.reason]
             if not censored:  # driven as fast as the impact to the last bit, and a hair slower
                 for speed in (found.speed[0], math.nextafter(found.speed[0], 1.0)):
                     columns[2, -1] = speed

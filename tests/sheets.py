@@ -16,6 +16,7 @@ from oracle import simulate, training_grid
 
 import forcemap as fm
 from chain import number
+from forcemap.campaigns.binding import NOT_BESIDE, Binding, BindingState
 from forcemap.campaigns.plan import MeasurementPlan
 from forcemap.exports.krl import krl_data, krl_source
 from forcemap.exports.robot_table import RobotTable
@@ -181,6 +182,8 @@ def bases():
         "unknown": (fitted(scenario=None, error=np.nan), fm.FixedMargin(0.2)),
         "soft": (fitted(stiffness=70e3, device_range=np.nan), fm.FixedMargin(0.02)),
         "too soft": (fitted(stiffness=60e3), MARGIN), "no spring": (fitted(stiffness=np.nan), MARGIN),
+        "unbound": (replace(fitted(), binding=NOT_BESIDE), fm.ToleranceBound()),
+        "broken": (replace(fitted(), binding=Binding(BindingState.BROKEN)), fm.ToleranceBound()),
         "scattered": (scattered(), fm.ToleranceBound()),
         "discarded": (scattered(impacts=fm.CensoredImpacts.DISCARD), MARGIN),
         "as many states as terms": (as_many_states_as_terms(), MARGIN),

@@ -17,6 +17,7 @@ import numpy as np
 from oracle import training_grid
 
 import forcemap as fm
+from forcemap.campaigns.binding import NOT_BESIDE, Binding, BindingState
 from forcemap.dynamics.robots import robot_named
 from forcemap.dynamics.urdf import read_urdf
 from forcemap.exports.scaling import scaling_csv
@@ -190,6 +191,11 @@ def fitted(*, scenario="unconstrained", phase2=None, device_range=500.0, error=3
         **named, peak_force=force, scenario=kind, phase2_force=held, conditions=conditions
     )
     return fm.fit_force_map(dataset)
+
+
+def broken():
+    """The same, were its impacts table not what its recordings gave."""
+    return replace(fitted(), binding=Binding(BindingState.BROKEN))
 
 
 def path(points=PRESS, names=None, **more):
@@ -388,7 +394,10 @@ CALLS = {
                                                   spring_N_per_m=75e3),
     "above what was measured, but refused": lambda: speed(fitted(stiffness=math.nan, device_range=math.nan), 498.0,
                                                           contact=QUASI_STATIC, spring_N_per_m=75e3),
-    "clamped, refused for its spring": lambda: speed(fitted(scenario=CLAMPS, stiffness=1e4), spring_N_per_m=75e3),
+    "above the range, but broken": lambda: speed(broken(), limit=498.0, contact=QUASI_STATIC),
+        "no contact, but broken": lambda: speed(broken()),
+        "above the range, unbound": lambda: speed(replace(fitted(), binding=NOT_BESIDE), 498.0, contact=QUASI_STATIC),
+        "clamped, refused for its spring": lambda: speed(fitted(scenario=CLAMPS, stiffness=1e4), spring_N_per_m=75e3),
     },
     "exports": {
     "no limit": lambda: table(limits=[]),
