@@ -27,6 +27,7 @@ from forcemap.paths.time_law import braking_speeds, time_law
 from forcemap.speeds.crossings import highest_within, lowest_exceeded
 from forcemap.speeds.enclosures import Patches, enclose, frontier
 from forcemap.speeds.range_enclosure import footprint, highest_measured_speed, lowest_measured_speeds
+from forcemap.speeds.safe_speed import REPEAT_DISTANCE
 from forcemap.speeds.speed_map import SpeedMap
 from forcemap.speeds.tolerance_steps import ToleranceSteps
 from forcemap.speeds.zones import Segments
@@ -237,7 +238,7 @@ def of_speeds():
             if limit == 300.0 or name == "published":
                 for key, value in fields_of(fm.zone_speeds(force_map, segments(), **given)):
                     yield f"{name} {limit} segments {key}", value
-    # Impacts above the limit, 2 mm to the last bit and a little more beside the place that is asked for.
+    # Impacts above the limit, a little nearer than repeats of a state may lie, and a little farther.
     points = training_grid("kuka-iiwa7-10nm")
     force = np.minimum(fm.published_map("kuka-iiwa7-10nm").predict(*points.T), 499.0)
     for peak, censored in ((500.0, True), (350.0, False)):
@@ -248,7 +249,7 @@ def of_speeds():
                 peak_force=[*force, peak], role=["train"] * 27 + ["test"], censored=[False] * 27 + [censored],
             )  # fmt: skip
             force_map = fm.fit_force_map(dataset)
-            off = np.array([0.0, -0.00199, 0.00199, -0.00201, 0.00201, 0.0, 0.0, 0.0, 0.0])
+            off = REPEAT_DISTANCE * np.array([0.0, -0.99, 0.99, -1.01, 1.01, 0.0, 0.0, 0.0, 0.0])
             beside = 0.75 + off, 0.375 + off[[0, 5, 6, 7, 8, 1, 2, 3, 4]]
             given = {"contact": QUASI_STATIC, "bound": fm.ToleranceBound()}
             found = fm.safe_speed(force_map, *beside, limit=300.0, **given)
