@@ -376,6 +376,10 @@ def of_files():
                     for field, value in fields_of(read_path(file, robot=on)):
                         if field != "source":
                             yield f"{name} {unit} {timed} {field}", value
+        for turn in (3.0, 3.14, math.pi):  # all around, and back to where it began
+            file.write_text(f"joint_1_rad,joint_2_rad\n0.1,{-turn!r}\n0.1,{turn!r}\n0.2,1.0\n")
+            around = read_path(file, robot=slides)
+            yield f"around by {turn}", [len(around), around.lengths.sum(), around.turning.max(), around.turning.min()]
         for text in (
             "distance_m,height_m\n0.8,0.4\n0.8,0.3\n0,0.3\n",
             "segment,x_m,y_m,z_m,time_s\na,0.8,0,0.4,0\nb,0.8,0.1,0.3,1.5\nb,0.8,0.1,0.3,2\nc,0.7,0.1,0.3,3\n",

@@ -275,7 +275,7 @@ CALLS = {
     "timed: less": lambda: timed([[0.0, 0, 0.0], [0.0, 0, 0.99e-6]], [0, 1]),
     **{f"step {step}": functools.partial(path().resampled, step) for step in (0.0, -0.1, math.inf, math.nan)},
     "a million pieces": lambda: path([[5, 0, 0], [-5, 0, 0]]).resampled(1e-5),
-    "more than a million pieces": lambda: path([[5, 0, 0], [-5.0001, 0, 0]]).resampled(1e-5),
+    "more than a million pieces": lambda: path([[5, 0, 0], [-5.00001, 0, 0]]).resampled(1e-5),
     },
     "time laws": {
     "time law: two shapes": lambda: time_law([1.0, 2.0], [1.0], acceleration=1.0),
@@ -321,7 +321,10 @@ CALLS = {
     "positions: none": lambda: table_positions(ur10e(), path([[0.2, 0, 0.05], [0.2, 0, 0]]), 5.0),
     "positions: too many along an axis": lambda: table_positions(ur10e(), path(), 1e-5),
     "positions: too many of both": lambda: table_positions(ur10e(), path(), 0.001),
-    "positions: behind the base": lambda: table_positions(ur10e(), path([[2.0, 0, 0.4], [2.0, 0, 0.3]]), 0.01),
+    "positions: 20 000": lambda: positions(1.9998),
+        "positions: 20 001": lambda: positions(1.9999),
+        "positions: 20 002 along an axis": lambda: positions(2.0),
+        "positions: behind the base": lambda: table_positions(ur10e(), path([[2.0, 0, 0.4], [2.0, 0, 0.3]]), 0.01),
     },
     "allowances": {
     **{f"overshoot {x}": functools.partial(fm.Allowance, x) for x in (-0.01, math.inf, math.nan, 0.0)},
@@ -337,7 +340,9 @@ CALLS = {
     "zone that ends below": lambda: fm.Zones([0.6, 0.7], [0.7, 0.8], 0.2, [0.3, 0.1]),
     "zone behind the axis": lambda: fm.Zones(-0.1, 0.7, 0.2, 0.3),
     "zone of one place": lambda: fm.Zones(0.0, 0.0, 0.2, 0.2),
-    "segment in a plane": lambda: Segments([0.5, 0.0], [0.5, 0.1]),
+    "100 000 zones": lambda: fm.zone_grid(box(1.0, 0.001), 0.0001),
+        "100 001 zones": lambda: fm.zone_grid(box(0.9091, 0.0011), 0.0001),
+        "segment in a plane": lambda: Segments([0.5, 0.0], [0.5, 0.1]),
     "no segment to drive": lambda: Segments(np.zeros((0, 3)), np.zeros((0, 3))),
     "segments in a table": lambda: Segments(np.zeros((1, 1, 3)), np.ones((1, 1, 3))),
     "segment without end": lambda: Segments([0.5, 0.0, math.inf], [0.5, 0.1, 0.2]),
@@ -359,7 +364,7 @@ CALLS = {
     "distance without end": lambda: fm.safe_speed(ur10e(), math.inf, 0.3, **BEFORE_MARGIN, bound=MARGIN),
     "height that is none": lambda: fm.safe_speed(ur10e(), 0.7, math.nan, **BEFORE_MARGIN, bound=MARGIN),
     **{f"grid step {x}": functools.partial(fm.measured_grid, ur10e(), x)
-       for x in (0.0, -0.1, math.inf, math.nan, 0.00034443, 0.00034444)},
+       for x in (0.0, -0.1, math.inf, math.nan, 0.00034443835594, 0.00034443835612)},
     "a kind of bound": lambda: speed(bound=fm.FixedMargin),
     "a number for a bound": lambda: speed(bound=0.1),
     "a bound that the map cannot carry": lambda: speed(ur10e(), bound=fm.ToleranceBound()),
@@ -430,6 +435,18 @@ def wide(distance):
     low, high = points.min(axis=0), points.max(axis=0)
     points = (points - low) / (high - low) * [distance, 0.001, 0.2] + [0.5, 0.2, 0.2]
     return replace(fm.published_map("kuka-iiwa7-30nm"), measured_range=MeasuredRange(points))
+
+
+def box(distance, height):
+    """A measured range of that extent [m]."""
+    corners = [[0.0, 0.0, 0.2], [distance, 0.0, 0.3], [0.0, height, 0.4], [distance, height, 0.2]]
+    return MeasuredRange([*np.array(corners), 0.5, 0.20005, 0.0])
+
+
+def positions(distance):
+    """Positions 0.1 mm apart, of a path as long as that, over a range of that extent [m] and one height."""
+    force_map = replace(ur10e(), measured_range=box(distance, 0.0001))
+    return table_positions(force_map, path([[0.0, 0.0, 0.0], [0.0001, 0.0, 0.0]]), 0.0001)
 
 
 def said(call, folder):
