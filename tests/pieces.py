@@ -227,7 +227,7 @@ def of_crossings():
 
 
 def of_speeds():
-    """At places, in zones and on a grid, with impacts that contradict them, on the edge of what is compared."""
+    """At places and along segments."""
     d, h = np.meshgrid(np.linspace(0.53, 0.89, 7), np.linspace(0.13, 0.47, 6))
     for name, force_map in {"published": ur10e(), **maps()}.items():
         bound = MARGIN if name == "published" else fm.ToleranceBound()
@@ -238,7 +238,10 @@ def of_speeds():
             if limit == 300.0 or name == "published":
                 for key, value in fields_of(fm.zone_speeds(force_map, segments(), **given)):
                     yield f"{name} {limit} segments {key}", value
-    # Impacts above the limit, a little nearer than repeats of a state may lie, and a little farther.
+
+
+def of_contradictions():
+    """Where impacts exceeded the limit: a little nearer than repeats of a state may lie, and a little farther."""
     points = training_grid("kuka-iiwa7-10nm")
     force = np.minimum(fm.published_map("kuka-iiwa7-10nm").predict(*points.T), 499.0)
     for peak, censored in ((500.0, True), (350.0, False)):
@@ -285,6 +288,10 @@ def of_speeds():
     given = {"limit": 480.0, "contact": QUASI_STATIC, "bound": fm.ToleranceBound()}
     for key, value in fields_of(fm.zone_speeds(fm.fit_force_map(dataset), beside, **given)):
         yield f"faster than measured {key}", value
+
+
+def of_grids():
+    """Maps of speeds, their axes, and how speeds are shown."""
     steps = fm.measured_grid(maps()["skew"], 0.07)
     found = fm.speed_map(maps()["skew"], *steps, limit=250.0, contact=QUASI_STATIC, bound=fm.ToleranceBound())
     yield "speed map", [*steps, found.fastest, found.fastest_to_program]
@@ -440,6 +447,9 @@ def of_path_speeds():
                         yield f"{name} as programmed {field}", value
                 yield f"{name} not too fast", replace(found, speed=found.programmed).too_fast
                 yield f"{name} too fast", replace(found, speed=found.programmed * (1 - 2e-9)).too_fast
+
+
+def of_positions():
     press = fm.ToolPath.through([[0.0, 0.0, 0.06], [0.0, 0.0, 0.0]])
     for name, path in (
         ("press", press),
@@ -463,7 +473,10 @@ def of_path_speeds():
             yield f"place {name} {step} sensitivity", found.sensitivity
 
 
-PARTS_OF = (of_zones, of_enclosures, of_crossings, of_speeds, of_tool_paths, of_files, of_path_speeds)
+PARTS_OF = (
+    of_zones, of_enclosures, of_crossings, of_speeds, of_contradictions, of_grids, of_tool_paths, of_files,
+    of_path_speeds, of_positions,
+)  # fmt: skip
 
 
 def rows(part):

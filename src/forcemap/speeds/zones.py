@@ -235,7 +235,7 @@ class Segments:
         close = np.zeros(len(self), dtype=np.bool_)
         which = np.arange(len(self))
         for start, stop in itertools.pairwise(edges):
-            d, h = self.patches(which, np.tile([start, stop, 0.0, 1.0], (len(self), 1))).corners
+            d, h = self.patches(which, np.tile([start, stop], (len(self), 1))).corners
             close |= (
                 (d.min(axis=1) <= distance + reach)
                 & (d.max(axis=1) >= distance - reach)
