@@ -80,6 +80,7 @@ def table():
     return fm.robot_table(ur10e(), limits=[HAND, OWN], bound=MARGIN, size=0.09, date=DATE)
 
 
+@functools.cache
 def of_a_file():
     """A table of a fitted map, simulated, with the files that it was read from."""
     dataset = simulate("ur10e", np.random.default_rng(SEED), effect=0.02, train=np.ones(125, bool)).dataset
@@ -242,6 +243,7 @@ def of_pieces():
         yield name, [*sentences(speeds.notes), *assumptions(speeds.bases), *sorted(set(map(sentence, speeds.reason)))]
 
 
+@functools.cache
 def scattered(**how):
     """A map whose states scatter by a share around the one that is named, with impacts above the device range."""
     points = np.repeat(training_grid("ur10e"), 2, axis=0)
@@ -258,6 +260,7 @@ def scattered(**how):
     return fm.fit_force_map(dataset, **how)
 
 
+@functools.cache
 def as_many_states_as_terms():
     """A map that runs through what was measured and leaves nothing over."""
     points = np.random.default_rng(SEED).uniform([0.5, 0.1, 0.1], [0.9, 0.5, 0.4], (9, 3))

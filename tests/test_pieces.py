@@ -7,11 +7,17 @@ import csv
 import numpy as np
 import pytest
 
-from pieces import PARTS_OF, TABLE, rows
+from pieces import PARTS_OF, TABLE, maps, rows
 from test_chain import parts
 
 with TABLE.open(newline="") as stream:
     BEFORE = list(csv.reader(stream))
+
+
+@pytest.fixture(scope="module", autouse=True)
+def fitted():
+    """The maps are fitted once, before anything is asked of them."""
+    maps()
 
 
 @pytest.mark.parametrize("part", PARTS_OF, ids=lambda part: part.__name__)

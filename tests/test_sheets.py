@@ -4,9 +4,16 @@ from __future__ import annotations
 
 import pytest
 
-from sheets import SHEETS, TEXTS, texts
+from sheets import MAPS, SHEETS, TEXTS, texts
 
 KEPT = TEXTS.read_text().split("=== ")[1:]
+
+
+@pytest.fixture(scope="module", autouse=True)
+def maps():
+    """The maps are fitted once, before anything is asked of them."""
+    for make in MAPS.values():
+        make()
 
 
 @pytest.mark.parametrize("sheet", SHEETS)
