@@ -152,6 +152,18 @@ def test_corners_are_no_certificate():
     assert middle.speed - 0.003 < across.speed[0] <= middle.speed
 
 
+@pytest.mark.parametrize("steepness", [60.0, 200.0, 1000.0, 5000.0, 40_000.0, 1e6])
+def test_a_ridge_across_a_zone_holds_its_speed_down(steepness):
+    """ln F = ln(300 / 1.1) + 3 (v - 0.3) - k (d - 0.705)^2: along the ridge 0.3 m/s, however narrow it is."""
+    terms = [math.log(300 / 1.1) - 0.9 - steepness * 0.705**2, 3.0, 2 * steepness * 0.705, -steepness, *[0.0] * 5]
+    ridge = replace(fm.published_map("ur10e"), coefficients=np.array(terms))
+    zones = fm.Zones([0.52, 0.6, 0.69, 0.6], [0.89, 0.8, 0.73, 0.65], [0.14, 0.2, 0.3, 0.2], [0.46, 0.4, 0.31, 0.4])
+    found = fm.zone_speeds(ridge, zones, limit=300.0, contact=QUASI_STATIC, bound=fm.FixedMargin(0.10))
+    assert not (found.speed[:3] > 0.3).any()
+    assert steepness > 1000 or (found.speed[:3] > 0.3 * 0.997 - 0.0003).all()
+    assert found.speed[3] > 0.3
+
+
 def test_a_map_that_turns_over_opens_no_second_window():
     falling = replace(fm.published_map("ur10e"), measured_range=MeasuredRange(full_grid("ur10e") * [1, 1, 4]))
     rng = np.random.default_rng(33)

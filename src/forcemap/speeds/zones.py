@@ -68,9 +68,7 @@ class Zones:
 
     def __post_init__(self) -> None:
         names = ("distance_from", "distance_to", "height_from", "height_to")
-        arrays = np.broadcast_arrays(
-            *(_finite("zone", np.atleast_1d(np.asarray(getattr(self, n), dtype=np.float64))) for n in names)
-        )
+        arrays = np.broadcast_arrays(*(np.atleast_1d(_finite("zone", getattr(self, name))) for name in names))
         for name, array in zip(names, arrays, strict=True):
             object.__setattr__(self, name, array)
         if arrays[0].ndim != 1 or not arrays[0].size:
@@ -152,10 +150,10 @@ class Segments:
 
     def __post_init__(self) -> None:
         for name in ("start", "end"):
-            array = np.atleast_2d(np.asarray(getattr(self, name), dtype=np.float64))
+            array = np.atleast_2d(_finite("segment", getattr(self, name)))
             if array.ndim != 2 or array.shape[1] != 3 or not len(array):
                 raise InputError(f"segments: found the shape {array.shape}, expected at least one of (n, 3)")
-            object.__setattr__(self, name, _finite("segment", array))
+            object.__setattr__(self, name, array)
         if self.start.shape != self.end.shape:
             raise InputError("segments: expected as many starts as ends")
         short = np.flatnonzero(np.linalg.norm(self.end - self.start, axis=1) < _LEAST_LENGTH)
@@ -237,7 +235,7 @@ class Segments:
         close = np.zeros(len(self), dtype=np.bool_)
         which = np.arange(len(self))
         for start, stop in itertools.pairwise(edges):
-            d, h = self.patches(which, np.tile([start, stop, 0.0, 1.0], (len(self), 1))).corners
+            d, h = self.patches(which, np.tile([start, stop], (len(self), 1))).corners
             close |= (
                 (d.min(axis=1) <= distance + reach)
                 & (d.max(axis=1) >= distance - reach)
