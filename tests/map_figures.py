@@ -183,7 +183,9 @@ def likelihoods():
         mean = np.where(impacts > 0, level + rng.normal(0, sd, m), np.nan)
         threshold = np.where(censored > 0, level + rng.choice([-30, -1, 0, 2, 9], m) * sd, np.nan)
         columns = np.column_stack([np.ones(m), rng.normal(size=m)])
-        data = StateData(columns, mean, impacts, censored, threshold, noise, np.arange(m) // 3, 0.3 * (number > 1))
+        data = StateData(
+            columns, mean, impacts, censored, threshold, noise, np.arange(m) // 3, np.full(m, 0.3 * (number > 1))
+        )
         for part, each in enumerate(_log_likelihood(data, np.array([5.0, 0.01]), sd**2, effect)):
             for half in (0, 1):
                 yield f"{number} {part} {half}", sd**part * each[half::2]

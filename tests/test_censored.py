@@ -11,9 +11,9 @@ from oracle import simulate
 from scipy import integrate, optimize, stats
 
 import forcemap as fm
-from forcemap.errors import FitError, RankDeficient
-from forcemap.maps.censored import StateData, _maximum, _stated_maximum, censored_regression
-from forcemap.maps.fit import repeat_variance, state_data
+from forcemap.errors import RankDeficient
+from forcemap.maps.censored import StateData, censored_regression, state_data
+from forcemap.maps.fit import repeat_variance
 from forcemap.maps.map_file import map_text
 from forcemap.maps.places import place_regression
 from sizes import FULL_SIZE
@@ -28,7 +28,7 @@ def campaign(seed, *, name="ur10e", device_range=400.0, effect=0.022, repeats=3)
 
 
 def data_of(train, form=fm.CFM_3D, correlation=0.0):
-    return state_data(form, train.states, repeat_variance(train), correlation)
+    return state_data(form.design(*train.states.coordinates.T), train.states, repeat_variance(train), correlation)
 
 
 @pytest.mark.parametrize("form", [fm.CFM_2D, fm.CFM_3D, fm.LOG_SPEED])
@@ -206,56 +206,3 @@ def test_the_mode_of_a_lower_bounds_effect_is_where_its_density_is_largest():
         u = np.linspace(-1, 12, 130_001)
         log_density = -0.5 * u**2 + count[i] * log_ndtr((m[i] + sd[i] * u - threshold[i]) / noise)
         assert abs((mode - m[i]) / sd[i] - u[log_density.argmax()]) < 2e-3
-
-
-@pytest.mark.parametrize("start", [-7.0, 3.0])
-@pytest.mark.parametrize(("at", "found"), [(-5.95, False), (-5.85, True), (0.0, True), (9.85, True), (9.95, False)])
-def test_a_maximum_is_one_inside_of_the_search_alone(start, at, found):
-    """From 6 below to 10 above the start, and no nearer to the ends than 0.1."""
-
-    def profile(x):
-        return -1.5 * (x - start - at) ** 2
-
-    if found:
-        assert _maximum(profile, start) == pytest.approx((start + at, -3.0), abs=1e-6)
-        assert _stated_maximum(profile, start, start + at) == pytest.approx((start + at, -3.0), abs=1e-6)
-    else:
-        with pytest.raises(FitError, match="has no maximum; discard the censored impacts"):
-            _maximum(profile, start)
-        assert _stated_maximum(profile, start, start + at) is None
-
-
-@pytest.mark.parametrize("curvature", [0.7, -0.7])
-def test_a_stated_maximum_is_near_the_top_of_a_smooth_profile(curvature):
-    """Up to 0.0001 off; by differences over 0.25 its slope is 0.01 and its second derivative a tenth off at most."""
-
-    def top(stated, fifth=0.0, sixth=0.0):
-        def profile(x):
-            return -curvature * ((x - 2) ** 2 / 2 + fifth * (x - 2) ** 5 + sixth * (x - 2) ** 6)
-
-        return _stated_maximum(profile, 1.0, stated)
-
-    for off in (-0.98e-4, 0.0, 0.98e-4):
-        assert (top(2 + off) == pytest.approx((2.0, -curvature), abs=1e-8)) if curvature > 0 else top(2 + off) is None
-    for off in (-1.02e-4, 1.02e-4):
-        assert top(2 + off) is None
-    # Five points miss -4 h^4 of a fifth power in the slope, -8 h^4 of a sixth in the second derivative.
-    for sign in (1, -1):
-        for share in (0.98, 1.02):
-            smooth = share < 1 and curvature > 0
-            assert (top(2.0, fifth=sign * share * 0.01 / (4 * 0.25**4)) is not None) == smooth
-            assert (top(2.0, sixth=sign * share * 0.1 / (8 * 0.25**4)) is not None) == smooth
-
-
-@pytest.mark.parametrize(
-    ("uneven", "step"), [(0.0110, 0.02), (-0.0110, 0.02), (0.0123, 0.25), (-0.0123, 0.25), (0.5, 0.25)]
-)
-def test_the_curvature_of_a_kink_is_taken_from_farther_around_it(uneven, step):
-    """A slope that would lead 0.0001 away from the top of a fine difference is that of a kink."""
-
-    def profile(x):
-        return uneven * (x - 1) - abs(x - 1)
-
-    at, bend = _maximum(profile, 0.0)
-    assert at == pytest.approx(1.0, abs=2e-4)
-    assert bend == pytest.approx(-28 / (12 * step), rel=1e-3)

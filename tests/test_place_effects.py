@@ -19,8 +19,7 @@ import forcemap as fm
 from forcemap.campaigns.state import PLACE_SIZE
 from forcemap.errors import BoundNotAvailable, InputError, MapFileError
 from forcemap.maps.bounds import contradiction
-from forcemap.maps.censored import censored_regression
-from forcemap.maps.fit import state_data
+from forcemap.maps.censored import censored_regression, state_data
 from forcemap.maps.places import FALL, correlations, place_effect, whitened
 from truths import Box, paper, spread
 
@@ -148,7 +147,7 @@ def test_too_few_places_give_no_tolerance_bound_and_say_how_many_would(places, e
 def integrated(data, coefficients, deviation, nodes=80):
     """ln likelihood of states with one impact each, the effect of every place integrated (Gauss and Hermite)."""
     z, weight = np.polynomial.hermite_e.hermegauss(nodes)
-    rho, cut = data.correlation, data.censored > 0
+    rho, cut = float(data.correlation[0]), data.censored > 0
     own = deviation * math.sqrt(1 - rho)
     level = (data.design @ coefficients)[:, None] + deviation * math.sqrt(rho) * z
     value = np.where(
@@ -169,7 +168,7 @@ def test_censored_states_against_integration_over_the_effects_of_places(correlat
     """
     for seed in range(6 if full_size else 1):
         dataset = impacts("spread", seed, 0.03 * math.sqrt(correlation), 0.03 * math.sqrt(1 - correlation), 350.0)
-        data = state_data(fm.CFM_3D, dataset.states, 0.0, correlation)
+        data = state_data(fm.CFM_3D.design(*dataset.states.coordinates.T), dataset.states, 0.0, correlation)
         found = censored_regression(data)
         assert np.sum(data.impacts == 0) >= 3
         white = np.linalg.inv(np.linalg.qr(data.design)[1])

@@ -32,6 +32,7 @@ from .errors import (
     RankDeficient as RankDeficient,
     RecordingError as RecordingError,
     TooFewStates as TooFewStates,
+    TransferRefused as TransferRefused,
 )
 from .exports.robot_table import robot_table as robot_table
 from .findings import Finding as Finding, FindingKind as FindingKind
@@ -65,6 +66,7 @@ from .maps.accuracy import (
     map_accuracy as map_accuracy,
 )
 from .maps.bounds import FixedMargin as FixedMargin, ToleranceBound as ToleranceBound
+from .maps.carry_over import transfer_map as transfer_map
 from .maps.fit import CensoredImpacts as CensoredImpacts, fit_force_map as fit_force_map
 from .maps.force_map import ForceMap as ForceMap
 from .maps.forms import (

@@ -10,7 +10,8 @@
     │   └── UnknownName                  no body area, map, form or term of that name
     ├── FitError                         the impacts do not determine the map
     │   ├── TooFewStates
-    │   └── RankDeficient
+    │   ├── RankDeficient
+    │   └── TransferRefused              new states contradict the map that was to be carried over
     ├── BoundNotAvailable                the map cannot carry the bound asked for
     ├── ContactNotPermitted              the standard permits no contact there (head)
     ├── NotReleasable                    what speeds rest on does not carry a program or a release
@@ -122,6 +123,16 @@ class RankDeficient(FitError):
     """The measured states do not separate the terms of the form."""
 
     kind = "rank_deficient"
+
+
+class TransferRefused(FitError):
+    """The new states contradict the map that was to be carried over; `p_value` of the test."""
+
+    kind = "transfer_refused"
+
+    def __init__(self, p_value: float, problem: str, *, remedy: str) -> None:
+        self.p_value = p_value
+        super().__init__(f"{problem}; {remedy}")
 
 
 class BoundNotAvailable(ForcemapError):

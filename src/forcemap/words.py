@@ -82,6 +82,12 @@ class _Figures(dict[str, Any]):
             for entry, was, now, count, *days in self["changes"]
         )
 
+    def _changed(self) -> str:
+        """Conditions that the campaigns of a map that was carried over state differently."""
+        return "; ".join(
+            f"{entry} was {was or 'not stated'}, now {now or 'not stated'}" for entry, was, now in self["changes"]
+        )
+
     def _columns(self) -> str:
         return ", ".join(dict.fromkeys(entry for entry, *_ in self["changes"]))
 

@@ -150,7 +150,7 @@ class FitAnswer(PlaceFigures):
             states_left_out_names=fit.left_out.name,
             repeats=most,
             fewest_repeats=fewest,
-            bound_margin_percent=_margins(force_map),
+            bound_margin_percent=margins_of(force_map),
             accuracy=accuracies[0],
             accuracies=accuracies,
             disagreeing_repeats=dataset.disagreeing_repeats,
@@ -163,7 +163,8 @@ class FitAnswer(PlaceFigures):
         )
 
 
-def _margins(force_map: ForceMap) -> tuple[float, float]:
+def margins_of(force_map: ForceMap) -> tuple[float, float]:
+    """Smallest and largest share by which the tolerance bound lies above the prediction at the states; NaN if none."""
     bound = ToleranceBound(device_error=force_map.conditions.device.error_or_default)
     try:
         shares = margins(bound, force_map)

@@ -52,11 +52,17 @@ class Binding:
     state: BindingState = BindingState.NO_RECORDINGS
     reason: Finding | None = None
 
+    def weaker(self, other: Binding) -> Binding:
+        """Of two bindings the one that says less for the figures."""
+        return max(self, other, key=lambda binding: _WEAKNESS.index(binding.state))
+
     @property
     def refusal(self) -> Finding | None:
         """Why no speed may rest on the table; None if nothing speaks against it."""
         return (self.reason or Finding.of(FindingKind.BINDING_BROKEN)) if self.state is BindingState.BROKEN else None
 
+
+_WEAKNESS = (BindingState.BOUND, BindingState.NO_RECORDINGS, BindingState.UNBOUND, BindingState.BROKEN)
 
 NOT_BESIDE = Binding(BindingState.UNBOUND, Finding.of(FindingKind.REGISTER_NOT_BESIDE))
 

@@ -214,6 +214,18 @@ class Conditions:
             raise InputError(f"device spring: found {stiffness / 1000:g} N/mm, but {stated}; give one of them")
         return replace(self, device=replace(self.device, stiffness=stiffness))
 
+    def with_device_of(self, earlier: Conditions) -> Conditions:
+        """The same with the device that is good for what both campaigns' devices are good for."""
+        weakest = Device.weakest([self.device, earlier.device])
+        several = (*self.devices, ("of an earlier campaign", earlier.device)) if self.devices else ()
+        return replace(self, device=weakest, devices=several)
+
+    def changed_from(self, earlier: Conditions) -> tuple[tuple[str, str, str], ...]:
+        """Entry, text then and text now of what an earlier campaign states otherwise; an empty text is "not stated"."""
+        then, now = earlier.measured_under(), self.measured_under()
+        texts = ((entry, then.get(entry, ""), now.get(entry, "")) for entry in MEASURED_UNDER)
+        return tuple(each for each in texts if each[1] != each[2])
+
     def measured_under(self, *names: str) -> dict[str, str]:
         """What is stated of robot, tool, contact and device, as texts by entry: what a map holds for.
 

@@ -57,6 +57,17 @@ class PhaseTwo:
             above_peak=int(np.sum(phase2_force > peak_force)),
         )
 
+    def and_(self, other: PhaseTwo) -> PhaseTwo:
+        """What two campaigns know of it together."""
+        kinds = [kind for kind in ContactScenario if kind in self.scenarios or kind in other.scenarios]
+        return PhaseTwo(
+            {kind: self.scenarios.get(kind, 0) + other.scenarios.get(kind, 0) for kind in kinds},
+            self.unrecorded + other.unrecorded,
+            float(np.fmax(self.largest_force, other.largest_force)),
+            self.above_peak + other.above_peak,
+            self.excluded + other.excluded,
+        )
+
     @property
     def recorded(self) -> bool:
         """True if Phase II is known of at least one impact."""

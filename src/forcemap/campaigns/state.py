@@ -137,6 +137,11 @@ class States:
         mine, theirs = (states.coordinates / tolerance.scale for states in (self, others))
         return np.asarray(_near_any(mine, theirs) | np.isin(self.name, others.name))
 
+    def at_places_of(self, others: States) -> Mask:
+        """Which states, shape (m,), lie within PLACE_SIZE of a place of others."""
+        away = np.abs(self.coordinates[:, None, :2] - others.coordinates[:, :2]).max(axis=2)
+        return np.asarray((away <= PLACE_SIZE).any(axis=1))
+
     @property
     def uncensored(self) -> States:
         """The states with at least one uncensored repeat."""

@@ -26,6 +26,7 @@ _COMMANDS = {
     "check": "Check impacts against the limits of a body area.",
     "confirm": "Plan impacts at released speeds; judge them.",
     "fit": "Fit a collision-force map.",
+    "transfer": "Carry a map over to a changed robot.",
     "evaluate": "Say how far predicted forces are from measured ones.",
     "compare": "Compare a map with the standard, or another map.",
     "limits": "Show force and pressure limits of body areas.",

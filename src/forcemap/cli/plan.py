@@ -5,19 +5,20 @@ from __future__ import annotations
 import dataclasses
 import math
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 from typer import Argument, Option
 
 import forcemap as fm
 from forcemap.answers.plan import PlanAnswer
 from forcemap.cli import planned
-from forcemap.cli.options import ContactKind, DeviceSpring, Json, Limit, force_map_from, limit_from
+from forcemap.cli.options import ContactKind, DeviceSpring, Json, Limit, force_map_from, limit_from, number
 from forcemap.cli.output import counted, emit, listing
 from forcemap.cli.task_options import figures
 from forcemap.findings import Finding, FindingKind
 from forcemap.limits.device_spring import device_suitability
 from forcemap.planning.measurements import DesignedPlan
+from forcemap.planning.transfer_plan import plan_transfer
 from forcemap.words import sentence, sentences
 
 _LISTED = 5
@@ -28,9 +29,11 @@ _Design = Annotated[
     str,
     Option(
         "--design",
+        "--transfer",
         help="spread: corners, and places and speeds between them; paper: 3 x 3 places x 3 speeds; full-grid: "
         "5 x 5 x 5; symmetry: at several base angles; i-optimal, or i-optimal:LOG_SPEED for another form: the best "
-        "--states of 9 x 9 x 9.",
+        "--states of 9 x 9 x 9; a map file, as --transfer map.json: the few --states (9) that carry it over to a "
+        "changed robot, or --transfer map.json:8% the fewest for a bound 8 % above the prediction.",
     ),
 ]
 _States = Annotated[
@@ -89,30 +92,27 @@ def plan(
     Example: forcemap plan my-campaign --distances-m 0.52,0.89 --heights-m 0.14,0.46 --speeds-mps 0.1,0.4
     --device-range-N 500 --moving-mass-kg 30 --area back_of_hand --contact transient
     """
-    if distances is None or heights is None or speeds is None:
+    carried = _carried(design)
+    if carried is None and (distances is None or heights is None or speeds is None):
         raise fm.InputError("plan: expected --distances-m, --heights-m and --speeds-mps, the ranges to measure")
     if Path(folder, "plan.csv").exists():
         raise fm.InputError("the folder has a plan already; name a new folder, or move the plan away", file=folder)
-    kind, form = _kind_and_form(design)
     mass, source = planned.expected_of(expect)
     conditions = planned.conditions_of(folder, device_range, device_spring, mass)
     newtons, doubts = _to_confirm(limit, contact, conditions.device.stiffness) if limit else (math.nan, [])
-    campaign_plan = fm.plan_measurements(
-        figures("distances", distances),
-        figures("heights", heights),
-        figures("speeds", speeds),
-        design=kind,
-        repeats=repeats,
-        places=places,
-        again=again,
-        base_angles=figures("base angles", base_angles) if base_angles else [],
-        reach=reach,
-        device=conditions.device,
-        expected_force=force_map_from(source, None)[0] if source else fm.StandardExpectation.of(conditions),
-        limit=newtons,
-        states=states,
-        form=form,
-    )
+    ranges = [
+        figures(name, text) if text else []
+        for name, text in (("distances", distances), ("heights", heights), ("speeds", speeds))
+    ]
+    shared: dict[str, Any] = {"states": states, "repeats": repeats, "device": conditions.device, "limit": newtons}
+    angles = figures("base angles", base_angles) if base_angles else []
+    others: dict[str, Any] = {"places": places, "again": again, "base_angles": angles, "reach": reach}
+    if carried:
+        campaign_plan = _few_states(*carried, ranges, others, shared)
+    else:
+        shared["design"], shared["form"] = _kind_and_form(design)
+        shared["expected_force"] = force_map_from(source, None)[0] if source else fm.StandardExpectation.of(conditions)
+        campaign_plan = fm.plan_measurements(ranges[0], ranges[1], ranges[2], **others, **shared)
     warnings = (*doubts, *campaign_plan.warnings, *_needed(conditions.device, doubts))
     campaign_plan = dataclasses.replace(campaign_plan, warnings=warnings)
     minutes = campaign_plan.minutes(place_minutes, impact_minutes)
@@ -120,7 +120,31 @@ def plan(
     assumed = f"if a place takes {place_minutes:g} min and an impact {impact_minutes:g} min (assumed)"
     time = f"{minutes // 60:.0f} h {minutes % 60:02.0f} min, {assumed}"
     answer = PlanAnswer.of_plan(campaign_plan, folder, files, minutes)
-    emit(answer, _lines(folder, campaign_plan, files, time), as_json=as_json)
+    emit(answer, _lines(folder, campaign_plan, files, time, carried[0] if carried else None), as_json=as_json)
+
+
+def _carried(design: str) -> tuple[str, float] | None:
+    """The file of the map to carry over and the wanted width of the bound (a share, NaN if none); None if no map."""
+    source, colon, percent = design.rpartition(":") if design.endswith("%") else (design, "", "")
+    if not source.lower().endswith(".json"):
+        return None
+    width = number(percent.removesuffix("%")) if colon else math.nan
+    if width is None:
+        raise fm.InputError(f"transfer: found {design!r}, expected a map file, or map.json:8% for a width of 8 %")
+    return source, width / 100
+
+
+def _few_states(
+    source: str, width: float, ranges: list[list[float]], others: dict[str, Any], shared: dict[str, Any]
+) -> DesignedPlan:
+    """The states that carry a map over; refused are options of other designs."""
+    for name, value in others.items():
+        if value not in (None, [], math.inf):
+            raise fm.InputError(
+                f"{name.replace('_', ' ')}: found {value}, expected none: the states that carry a map over lie within "
+                "its own range, each at a place of its own"
+            )
+    return plan_transfer(fm.read_map(source), *ranges, width=width, **shared)
 
 
 def _kind_and_form(design: str) -> tuple[fm.Design, fm.Form]:
@@ -149,7 +173,7 @@ def _needed(device: fm.Device, doubts: list[Finding]) -> list[Finding]:
     return [*needs, spring] if math.isnan(device.stiffness) and not said else needs
 
 
-def _lines(folder: str, plan: DesignedPlan, files: list[str], time: str) -> list[str]:
+def _lines(folder: str, plan: DesignedPlan, files: list[str], time: str, transfer: str | None) -> list[str]:
     values = sorted(set(plan.speed.tolist()))
     speeds = ", ".join(f"{v:g}" for v in values) if len(values) <= _LISTED else f"{values[0]:g} to {values[-1]:g}"
     source = sentence(plan.expected_from) or "nothing (give --moving-mass-kg or --map)"
@@ -171,4 +195,5 @@ def _lines(folder: str, plan: DesignedPlan, files: list[str], time: str) -> list
         f"  1. fill in {folder}/campaign.toml: robot, tool, contact, device, and in [recordings] how it writes files",
         f"  2. print {folder}/{planned.SHEET} and measure; save each file in {folder}/recordings as it says",
         f"  3. forcemap collect {folder}",
+        *([f"  4. forcemap transfer {transfer} {folder} -o new-map.json"] if transfer else []),
     ]

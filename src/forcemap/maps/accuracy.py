@@ -11,7 +11,6 @@ from forcemap.arrays import FloatArray, Indices
 from forcemap.campaigns.dataset import ImpactDataset, States
 from forcemap.errors import FitError, InputError
 from forcemap.maps.censored import CensoredRegression, coefficients_at
-from forcemap.maps.fit import state_data
 from forcemap.maps.force_map import ForceMap
 from forcemap.maps.places import place_regression
 
@@ -202,18 +201,16 @@ def left_out_predictions(force_map: ForceMap, group: Indices | None = None) -> F
         The map was not fitted here.
     """
     fit = force_map.require_fit()
-    between, m = fit.between_states, len(fit.states)
-    noise = between.repeat_variance if isinstance(between, CensoredRegression) else 0.0
-    data = state_data(force_map.form, fit.states, noise, fit.place_effect.correlation)
-    levels = np.full(m, np.nan)
+    whole, data, m = fit.whole(), fit.data(), len(fit.states)
+    levels, own = np.full(m, np.nan), data.design[-m:]
     for number in np.unique(group := np.arange(m) if group is None else group):
         out = group == number
-        rest = data.select(~out)
+        rest = data.select(np.concatenate([np.full(data.mean.size - m, True), ~out]))
         with contextlib.suppress(FitError):  # too few, rank deficient or without a maximum when it is left out
-            if isinstance(between, CensoredRegression):
-                coefficients = coefficients_at(rest, between.deviation)
+            if isinstance(whole, CensoredRegression):
+                coefficients = coefficients_at(rest, whole.deviation)
             else:
                 coefficients = place_regression(rest.design, rest.mean, rest.place, rest.correlation).coefficients
-            levels[out] = data.design[out] @ coefficients
+            levels[out] = own[out] @ coefficients
     with np.errstate(over="ignore"):
         return np.asarray(np.exp(levels))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from typing import Any
@@ -10,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from forcemap.arrays import FloatArray, Indices, Mask
+from forcemap.campaigns.dataset import States
 from forcemap.errors import FitError
 from forcemap.maps.regression import Regression, least_squares
 
@@ -64,8 +66,8 @@ class StateData:
         Variance of ln F between repeats of a state; 0 if states are not repeated.
     place : array of int
         Place of each state, shape (m,).
-    correlation : float
-        rho of the states of a place, from 0 to below 1.
+    correlation : array
+        rho of the states of the place of each state, from 0 to below 1, shape (m,); own effects have one variance.
     """
 
     design: FloatArray
@@ -75,7 +77,7 @@ class StateData:
     threshold: FloatArray
     repeat_variance: float
     place: Indices
-    correlation: float
+    correlation: FloatArray
 
     def select(self, mask: Mask) -> StateData:
         """The states where a mask of shape (m,) is true."""
@@ -84,10 +86,27 @@ class StateData:
         }
         return replace(self, **arrays)
 
+    @classmethod
+    def joined(cls, parts: Sequence[StateData]) -> StateData:
+        """The states of several campaigns, the last one's last; a place of one campaign is none of another."""
+        count = np.cumsum([0, *(part.place.max() + 1 for part in parts[:-1])])
+        arrays: dict[str, Any] = {
+            name: np.concatenate([getattr(part, name) for part in parts])
+            for name, values in vars(parts[0]).items()
+            if isinstance(values, np.ndarray)
+        }
+        arrays["place"] = np.concatenate([part.place + first for part, first in zip(parts, count, strict=True)])
+        return cls(**arrays, repeat_variance=parts[-1].repeat_variance)
+
     @property
     def noise_of_means(self) -> float:
         """Variance that the noise of repeats leaves in the mean of a state, on average over the states."""
         return self.repeat_variance * float(np.mean(1.0 / (self.impacts + self.censored)))
+
+    @property
+    def own_share(self) -> float:
+        """Share of its own effect, 1 - rho, in the variance of the last state."""
+        return float(1 - self.correlation[-1]) if self.correlation.size else 1.0
 
     @property
     def with_places(self) -> StateData:
@@ -97,13 +116,15 @@ class StateData:
         u sqrt((1 - rho) / rho) = 0 with the variance of own effects (Henderson's mixed model equations). The other
         coefficients then equal those of generalised least squares.
         """
-        if self.correlation == 0:
-            return self
-        names, number = np.unique(self.place, return_inverse=True)
+        names, first = np.unique(self.place, return_index=True)
+        shared = self.correlation[first] > 0
+        names, rho = names[shared], self.correlation[first][shared]
         k, m = names.size, self.mean.size
+        if not k:
+            return self
         place_columns = np.zeros((m + k, k))
-        place_columns[np.arange(m), number] = 1.0
-        place_columns[m:] = math.sqrt((1 - self.correlation) / self.correlation) * np.eye(k)
+        place_columns[:m] = self.place[:, None] == names
+        place_columns[m:] = np.diag(np.sqrt((1 - rho) / rho))
         return replace(
             self,
             design=np.hstack([place_columns, np.vstack([self.design, np.zeros((k, self.design.shape[1]))])]),
@@ -112,6 +133,31 @@ class StateData:
             censored=np.append(self.censored, np.zeros(k, dtype=np.int64)),
             threshold=np.append(self.threshold, np.full(k, math.nan)),
         )
+
+
+def state_data(design: FloatArray, states: States, variance: float, correlation: float | FloatArray) -> StateData:
+    """The repeats of states as the fit takes them.
+
+    Parameters
+    ----------
+    design : array, shape (m, p)
+        Terms of the states.
+    states : States
+    variance : float
+        Of ln F between repeats of a state.
+    correlation : float or array of shape (m,)
+        rho of the states of a place.
+    """
+    return StateData(
+        design=design,
+        mean=states.log_force,
+        impacts=states.impacts,
+        censored=states.censored,
+        threshold=np.log(states.at_least),
+        repeat_variance=variance,
+        place=states.place,
+        correlation=np.broadcast_to(np.asarray(correlation, dtype=np.float64), (len(states),)),
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -190,7 +236,7 @@ def censored_regression(data: StateData, stated_deviation: float | None = None) 
     start = math.log(max(profile.start.residual_sd**2 + np.mean(missing**2), _LEAST_VARIANCE))
     found = None
     if stated_deviation:
-        found = _stated_maximum(profile, start, math.log((1 - data.correlation) * stated_deviation**2))
+        found = _stated_maximum(profile, start, math.log(data.own_share * stated_deviation**2))
     if found is None:
         profile = _Profile(data)  # so that the search goes the same way whatever a file states
         found = _maximum(profile, start)
@@ -201,7 +247,7 @@ def censored_regression(data: StateData, stated_deviation: float | None = None) 
         data,
         coefficients=coefficients[-p:],
         weights=np.maximum(-bend[:m] * variance, 0.0),
-        deviation=math.sqrt(variance / (1 - data.correlation)),
+        deviation=math.sqrt(variance / data.own_share),
         freedom=min(-2.0 * curvature, float(m - p)),
     )
 
@@ -217,7 +263,7 @@ def weighted_regression(
         design=data.design,
         response=data.mean,
         coefficients=coefficients,
-        inverse_triangle=math.sqrt(1 - data.correlation) * triangle[-p:, -p:],
+        inverse_triangle=math.sqrt(data.own_share) * triangle[-p:, -p:],
         weights=weights,
         deviation=deviation,
         freedom=freedom,
@@ -233,8 +279,7 @@ def coefficients_at(data: StateData, deviation: float) -> FloatArray:
     FitError
         The states do not determine them, or the likelihood has no maximum.
     """
-    variance = (1 - data.correlation) * deviation**2
-    return _Profile(data).solve(math.log(variance))[0][-data.design.shape[1] :]
+    return _Profile(data).solve(math.log(data.own_share * deviation**2))[0][-data.design.shape[1] :]
 
 
 class _Profile:

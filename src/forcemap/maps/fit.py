@@ -9,7 +9,7 @@ import numpy as np
 
 from forcemap.campaigns.dataset import ImpactDataset, States, StateTolerance
 from forcemap.errors import FitError, RankDeficient
-from forcemap.maps.censored import StateData, censored_regression
+from forcemap.maps.censored import censored_regression, state_data
 from forcemap.maps.force_map import Fit, ForceMap
 from forcemap.maps.forms import CFM_3D, Form
 from forcemap.maps.measured_range import MeasuredRange
@@ -74,7 +74,8 @@ def fit_force_map(
     if likelihood:
         states, left_out = train.states, left_out.select(np.zeros(len(left_out), dtype=np.bool_))
     effect = effect_of_places(form, states)
-    data = state_data(form, states, repeat_variance(train), effect.correlation)
+    design = form.design(*states.coordinates.T)
+    data = state_data(design, states, repeat_variance(train), effect.correlation)
     if likelihood:
         between_states: Regression = censored_regression(data)
     else:
@@ -110,20 +111,6 @@ def effect_of_places(form: Form, states: States) -> PlaceEffect:
     """Correlation of the states of a place, from those with an uncensored repeat."""
     known = states.uncensored
     return place_effect(form.design(*known.coordinates.T), known.log_force, known.place)
-
-
-def state_data(form: Form, states: States, variance: float, correlation: float) -> StateData:
-    """The repeats of states as the fit takes them; `variance` is that of ln F between repeats of a state."""
-    return StateData(
-        design=form.design(states.distance, states.height, states.speed),
-        mean=states.log_force,
-        impacts=states.impacts,
-        censored=states.censored,
-        threshold=np.log(states.at_least),
-        repeat_variance=variance,
-        place=states.place,
-        correlation=correlation,
-    )
 
 
 def repeat_variance(train: ImpactDataset) -> float:

@@ -14,12 +14,13 @@ from forcemap._version import __version__
 from forcemap.arrays import FloatArray, in_blocks
 from forcemap.campaigns.dataset import Binding, Conditions, Drift, PhaseTwo, States, measured_again
 from forcemap.errors import InputError
-from forcemap.maps.censored import CensoredRegression
+from forcemap.maps.censored import CensoredRegression, StateData, state_data
 from forcemap.maps.form_test import FormTest, form_test
 from forcemap.maps.forms import Form
 from forcemap.maps.measured_range import MeasuredRange
 from forcemap.maps.places import PlaceEffect
 from forcemap.maps.regression import Regression
+from forcemap.maps.transfer import Transfer, TransferRegression
 
 _GRID = 25
 """Points along each axis at which it is checked whether the prediction falls with speed. A choice: what is missed
@@ -49,6 +50,8 @@ class Fit:
         How states were found.
     table, table_sha256 : str
         Name and SHA-256 of the impacts table.
+    transfer : Transfer or None
+        What the map was carried over from; None for a map that rests on its own states alone.
     """
 
     states: States
@@ -60,6 +63,7 @@ class Fit:
     states_found: str = ""
     table: str = ""
     table_sha256: str = ""
+    transfer: Transfer | None = None
 
     @property
     def samples(self) -> int:
@@ -109,7 +113,24 @@ class Fit:
     @property
     def censored_fit(self) -> bool:
         """True if censored impacts entered the likelihood as "at least this much"."""
-        return isinstance(self.between_states, CensoredRegression)
+        return isinstance(self.whole(), CensoredRegression)
+
+    def whole(self) -> Regression:
+        """The regression that gave the coefficients: of a map that was carried over, to the states of all campaigns."""
+        between = self.between_states
+        return between.whole if isinstance(between, TransferRegression) else between
+
+    def repeat_variance(self) -> float:
+        """Variance of ln F between repeats of a state, as far as the fit made use of it; 0 if it did not."""
+        whole = self.whole()
+        return whole.repeat_variance if isinstance(whole, CensoredRegression) else 0.0
+
+    def data(self) -> StateData:
+        """What the map was fitted to, the map's own states last."""
+        if self.transfer:
+            return self.transfer.joint.data
+        design = self.between_states.design
+        return state_data(design, self.states, self.repeat_variance(), self.place_effect.correlation)
 
 
 @dataclass(frozen=True, eq=False)
@@ -254,8 +275,15 @@ class ForceMap:
 
     @cached_property
     def form_test(self) -> FormTest | None:
-        """Whether the states of the map contradict its form; None for a map that was not fitted."""
-        return None if self.fit is None else form_test(self.form, self.fit.states, self.fit.state_sd)
+        """Whether the states of the map contradict its form; None for a map that was not fitted.
+
+        Of a map that was carried over those of the first campaign; the new ones test the shift (`Transfer.p_value`).
+        """
+        if self.fit is None:
+            return None
+        if (transfer := self.fit.transfer) is None:
+            return form_test(self.form, self.fit.states, self.fit.state_sd)
+        return form_test(transfer.form, transfer.earlier[0].states, self.fit.state_sd)
 
     @cached_property
     def rises_with_speed(self) -> bool:

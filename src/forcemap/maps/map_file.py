@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from forcemap.arrays import FloatArray
 from forcemap.campaigns.dataset import (
     Binding,
     BindingState,
@@ -24,14 +25,15 @@ from forcemap.campaigns.dataset import (
 from forcemap.errors import ForcemapError, MapFileError
 from forcemap.files import read_bytes, sha256, write_atomically
 from forcemap.findings import Finding, FindingKind, in_words
-from forcemap.maps.censored import CensoredRegression, censored_regression, weighted_regression
-from forcemap.maps.fit import effect_of_places, state_data
+from forcemap.maps.censored import CensoredRegression, censored_regression, state_data, weighted_regression
+from forcemap.maps.fit import effect_of_places
 from forcemap.maps.force_map import Fit, ForceMap
 from forcemap.maps.forms import Form
 from forcemap.maps.measured_range import MeasuredRange
 from forcemap.maps.places import PlaceEffect, place_regression
 from forcemap.maps.published import PUBLISHED_MAPS, published_map
 from forcemap.maps.regression import Regression
+from forcemap.maps.transfer import Earlier, Transfer, joint_fit
 
 SCHEMA = "forcemap-map/1"
 
@@ -63,7 +65,7 @@ _RANGES = {  # of a number in the file, or of every number in a list
 _ROUNDING = 1e-9  # share by which means and logarithms in the file may contradict each other
 
 _TEXTS = {"schema", "name", "source", "software", "form", "terms", "state_id", "states_found"}
-_TEXTS |= {"impacts_table", "impacts_table_sha256"}
+_TEXTS |= {"impacts_table", "impacts_table_sha256", "map_sha256"}
 
 _TABLES = {"phase_two", "scenarios", "measured_states", "states_left_out", "test_states", "fit"}
 _LISTS = {"terms", "coefficients", "standard_errors", "state_weights"}
@@ -114,7 +116,7 @@ def read_map(path: str | Path) -> ForceMap:
     try:
         if stated != sha256(_text(content)):
             raise MapFileError("the file was changed after it was written; fit the map again", column="content_sha256")
-        _require_sound(content, content.keys() - {"binding", "campaign"})
+        _require_sound(content, content.keys() - {"binding", "campaign", "carried_over"})
         with np.errstate(divide="raise", over="raise", invalid="raise"):
             return _from_content(content)
     except MapFileError as error:
@@ -174,6 +176,8 @@ def _to_content(force_map: ForceMap) -> dict[str, Any]:
     if isinstance(between_states, CensoredRegression):
         censored["state_weights"] = between_states.weights.tolist()
         censored["repeat_variance_ln"] = between_states.repeat_variance
+    if fit.transfer:
+        content["carried_over"] = _transfer_to_content(fit.transfer)
     return content | {
         "measured_states": _states_to_columns(fit.states),
         "states_left_out": _states_to_columns(fit.left_out),
@@ -246,16 +250,20 @@ def _from_content(content: dict[str, Any]) -> ForceMap:
     fit = None
     if statistics is not None:
         states = _states_from_columns(columns)
-        effect = effect_of_places(form, states)
+        transfer = _transfer_from_content(content, states, coefficients) if "carried_over" in content else None
+        effect = transfer.joint.place_effect if transfer else effect_of_places(form, states)
         fit = Fit(
             states=states,
             left_out=_states_from_columns(content["states_left_out"]),
             test=_states_from_columns(content["test_states"]),
-            between_states=_regression(form, states, coefficients, effect, statistics),
+            between_states=replace(transfer.joint.regression, coefficients=coefficients)
+            if transfer
+            else _regression(form, states, coefficients, effect, statistics),
             place_effect=effect,
             states_found=str(statistics["states_found"]),
             table=str(statistics["impacts_table"]),
             table_sha256=str(statistics["impacts_table_sha256"]),
+            transfer=transfer,
         )
         for entry, figure in _scatter(fit).items() if "places" in statistics else ():
             stated, known = _nan(statistics.get(entry)), not math.isnan(figure)
@@ -284,6 +292,51 @@ def _from_content(content: dict[str, Any]) -> ForceMap:
         return force_map
     binding = in_stated_units(force_map.binding, conditions, fit.states, fit.left_out, fit.test)
     return replace(force_map, binding=binding)
+
+
+def _transfer_to_content(transfer: Transfer) -> dict[str, Any]:
+    """What a map was carried over from: the first form, and of each campaign its states and the shift to the next."""
+    return {
+        "form": transfer.form.name,
+        "terms": transfer.form.term_names,
+        "campaigns": [
+            {
+                "name": earlier.name,
+                "map_sha256": earlier.map_sha256,
+                "different": [list(difference) for difference in earlier.different],
+                "shift": shift.term_names,
+                "measured_states": _states_to_columns(earlier.states),
+            }
+            for earlier, shift in zip(transfer.earlier, transfer.shifts, strict=True)
+        ],
+        "states_at_old_places": transfer.near,
+        "repeat_variance_ln": transfer.joint.data.repeat_variance,
+        "misfit_p": transfer.p_value,
+        "extra_variance": transfer.joint.extra,
+    }
+
+
+def _transfer_from_content(content: dict[str, Any], states: States, coefficients: FloatArray) -> Transfer:
+    """The fit to the states of all campaigns made again; refused is a file that differs from it."""
+    stated, earlier, shifts = content["carried_over"], [], []
+    _require_sound(stated, stated.keys() - {"campaigns"})
+    for part in stated["campaigns"]:
+        _require_sound(part, part.keys() - {"different", "shift"})
+        different = tuple((str(entry), str(then), str(now)) for entry, then, now in part["different"])
+        names = str(part["name"]), str(part["map_sha256"])
+        earlier.append(Earlier(*names, _states_from_columns(part["measured_states"]), different))
+        shifts.append(Form.of("SHIFT", part["shift"]))
+    form = Form.of(str(stated["form"]), stated["terms"])
+    groups = [*(campaign.states for campaign in earlier), states]
+    joint = joint_fit(form, groups, shifts, float(stated["repeat_variance_ln"]))
+    if joint.form.term_names != content["terms"]:
+        raise MapFileError("not the terms of the earlier map and its shifts; fit the map again", column="terms")
+    again = joint.regression
+    _require_given("coefficients", again.design @ (again.coefficients - coefficients), _SAME_CENSORED)
+    _require_given("misfit_p", joint.p_value - float(stated["misfit_p"]), _SAME_SCATTER)
+    near = np.any([states.at_places_of(campaign.states) for campaign in earlier], axis=0)
+    _require_given("states_at_old_places", int(near.sum()) - int(stated["states_at_old_places"]), 0)
+    return Transfer(form, tuple(earlier), tuple(shifts), joint, int(near.sum()))
 
 
 def _require_published(force_map: ForceMap) -> None:
@@ -321,21 +374,22 @@ def _regression(
     Refused is a file that differs from a fit to its own states: for least squares in the coefficients, for a censored
     fit also in everything that widens the bound.
     """
+    design = form.design(*states.coordinates.T)
     if "state_weights" not in statistics:
-        data = state_data(form, states, 0.0, effect.correlation)
+        data = state_data(design, states, 0.0, effect.correlation)
         fitted = place_regression(data.design, data.mean, data.place, data.correlation)
         _require_given("coefficients", data.design @ (fitted.coefficients - coefficients), _SAME)
         return replace(fitted, coefficients=coefficients)
     if float(statistics["degrees_of_freedom"]) > len(states) - coefficients.size:
         raise MapFileError("more degrees of freedom than states less coefficients", column="degrees_of_freedom")
     stated = weighted_regression(
-        state_data(form, states, float(statistics["repeat_variance_ln"]), effect.correlation),
+        state_data(design, states, float(statistics["repeat_variance_ln"]), effect.correlation),
         coefficients=coefficients,
         weights=np.array(statistics["state_weights"], dtype=np.float64),
         deviation=float(statistics["state_sd_ln"]),
         freedom=float(statistics["degrees_of_freedom"]),
     )
-    data = state_data(form, states, stated.repeat_variance, effect.correlation)
+    data = state_data(design, states, stated.repeat_variance, effect.correlation)
     try:
         _require_fitted(stated, censored_regression(data, stated.deviation))
     except MapFileError:  # where rounding leaves the likelihood rough, only the same search gives the same fit

@@ -91,50 +91,72 @@ def place_effect(design: FloatArray, response: FloatArray, place: Indices) -> Pl
     count = np.bincount(place)
     if n <= p:
         return PlaceEffect(0.0, 0.0, count.size, 0)
-    base, at_place, mu, along = _between(design, place)
+    if count.max() == 1:  # rho is unknown
+        return PlaceEffect(0.0, 0.0, count.size, places_between(design, place))
+    upper, likely, between = shared_part(design, response, members(place))
+    return PlaceEffect(upper, likely, count.size, between)
+
+
+def shared_part(
+    design: FloatArray, response: FloatArray, member: FloatArray, penalty: float = 0.0
+) -> tuple[float, float, int]:
+    """The share rho of effects of groups in a variance, its upper end and where it is likeliest; degrees of freedom.
+
+    As in `place_effect`, for observations with Z, shape (n, k), in place of places: covariance in proportion to
+    (1 - rho) I + rho ZZ'. Observations in no group have the variance 1 - rho alone. The log-likelihood is lowered by
+    `penalty` rho / (1 - rho).
+    """
+    n, p = design.shape
+    base, mu, along = _between(design, member)
     residual, between = response - base @ (base.T @ response), mu.size
-    if count.max() == 1 or between == 0:  # rho is unknown, or makes no difference
-        return PlaceEffect(0.0, 0.0, count.size, between)
-    squares = np.square(along.T @ (at_place.T @ residual)) / mu
+    if between == 0:  # rho makes no difference
+        return 0.0, 0.0, 0
+    squares = np.square(along.T @ (member.T @ residual)) / mu
     within = max(0.0, float(residual @ residual - squares.sum()))  # along the n - p - between others, whose mu is 0
     rho = _HIGHEST * (1 - np.linspace(1.0, 0.0, _STEPS) ** 3)  # denser where it is high
     v = 1 - rho[:, None] * (1 - mu)
     with np.errstate(divide="ignore"):
         logs = np.log(v).sum(axis=1) + (n - p - between) * np.log1p(-rho)
         value = -0.5 * ((n - p) * np.log((squares / v).sum(axis=1) + within / (1 - rho)) + logs)
+        value -= penalty * rho / (1 - rho)
     best, last = int(value.argmax()), int(np.flatnonzero(value >= value.max() - FALL)[-1])
     correlation = float(rho[last])
     if last + 1 < _STEPS:
         share = (value[last] - value.max() + FALL) / (value[last] - value[last + 1])
         correlation += float(share * (rho[last + 1] - rho[last]))
-    return PlaceEffect(correlation, float(rho[best]), count.size, between)
+    return correlation, float(rho[best]), between
 
 
 def places_between(design: FloatArray, place: Indices) -> int:
     """Degrees of freedom between places, as `PlaceEffect.between`."""
     n, p = design.shape
-    return _between(design, place)[2].size if n > p else 0
+    return _between(design, members(place))[1].size if n > p else 0
 
 
-def _between(design: FloatArray, place: Indices) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """An orthonormal base of the columns of X; Z; the eigenvalues mu that count; their eigenvectors in places."""
-    count = np.bincount(place)
+def members(place: Indices) -> FloatArray:
+    """Z: 1 where a state lies at a numbered place, else 0, shape (n, k)."""
+    return np.asarray(place[:, None] == np.arange(place.max() + 1), dtype=np.float64)
+
+
+def _between(design: FloatArray, member: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """An orthonormal base of the columns of X; the eigenvalues mu that count; their eigenvectors in groups."""
     base = np.linalg.qr(design)[0]
-    at_place = (place[:, None] == np.arange(count.size)).astype(np.float64)
-    shared = base.T @ at_place
-    mu, along = np.linalg.eigh(np.diag(count) - shared.T @ shared)
-    return base, at_place, mu[mu > _LEAST_EIGENVALUE], along[:, mu > _LEAST_EIGENVALUE]
+    shared = base.T @ member
+    mu, along = np.linalg.eigh(member.T @ member - shared.T @ shared)
+    return base, mu[mu > _LEAST_EIGENVALUE], along[:, mu > _LEAST_EIGENVALUE]
 
 
-def place_regression(design: FloatArray, response: FloatArray, place: Indices, correlation: float) -> PlaceRegression:
+def place_regression(
+    design: FloatArray, response: FloatArray, place: Indices, correlation: float | FloatArray
+) -> PlaceRegression:
     """Generalised least squares with the states of a place correlated.
 
     Parameters
     ----------
     design, response, place
         As in `place_effect`.
-    correlation : float
-        rho, from 0 to below 1.
+    correlation : float or array
+        rho, from 0 to below 1; of the place of each state where they differ, shape (n,), as in `whitened`.
 
     Raises
     ------
@@ -146,13 +168,18 @@ def place_regression(design: FloatArray, response: FloatArray, place: Indices, c
     return PlaceRegression(design, response, fit.coefficients, fit.inverse_triangle, fit.residual_squares)
 
 
-def whitened(rows: FloatArray, place: Indices, correlation: float) -> FloatArray:
-    """V^-1/2 times rows of states, shape (n, k): differences within a place get more weight, what it shares less."""
-    place = np.unique(place, return_inverse=True)[1]
-    count = np.bincount(place)
+def whitened(rows: FloatArray, place: Indices, correlation: float | FloatArray) -> FloatArray:
+    """V^-1/2 times rows of states, shape (n, k): differences within a place get more weight, what it shares less.
+
+    Where correlations differ, shape (n,), those of a place being the same, own effects have one variance everywhere and
+    V has 1 on its diagonal for the last state.
+    """
+    _, first, place = np.unique(place, return_index=True, return_inverse=True)
+    count, rho = np.bincount(place), np.broadcast_to(correlation, place.shape)
+    last = float(rho[-1]) if rho.size else 0.0
     mean = np.stack([np.bincount(place, column) for column in rows.T], axis=1) / count[:, None]
-    own = 1 / math.sqrt(1 - correlation)
-    shared = 1 / np.sqrt(1 - correlation + correlation * count)
+    own = 1 / math.sqrt(1 - last)
+    shared = 1 / np.sqrt(1 - last + (1 - last) / (1 - rho[first]) * rho[first] * count)
     return np.asarray(own * rows + ((shared - own)[:, None] * mean)[place])
 
 

@@ -19,8 +19,10 @@ from forcemap.errors import FitError, NotReleasable
 from forcemap.findings import Finding, FindingKind
 from forcemap.limits.force_limits import Contact, ForceLimit, NewtonLimit
 from forcemap.maps.bounds import PAPER_MARGIN, Bound, weakness
-from forcemap.maps.force_map import ForceMap
+from forcemap.maps.force_map import Fit, ForceMap
+from forcemap.maps.forms import Form
 from forcemap.maps.places import LEAST_BETWEEN, place_regression
+from forcemap.maps.regression import Regression
 from forcemap.planning.design import require_whole
 from forcemap.planning.measured_before import measured_before
 from forcemap.planning.places import PlaceRange, no_repeats, spread
@@ -554,10 +556,8 @@ def _any_above(force_map: ForceMap, states: FloatArray, newtons: FloatArray, fac
         return math.nan
     from scipy.special import stdtr
 
-    known = force_map.fit.states.uncensored
-    design = force_map.form.design(*known.coordinates.T)
     try:
-        likely = place_regression(design, known.log_force, known.place, force_map.fit.place_effect.likely)
+        likely = _likely_fit(force_map.form, force_map.fit)
     except FitError:  # without the censored states
         return math.nan
     if not likely.degrees_of_freedom:
@@ -566,3 +566,11 @@ def _any_above(force_map: ForceMap, states: FloatArray, newtons: FloatArray, fac
     allowance = np.log(newtons / (factor * np.asarray(force_map.predict(*states.T))))
     t = allowance / (likely.residual_sd * np.sqrt(1 + leverage))
     return float(np.mean(1 - np.prod(stdtr(likely.degrees_of_freedom, t), axis=-1)))
+
+
+def _likely_fit(form: Form, fit: Fit) -> Regression:
+    """The fit to the uncensored states with the likely correlation of places; that of a map carried over as it is."""
+    if fit.transfer:
+        return fit.between_states
+    known = fit.states.uncensored
+    return place_regression(form.design(*known.coordinates.T), known.log_force, known.place, fit.place_effect.likely)

@@ -1,0 +1,124 @@
+"""Carrying a fitted map over to a changed robot by a few new states."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from forcemap.arrays import Mask
+from forcemap.campaigns.dataset import ImpactDataset
+from forcemap.errors import FitError, TransferRefused
+from forcemap.maps.bounds import ToleranceBound, contradiction
+from forcemap.maps.fit import repeat_variance
+from forcemap.maps.force_map import Fit, ForceMap
+from forcemap.maps.forms import Form
+from forcemap.maps.map_file import map_sha256
+from forcemap.maps.measured_range import MeasuredRange
+from forcemap.maps.transfer import REFUSED_BELOW, SHIFT, Earlier, Transfer, joint_fit
+
+OWN_STATES = 18
+"""States from which a campaign is a map of its own, whatever an earlier one says; `plan` accepts no fewer."""
+
+
+def transfer_map(old_map: ForceMap, dataset: ImpactDataset, *, shift: Form = SHIFT) -> ForceMap:
+    """Carry a fitted map over to a changed robot: new tool, firmware, safety setting, or a sister robot.
+
+    ln F of the new robot = ln F of the earlier map + a shift; all coefficients are fitted together to the states of the
+    earlier campaigns and to the new ones, with role train (`joint_fit`). An F test asks whether the shift misses more
+    than states scatter. The result is a map like any other, measured where the new states are: its hull is theirs,
+    within the earlier map's range. New states outside that range are left out; they still speak against a speed.
+
+    Parameters
+    ----------
+    old_map : ForceMap
+        A fitted map; it may have been carried over itself.
+    dataset : ImpactDataset
+        The new impacts, at places that no earlier campaign measured: effects that a place keeps would make the shift
+        seem to fit better than it does.
+    shift : Form
+        Terms of the shift.
+
+    Returns
+    -------
+    ForceMap
+        `fit.transfer` says what it was carried over from and how well the shift fits.
+
+    Raises
+    ------
+    InputError
+        The earlier map is published, so its states are not known.
+    FitError
+        No new impact has role train, or the earlier map's own test states contradict it.
+    TransferRefused
+        The new states contradict the shift (p below 0.05).
+    TooFewStates, RankDeficient
+        The states do not determine map and shift, or nothing is left to tell whether the shift fits.
+    """
+    old, train = old_map.require_fit(), dataset.train
+    if not len(train):
+        raise FitError("found no impact with role train, expected new states; give role train to the impacts to fit")
+    if against := contradiction(old_map, ToleranceBound()):
+        above = f"{against.figure('count')} of {against.figure('states')} of its test states lie above its bound"
+        raise FitError(f"the earlier map cannot be carried over: {above}, so it does not hold itself")
+    within = _within(old_map, train)
+    new, left_out = train.states.select(within), train.states.select(~within)
+    if not len(new):
+        raise FitError("found no new state within the measured range of the earlier map, expected some")
+    earlier = Earlier(
+        name=old_map.name,
+        map_sha256=map_sha256(old_map),
+        states=old.states,
+        different=dataset.conditions.changed_from(old_map.conditions),
+    )
+    chain, form = old.transfer, old.transfer.form if old.transfer else old_map.form
+    campaigns = (*(chain.earlier if chain else ()), earlier)
+    shifts = (*(chain.shifts if chain else ()), shift)
+    variance = max(repeat_variance(train), old.repeat_variance())
+    joint = joint_fit(form, [*(each.states for each in campaigns), new], shifts, variance)
+    if joint.p_value < REFUSED_BELOW:
+        raise _refused(joint.p_value, joint.new)
+    near = np.any([new.at_places_of(each.states) for each in campaigns], axis=0)
+    transfer = Transfer(form, campaigns, shifts, joint, int(near.sum()))
+    conditions = replace(dataset.conditions, simulated=dataset.simulated or old_map.simulated)
+    return ForceMap(
+        name=dataset.source or "carried over",
+        form=joint.form,
+        coefficients=joint.regression.coefficients,
+        measured_range=MeasuredRange(new.coordinates),
+        fit=Fit(
+            states=new,
+            test=dataset.test.states,
+            left_out=left_out,
+            between_states=joint.regression,
+            place_effect=joint.place_effect,
+            states_found=dataset.states_found,
+            table=dataset.source,
+            table_sha256=dataset.sha256,
+            transfer=transfer,
+        ),
+        phase_two=dataset.phase_two.and_(old_map.phase_two),
+        conditions=conditions.with_device_of(old_map.conditions),
+        device_range=float(np.min([old_map.device_range, dataset.device_range])),
+        binding=dataset.binding.weaker(old_map.binding),
+        source=f"carried over from {old_map.name} by {dataset.source or 'arrays'}",
+    )
+
+
+def _within(old_map: ForceMap, train: ImpactDataset) -> Mask:
+    """New states within the earlier map's measured range, or no further outside than repeats of a state may lie."""
+    facets = old_map.measured_range.facets
+    beyond = train.states.coordinates @ facets[:, :3].T + facets[:, 3] - np.abs(facets[:, :3]) @ train.tolerance.scale
+    return np.asarray((beyond <= 0).all(axis=1))
+
+
+def _refused(p_value: float, new: int) -> TransferRefused:
+    more = max(OWN_STATES - new, 0)
+    return TransferRefused(
+        p_value,
+        f"the {new} new states contradict the earlier map with this shift (p = {p_value:.1g}, refused below "
+        f"{REFUSED_BELOW:g}): the shape of the force has changed",
+        remedy=f"measure {more} more states in the same range and fit them all as a map of their own (forcemap fit)"
+        if more
+        else "fit them as a map of their own (forcemap fit)",
+    )

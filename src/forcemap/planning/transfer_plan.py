@@ -1,0 +1,218 @@
+"""Which few states carry a map over to a changed robot."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from forcemap.arrays import FloatArray
+from forcemap.campaigns.plan import Device
+from forcemap.campaigns.state import StateTolerance, places
+from forcemap.errors import InputError
+from forcemap.findings import Finding, FindingKind
+from forcemap.maps.force_map import ForceMap
+from forcemap.maps.form_test import NEAR
+from forcemap.maps.forms import Form
+from forcemap.maps.measured_range import MeasuredRange
+from forcemap.maps.transfer import FURTHER_STATES, MORE_STATES, SHIFT, joint_fit
+from forcemap.planning.chosen_states import names_of_states
+from forcemap.planning.design import check_limit, require_whole
+from forcemap.planning.expectation import expected_forces, factor_of, source_of
+from forcemap.planning.measurements import REPEATS, DesignedPlan
+from forcemap.planning.optimal_states import LARGEST_LOG, optimal_states, tolerance_factor
+from forcemap.planning.places import PlaceRange
+from forcemap.planning.plan_warnings import unchecked, unconfirmed
+
+STATES = 9
+"""New states, unless stated: a third of a campaign of its own, at nearly its bound (docs/validity.md)."""
+
+MOST_STATES = 15
+"""New states above which a campaign of its own is not much longer; a wanted width that needs more is refused."""
+
+_PLACES, _SPEEDS = 9, 5  # values along each axis of place, and speeds, to choose from; a choice
+_CAMPAIGNS = 60  # simulated for the width of the bound; a choice
+
+
+def plan_transfer(
+    old_map: ForceMap,
+    distances: Sequence[float] = (),
+    heights: Sequence[float] = (),
+    speeds: Sequence[float] = (),
+    *,
+    states: int | None = None,
+    width: float = math.nan,
+    shift: Form = SHIFT,
+    repeats: int = REPEATS,
+    device: Device = Device(),  # noqa: B008 - frozen
+    limit: float = math.nan,
+    tolerance: StateTolerance = StateTolerance(),  # noqa: B008 - frozen
+    seed: int = 0,
+) -> DesignedPlan:
+    """Plan the new states that carry a fitted map over to a changed robot (`transfer_map`).
+
+    Chosen among states within the earlier map's measured range, at places that differ from the earlier ones: effects
+    that a place keeps must not pass for the shift's. Chosen so that the shift is known most precisely over the range
+    (I-optimal, `optimal_states`), and measured in the order of the force that the earlier map expects, smallest first,
+    because the changed robot may hit harder.
+
+    Parameters
+    ----------
+    old_map : ForceMap
+        A fitted map.
+    states : int, optional
+        Number of new states; 9 if not given.
+    width : float
+        Wanted mean width of the bound above the prediction, as a share of it; the fewest states that are expected to
+        reach it are planned. NaN if none is wanted.
+    distances, heights, speeds : sequence of float
+        Lowest and highest [m], [m], [m/s]; those of the earlier map if not given.
+    shift : Form
+        Terms of the shift.
+    repeats, device, limit, tolerance, seed
+        As in `plan_measurements`.
+
+    Returns
+    -------
+    DesignedPlan
+        Its note says how many states were chosen from how many, and how much of the earlier range they cover.
+
+    Raises
+    ------
+    InputError
+        A figure outside its range; no state of the range can be measured; a width that 15 states are not expected to
+        reach.
+    """
+    old = old_map.require_fit()
+    require_whole("repeats", repeats)
+    require_whole("states", states, len(shift.terms) + FURTHER_STATES)
+    check_limit(limit, device.highest_limit)
+    if not (math.isnan(width) or (0 < width < math.inf and states is None)):
+        raise InputError("width: expected a share of the force above 0, and no number of states beside it")
+    possible, left_out = _possible(old_map, distances, heights, speeds, device)
+    if len(possible) < (states or STATES):
+        raise InputError(
+            f"states: found {len(possible)} to choose from within the earlier map's measured range that the device can "
+            f"measure, expected at least {states or STATES}; widen the ranges, or name a device of larger range"
+        )
+    chosen, expected = _chosen(old_map, possible, shift, states, width, tolerance, seed)
+    n = len(chosen)
+    force = expected_forces(old_map, chosen)
+    order = np.argsort(force, kind="stable")
+    chosen, force = chosen[order], force[order]
+    row = np.repeat(np.arange(n), repeats)
+    share = _volume(chosen) / max(_volume(old.states.coordinates), np.finfo(np.float64).tiny)
+    figures = {"states": n, "possible": len(possible), "near_mm": 1000 * NEAR, "terms": ", ".join(shift.term_names)}
+    note = Finding.of(FindingKind.TRANSFER_CHOSEN, **figures, width=expected, share=share, more=MORE_STATES)
+    return DesignedPlan(
+        state_id=names_of_states(chosen)[row],
+        repeat=np.tile(np.arange(repeats) + 1, n),
+        role=np.full(row.size, "train"),
+        distance=chosen[row, 0],
+        height=chosen[row, 1],
+        speed=chosen[row, 2],
+        base_angle=np.full(row.size, math.nan),
+        expected_force=force[row],
+        left_out=left_out,
+        warnings=(
+            *unchecked(old_map, device, limit),
+            *unconfirmed(chosen, np.ones(n, dtype=np.bool_), old_map, limit, tolerance.speed),
+        ),
+        expected_from=source_of(old_map, chosen),
+        note=note,
+        bound_width=expected,
+    )
+
+
+def _chosen(
+    old_map: ForceMap,
+    possible: FloatArray,
+    shift: Form,
+    states: int | None,
+    width: float,
+    tolerance: StateTolerance,
+    seed: int,
+) -> tuple[FloatArray, float]:
+    """As many of the possible states as asked for, or the fewest that reach a width, and the width to expect."""
+    fewest = len(shift.terms) + FURTHER_STATES
+    chosen, expected = possible[:0], math.nan
+    for n in range(fewest, MOST_STATES + 1) if width > 0 else (states or STATES,):
+        chosen = optimal_states(possible, n, form=shift, tolerance=tolerance, seed=seed).states
+        expected = expected_transfer_width(old_map, chosen, shift=shift)
+        if not expected > width:
+            return chosen, expected
+    raise InputError(
+        f"width: found {100 * width:g} %, but {MOST_STATES} new states are expected to give {100 * expected:.1f} %; "
+        "name a wider one, or measure a map of its own (forcemap plan)"
+    )
+
+
+def _possible(
+    old_map: ForceMap, distances: Sequence[float], heights: Sequence[float], speeds: Sequence[float], device: Device
+) -> tuple[FloatArray, tuple[Finding, ...]]:
+    """States of a grid that can be measured, shape (n, 3), and how many of them the device cannot."""
+    old = old_map.require_fit().states
+    low, high = (float(end[2]) for end in (old_map.measured_range.lowest, old_map.measured_range.highest))
+    slow, fast = (min(speeds), max(speeds)) if len(speeds) else (low, high)
+    if not low <= slow < fast <= high:
+        raise InputError(
+            f"speeds: found {slow:g} to {fast:g} m/s, expected some from {low:g} to {high:g}, those of the earlier "
+            "map: it says nothing of others, and a few new states alone are no ground for them"
+        )
+    grid = PlaceRange.of(distances, heights, old).states(_PLACES, np.linspace(slow, fast, _SPEEDS).round(3), NEAR)
+    grid[:, 2] = np.clip(grid[:, 2], slow, fast)
+    away = np.abs(grid[:, None, :2] - old.coordinates[:, :2]).max(axis=2).min(axis=1)
+    grid = grid[old_map.measured_range.contains(*grid.T) & (away > NEAR)]
+    forceful = factor_of(old_map) * expected_forces(old_map, grid) > device.highest_limit
+    figures = {"states": int(forceful.sum()), "most_N": device.highest_limit}
+    left_out = (Finding.of(FindingKind.TRANSFER_TOO_FORCEFUL, **figures),) if forceful.any() else ()
+    return grid[~forceful], left_out
+
+
+def expected_transfer_width(old_map: ForceMap, new: FloatArray, *, shift: Form = SHIFT) -> float:
+    """Mean of the bound above the prediction over new states' hull, as a share of it, before they are measured.
+
+    Averaged over simulated campaigns in which the shift fits and states scatter as those of the earlier map.
+
+    Parameters
+    ----------
+    old_map : ForceMap
+        A fitted map that was not carried over itself, or one that was.
+    new : array, shape (n, 3)
+        (distance, height, speed) of the new states [m, m, m/s].
+    shift : Form
+        Terms of the shift.
+    """
+    fit, rng, widths = old_map.require_fit(), np.random.default_rng(0), []
+    first = fit.transfer.earlier[0].states if fit.transfer else fit.states
+    form, old = fit.transfer.form if fit.transfer else old_map.form, first.uncensored
+    region = np.vstack([new, (new[:, None] + new).reshape(-1, 3) / 2])
+    own, shared = (
+        fit.state_sd * math.sqrt(1 - fit.place_effect.likely),
+        fit.state_sd * math.sqrt(fit.place_effect.likely),
+    )
+    x = np.column_stack([form.design(*region.T), shift.design(*region.T)])
+    campaigns = [old, old.select(np.zeros(len(new), dtype=np.int64))]
+    place = places(*new[:, :2].T)
+    campaigns[1] = replace(campaigns[1], distance=new[:, 0], height=new[:, 1], speed=new[:, 2])
+    for _ in range(_CAMPAIGNS):
+        effects = [
+            own * rng.standard_normal(number.size) + shared * rng.standard_normal(number.max() + 1)[number]
+            for number in (old.place, place)
+        ]
+        drawn = [replace(states, log_force=effect) for states, effect in zip(campaigns, effects, strict=True)]
+        joint = joint_fit(form, drawn, [shift], 0.0)
+        leverage = np.square(x @ joint.regression.whole.inverse_triangle).sum(axis=1)
+        allowance = joint.regression.deviation * tolerance_factor(leverage, joint.regression.freedom)
+        widths.append(float(np.expm1(np.minimum(allowance, LARGEST_LOG)).mean()))
+    return float(np.mean(widths))
+
+
+def _volume(states: FloatArray) -> float:
+    """Volume of the hull of states, by the share of a fine grid over their box that lies in it."""
+    measured = MeasuredRange(states)
+    axes = [np.linspace(low, high, 21) for low, high in zip(measured.lowest, measured.highest, strict=True)]
+    grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+    return float(np.prod(np.ptp(states, axis=0)) * measured.contains(*grid.T).mean())

@@ -1,0 +1,417 @@
+"""Maps carried over: the joint fit against other implementations, and every rule of when it may be used."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from oracle import printed_force
+from scipy import optimize, stats
+
+import forcemap as fm
+from forcemap.cli.app import run
+from forcemap.findings import FindingKind
+from forcemap.maps.transfer import SHIFT, joint_fit
+from forcemap.planning.transfer_plan import expected_transfer_width, plan_transfer
+from truths import Box, spread
+
+THIRTY, TEN = "kuka-iiwa7-30nm", "kuka-iiwa7-10nm"
+BOX = Box.of(THIRTY)
+OLD = spread(BOX)
+NEW = BOX.at(
+    np.array(
+        [
+            *(
+                [0.9, 0.9, 0.0],
+                [0.88, 0.05, 1.0],
+                [0.1, 0.95, 1.0],
+                [0.05, 0.1, 0.0],
+                [0.5, 0.45, 0.5],
+                [0.3, 0.7, 0.3],
+            ),
+            *([0.7, 0.3, 0.8], [0.95, 0.55, 0.6], [0.45, 0.98, 0.9], [0.6, 0.12, 0.1], [0.2, 0.38, 0.7]),
+        ]
+    )
+)
+CONDITIONS = fm.Conditions(robot="KUKA", safety_settings="30 Nm", device=fm.Device(range=2000.0, stiffness=75e3))
+CHANGED = replace(CONDITIONS, safety_settings="10 Nm")
+QUERY = BOX.grid(4, 4, 4)
+
+
+def impacts(name, points, seed, sd=0.022, conditions=CONDITIONS, shape=lambda x: 1.0, cut=math.inf, **options):
+    """Three repeats of states of a printed map with own effects; above `cut` [N] censored."""
+    rng = np.random.default_rng(seed)
+    force = printed_force(name, *points.T) * shape(points) * np.exp(rng.normal(0, sd, len(points)))
+    force = force.repeat(3) * np.exp(rng.normal(0, 0.004, 3 * len(points)))
+    d, h, v = points.repeat(3, axis=0).T
+    return fm.ImpactDataset.from_arrays(
+        distance=d,
+        height=h,
+        speed=v,
+        peak_force=np.minimum(force, cut),
+        censored=force >= cut,
+        scenario=options.pop("scenario", ["unconstrained"] * d.size),
+        phase2_force=options.pop("phase2_force", [10.0] * d.size),
+        conditions=conditions,
+        **options,
+    )
+
+
+@pytest.fixture(scope="module")
+def old_map():
+    return fm.fit_force_map(impacts(THIRTY, OLD, 1))
+
+
+@pytest.fixture(scope="module")
+def carried(old_map):
+    return fm.transfer_map(old_map, impacts(TEN, NEW, 2, conditions=CHANGED))
+
+
+def matrix(points):
+    d, h, v = points.T
+    return np.column_stack([np.ones_like(d), v, d, d**2, d * h, h**2, d**2 * v, d * v**2, d * h**2])
+
+
+def shift_matrix(points):
+    return np.column_stack([np.ones(len(points)), points])
+
+
+def by_definition(old, new, rho, likely):
+    """The new map's log force, standard deviation of its states, leverage at QUERY, and p value: dense matrices."""
+    y = np.concatenate([old.log_force, new.log_force])
+    m, k = len(old), len(new)
+    x = np.zeros((m + k, 13))
+    x[:m, :9], x[m:, :9], x[m:, 9:] = matrix(old.coordinates), matrix(new.coordinates), shift_matrix(new.coordinates)
+    alike = old.place[:, None] == old.place
+
+    def fitted(v, x, y):
+        weight = np.linalg.inv(v)
+        covariance = np.linalg.inv(x.T @ weight @ x)
+        b = covariance @ x.T @ weight @ y
+        e = y - x @ b
+        return b, covariance, e @ weight @ e
+
+    def of(ratio, extra):
+        v = np.zeros((m + k, m + k))
+        v[:m, :m] = np.eye(m) + ratio * alike
+        v[m:, m:] = np.eye(k) * (1 + ratio + extra)
+        return v
+
+    def likelihood(extra):
+        v = of(rho / (1 - rho), extra)
+        _, covariance, squares = fitted(v, x, y)
+        n, p = x.shape
+        return 0.5 * ((n - p) * math.log(squares) + np.linalg.slogdet(v)[1] - np.linalg.slogdet(covariance)[1])
+
+    tries = np.concatenate([[0.0], np.geomspace(1e-4, 100, 400)])
+    start = tries[np.argmin([likelihood(extra) for extra in tries])]
+    best = optimize.minimize_scalar(
+        likelihood, bounds=(max(0.0, 0.8 * start - 1e-3), 1.2 * start + 1e-3), method="bounded"
+    )
+    extra = best.x if best.fun < likelihood(0.0) else 0.0
+    b, covariance, squares = fitted(of(rho / (1 - rho), extra), x, y)
+    own = squares / (m + k - 13)
+    ratio = likely / (1 - likely)
+    whole = fitted(of(ratio, 0.0), x, y)[2]
+    before = fitted(of(ratio, 0.0)[:m, :m], x[:m, :9], y[:m])[2]
+    quotient = (whole - before) / (k - 4) / (before / (m - 9))
+    at = np.column_stack([matrix(QUERY), shift_matrix(QUERY)])
+    total = 1 + rho / (1 - rho) + extra
+    leverage = np.einsum("qi,ij,qj->q", at, covariance, at) / total
+    return at @ b, math.sqrt(own * total), leverage, quotient
+
+
+@pytest.mark.parametrize("seed", [3, 4, 5])
+def test_the_joint_fit_is_that_of_dense_matrices(seed):
+    old_map = fm.fit_force_map(impacts(THIRTY, OLD, [seed, 0]))
+    force_map = fm.transfer_map(old_map, impacts(TEN, NEW, [seed, 1]))
+    effect = old_map.fit.place_effect
+    log_force, deviation, leverage, quotient = by_definition(
+        old_map.fit.states, force_map.fit.states, effect.correlation, effect.likely
+    )
+    np.testing.assert_allclose(np.log(force_map.predict(*QUERY.T)), log_force, atol=2e-4)
+    assert force_map.fit.state_sd == pytest.approx(deviation, rel=0.02)  # the variance is searched on a grid
+    np.testing.assert_allclose(force_map.leverage(*QUERY.T), leverage, rtol=0.02)
+    assert force_map.fit.between_states.degrees_of_freedom == len(OLD) + len(NEW) - 13
+    freedom = effect.between + (1 - effect.likely) * (len(OLD) - 9 - effect.between)
+    assert force_map.fit.transfer.p_value == pytest.approx(stats.f.sf(quotient, len(NEW) - 4, freedom), rel=1e-6)
+    upper = fm.ToleranceBound(device_error=0).upper(force_map, *QUERY.T)
+    root = np.sqrt(force_map.leverage(*QUERY.T))
+    t = stats.nct.ppf(0.95, force_map.fit.between_states.degrees_of_freedom, stats.norm.ppf(0.95) / root)
+    np.testing.assert_allclose(
+        np.log(upper / force_map.predict(*QUERY.T)), force_map.fit.state_sd * root * t, rtol=1e-4
+    )
+
+
+def test_with_a_shift_of_all_terms_nothing_but_the_scatter_is_carried_over():
+    """Coefficients are then those of the new states alone."""
+    points = np.vstack([NEW, BOX.at([[0.33, 0.2, 0.45], [0.81, 0.77, 0.2], [0.15, 0.62, 0.05], [0.52, 0.05, 0.95]])])
+    new = impacts(TEN, points, 7)
+    states = new.states
+    joint = joint_fit(fm.CFM_3D, [impacts(THIRTY, OLD, 6).states, states], [replace(fm.CFM_3D, name="SHIFT")], 0.0)
+    alone = np.linalg.lstsq(matrix(states.coordinates), states.log_force, rcond=None)[0]
+    assert joint.form == fm.CFM_3D
+    np.testing.assert_allclose(matrix(QUERY) @ joint.regression.coefficients, matrix(QUERY) @ alone, atol=1e-6)
+
+
+def test_censored_states_say_at_least(old_map):
+    """A censored fit lies above one to forces cut at the range, and is the plain fit where nothing is cut."""
+    plain = fm.transfer_map(old_map, impacts(TEN, NEW, 2, conditions=CHANGED))
+    cut = fm.transfer_map(old_map, impacts(TEN, NEW, 2, conditions=CHANGED, cut=260.0))
+    states = cut.fit.states
+    above = states.censored > 0
+    assert above.sum() >= 2
+    assert cut.fit.censored_fit
+    assert not plain.fit.censored_fit
+    assert np.all(cut.predict(*states.coordinates[above].T) > 0.95 * 260)
+    near = np.log(cut.predict(*QUERY.T) / plain.predict(*QUERY.T))
+    assert np.abs(near).max() < 0.25
+    assert np.abs(near).mean() < 0.06
+    assert cut.device_range == 260.0
+
+
+def test_a_map_file_keeps_a_map_carried_over_to_the_last_bit_and_notices_changes(carried, tmp_path):
+    path = tmp_path / "map.json"
+    fm.write_map(carried, path)
+    again = fm.read_map(path)
+    bound = fm.ToleranceBound()
+    np.testing.assert_array_equal(bound.upper(again, *QUERY.T), bound.upper(carried, *QUERY.T))
+    assert fm.map_sha256(again) == fm.map_sha256(carried)
+    assert again.fit.transfer.p_value == carried.fit.transfer.p_value
+    assert again.fit.transfer.earlier[0].different == (("robot.safety_settings", "30 Nm", "10 Nm"),)
+
+
+@pytest.mark.parametrize(
+    ("change", "match"),
+    [
+        (
+            lambda part: part["campaigns"][0]["measured_states"]["mean_ln_force"].__setitem__(3, 5.0),
+            "do not belong together",
+        ),
+        (lambda part: part["campaigns"][0].__setitem__("shift", ["1", "d", "h"]), "column coefficients|column terms"),
+        (lambda part: part.__setitem__("misfit_p", 0.9), "column misfit_p"),
+        (lambda part: part.__setitem__("states_at_old_places", 4), "column states_at_old_places"),
+        (lambda part: part["campaigns"].clear(), "cannot be used|column"),
+        (lambda part: part.pop("terms"), "column terms: the entry is missing"),
+        (lambda part: part.__setitem__("repeat_variance_ln", -1.0), "column repeat_variance_ln"),
+    ],
+)
+def test_a_file_whose_earlier_states_were_changed_is_refused(carried, tmp_path, change, match):
+    from forcemap.files import sha256
+
+    path = tmp_path / "map.json"
+    fm.write_map(carried, path)
+    content = json.loads(path.read_text())
+    content.pop("content_sha256")
+    change(content["carried_over"])
+    content["content_sha256"] = sha256(json.dumps(content, indent=1) + "\n")
+    path.write_text(json.dumps(content, indent=1) + "\n")
+    with pytest.raises(fm.InputError, match=match):
+        fm.read_map(path)
+
+
+def test_a_map_is_carried_over_again(carried, tmp_path):
+    rng = np.random.default_rng(9)
+    more = BOX.at(rng.permutation([[i / 9, (3 * i % 10) / 9, (7 * i % 10) / 9] for i in range(10)]) * 0.8 + 0.1)
+    inside = more[carried.measured_range.contains(*more.T)]
+    further = NEW[:5] + [0.03, 0.03, 0.0] * np.sign(BOX.at(0.5) - NEW[:5])
+    twice = fm.transfer_map(carried, impacts(TEN, np.vstack([inside, further]), 4, conditions=CHANGED))
+    assert [len(campaign.states) for campaign in twice.fit.transfer.earlier] == [len(OLD), len(NEW)]
+    assert twice.fit.transfer.earlier[1].map_sha256 == fm.map_sha256(carried)
+    assert twice.fit.between_states.degrees_of_freedom == len(OLD) + len(NEW) + len(inside) + 5 - 17
+    path = tmp_path / "map.json"
+    fm.write_map(twice, path)
+    assert fm.map_sha256(fm.read_map(path)) == fm.map_sha256(twice)
+
+
+def test_what_the_new_states_contradict_is_refused(old_map):
+    reversed_trend = impacts(
+        TEN, NEW, 3, shape=lambda x: np.exp(3 * (x[:, 0] - 0.7)) * np.exp(2 * (x[:, 0] - 0.7) ** 2 * 9)
+    )
+    with pytest.raises(fm.TransferRefused, match=r"contradict the earlier map.*measure 7 more states") as refused:
+        fm.transfer_map(old_map, reversed_trend)
+    assert refused.value.p_value < 0.05
+
+
+def test_p_values_of_a_shape_that_is_kept_are_not_small():
+    """A shift by the very terms: 5 % of campaigns are refused, but for chance."""
+    rng, refused = np.random.default_rng(11), 0
+    old, new = impacts(THIRTY, OLD, 0, sd=0).states, impacts(THIRTY, NEW, 0, sd=0).states
+    shift = 0.1 - 0.3 * new.distance + 0.2 * new.height + 0.5 * new.speed
+    for _ in range(200):
+        drawn = [
+            replace(states, log_force=states.log_force + by + rng.normal(0, 0.022, len(states)))
+            for states, by in ((old, 0.0), (new, shift))
+        ]
+        refused += joint_fit(fm.CFM_3D, drawn, [SHIFT], 0.0).p_value < 0.05
+    assert refused <= stats.binom.ppf(0.999, 200, 0.08)
+
+
+def test_permission_is_that_of_the_new_hull_within_the_earlier_range(old_map):
+    """New states that are slower, or lie elsewhere, are left out, and still speak against a speed."""
+    slower = np.vstack([NEW, [[0.7, 0.3, 0.05], [0.95, 0.3, 0.2]]])
+    force_map = fm.transfer_map(old_map, impacts(TEN, slower, 2, conditions=CHANGED))
+    assert len(force_map.fit.left_out) == 2
+    assert len(force_map.fit.states) == len(NEW)
+    low, _ = force_map.measured_range.speeds(np.array([0.7]), np.array([0.3]))
+    assert low[0] >= 0.1
+    corners = np.array([[0.56, 0.14], [0.86, 0.46]])  # of the earlier map, not of the new states
+    speeds = fm.safe_speed(
+        force_map, *corners.T, limit=280.0, contact=fm.Contact.QUASI_STATIC, bound=fm.ToleranceBound()
+    )
+    assert list(speeds.outcome) == [fm.SpeedOutcome.OUTSIDE] * 2
+
+
+def test_the_weakest_of_both_campaigns_counts(old_map):
+    softer = replace(CHANGED, device=replace(CHANGED.device, stiffness=70e3, range=1500.0, pad="SH 30"))
+    clamps = ["clamping", *["unconstrained"] * (3 * len(NEW) - 1)]
+    force_map = fm.transfer_map(old_map, impacts(TEN, NEW, 2, conditions=softer, scenario=clamps))
+    assert force_map.conditions.device.stiffness == 70e3
+    assert force_map.device_range == 1500.0
+    limit, contact = fm.force_limit("back_of_hand"), fm.Contact.TRANSIENT
+    speed = fm.safe_speed(force_map, 0.7, 0.3, limit=limit, contact=contact, bound=fm.ToleranceBound())
+    assert speed.outcome is fm.SpeedOutcome.UNCONFIRMED
+    assert "clamp" in fm.sentence(speed.reason)
+    first, *_ = [warning for warning in speed.basis.warnings if warning.kind is FindingKind.CARRIED_DIFFERENT]
+    assert next(entry for entry, *_ in first.figure("changes")).startswith("device.")
+    other = fm.transfer_map(
+        fm.fit_force_map(impacts(THIRTY, OLD, 1, scenario=["clamping", *["unconstrained"] * (3 * len(OLD) - 1)])),
+        impacts(TEN, NEW, 2, conditions=CHANGED),
+    )
+    speed = fm.safe_speed(other, 0.7, 0.3, limit=limit, contact=contact, bound=fm.ToleranceBound())
+    assert speed.outcome is fm.SpeedOutcome.UNCONFIRMED
+    unknown = impacts(TEN, NEW, 2, conditions=CHANGED, scenario=None, phase2_force=None)
+    mixed = fm.transfer_map(old_map, unknown).phase_two
+    assert mixed.unrecorded == 3 * len(NEW)
+    assert not mixed.complete
+
+
+def test_simulated_or_unbound_before_is_so_after(old_map):
+    simulated = fm.fit_force_map(impacts(THIRTY, OLD, 1, conditions=replace(CONDITIONS, simulated=True)))
+    assert fm.transfer_map(simulated, impacts(TEN, NEW, 2)).simulated
+    half = impacts(THIRTY, OLD, 1, recording=[f"r{i}" for i in range(3 * len(OLD))])
+    unbound = fm.transfer_map(fm.fit_force_map(half), impacts(TEN, NEW, 2))
+    assert unbound.binding.state == "unbound"
+
+
+def test_what_cannot_be_carried_over_is_said(old_map):
+    with pytest.raises(fm.InputError, match="was not fitted here"):
+        fm.transfer_map(fm.published_map(THIRTY), impacts(TEN, NEW, 2))
+    with pytest.raises(
+        fm.TooFewStates, match="found 5 new states, expected at least 6, 2 more than the shift has terms"
+    ):
+        fm.transfer_map(old_map, impacts(TEN, NEW[:5], 2))
+    with pytest.raises(fm.FitError, match="no impact with role train"):
+        fm.transfer_map(old_map, impacts(TEN, NEW, 2, role=["test"] * 3 * len(NEW)))
+    with pytest.raises(fm.FitError, match="no new state within the measured range of the earlier map"):
+        fm.transfer_map(old_map, impacts(TEN, NEW + np.array([1.0, 0.0, 0.0]), 2))
+    low = impacts(THIRTY, OLD, 1)
+    further = impacts(THIRTY, NEW, 4, shape=lambda x: 1.5, role=["test"] * 3 * len(NEW))
+    parts = {
+        "distance": "distance",
+        "height": "height",
+        "speed": "stated_speed",
+        "peak_force": "peak_force",
+        "role": "role",
+    }
+    both = {name: np.concatenate([getattr(low, field), getattr(further, field)]) for name, field in parts.items()}
+    refuted = fm.fit_force_map(fm.ImpactDataset.from_arrays(**both))
+    with pytest.raises(fm.FitError, match="11 of 11 of its test states lie above its bound"):
+        fm.transfer_map(refuted, impacts(TEN, NEW, 2))
+
+
+def test_states_at_old_places_and_a_doubtful_fit_are_said_first(old_map):
+    again = OLD[np.unique(OLD[:, :2], axis=0, return_index=True)[1]][:11]
+    force_map = fm.transfer_map(old_map, impacts(TEN, again, 6, conditions=CHANGED))
+    kinds = [warning.kind for warning in force_map.fit.transfer.warnings]
+    assert FindingKind.CARRIED_AT_OLD_PLACES in kinds
+    assert (FindingKind.CARRIED_DOUBTFUL in kinds) == (force_map.fit.transfer.p_value < 0.5)
+
+
+def test_accuracy_leaves_a_new_state_out_of_the_joint_fit(carried):
+    """Against a joint fit to the others, its variances as in the whole fit."""
+    accuracy = fm.leave_one_state_out(carried)
+    assert accuracy.states == len(NEW)
+    old, new, data = carried.fit.transfer.earlier[0].states, carried.fit.states, carried.fit.data()
+    ratio = data.correlation / (1 - data.correlation)
+    v = np.eye(len(ratio)) + np.where(data.place[:, None] == data.place, np.sqrt(np.outer(ratio, ratio)), 0.0)
+    for i in (0, 6):
+        left = np.arange(len(ratio)) != len(old) + i
+        weight, x = np.linalg.inv(v[np.ix_(left, left)]), data.design
+        b = np.linalg.solve(x[left].T @ weight @ x[left], x[left].T @ weight @ data.mean[left])
+        from forcemap.maps.accuracy import left_out_predictions
+
+        assert left_out_predictions(carried)[i] == pytest.approx(np.exp(x[len(old) + i] @ b), rel=1e-6)
+    assert new.name
+
+
+def test_a_plan_avoids_old_places_and_what_the_device_cannot_measure(old_map):
+    plan = plan_transfer(old_map, states=9, device=fm.Device(range=400.0), repeats=2)
+    states = np.column_stack([plan.distance, plan.height, plan.speed])[::2]
+    assert len(states) == 9
+    assert len(plan) == 18
+    assert set(plan.role) == {"train"}
+    away = np.abs(states[:, None, :2] - OLD[:, :2]).max(axis=2).min(axis=1)
+    assert away.min() > 0.03
+    assert old_map.measured_range.contains(*states.T).all()
+    assert np.all(1.1 * old_map.predict(*states.T) <= 397.0)
+    assert np.all(np.diff(plan.expected_force) >= 0)
+    assert plan.left_out[0].figure("states") > 0
+    assert plan.bound_width == pytest.approx(expected_transfer_width(old_map, states), rel=0.05)
+    narrow = plan_transfer(old_map, width=plan.bound_width * 1.02)
+    assert len(narrow.states) <= 9
+    with pytest.raises(fm.InputError, match=r"width: found 1 %, but 15 new states are expected to give"):
+        plan_transfer(old_map, width=0.01)
+    with pytest.raises(fm.InputError, match="says nothing of others"):
+        plan_transfer(old_map, speeds=(0.05, 0.3))
+
+
+def test_the_commands_plan_and_carry_over(tmp_path, capsys, old_map):
+    source, target, folder = tmp_path / "old.json", tmp_path / "new.json", tmp_path / "campaign"
+    fm.write_map(old_map, source)
+    assert run(["plan", str(folder), "--transfer", str(source), "--device-range-N", "1000"]) == 0
+    plan, planned = fm.read_plan(folder), capsys.readouterr().out
+    assert len(plan.states) == 9
+    assert "the shift (1, d, h, v) is known best" in " ".join(planned.split())
+    assert f"forcemap transfer {source} {folder} -o" in " ".join(planned.split())
+    points = np.unique(np.column_stack([plan.distance, plan.height, plan.speed]), axis=0)
+    table = tmp_path / "new.csv"
+    fm.write_dataset(impacts(TEN, points, 21), table)
+    arguments = ["transfer", str(source), str(table), "--device-spring-N-per-mm", "75"]
+    assert run([*arguments, "-o", str(target)]) == 0
+    said = capsys.readouterr().out
+    assert "CARRIED OVER: the shift" in said
+    assert "9 new states" in said
+    assert f"map written to {target}" in said
+    assert run([*arguments, "--json"]) == 0
+    answer = json.loads(capsys.readouterr().out)
+    assert answer["outcome"] == "carried_over"
+    assert answer["map"]["map_sha256"] == fm.map_sha256(fm.read_map(target))
+    assert answer["earlier"][0]["map_sha256"] == fm.map_sha256(old_map)
+    assert (
+        run(
+            [
+                "speed",
+                str(target),
+                "--distance",
+                "0.7",
+                "--height",
+                "0.3",
+                "--limit-N",
+                "300",
+                "--contact",
+                "quasi-static",
+            ]
+        )
+        == 0
+    )
+    assert "carried over" in capsys.readouterr().out
+    fm.write_dataset(impacts(TEN, points, 5, shape=lambda x: np.exp(25 * (x[:, 0] - 0.7) ** 2)), table)
+    assert run([*arguments, "-o", str(tmp_path / "none.json")]) == 1
+    assert capsys.readouterr().out.startswith("NOT CARRIED OVER")
+    assert not (tmp_path / "none.json").exists()
+    assert run([*arguments, "--json"]) == 1
+    assert json.loads(capsys.readouterr().out)["outcome"] == "refused"
