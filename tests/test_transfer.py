@@ -415,3 +415,56 @@ def test_the_commands_plan_and_carry_over(tmp_path, capsys, old_map):
     assert not (tmp_path / "none.json").exists()
     assert run([*arguments, "--json"]) == 1
     assert json.loads(capsys.readouterr().out)["outcome"] == "refused"
+
+
+def test_states_of_an_earlier_campaign_are_no_new_ones(old_map, carried):
+    """Counted twice, they would make the bound too low."""
+    with pytest.raises(fm.FitError, match="found 27 states of an earlier campaign among the new ones"):
+        fm.transfer_map(old_map, impacts(THIRTY, OLD, 1))
+    with pytest.raises(fm.FitError, match="found 11 states of an earlier campaign"):
+        fm.transfer_map(carried, impacts(TEN, NEW, 2, conditions=CHANGED))
+    assert fm.transfer_map(old_map, impacts(THIRTY, OLD, 12)).fit.transfer.near == len(OLD)
+
+
+@pytest.mark.parametrize("count", [3, 4])
+def test_a_few_places_do_not_tell_whether_the_shift_fits(old_map, count):
+    """Whatever the force does between three places, a shift with d and h follows it."""
+    at = BOX.at([[0.1, 0.1, 0], [0.9, 0.2, 0], [0.4, 0.9, 0], [0.9, 0.9, 0], [0.1, 0.9, 0]])
+    points = np.vstack([at[:count] + [0, 0, v] for v in (0.02, 0.1, 0.2, 0.28)])
+    with pytest.raises(fm.TooFewStates, match=f"found new states at {count} places, expected at least 5"):
+        fm.transfer_map(old_map, impacts(THIRTY, points, 2))
+    joined = np.vstack([points, at + [0, 0, 0.15]])
+    assert fm.transfer_map(old_map, impacts(THIRTY, joined, 2)).fit.place_effect.places == 5
+
+
+def test_an_earlier_map_without_a_bound_of_its_own_is_not_carried_over():
+    few = fm.fit_force_map(impacts(THIRTY, OLD[np.round(np.linspace(0, 26, 10)).astype(int)], 1))
+    with pytest.raises(fm.BoundNotAvailable, match="earlier map cannot be carried over: found 1 residual degrees"):
+        fm.transfer_map(few, impacts(TEN, NEW, 2))
+    with pytest.raises(fm.BoundNotAvailable, match="earlier map cannot be carried over"):
+        plan_transfer(few)
+
+
+def test_discarded_impacts_are_not_forgotten():
+    discarded = fm.fit_force_map(impacts(THIRTY, OLD, 1, cut=300.0), impacts=fm.CensoredImpacts.DISCARD)
+    with pytest.raises(fm.FitError, match=r"15 impacts above the device range were discarded.*fit it again with them"):
+        fm.transfer_map(discarded, impacts(TEN, NEW, 2))
+
+
+def test_a_wide_tolerance_of_repeats_does_not_widen_the_earlier_range(old_map):
+    slower = NEW - [0.0, 0.0, 0.2] * (NEW[:, 2:] > 0.2)
+    slower[:, 2] = np.maximum(slower[:, 2], 0.03)
+    data = impacts(THIRTY, np.vstack([NEW + 0.001, slower]), 2, conditions=replace(CONDITIONS, speed_tolerance=0.15))
+    force_map = fm.transfer_map(old_map, data)
+    assert force_map.measured_range.lowest[2] >= 0.09
+
+
+def test_states_left_out_are_not_called_censored_or_without_impacts(old_map):
+    points = np.vstack([NEW, [[0.7, 0.3, 0.5], [0.97, 0.3, 0.2]]])
+    force_map = fm.transfer_map(old_map, impacts(TEN, points, 2, conditions=CHANGED, cut=330.0))
+    assert force_map.fit.repeats == (3, 3)
+    out = force_map.fit.left_out
+    assert len(out) == 2
+    speed = fm.safe_speed(force_map, 0.7, 0.3, limit=250.0, contact=fm.Contact.QUASI_STATIC, bound=fm.ToleranceBound())
+    notes = [note for note in speed.basis.notes if note.kind is FindingKind.CENSORED_NOT_IN_FIT]
+    assert [note.figure("left_out") for note in notes] == [out.name[int(np.argmax(out.censored))]]

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from forcemap.arrays import Mask
-from forcemap.campaigns.dataset import ImpactDataset
-from forcemap.errors import FitError, TransferRefused
+from forcemap.campaigns.dataset import ImpactDataset, States, StateTolerance
+from forcemap.errors import BoundNotAvailable, FitError, TransferRefused
 from forcemap.maps.bounds import ToleranceBound, contradiction
 from forcemap.maps.fit import repeat_variance
 from forcemap.maps.force_map import Fit, ForceMap
@@ -49,18 +50,19 @@ def transfer_map(old_map: ForceMap, dataset: ImpactDataset, *, shift: Form = SHI
     InputError
         The earlier map is published, so its states are not known.
     FitError
-        No new impact has role train, or the earlier map's own test states contradict it.
+        No new impact has role train; new states are those of an earlier campaign; the earlier map's own test states
+        contradict it, or impacts above the device range were discarded from it.
+    BoundNotAvailable
+        The earlier map has too few states or places for a tolerance bound of its own.
     TransferRefused
         The new states contradict the shift (p below 0.05).
     TooFewStates, RankDeficient
-        The states do not determine map and shift, or nothing is left to tell whether the shift fits.
+        The states and their places do not determine map and shift, or nothing is left to tell whether the shift fits.
     """
     old, train = old_map.require_fit(), dataset.train
     if not len(train):
         raise FitError("found no impact with role train, expected new states; give role train to the impacts to fit")
-    if against := contradiction(old_map, ToleranceBound()):
-        above = f"{against.figure('count')} of {against.figure('states')} of its test states lie above its bound"
-        raise FitError(f"the earlier map cannot be carried over: {above}, so it does not hold itself")
+    require_sound(old_map)
     within = _within(old_map, train)
     new, left_out = train.states.select(within), train.states.select(~within)
     if not len(new):
@@ -75,6 +77,7 @@ def transfer_map(old_map: ForceMap, dataset: ImpactDataset, *, shift: Form = SHI
     campaigns = (*(chain.earlier if chain else ()), earlier)
     shifts = (*(chain.shifts if chain else ()), shift)
     variance = max(repeat_variance(train), old.repeat_variance())
+    _require_new(new, campaigns, dataset)
     joint = joint_fit(form, [*(each.states for each in campaigns), new], shifts, variance)
     if joint.p_value < REFUSED_BELOW:
         raise _refused(joint.p_value, joint.new)
@@ -105,10 +108,45 @@ def transfer_map(old_map: ForceMap, dataset: ImpactDataset, *, shift: Form = SHI
     )
 
 
+def require_sound(old_map: ForceMap) -> None:
+    """Refuse to carry over an earlier map that does not hold itself; errors as in `transfer_map`."""
+    old, refused = old_map.require_fit(), "the earlier map cannot be carried over"
+    if not old.transfer and old.censored_samples and not old.censored_fit:
+        raise FitError(
+            f"{refused}: {old.censored_samples} impacts above the device range were discarded, so it may lie too low; "
+            "fit it again with them"
+        )
+    try:
+        ToleranceBound().require(old_map)
+    except BoundNotAvailable as error:
+        raise BoundNotAvailable(f"{refused}: {error.message}") from None
+    if against := contradiction(old_map, ToleranceBound()):
+        above = f"{against.figure('count')} of {against.figure('states')} of its test states lie above its bound"
+        raise FitError(f"{refused}: {above}, so it does not hold itself")
+
+
+def _require_new(new: States, campaigns: Sequence[Earlier], dataset: ImpactDataset) -> None:
+    """Refuse states of an earlier campaign among the new ones: counted twice, they would make the bound too low."""
+    known = {figures for each in campaigns for figures in _figures(each.states)}
+    copies = [name for name, figures in zip(new.uncensored.name, _figures(new), strict=True) if figures in known]
+    if len(copies) > 1:  # one state may agree to the last digit by chance
+        raise FitError(
+            f"found {len(copies)} states of an earlier campaign among the new ones ({', '.join(copies[:3])}, ...), "
+            "expected new impacts",
+            file=dataset.source or None,
+        )
+
+
+def _figures(states: States) -> list[tuple[float, ...]]:
+    """Coordinates and ln F of each state with an uncensored repeat."""
+    known = states.uncensored
+    return list(map(tuple, np.column_stack([known.coordinates, known.log_force]).tolist()))
+
+
 def _within(old_map: ForceMap, train: ImpactDataset) -> Mask:
-    """New states within the earlier map's measured range, or no further outside than repeats of a state may lie."""
-    facets = old_map.measured_range.facets
-    beyond = train.states.coordinates @ facets[:, :3].T + facets[:, 3] - np.abs(facets[:, :3]) @ train.tolerance.scale
+    """New states within the earlier map's measured range, or no further outside than repeats of a state usually lie."""
+    facets, allowed = old_map.measured_range.facets, np.minimum(train.tolerance.scale, StateTolerance().scale)
+    beyond = train.states.coordinates @ facets[:, :3].T + facets[:, 3] - np.abs(facets[:, :3]) @ allowed
     return np.asarray((beyond <= 0).all(axis=1))
 
 

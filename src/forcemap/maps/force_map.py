@@ -36,7 +36,8 @@ class Fit:
     states : States
         The states the map was fitted to; wholly censored ones too, unless censored impacts were discarded.
     left_out : States
-        States that were left out because all of their impacts are censored and those were discarded.
+        States that were left out because all of their impacts are censored and those were discarded; of a map that was
+        carried over, those outside the earlier map's range.
     test : States
         States with role test: not fitted, but what they measured may contradict a speed.
     between_states : Regression
@@ -78,7 +79,7 @@ class Fit:
     @property
     def repeats(self) -> tuple[int, int]:
         """Fewest and most impacts of a state, censored ones counted."""
-        counts = np.concatenate([self.states.impacts + self.states.censored, self.left_out.censored])
+        counts = np.concatenate([group.impacts + group.censored for group in (self.states, self.left_out)])
         return int(counts.min()), int(counts.max())
 
     @property

@@ -18,7 +18,15 @@ from forcemap.errors import FitError, TooFewStates
 from forcemap.findings import Finding, FindingKind
 from forcemap.maps.censored import StateData, censored_regression, state_data
 from forcemap.maps.forms import Form
-from forcemap.maps.places import PlaceEffect, members, place_effect, place_regression, shared_part, whitened
+from forcemap.maps.places import (
+    PlaceEffect,
+    members,
+    place_effect,
+    place_regression,
+    places_between,
+    shared_part,
+    whitened,
+)
 from forcemap.maps.regression import Regression
 
 SHIFT = Form.of("SHIFT", ["1", "d", "h", "v"])
@@ -34,7 +42,8 @@ MORE_STATES = 6
 """How many more are asked for then."""
 
 FURTHER_STATES = 2
-"""States that must be measured beyond the terms of the shift: with fewer nothing tells whether the shift fits."""
+"""States that must be measured beyond the terms of the shift: with fewer nothing tells whether the shift fits. As many
+places beyond those that its terms of place take up: else any change from place to place would pass for the shift."""
 
 _PENALTY = 0.1
 """How much the log-likelihood of a part of new places is lowered for each own variance that it adds. Few states would
@@ -217,7 +226,7 @@ def joint_fit(form: Form, campaigns: Sequence[States], shifts: Sequence[Form], r
     Raises
     ------
     TooFewStates
-        The new states are too few to tell whether the shift fits.
+        The new states, or their places, are too few to tell whether the shift fits.
     RankDeficient
         The states do not determine all coefficients.
     """
@@ -227,6 +236,14 @@ def joint_fit(form: Form, campaigns: Sequence[States], shifts: Sequence[Form], r
             f"found {len(known[-1])} new states, expected at least {len(shifts[-1].terms) + FURTHER_STATES}, "
             f"{FURTHER_STATES} more than the shift has terms",
             remedy="measure more states",
+        )
+    spare = places_between(shifts[-1].design(*known[-1].coordinates.T), known[-1].place)
+    if spare < FURTHER_STATES:
+        places = np.unique(known[-1].place).size
+        raise TooFewStates(
+            f"found new states at {places} places, expected at least {places + FURTHER_STATES - spare}, "
+            f"{FURTHER_STATES} more than the shift takes up: any change from place to place would pass for it",
+            remedy="measure at more places",
         )
     first = place_effect(form.design(*known[0].coordinates.T), known[0].log_force, known[0].place)
     ratio, likely = [first.correlation / (1 - first.correlation)], first.likely / (1 - first.likely)
@@ -255,8 +272,7 @@ def joint_fit(form: Form, campaigns: Sequence[States], shifts: Sequence[Form], r
         whole=whole,
     )
     correlation, likeliest = (r / (1 + r) for r in (ratio[-1], likely + ratio[-1] - ratio[0]))
-    places = np.unique(campaigns[-1].place).size
-    effect = PlaceEffect(correlation, min(likeliest, correlation), places, between)
+    effect = PlaceEffect(correlation, min(likeliest, correlation), np.unique(campaigns[-1].place).size, between)
     return JointFit(data, union, regression, effect, extra / (1 + ratio[-2]), p_value)
 
 

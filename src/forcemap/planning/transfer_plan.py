@@ -13,6 +13,7 @@ from forcemap.campaigns.plan import Device
 from forcemap.campaigns.state import StateTolerance, places
 from forcemap.errors import InputError
 from forcemap.findings import Finding, FindingKind
+from forcemap.maps.carry_over import require_sound
 from forcemap.maps.force_map import ForceMap
 from forcemap.maps.form_test import NEAR
 from forcemap.maps.forms import Form
@@ -84,8 +85,11 @@ def plan_transfer(
     InputError
         A figure outside its range; no state of the range can be measured; a width that 15 states are not expected to
         reach.
+    FitError, BoundNotAvailable
+        The earlier map does not hold itself, as in `transfer_map`.
     """
     old = old_map.require_fit()
+    require_sound(old_map)
     require_whole("repeats", repeats)
     require_whole("states", states, len(shift.terms) + FURTHER_STATES)
     check_limit(limit, device.highest_limit)

@@ -294,7 +294,8 @@ def _notes(force_map: ForceMap, bound: Bound) -> list[Finding]:
     notes += [doubt] if doubt else []
     note(kind.NO_RESIDUALS, fit.between_states.degrees_of_freedom == 0)
     if fit.censored_samples and not fit.censored_fit:
-        note(kind.CENSORED_NOT_IN_FIT, impacts=fit.censored_samples, left_out=", ".join(fit.left_out.name))
+        wholly = fit.left_out.select(fit.left_out.impacts == 0).name
+        note(kind.CENSORED_NOT_IN_FIT, impacts=fit.censored_samples, left_out=", ".join(wholly))
     note(kind.CENSORED_IN_FIT, fit.censored_samples and fit.censored_fit, impacts=fit.censored_samples)
     return notes
 
