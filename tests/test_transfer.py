@@ -376,6 +376,7 @@ def test_the_commands_plan_and_carry_over(tmp_path, capsys, old_map):
     plan, planned = fm.read_plan(folder), capsys.readouterr().out
     assert len(plan.states) == 9
     assert "the shift (1, d, h, v) is known best" in " ".join(planned.split())
+    assert "in the order of the force that the earlier map expects, smallest first" in planned
     assert f"forcemap transfer {source} {folder} -o" in " ".join(planned.split())
     points = np.unique(np.column_stack([plan.distance, plan.height, plan.speed]), axis=0)
     table = tmp_path / "new.csv"
@@ -430,10 +431,10 @@ def test_states_of_an_earlier_campaign_are_no_new_ones(old_map, carried):
 def test_a_few_places_do_not_tell_whether_the_shift_fits(old_map, count):
     """Whatever the force does between three places, a shift with d and h follows it."""
     at = BOX.at([[0.1, 0.1, 0], [0.9, 0.2, 0], [0.4, 0.9, 0], [0.9, 0.9, 0], [0.1, 0.9, 0]])
-    points = np.vstack([at[:count] + [0, 0, v] for v in (0.02, 0.1, 0.2, 0.28)])
+    points = np.vstack([at[:count] + np.array([0, 0, v]) for v in (0.02, 0.1, 0.2, 0.28)])
     with pytest.raises(fm.TooFewStates, match=f"found new states at {count} places, expected at least 5"):
         fm.transfer_map(old_map, impacts(THIRTY, points, 2))
-    joined = np.vstack([points, at + [0, 0, 0.15]])
+    joined = np.vstack([points, at + np.array([0, 0, 0.15])])
     assert fm.transfer_map(old_map, impacts(THIRTY, joined, 2)).fit.place_effect.places == 5
 
 
@@ -468,3 +469,39 @@ def test_states_left_out_are_not_called_censored_or_without_impacts(old_map):
     speed = fm.safe_speed(force_map, 0.7, 0.3, limit=250.0, contact=fm.Contact.QUASI_STATIC, bound=fm.ToleranceBound())
     notes = [note for note in speed.basis.notes if note.kind is FindingKind.CENSORED_NOT_IN_FIT]
     assert [note.figure("left_out") for note in notes] == [out.name[int(np.argmax(out.censored))]]
+
+
+@pytest.mark.parametrize("seed", [0, 4])
+def test_partly_censored_states_do_not_disturb_the_test_of_the_shift(old_map, seed):
+    """It rests on the uncensored repeats of a state, as the earlier map's plain fit does."""
+    share = np.column_stack([np.random.default_rng([seed, k]).permutation(20) for k in range(3)]) / 19
+    data = impacts(TEN, BOX.at(0.02 + 0.96 * share), seed, conditions=CHANGED)
+    force, state = data.peak_force, data.states
+    reached = float(np.sort(force[data.state == state.name[int(np.argsort(state.force)[-4])]])[1])
+    columns = {"distance": data.distance, "height": data.height, "speed": data.speed, "conditions": CHANGED}
+    cut = fm.ImpactDataset.from_arrays(
+        peak_force=np.minimum(force, reached), censored=force >= reached, state=data.state, **columns
+    )
+    assert np.any((cut.states.censored > 0) & (cut.states.impacts > 0))
+    joint = joint_fit(fm.CFM_3D, [old_map.fit.states, cut.states], [SHIFT], 1.6e-5)
+    known = cut.states.uncensored
+    plain = replace(known, censored=np.zeros(len(known), dtype=np.int64))
+    again = joint_fit(fm.CFM_3D, [old_map.fit.states, plain], [SHIFT], 1.6e-5)
+    assert joint.p_value == pytest.approx(again.p_value, rel=1e-9)
+
+
+def test_a_map_linear_in_ln_v_is_shifted_by_ln_v(tmp_path):
+    old = fm.fit_force_map(impacts(THIRTY, OLD, 1), form=fm.LOG_SPEED)
+    plan = plan_transfer(old, repeats=1)
+    assert "ln(v)" in str(plan.note.figure("terms"))
+    points = np.column_stack([plan.distance, plan.height, plan.speed])
+    force_map = fm.transfer_map(old, impacts(THIRTY, points, 3))
+    assert force_map.form == fm.LOG_SPEED
+    path = tmp_path / "map.json"
+    fm.write_map(force_map, path)
+    assert fm.map_sha256(fm.read_map(path)) == fm.map_sha256(force_map)
+
+
+def test_a_map_is_not_checked_with_the_states_that_it_was_carried_over_from(carried):
+    with pytest.raises(fm.InputError, match="found impacts that the map was fitted to"):
+        fm.check_map(carried, impacts(THIRTY, OLD, 1))

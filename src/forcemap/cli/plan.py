@@ -178,7 +178,9 @@ def _lines(folder: str, plan: DesignedPlan, files: list[str], time: str, transfe
     speeds = ", ".join(f"{v:g}" for v in values) if len(values) <= _LISTED else f"{values[0]:g} to {values[-1]:g}"
     source = sentence(plan.expected_from) or "nothing (give --moving-mass-kg or --map)"
     order = "all places at the lowest speed first, far to near, then the next speed"
-    if plan.by_place:
+    if transfer:
+        order = "in the order of the force that the earlier map expects, smallest first"
+    elif plan.by_place:
         order = "place by place, the corners first and the others in random order, slow to fast at each"
     again = f"; {counted(len(plan.again), 'state')} again at the end" if plan.again else ""
     return [

@@ -12,15 +12,16 @@ from forcemap.answers.transfer import CarriedMap, TransferAnswer
 from forcemap.cli.options import DeviceSpring, Json, Table, stiffness
 from forcemap.cli.output import SIMULATED, accuracy_words, counted, emit, table, write_result
 from forcemap.maps.map_file import map_text
-from forcemap.maps.transfer import MORE_BELOW, REFUSED_BELOW, SHIFT
+from forcemap.maps.transfer import MORE_BELOW, REFUSED_BELOW
 
 
 def transfer(
     old_map: Annotated[str, Argument(help="The earlier map: a file written by forcemap fit or transfer.")],
     new: Table,
-    shift: Annotated[str, Option("--shift", help="Terms of the shift, as 1,d,h,v or 1,d,h,v,d^2,d*h.")] = ",".join(
-        SHIFT.term_names
-    ),
+    shift: Annotated[
+        str | None,
+        Option("--shift", help="Terms of the shift, as 1,d,h,v,d^2; default 1,d,h,v, of LOG_SPEED 1,d,h,ln(v)."),
+    ] = None,
     device_spring: DeviceSpring = None,
     output: Annotated[str | None, Option("-o", "--output", help="Write the map to this JSON file.")] = None,
     as_json: Json = False,
@@ -35,7 +36,7 @@ def transfer(
     Example: forcemap transfer map.json changed-robot -o changed.json
     """
     dataset = fm.read_dataset(new, device_stiffness=stiffness(device_spring))
-    terms = fm.Form.of("SHIFT", [term.strip() for term in shift.split(",")])
+    terms = fm.Form.of("SHIFT", [term.strip() for term in shift.split(",")]) if shift is not None else None
     try:
         force_map = fm.transfer_map(fm.read_map(old_map), dataset, shift=terms)
     except fm.TransferRefused as refusal:

@@ -268,17 +268,18 @@ def _fit_of(force_map: ForceMap) -> Fit:
 
 
 def _own(fit: Fit, dataset: ImpactDataset) -> list[str]:
-    """States of the map itself among the new ones: they agree with it by construction.
+    """States that the map was fitted to, those it was carried over from too, among the new ones: no test of it.
 
     Raises
     ------
     InputError
         The table is the map's own, or half of it.
     """
-    own, new = (
+    *known, new = (
         [(*place, force) for place, force in zip(states.coordinates.tolist(), states.log_force.tolist(), strict=True)]
-        for states in (fit.states, dataset.states)
+        for states in (fit.states, *fit.earlier_states, dataset.states)
     )
+    own = [state for states in known for state in states]
     copies = [name for name, state in zip(dataset.states.name, new, strict=True) if state in own]
     same_table = bool(dataset.sha256) and dataset.sha256 == fit.table_sha256
     # one state may agree to the last digit by chance

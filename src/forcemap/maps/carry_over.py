@@ -16,13 +16,13 @@ from forcemap.maps.force_map import Fit, ForceMap
 from forcemap.maps.forms import Form
 from forcemap.maps.map_file import map_sha256
 from forcemap.maps.measured_range import MeasuredRange
-from forcemap.maps.transfer import REFUSED_BELOW, SHIFT, Earlier, Transfer, joint_fit
+from forcemap.maps.transfer import REFUSED_BELOW, Earlier, Transfer, joint_fit, usual_shift
 
 OWN_STATES = 18
 """States from which a campaign is a map of its own, whatever an earlier one says; `plan` accepts no fewer."""
 
 
-def transfer_map(old_map: ForceMap, dataset: ImpactDataset, *, shift: Form = SHIFT) -> ForceMap:
+def transfer_map(old_map: ForceMap, dataset: ImpactDataset, *, shift: Form | None = None) -> ForceMap:
     """Carry a fitted map over to a changed robot: new tool, firmware, safety setting, or a sister robot.
 
     ln F of the new robot = ln F of the earlier map + a shift; all coefficients are fitted together to the states of the
@@ -37,8 +37,8 @@ def transfer_map(old_map: ForceMap, dataset: ImpactDataset, *, shift: Form = SHI
     dataset : ImpactDataset
         The new impacts, at places that no earlier campaign measured: effects that a place keeps would make the shift
         seem to fit better than it does.
-    shift : Form
-        Terms of the shift.
+    shift : Form, optional
+        Terms of the shift; 1, d, h and v if not given, ln v in place of v where the map is linear in ln v.
 
     Returns
     -------
@@ -75,7 +75,7 @@ def transfer_map(old_map: ForceMap, dataset: ImpactDataset, *, shift: Form = SHI
     )
     chain, form = old.transfer, old.transfer.form if old.transfer else old_map.form
     campaigns = (*(chain.earlier if chain else ()), earlier)
-    shifts = (*(chain.shifts if chain else ()), shift)
+    shifts = (*(chain.shifts if chain else ()), shift or usual_shift(old_map.form))
     variance = max(repeat_variance(train), old.repeat_variance())
     _require_new(new, campaigns, dataset)
     joint = joint_fit(form, [*(each.states for each in campaigns), new], shifts, variance)

@@ -32,6 +32,8 @@ from forcemap.maps.regression import Regression
 SHIFT = Form.of("SHIFT", ["1", "d", "h", "v"])
 """Terms of the shift unless stated: what the paper's robot leaves between its two safety thresholds is 0.6 % rms."""
 
+_LOG_SHIFT = Form.of("SHIFT", ["1", "d", "h", "ln(v)"])
+
 REFUSED_BELOW = 0.05
 """P value of the shift's misfit below which no map is carried over: one in twenty of those that could be is refused."""
 
@@ -53,6 +55,11 @@ _ROUNDING = 1e-18  # variance of ln F below which states follow the terms exactl
 
 _DIFFERENT_FIRST = ("device.model", "device.pad", "device.stiffness_N_per_m", "device.range_N", "contact.site")
 """Conditions whose change is said before all others, because a shift cannot be told from it. A choice."""
+
+
+def usual_shift(form: Form) -> Form:
+    """Terms of the shift of a form unless stated; ln v in place of v for a form that is linear in ln v."""
+    return _LOG_SHIFT if form.logarithmic else SHIFT
 
 
 @dataclass(frozen=True, eq=False)
@@ -312,14 +319,14 @@ def _misfit(form: Form, known: Sequence[States], shifts: Sequence[Form], ratio: 
     (S - S') / (m - k) over S' / (n - p): S and S' the generalised sums of squares of all campaigns and of the earlier
     ones alone, m new states, k terms of the shift, n earlier states and p coefficients of theirs (Chow 1960,
     https://doi.org/10.2307/1910133). The higher the correlation of places, the more the degrees of freedom of S' are
-    those of the places.
+    those of the places. Of a state with censored repeats the others count alone.
     """
     from scipy.special import fdtrc
 
     squares, rest = [], []
     for last in (len(known) - 1, len(known)):
         data = _joint_data(form, known[:last], shifts[: last - 1], [ratio] * last, 0.0)
-        fit = _regression(data)
+        fit = place_regression(data.design, data.mean, data.place, data.correlation)
         squares.append(fit.residual_squares)
         rest.append(int(fit.degrees_of_freedom))
     if not rest[0]:

@@ -18,7 +18,7 @@ from forcemap.maps.force_map import ForceMap
 from forcemap.maps.form_test import NEAR
 from forcemap.maps.forms import Form
 from forcemap.maps.measured_range import MeasuredRange
-from forcemap.maps.transfer import FURTHER_STATES, MORE_STATES, SHIFT, joint_fit
+from forcemap.maps.transfer import FURTHER_STATES, MORE_STATES, joint_fit, usual_shift
 from forcemap.planning.chosen_states import names_of_states
 from forcemap.planning.design import check_limit, require_whole
 from forcemap.planning.expectation import expected_forces, factor_of, source_of
@@ -45,7 +45,7 @@ def plan_transfer(
     *,
     states: int | None = None,
     width: float = math.nan,
-    shift: Form = SHIFT,
+    shift: Form | None = None,
     repeats: int = REPEATS,
     device: Device = Device(),  # noqa: B008 - frozen
     limit: float = math.nan,
@@ -70,8 +70,8 @@ def plan_transfer(
         reach it are planned. NaN if none is wanted.
     distances, heights, speeds : sequence of float
         Lowest and highest [m], [m], [m/s]; those of the earlier map if not given.
-    shift : Form
-        Terms of the shift.
+    shift : Form, optional
+        Terms of the shift, as in `transfer_map`.
     repeats, device, limit, tolerance, seed
         As in `plan_measurements`.
 
@@ -90,6 +90,7 @@ def plan_transfer(
     """
     old = old_map.require_fit()
     require_sound(old_map)
+    shift = shift or usual_shift(old_map.form)
     require_whole("repeats", repeats)
     require_whole("states", states, len(shift.terms) + FURTHER_STATES)
     check_limit(limit, device.highest_limit)
@@ -175,7 +176,7 @@ def _possible(
     return grid[~forceful], left_out
 
 
-def expected_transfer_width(old_map: ForceMap, new: FloatArray, *, shift: Form = SHIFT) -> float:
+def expected_transfer_width(old_map: ForceMap, new: FloatArray, *, shift: Form | None = None) -> float:
     """Mean of the bound above the prediction over new states' hull, as a share of it, before they are measured.
 
     Averaged over simulated campaigns in which the shift fits and states scatter as those of the earlier map.
@@ -186,9 +187,10 @@ def expected_transfer_width(old_map: ForceMap, new: FloatArray, *, shift: Form =
         A fitted map that was not carried over itself, or one that was.
     new : array, shape (n, 3)
         (distance, height, speed) of the new states [m, m, m/s].
-    shift : Form
-        Terms of the shift.
+    shift : Form, optional
+        Terms of the shift, as in `transfer_map`.
     """
+    shift = shift or usual_shift(old_map.form)
     fit, rng, widths = old_map.require_fit(), np.random.default_rng(0), []
     first = fit.transfer.earlier[0].states if fit.transfer else fit.states
     form, old = fit.transfer.form if fit.transfer else old_map.form, first.uncensored
