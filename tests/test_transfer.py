@@ -457,7 +457,19 @@ def test_a_wide_tolerance_of_repeats_does_not_widen_the_earlier_range(old_map):
     slower[:, 2] = np.maximum(slower[:, 2], 0.03)
     data = impacts(THIRTY, np.vstack([NEW + 0.001, slower]), 2, conditions=replace(CONDITIONS, speed_tolerance=0.15))
     force_map = fm.transfer_map(old_map, data)
-    assert force_map.measured_range.lowest[2] >= 0.09
+    assert force_map.fit.states.speed.min() >= 0.09
+
+
+def test_the_lowest_speed_does_not_creep_down(old_map, tmp_path):
+    """New states may be slower by as much as repeats are; the range keeps the lowest speed of all earlier campaigns."""
+    slower = NEW - np.array([0.0, 0.0, 0.008]) * (NEW[:, 2:] < 0.11)
+    once = fm.transfer_map(old_map, impacts(THIRTY, slower, 2))
+    assert once.fit.states.speed.min() == pytest.approx(0.092)
+    path = tmp_path / "map.json"
+    fm.write_map(once, path)
+    for force_map in (once, fm.read_map(path)):
+        assert force_map.measured_range.lowest[2] == 0.1
+        assert force_map.measured_range.points[:, 2].min() == 0.1
 
 
 def test_states_left_out_are_not_called_censored_or_without_impacts(old_map):

@@ -15,8 +15,7 @@ from forcemap.maps.fit import repeat_variance
 from forcemap.maps.force_map import Fit, ForceMap
 from forcemap.maps.forms import Form
 from forcemap.maps.map_file import map_sha256
-from forcemap.maps.measured_range import MeasuredRange
-from forcemap.maps.transfer import REFUSED_BELOW, Earlier, Transfer, joint_fit, usual_shift
+from forcemap.maps.transfer import REFUSED_BELOW, Earlier, Transfer, joint_fit, range_of, usual_shift
 
 OWN_STATES = 18
 """States from which a campaign is a map of its own, whatever an earlier one says; `plan` accepts no fewer."""
@@ -88,7 +87,7 @@ def transfer_map(old_map: ForceMap, dataset: ImpactDataset, *, shift: Form | Non
         name=dataset.source or "carried over",
         form=joint.form,
         coefficients=joint.regression.coefficients,
-        measured_range=MeasuredRange(new.coordinates),
+        measured_range=range_of(new, campaigns),
         fit=Fit(
             states=new,
             test=dataset.test.states,

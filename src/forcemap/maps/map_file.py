@@ -33,7 +33,7 @@ from forcemap.maps.measured_range import MeasuredRange
 from forcemap.maps.places import PlaceEffect, place_regression
 from forcemap.maps.published import PUBLISHED_MAPS, published_map
 from forcemap.maps.regression import Regression
-from forcemap.maps.transfer import Earlier, Transfer, joint_fit
+from forcemap.maps.transfer import Earlier, Transfer, joint_fit, range_of
 
 SCHEMA = "forcemap-map/1"
 
@@ -272,7 +272,9 @@ def _from_content(content: dict[str, Any]) -> ForceMap:
         name=str(content["name"]),
         form=form,
         coefficients=coefficients,
-        measured_range=MeasuredRange(np.column_stack([columns[name] for name in list(_STATE_COLUMNS)[1:4]])),
+        measured_range=range_of(fit.states, fit.transfer.earlier)
+        if fit and fit.transfer
+        else MeasuredRange(np.column_stack([columns[name] for name in list(_STATE_COLUMNS)[1:4]])),
         fit=fit,
         phase_two=PhaseTwo(
             {ContactScenario(name): int(n) for name, n in phase_two["scenarios"].items()},

@@ -18,6 +18,7 @@ from forcemap.errors import FitError, TooFewStates
 from forcemap.findings import Finding, FindingKind
 from forcemap.maps.censored import StateData, censored_regression, state_data
 from forcemap.maps.forms import Form
+from forcemap.maps.measured_range import MeasuredRange
 from forcemap.maps.places import (
     PlaceEffect,
     members,
@@ -134,6 +135,15 @@ class Transfer:
         if self.near:
             warnings.append(Finding.of(kind.CARRIED_AT_OLD_PLACES, states=self.near))
         return tuple(warnings)
+
+
+def range_of(new: States, earlier: Sequence[Earlier]) -> MeasuredRange:
+    """The hull of new states, at no speed below the lowest of an earlier campaign.
+
+    They may lie slower than it by as much as repeats of a state: carried over again and again, that would add up.
+    """
+    slowest = max(float(each.states.speed.min()) for each in earlier)
+    return MeasuredRange(np.column_stack([new.distance, new.height, np.maximum(new.speed, slowest)]))
 
 
 @dataclass(frozen=True, eq=False)
