@@ -137,6 +137,8 @@ def proposals():
     yield "for a slow task", safety_proposal(drawn, task=slow)
     yield "for a fast task", safety_proposal(drawn, task=fast)
     yield "for a path", safety_proposal(drawn, task=slow, speeds=ways())
+    faster = replace(ways(), programmed=np.linspace(0.02, 0.9, len(ways().path)))
+    yield "for a path that gets faster", safety_proposal(drawn, speeds=faster)
     near, _, _, high, speed = widest_block(drawn)
     exactly = along([[0.8, 0.0, 0.44], [0.8, 0.0, 0.4]], ("press",), task(("press", speed / 1000)))
     yield "for a path as fast", safety_proposal(drawn, speeds=exactly)

@@ -355,3 +355,16 @@ def resealed(content, path):
     content["content_sha256"] = hashlib.sha256(text.encode()).hexdigest()
     path.write_text(json.dumps(content, indent=1) + "\n")
     return path
+
+
+def test_a_map_without_residuals_is_read_back_with_its_scatter_unknown(tmp_path):
+    """As many states as coefficients."""
+    points = np.array([[0.5, 0.2, 0.1], [0.6, 0.3, 0.2], [0.7, 0.1, 0.4], [0.9, 0.4, 0.3]])
+    force = np.array([150.0, 200.0, 310.0, 240.0])
+    d, h, v = points.T
+    dataset = fm.ImpactDataset.from_arrays(distance=d, height=h, speed=v, peak_force=force)
+    force_map = fm.fit_force_map(dataset, form=fm.CFM_2D)
+    fm.write_map(force_map, tmp_path / "map.json")
+    again = fm.read_map(tmp_path / "map.json")
+    assert np.isnan(again.fit.state_sd)
+    np.testing.assert_array_equal(again.coefficients, force_map.coefficients)

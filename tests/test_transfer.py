@@ -12,10 +12,13 @@ from oracle import printed_force
 from scipy import optimize, stats
 
 import forcemap as fm
+from forcemap.campaigns.template import campaign_text
 from forcemap.cli.app import run
 from forcemap.findings import FindingKind
+from forcemap.maps.carry_over import EARLIER_MAP
 from forcemap.maps.transfer import SHIFT, joint_fit
 from forcemap.planning.transfer_plan import expected_transfer_width, plan_transfer
+from forcemap.web.fitted_campaign import fitted_campaign
 from truths import Box, spread
 
 THIRTY, TEN = "kuka-iiwa7-30nm", "kuka-iiwa7-10nm"
@@ -517,3 +520,50 @@ def test_a_map_linear_in_ln_v_is_shifted_by_ln_v(tmp_path):
 def test_a_map_is_not_checked_with_the_states_that_it_was_carried_over_from(carried):
     with pytest.raises(fm.InputError, match="found impacts that the map was fitted to"):
         fm.check_map(carried, impacts(THIRTY, OLD, 1))
+
+
+@pytest.fixture
+def campaign_with_an_earlier_map(tmp_path, old_map):
+    folder = tmp_path / "changed-robot"
+    (folder / "maps").mkdir(parents=True)
+    fm.write_map(old_map, folder / EARLIER_MAP)
+    table = impacts(TEN, NEW, 2, conditions=CHANGED)
+    fm.write_dataset(table, folder / "impacts.csv")
+    (folder / "campaign.toml").write_text(campaign_text(CHANGED))
+    return folder
+
+
+def test_a_campaign_that_holds_an_earlier_map_carries_it_over_everywhere(campaign_with_an_earlier_map, capsys, carried):
+    folder = campaign_with_an_earlier_map
+    assessed = fm.assess_campaign(folder, limits=[fm.force_limit("back_of_hand")])
+    assert assessed.force_map.fit.transfer.p_value == pytest.approx(carried.fit.transfer.p_value)
+    assert FindingKind.CARRIED_OVER in [finding.kind for finding in assessed.findings]
+    assert EARLIER_MAP in [file.path for file in assessed.inputs]
+    assert fitted_campaign(folder).force_map.fit.transfer is not None
+    assert run(["fit", str(folder)]) == 0
+    assert "CARRIED OVER: the shift" in capsys.readouterr().out
+    place = ["--distance", "0.7", "--height", "0.3", "--limit-N", "300", "--contact", "quasi-static", "--json"]
+    assert run(["speed", str(folder), *place]) == 0
+    by_folder = json.loads(capsys.readouterr().out)
+    assert run(["transfer", str(folder / EARLIER_MAP), str(folder), "-o", str(folder / "maps" / "new.json")]) == 0
+    capsys.readouterr()
+    assert run(["speed", str(folder / "maps" / "new.json"), *place]) == 0
+    assert json.loads(capsys.readouterr().out)["speed_mps"] == by_folder["speed_mps"]
+    assert run(["report", str(folder), "--area", "back_of_hand", "-o", str(folder / "report.html")]) == 0
+    assert "carried over from" in (folder / "report.html").read_text()
+    assert run(["evaluate", str(folder)]) == 0
+
+
+@pytest.mark.parametrize("option", [["--form", "LOG_SPEED"], ["--discard-censored"]])
+def test_a_map_carried_over_has_its_own_form_and_every_impact(campaign_with_an_earlier_map, capsys, option):
+    assert run(["fit", str(campaign_with_an_earlier_map), *option]) == 2
+    assert "this campaign carries this map over, with its form and every impact" in capsys.readouterr().err
+
+
+def test_without_the_earlier_map_the_few_states_are_refused(campaign_with_an_earlier_map, capsys):
+    (campaign_with_an_earlier_map / EARLIER_MAP).write_text("{}")
+    assert run(["fit", str(campaign_with_an_earlier_map)]) == 2
+    assert "maps/earlier.json" in capsys.readouterr().err
+    (campaign_with_an_earlier_map / EARLIER_MAP).unlink()
+    point = ["--distance", "0.7", "--height", "0.3", "--limit-N", "300", "--contact", "quasi-static"]
+    assert run(["speed", str(campaign_with_an_earlier_map), *point]) == 2

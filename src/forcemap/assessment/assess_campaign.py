@@ -31,6 +31,7 @@ from forcemap.limits.body_areas import LimitTable
 from forcemap.limits.force_limits import Contact, ForceLimit, force_limit
 from forcemap.maps.accuracy import Accuracy, map_accuracy
 from forcemap.maps.bounds import Bound, ToleranceBound, weakness
+from forcemap.maps.carry_over import campaign_map
 from forcemap.maps.fit import fit_force_map
 from forcemap.maps.force_map import ForceMap
 from forcemap.maps.forms import CFM_2D, CFM_3D, Form
@@ -222,7 +223,9 @@ def assess_campaign(
     records = campaign if isinstance(campaign, Campaign) else attempt(lambda: read_campaign(stated.folder))
     measured = _measured(records, stated, progress)
     conditions, judged, dataset = measured.conditions, measured.recordings, measured.dataset
-    fitted = _fitted(dataset, form, bound or ToleranceBound(device_error=conditions.device.error_or_default))
+    fitted = _fitted(
+        stated.folder, dataset, form, bound or ToleranceBound(device_error=conditions.device.error_or_default)
+    )
     force_map, carried = fitted.force_map, fitted.bound
     scatter = attempt(lambda: repeatability(present(dataset)))
     models = tuple(attempt(partial(contact_model, conditions, limit.name)) for limit in stated.limits)
@@ -339,13 +342,16 @@ class _Fitted:
     doubts: tuple[Finding, ...] = ()
 
 
-def _fitted(dataset: ImpactDataset | Missing, form: Form, bound: Bound) -> _Fitted:
-    force_map = attempt(lambda: fit_force_map(present(dataset), form=form))
+def _fitted(folder: Path, dataset: ImpactDataset | Missing, form: Form, bound: Bound) -> _Fitted:
+    stated = None if form == CFM_3D else form
+    force_map = attempt(lambda: campaign_map(folder, present(dataset), form=stated))
     carried = attempt(lambda: _carried(present(force_map), bound))
     if isinstance(force_map, Missing):
         return _Fitted(force_map, carried)
     weak = weakness(bound, force_map)
-    return _Fitted(force_map, carried, (weak,) if weak else (), tuple(doubts_of_fit(force_map)))
+    transfer = force_map.require_fit().transfer
+    first = (*((weak,) if weak else ()), *((*transfer.warnings, *transfer.findings) if transfer else ()))
+    return _Fitted(force_map, carried, first, tuple(doubts_of_fit(force_map)))
 
 
 def _default_limit(table: LimitTable) -> ForceLimit:

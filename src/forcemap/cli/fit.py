@@ -10,6 +10,7 @@ from typer import Option
 import forcemap as fm
 from forcemap.answers.map import CensoringAnswer, FitAnswer, Margins
 from forcemap.answers.selection import SelectionAnswer, SelectionRefused
+from forcemap.answers.transfer import TransferAnswer
 from forcemap.cli.options import DeviceSpring, FormName, Json, Table, fitted, too_few_states_named
 from forcemap.cli.output import (
     SIMULATED,
@@ -24,6 +25,7 @@ from forcemap.cli.output import (
     table,
     write_result,
 )
+from forcemap.cli.transfer import transfer_lines
 from forcemap.comparisons.selection import selection_stability
 from forcemap.maps.bounds import PAPER_MARGIN
 from forcemap.maps.map_file import map_text
@@ -58,8 +60,12 @@ def fit(
     accuracies = fm.map_accuracy(force_map, dataset)
     if output:
         write_result(output, map_text(force_map), mark='"schema": "forcemap-map/')
-    answer = FitAnswer.of_fit(dataset, force_map, accuracies, selection=_selection(dataset) if select else None)
     written = f"map written to {output}" if output else "no file written; -o MAP.json writes the map"
+    if force_map.require_fit().transfer:
+        carried = TransferAnswer.of_map(force_map, accuracies[0])
+        emit(carried, [*transfer_lines(carried), "", written], as_json=as_json)
+        return
+    answer = FitAnswer.of_fit(dataset, force_map, accuracies, selection=_selection(dataset) if select else None)
     emit(answer, [*fit_lines(answer), "", written], as_json=as_json)
 
 

@@ -13,6 +13,7 @@ from typer import Argument, Option
 import forcemap as fm
 from forcemap import LimitTable as TableOfLimits
 from forcemap.maps.bounds import Bound
+from forcemap.maps.carry_over import campaign_map
 
 Json = Annotated[bool, Option("--json", help="Print one JSON object.")]
 Table = Annotated[str, Argument(help="Impacts table (CSV) or campaign folder.")]
@@ -121,7 +122,7 @@ def fitted(
 ) -> tuple[fm.ImpactDataset, fm.ForceMap]:
     """The impacts of a table or campaign folder, and the map fitted to its train rows."""
     dataset = fm.read_dataset(table, device_stiffness=stiffness(device_spring))
-    return dataset, fm.fit_force_map(dataset, form=fm.form_named(form or fm.CFM_3D.name), impacts=impacts)
+    return dataset, campaign_map(table, dataset, form=fm.form_named(form) if form else None, impacts=impacts)
 
 
 def stiffness(spring: float | None) -> float | None:

@@ -15,8 +15,10 @@ from forcemap.cli import planned
 from forcemap.cli.options import ContactKind, DeviceSpring, Json, Limit, force_map_from, limit_from, number
 from forcemap.cli.output import counted, emit, listing
 from forcemap.cli.task_options import figures
+from forcemap.files import read_bytes, write_atomically
 from forcemap.findings import Finding, FindingKind
 from forcemap.limits.device_spring import device_suitability
+from forcemap.maps.carry_over import EARLIER_MAP
 from forcemap.planning.measurements import DesignedPlan
 from forcemap.planning.transfer_plan import plan_transfer
 from forcemap.words import sentence, sentences
@@ -117,6 +119,10 @@ def plan(
     campaign_plan = dataclasses.replace(campaign_plan, warnings=warnings)
     minutes = campaign_plan.minutes(place_minutes, impact_minutes)
     files = planned.write_campaign(Path(folder), campaign_plan, campaign_plan, conditions)
+    if carried:
+        Path(folder, EARLIER_MAP).parent.mkdir(exist_ok=True)
+        write_atomically(Path(folder, EARLIER_MAP), read_bytes(carried[0]).decode())
+        files.append(EARLIER_MAP)
     assumed = f"if a place takes {place_minutes:g} min and an impact {impact_minutes:g} min (assumed)"
     time = f"{minutes // 60:.0f} h {minutes % 60:02.0f} min, {assumed}"
     answer = PlanAnswer.of_plan(campaign_plan, folder, files, minutes)

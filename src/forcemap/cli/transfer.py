@@ -8,7 +8,7 @@ from typing import Annotated
 from typer import Argument, Option
 
 import forcemap as fm
-from forcemap.answers.transfer import CarriedMap, TransferAnswer
+from forcemap.answers.transfer import TransferAnswer
 from forcemap.cli.options import DeviceSpring, Json, Table, stiffness
 from forcemap.cli.output import SIMULATED, accuracy_words, counted, emit, table, write_result
 from forcemap.maps.map_file import map_text
@@ -50,13 +50,14 @@ def transfer(
         write_result(output, map_text(force_map), mark='"schema": "forcemap-map/')
     written = f"map written to {output}" if output else "no file written; -o MAP.json writes the map"
     answer = TransferAnswer.of_map(force_map, accuracy)
-    assert answer.map is not None
-    emit(answer, [*transfer_lines(answer, answer.map), "", written], as_json=as_json)
+    emit(answer, [*transfer_lines(answer), "", written], as_json=as_json)
     return 0
 
 
-def transfer_lines(answer: TransferAnswer, carried: CarriedMap) -> list[str]:
+def transfer_lines(answer: TransferAnswer) -> list[str]:
     """A map that was carried over: how well the shift fits, what the bound is, from where to where."""
+    carried = answer.map
+    assert carried is not None
     d, h, v = zip(carried.lowest_measured, carried.highest_measured, strict=True)
     span = carried.bound_margin_percent
     binding = [carried.binding.reason] if carried.binding.reason else []

@@ -277,7 +277,7 @@ def _own(fit: Fit, dataset: ImpactDataset) -> list[str]:
     """
     *known, new = (
         [(*place, force) for place, force in zip(states.coordinates.tolist(), states.log_force.tolist(), strict=True)]
-        for states in (fit.states, *fit.earlier_states, dataset.states)
+        for states in (fit.states, *fit.earlier_states(), dataset.states)
     )
     own = [state for states in known for state in states]
     copies = [name for name, state in zip(dataset.states.name, new, strict=True) if state in own]

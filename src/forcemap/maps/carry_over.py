@@ -4,21 +4,64 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
 from forcemap.arrays import Mask
 from forcemap.campaigns.dataset import ImpactDataset, States, StateTolerance
-from forcemap.errors import BoundNotAvailable, FitError, TransferRefused
+from forcemap.errors import BoundNotAvailable, FitError, InputError, TransferRefused
 from forcemap.maps.bounds import ToleranceBound, contradiction
-from forcemap.maps.fit import repeat_variance
+from forcemap.maps.fit import CensoredImpacts, fit_force_map, repeat_variance
 from forcemap.maps.force_map import Fit, ForceMap
-from forcemap.maps.forms import Form
-from forcemap.maps.map_file import map_sha256
+from forcemap.maps.forms import CFM_3D, Form
+from forcemap.maps.map_file import map_sha256, read_map
 from forcemap.maps.transfer import REFUSED_BELOW, Earlier, Transfer, joint_fit, range_of, usual_shift
+
+EARLIER_MAP = "maps/earlier.json"
+"""Where a campaign's folder holds the map that its few states carry over; `plan --transfer` puts it there."""
 
 OWN_STATES = 18
 """States from which a campaign is a map of its own, whatever an earlier one says; `plan` accepts no fewer."""
+
+
+def campaign_map(
+    folder: str | Path,
+    dataset: ImpactDataset,
+    *,
+    form: Form | None = None,
+    impacts: CensoredImpacts = CensoredImpacts.AT_LEAST,
+) -> ForceMap:
+    """The map of a campaign: carried over from the map that its folder holds for that, else fitted.
+
+    Parameters
+    ----------
+    folder : str or Path
+        Folder of the campaign, or a table, beside which no map counts.
+    dataset : ImpactDataset
+        Its impacts.
+    form : Form, optional
+        Terms of ln F; CFM_3D if not given. A map that is carried over has its own.
+    impacts : CensoredImpacts
+        How censored impacts enter the fit; discarded they cannot be carried over.
+
+    Raises
+    ------
+    InputError
+        Form or discarded impacts are asked of a map that is carried over; `MapFileError`, the earlier map is no map.
+    FitError
+        As `fit_force_map` and `transfer_map`.
+    """
+    earlier = Path(folder) / EARLIER_MAP
+    if not earlier.is_file():
+        return fit_force_map(dataset, form=form or CFM_3D, impacts=impacts)
+    if form is not None or impacts is not CensoredImpacts.AT_LEAST:
+        raise InputError(
+            "this campaign carries this map over, with its form and every impact; move the file away to fit the "
+            "campaign by itself",
+            file=str(earlier),
+        )
+    return transfer_map(read_map(earlier), dataset)
 
 
 def transfer_map(old_map: ForceMap, dataset: ImpactDataset, *, shift: Form | None = None) -> ForceMap:

@@ -266,8 +266,9 @@ def _from_content(content: dict[str, Any]) -> ForceMap:
             transfer=transfer,
         )
         for entry, figure in _scatter(fit).items() if "places" in statistics else ():
-            stated, known = _nan(statistics.get(entry)), not math.isnan(figure)
-            _require_given(entry, stated - figure if known else 0.0, _SAME_CENSORED * max(abs(figure), 1.0))
+            stated = _nan(statistics.get(entry))
+            if not (math.isnan(stated) and math.isnan(figure)):  # unknown with as many states as coefficients
+                _require_given(entry, stated - figure, _SAME_CENSORED * max(abs(figure), 1.0))
     force_map = ForceMap(
         name=str(content["name"]),
         form=form,

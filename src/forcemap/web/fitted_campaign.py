@@ -9,8 +9,9 @@ from functools import lru_cache
 from pathlib import Path
 from typing import TypeVar
 
-from forcemap import Accuracy, ForceMap, ImpactDataset, fit_force_map, map_accuracy, read_dataset
+from forcemap import Accuracy, ForceMap, ImpactDataset, map_accuracy, read_dataset
 from forcemap.files import file_sha256
+from forcemap.maps.carry_over import EARLIER_MAP, campaign_map
 from forcemap.web.request_error import RequestError
 
 _Result = TypeVar("_Result")
@@ -72,7 +73,7 @@ def fitted_campaign(campaign: Path) -> FittedCampaign:
 
 _Contents = tuple[str, ...]
 
-_FILES = ("impacts.csv", "campaign.toml", "recordings.csv")  # what a map rests on
+_FILES = ("impacts.csv", "campaign.toml", "recordings.csv", EARLIER_MAP)  # what a map rests on
 
 
 def _contents(campaign: Path) -> _Contents:
@@ -110,5 +111,5 @@ def _impacts(campaign: Path, contents: _Contents) -> ImpactDataset:
 @lru_cache(maxsize=_IN_MEMORY)
 def _fitted(campaign: Path, contents: _Contents) -> FittedCampaign:
     dataset = _impacts(campaign, contents)
-    force_map = fit_force_map(dataset)
+    force_map = campaign_map(campaign, dataset)
     return FittedCampaign(dataset, force_map, map_accuracy(force_map, dataset))
