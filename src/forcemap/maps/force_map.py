@@ -121,11 +121,6 @@ class Fit:
         between = self.between_states
         return between.whole if isinstance(between, TransferRegression) else between
 
-    @property
-    def earlier_states(self) -> tuple[States, ...]:
-        """States of the campaigns that the map was carried over from, fitted with its own."""
-        return tuple(earlier.states for earlier in self.transfer.earlier) if self.transfer else ()
-
     def repeat_variance(self) -> float:
         """Variance of ln F between repeats of a state, as far as the fit made use of it; 0 if it did not."""
         whole = self.whole()
