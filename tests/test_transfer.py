@@ -567,3 +567,19 @@ def test_without_the_earlier_map_the_few_states_are_refused(campaign_with_an_ear
     (campaign_with_an_earlier_map / EARLIER_MAP).unlink()
     point = ["--distance", "0.7", "--height", "0.3", "--limit-N", "300", "--contact", "quasi-static"]
     assert run(["speed", str(campaign_with_an_earlier_map), *point]) == 2
+
+
+def test_what_passes_unseen_between_the_new_states_is_said_first(old_map, tmp_path, capsys):
+    """At two speeds no test of the shift sees what the changed robot does between them."""
+    ends = NEW.copy()
+    ends[:, 2] = np.where(np.arange(len(NEW)) % 2, 0.1, 0.4)
+    data = impacts(THIRTY, ends, 6, shape=lambda x: np.exp(0.2 * 4 * (x[:, 2] - 0.1) * (0.4 - x[:, 2]) / 0.09))
+    force_map = fm.transfer_map(old_map, data)
+    speed = fm.safe_speed(force_map, 0.7, 0.3, limit=250.0, contact=fm.Contact.QUASI_STATIC, bound=fm.ToleranceBound())
+    unseen = [warning for warning in speed.basis.warnings if warning.kind is FindingKind.FORM_UNSEEN_BETWEEN]
+    assert ["speed" in warning.figure("axes") for warning in unseen] == [True]
+    source, table = tmp_path / "old.json", tmp_path / "new.csv"
+    fm.write_map(old_map, source)
+    fm.write_dataset(data, table)
+    assert run(["transfer", str(source), str(table), "--device-spring-N-per-mm", "75"]) == 0
+    assert "LITTLE WAS MEASURED BETWEEN" in capsys.readouterr().out.partition("CARRIED OVER: the shift")[0]

@@ -83,4 +83,7 @@ class TransferAnswer(Answer):
             accuracy=accuracy,
             map_sha256=map_sha256(force_map),
         )
-        return cls.from_result(fit.transfer, outcome="carried_over", reason="", earlier=earlier, map=carried)
+        tested = force_map.form_test
+        warnings = [*fit.transfer.warnings, *(tested.unseen if tested else ())]
+        figures: dict[str, Any] = {"earlier": earlier, "warnings": warnings, "map": carried}
+        return cls.from_result(fit.transfer, outcome="carried_over", reason="", **figures)

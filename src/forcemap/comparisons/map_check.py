@@ -275,9 +275,10 @@ def _own(fit: Fit, dataset: ImpactDataset) -> list[str]:
     InputError
         The table is the map's own, or half of it.
     """
+    earlier = fit.transfer.earlier if fit.transfer else ()
     *known, new = (
         [(*place, force) for place, force in zip(states.coordinates.tolist(), states.log_force.tolist(), strict=True)]
-        for states in (fit.states, *fit.earlier_states(), dataset.states)
+        for states in (fit.states, *(each.states for each in earlier), dataset.states)
     )
     own = [state for states in known for state in states]
     copies = [name for name, state in zip(dataset.states.name, new, strict=True) if state in own]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -15,7 +15,7 @@ from forcemap.arrays import FloatArray, in_blocks
 from forcemap.campaigns.dataset import Binding, Conditions, Drift, PhaseTwo, States, measured_again
 from forcemap.errors import InputError
 from forcemap.maps.censored import CensoredRegression, StateData, state_data
-from forcemap.maps.form_test import FormTest, form_test
+from forcemap.maps.form_test import FormTest, form_test, gaps_of
 from forcemap.maps.forms import Form
 from forcemap.maps.measured_range import MeasuredRange
 from forcemap.maps.places import PlaceEffect
@@ -120,10 +120,6 @@ class Fit:
         """The regression that gave the coefficients: of a map that was carried over, to the states of all campaigns."""
         between = self.between_states
         return between.whole if isinstance(between, TransferRegression) else between
-
-    def earlier_states(self) -> tuple[States, ...]:
-        """States of the campaigns that the map was carried over from, fitted with its own."""
-        return tuple(earlier.states for earlier in self.transfer.earlier) if self.transfer else ()
 
     def repeat_variance(self) -> float:
         """Variance of ln F between repeats of a state, as far as the fit made use of it; 0 if it did not."""
@@ -283,12 +279,14 @@ class ForceMap:
         """Whether the states of the map contradict its form; None for a map that was not fitted.
 
         Of a map that was carried over those of the first campaign; the new ones test the shift (`Transfer.p_value`).
+        Gaps are those of both: between new states that lie far apart another shape passes unseen, too.
         """
         if self.fit is None:
             return None
         if (transfer := self.fit.transfer) is None:
             return form_test(self.form, self.fit.states, self.fit.state_sd)
-        return form_test(transfer.form, transfer.earlier[0].states, self.fit.state_sd)
+        first = form_test(transfer.form, transfer.earlier[0].states, self.fit.state_sd)
+        return replace(first, gaps=tuple(dict.fromkeys((*first.gaps, *gaps_of(self.fit.states)))))
 
     @cached_property
     def rises_with_speed(self) -> bool:

@@ -200,9 +200,7 @@ def form_test(form: Form, states: States, state_sd: float = math.nan) -> FormTes
     tested = states.select(states.censored == 0)
     departures = _most_significant(form, tested) if len(tested) else []
     slow = states.speed <= states.speed.min() + StateTolerance().speed
-    place = states.place
-    places = np.array([states.coordinates[place == number, :2].mean(axis=0) for number in range(place.max() + 1)])
-    gaps = tuple(name for name, x in zip(_AXES, (*places.T, states.speed), strict=True) if _gap(x) > GAP)
+    place, places, gaps = states.place, _places(states), gaps_of(states)
     kinds = [departure.along for departure in departures]
     return FormTest(
         departures=tuple(sorted(departures, key=lambda departure: departure.p_value)),
@@ -228,6 +226,18 @@ def _most_significant(form: Form, states: States) -> list[Departure]:
             departures.append(replace(best, tested=number, p_value=min(1.0, best.p_value * number)))
     adjusted = holm(np.array([departure.p_value for departure in departures])).tolist()
     return [replace(departure, p_value=p) for departure, p in zip(departures, adjusted, strict=True)]
+
+
+def gaps_of(states: States) -> tuple[str, ...]:
+    """Along which of distance, height and speed little was measured between widely spaced values."""
+    axes = zip(_AXES, (*_places(states).T, states.speed), strict=True)
+    return tuple(name for name, values in axes if _gap(values) > GAP)
+
+
+def _places(states: States) -> FloatArray:
+    """(distance, height) of the places of states, shape (k, 2)."""
+    place = states.place
+    return np.array([states.coordinates[place == number, :2].mean(axis=0) for number in range(place.max() + 1)])
 
 
 def _gap(values: FloatArray) -> float:
