@@ -583,3 +583,33 @@ def test_what_passes_unseen_between_the_new_states_is_said_first(old_map, tmp_pa
     fm.write_dataset(data, table)
     assert run(["transfer", str(source), str(table), "--device-spring-N-per-mm", "75"]) == 0
     assert "LITTLE WAS MEASURED BETWEEN" in capsys.readouterr().out.partition("CARRIED OVER: the shift")[0]
+
+
+def test_six_more_states_are_added_to_the_plan(tmp_path, capsys, old_map):
+    source, folder = tmp_path / "old.json", tmp_path / "campaign"
+    fm.write_map(old_map, source)
+    arguments = ["plan", str(folder), "--transfer", str(source), "--device-range-N", "1000"]
+    assert run(arguments) == 0
+    first = fm.read_plan(folder)
+    assert run(arguments[:4]) == 0
+    assert "6 new states beside the 9 planned before" in " ".join(capsys.readouterr().out.split())
+    whole = fm.read_plan(folder)
+    assert whole.states[:9] == first.states
+    assert len(whole.states) == 15
+    places = np.unique(np.column_stack([whole.distance, whole.height]), axis=0)
+    apart = np.abs(places[:, None] - places).max(axis=2) + np.eye(len(places))
+    assert apart.min() > 0.02
+    assert run([*arguments[:4], "--states", "15"]) == 2
+    assert "expected more than the 15 that are planned already" in capsys.readouterr().err
+    fm.write_map(fm.fit_force_map(impacts(THIRTY, OLD, 8)), source)
+    assert run(arguments[:4]) == 2
+    assert "the folder has a plan already, and not one for this map (maps/earlier.json)" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("states", [9, 12])
+def test_a_plan_lies_at_speeds_and_places_between_the_ends(old_map, states):
+    plan = plan_transfer(old_map, states=states, repeats=1)
+    assert np.unique(plan.speed).size >= 4
+    assert plan.places >= 8
+    inside = (plan.distance > 0.58) & (plan.distance < 0.84) & (plan.height > 0.16) & (plan.height < 0.44)
+    assert inside.any()

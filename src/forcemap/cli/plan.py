@@ -7,6 +7,7 @@ import math
 from pathlib import Path
 from typing import Annotated, Any
 
+import numpy as np
 from typer import Argument, Option
 
 import forcemap as fm
@@ -15,11 +16,12 @@ from forcemap.cli import planned
 from forcemap.cli.options import ContactKind, DeviceSpring, Json, Limit, force_map_from, limit_from, number
 from forcemap.cli.output import counted, emit, listing
 from forcemap.cli.task_options import figures
-from forcemap.files import read_bytes, write_atomically
+from forcemap.files import file_sha256, read_bytes, write_atomically
 from forcemap.findings import Finding, FindingKind
 from forcemap.limits.device_spring import device_suitability
 from forcemap.maps.carry_over import EARLIER_MAP
 from forcemap.planning.measurements import DesignedPlan
+from forcemap.planning.runs import extend_plan
 from forcemap.planning.transfer_plan import plan_transfer
 from forcemap.words import sentence, sentences
 
@@ -97,7 +99,7 @@ def plan(
     carried = _carried(design)
     if carried is None and (distances is None or heights is None or speeds is None):
         raise fm.InputError("plan: expected --distances-m, --heights-m and --speeds-mps, the ranges to measure")
-    if Path(folder, "plan.csv").exists():
+    if Path(folder, "plan.csv").exists() and not carried:
         raise fm.InputError("the folder has a plan already; name a new folder, or move the plan away", file=folder)
     mass, source = planned.expected_of(expect)
     conditions = planned.conditions_of(folder, device_range, device_spring, mass)
@@ -109,8 +111,10 @@ def plan(
     shared: dict[str, Any] = {"states": states, "repeats": repeats, "device": conditions.device, "limit": newtons}
     angles = figures("base angles", base_angles) if base_angles else []
     others: dict[str, Any] = {"places": places, "again": again, "base_angles": angles, "reach": reach}
+    before = fm.read_plan(folder) if Path(folder, "plan.csv").exists() else None
     if carried:
-        campaign_plan = _few_states(*carried, ranges, others, shared)
+        kept = _planned(folder, carried[0], before) if before else []
+        campaign_plan = _few_states(*carried, kept, ranges, others | shared)
     else:
         shared["design"], shared["form"] = _kind_and_form(design)
         shared["expected_force"] = force_map_from(source, None)[0] if source else fm.StandardExpectation.of(conditions)
@@ -118,7 +122,8 @@ def plan(
     warnings = (*doubts, *campaign_plan.warnings, *_needed(conditions.device, doubts))
     campaign_plan = dataclasses.replace(campaign_plan, warnings=warnings)
     minutes = campaign_plan.minutes(place_minutes, impact_minutes)
-    files = planned.write_campaign(Path(folder), campaign_plan, campaign_plan, conditions)
+    whole = extend_plan(before, campaign_plan) if before else campaign_plan
+    files = planned.write_campaign(Path(folder), whole, campaign_plan, conditions)
     if carried:
         Path(folder, EARLIER_MAP).parent.mkdir(exist_ok=True)
         write_atomically(Path(folder, EARLIER_MAP), read_bytes(carried[0]).decode())
@@ -140,17 +145,33 @@ def _carried(design: str) -> tuple[str, float] | None:
     return source, width / 100
 
 
+def _planned(folder: str, source: str, plan: fm.MeasurementPlan) -> list[list[float]]:
+    """The states of a plan to which more are added; refused unless the folder carries the same map over."""
+    earlier = Path(folder, EARLIER_MAP)
+    if not earlier.is_file() or file_sha256(earlier) != file_sha256(Path(source)):
+        raise fm.InputError(
+            f"the folder has a plan already, and not one for this map ({EARLIER_MAP}); name a new folder, or move the "
+            "plan away",
+            file=folder,
+        )
+    first = np.unique(plan.state_id, return_index=True)[1]
+    return [
+        [float(x) for x in state]
+        for state in zip(plan.distance[first], plan.height[first], plan.speed[first], strict=True)
+    ]
+
+
 def _few_states(
-    source: str, width: float, ranges: list[list[float]], others: dict[str, Any], shared: dict[str, Any]
+    source: str, width: float, before: list[list[float]], ranges: list[list[float]], options: dict[str, Any]
 ) -> DesignedPlan:
     """The states that carry a map over; refused are options of other designs."""
-    for name, value in others.items():
-        if value not in (None, [], math.inf):
+    for name in ("places", "again", "base_angles", "reach"):
+        if (value := options.pop(name)) not in (None, [], math.inf):
             raise fm.InputError(
                 f"{name.replace('_', ' ')}: found {value}, expected none: the states that carry a map over lie within "
                 "its own range, each at a place of its own"
             )
-    return plan_transfer(fm.read_map(source), *ranges, width=width, **shared)
+    return plan_transfer(force_map_from(source, None)[0], *ranges, width=width, planned=before, **options)
 
 
 def _kind_and_form(design: str) -> tuple[fm.Design, fm.Form]:

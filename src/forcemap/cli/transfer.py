@@ -9,7 +9,7 @@ from typer import Argument, Option
 
 import forcemap as fm
 from forcemap.answers.transfer import TransferAnswer
-from forcemap.cli.options import DeviceSpring, Json, Table, stiffness
+from forcemap.cli.options import DeviceSpring, Json, Table, force_map_from, stiffness
 from forcemap.cli.output import SIMULATED, accuracy_words, counted, emit, table, write_result
 from forcemap.maps.map_file import map_text
 from forcemap.maps.transfer import MORE_BELOW, REFUSED_BELOW
@@ -38,7 +38,7 @@ def transfer(
     dataset = fm.read_dataset(new, device_stiffness=stiffness(device_spring))
     terms = fm.Form.of("SHIFT", [term.strip() for term in shift.split(",")]) if shift is not None else None
     try:
-        force_map = fm.transfer_map(fm.read_map(old_map), dataset, shift=terms)
+        force_map = fm.transfer_map(force_map_from(old_map, None)[0], dataset, shift=terms)
     except fm.TransferRefused as refusal:
         answer = TransferAnswer.of_refusal(refusal)
         emit(answer, [f"NOT CARRIED OVER: {answer.reason}", "", "no file written"], as_json=as_json)

@@ -54,7 +54,14 @@ else make it large by chance: bounds up to 1.28 times as wide as those of a camp
 
 _ROUNDING = 1e-18  # variance of ln F below which states follow the terms exactly, as computed ones do
 
-_DIFFERENT_FIRST = ("device.model", "device.pad", "device.stiffness_N_per_m", "device.range_N", "contact.site")
+_DIFFERENT_FIRST = (
+    "device.model",
+    "device.pad",
+    "device.stiffness_N_per_m",
+    "device.range_N",
+    "contact.direction",
+    "contact.site",
+)
 """Conditions whose change is said before all others, because a shift cannot be told from it. A choice."""
 
 
@@ -251,16 +258,15 @@ def joint_fit(form: Form, campaigns: Sequence[States], shifts: Sequence[Form], r
     if len(known[-1]) < len(shifts[-1].terms) + FURTHER_STATES:
         raise TooFewStates(
             f"found {len(known[-1])} new states, expected at least {len(shifts[-1].terms) + FURTHER_STATES}, "
-            f"{FURTHER_STATES} more than the shift has terms",
-            remedy="measure more states",
+            f"{FURTHER_STATES} more than the shift has terms; measure more states, or name a shift with fewer terms"
         )
     spare = places_between(shifts[-1].design(*known[-1].coordinates.T), known[-1].place)
     if spare < FURTHER_STATES:
         places = np.unique(known[-1].place).size
         raise TooFewStates(
             f"found new states at {places} places, expected at least {places + FURTHER_STATES - spare}, "
-            f"{FURTHER_STATES} more than the shift takes up: any change from place to place would pass for it",
-            remedy="measure at more places",
+            f"{FURTHER_STATES} more than the shift takes up: any change from place to place would pass for it; "
+            "measure at more places, or name a shift with fewer terms"
         )
     first = place_effect(form.design(*known[0].coordinates.T), known[0].log_force, known[0].place)
     ratio, likely = [first.correlation / (1 - first.correlation)], first.likely / (1 - first.likely)

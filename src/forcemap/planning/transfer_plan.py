@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from forcemap.arrays import FloatArray
 from forcemap.campaigns.plan import Device
 from forcemap.campaigns.state import StateTolerance, places
-from forcemap.errors import InputError
+from forcemap.errors import InputError, TooFewStates
 from forcemap.findings import Finding, FindingKind
 from forcemap.maps.carry_over import require_sound
 from forcemap.maps.force_map import ForceMap
 from forcemap.maps.form_test import NEAR
-from forcemap.maps.forms import Form
+from forcemap.maps.forms import Form, Term
 from forcemap.maps.measured_range import MeasuredRange
 from forcemap.maps.transfer import FURTHER_STATES, MORE_STATES, joint_fit, usual_shift
 from forcemap.planning.chosen_states import names_of_states
@@ -46,6 +48,7 @@ def plan_transfer(
     states: int | None = None,
     width: float = math.nan,
     shift: Form | None = None,
+    planned: ArrayLike = (),
     repeats: int = REPEATS,
     device: Device = Device(),  # noqa: B008 - frozen
     limit: float = math.nan,
@@ -55,8 +58,10 @@ def plan_transfer(
     """Plan the new states that carry a fitted map over to a changed robot (`transfer_map`).
 
     Chosen among states within the earlier map's measured range, at places that differ from the earlier ones: effects
-    that a place keeps must not pass for the shift's. Chosen so that the shift is known most precisely over the range
-    (I-optimal, `optimal_states`), and measured in the order of the force that the earlier map expects, smallest first,
+    that a place keeps must not pass for the shift's. Chosen so that the shift, and squares of speed, distance and
+    height beside it as far as the states determine them, are known most precisely over the range (I-optimal,
+    `optimal_states`): a linear shift alone would put all states at the ends, and a shape that changed between them
+    would pass unseen. Measured in the order of the force that the earlier map expects, smallest first,
     because the changed robot may hit harder.
 
     Parameters
@@ -64,7 +69,7 @@ def plan_transfer(
     old_map : ForceMap
         A fitted map.
     states : int, optional
-        Number of new states; 9 if not given.
+        Number of states of the new campaign; 9 if not given, or 6 more than are planned.
     width : float
         Wanted mean width of the bound above the prediction, as a share of it; the fewest states that are expected to
         reach it are planned. NaN if none is wanted.
@@ -72,6 +77,8 @@ def plan_transfer(
         Lowest and highest [m], [m], [m/s]; those of the earlier map if not given.
     shift : Form, optional
         Terms of the shift, as in `transfer_map`.
+    planned : array, shape (k, 3)
+        States of the new campaign that are planned already; they count among its states, and the plan holds the others.
     repeats, device, limit, tolerance, seed
         As in `plan_measurements`.
 
@@ -92,24 +99,24 @@ def plan_transfer(
     require_sound(old_map)
     shift = shift or usual_shift(old_map.form)
     require_whole("repeats", repeats)
-    require_whole("states", states, len(shift.terms) + FURTHER_STATES)
     check_limit(limit, device.highest_limit)
-    if not (math.isnan(width) or (0 < width < math.inf and states is None)):
-        raise InputError("width: expected a share of the force above 0, and no number of states beside it")
-    possible, left_out = _possible(old_map, distances, heights, speeds, device)
-    if len(possible) < (states or STATES):
+    before = np.reshape(np.asarray(planned, dtype=np.float64), (-1, 3))
+    numbers = _numbers(len(shift.terms) + FURTHER_STATES, len(before), states, width)
+    possible, left_out = _possible(old_map, before, (distances, heights, speeds), device)
+    if len(possible) < numbers[0] - len(before):
         raise InputError(
             f"states: found {len(possible)} to choose from within the earlier map's measured range that the device can "
-            f"measure, expected at least {states or STATES}; widen the ranges, or name a device of larger range"
+            f"measure, expected at least {numbers[0] - len(before)}; widen the ranges, or name a device of larger range"
         )
-    chosen, expected = _chosen(old_map, possible, shift, states, width, tolerance, seed)
+    chosen, expected = _chosen(old_map, possible, before, shift, numbers, width, seed)
     n = len(chosen)
     force = expected_forces(old_map, chosen)
     order = np.argsort(force, kind="stable")
     chosen, force = chosen[order], force[order]
     row = np.repeat(np.arange(n), repeats)
-    share = _volume(chosen) / max(_volume(old.states.coordinates), np.finfo(np.float64).tiny)
+    share = _volume(np.vstack([before, chosen])) / max(_volume(old.states.coordinates), np.finfo(np.float64).tiny)
     figures = {"states": n, "possible": len(possible), "near_mm": 1000 * NEAR, "terms": ", ".join(shift.term_names)}
+    figures["before"] = len(before)
     note = Finding.of(FindingKind.TRANSFER_CHOSEN, **figures, width=expected, share=share, more=MORE_STATES)
     return DesignedPlan(
         state_id=names_of_states(chosen)[row],
@@ -131,33 +138,58 @@ def plan_transfer(
     )
 
 
+def _numbers(fewest: int, planned: int, states: int | None, width: float) -> Sequence[int]:
+    """Numbers of states of the new campaign to try, the planned ones among them."""
+    require_whole("states", states, fewest)
+    if not (math.isnan(width) or (0 < width < math.inf and states is None)):
+        raise InputError("width: expected a share of the force above 0, and no number of states beside it")
+    if width > 0:
+        return range(max(fewest, planned + 1), max(MOST_STATES, planned + MORE_STATES) + 1)
+    if states is not None and states <= planned:
+        raise InputError(f"states: found {states}, expected more than the {planned} that are planned already")
+    return (states or (planned + MORE_STATES if planned else STATES),)
+
+
 def _chosen(
     old_map: ForceMap,
     possible: FloatArray,
+    before: FloatArray,
     shift: Form,
-    states: int | None,
+    numbers: Sequence[int],
     width: float,
-    tolerance: StateTolerance,
     seed: int,
 ) -> tuple[FloatArray, float]:
-    """As many of the possible states as asked for, or the fewest that reach a width, and the width to expect."""
-    fewest = len(shift.terms) + FURTHER_STATES
+    """States to plan beside those before, up to the first number that reaches a width, and the width to expect."""
     chosen, expected = possible[:0], math.nan
-    for n in range(fewest, MOST_STATES + 1) if width > 0 else (states or STATES,):
-        chosen = optimal_states(possible, n, form=shift, tolerance=tolerance, seed=seed).states
-        expected = expected_transfer_width(old_map, chosen, shift=shift)
+    for n in numbers:
+        for form in (_criterion(shift, n), shift):
+            chosen = optimal_states(possible, n - len(before), form=form, fixed=before, seed=seed).states
+            with contextlib.suppress(TooFewStates):  # at too few places
+                expected = expected_transfer_width(old_map, np.vstack([before, chosen]), shift=shift)
+                break
         if not expected > width:
             return chosen, expected
     raise InputError(
-        f"width: found {100 * width:g} %, but {MOST_STATES} new states are expected to give {100 * expected:.1f} %; "
+        f"width: found {100 * width:g} %, but {numbers[-1]} new states are expected to give {100 * expected:.1f} %; "
         "name a wider one, or measure a map of its own (forcemap plan)"
     )
 
 
+def _criterion(shift: Form, states: int) -> Form:
+    """The shift, v in place of ln v, with squares of speed, distance and height as far as states determine them."""
+    terms = list(dict.fromkeys(replace(term, speed=term.speed or term.log_speed, log_speed=0) for term in shift.terms))
+    squares = [term for term in (Term(speed=2), Term(distance=2), Term(height=2)) if term not in terms]
+    return Form("SHIFT", (*terms, *squares[: max(states - 1 - len(terms), 0)]))
+
+
 def _possible(
-    old_map: ForceMap, distances: Sequence[float], heights: Sequence[float], speeds: Sequence[float], device: Device
+    old_map: ForceMap,
+    before: FloatArray,
+    ranges: tuple[Sequence[float], Sequence[float], Sequence[float]],
+    device: Device,
 ) -> tuple[FloatArray, tuple[Finding, ...]]:
     """States of a grid that can be measured, shape (n, 3), and how many of them the device cannot."""
+    distances, heights, speeds = ranges
     old = old_map.require_fit().states
     low, high = (float(end[2]) for end in (old_map.measured_range.lowest, old_map.measured_range.highest))
     slow, fast = (min(speeds), max(speeds)) if len(speeds) else (low, high)
@@ -168,7 +200,8 @@ def _possible(
         )
     grid = PlaceRange.of(distances, heights, old).states(_PLACES, np.linspace(slow, fast, _SPEEDS).round(3), NEAR)
     grid[:, 2] = np.clip(grid[:, 2], slow, fast)
-    away = np.abs(grid[:, None, :2] - old.coordinates[:, :2]).max(axis=2).min(axis=1)
+    measured = np.vstack([before[:, :2], old.coordinates[:, :2]])
+    away = np.abs(grid[:, None, :2] - measured).max(axis=2).min(axis=1)
     grid = grid[old_map.measured_range.contains(*grid.T) & (away > NEAR)]
     forceful = factor_of(old_map) * expected_forces(old_map, grid) > device.highest_limit
     figures = {"states": int(forceful.sum()), "most_N": device.highest_limit}
