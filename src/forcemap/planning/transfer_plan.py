@@ -37,6 +37,7 @@ MOST_STATES = 15
 
 _PLACES, _SPEEDS = 9, 5  # values along each axis of place, and speeds, to choose from; a choice
 _CAMPAIGNS = 60  # simulated for the width of the bound; a choice
+_VOLUME_NODES = 21  # along each axis, by which the volume of a hull is told; a choice
 
 
 def plan_transfer(
@@ -252,6 +253,6 @@ def expected_transfer_width(old_map: ForceMap, new: FloatArray, *, shift: Form |
 def _volume(states: FloatArray) -> float:
     """Volume of the hull of states, by the share of a fine grid over their box that lies in it."""
     measured = MeasuredRange(states)
-    axes = [np.linspace(low, high, 21) for low, high in zip(measured.lowest, measured.highest, strict=True)]
+    axes = [np.linspace(low, high, _VOLUME_NODES) for low, high in zip(measured.lowest, measured.highest, strict=True)]
     grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
     return float(np.prod(np.ptp(states, axis=0)) * measured.contains(*grid.T).mean())
