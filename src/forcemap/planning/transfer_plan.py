@@ -6,14 +6,15 @@ import contextlib
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from forcemap.arrays import FloatArray
 from forcemap.campaigns.plan import Device
-from forcemap.campaigns.state import StateTolerance, places
-from forcemap.errors import InputError, TooFewStates
+from forcemap.campaigns.state import PLACE_SIZE, States, StateTolerance, places
+from forcemap.errors import InputError
 from forcemap.findings import Finding, FindingKind
 from forcemap.maps.carry_over import require_sound
 from forcemap.maps.force_map import ForceMap
@@ -22,12 +23,13 @@ from forcemap.maps.forms import Form, Term
 from forcemap.maps.measured_range import MeasuredRange
 from forcemap.maps.transfer import FURTHER_STATES, MORE_STATES, joint_fit, usual_shift
 from forcemap.planning.chosen_states import names_of_states
-from forcemap.planning.design import check_limit, require_whole
+from forcemap.planning.design import DECIMALS, LARGEST, STEP, check_limit, require_whole
 from forcemap.planning.expectation import expected_forces, factor_of, source_of
 from forcemap.planning.measurements import REPEATS, DesignedPlan
 from forcemap.planning.optimal_states import LARGEST_LOG, optimal_states, tolerance_factor
 from forcemap.planning.places import PlaceRange
 from forcemap.planning.plan_warnings import unchecked, unconfirmed
+from forcemap.planning.spread_states import spread_places
 
 STATES = 9
 """New states, unless stated: a third of a campaign of its own, at nearly its bound (docs/validity.md)."""
@@ -35,7 +37,11 @@ STATES = 9
 MOST_STATES = 15
 """New states above which a campaign of its own is not much longer; a wanted width that needs more is refused."""
 
-_PLACES, _SPEEDS = 9, 5  # values along each axis of place, and speeds, to choose from; a choice
+_FEWEST_PLACES, _MOST_PLACES, _SPEEDS = 8, 22, 5  # of the designs to choose from, speeds at each place; a choice
+
+_ONE_A_PLACE = StateTolerance(place=PLACE_SIZE, speed=LARGEST)
+"""How far chosen states lie apart: each has a place of its own, for the device is put up for each in any case."""
+
 _CAMPAIGNS = 60  # simulated for the width of the bound; a choice
 _VOLUME_NODES = 21  # along each axis, by which the volume of a hull is told; a choice
 
@@ -59,7 +65,8 @@ def plan_transfer(
     """Plan the new states that carry a fitted map over to a changed robot (`transfer_map`).
 
     Chosen among states within the earlier map's measured range, at places that differ from the earlier ones: effects
-    that a place keeps must not pass for the shift's. Chosen so that the shift, and squares of speed, distance and
+    that a place keeps must not pass for the shift's. Each state has a place of its own, at a distance and a height of
+    its own. Chosen so that the shift, and squares of speed, distance and
     height beside it as far as the states determine them, are known most precisely over the range (I-optimal,
     `optimal_states`): a linear shift alone would put all states at the ends, and a shape that changed between them
     would pass unseen. Measured in the order of the force that the earlier map expects, smallest first,
@@ -103,11 +110,13 @@ def plan_transfer(
     check_limit(limit, device.highest_limit)
     before = np.reshape(np.asarray(planned, dtype=np.float64), (-1, 3))
     numbers = _numbers(len(shift.terms) + FURTHER_STATES, len(before), states, width)
-    possible, left_out = _possible(old_map, before, (distances, heights, speeds), device)
-    if len(possible) < numbers[0] - len(before):
+    possible, left_out = _possible(old_map, before, (distances, heights, speeds), device, seed + len(before))
+    room = np.unique(possible[:, :2], axis=0).shape[0]
+    if room < numbers[0] - len(before):
         raise InputError(
-            f"states: found {len(possible)} to choose from within the earlier map's measured range that the device can "
-            f"measure, expected at least {numbers[0] - len(before)}; widen the ranges, or name a device of larger range"
+            f"states: found {room} places to choose from within the earlier map's measured range where the device "
+            f"can measure, expected at least {numbers[0] - len(before)}; widen the ranges, or name a device of larger "
+            "range"
         )
     chosen, expected = _chosen(old_map, possible, before, shift, numbers, width, seed)
     n = len(chosen)
@@ -163,11 +172,9 @@ def _chosen(
     """States to plan beside those before, up to the first number that reaches a width, and the width to expect."""
     chosen, expected = possible[:0], math.nan
     for n in numbers:
-        for form in (_criterion(shift, n), shift):
-            chosen = optimal_states(possible, n - len(before), form=form, fixed=before, seed=seed).states
-            with contextlib.suppress(TooFewStates):  # at too few places
-                expected = expected_transfer_width(old_map, np.vstack([before, chosen]), shift=shift)
-                break
+        criterion, count = _criterion(shift, n), n - len(before)
+        chosen = optimal_states(possible, count, form=criterion, fixed=before, tolerance=_ONE_A_PLACE, seed=seed).states
+        expected = expected_transfer_width(old_map, np.vstack([before, chosen]), shift=shift)
         if not expected > width:
             return chosen, expected
     raise InputError(
@@ -188,8 +195,9 @@ def _possible(
     before: FloatArray,
     ranges: tuple[Sequence[float], Sequence[float], Sequence[float]],
     device: Device,
+    seed: int,
 ) -> tuple[FloatArray, tuple[Finding, ...]]:
-    """States of a grid that can be measured, shape (n, 3), and how many of them the device cannot."""
+    """States at spread places that can be measured, shape (n, 3), and how many of them the device cannot."""
     distances, heights, speeds = ranges
     old = old_map.require_fit().states
     low, high = (float(end[2]) for end in (old_map.measured_range.lowest, old_map.measured_range.highest))
@@ -199,8 +207,9 @@ def _possible(
             f"speeds: found {slow:g} to {fast:g} m/s, expected some from {low:g} to {high:g}, those of the earlier "
             "map: it says nothing of others, and a few new states alone are no ground for them"
         )
-    grid = PlaceRange.of(distances, heights, old).states(_PLACES, np.linspace(slow, fast, _SPEEDS).round(3), NEAR)
-    grid[:, 2] = np.clip(grid[:, 2], slow, fast)
+    spread = _spread(PlaceRange.of(distances, heights, old), old, seed)
+    levels = np.clip(np.linspace(slow, fast, _SPEEDS).round(DECIMALS), slow, fast)
+    grid = np.column_stack([np.repeat(spread, _SPEEDS, axis=0), np.tile(levels, len(spread))])
     measured = np.vstack([before[:, :2], old.coordinates[:, :2]])
     away = np.abs(grid[:, None, :2] - measured).max(axis=2).min(axis=1)
     grid = grid[old_map.measured_range.contains(*grid.T) & (away > NEAR)]
@@ -208,6 +217,28 @@ def _possible(
     figures = {"states": int(forceful.sum()), "most_N": device.highest_limit}
     left_out = (Finding.of(FindingKind.TRANSFER_TOO_FORCEFUL, **figures),) if forceful.any() else ()
     return grid[~forceful], left_out
+
+
+def _spread(place_range: PlaceRange, old: States, seed: int) -> FloatArray:
+    """Places of distances and heights of their own, shape (n, 2): a ridge at some distance meets one of them.
+
+    Those of several designs; they keep away from the ends of the earlier range, where earlier places lie.
+    """
+    ranges = []
+    for (low, high), known in zip((place_range.distances, place_range.heights), old.coordinates.T, strict=False):
+        inside = float(known.min()) + NEAR + STEP, float(known.max()) - NEAR - STEP
+        ranges.append((round(max(low, inside[0]), DECIMALS), round(min(high, inside[1]), DECIMALS)))
+    spread: list[FloatArray] = []
+    for count in range(_FEWEST_PLACES, _MOST_PLACES + 1):
+        with contextlib.suppress(InputError):  # so many do not fit
+            apart: dict[str, Any] = {"reach": math.inf, "tolerance": StateTolerance(), "seed": seed}
+            spread.append(spread_places(ranges[0], ranges[1], count, least=count, **apart))
+    if not spread:
+        raise InputError(
+            f"ranges: found distances and heights without room for places more than {1000 * NEAR:g} mm from those of "
+            "the earlier map, expected wider ones"
+        )
+    return np.unique(np.vstack(spread), axis=0)
 
 
 def expected_transfer_width(old_map: ForceMap, new: FloatArray, *, shift: Form | None = None) -> float:
