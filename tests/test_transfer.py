@@ -540,8 +540,8 @@ def test_a_campaign_that_holds_an_earlier_map_carries_it_over_everywhere(campaig
     assert FindingKind.CARRIED_OVER in [finding.kind for finding in assessed.findings]
     assert EARLIER_MAP in [file.path for file in assessed.inputs]
     assert fitted_campaign(folder).force_map.fit.transfer is not None
-    assert run(["fit", str(folder)]) == 0
-    assert "CARRIED OVER: the shift" in capsys.readouterr().out
+    assert run(["fit", str(folder)]) == 2
+    assert "which its few states carry over: forcemap transfer" in capsys.readouterr().err
     place = ["--distance", "0.7", "--height", "0.3", "--limit-N", "300", "--contact", "quasi-static", "--json"]
     assert run(["speed", str(folder), *place]) == 0
     by_folder = json.loads(capsys.readouterr().out)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Annotated
 
 from typer import Option
@@ -10,7 +11,6 @@ from typer import Option
 import forcemap as fm
 from forcemap.answers.map import CensoringAnswer, FitAnswer, Margins
 from forcemap.answers.selection import SelectionAnswer, SelectionRefused
-from forcemap.answers.transfer import TransferAnswer
 from forcemap.cli.options import DeviceSpring, FormName, Json, Table, fitted, too_few_states_named
 from forcemap.cli.output import (
     SIMULATED,
@@ -25,9 +25,9 @@ from forcemap.cli.output import (
     table,
     write_result,
 )
-from forcemap.cli.transfer import transfer_lines
 from forcemap.comparisons.selection import selection_stability
 from forcemap.maps.bounds import PAPER_MARGIN
+from forcemap.maps.carry_over import EARLIER_MAP
 from forcemap.maps.map_file import map_text
 
 
@@ -57,14 +57,16 @@ def fit(
     impacts = fm.CensoredImpacts.DISCARD if discard_censored else fm.CensoredImpacts.AT_LEAST
     with too_few_states_named(table, form):
         dataset, force_map = fitted(table, form, impacts, device_spring=device_spring)
+    if force_map.require_fit().transfer:
+        raise fm.InputError(
+            f"the folder holds {EARLIER_MAP}, which its few states carry over: forcemap transfer "
+            f"{Path(table, EARLIER_MAP)} {table} -o MAP.json; move that file away to fit the campaign by itself",
+            file=table,
+        )
     accuracies = fm.map_accuracy(force_map, dataset)
     if output:
         write_result(output, map_text(force_map), mark='"schema": "forcemap-map/')
     written = f"map written to {output}" if output else "no file written; -o MAP.json writes the map"
-    if force_map.require_fit().transfer:
-        carried = TransferAnswer.of_map(force_map, accuracies[0])
-        emit(carried, [*transfer_lines(carried), "", written], as_json=as_json)
-        return
     answer = FitAnswer.of_fit(dataset, force_map, accuracies, selection=_selection(dataset) if select else None)
     emit(answer, [*fit_lines(answer), "", written], as_json=as_json)
 
