@@ -179,6 +179,15 @@ def test_figures_of_a_half_sine(duration):
     assert (impact.contact_over, impact.flags) == (True, ())
 
 
+def test_the_low_passed_peak_is_that_of_phase_one_alone():
+    """A larger force that is held later is not the impact's."""
+    time, force = pulse(100.0)
+    later = 160.0 * np.clip((time - time[0] - 0.5) / 0.1, 0.0, 1.0)
+    impact = fm.find_impact(recording(time, np.maximum(force, later)), channel_frequency_class=180)
+    assert impact.peak_force == pytest.approx(100.0, abs=3.0)
+    assert impact.filtered_peak_force == pytest.approx(100.0, abs=3.0)
+
+
 @pytest.mark.parametrize("channel_frequency_class", [60, 180])
 @pytest.mark.parametrize("duration", [0.008, 0.03])
 def test_the_low_passed_peak_stands_beside_the_raw_one(channel_frequency_class, duration):

@@ -357,3 +357,12 @@ def test_a_prediction_that_falls_with_speed_is_said_and_one_that_rises_is_not():
         basis = fm.safe_speed(force_map, 0.7, 0.3, **asked).basis
         kinds = {finding.kind for finding in (*basis.warnings, *basis.notes)}
         assert (fm.FindingKind.FALLS_WITH_SPEED in kinds) is said
+
+
+@pytest.mark.parametrize("overshoot", [0.0, 0.01, 0.0125, 1 / 30])
+def test_the_overshoot_on_top_of_a_speed_to_program_never_exceeds_the_speed_at_contact(overshoot):
+    """Not by a rounding of the sum either."""
+    at_contact = np.random.default_rng(5).uniform(0.04, 1.5, 200_000)
+    to_program = fm.Allowance(speed=overshoot).off(at_contact)
+    assert np.all(to_program + overshoot <= at_contact)
+    np.testing.assert_allclose(to_program, at_contact - overshoot, rtol=1e-14)
