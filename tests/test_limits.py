@@ -288,3 +288,9 @@ def test_any_positive_force_in_newtons_is_a_limit_and_up_to_it_its_quasi_static_
 def test_no_figure_beside_a_newton_limit_is_silently_left_out(beside):
     with pytest.raises(fm.InputError, match="beside a NewtonLimit"):
         fm.NewtonLimit.of(fm.NewtonLimit(100.0), *beside)
+
+
+@pytest.mark.parametrize("body_mass", [[4.0, 0.0], [0.0, 4.0], [4.0, -1.0], np.ma.masked_less([4.0, 1.0], 2.0)])
+def test_one_impossible_body_mass_among_several_is_refused(body_mass):
+    with pytest.raises(fm.InputError, match="body mass: expected kilograms"):
+        fm.pfl_speed_limit(140.0, robot_mass=15.0, body_mass=body_mass, stiffness=75e3)

@@ -475,3 +475,10 @@ def test_the_slope_of_what_a_bound_adds_lies_between_its_bounds(allowances):
             products = [s * c / (2 * np.sqrt(least)) for s in (*inside, 0.0) for c in (falls, rises)]
             assert low[0] >= min(products) - 1e-9
             assert high[0] <= max(products) + 1e-9
+
+
+def test_of_several_segments_without_length_the_first_is_named():
+    start = np.array([[0.6, 0.0, 0.3], [0.7, 0.0, 0.3], [0.8, 0.0, 0.3]])
+    end = start + np.array([[0.0, 0.0, 0.1], [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
+    with pytest.raises(fm.InputError, match="^segment 2: found no length"):
+        Segments(start, end)

@@ -182,7 +182,7 @@ def pfl_energy(force: ArrayLike, *, stiffness: ArrayLike) -> Any:
 def _force_per_speed(robot_mass: ArrayLike, body_mass: ArrayLike, stiffness: ArrayLike) -> FloatArray:
     """sqrt(k mu) [N s/m]."""
     body = np.asarray(body_mass, dtype=np.float64)
-    if not np.all(body >= _LEAST_MASS):
+    if np.ma.is_masked(body_mass) or not np.all(body >= _LEAST_MASS):
         raise InputError(f"body mass: expected kilograms from {_LEAST_MASS:g}, math.inf for a constrained body part")
     robot = _positive("robot mass", robot_mass, "kilograms", _LEAST_MASS)
     k = _positive("stiffness", stiffness, "N/m (75 N/mm is 75000 N/m)", LEAST_STIFFNESS)
