@@ -480,5 +480,5 @@ def test_the_slope_of_what_a_bound_adds_lies_between_its_bounds(allowances):
 def test_of_several_segments_without_length_the_first_is_named():
     start = np.array([[0.6, 0.0, 0.3], [0.7, 0.0, 0.3], [0.8, 0.0, 0.3]])
     end = start + np.array([[0.0, 0.0, 0.1], [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
-    with pytest.raises(fm.InputError, match="^segment 2: found no length"):
+    with pytest.raises(fm.InputError, match=r"^segment 2: found no length"):
         Segments(start, end)
