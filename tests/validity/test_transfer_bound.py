@@ -135,7 +135,7 @@ if not FULL_SIZE:
 
 @pytest.mark.parametrize(("pair", "effects", "planned"), CASES)
 def test_a_map_carried_over_keeps_its_promise(pair, effects, planned, full_size):
-    count, few = (300, 0.0) if full_size else (30, 0.1)
+    count, few = (300, 0.0) if full_size else (60, 0.08)
     then, now = pair
     for n, coverage, share, width in LEAST[then, now]:
         found = tried(then, now, n, EFFECTS[effects], count, planned=planned)
