@@ -12,6 +12,8 @@ from oracle import printed_force
 from scipy import optimize, stats
 
 import forcemap as fm
+from forcemap.answers.map import FitAnswer
+from forcemap.assessment.missing import Missing
 from forcemap.campaigns.template import campaign_text
 from forcemap.cli.app import run
 from forcemap.findings import FindingKind
@@ -603,7 +605,9 @@ def test_six_more_states_are_added_to_the_plan(tmp_path, capsys, old_map):
     assert "expected more than the 15 that are planned already" in capsys.readouterr().err
     fm.write_map(fm.fit_force_map(impacts(THIRTY, OLD, 8)), source)
     assert run(arguments[:4]) == 2
-    assert "the folder has a plan already, and not one for this map (maps/earlier.json)" in capsys.readouterr().err
+    assert (
+        "has a plan or an earlier map already, and not one for this map (maps/earlier.json)" in capsys.readouterr().err
+    )
 
 
 @pytest.mark.parametrize("states", [9, 12])
@@ -613,3 +617,64 @@ def test_a_plan_lies_at_speeds_and_places_between_the_ends(old_map, states):
     assert plan.places == states
     inside = (plan.distance > 0.58) & (plan.distance < 0.84) & (plan.height > 0.16) & (plan.height < 0.44)
     assert inside.any()
+
+
+def test_a_map_is_not_carried_over_to_another_direction(old_map):
+    """There a shift misses up to 12 % of the force."""
+    down = fm.fit_force_map(impacts(THIRTY, OLD, 1, conditions=replace(CONDITIONS, direction="down")))
+    with pytest.raises(fm.FitError, match=r"directions differ.*'down'.*'outward'.*measure that one by itself"):
+        fm.transfer_map(down, impacts(TEN, NEW, 2, conditions=replace(CHANGED, direction="outward")))
+    same = fm.transfer_map(down, impacts(TEN, NEW, 2, conditions=replace(CHANGED, direction="Vertically  down")))
+    assert same.conditions.direction == "Vertically  down"
+    kinds = [warning.kind for warning in same.fit.transfer.warnings]
+    assert FindingKind.CARRIED_DIFFERENT in kinds
+
+
+def test_a_map_whose_forces_drifted_is_not_carried_over():
+    first, again = impacts(THIRTY, OLD, 1), impacts(THIRTY, OLD[::5], 1, shape=lambda x: 1.0)
+    parts = {"distance": "distance", "height": "height", "speed": "stated_speed", "peak_force": "peak_force"}
+    both = {name: np.concatenate([getattr(first, field), getattr(again, field)]) for name, field in parts.items()}
+    both["role"] = np.array(["train"] * len(first) + ["test"] * len(again))
+    rows = slice(len(first), None)
+    states = {tuple(x): f for x, f in zip(first.states.coordinates.round(6).tolist(), first.states.force, strict=True)}
+    places = np.column_stack([again.distance, again.height, again.speed]).round(6).tolist()
+    both["peak_force"][rows] = [1.2 * states[tuple(place)] for place in places]
+    drifted = fm.fit_force_map(fm.ImpactDataset.from_arrays(**both))
+    assert drifted.fit.drift.significant
+    with pytest.raises(fm.FitError, match="forces drifted while it was measured"):
+        fm.transfer_map(drifted, impacts(TEN, NEW, 2))
+
+
+def test_carried_over_again_a_map_does_not_creep_outwards(old_map):
+    """New states lie within the range of every earlier campaign, not of the last alone."""
+    points = NEW.copy()
+    points[:, 0] += BOX.high[0] + 0.0045 - points[:, 0].max()
+    first = fm.transfer_map(old_map, impacts(TEN, points, 30, sd=0.005))
+    assert not first.fit.left_out.name
+    further = points + np.array([0.0045, 0.005, 0.0])
+    second = fm.transfer_map(first, impacts(TEN, further, 31, sd=0.005))
+    assert len(second.fit.left_out) >= 1
+    assert second.measured_range.highest[0] <= BOX.high[0] + 0.005 + 1e-9
+
+
+def test_a_plan_replaces_no_earlier_map_of_the_folder(tmp_path, capsys, old_map):
+    source, folder = tmp_path / "old.json", tmp_path / "campaign"
+    (folder / "maps").mkdir(parents=True)
+    (folder / EARLIER_MAP).write_text("another")
+    fm.write_map(old_map, source)
+    assert run(["plan", str(folder), "--transfer", str(source), "--device-range-N", "1000"]) == 2
+    assert "has a plan or an earlier map already" in capsys.readouterr().err
+    assert (folder / EARLIER_MAP).read_text() == "another"
+    assert run(["plan", str(tmp_path / "new"), "--transfer", "map"]) == 2
+    ranges = ["--distances-m", "0.5,0.8", "--heights-m", "0.1,0.4", "--speeds-mps", "0.1,0.4"]
+    assert run(["plan", str(tmp_path / "new"), "--transfer", "map", *ranges]) == 2
+    assert "to carry a map over, its file, as --transfer map.json" in capsys.readouterr().err
+
+
+def test_the_page_shows_a_map_carried_over_with_censored_impacts(campaign_with_an_earlier_map):
+    table = impacts(TEN, NEW, 2, conditions=CHANGED, cut=260.0)
+    fm.write_dataset(table, campaign_with_an_earlier_map / "impacts.csv")
+    fitted = fitted_campaign(campaign_with_an_earlier_map)
+    assert fitted.force_map.fit.censored_fit
+    assert FitAnswer.of_fit(fitted.dataset, fitted.force_map, fitted.accuracy).form.startswith("CFM_3D")
+    assert not isinstance(fm.assess_campaign(campaign_with_an_earlier_map).force_map, Missing)

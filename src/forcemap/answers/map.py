@@ -138,7 +138,7 @@ class FitAnswer(PlaceFigures):
         """The answer for a map fitted to impacts; the accuracy to trust first comes first."""
         fit = force_map.require_fit()
         fewest, most = fit.repeats
-        if fit.censored_fit:
+        if fit.censored_fit and not fit.transfer:  # its own states alone give no map to compare with
             effect = censoring_effect(dataset, form=force_map.form)
             also["discard_fit"] = CensoringAnswer.from_result(
                 effect, states=len(effect.discarded.require_fit().states), at_censored=effect.states

@@ -113,7 +113,7 @@ def plan(
     others: dict[str, Any] = {"places": places, "again": again, "base_angles": angles, "reach": reach}
     before = fm.read_plan(folder) if Path(folder, "plan.csv").exists() else None
     if carried:
-        kept = _planned(folder, carried[0], before) if before else []
+        kept = _planned(folder, carried[0], before)
         campaign_plan = _few_states(*carried, kept, ranges, others | shared)
     else:
         shared["design"], shared["form"] = _kind_and_form(design)
@@ -145,15 +145,17 @@ def _carried(design: str) -> tuple[str, float] | None:
     return source, width / 100
 
 
-def _planned(folder: str, source: str, plan: fm.MeasurementPlan) -> list[list[float]]:
+def _planned(folder: str, source: str, plan: fm.MeasurementPlan | None) -> list[list[float]]:
     """The states of a plan to which more are added; refused unless the folder carries the same map over."""
     earlier = Path(folder, EARLIER_MAP)
-    if not earlier.is_file() or file_sha256(earlier) != file_sha256(Path(source)):
+    if (plan or earlier.exists()) and not (earlier.is_file() and file_sha256(earlier) == file_sha256(Path(source))):
         raise fm.InputError(
-            f"the folder has a plan already, and not one for this map ({EARLIER_MAP}); name a new folder, or move the "
-            "plan away",
+            f"the folder has a plan or an earlier map already, and not one for this map ({EARLIER_MAP}); name a new "
+            "folder, or move them away",
             file=folder,
         )
+    if plan is None:
+        return []
     first = np.unique(plan.state_id, return_index=True)[1]
     return [
         [float(x) for x in state]
@@ -178,7 +180,10 @@ def _kind_and_form(design: str) -> tuple[fm.Design, fm.Form]:
     """The design and the form it is optimal for, from the option's text."""
     kind, _, form = design.partition(":")
     if kind not in list(fm.Design) or (form and kind != fm.Design.I_OPTIMAL):
-        raise fm.InputError(f"design: found {design!r}, expected {', '.join(fm.Design)} or i-optimal:FORM")
+        raise fm.InputError(
+            f"design: found {design!r}, expected {', '.join(fm.Design)} or i-optimal:FORM; to carry a map over, its "
+            "file, as --transfer map.json"
+        )
     return fm.Design(kind), fm.form_named(form) if form else fm.CFM_3D
 
 

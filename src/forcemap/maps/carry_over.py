@@ -12,10 +12,12 @@ from forcemap.arrays import Mask
 from forcemap.campaigns.dataset import ImpactDataset, States, StateTolerance
 from forcemap.errors import BoundNotAvailable, FitError, InputError, TransferRefused
 from forcemap.maps.bounds import ToleranceBound, contradiction
+from forcemap.maps.direction import DOWN
 from forcemap.maps.fit import CensoredImpacts, fit_force_map, repeat_variance
 from forcemap.maps.force_map import Fit, ForceMap
 from forcemap.maps.forms import CFM_3D, Form
 from forcemap.maps.map_file import map_sha256, read_map
+from forcemap.maps.measured_range import MeasuredRange
 from forcemap.maps.transfer import REFUSED_BELOW, Earlier, Transfer, joint_fit, range_of, usual_shift
 
 EARLIER_MAP = "maps/earlier.json"
@@ -93,7 +95,8 @@ def transfer_map(old_map: ForceMap, dataset: ImpactDataset, *, shift: Form | Non
         The earlier map is published, so its states are not known.
     FitError
         No new impact has role train; new states are those of an earlier campaign; the earlier map's own test states
-        contradict it, or impacts above the device range were discarded from it.
+        contradict it, its forces drifted, or impacts above the device range were discarded from it; the campaigns state
+        different directions.
     BoundNotAvailable
         The earlier map has too few states or places for a tolerance bound of its own.
     TransferRefused
@@ -105,6 +108,7 @@ def transfer_map(old_map: ForceMap, dataset: ImpactDataset, *, shift: Form | Non
     if not len(train):
         raise FitError("found no impact with role train, expected new states; give role train to the impacts to fit")
     require_sound(old_map)
+    _require_direction(old_map, dataset)
     within = _within(old_map, train)
     new, left_out = train.states.select(within), train.states.select(~within)
     if not len(new):
@@ -121,7 +125,7 @@ def transfer_map(old_map: ForceMap, dataset: ImpactDataset, *, shift: Form | Non
     variance = max(repeat_variance(train), old.repeat_variance())
     _require_new(new, campaigns, dataset)
     joint = joint_fit(form, [*(each.states for each in campaigns), new], shifts, variance)
-    if joint.p_value < REFUSED_BELOW:
+    if not joint.p_value >= REFUSED_BELOW:  # unknown, too
         raise _refused(joint.p_value, joint.new)
     near = np.any([new.at_places_of(each.states) for each in campaigns], axis=0)
     transfer = Transfer(form, campaigns, shifts, joint, int(near.sum()))
@@ -165,6 +169,19 @@ def require_sound(old_map: ForceMap) -> None:
     if against := contradiction(old_map, ToleranceBound()):
         above = f"{against.figure('count')} of {against.figure('states')} of its test states lie above its bound"
         raise FitError(f"{refused}: {above}, so it does not hold itself")
+    if old.drift and old.drift.significant:
+        raise FitError(f"{refused}: its forces drifted while it was measured, so it does not hold itself")
+
+
+def _require_direction(old_map: ForceMap, dataset: ImpactDataset) -> None:
+    """Refuse another direction: there a shift misses up to 12 % of the force (docs/directions.md)."""
+    then, now = (" ".join(each.direction.lower().split()) for each in (old_map.conditions, dataset.conditions))
+    if then and now and then != now and not {then, now} <= {*DOWN}:
+        raise FitError(
+            f"directions differ: the earlier map holds for {then!r}, the new impacts were measured {now!r}; a map is "
+            "not carried over to another direction, measure that one by itself",
+            file=dataset.source or None,
+        )
 
 
 def _require_new(new: States, campaigns: Sequence[Earlier], dataset: ImpactDataset) -> None:
@@ -186,8 +203,15 @@ def _figures(states: States) -> list[tuple[float, ...]]:
 
 
 def _within(old_map: ForceMap, train: ImpactDataset) -> Mask:
-    """New states within the earlier map's measured range, or no further outside than repeats of a state usually lie."""
-    facets, allowed = old_map.measured_range.facets, np.minimum(train.tolerance.scale, StateTolerance().scale)
+    """New states within the range of every earlier campaign, or no further outside than repeats of a state usually lie.
+
+    Of the last one alone, they would lie further out each time a map is carried over.
+    """
+    chain = old_map.require_fit().transfer
+    earlier = chain.earlier if chain else ()
+    ranges = [old_map.measured_range, *(MeasuredRange(each.states.coordinates) for each in earlier)]
+    facets = np.vstack([measured.facets for measured in ranges])
+    allowed = np.minimum(train.tolerance.scale, StateTolerance().scale)
     beyond = train.states.coordinates @ facets[:, :3].T + facets[:, 3] - np.abs(facets[:, :3]) @ allowed
     return np.asarray((beyond <= 0).all(axis=1))
 

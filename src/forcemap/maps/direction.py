@@ -19,7 +19,8 @@ ON_AXIS = 0.01
 """A motion that points away by no more than this [deg] counts as along the direction: rounded positions of a path turn
 its pieces by as much."""
 
-_DOWN = ("down", "downward", "downwards", "vertically down", "straight down", "-z", "0,0,-1")
+DOWN = ("down", "downward", "downwards", "vertically down", "straight down", "-z", "0,0,-1")
+"""Words for straight down, as they are known."""
 
 
 def direction_vector(words: str, *, whose: str) -> FloatArray:
@@ -31,7 +32,7 @@ def direction_vector(words: str, *, whose: str) -> FloatArray:
         No direction is stated, or one that is not known to be downward, so that no motion can be compared with it.
     """
     direction = " ".join(words.lower().split()).replace(", ", ",")
-    if direction in _DOWN:
+    if direction in DOWN:
         return np.array([0.0, 0.0, -1.0])
     if not direction:
         raise InputError(

@@ -31,7 +31,8 @@ from forcemap.maps.places import (
 from forcemap.maps.regression import Regression
 
 SHIFT = Form.of("SHIFT", ["1", "d", "h", "v"])
-"""Terms of the shift unless stated: what the paper's robot leaves between its two safety thresholds is 0.6 % rms."""
+"""Terms of the shift unless stated: between two safety thresholds of the paper's robot they leave 0.9 % rms of ln F
+(docs/transfer.md)."""
 
 _LOG_SHIFT = Form.of("SHIFT", ["1", "d", "h", "ln(v)"])
 
@@ -39,7 +40,7 @@ REFUSED_BELOW = 0.05
 """P value of the shift's misfit below which no map is carried over: one in twenty of those that could be is refused."""
 
 MORE_BELOW = 0.5
-"""P value of the misfit below which more states are asked for: a narrow ridge shows itself so (docs/validity.md)."""
+"""P value of the misfit below which more states are asked for: a narrow ridge shows itself so (docs/transfer.md)."""
 
 MORE_STATES = 6
 """How many more are asked for then."""
@@ -50,7 +51,7 @@ places beyond those that its terms of place take up: else any change from place 
 
 _PENALTY = 0.1
 """How much the log-likelihood of a part of new places is lowered for each own variance that it adds. Few states would
-else make it large by chance: bounds up to 1.28 times as wide as those of a campaign of its own (docs/decisions.md)."""
+else make it large by chance (docs/decisions.md)."""
 
 _ROUNDING = 1e-18  # variance of ln F below which states follow the terms exactly, as computed ones do
 
@@ -137,7 +138,7 @@ class Transfer:
         different = [difference for earlier in self.earlier for difference in earlier.different]
         different.sort(key=lambda difference: difference[0] not in _DIFFERENT_FIRST)
         warnings = [Finding.of(kind.CARRIED_DIFFERENT, changes=tuple(different))] if different else []
-        if self.p_value < MORE_BELOW:
+        if not self.p_value >= MORE_BELOW:
             warnings.append(Finding.of(kind.CARRIED_DOUBTFUL, p=self.p_value, more=MORE_STATES))
         if self.near:
             warnings.append(Finding.of(kind.CARRIED_AT_OLD_PLACES, states=self.near))
