@@ -9,10 +9,11 @@ import pytest
 from hypothesis import given, strategies as st
 from oracle import alike, full_grid, simulate, training_grid
 from scipy import stats
+from scipy.special import nctdtrit, ndtri
 
 import forcemap as fm
 from forcemap.errors import BoundNotAvailable
-from forcemap.maps.bounds import margins, weakness
+from forcemap.maps.bounds import _NODES, _tolerance_table, margins, weakness
 from forcemap.words import assumptions
 
 QUASI_STATIC = fm.Contact.QUASI_STATIC
@@ -157,3 +158,15 @@ def test_the_table_is_raised_by_about_what_straight_lines_can_lie_below(freedom,
     raised = _tolerance_table(freedom, confidence, content)[-1] - stats.t.ppf(confidence, freedom)
     assert 0 < raised < most
     assert (raised > 1e-7) == (most > 1e-7)
+
+
+@pytest.mark.parametrize("confidence_and_content", [(0.95, 0.95), (0.99, 0.95), (0.95, 0.99), (0.9, 0.6), (0.99, 0.6)])
+@pytest.mark.parametrize("freedom", [3, 18, 22.7, 100, 400])
+def test_the_table_lies_on_or_just_above_the_quantiles_at_every_node(freedom, confidence_and_content):
+    """Those that are interpolated, too; computed one by one where cubics through their neighbours would not do."""
+    confidence, content = confidence_and_content
+    root = _NODES[1:-1] / (1 - _NODES[1:-1])
+    exact = root * nctdtrit(freedom, ndtri(content) / root, confidence) / (1 + root)
+    table = _tolerance_table(freedom, confidence, content)[1:-1]
+    assert np.nanmin(table / exact - 1) > -1e-9
+    assert np.nanmax(table / exact - 1) < (1e-8 if content >= 0.95 else 1e-3)

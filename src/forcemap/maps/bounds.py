@@ -41,6 +41,9 @@ A choice: a sound bound is refused in at most one campaign of a hundred."""
 _NODES = np.linspace(0.0, 1.0, 2049)
 """Nodes of u = sqrt(l) / (1 + sqrt(l)) in the table of tolerance factors (docs/decisions.md)."""
 
+_REFINED = 4
+"""Of so many nodes the quantile is computed for one, the others are interpolated (docs/decisions.md)."""
+
 _QUANTILE_ROUNDING = 1e-9  # share by which the table is raised above the rounding of the quantiles
 
 
@@ -289,15 +292,34 @@ def _tolerance_table(degrees_of_freedom: int, confidence: float, content: float)
     from scipy.special import chdtri, nctdtrit, ndtri, stdtrit
 
     z = ndtri(content)
-    root = _NODES[1:-1] / (1 - _NODES[1:-1])
-    inner = root * nctdtrit(degrees_of_freedom, z / root, confidence) * (1 - _NODES[1:-1])
-    at_zero = z * math.sqrt(degrees_of_freedom / chdtri(degrees_of_freedom, confidence))
-    at_infinity = stdtrit(degrees_of_freedom, confidence)
-    table = np.concatenate([[at_zero], inner, [at_infinity]])
+
+    def at(nodes: FloatArray) -> FloatArray:
+        root = nodes[1:-1] / (1 - nodes[1:-1])
+        inner = root * nctdtrit(degrees_of_freedom, z / root, confidence) * (1 - nodes[1:-1])
+        at_zero = z * math.sqrt(degrees_of_freedom / chdtri(degrees_of_freedom, confidence))
+        return np.concatenate([[at_zero], inner, [stdtrit(degrees_of_freedom, confidence)]])
+
+    table = _refined(at(_NODES[::_REFINED]))
+    table = at(_NODES) if table is None else table
     known = ~np.isnan(table)  # scipy lacks a few quantiles of extreme noncentrality: interpolated, again upwards
     table = np.interp(_NODES, _NODES[known], table[known])
     sag = max(0.0, -float(np.diff(table, 2).min())) / 8
     return np.asarray((table + 2 * sag) * (1 + _QUANTILE_ROUNDING))
+
+
+def _refined(values: FloatArray) -> FloatArray | None:
+    """Values at all nodes from those at every `_REFINED`-th, on cubics through the four around; None if too rough.
+
+    A cubic is off by up to 1/24 of the fourth difference (at an end of the table, where it is worst).
+    """
+    off = np.abs(np.diff(values, 4)).max() / 24
+    if not off < _QUANTILE_ROUNDING / 2 * np.abs(values).min():  # unknown, too
+        return None
+    node = np.arange(_NODES.size)
+    first = np.clip(node // _REFINED - 1, 0, values.size - 4)
+    x = node / _REFINED - first
+    weights = [math.prod((x - m) / (k - m) for m in range(4) if m != k) for k in range(4)]
+    return np.asarray(sum(weight * values[first + k] for k, weight in enumerate(weights)))
 
 
 def _tolerance_factor(leverage: FloatArray, table: FloatArray) -> FloatArray:
