@@ -71,7 +71,14 @@ def number(value):
 
 
 def properties(of):
-    return [key for key, each in vars(of).items() if isinstance(each, property | functools.cached_property)]
+    return list(
+        dict.fromkeys(
+            key
+            for base in (of, *of.__bases__)
+            for key, each in vars(base).items()
+            if isinstance(each, property | functools.cached_property)
+        )
+    )
 
 
 def of_text(text):

@@ -31,6 +31,10 @@ MIN_DEGREES_OF_FREEDOM = 3
 """Residual degrees of freedom between states below which no tolerance bound is given. A choice: with fewer the bound
 lies so far above the prediction that it admits next to nothing."""
 
+FEW_STATES = 18
+"""Twice the nine coefficients of the default map; fewer leave a wide bound, and a campaign of fewer that happens to
+scatter little has one that is too low (docs/decisions.md)."""
+
 _LEAST_PROMISE = 0.5
 """Lowest confidence and content: below it a "bound" would lie under the prediction (docs/decisions.md)."""
 

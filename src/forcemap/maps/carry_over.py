@@ -11,7 +11,7 @@ import numpy as np
 from forcemap.arrays import Mask
 from forcemap.campaigns.dataset import ImpactDataset, States, StateTolerance
 from forcemap.errors import BoundNotAvailable, FitError, InputError, TransferRefused
-from forcemap.maps.bounds import ToleranceBound, contradiction
+from forcemap.maps.bounds import FEW_STATES, ToleranceBound, contradiction
 from forcemap.maps.direction import DOWN
 from forcemap.maps.fit import CensoredImpacts, fit_force_map, repeat_variance
 from forcemap.maps.force_map import Fit, ForceMap
@@ -22,9 +22,6 @@ from forcemap.maps.transfer import REFUSED_BELOW, Earlier, Transfer, joint_fit, 
 
 EARLIER_MAP = "maps/earlier.json"
 """Where a campaign's folder holds the map that its few states carry over; `plan --transfer` puts it there."""
-
-OWN_STATES = 18
-"""States from which a campaign is a map of its own, whatever an earlier one says; `plan` accepts no fewer."""
 
 
 def campaign_map(
@@ -217,7 +214,7 @@ def _within(old_map: ForceMap, train: ImpactDataset) -> Mask:
 
 
 def _refused(p_value: float, new: int) -> TransferRefused:
-    more = max(OWN_STATES - new, 0)
+    more = max(FEW_STATES - new, 0)
     return TransferRefused(
         p_value,
         f"the {new} new states contradict the earlier map with this shift (p = {p_value:.1g}, refused below "

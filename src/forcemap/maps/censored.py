@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -13,7 +13,7 @@ import numpy as np
 from forcemap.arrays import FloatArray, Indices, Mask
 from forcemap.campaigns.dataset import States
 from forcemap.errors import FitError
-from forcemap.maps.regression import Regression, least_squares
+from forcemap.maps.regression import ScatterRegression, least_squares
 
 _LEAST_EFFECT = 0.05
 """Least share of the variance of a state's mean that is attributed to the state effect. A choice: were repeats to
@@ -161,45 +161,25 @@ def state_data(design: FloatArray, states: States, variance: float, correlation:
 
 
 @dataclass(frozen=True, eq=False)
-class CensoredRegression(Regression):
+class CensoredRegression(ScatterRegression):
     """A maximum-likelihood fit with censored states, in the form of weighted least squares.
 
     At the maximum the likelihood has the curvature of a regression with weights w: 1 for an uncensored state, less for
     a censored one. (X'WX)^-1 s^2 is the inverse of the observed information, and R is that of sqrt(W) X = QR; with
     effects of places, both are those of the coefficients of the map. The response is NaN for a wholly censored state,
-    which has no residual.
+    which has no residual. s is that of the restricted likelihood; its degrees of freedom, from the curvature of this
+    likelihood, are n - p if every state is uncensored.
 
     Parameters
     ----------
     weights : array
         w of every state, shape (m,).
-    deviation : float
-        s, the standard deviation of a state's mean of ln F about the map (restricted likelihood).
-    freedom : float
-        Effective degrees of freedom of s, from the curvature of its likelihood.
     repeat_variance : float
         Variance of ln F between repeats of a state.
     """
 
     weights: FloatArray
-    deviation: float
-    freedom: float
     repeat_variance: float
-
-    @property
-    def degrees_of_freedom(self) -> float:
-        """Effective degrees of freedom; n - p if every state is uncensored."""
-        return self.freedom
-
-    @cached_property
-    def residual_sd(self) -> float:
-        """s."""
-        return self.deviation
-
-    @cached_property
-    def residual_squares(self) -> float:
-        """Sum of squared residuals of the states with an uncensored repeat."""
-        return float(np.nansum(self.residuals**2))
 
 
 def censored_regression(data: StateData, stated_deviation: float | None = None) -> CensoredRegression:

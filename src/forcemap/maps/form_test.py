@@ -17,7 +17,7 @@ from forcemap.campaigns.dataset import States, StateTolerance
 from forcemap.findings import Finding, FindingKind
 from forcemap.maps.forms import Form
 from forcemap.maps.places import LEAST_BETWEEN, place_effect, whitened
-from forcemap.maps.regression import holm
+from forcemap.maps.regression import EXACT, holm
 
 ERROR_PROBABILITY = 0.05
 """False alarms: the largest share of campaigns whose states follow the form in which a departure is significant."""
@@ -56,7 +56,6 @@ _LEAST_FREEDOM = 3
 """Residual degrees of freedom below which no departure is tested. A choice, as for a tolerance bound."""
 
 _RANK = 1e-8  # of the largest singular value; a smaller one is a linear combination up to rounding
-_ROUNDING = 1e-18  # variance of ln F below which states follow the terms exactly, as computed ones do
 _SAME = 1e-6  # share by which departures up and down may differ by rounding
 
 
@@ -306,7 +305,7 @@ class _Tester:
         white = whitened(np.column_stack([base, part, self.response]), self.place, correlation)
         triangle = np.asarray(np.linalg.qr(white, mode="r"))[base.shape[1] :, base.shape[1] :]
         explained, left = triangle[:-1, -1], float(triangle[-1, -1] ** 2) / rest
-        ratio = float(explained @ explained) / explained.size / max(left, _ROUNDING)
+        ratio = float(explained @ explained) / explained.size / max(left, EXACT)
         effects = part @ np.linalg.solve(triangle[:-1, :-1], explained)
         sizes = np.abs(effects)
         largest = float(effects[sizes >= (1 - _SAME) * sizes.max()].max())

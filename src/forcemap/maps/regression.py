@@ -14,6 +14,9 @@ from forcemap.errors import RankDeficient, TooFewStates
 MAX_CONDITION = 1e8
 """Condition number of the design, columns scaled to length 1, above which it counts as rank deficient."""
 
+EXACT = 1e-18
+"""Variance of ln F below which states follow the terms exactly, as computed ones do."""
+
 
 @dataclass(frozen=True, eq=False)
 class Regression:
@@ -97,6 +100,37 @@ class Regression:
         """Of the design with columns scaled to length 1, in the 2-norm."""
         singular = np.linalg.svd(self.design / np.linalg.norm(self.design, axis=0), compute_uv=False)
         return float(singular[0] / singular[-1])
+
+
+@dataclass(frozen=True, eq=False)
+class ScatterRegression(Regression):
+    """A fit whose scatter is estimated otherwise than from its own residuals.
+
+    Parameters
+    ----------
+    deviation : float
+        s, the standard deviation of a state's mean of ln F about the map.
+    freedom : float
+        Degrees of freedom of s.
+    """
+
+    deviation: float
+    freedom: float
+
+    @property
+    def degrees_of_freedom(self) -> float:
+        """Degrees of freedom of s."""
+        return self.freedom
+
+    @cached_property
+    def residual_sd(self) -> float:
+        """s."""
+        return self.deviation
+
+    @cached_property
+    def residual_squares(self) -> float:
+        """Sum of squared residuals of the states with an uncensored repeat."""
+        return float(np.nansum(self.residuals**2))
 
 
 def least_squares(design: FloatArray, response: FloatArray) -> Regression:

@@ -28,7 +28,7 @@ from forcemap.maps.places import (
     shared_part,
     whitened,
 )
-from forcemap.maps.regression import Regression
+from forcemap.maps.regression import EXACT, Regression, ScatterRegression
 
 SHIFT = Form.of("SHIFT", ["1", "d", "h", "v"])
 """Terms of the shift unless stated: between two safety thresholds of the paper's robot they leave 0.9 % rms of ln F
@@ -52,8 +52,6 @@ places beyond those that its terms of place take up: else any change from place 
 _PENALTY = 0.1
 """How much the log-likelihood of a part of new places is lowered for each own variance that it adds. Few states would
 else make it large by chance (docs/decisions.md)."""
-
-_ROUNDING = 1e-18  # variance of ln F below which states follow the terms exactly, as computed ones do
 
 _DIFFERENT_FIRST = (
     "device.model",
@@ -189,39 +187,19 @@ class JointFit:
 
 
 @dataclass(frozen=True, eq=False)
-class TransferRegression(Regression):
+class TransferRegression(ScatterRegression):
     """The new map's part of a fit to several campaigns: C = R^-1 R^-T is the covariance of its coefficients over s^2.
 
-    Design and response are those of the new states.
+    Design and response are those of the new states, scatter and degrees of freedom those of the whole fit: states of
+    all campaigns less all coefficients.
 
     Parameters
     ----------
-    deviation : float
-        s, the standard deviation of a new state's mean of ln F about the map.
-    freedom : float
-        Degrees of freedom of s: states of all campaigns less all coefficients.
     whole : Regression
         The fit of all coefficients to all states.
     """
 
-    deviation: float
-    freedom: float
     whole: Regression
-
-    @property
-    def degrees_of_freedom(self) -> float:
-        """Those of the whole fit."""
-        return self.freedom
-
-    @cached_property
-    def residual_sd(self) -> float:
-        """s."""
-        return self.deviation
-
-    @cached_property
-    def residual_squares(self) -> float:
-        """Sum of squared residuals of the new states with an uncensored repeat."""
-        return float(np.nansum(self.residuals**2))
 
     @cached_property
     def condition_number(self) -> float:
@@ -351,5 +329,5 @@ def _misfit(form: Form, known: Sequence[States], shifts: Sequence[Form], ratio: 
     correlation = ratio / (1 + ratio)
     freedom = min(between, rest[0]) + (1 - correlation) * max(rest[0] - between, 0)
     further = rest[1] - rest[0]
-    quotient = (squares[1] - squares[0]) / further / max(squares[0] / rest[0], _ROUNDING)
+    quotient = (squares[1] - squares[0]) / further / max(squares[0] / rest[0], EXACT)
     return float(fdtrc(further, freedom, max(quotient, 0.0)))

@@ -14,11 +14,11 @@ from forcemap.arrays import FloatArray, Indices, Mask, Texts
 from forcemap.campaigns.state import StateTolerance, places as places_of
 from forcemap.errors import InputError, TooFewStates
 from forcemap.findings import Finding, FindingKind
+from forcemap.maps.bounds import FEW_STATES
 from forcemap.maps.forms import Form
 from forcemap.maps.places import LEAST_BETWEEN
 from forcemap.planning.design import Design, names_of, require_whole
 from forcemap.planning.optimal_states import DesignedStates, bound_from, optimal_states
-from forcemap.planning.plan_warnings import FEW_STATES
 from forcemap.planning.spread_states import CORNERS, PLACES, STATES, spread_places, spread_speeds
 
 _SPEED_STEP = 0.005  # [m/s]; in which the fastest speed that can be measured at a place is searched; a choice

@@ -11,16 +11,12 @@ from forcemap.arrays import FloatArray, Mask
 from forcemap.campaigns.plan import Device
 from forcemap.errors import InputError
 from forcemap.findings import Finding, FindingKind
-from forcemap.maps.bounds import MIN_DEGREES_OF_FREEDOM
+from forcemap.maps.bounds import FEW_STATES, MIN_DEGREES_OF_FREEDOM
 from forcemap.maps.force_map import ForceMap
 from forcemap.maps.forms import Form
 from forcemap.planning.design import LARGEST
 from forcemap.planning.expectation import Expectation, StandardExpectation, expected_forces, factor_of
 from forcemap.planning.optimal_states import STATE_SD, bound_from, expected_width
-
-FEW_STATES = 18
-"""Twice the nine coefficients of the default map; fewer leave a wide bound, and a campaign of fewer that happens to
-scatter little has one that is too low (docs/decisions.md)."""
 
 _SLOWEST_PROPOSED = 0.05  # [m/s]; a choice, the slowest speed that `next` plans unless stated
 _STEPS_PER_MPS = 100  # speeds are proposed in whole 0.01 m/s

@@ -22,13 +22,13 @@ from forcemap.maps.form_test import NEAR
 from forcemap.maps.forms import Form, Term
 from forcemap.maps.measured_range import MeasuredRange
 from forcemap.maps.transfer import FURTHER_STATES, MORE_STATES, joint_fit, usual_shift
-from forcemap.planning.chosen_states import names_of_states
 from forcemap.planning.design import DECIMALS, LARGEST, STEP, check_limit, require_whole
 from forcemap.planning.expectation import expected_forces, factor_of, source_of
 from forcemap.planning.measurements import REPEATS, DesignedPlan
 from forcemap.planning.optimal_states import LARGEST_LOG, optimal_states, tolerance_factor
 from forcemap.planning.places import PlaceRange
 from forcemap.planning.plan_warnings import unchecked, unconfirmed
+from forcemap.planning.runs import runs_of
 from forcemap.planning.spread_states import spread_places
 
 STATES = 9
@@ -123,20 +123,12 @@ def plan_transfer(
     force = expected_forces(old_map, chosen)
     order = np.argsort(force, kind="stable")
     chosen, force = chosen[order], force[order]
-    row = np.repeat(np.arange(n), repeats)
     share = _volume(np.vstack([before, chosen])) / max(_volume(old.states.coordinates), np.finfo(np.float64).tiny)
     figures = {"states": n, "possible": len(possible), "near_mm": 1000 * NEAR, "terms": ", ".join(shift.term_names)}
     figures["before"] = len(before)
     note = Finding.of(FindingKind.TRANSFER_CHOSEN, **figures, width=expected, share=share, more=MORE_STATES)
     return DesignedPlan(
-        state_id=names_of_states(chosen)[row],
-        repeat=np.tile(np.arange(repeats) + 1, n),
-        role=np.full(row.size, "train"),
-        distance=chosen[row, 0],
-        height=chosen[row, 1],
-        speed=chosen[row, 2],
-        base_angle=np.full(row.size, math.nan),
-        expected_force=force[row],
+        **runs_of(chosen, repeats, force).arrays,
         left_out=left_out,
         warnings=(
             *unchecked(old_map, device, limit),

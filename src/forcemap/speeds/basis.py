@@ -156,6 +156,7 @@ def basis_of(
     figures = {"widest_deg": WIDEST_ANGLE, "angle_deg": angle, "raised": RAISED_OFF_AXIS - 1}
     direction = Finding.of(FindingKind.RAISED_OFF_AXIS if off_axis > 1 else FindingKind.ALONG_ONLY, **figures)
     fit = force_map.fit
+    transfer = fit.transfer if fit else None
     weak, contradicted = weakness(bound, force_map), contradiction(force_map, bound)
     doubt = basis.conditions.speed_doubt
     return replace(
@@ -164,7 +165,7 @@ def basis_of(
         refusals=basis.refusals or ((contradicted,) if contradicted else ()),
         warnings=(
             *([weak] if weak else []),
-            *(fit.transfer.warnings if fit and fit.transfer else ()),
+            *(transfer.warnings if transfer else ()),
             *basis.warnings,
             *([doubt] if doubt else []),
             *_unchecked_units(force_map),
@@ -173,7 +174,7 @@ def basis_of(
         ),
         notes=(
             *basis.notes,
-            *(fit.transfer.findings if fit and fit.transfer else ()),
+            *(transfer.findings if transfer else ()),
             direction,
             *_notes(force_map, bound),
         ),

@@ -18,7 +18,7 @@ from forcemap.campaigns.state import PLACE_SIZE, States, StateTolerance
 from forcemap.errors import BoundNotAvailable, FitError, InputError
 from forcemap.findings import Finding, FindingKind, in_words
 from forcemap.limits.force_limits import Contact, ForceLimit, NewtonLimit
-from forcemap.maps.bounds import MIN_DEGREES_OF_FREEDOM, FixedMargin, ToleranceBound
+from forcemap.maps.bounds import FEW_STATES, MIN_DEGREES_OF_FREEDOM, FixedMargin, ToleranceBound
 from forcemap.maps.fit import fit_force_map
 from forcemap.maps.force_map import ForceMap
 from forcemap.maps.forms import CFM_3D, Form
@@ -29,7 +29,7 @@ from forcemap.planning.next.ladder import BoundLadder, OpeningLadder
 from forcemap.planning.next.outlook import Outlook
 from forcemap.planning.next.search import Search
 from forcemap.planning.places import PlaceRange
-from forcemap.planning.plan_warnings import FEW_STATES, map_warnings
+from forcemap.planning.plan_warnings import map_warnings
 from forcemap.planning.runs import runs_of, slow_to_fast
 from forcemap.planning.spread_states import STATES
 from forcemap.speeds.basis import Basis, doubts_of_fit, limit_basis
