@@ -71,12 +71,13 @@ def number(value):
 
 
 def properties(of):
+    """Names of a class's properties, those that all regressions share left out."""
     return list(
         dict.fromkeys(
             key
             for base in (of, *of.__bases__)
             for key, each in vars(base).items()
-            if isinstance(each, property | functools.cached_property)
+            if (base is of or base.__name__ != "Regression") and isinstance(each, property | functools.cached_property)
         )
     )
 
