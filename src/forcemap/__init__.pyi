@@ -79,6 +79,7 @@ from .maps.forms import (
 )
 from .maps.map_file import map_sha256 as map_sha256, read_map as read_map, write_map as write_map
 from .maps.published import PUBLISHED_MAPS as PUBLISHED_MAPS, published_map as published_map
+from .paths.atlas import read_atlas as read_atlas
 from .paths.path_file import read_path as read_path
 from .paths.path_speeds import PathSpeeds as PathSpeeds, path_speeds as path_speeds
 from .paths.table_positions import place_task as place_task

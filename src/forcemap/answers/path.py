@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any, Self
 
 import numpy as np
 
 from forcemap.answers.answer import AllSaid, Answer, AtPlace, Bound, Figure, Said, of
-from forcemap.answers.basis import campaign_speeds
-from forcemap.maps.force_map import ForceMap
 from forcemap.maps.map_file import map_sha256
+from forcemap.paths.atlas import Atlas
+from forcemap.paths.bent_path import BentPath
+from forcemap.paths.gaps import map_gaps
 from forcemap.paths.path_speeds import PathSpeeds
 from forcemap.paths.table_positions import TaskPlaces
 from forcemap.speeds.basis import Basis
-from forcemap.words import assumptions, warnings
+from forcemap.words import assumptions, sentences, warnings
 
 RULES = ("allowed", "standard", "constant", "program")
 
@@ -32,6 +34,7 @@ class PieceAnswer(Answer):
     outcome: str
     reason: Said
     governed_by: str
+    map_name: str
     limit_N: Figure
 
 
@@ -53,8 +56,52 @@ class Refused(Answer):
     length_m: float
 
 
+class AtlasMapAnswer(Answer):
+    """A map that speeds rest on, and what it holds for."""
+
+    name: str
+    direction: str
+    contact_site: str
+    tool: str
+    payload_kg: Figure
+    map_sha256: str
+
+
+class GapAnswer(Answer):
+    """A map that is missing: what it would cover, the states it takes, and the time it is estimated to gain."""
+
+    direction: str
+    contact_site: str
+    tool: str
+    payload_kg: Figure
+    length_m: float
+    states: int
+    estimated_gain_s: Figure
+
+
+class Suggestion(Answer):
+    """A path bent to vertical, radial and circular moves; cycle time null if a piece has no permission."""
+
+    bent_moves: int
+    length_m: float
+    permitted_share: float
+    cycle_time_s: Figure
+
+    @classmethod
+    def of_bent(cls, bent: BentPath) -> Self:
+        """The answer for a bent path."""
+        lengths, refused = bent.speeds.path.lengths, bent.speeds.refused
+        share = float(lengths[~refused].sum() / lengths.sum())
+        time = bent.speeds.allowed.duration
+        return cls(bent_moves=bent.bent, length_m=float(lengths.sum()), permitted_share=share, cycle_time_s=time)
+
+
 class AlongAnswer(Answer):
-    """What speeds along paths rest on, as `RestsOn`; warnings come first."""
+    """What speeds along paths rest on, as `RestsOn`; warnings come first.
+
+    Of several maps `map_sha256` is one hash over those of `maps`; `speed_kind` and `speed_error` are null where they
+    differ.
+    """
 
     bound: Bound
     speed_kind: str | None
@@ -63,6 +110,7 @@ class AlongAnswer(Answer):
     warnings: AllSaid
     assumptions: AllSaid
     map_sha256: str
+    maps: list[AtlasMapAnswer]
 
 
 class PathAnswer(AlongAnswer):
@@ -79,11 +127,15 @@ class PathAnswer(AlongAnswer):
     speed_overshoot_mps: float = of("allowance", "speed")
     position_tolerance_m: float = of("allowance", "position")
     refusals: list[Refused]
+    gaps: list[GapAnswer]
+    suggestion: Suggestion | None
     pieces: list[PieceAnswer]
 
     @classmethod
-    def of_path(cls, force_map: ForceMap, speeds: PathSpeeds, bound: Any, notes: tuple[str, ...] = ()) -> Self:
-        """The answer for a path."""
+    def of_path(
+        cls, speeds: PathSpeeds, bound: Any, notes: tuple[str, ...] = (), *, bent: BentPath | None = None
+    ) -> Self:
+        """The answer for a path, and for the same bent to directions that have a map."""
         lengths, refused = speeds.path.lengths, speeds.refused
         fast = speeds.too_fast & ~refused
         return cls.from_result(
@@ -96,9 +148,11 @@ class PathAnswer(AlongAnswer):
             too_fast_length_m=float(lengths[fast].sum()),
             cycle_times=[getattr(speeds, rule) for rule in RULES],
             refusals=_refusals(pieces := _pieces(speeds), refused.tolist()),
+            gaps=_gaps(speeds),
+            suggestion=None if bent is None else Suggestion.of_bent(bent),
             pieces=pieces,
             assumptions=[*notes, *assumptions(speeds.bases, speeds.notes)],
-            **_rests_on(force_map, bound, speeds.bases),
+            **_rests_on(speeds.atlas, bound, speeds.bases),
         )
 
 
@@ -135,7 +189,7 @@ class PlacesAnswer(AlongAnswer):
     positions: list[Position]
 
     @classmethod
-    def of_places(cls, force_map: ForceMap, places: TaskPlaces, bound: Any) -> Self:
+    def of_places(cls, places: TaskPlaces, bound: Any) -> Self:
         """The answer for positions of a table."""
         closest, best = places.closest_speeds, places.best_speeds
         grid = np.meshgrid(places.distance, places.height, indexing="ij")
@@ -148,19 +202,54 @@ class PlacesAnswer(AlongAnswer):
             refusals=[] if places.best is not None else _refusals(_pieces(closest), closest.refused.tolist()),
             positions=positions,
             assumptions=assumptions(places.bases, places.notes),
-            **_rests_on(force_map, bound, closest.bases),
+            **_rests_on(closest.atlas, bound, closest.bases),
         )
 
 
-def _rests_on(force_map: ForceMap, bound: Any, bases: tuple[Basis, ...]) -> dict[str, Any]:
-    of_map = {"simulated": force_map.simulated, "map_sha256": map_sha256(force_map)}
-    return {"bound": bound, "warnings": warnings(bases), **of_map, **campaign_speeds(force_map)}
+def _rests_on(atlas: Atlas, bound: Any, bases: tuple[Basis, ...]) -> dict[str, Any]:
+    conditions = [force_map.conditions for force_map in atlas.force_maps]
+    kinds, errors = ({getattr(each, name) for each in conditions} for name in ("speed_kind", "speed_error"))
+    maps = [
+        AtlasMapAnswer(
+            name=each.name,
+            direction=each.conditions.direction,
+            contact_site=each.conditions.contact_site,
+            tool=each.conditions.tool,
+            payload_kg=each.loaded.payload,
+            map_sha256=map_sha256(force_map),
+        )
+        for each, force_map in zip(atlas.maps, atlas.force_maps, strict=True)
+    ]
+    return {
+        "bound": bound,
+        "warnings": [*sentences(atlas.warnings), *warnings(bases)],
+        "simulated": atlas.simulated,
+        "map_sha256": atlas.sha256,
+        "maps": maps,
+        "speed_kind": kinds.pop() or None if len(kinds) == 1 else None,
+        "speed_error": errors.pop() if len(errors) == 1 else math.nan,
+    }
+
+
+def _gaps(speeds: PathSpeeds) -> list[GapAnswer]:
+    return [
+        GapAnswer(
+            direction=gap.direction,
+            contact_site=gap.loaded.contact_site,
+            tool=gap.loaded.tool,
+            payload_kg=gap.loaded.payload,
+            length_m=gap.length,
+            states=gap.states,
+            estimated_gain_s=gap.gain,
+        )
+        for gap in map_gaps(speeds)
+    ]
 
 
 def _pieces(speeds: PathSpeeds) -> list[PieceAnswer]:
     path, points = speeds.path, speeds.path.points.tolist()
     figures = (path.lengths, speeds.speed, speeds.contact_speed, speeds.programmed, speeds.too_fast)
-    grounds = (speeds.outcome, speeds.reason, speeds.governed_by, speeds.limit)
+    grounds = (speeds.outcome, speeds.reason, speeds.governed_by, speeds.map_name, speeds.limit)
     return PieceAnswer.of_columns(path.names, points[:-1], points[1:], *figures, *grounds)
 
 

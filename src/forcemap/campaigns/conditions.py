@@ -407,6 +407,11 @@ MEASURED_UNDER = (
 """Entries of campaign.toml that say what was measured, and so what a map holds for."""
 
 
+def normalised(text: str) -> str:
+    """A stated text as it is compared: in small letters, single spaces."""
+    return " ".join(text.lower().split())
+
+
 def condition_text(entry: str, value: Any) -> str:
     """A stated condition as a text, numbers by their value: a spreadsheet may have written them otherwise."""
     if entry in ENTRIES and isinstance(attrgetter(ENTRIES[entry][0])(Conditions()), float):

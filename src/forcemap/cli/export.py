@@ -16,14 +16,16 @@ from forcemap.cli import options
 from forcemap.cli.output import emit, json_text, write_result
 from forcemap.cli.task_options import Angle, PositionTolerance, limits_of, path_from, task_from
 from forcemap.errors import InputError
+from forcemap.exports.directed_tables import DirectedTables, directed_csv, directed_result, directed_tables
 from forcemap.exports.head import SIMULATED
-from forcemap.exports.krl import krl_data, krl_source
+from forcemap.exports.krl import krl_along_data, krl_along_source, krl_data, krl_source
 from forcemap.exports.robot_table import Provenance, RobotTable
 from forcemap.exports.safety_proposal import safety_proposal
 from forcemap.exports.scaling import scaling_csv, scaling_result
-from forcemap.exports.urscript import urscript
+from forcemap.exports.urscript import urscript, urscript_along
 from forcemap.exports.zones import zones_csv, zones_result
 from forcemap.maps.direction import WIDEST_ANGLE, raised_off_axis
+from forcemap.paths.atlas import Atlas
 from forcemap.words import sentence, warnings
 
 _MARK = "made by forcemap"
@@ -67,35 +69,42 @@ def export(
 ) -> int:
     """Write the allowed speeds of all places, in the form that a robot's program takes.
 
+    Of an atlas, a folder of campaigns, a table for each direction, contact site, tool and payload; the program then
+    chooses by its motion.
+
     Example: forcemap export impacts.csv --format urscript --area back_of_hand --contact transient -o speeds.script
     """
-    force_map, _ = options.force_map_from(source, None, device_spring)
-    used, given = options.bound_from(force_map, bound, margin), options.stated(limit)
+    maps = options.maps_from(source, device_spring)
+    used, given = options.bound_from(maps, bound, margin), options.stated(limit)
     if output is not None:
         require_folder(Path(output) if format is Format.KRL else Path(output).parent)
-    task = task_of(given, force_map, contact, quasi_static, limit_spring) if given.tasks else None
+    task = task_of(given, maps, contact, quasi_static, limit_spring) if given.tasks else None
     limits = limits_of(task, given.table) if task else [options.limit_from(limit, contact, quasi_static, limit_spring)]
-    allowance = fm.Allowance(speed=overshoot, position=tolerance)
-    zones = fm.robot_table(
-        force_map, limits=limits, bound=used, size=size, allowance=allowance, date=date_of_files(), angle=angle
-    )
+    case: dict[str, Any] = {"limits": limits, "bound": used, "size": size, "angle": angle, "date": date_of_files()}
+    case["allowance"] = fm.Allowance(speed=overshoot, position=tolerance)
+    zones: RobotTable | DirectedTables
+    if isinstance(maps, fm.ForceMap):
+        zones = fm.robot_table(maps, **case)
+        zones = replace(zones, provenance=with_map_file(zones.provenance, source))
+        spread, whole = zones.spread[zones.speed_mmps > 0], zones.speed_mmps.size
+    else:
+        zones = directed_tables(maps, task=task, **case)
+        spread, whole = zones.spread, zones.zones
     if zones.refusal:
-        return refused(zones, as_json=as_json)
-    zones = replace(zones, provenance=with_map_file(zones.provenance, source))
-    spread = zones.spread[zones.speed_mmps > 0]
+        return refused(zones.refusal, _result(zones), as_json=as_json)
     price = f", up to {spread.max():.3f} m/s slower than their fastest corner" if spread.size else ""
-    words = f"{zones.permitted} of {zones.speed_mmps.size} zones permitted{price}"
-    files = _files(format, zones, task)
-    write(zones_result(zones), files, words, zones.provenance, angle=angle, output=output, as_json=as_json)
+    words = f"{zones.permitted} of {whole} zones permitted{price}"
+    files = _files(format, zones, task) if isinstance(zones, RobotTable) else _files_by_direction(format, zones)
+    write(_result(zones), files, words, zones.provenance, angle=angle, output=output, as_json=as_json)
     return 0 if zones.permitted else 1
 
 
-def task_of(given: options.Stated, force_map: fm.ForceMap, *others: fm.Contact | float | None) -> fm.Task:
-    """The task of the named file, for the campaign of the map; nothing else may state its limits."""
+def task_of(given: options.Stated, maps: fm.ForceMap | Atlas, *others: fm.Contact | float | None) -> fm.Task:
+    """The task of the named file, for the campaigns of the maps; nothing else may state its limits."""
     if len(given.tasks) > 1 or given.names or given.newtons or {*others} != {None}:
         raise InputError("task: the task file states areas and contact; give it alone")
     task = fm.read_task(given.tasks[0], table=given.table)
-    task.require_same(force_map.conditions)
+    Atlas.of(maps).require_task(task)
     return task
 
 
@@ -105,13 +114,15 @@ def date_of_files() -> str | None:
     return time.strftime("%Y-%m-%d", time.gmtime(int(epoch))) if epoch.isdecimal() else None
 
 
-def refused(zones: RobotTable, *, as_json: bool) -> int:
+def refused(refusal: fm.Finding, result: dict[str, Any], *, as_json: bool) -> int:
     """Say why nothing is exported: a program of zeros would only cover an earlier one."""
-    assert zones.refusal is not None
-    outcome = "not_permitted" if zones.refusal.kind is fm.FindingKind.NOT_PERMITTED else "unconfirmed"
-    reason = sentence(zones.refusal)
-    result = zones_result(zones) | {"outcome": outcome, "reason": reason, "written": []}
-    emit(result, [f"nothing is exported: {reason}"], as_json=as_json)
+    outcome = "not_permitted" if refusal.kind is fm.FindingKind.NOT_PERMITTED else "unconfirmed"
+    reason = sentence(refusal)
+    emit(
+        result | {"outcome": outcome, "reason": reason, "written": []},
+        [f"nothing is exported: {reason}"],
+        as_json=as_json,
+    )
     return 1
 
 
@@ -143,6 +154,31 @@ def write(
     lines = [*[SIMULATED] * provenance.simulated, *warnings(provenance.bases)]
     lines += [f"{words}; not safety-rated, to be confirmed before use", *(f"written to {file}" for file in written)]
     emit(result | {"written": written}, lines, as_json=as_json)
+
+
+def _result(zones: RobotTable | DirectedTables) -> dict[str, Any]:
+    return zones_result(zones) if isinstance(zones, RobotTable) else directed_result(zones)
+
+
+_SAFETY_OF_ONE = (
+    "format: found safety for several maps, expected one: a safety configuration knows no direction of motion; name "
+    "the folder of one campaign"
+)
+
+
+def _files_by_direction(format: Format, tables: DirectedTables) -> dict[str, str]:
+    """As `_files`, of several maps."""
+    match format:
+        case Format.URSCRIPT:
+            return {"": urscript_along(tables)}
+        case Format.KRL:
+            return {"FORCEMAP.DAT": krl_along_data(tables), "FORCEMAP.SRC": krl_along_source(tables)}
+        case Format.SAFETY:
+            raise InputError(_SAFETY_OF_ONE)
+        case Format.JSON:
+            return {"": json_text({"made": _MARK} | directed_result(tables)) + "\n"}
+        case Format.CSV:
+            return {"": directed_csv(tables)}
 
 
 def _files(format: Format, zones: RobotTable, task: fm.Task | None) -> dict[str, str]:
@@ -196,40 +232,42 @@ def export_path(
 
     Example: forcemap export-path impacts.csv path.csv --task task.toml -o scaling.csv
     """
-    force_map, _ = options.force_map_from(source, None, device_spring)
-    used, given = options.bound_from(force_map, bound, margin), options.stated(task)
+    maps = options.maps_from(source, device_spring)
+    used, given = options.bound_from(maps, bound, margin), options.stated(task)
     if output is not None:
         require_folder(Path(output).parent)
     tool_path = path_from(file)
     if given.tasks:
-        task_of(given, force_map, contact)
+        task_of(given, maps, contact)
     whole_task = task_from(given, tool_path.names, contact)
-    allowance = fm.Allowance(speed=overshoot, position=tolerance)
-    zones = fm.robot_table(
-        force_map,
-        limits=limits_of(whole_task, given.table),
-        bound=used,
-        allowance=allowance,
-        date=date_of_files(),
-        angle=angle,
-    )
+    case: dict[str, Any] = {"bound": used, "allowance": fm.Allowance(speed=overshoot, position=tolerance)}
+    zones = _zones_beside(maps, whole_task, limits_of(whole_task, given.table), format, angle=angle, **case)
     if zones.refusal:
-        return refused(zones, as_json=as_json)
-    speeds = fm.path_speeds(
-        force_map, tool_path, whole_task, bound=used, allowance=allowance, angle=angle, table=given.table
-    )
+        return refused(zones.refusal, _result(zones), as_json=as_json)
+    speeds = fm.path_speeds(maps, tool_path, whole_task, angle=angle, table=given.table, **case)
     provenance = with_map_file(zones.provenance, source)
-    if format is PathFormat.SCALING:
-        provenance = provenance.of_path(speeds)
-        slowed = int(((speeds.commanded < speeds.programmed) & ~speeds.refused).sum())
-        words = f"{int((~speeds.refused).sum())} of {len(speeds.path)} pieces permitted, {slowed} of them slowed down"
-        result, text = scaling_result(speeds, provenance), scaling_csv(speeds, provenance)
-        permitted = not speeds.refused.any()
-    else:
+    if isinstance(zones, RobotTable) and format is PathFormat.SAFETY:
         zones = replace(zones, provenance=provenance)
         words = f"{zones.permitted} of {zones.speed_mmps.size} zones permitted"
         result = zones_result(zones)
         text = safety_proposal(zones, task=whole_task if given.tasks else None, speeds=speeds)
         permitted = zones.permitted > 0
+    else:
+        provenance = provenance.of_path(speeds)
+        slowed = int(((speeds.commanded < speeds.programmed) & ~speeds.refused).sum())
+        words = f"{int((~speeds.refused).sum())} of {len(speeds.path)} pieces permitted, {slowed} of them slowed down"
+        result, text = scaling_result(speeds, provenance), scaling_csv(speeds, provenance)
+        permitted = not speeds.refused.any()
     write(result, {"": text}, words, provenance, angle=angle, output=output, as_json=as_json)
     return 0 if permitted else 1
+
+
+def _zones_beside(
+    maps: fm.ForceMap | Atlas, task: fm.Task, limits: list[Any], format: PathFormat, **case: Any
+) -> RobotTable | DirectedTables:
+    """The zones of a map, or of several: what they rest on, and whether anything may be exported."""
+    if isinstance(maps, fm.ForceMap):
+        return fm.robot_table(maps, limits=limits, date=date_of_files(), **case)
+    if format is PathFormat.SAFETY:
+        raise InputError(_SAFETY_OF_ONE)
+    return directed_tables(maps, limits=limits, task=task, date=date_of_files(), **case)

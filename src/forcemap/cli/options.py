@@ -6,7 +6,7 @@ import contextlib
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 from typer import Argument, Option
 
@@ -14,6 +14,9 @@ import forcemap as fm
 from forcemap import LimitTable as TableOfLimits
 from forcemap.maps.bounds import Bound
 from forcemap.maps.carry_over import campaign_map
+
+if TYPE_CHECKING:  # most commands take one map
+    from forcemap.paths.atlas import Atlas
 
 Json = Annotated[bool, Option("--json", help="Print one JSON object.")]
 Table = Annotated[str, Argument(help="Impacts table (CSV) or campaign folder.")]
@@ -111,6 +114,17 @@ def force_map_from(
         return force_map, None
     dataset, force_map = fitted(source, form, device_spring=device_spring)
     return force_map, fm.map_accuracy(force_map, dataset)[0]
+
+
+def maps_from(source: str, device_spring: float | None = None) -> fm.ForceMap | Atlas:
+    """The map a source stands for, or the maps of an atlas: atlas.toml, its folder, or a folder of campaigns."""
+    from forcemap.paths.atlas import is_atlas
+
+    if not is_atlas(source):
+        return force_map_from(source, None, device_spring)[0]
+    if device_spring is not None:
+        raise fm.InputError("device spring: the campaigns of an atlas state it in their campaign.toml")
+    return fm.read_atlas(source)
 
 
 def fitted(
@@ -251,10 +265,13 @@ def stated_bound(bound: str | None, margin: float | None, device_error: float) -
     return fm.ToleranceBound(confidence, content, device_error)
 
 
-def bound_from(force_map: fm.ForceMap, bound: str | None = None, margin: float | None = None) -> Bound:
-    """The bound the options name; a tolerance bound for a fitted map, a margin for a published one."""
-    default = "margin" if force_map.fit is None else "tolerance"
-    chosen = stated_bound(bound or default, margin, force_map.conditions.device.error_or_default)
+def bound_from(maps: fm.ForceMap | Atlas, bound: str | None = None, margin: float | None = None) -> Bound:
+    """The bound the options name; a tolerance bound for fitted maps, a margin for published ones."""
+    force_maps = (maps,) if isinstance(maps, fm.ForceMap) else maps.force_maps
+    default = "margin" if all(force_map.fit is None for force_map in force_maps) else "tolerance"
+    error = max(force_map.conditions.device.error_or_default for force_map in force_maps)
+    chosen = stated_bound(bound or default, margin, error)
     assert chosen is not None
-    chosen.require(force_map)
+    if isinstance(maps, fm.ForceMap):
+        chosen.require(maps)
     return chosen

@@ -4,16 +4,29 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterable
-from typing import Annotated
+from collections.abc import Iterable, Sequence
+from typing import Annotated, Any
 
 from typer import Argument, Option
 
 from forcemap import Allowance, path_speeds, place_task
-from forcemap.answers.path import CycleTimeAnswer, PathAnswer, PieceAnswer, PlacesAnswer, Refused
+from forcemap.answers.path import CycleTimeAnswer, GapAnswer, PathAnswer, PieceAnswer, PlacesAnswer, Refused, Suggestion
 from forcemap.cli import options, task_options
-from forcemap.cli.output import Progress, assumes, bound_words, emit, first_lines, grid, shown, table
+from forcemap.cli.output import (
+    Progress,
+    assumes,
+    bound_words,
+    counted,
+    emit,
+    first_lines,
+    grid,
+    shown,
+    table,
+    write_result,
+)
 from forcemap.maps.direction import WIDEST_ANGLE
+from forcemap.paths.bent_path import bent_path
+from forcemap.paths.path_file import PATH_COLUMNS, path_csv
 from forcemap.paths.table_positions import table_positions
 
 
@@ -32,30 +45,37 @@ def path(
     bound: options.BoundOption = None,
     margin: options.Margin = None,
     device_spring: options.DeviceSpring = None,
+    suggest: Annotated[
+        str | None,
+        Option(
+            "--suggest",
+            metavar="CSV",
+            help="Write the path bent to vertical, radial and circular moves.",
+        ),
+    ] = None,
     as_json: options.Json = False,
 ) -> int:
     """Give the speeds allowed along a path, where it must slow down and why, and the cycle time.
+
+    Several maps of one robot, each for a direction, contact site, tool or payload, are an atlas: a folder of campaigns.
 
     Exit code 0 if every piece is permitted and none is programmed too fast (or no speed is programmed, which is said);
     1 if a piece has no permission or is programmed too fast.
 
     Example: forcemap path impacts.csv path.csv --task task.toml
     """
-    force_map, _ = options.force_map_from(source, None, device_spring)
-    used, given = options.bound_from(force_map, bound, margin), options.stated(task)
+    maps = options.maps_from(source, device_spring)
+    used, given = options.bound_from(maps, bound, margin), options.stated(task)
     tool_path = task_options.path_from(file, robot, offset)
-    speeds = path_speeds(
-        force_map,
-        tool_path,
-        task_options.task_from(given, tool_path.names, contact, acceleration),
-        bound=used,
-        allowance=Allowance(speed=overshoot, position=tolerance),
-        step=step,
-        angle=angle,
-        table=given.table,
-    )
-    answer = PathAnswer.of_path(force_map, speeds, used)
-    emit(answer, path_lines(answer, file), as_json=as_json)
+    whole_task = task_options.task_from(given, tool_path.names, contact, acceleration)
+    allowance = Allowance(speed=overshoot, position=tolerance)
+    case: dict[str, Any] = {"bound": used, "allowance": allowance, "step": step, "angle": angle, "table": given.table}
+    speeds = path_speeds(maps, tool_path, whole_task, **case)
+    bent = bent_path(maps, tool_path, whole_task, **case) if suggest else None
+    if suggest and bent and bent.bent:
+        write_result(suggest, path_csv(bent.path), mark=PATH_COLUMNS)
+    answer = PathAnswer.of_path(speeds, used, bent=bent)
+    emit(answer, path_lines(answer, file, suggest), as_json=as_json)
     return 1 if speeds.too_fast.any() else 0
 
 
@@ -81,13 +101,13 @@ def place(
 
     Example: forcemap place impacts.csv table_path.csv --area back_of_hand --contact transient --step-m 0.1
     """
-    force_map, _ = options.force_map_from(source, None, device_spring)
-    used, given = options.bound_from(force_map, bound, margin), options.stated(task)
+    maps = options.maps_from(source, device_spring)
+    used, given = options.bound_from(maps, bound, margin), options.stated(task)
     tool_path = task_options.path_from(file)
-    distance, height = table_positions(force_map, tool_path, step)
+    distance, height = table_positions(maps, tool_path, step)
     with Progress("positions", distance.size * height.size) as progress:
         places = place_task(
-            force_map,
+            maps,
             tool_path,
             task_options.task_from(given, tool_path.names, contact, acceleration),
             bound=used,
@@ -96,7 +116,7 @@ def place(
             table=given.table,
             progress=progress.show,
         )
-    answer = PlacesAnswer.of_places(force_map, places, used)
+    answer = PlacesAnswer.of_places(places, used)
     emit(answer, places_lines(answer), as_json=as_json)
     return 1 if places.best is None else 0
 
@@ -104,23 +124,29 @@ def place(
 _HINTS = {
     "not_downward": "not downward: the map permits no such motion; if other measures exclude contact there, say so in "
     "a task file (--task) with contact_possible = false for that segment",
+    "no_map": "no map: measure the directions below, bend the path (--suggest), or say so in a task file (--task) with "
+    "contact_possible = false where other measures exclude contact",
     "outside": "outside: move the path into the measured range, less the position tolerance, or measure there",
     "unconfirmed": "unconfirmed: measure at lower speeds there, or ask for a limit that holds",
 }
 
 
-def path_lines(answer: PathAnswer, file: str) -> list[str]:
-    """Whether a path may be driven as programmed, if not why, its stretches of equal outcome, and cycle times."""
-    rows, reasons = [], []
-    for (name, outcome, reason, governed_by), group in itertools.groupby(
-        answer.pieces, key=lambda piece: (piece.segment, piece.outcome, piece.reason, piece.governed_by)
+def path_lines(answer: PathAnswer, file: str, suggested: str | None = None) -> list[str]:
+    """Whether a path may be driven as programmed, if not why, its stretches of equal outcome, and cycle times.
+
+    `suggested` is the file of the bent path, if one was asked for.
+    """
+    rows, reasons, several = [], [], len(answer.maps) > 1
+    for (name, outcome, reason, governed_by, map_name), group in itertools.groupby(
+        answer.pieces, key=lambda piece: (piece.segment, piece.outcome, piece.reason, piece.governed_by, piece.map_name)
     ):
         pieces = list(group)
         where = f"{_place(pieces[0].from_m)} to {_place(pieces[-1].to_m)}"
         speeds = [piece.speed_mps for piece in pieces if piece.speed_mps is not None]
         allowed = f"{shown(min(speeds))} to {shown(max(speeds))}" if speeds else "-"
         length = f"{sum(piece.length_m for piece in pieces):.3f}"
-        rows.append([name, length, where, outcome, allowed, _programmed(pieces), governed_by])
+        by = f"{governed_by} ({map_name})" if several and map_name else governed_by
+        rows.append([name, length, where, outcome, allowed, _programmed(pieces), by])
         if not speeds:
             reasons.append(f"{name}, {where}: no permission, {reason}")
     header = ["segment", "length m", "d, h m", "outcome", "to program m/s", "programmed", "governed by"]
@@ -129,6 +155,8 @@ def path_lines(answer: PathAnswer, file: str) -> list[str]:
         _verdict(answer),
         *reasons,
         *_hints(answer.refusals),
+        *gap_lines(answer.gaps),
+        *([] if answer.suggestion is None else suggestion_lines(answer.suggestion, suggested)),
         "",
         f"Speeds to program along {file}: {len(answer.pieces)} pieces, {answer.length_m:.3f} m; at contact "
         f"{answer.speed_overshoot_mps:g} m/s overshoot is added",
@@ -137,6 +165,36 @@ def path_lines(answer: PathAnswer, file: str) -> list[str]:
         *_cycle_lines(answer.cycle_times, refused=not answer.permitted),
         f"bound: {bound_words(answer.bound)}",
         *assumes(answer),
+    ]
+
+
+def gap_lines(gaps: Sequence[GapAnswer]) -> list[str]:
+    """What to measure so that more of a path has permission, most first; an estimate of what it gains."""
+    lines = []
+    for gap in gaps:
+        with_tool = f", tool {gap.tool}" if gap.tool else ""
+        with_load = "" if gap.payload_kg is None else f", {gap.payload_kg:g} kg"
+        at = f" at {gap.contact_site}" if gap.contact_site else ""
+        gain = gap.estimated_gain_s
+        worth = "" if gain is None else f"; some {gain:+.1f} s beside the standard's speed (ESTIMATE, no permission)"
+        lines.append(
+            f"  measure {gap.direction}{at}{with_tool}{with_load}: {gap.length_m:.3f} m of the path, "
+            f"{counted(gap.states, 'state')}{worth}"
+        )
+    return ["To close the gaps, if places and limits allow it too:", *lines] if lines else []
+
+
+def suggestion_lines(suggestion: Suggestion, file: str | None) -> list[str]:
+    """What the bent path permits."""
+    if not suggestion.bent_moves:
+        return ["No move is bent: none would have permission on a longer part of its way"]
+    share, time = 100 * suggestion.permitted_share, suggestion.cycle_time_s
+    words = "as a whole" if time is not None else f"on {share:.0f} % of its {suggestion.length_m:.3f} m"
+    return [
+        f"Bent to vertical, radial and circular moves ({suggestion.bent_moves} of them): permitted {words}"
+        + ("" if time is None else f", {time:.3f} s")
+        + f"; written to {file}",
+        "  its way is another: check it for collisions before it is driven",
     ]
 
 

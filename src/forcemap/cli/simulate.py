@@ -13,6 +13,7 @@ import forcemap as fm
 from forcemap.answers.simulation import SimulationAnswer
 from forcemap.cli.options import Json
 from forcemap.cli.output import emit
+from forcemap.maps.direction import direction_vector
 
 _PRESETS = "ur10e-like, iiwa7-like-30nm, iiwa7-like-10nm"
 
@@ -35,6 +36,8 @@ def simulate(
 ) -> None:
     """Simulate the recordings of a planned campaign in the virtual lab, into a new folder. Nothing of it is measured.
 
+    The direction is the one that campaign.toml states beside the plan, else straight down.
+
     Example: forcemap simulate my-campaign --preset ur10e-like
     """
     from forcemap.lab.simulated_campaign import simulate_campaign
@@ -55,7 +58,9 @@ def simulate(
     target = Path(folder) if folder else name.with_name(f"{name.stem if name.is_file() else name.name}-{preset}")
     stated = {key: value for key, value in vars(conditions.device).items() if value == value and value != ""}
     device = SimulatedDevice(device=dataclasses.replace(PAPER_DEVICE, **stated))
-    simulated = simulate_campaign(runs, robot, device, np.random.default_rng(seed), target, conditions=conditions)
+    along = direction_vector(conditions.direction, whose=str(toml)) if conditions.direction else None
+    rng = np.random.default_rng(seed)
+    simulated = simulate_campaign(runs, robot, device, rng, target, conditions=conditions, along=along)
     peaks, scenarios = simulated.impacts.peak_force, sorted({str(scenario) for scenario in simulated.impacts.scenario})
     answer = SimulationAnswer(
         folder=str(target),

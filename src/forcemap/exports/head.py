@@ -98,5 +98,10 @@ def head_result(provenance: Provenance) -> dict[str, Any]:
 
 
 def head_comment(provenance: Provenance, mark: str) -> list[str]:
-    """The head as comment lines of a program, in ASCII, which every controller reads."""
-    return [f"{mark} {line}".encode("ascii", "replace").decode() for line in head_lines(provenance)]
+    """The head as comment lines of a program."""
+    return comment_lines(head_lines(provenance), mark)
+
+
+def comment_lines(lines: Iterable[str], mark: str) -> list[str]:
+    """Lines as comments of a program, in ASCII, which every controller reads."""
+    return [f"{mark} {line}".encode("ascii", "replace").decode() for line in lines]

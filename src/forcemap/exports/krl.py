@@ -1,8 +1,14 @@
-"""A KUKA KRL data list with the zones, and a function that looks a speed up in it."""
+"""KUKA KRL: a data list with the zones, and the function that looks a speed up in it, for a place or a motion."""
 
 from __future__ import annotations
 
-from forcemap.exports.head import head_comment
+import itertools
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+
+from forcemap.exports.directed_tables import DirectedTables
+from forcemap.exports.head import comment_lines, head_comment
 from forcemap.exports.robot_table import RobotTable
 
 _FUNCTION = """\
@@ -28,6 +34,185 @@ ENDIF
 RETURN V
 ENDFCT
 """
+
+_ALONG = """\
+GLOBAL DEFFCT REAL FORCEMAP_ALONG(P:IN, Q:IN, T:IN)
+; allowed speed of the contact point [m/s] on the straight way between two places in ROBROOT [mm], with a tool by its
+; number in the head; 0.0 is no permission
+DECL FRAME P, Q
+DECL INT T
+DECL REAL X, Y, Z, L, DP, DQ, NEAR, FAR, LOW, HIGH, SHARE, ASIDE, ALONG, LEAST, BESIDE, COSINE, V, OFSITE, ALLOWED
+DECL INT S, K, I, J, COLS
+X = Q.X - P.X
+Y = Q.Y - P.Y
+Z = Q.Z - P.Z
+L = SQRT(X*X + Y*Y + Z*Z)
+DP = SQRT(P.X*P.X + P.Y*P.Y)
+DQ = SQRT(Q.X*Q.X + Q.Y*Q.Y)
+NEAR = DP
+FAR = DP
+LOW = P.Z
+HIGH = P.Z
+ALLOWED = 0.0
+IF DQ < NEAR THEN
+  NEAR = DQ
+ENDIF
+IF DQ > FAR THEN
+  FAR = DQ
+ENDIF
+IF Q.Z < LOW THEN
+  LOW = Q.Z
+ENDIF
+IF Q.Z > HIGH THEN
+  HIGH = Q.Z
+ENDIF
+IF X*X + Y*Y > 0.0 THEN
+  SHARE = (0.0 - P.X*X - P.Y*Y) / (X*X + Y*Y)
+  IF (SHARE > 0.0) AND (SHARE < 1.0) THEN
+    ALONG = P.X + SHARE*X
+    ASIDE = P.Y + SHARE*Y
+    NEAR = SQRT(ALONG*ALONG + ASIDE*ASIDE)
+  ENDIF
+ENDIF
+IF (L > 0.001) AND (NEAR > {closest}) AND (T >= 1) AND (T <= {tools}) THEN
+  ALLOWED = 9.0
+  S = 1
+  WHILE S <= {sites}
+    IF FM_NEED[T,S] > 0 THEN
+      OFSITE = 0.0
+      K = 1
+      WHILE K <= {tables}
+        IF (FM_TOOL[K] == T) AND (FM_SITE[K] == S) THEN
+          ; the motion must point along the table's direction at both ends, wherever beside its program the robot is
+          COSINE = {cosine}
+          IF FM_LEVEL[K] > 0.0 THEN
+            BESIDE = {tolerance} / NEAR
+            COSINE = {cosine} * SQRT(1.0 - BESIDE*BESIDE) + {sine} * BESIDE
+          ENDIF
+          ALONG = FM_U[K,1] * P.X - FM_U[K,2] * P.Y
+          ASIDE = FM_U[K,1] * P.Y + FM_U[K,2] * P.X
+          LEAST = (X*ALONG + Y*ASIDE) / DP
+          ALONG = FM_U[K,1] * Q.X - FM_U[K,2] * Q.Y
+          ASIDE = FM_U[K,1] * Q.Y + FM_U[K,2] * Q.X
+          ALONG = (X*ALONG + Y*ASIDE) / DQ
+          IF ALONG < LEAST THEN
+            LEAST = ALONG
+          ENDIF
+          IF (LEAST >= 0.0) AND (LEAST + Z * FM_U[K,3] >= COSINE * L) THEN
+            V = 9.0
+            COLS = FM_H1[K+1] - FM_H1[K] - 1
+            IF NEAR < FM_D[FM_D1[K]] THEN
+              V = 0.0
+            ENDIF
+            IF FAR > FM_D[FM_D1[K+1]-1] THEN
+              V = 0.0
+            ENDIF
+            IF LOW < FM_H[FM_H1[K]] THEN
+              V = 0.0
+            ENDIF
+            IF HIGH > FM_H[FM_H1[K+1]-1] THEN
+              V = 0.0
+            ENDIF
+            I = FM_D1[K]
+            WHILE I < FM_D1[K+1] - 1
+              IF (FM_D[I] <= FAR) AND (FM_D[I+1] >= NEAR) THEN
+                J = FM_H1[K]
+                WHILE J < FM_H1[K+1] - 1
+                  IF (FM_H[J] <= HIGH) AND (FM_H[J+1] >= LOW) THEN
+                    IF FM_V[FM_V1[K] + (I - FM_D1[K]) * COLS + J - FM_H1[K]] < V THEN
+                      V = FM_V[FM_V1[K] + (I - FM_D1[K]) * COLS + J - FM_H1[K]]
+                    ENDIF
+                  ENDIF
+                  J = J + 1
+                ENDWHILE
+              ENDIF
+              I = I + 1
+            ENDWHILE
+            OFSITE = V
+          ENDIF
+        ENDIF
+        K = K + 1
+      ENDWHILE
+      IF OFSITE < ALLOWED THEN
+        ALLOWED = OFSITE
+      ENDIF
+    ENDIF
+    S = S + 1
+  ENDWHILE
+ENDIF
+IF ALLOWED > 8.0 THEN
+  ALLOWED = 0.0
+ENDIF
+RETURN ALLOWED
+ENDFCT
+"""
+
+
+def krl_along_data(tables: DirectedTables) -> str:
+    """The text of FORCEMAP.DAT for motions: directions, what each table is of, edges [mm] and speeds [m/s]."""
+    zones, numbers = [each.table for each in tables.tables], [tables.numbers(each) for each in tables.tables]
+    vectors = np.array([each.campaign.direction for each in tables.tables])
+    edges = [(table.distance_edges, table.height_edges) for table in zones]
+    reals = {
+        "FM_LEVEL": np.hypot(*vectors.T[:2]),
+        "FM_D": np.round(1000 * np.concatenate([d for d, _ in edges]), 1),
+        "FM_H": np.round(1000 * np.concatenate([h for _, h in edges]), 1),
+        "FM_V": np.concatenate([table.speed_mmps.ravel() for table in zones]) / 1000,
+    }
+    whole = {
+        "FM_SITE": [site for site, _ in numbers],
+        "FM_TOOL": [tool for _, tool in numbers],
+        "FM_D1": _starts([d.size for d, _ in edges]),
+        "FM_H1": _starts([h.size for _, h in edges]),
+        "FM_V1": _starts([table.speed_mmps.size for table in zones]),
+    }
+    lines = ["DEFDAT FORCEMAP PUBLIC", *comment_lines(tables.lines, ";")]
+    lines += _table("REAL", "FM_U", vectors.tolist())
+    lines += _table("INT", "FM_NEED", tables.needed)
+    for name, values in reals.items():
+        lines += _array("REAL", name, values.tolist())
+    for name, counts in whole.items():
+        lines += _array("INT", name, counts)
+    return "\n".join([*lines, "ENDDAT", ""])
+
+
+def krl_along_source(tables: DirectedTables) -> str:
+    """The text of FORCEMAP.SRC for motions: the function FORCEMAP_ALONG.
+
+    It holds for straight motions (LIN) from one place to another; what else it gives 0.0 for is that of
+    `urscript_along`.
+    """
+    cosine, sine = tables.cosine_and_sine
+    function = _ALONG.format(
+        closest=f"{1000 * tables.closest:.3f}",
+        tolerance=f"{1000 * tables.provenance.allowance.position:.3f}",
+        cosine=f"{cosine:.9f}",
+        sine=f"{sine:.9f}",
+        sites=len(tables.sites),
+        tools=len(tables.tools),
+        tables=len(tables.tables),
+    )
+    return "\n".join(["DEF FORCEMAP()", *comment_lines(tables.lines, ";"), "END", "", function])
+
+
+def _array(kind: str, name: str, values: Sequence[float]) -> list[str]:
+    lines = [f"DECL GLOBAL {kind} {name}[{len(values)}]"]
+    return lines + [f"{name}[{i}]={_number(value)}" for i, value in enumerate(values, start=1)]
+
+
+def _table(kind: str, name: str, rows: Sequence[Sequence[float]]) -> list[str]:
+    lines = [f"DECL GLOBAL {kind} {name}[{len(rows)},{len(rows[0])}]"]
+    cells = ((i, j, value) for i, row in enumerate(rows, start=1) for j, value in enumerate(row, start=1))
+    return lines + [f"{name}[{i},{j}]={_number(value)}" for i, j, value in cells]
+
+
+def _number(value: float) -> str:
+    return str(value) if isinstance(value, int) else f"{value + 0.0:.9f}".rstrip("0") + "0"
+
+
+def _starts(sizes: Iterable[int]) -> list[int]:
+    """Where each part of a list begins, counted from 1, and where one after the last would."""
+    return [1, *(1 + total for total in itertools.accumulate(sizes))]
 
 
 def krl_data(table: RobotTable) -> str:

@@ -9,8 +9,11 @@ from collections.abc import Sequence
 
 from forcemap.campaigns.conditions import Conditions
 from forcemap.campaigns.plan import MeasurementPlan
+from forcemap.errors import InputError
+from forcemap.maps.direction import direction_vector, direction_words
 from forcemap.words import sentence, sentences
 
+_STANDS_WITHIN = 1.0  # [deg]; a choice: what a spirit level and a square give
 _SHEET_WIDTH = 100  # characters; no printed line is longer
 
 
@@ -47,6 +50,7 @@ def run_sheet(
     head = [
         f"Runs: {len(plan)}, states: {len(plan.states)}",
         *sentences(conditions.findings),
+        *device_stands(conditions.direction),
         *(f"{name}: {value or 'not stated'}" for name, value in stated.items()),
         f"expected forces: {sentence(plan.expected_from) or 'not stated'}",
         *(f"WARNING: {sentence(warning)}" for warning in plan.warnings),
@@ -59,6 +63,19 @@ def run_sheet(
     if waiting is not None and len(waiting):
         lines += ["", "Planned earlier and not measured yet", *_runs(waiting, width, [], first=len(plan) + 1)]
     return lines
+
+
+def device_stands(direction: str) -> list[str]:
+    """How the device is put up for a direction of motion; no line where the direction is not known."""
+    try:
+        towards = direction_vector(direction, whose="the campaign")
+    except InputError:
+        return []
+    facing = direction_words(-towards)
+    return [
+        f"the device stands: across the motion, its measuring face pointing {facing}, so that the robot moves "
+        f"{direction_words(towards)} straight into it, within {_STANDS_WITHIN:g} degrees at every place"
+    ]
 
 
 def _runs(plan: MeasurementPlan, width: int, upper: list[float], *, first: int = 1) -> list[str]:

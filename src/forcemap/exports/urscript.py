@@ -1,8 +1,13 @@
-"""A URScript function that returns the allowed speed for a pose."""
+"""URScript functions that return the allowed speed for a pose, or for a straight motion."""
 
 from __future__ import annotations
 
-from forcemap.exports.head import head_comment
+import itertools
+
+import numpy as np
+
+from forcemap.exports.directed_tables import DirectedTables
+from forcemap.exports.head import comment_lines, head_comment
 from forcemap.exports.robot_table import RobotTable
 
 _FUNCTION = """\
@@ -28,6 +33,180 @@ def forcemap_speed(pose):
   return speed
 end
 """
+
+_ALONG = """\
+def forcemap_speed_along(start, target, tool):
+  # allowed speed of the contact point [m/s] on the straight way between two poses in the frame of the base, with a tool
+  # by its number in the head; 0 is no permission
+  local directions = {directions}
+  local level = {level}
+  local site = {site}
+  local tool_of = {tool_of}
+  local needed = {needed}
+  local distance_edges = {distance_edges}
+  local first_distance = {first_distance}
+  local height_edges = {height_edges}
+  local first_height = {first_height}
+  local speeds = {speeds}
+  local first_speed = {first_speed}
+  local x = target[0] - start[0]
+  local y = target[1] - start[1]
+  local z = target[2] - start[2]
+  local length = sqrt(x * x + y * y + z * z)
+  local start_distance = sqrt(start[0] * start[0] + start[1] * start[1])
+  local target_distance = sqrt(target[0] * target[0] + target[1] * target[1])
+  local nearest = start_distance
+  local farthest = start_distance
+  local lowest = start[2]
+  local highest = start[2]
+  local share = 0.0
+  local aside = 0.0
+  local along = 0.0
+  local least = 0.0
+  local beside = 0.0
+  local cosine = 0.0
+  local speed = 0.0
+  local of_site = 0.0
+  local allowed = 0.0
+  local columns = 0
+  local at = 0
+  local s = 0
+  local k = 0
+  local i = 0
+  local j = 0
+  if target_distance < nearest:
+    nearest = target_distance
+  end
+  if target_distance > farthest:
+    farthest = target_distance
+  end
+  if target[2] < lowest:
+    lowest = target[2]
+  end
+  if target[2] > highest:
+    highest = target[2]
+  end
+  if x * x + y * y > 0.0:
+    share = (0.0 - start[0] * x - start[1] * y) / (x * x + y * y)
+    if share > 0.0 and share < 1.0:
+      along = start[0] + share * x
+      aside = start[1] + share * y
+      nearest = sqrt(along * along + aside * aside)
+    end
+  end
+  if length > 0.000001 and nearest > {closest} and tool >= 1 and tool <= {tools}:
+    allowed = 9.0
+    while s < {sites}:
+      if needed[(tool - 1) * {sites} + s] > 0:
+        of_site = 0.0
+        k = 0
+        while k < {tables}:
+          if tool_of[k] == tool and site[k] == s + 1:
+            # the motion must point along the table's direction at both ends, wherever beside its program the robot is
+            cosine = {cosine}
+            if level[k] > 0.0:
+              beside = {tolerance} / nearest
+              cosine = {cosine} * sqrt(1.0 - beside * beside) + {sine} * beside
+            end
+            along = directions[3 * k] * start[0] - directions[3 * k + 1] * start[1]
+            aside = directions[3 * k] * start[1] + directions[3 * k + 1] * start[0]
+            least = (x * along + y * aside) / start_distance
+            along = directions[3 * k] * target[0] - directions[3 * k + 1] * target[1]
+            aside = directions[3 * k] * target[1] + directions[3 * k + 1] * target[0]
+            along = (x * along + y * aside) / target_distance
+            if along < least:
+              least = along
+            end
+            if least >= 0.0 and least + z * directions[3 * k + 2] >= cosine * length:
+              speed = 9.0
+              columns = first_height[k + 1] - first_height[k] - 1
+              if nearest < distance_edges[first_distance[k]]:
+                speed = 0.0
+              end
+              if farthest > distance_edges[first_distance[k + 1] - 1]:
+                speed = 0.0
+              end
+              if lowest < height_edges[first_height[k]]:
+                speed = 0.0
+              end
+              if highest > height_edges[first_height[k + 1] - 1]:
+                speed = 0.0
+              end
+              i = first_distance[k]
+              while i < first_distance[k + 1] - 1:
+                if distance_edges[i] <= farthest and distance_edges[i + 1] >= nearest:
+                  j = first_height[k]
+                  while j < first_height[k + 1] - 1:
+                    if height_edges[j] <= highest and height_edges[j + 1] >= lowest:
+                      at = first_speed[k] + (i - first_distance[k]) * columns + j - first_height[k]
+                      if speeds[at] < speed:
+                        speed = speeds[at]
+                      end
+                    end
+                    j = j + 1
+                  end
+                end
+                i = i + 1
+              end
+              of_site = speed
+            end
+          end
+          k = k + 1
+        end
+        if of_site < allowed:
+          allowed = of_site
+        end
+      end
+      s = s + 1
+    end
+  end
+  if allowed > 8.0:
+    allowed = 0.0
+  end
+  return allowed
+end
+"""
+
+
+def urscript_along(tables: DirectedTables) -> str:
+    """The text of a URScript file with the function `forcemap_speed_along(start, target, tool)` [m/s].
+
+    It holds for straight motions (movel) from one pose to another. What points along no table's direction, leaves the
+    zones, has a contact site without a table, or is no number gives 0.
+    """
+    zones, (cosine, sine) = [each.table for each in tables.tables], tables.cosine_and_sine
+    vectors = np.array([each.campaign.direction for each in tables.tables])
+    numbers = [tables.numbers(each) for each in tables.tables]
+    function = _ALONG.format(
+        directions=_exact(vectors.ravel().tolist()),
+        level=_exact(np.hypot(*vectors.T[:2]).tolist()),
+        site=[site for site, _ in numbers],
+        tool_of=[tool for _, tool in numbers],
+        needed=list(itertools.chain(*tables.needed)),
+        distance_edges=_list([edge for table in zones for edge in table.distance_edges.tolist()]),
+        first_distance=_starts([table.distance_edges.size for table in zones]),
+        height_edges=_list([edge for table in zones for edge in table.height_edges.tolist()]),
+        first_height=_starts([table.height_edges.size for table in zones]),
+        speeds=_list([speed / 1000 for table in zones for speed in table.speed_mmps.ravel().tolist()]),
+        first_speed=_starts([table.speed_mmps.size for table in zones]),
+        closest=f"{tables.closest:.6f}",
+        tolerance=f"{tables.provenance.allowance.position:.6f}",
+        cosine=f"{cosine:.12f}",
+        sine=f"{sine:.12f}",
+        sites=len(tables.sites),
+        tools=len(tables.tools),
+        tables=len(zones),
+    )
+    return "\n".join([*comment_lines(tables.lines, "#"), function])
+
+
+def _starts(sizes: list[int]) -> list[int]:
+    """Where each part of a list begins, and where the last one ends."""
+    return [0, *itertools.accumulate(sizes)]
+
+
+def _exact(values: list[float]) -> str:
+    return "[" + ", ".join(f"{value + 0.0:.12f}" for value in values) + "]"
 
 
 def urscript(table: RobotTable) -> str:

@@ -16,17 +16,32 @@ _SPEEDS = ("speed_mps", "outcome", "lower_bound_mps", "spread_mps")
 
 def zones_csv(table: RobotTable) -> str:
     """A row for each zone below a head in comments (#); speeds [m/s] floored, 0.000 where none is permitted."""
+    return csv_text(zone_columns(), zone_cells(table), head_lines(table.provenance))
+
+
+def zone_columns() -> list[str]:
+    """The columns of a table of zones."""
+    return [*_EDGES, *_SPEEDS, "reason", "limit_N", "bound", "map_sha256"]
+
+
+def zone_cells(table: RobotTable) -> list[list[Any]]:
+    """The cells of a row for each zone."""
     rows = []
-    for zone in zones_result(table)["zones"]:
+    for zone in zones_of(table):
         cells = [zone[name] for name in _EDGES]
         speeds = [f"{zone['speed_mps']:.3f}", zone["outcome"], *map(_milli, (zone[n] for n in _SPEEDS[2:]))]
         basis = [f"{zone['limit_N']:g}", cell(str(table.provenance.bound)), table.provenance.map_sha256]
         rows.append([*cells, *speeds, cell(zone["reason"]), *basis])
-    return csv_text([*_EDGES, *_SPEEDS, "reason", "limit_N", "bound", "map_sha256"], rows, head_lines(table.provenance))
+    return rows
 
 
 def zones_result(table: RobotTable) -> dict[str, Any]:
     """The head and a dictionary for each zone, for JSON; lower bound and spread null where there is none."""
+    return head_result(table.provenance) | {"zones": zones_of(table)}
+
+
+def zones_of(table: RobotTable) -> list[dict[str, Any]]:
+    """A dictionary for each zone."""
     rows = []
     for i, j in itertools.product(*map(range, table.speed_mmps.shape)):
         lowest, spread = float(table.lowest[i, j]), float(table.spread[i, j])
@@ -42,7 +57,7 @@ def zones_result(table: RobotTable) -> dict[str, Any]:
                 "limit_N": float(table.limit[i, j]),
             }
         )
-    return head_result(table.provenance) | {"zones": rows}
+    return rows
 
 
 def _milli(speed: float | None) -> str:

@@ -5,14 +5,17 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from forcemap.campaigns.campaign import RECORDINGS_FOLDER
 from forcemap.campaigns.conditions import CAMPAIGN_FILE, UNFINISHED, Conditions
 from forcemap.campaigns.plan import MeasurementPlan, write_plan
 from forcemap.campaigns.template import campaign_text
 from forcemap.csv_table import csv_text
+from forcemap.dynamics.inverse_kinematics import DOWN
 from forcemap.files import new_folder, write_atomically
 from forcemap.lab.bench import SimulatedImpacts, simulate_impacts
 from forcemap.lab.course import STEP
@@ -49,6 +52,7 @@ def simulate_campaign(
     folder: str | Path,
     *,
     conditions: Conditions | None = None,
+    along: ArrayLike | None = None,
 ) -> SimulatedCampaign:
     """Simulate all runs of a plan into a new folder: campaign.toml, plan.csv, recordings/, every file marked simulated.
 
@@ -67,7 +71,9 @@ def simulate_campaign(
     folder : str or Path
         A new or empty folder: simulated recordings never go where measured ones may be.
     conditions : Conditions, optional
-        What else campaign.toml states; robot, tool, direction, safety setting and device are always those of the lab.
+        What else campaign.toml states; robot, tool, safety setting and device are always those of the lab.
+    along : array, shape (3,), optional
+        The direction that the conditions state, as in `simulate_impacts`; straight down if not given.
 
     Raises
     ------
@@ -77,10 +83,12 @@ def simulate_campaign(
     target = new_folder(folder)
     speed = plan.speed * (1 + robot.speed_scatter * rng.standard_normal(len(plan)))
     states, stiffness = (plan.distance, plan.height, speed), device.device.stiffness
-    impacts = simulate_impacts(robot, *states, device_stiffness=stiffness, duration=device.after, step=STEP)
+    towards = DOWN if along is None else along
+    course: dict[str, Any] = {"device_stiffness": stiffness, "duration": device.after, "step": STEP}
+    impacts = simulate_impacts(robot, *states, direction=towards, **course)
     origin = f"SIMULATED by the virtual impact lab of forcemap ({robot.described}): not a measurement of any robot"
     readings = device.readings(impacts.force, STEP, device.scale(rng), rng)
-    stated = campaign_text(_stated(robot, device, conditions), COLUMNS)
+    stated = campaign_text(_stated(robot, device, conditions, turned=along is not None), COLUMNS)
     write_atomically(target / CAMPAIGN_FILE, f"{UNFINISHED} = true  # until all recordings are written\n{stated}")
     (target / RECORDINGS_FOLDER).mkdir()
     write_plan(plan, target, remark=origin)
@@ -93,7 +101,7 @@ def simulate_campaign(
     return SimulatedCampaign(target, names, impacts)
 
 
-def _stated(robot: VirtualRobot, device: SimulatedDevice, conditions: Conditions | None) -> Conditions:
+def _stated(robot: VirtualRobot, device: SimulatedDevice, conditions: Conditions | None, *, turned: bool) -> Conditions:
     given, reaction = conditions or Conditions(), robot.reaction
     settings = f"external torque limit {reaction.threshold:.3g} Nm at any joint, then {reaction.kind.replace('_', ' ')}"
     return replace(
@@ -109,7 +117,7 @@ def _stated(robot: VirtualRobot, device: SimulatedDevice, conditions: Conditions
         payload=robot.robot.load,
         covers="; ".join(change for change in robot.changes if "cover" in change) or "none",
         contact_site="flange",
-        direction="down",
+        direction=given.direction if turned else "down",
         base_angle=math.nan,
         safety_settings=settings,
         speed_kind="commanded",

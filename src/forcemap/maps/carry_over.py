@@ -12,7 +12,7 @@ from forcemap.arrays import Mask
 from forcemap.campaigns.dataset import ImpactDataset, States, StateTolerance
 from forcemap.errors import BoundNotAvailable, FitError, InputError, TransferRefused
 from forcemap.maps.bounds import FEW_STATES, ToleranceBound, contradiction
-from forcemap.maps.direction import DOWN
+from forcemap.maps.direction import same_direction
 from forcemap.maps.fit import CensoredImpacts, fit_force_map, repeat_variance
 from forcemap.maps.force_map import Fit, ForceMap
 from forcemap.maps.forms import CFM_3D, Form
@@ -172,8 +172,8 @@ def require_sound(old_map: ForceMap) -> None:
 
 def _require_direction(old_map: ForceMap, dataset: ImpactDataset) -> None:
     """Refuse another direction: there a shift misses up to 12 % of the force (docs/directions.md)."""
-    then, now = (" ".join(each.direction.lower().split()) for each in (old_map.conditions, dataset.conditions))
-    if then and now and then != now and not {then, now} <= {*DOWN}:
+    then, now = (each.direction.strip() for each in (old_map.conditions, dataset.conditions))
+    if then and now and not same_direction(then, now):
         raise FitError(
             f"directions differ: the earlier map holds for {then!r}, the new impacts were measured {now!r}; a map is "
             "not carried over to another direction, measure that one by itself",

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
+import math
+
 import numpy as np
 
 from forcemap.arrays import FloatArray
@@ -19,30 +22,100 @@ ON_AXIS = 0.01
 """A motion that points away by no more than this [deg] counts as along the direction: rounded positions of a path turn
 its pieces by as much."""
 
-DOWN = ("down", "downward", "downwards", "vertically down", "straight down", "-z", "0,0,-1")
-"""Words for straight down, as they are known."""
+AXES = {
+    "down": (0.0, 0.0, -1.0),
+    "up": (0.0, 0.0, 1.0),
+    "out": (1.0, 0.0, 0.0),
+    "in": (-1.0, 0.0, 0.0),
+    "left": (0.0, 1.0, 0.0),
+    "right": (0.0, -1.0, 0.0),
+}
+"""The directions with a name, in the cylinder around the base: away from its z-axis, counterclockwise around it seen
+from above, up."""
+
+_SPELLED = {
+    "downward": "down", "downwards": "down", "vertically down": "down", "straight down": "down", "-z": "down",
+    "upward": "up", "upwards": "up", "vertically up": "up", "straight up": "up", "+z": "up",
+    "outward": "out", "outwards": "out", "away from the base": "out",
+    "inward": "in", "inwards": "in", "towards the base": "in",
+}  # fmt: skip
+_SHARP = 1e-3  # [deg]; directions this close are one
 
 
 def direction_vector(words: str, *, whose: str) -> FloatArray:
-    """Unit vector, in the frame of the base, of a direction stated in words, shape (3,).
+    """Unit vector of a direction stated in words, in the cylinder around the base at the contact, shape (3,).
+
+    Its components point away from the base's z-axis, counterclockwise around it seen from above, and up. Words are
+    `down`, `up`, `out`, `in`, `left` (counterclockwise), `right`; two or three of them, as `down and out`, are the
+    diagonal between them; or the three components, as `0.6,0,-0.8`.
 
     Raises
     ------
     InputError
-        No direction is stated, or one that is not known to be downward, so that no motion can be compared with it.
+        No direction is stated, or one that is none of these, so that no motion can be compared with it.
     """
-    direction = " ".join(words.lower().split()).replace(", ", ",")
-    if direction in DOWN:
-        return np.array([0.0, 0.0, -1.0])
-    if not direction:
+    text = " ".join(words.lower().split()).replace(", ", ",")
+    if not text:
         raise InputError(
             f"direction: {whose} does not state it, so it cannot be known whether the map holds for a motion; "
             'write direction = "down" under [contact] in campaign.toml if the impacts were measured so'
         )
+    parts = [_SPELLED.get(part, part) for part in text.split(" and ")]
+    if all(part in AXES for part in parts):
+        vector = np.sum([AXES[part] for part in parts], axis=0)
+        if np.count_nonzero(vector) == len(parts):
+            return np.asarray(vector / np.linalg.norm(vector))
+    elif (vector := _components(text)) is not None:
+        return vector
     raise InputError(
-        f"direction: {whose} states {words!r}, expected 'down': heights and distances of a motion in another direction "
-        "are not those of a collision-force map"
+        f"direction: {whose} states {words!r}, expected one of {', '.join(AXES)}, two or three of them such as "
+        "'down and out', or three components (away from the base, counterclockwise around it, up) such as 0.6,0,-0.8"
     )
+
+
+def _components(text: str) -> FloatArray | None:
+    """Three finite numbers between commas as a unit vector; None if the text is something else."""
+    try:
+        vector = np.array([float(part) for part in text.split(",")])
+    except ValueError:
+        return None
+    length = float(np.linalg.norm(vector)) if vector.shape == (3,) else 0.0
+    return np.asarray(vector / length) if 0 < length < math.inf else None
+
+
+def direction_words(vector: FloatArray) -> str:
+    """The name of a unit vector in the cylinder around the base: of an axis, of a diagonal, else its components."""
+    for name, known in DIRECTIONS.items():
+        if angle_between(vector, known) < _SHARP:
+            return name
+    return ",".join(f"{round(x, 3) + 0.0:g}" for x in vector.tolist())
+
+
+def angle_between(one: FloatArray, other: FloatArray) -> float:
+    """Angle between two unit vectors, shape (3,) [deg]."""
+    return float(np.degrees(2 * np.arctan2(np.linalg.norm(one - other), np.linalg.norm(one + other))))
+
+
+def same_direction(one: str, other: str) -> bool:
+    """True if two texts state the same direction, in the same words or as `direction_vector` knows them."""
+    words = [" ".join(text.lower().split()) for text in (one, other)]
+    try:
+        return angle_between(*(direction_vector(text, whose="a campaign") for text in words)) <= ON_AXIS
+    except InputError:
+        return words[0] == words[1]
+
+
+def _named() -> dict[str, FloatArray]:
+    axes = [("down", "up"), ("out", "in"), ("left", "right")]
+    diagonals = [
+        chosen for n in (2, 3) for pairs in itertools.combinations(axes, n) for chosen in itertools.product(*pairs)
+    ]
+    names = [*AXES, *(" and ".join(chosen) for chosen in diagonals)]
+    return {name: direction_vector(name, whose="this table") for name in names}
+
+
+DIRECTIONS = _named()
+"""Unit vectors of the six directions with a name and the 20 diagonals between them."""
 
 
 def raised_off_axis(angle: float) -> float:

@@ -9,12 +9,15 @@ from pathlib import Path
 import numpy as np
 
 from forcemap.arrays import FloatArray, Indices, Mask
-from forcemap.csv_table import Table, read_table
+from forcemap.csv_table import Table, csv_text, read_table
 from forcemap.dynamics.kinematics import forward_kinematics
 from forcemap.dynamics.robot import JointKind, Robot
 from forcemap.errors import InputError, TableError
 from forcemap.files import read_bytes
 from forcemap.paths.tool_path import MOST_PIECES, ToolPath
+
+PATH_COLUMNS = "x_m,y_m,z_m,segment"
+"""Columns of the paths that are written."""
 
 _LAYOUTS = (("x_m", "y_m", "z_m"), ("distance_m", "height_m"))
 _OPTIONAL = ("time_s", "segment")
@@ -83,6 +86,13 @@ def read_path(path: str | Path, *, robot: Robot | None = None) -> ToolPath:
         raise
     except InputError as error:
         raise InputError(error.message, file=str(path)) from None
+
+
+def path_csv(path: ToolPath) -> str:
+    """The text of a path file, positions to 1e-6 m; of a timed path without its times."""
+    rows = zip(path.points.tolist(), (*path.names, path.names[-1]), strict=True)
+    columns = list(zip(*((*(f"{round(x, 6) + 0.0:.6f}" for x in point), name) for point, name in rows), strict=True))
+    return csv_text(dict(zip(PATH_COLUMNS.split(","), map(list, columns), strict=True)))
 
 
 def _check_columns(table: Table, layout: tuple[str, ...]) -> None:

@@ -9,14 +9,15 @@ from enum import StrEnum
 import numpy as np
 
 from forcemap.arrays import FloatArray, Indices, Mask, Objects
-from forcemap.campaigns.dataset import Conditions
 from forcemap.findings import Finding, FindingKind
 from forcemap.limits.body_areas import LimitTable, standard_limit_table
 from forcemap.limits.force_limits import Contact, ForceLimit, force_limit
 from forcemap.limits.pfl import pfl_robot_mass, pfl_speed_limit
 from forcemap.maps.bounds import Bound
-from forcemap.maps.direction import ON_AXIS, RAISED_OFF_AXIS, WIDEST_ANGLE, direction_vector, raised_off_axis
+from forcemap.maps.direction import ON_AXIS, RAISED_OFF_AXIS, WIDEST_ANGLE, raised_off_axis
 from forcemap.maps.force_map import ForceMap
+from forcemap.paths.atlas import Atlas, told_apart
+from forcemap.paths.matched_maps import MatchedMaps, matched_maps
 from forcemap.paths.task import Task
 from forcemap.paths.time_law import braking_speeds, time_law
 from forcemap.paths.tool_path import ToolPath
@@ -32,7 +33,6 @@ LONGEST_PIECE = 0.02
 """Longest piece of a path that gets one speed, unless stated [m]. A choice, tried in the virtual lab (docs/validity.md,
 "Motion beside the map's direction")."""
 
-_ANGLE_ROUNDING = 1e-9  # [deg]
 _SPEED_ROUNDING = 1e-9  # share by which a programmed speed may exceed the allowed one
 
 
@@ -44,6 +44,7 @@ class PieceOutcome(StrEnum):
     UNCONFIRMED = "unconfirmed"
     OUTSIDE = "outside"
     NOT_DOWNWARD = "not_downward"
+    NO_MAP = "no_map"
     NOT_PERMITTED = "not_permitted"
     NO_CONTACT = "no_contact"
 
@@ -93,6 +94,8 @@ class PathSpeeds:
         The reason for the outcome.
     governed_by : array of str, shape (n,)
         Body area and contact that give the lowest speed.
+    map_name : array of str, shape (n,)
+        Name of the map that gives it; empty where none holds.
     limit : array, shape (n,)
         Their force limit [N]; NaN where contact is excluded or not permitted.
     programmed : array, shape (n,)
@@ -108,8 +111,8 @@ class PathSpeeds:
         What the speeds rest on, for every body area and contact.
     notes : tuple of Finding
         What else the speeds depend on.
-    simulated : bool
-        True if the impacts of the map are simulated.
+    matched : MatchedMaps
+        The map or maps, and where they hold.
     """
 
     path: ToolPath
@@ -118,6 +121,7 @@ class PathSpeeds:
     outcome: Objects
     reason: Objects
     governed_by: Objects
+    map_name: Objects
     limit: FloatArray
     programmed: FloatArray
     allowed: CycleTime
@@ -128,7 +132,17 @@ class PathSpeeds:
     allowance: Allowance
     bases: tuple[Basis, ...]
     notes: tuple[Finding, ...]
-    simulated: bool
+    matched: MatchedMaps
+
+    @property
+    def atlas(self) -> Atlas:
+        """The map or maps."""
+        return self.matched.atlas
+
+    @property
+    def simulated(self) -> bool:
+        """True if the impacts of a map are simulated."""
+        return self.atlas.simulated
 
     @property
     def refused(self) -> Mask:
@@ -153,7 +167,7 @@ class PathSpeeds:
 
 
 def path_speeds(
-    force_map: ForceMap,
+    maps: ForceMap | Atlas,
     path: ToolPath,
     task: Task,
     *,
@@ -163,28 +177,28 @@ def path_speeds(
     angle: float = WIDEST_ANGLE,
     table: LimitTable | None = None,
 ) -> PathSpeeds:
-    """Speeds that the map allows along a path, and the resulting cycle times.
+    """Speeds that one or several maps allow along a path, and the resulting cycle times.
 
-    Each piece gets the lowest of the lower bounds for its body areas over all places where it may be. Pieces that do
-    not move in the map's direction, lie outside or are unconfirmed get no permission and no duration. Off the map's
-    direction the bound is raised by 14 %.
+    Each piece gets the lowest of the lower bounds for its body areas over all places where it may be, in every map that
+    holds for it: that of its direction, tool and payload. Each contact site that can hit needs one. Pieces without,
+    outside, or unconfirmed get no permission and no duration. Off a map's direction its bound is raised by 14 %.
 
     Parameters
     ----------
-    force_map : ForceMap
-        The map; its campaign states the direction.
+    maps : ForceMap or Atlas
+        The map; its campaign states the direction. Or several maps of one robot.
     path : ToolPath
         The path.
     task : Task
-        Body areas and contact of each segment.
+        Body areas and contact of each segment; contact sites, tool and payload where the maps differ in them.
     bound : Bound
-        `FixedMargin` or `ToleranceBound`.
+        `FixedMargin` or `ToleranceBound`, of every map.
     allowance : Allowance, optional
         What the robot may deviate; `Allowance()` if not given.
     step : float
         Longest piece [m].
     angle : float
-        How far a motion may point away from the map's direction [deg], at most 5.
+        How far a motion may point away from a map's direction [deg], at most 5.
     table : LimitTable, optional
         Table of limits; that of ISO/TS 15066:2016 if not given.
 
@@ -195,34 +209,32 @@ def path_speeds(
     Raises
     ------
     InputError
-        Path and task do not name the same segments, the task differs from the campaign, or the campaign does not
-        state a direction a path can be compared with.
+        Path and task do not name the same segments, the task differs from the campaign or leaves open what campaigns
+        differ in, or a campaign does not state a direction a path can be compared with.
     UnknownName
         The table of limits does not have a body area.
     BoundNotAvailable
-        The map cannot carry the bound.
+        The map, or every map, cannot carry the bound.
     """
     task.require_segments(path.names)
-    task.require_same(force_map.conditions)
+    atlas = Atlas.of(maps).carrying(bound)
+    atlas.require_task(task)
     raised_off_axis(angle)  # refuses an angle for which nothing was measured
     allowance, table = allowance or Allowance(), table or standard_limit_table()
-    direction = direction_vector(force_map.conditions.direction, whose="the campaign")
     path = path.resampled(step)
     segments = [task.segment(name) for name in path.names]
-    off_angle = path.angles_from(direction)
-    along = off_angle <= angle + _ANGLE_ROUNDING
     excluded = np.array([segment.contact is None for segment in segments])
     stated = np.array([segment.speed for segment in segments])
     mean, fastest = path.speeds, path.fastest_speeds(task.acceleration)
     programmed = stated if mean is None or fastest is None else np.where(excluded, mean, fastest)
 
-    strictest = _strictest(force_map, path, task, np.where(along, off_angle, np.nan), bound, allowance, table)
-    outcome, reason = strictest.outcome, strictest.reason
-    off_direction = ~along & ~excluded
-    outcome[off_direction] = PieceOutcome.NOT_DOWNWARD
-    reason[off_direction] = Finding.of(FindingKind.NOT_ALONG, angle_deg=angle)
+    matched = matched_maps(atlas, path, task, angle=angle, beside=allowance.position + path.deviation)
+    strictest = _strictest(matched, path, task, bound, allowance, table)
+    outcome, reason, missing = strictest.outcome, strictest.reason, matched.missing
+    reason[missing] = matched.reasons(missing)
+    outcome[missing] = PieceOutcome.NOT_DOWNWARD if atlas.directions == ("down",) else PieceOutcome.NO_MAP
     outcome[excluded], reason[excluded] = PieceOutcome.NO_CONTACT, Finding.of(FindingKind.CONTACT_EXCLUDED)
-    without_speed = off_direction | np.isinf(strictest.speed)
+    without_speed = missing | np.isinf(strictest.speed)
     speed = np.where(excluded, stated, np.where(without_speed, np.nan, strictest.speed))
 
     refused = np.array([piece.refused for piece in outcome])
@@ -231,14 +243,14 @@ def path_speeds(
     standard = _to_program(strictest.standard[~excluded], allowance)
     timing = (path, refused, task.acceleration)
     program = _cycle_time("as programmed", *timing, programmed) if path.time is None else _as_timed(path, refused)
-    raised = bool(np.any(off_angle[along & ~excluded] > ON_AXIS))
     return PathSpeeds(
         path=path,
         speed=speed,
-        contact_speed=np.where(excluded | off_direction, np.nan, strictest.contact),
+        contact_speed=np.where(excluded | missing, np.nan, strictest.contact),
         outcome=outcome,
         reason=reason,
         governed_by=strictest.governed_by,
+        map_name=strictest.map_name,
         limit=strictest.limit,
         programmed=programmed,
         allowed=_cycle_time("allowed speeds", *timing, speed),
@@ -247,32 +259,34 @@ def path_speeds(
         program=program,
         acceleration=task.acceleration,
         allowance=allowance,
-        bases=tuple(strictest.bases),
-        notes=_notes(force_map.conditions, path, task, programmed, allowance, angle, raised),
-        simulated=force_map.simulated,
+        bases=told_apart(strictest.bases, atlas),
+        notes=_notes(matched, path, task, programmed, allowance),
+        matched=matched,
     )
 
 
 def _notes(
-    conditions: Conditions,
+    matched: MatchedMaps,
     path: ToolPath,
     task: Task,
     programmed: FloatArray,
     allowance: Allowance,
-    angle: float,
-    raised: bool,
 ) -> tuple[Finding, ...]:
-    """What the speeds along a path depend on besides their bases; `raised` if a bound was raised for its direction."""
-    mass, load = conditions.moving_mass, conditions.payload
-    masses = Finding.of(FindingKind.STANDARD_MASSES, moving_mass_kg=mass, payload_kg=float(load))
+    """What the speeds along a path depend on besides their bases."""
+    mass = matched.atlas.conditions.moving_mass
+    threatened = matched.payloads[[bool(needs) for needs in matched.needs]].tolist()
+    payloads = dict.fromkeys(threatened or [matched.atlas.conditions.payload])
+    masses = [Finding.of(FindingKind.STANDARD_MASSES, moving_mass_kg=mass, payload_kg=load) for load in payloads]
     excluded = any(task.segment(name).contact is None for name in path.names)
+    directions = ", ".join(dict.fromkeys(entry.conditions.direction for entry in matched.atlas.maps))
     return (
         *task.findings,
-        Finding.of(FindingKind.MOTION_WITHIN, angle_deg=angle, direction=conditions.direction),
-        *([Finding.of(FindingKind.RAISED_ON_PATH, raised=RAISED_OFF_AXIS - 1)] if raised else []),
+        *matched.atlas.findings,
+        Finding.of(FindingKind.MOTION_WITHIN, angle_deg=matched.angle, direction=directions),
+        *([Finding.of(FindingKind.RAISED_ON_PATH, raised=RAISED_OFF_AXIS - 1)] if matched.raised else []),
         allowance.of_position,
         Finding.of(FindingKind.ACCELERATION, acceleration_mps2=task.acceleration, corner_deg=CORNER_ANGLE),
-        *([] if math.isnan(mass) else [masses]),
+        *([] if math.isnan(mass) else masses),
         _programmed(path, programmed, task.acceleration),
         *([Finding.of(FindingKind.EXCLUDED_BY_TASK)] if excluded else []),
         Finding.of(FindingKind.ONLY_AS_MEASURED),
@@ -298,58 +312,58 @@ class _Strictest:
     outcome: Objects
     reason: Objects
     governed_by: Objects
-    bases: list[Basis]
+    map_name: Objects
+    bases: list[tuple[str, Basis]]
 
-    def take(self, pieces: Indices, speeds: ZoneSpeeds, case: str) -> None:
+    def take(self, pieces: Indices, speeds: ZoneSpeeds, case: str, map_name: str) -> None:
         """Keep the speeds to program on some pieces, of the `case` of a body area, where they are stricter."""
-        self.bases.append(speeds.basis)
+        self.bases.append((map_name, speeds.basis))
         value = np.where(np.isnan(speeds.speed_to_program), -np.inf, speeds.speed_to_program)
         stricter = np.flatnonzero(value < self.speed[pieces])
         changed = pieces[stricter]
         self.speed[changed], self.limit[changed] = value[stricter], speeds.limit[stricter]
-        self.governed_by[changed], self.contact[changed] = case, speeds.speed[stricter]
+        self.governed_by[changed], self.map_name[changed] = case, map_name
+        self.contact[changed] = speeds.speed[stricter]
         self.outcome[changed] = [PieceOutcome(str(outcome)) for outcome in speeds.to_program_outcome[stricter]]
         self.reason[changed] = speeds.to_program_reason[stricter]
 
 
 def _strictest(
-    force_map: ForceMap,
+    matched: MatchedMaps,
     path: ToolPath,
     task: Task,
-    off_angle: FloatArray,
     bound: Bound,
     allowance: Allowance,
     table: LimitTable,
 ) -> _Strictest:
-    """The lowest speed over the body areas of each piece.
-
-    `off_angle` is that of each piece and the map's direction [deg]; NaN for one that does not move along it.
-    """
+    """The lowest speed over the body areas and maps of each piece."""
     n = len(path)
-    outcome, reason, governed_by = np.full((3, n), "", dtype=object)
+    outcome, reason, governed_by, map_name = np.full((4, n), "", dtype=object)
     none, unlimited = np.full(n, np.nan), np.full(n, np.inf)
-    strictest = _Strictest(unlimited, none, none.copy(), unlimited.copy(), outcome, reason, governed_by, [])
+    strictest = _Strictest(unlimited, none, none.copy(), unlimited.copy(), outcome, reason, governed_by, map_name, [])
     segment_of, reach = [task.segment(name) for name in path.names], allowance.position + path.deviation
     for area, contact in {(area, segment.contact): None for segment in task.segments for area in segment.areas}:
         assert contact is not None
         limit = force_limit(area, table=table)
         threatened = np.array([segment.contact is contact and area in segment.areas for segment in segment_of])
-        standard = _standard_speed(force_map, limit, contact)
+        standard = _standard_speeds(matched, limit, contact)[threatened]
         strictest.standard[threatened] = np.minimum(strictest.standard[threatened], standard)
-        for side in (off_angle <= ON_AXIS, off_angle > ON_AXIS):
-            pieces = np.flatnonzero(threatened & side)
-            if pieces.size:
-                segments = Segments(path.points[pieces], path.points[pieces + 1])
-                speeds = zone_speeds(
-                    force_map,
-                    segments.zones.grown(reach) if reach > 0 else segments,
-                    limit=limit,
-                    bound=bound,
-                    contact=contact,
-                    angle=min(float(off_angle[pieces].max()), WIDEST_ANGLE),
-                    allowance=allowance,
-                )
-                strictest.take(pieces, speeds, f"{area}, {contact}")
+        for entry, off_angle in zip(matched.atlas.maps, matched.off_angles, strict=True):
+            assert entry.force_map is not None
+            for side in (off_angle <= ON_AXIS, off_angle > ON_AXIS):
+                pieces = np.flatnonzero(threatened & side)
+                if pieces.size:
+                    segments = Segments(path.points[pieces], path.points[pieces + 1])
+                    speeds = zone_speeds(
+                        entry.force_map,
+                        segments.zones.grown(reach) if reach > 0 else segments,
+                        limit=limit,
+                        bound=bound,
+                        contact=contact,
+                        angle=min(float(off_angle[pieces].max()), WIDEST_ANGLE),
+                        allowance=allowance,
+                    )
+                    strictest.take(pieces, speeds, f"{area}, {contact}", entry.name)
     return strictest
 
 
@@ -363,14 +377,21 @@ def _programmed(path: ToolPath, programmed: FloatArray, acceleration: float) -> 
     return Finding.of(FindingKind.PROGRAMMED_BY_ROWS, above_mps=above_mean, acceleration_mps2=acceleration)
 
 
-def _standard_speed(force_map: ForceMap, limit: ForceLimit, contact: Contact) -> float:
-    """Speed of the standard's contact model for a constrained body part [m/s]; NaN where a figure is missing."""
-    mass = force_map.conditions.moving_mass
+def _standard_speeds(matched: MatchedMaps, limit: ForceLimit, contact: Contact) -> FloatArray:
+    """Speeds of the standard's contact model for a constrained body part [m/s], shape (n,); NaN if a figure is missing.
+
+    A payload that is not stated counts as 0 kg.
+    """
+    mass, payloads = matched.atlas.conditions.moving_mass, np.nan_to_num(matched.payloads)
     if math.isnan(mass) or math.isnan(limit.stiffness) or not limit.permitted:
-        return math.nan
-    robot_mass = pfl_robot_mass(mass, force_map.conditions.load)
-    speed = pfl_speed_limit(limit.force(contact), robot_mass=robot_mass, body_mass=math.inf, stiffness=limit.stiffness)
-    return float(speed)
+        return np.full(payloads.shape, np.nan)
+    force, stiffness = limit.force(contact), limit.stiffness
+    loads, which = np.unique(payloads, return_inverse=True)
+    speeds = [
+        pfl_speed_limit(force, robot_mass=pfl_robot_mass(mass, load), body_mass=math.inf, stiffness=stiffness)
+        for load in loads.tolist()
+    ]
+    return np.array(speeds, dtype=np.float64)[which]
 
 
 def _cycle_time(

@@ -14,6 +14,7 @@ from forcemap.findings import Finding
 from forcemap.limits.body_areas import LimitTable
 from forcemap.maps.bounds import Bound
 from forcemap.maps.force_map import ForceMap
+from forcemap.paths.atlas import Atlas
 from forcemap.paths.path_speeds import PathSpeeds, PieceOutcome, path_speeds
 from forcemap.paths.task import Task
 from forcemap.paths.tool_path import ToolPath
@@ -90,7 +91,7 @@ class TaskPlaces:
 
 
 def place_task(
-    force_map: ForceMap,
+    maps: ForceMap | Atlas,
     path: ToolPath,
     task: Task,
     *,
@@ -107,8 +108,8 @@ def place_task(
 
     Parameters
     ----------
-    force_map : ForceMap
-        The map.
+    maps : ForceMap or Atlas
+        The map, or several of one robot.
     path : ToolPath
         The path in the frame of the table.
     task : Task
@@ -137,14 +138,15 @@ def place_task(
     BoundNotAvailable
         The map cannot carry the bound.
     """
-    distance, height = table_positions(force_map, path, step)
+    atlas = Atlas.of(maps)
+    distance, height = table_positions(atlas, path, step)
     duration, standard, permitted = np.full((3, distance.size, height.size), np.nan)
     best: PathSpeeds | None = None
     closest: tuple[tuple[float, float], tuple[float, float], PathSpeeds] | None = None
     fullest: PathSpeeds | None = None
     for number, (i, j) in enumerate(np.ndindex(duration.shape), start=1):
         moved = path.moved(np.array([distance[i], 0.0, height[j]]))
-        speeds = path_speeds(force_map, moved, task, bound=bound, allowance=allowance, table=table)
+        speeds = path_speeds(atlas, moved, task, bound=bound, allowance=allowance, table=table)
         duration[i, j] = speeds.allowed.duration
         standard[i, j] = speeds.standard.duration
         lengths = speeds.path.lengths
@@ -166,15 +168,16 @@ def place_task(
     )
 
 
-def table_positions(force_map: ForceMap, path: ToolPath, step: float) -> tuple[FloatArray, FloatArray]:
-    """Distances and heights [m] of a table's frame, multiples of `step`, at which the path comes into the range's box.
+def table_positions(maps: ForceMap | Atlas, path: ToolPath, step: float) -> tuple[FloatArray, FloatArray]:
+    """Distances and heights [m] of a table's frame, multiples of `step`, at which the path comes into the ranges' box.
 
     Raises
     ------
     InputError
         A step that is not positive and finite, or that makes no or more than 20 000 positions.
     """
-    low, high = force_map.measured_range.lowest, force_map.measured_range.highest
+    ranges = [force_map.measured_range for force_map in Atlas.of(maps).force_maps]
+    low, high = np.min([each.lowest for each in ranges], axis=0), np.max([each.highest for each in ranges], axis=0)
     distance = _positions(low[0] - path.points[:, 0].max(), high[0] - path.points[:, 0].min(), step)
     height = _positions(low[1] - path.points[:, 2].max(), high[1] - path.points[:, 2].min(), step)
     distance = distance[distance >= 0]

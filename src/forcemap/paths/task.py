@@ -8,13 +8,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from forcemap.campaigns.dataset import Conditions
+from forcemap.campaigns.conditions import Conditions, normalised
 from forcemap.errors import InputError, UnknownName, nearest_names
 from forcemap.files import read_bytes, toml_tables
 from forcemap.findings import Finding, FindingKind
 from forcemap.limits.body_areas import LimitTable
 from forcemap.limits.force_limits import Contact, force_limit
-from forcemap.maps.direction import direction_vector
+from forcemap.maps.direction import ON_AXIS, angle_between, direction_vector
 
 SCHEMA = "forcemap-task/1"
 
@@ -23,7 +23,11 @@ ACCELERATION = 1.0
 
 _NEAREST = 3  # names that a message proposes
 _SHARED = ("direction", "contact_site", "tool", "safety_settings")
-_SEGMENT_KEYS = ("name", "contact_possible", "areas", "contact", "clamping_possible", "speed_mps")
+_SEGMENT_KEYS = (
+    *("name", "contact_possible", "areas", "contact", "clamping_possible", "speed_mps"),
+    *("contact_sites", "tool", "payload_kg"),
+)
+_LOADED = ("contact_sites", "payload_kg")
 _KEYS = ("schema", "note", "acceleration_mps2", "campaign", "segments")
 
 
@@ -41,12 +45,21 @@ class TaskSegment:
         Kind of contact; None if contact is excluded.
     speed : float
         Programmed speed [m/s]; NaN if not stated.
+    contact_sites : tuple of str
+        All parts of robot and tool that can hit there; empty if as the task or the campaign states.
+    tool : str
+        The tool there, as its campaign names it; empty likewise.
+    payload : float
+        Effective payload there [kg]; NaN likewise.
     """
 
     name: str
     areas: tuple[str, ...]
     contact: Contact | None
     speed: float = math.nan
+    contact_sites: tuple[str, ...] = ()
+    tool: str = ""
+    payload: float = math.nan
 
     def __post_init__(self) -> None:
         if self.contact is not None:
@@ -57,6 +70,7 @@ class TaskSegment:
             raise InputError(f"segment {self.name!r}: found {self.speed:g} m/s, expected a positive finite speed")
         if self.contact is None and math.isnan(self.speed):
             raise InputError(f"segment {self.name!r}: contact is excluded, so state its speed (speed_mps)")
+        _require_payload(self.payload)
 
 
 @dataclass(frozen=True)
@@ -73,12 +87,18 @@ class Task:
         Direction, contact site, tool and safety settings, as far as the task states them.
     source : str
         Name of its file.
+    contact_sites : tuple of str
+        All parts of robot and tool that can hit on the way; empty if as the campaign states.
+    payload : float
+        Effective payload on the way [kg]; NaN if as the campaign states.
     """
 
     segments: tuple[TaskSegment, ...]
     acceleration: float = ACCELERATION
     conditions: Mapping[str, str] = field(default_factory=dict)
     source: str = ""
+    contact_sites: tuple[str, ...] = ()
+    payload: float = math.nan
 
     def __post_init__(self) -> None:
         names = [segment.name for segment in self.segments]
@@ -86,6 +106,11 @@ class Task:
             raise InputError("task: expected at least one segment, and different names")
         if not 0 < self.acceleration < math.inf:
             raise InputError(f"acceleration: found {self.acceleration:g}, expected a positive finite number of m/s^2")
+        _require_payload(self.payload)
+        if self.contact_sites and "contact_site" in self.conditions:
+            raise InputError(
+                "contact_site: found it beside contact_sites, expected one of them", file=self.source or None
+            )
 
     def segment(self, name: str) -> TaskSegment:
         """The segment of that name.
@@ -113,14 +138,14 @@ class Task:
             if segment.name not in names:
                 raise self._unknown("task", segment.name, "path", set(names))
 
-    def require_same(self, conditions: Conditions) -> None:
-        """Raise InputError where the task states another direction, contact site, tool or safety setting."""
+    def require_same(self, conditions: Conditions, *, but: Collection[str] = ()) -> None:
+        """Raise InputError where the task states other conditions than a campaign: direction, contact site, ...
+
+        What is named in `but` is not compared.
+        """
         for key, stated in self.conditions.items():
             measured = str(getattr(conditions, key))
-            if key == "direction":
-                direction_vector(stated, whose="the task")
-                direction_vector(measured, whose="the campaign")
-            elif " ".join(stated.lower().split()) != " ".join(measured.lower().split()):
+            if key not in but and not self._same(key, stated, measured):
                 in_campaign = repr(measured) if measured else "nothing"
                 raise InputError(
                     f"{key.replace('_', ' ')}: the task states {stated!r}, the campaign {in_campaign}; a map holds "
@@ -128,10 +153,19 @@ class Task:
                     file=self.source or None,
                 )
 
+    @staticmethod
+    def _same(key: str, stated: str, measured: str) -> bool:
+        """True if two statements of a condition say the same."""
+        if key != "direction":
+            return normalised(stated) == normalised(measured)
+        vectors = direction_vector(stated, whose="the task"), direction_vector(measured, whose="the campaign")
+        return angle_between(*vectors) <= ON_AXIS
+
     @property
     def findings(self) -> tuple[Finding, ...]:
         """What the task does not state, so that it is taken from the campaign."""
-        missing = [key.replace("_", " ") for key in _SHARED if key not in self.conditions]
+        stated = {*self.conditions, *(["contact_site"] if self.contact_sites else [])}
+        missing = [key.replace("_", " ") for key in _SHARED if key not in stated]
         return (Finding.of(FindingKind.AS_IN_CAMPAIGN, missing=", ".join(missing)),) if missing else ()
 
 
@@ -179,21 +213,23 @@ def _task(tables: dict[str, Any], source: str, table: LimitTable | None) -> Task
     shared = tables.get("campaign", {})
     if not isinstance(shared, dict):
         raise InputError("found no table, expected [campaign]", column="campaign")
-    _known(shared, _SHARED, "campaign.")
-    for key, value in shared.items():
-        _typed(value, str, f"campaign.{key}")
+    _known(shared, (*_SHARED, *_LOADED), "campaign.")
+    for key in shared.keys() - {*_LOADED}:
+        _typed(shared[key], str, f"campaign.{key}")
     rows = tables.get("segments")
     if not isinstance(rows, list) or not rows or not all(isinstance(row, dict) for row in rows):
         raise InputError("found no segment, expected at least one [[segments]]", column="segments")
     segments = tuple(_segment(row, f"segments[{i}]", table) for i, row in enumerate(rows, start=1))
     acceleration = float(_typed(tables.get("acceleration_mps2", ACCELERATION), float, "acceleration_mps2"))
-    return Task(segments, acceleration, dict(shared), source)
+    stated = {key: value for key, value in shared.items() if key not in _LOADED}
+    return Task(segments, acceleration, stated, source, **_loaded(shared, "campaign"))
 
 
 def _segment(row: dict[str, Any], where: str, table: LimitTable | None) -> TaskSegment:
     _known(row, _SEGMENT_KEYS, f"{where}.")
     name = _typed(row.get("name"), str, f"{where}.name")
     speed = float(_typed(row["speed_mps"], float, f"{where}.speed_mps")) if "speed_mps" in row else math.nan
+    loaded = _loaded(row, where) | ({"tool": _typed(row["tool"], str, f"{where}.tool")} if "tool" in row else {})
     areas = row.get("areas", [])
     if not isinstance(areas, list) or not all(isinstance(area, str) for area in areas):
         raise InputError('expected a list of names such as ["back_of_hand"]', column=f"{where}.areas")
@@ -207,7 +243,7 @@ def _segment(row: dict[str, Any], where: str, table: LimitTable | None) -> TaskS
             raise InputError(
                 f"segment {name!r}: contact is not possible, so expected no areas and no kind of contact", column=where
             )
-        return TaskSegment(name, (), None, speed)
+        return TaskSegment(name, (), None, speed, **loaded)
     if not areas:
         raise InputError(f"segment {name!r}: expected the body areas that may be hit", column=f"{where}.areas")
     if "clamping_possible" not in row:
@@ -220,7 +256,25 @@ def _segment(row: dict[str, Any], where: str, table: LimitTable | None) -> TaskS
             f"segment {name!r}: clamping is possible, so the transient limit is not its limit; expected quasi-static",
             column=f"{where}.contact",
         )
-    return TaskSegment(name, tuple(areas), stated, speed)
+    return TaskSegment(name, tuple(areas), stated, speed, **loaded)
+
+
+def _loaded(entries: Mapping[str, Any], where: str) -> dict[str, Any]:
+    """The contact sites and the payload that a table of the file states, as arguments."""
+    sites = entries.get("contact_sites", [])
+    if not isinstance(sites, list) or not all(isinstance(site, str) and site for site in sites):
+        raise InputError('expected a list of names such as ["flange", "gripper"]', column=f"{where}.contact_sites")
+    if "contact_sites" in entries and not sites:
+        raise InputError("expected at least one", column=f"{where}.contact_sites")
+    column = f"{where}.payload_kg"
+    payload = float(_typed(entries["payload_kg"], float, column)) if "payload_kg" in entries else math.nan
+    return {"contact_sites": tuple(sites), "payload": payload}
+
+
+def _require_payload(payload: float) -> None:
+    """Refuse a payload [kg] that is none; NaN is one that is not stated."""
+    if payload < 0 or payload == math.inf:
+        raise InputError(f"payload: found {payload:g} kg, expected a finite number of at least 0")
 
 
 def _known(entries: Mapping[str, Any], known: tuple[str, ...], where: str) -> None:

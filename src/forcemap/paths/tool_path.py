@@ -128,11 +128,31 @@ class ToolPath:
         """Unit vector of motion on each piece, shape (n, 3)."""
         return np.asarray(np.diff(self.points, axis=0) / self.lengths[:, None])
 
-    def angles_from(self, direction: FloatArray) -> FloatArray:
-        """How far the motion may point away from a unit vector on each piece [deg], shape (n,)."""
-        along = self.directions @ direction
-        across = np.linalg.norm(self.directions - along[:, None] * direction, axis=1)
-        return np.asarray(np.degrees(np.arctan2(across, along)) + (0.0 if self.turning is None else self.turning))
+    def angles_from(self, direction: FloatArray, *, beside: float = 0.0) -> FloatArray:
+        """How far the motion may point away from a direction on each piece [deg], shape (n,).
+
+        The direction is that of `direction_vector`, a unit vector in the cylinder around the base. Outwards and
+        sideways turn with the place: along a piece steadily, so the angle is largest at one of its ends, unless the
+        piece comes to move against them in between. `beside` is how far beside the path the robot may be [m].
+        """
+        along = self.directions
+        level = float(np.hypot(direction[0], direction[1]))
+        towards = np.broadcast_to(direction, along.shape)
+        if level > 0:  # a direction with a part that turns with the place
+            azimuth = np.arctan2(self.points[:, 1], self.points[:, 0]) + np.arctan2(direction[1], direction[0])
+            heading = np.arctan2(along[:, 1], along[:, 0])
+            turned = _half_turn(azimuth[:-1] - heading)
+            ends = np.stack([turned, turned + _half_turn(np.diff(azimuth))])
+            near = self.pieces.probes[0].min(axis=1)
+            with np.errstate(divide="ignore"):
+                shifted = np.arcsin(np.minimum(np.where(near > 0, beside / near, np.inf), 1.0))
+            farthest = np.abs(ends).max(axis=0) + shifted
+            farthest[(farthest > np.pi) | (near <= beside) | (near == 0)] = np.pi
+            x, y = level * np.cos(heading + farthest), level * np.sin(heading + farthest)
+            towards = np.stack([x, y, np.full_like(x, direction[2])], axis=1)
+        with_it = np.einsum("ij,ij->i", along, towards)
+        across = np.linalg.norm(along - with_it[:, None] * towards, axis=1)
+        return np.asarray(np.degrees(np.arctan2(across, with_it)) + (0.0 if self.turning is None else self.turning))
 
     @property
     def pieces(self) -> Segments:
@@ -203,3 +223,8 @@ class ToolPath:
     def moved(self, offset: ArrayLike) -> ToolPath:
         """The path shifted by an offset, shape (3,) [m]."""
         return replace(self, points=self.points + np.asarray(offset, dtype=np.float64))
+
+
+def _half_turn(angle: FloatArray) -> FloatArray:
+    """Angles [rad] from minus to plus half a turn."""
+    return np.asarray(np.arctan2(np.sin(angle), np.cos(angle)))

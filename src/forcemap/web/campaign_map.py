@@ -89,7 +89,7 @@ class CampaignMap:
     def path(self, question: PathQuestion) -> PathAnswer:
         """Allowed speeds along a path, as `forcemap path --json`."""
         bound = question.bound_of(self.fitted.force_map)
-        return PathAnswer.of_path(self.fitted.force_map, self.speeds_along(question), bound, self.limits.statements)
+        return PathAnswer.of_path(self.speeds_along(question), bound, self.limits.statements)
 
     def speeds_along(self, question: PathQuestion) -> fm.PathSpeeds:
         """The library's answer for a path that runs straight out from the base.

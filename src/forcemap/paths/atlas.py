@@ -1,0 +1,375 @@
+"""An atlas: several maps of one robot, each for a direction, a contact site, a tool and a payload."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any, Self
+
+import numpy as np
+
+from forcemap.arrays import FloatArray
+from forcemap.campaigns.conditions import CAMPAIGN_FILE, Conditions, normalised, read_conditions
+from forcemap.campaigns.impacts_table import read_dataset
+from forcemap.errors import BoundNotAvailable, CampaignFileError, ForcemapError, InputError
+from forcemap.files import read_bytes, sha256, toml_tables
+from forcemap.findings import Finding, FindingKind
+from forcemap.maps.bounds import Bound
+from forcemap.maps.carry_over import campaign_map
+from forcemap.maps.direction import ON_AXIS, WIDEST_ANGLE, angle_between, direction_vector, direction_words
+from forcemap.maps.force_map import ForceMap
+from forcemap.maps.map_file import map_sha256, read_map
+from forcemap.paths.task import Task, TaskSegment
+from forcemap.speeds.basis import Basis
+
+ATLAS_FILE = "atlas.toml"
+SCHEMA = "forcemap-atlas/1"
+
+_ONE_ROBOT = {
+    "robot": "robot.name",
+    "controller": "robot.controller",
+    "firmware": "robot.firmware",
+    "moving_mass": "robot.moving_mass_kg",
+    "covers": "tool.covers",
+    "safety_settings": "robot.safety_settings",
+    "simulated": "simulated",
+}
+
+
+@dataclass(frozen=True)
+class Loaded:
+    """What a map holds for besides its direction: a contact site, with a tool and a payload.
+
+    Parameters
+    ----------
+    contact_site, tool : str
+        In small letters, single spaces; empty if not stated.
+    payload : float or None
+        Effective payload [kg]; None if not stated.
+    """
+
+    contact_site: str
+    tool: str
+    payload: float | None
+
+    @classmethod
+    def of(cls, contact_site: str, tool: str, payload: float) -> Self:
+        """The same for texts however they are written, and a payload that is NaN if not stated."""
+        return cls(normalised(contact_site), normalised(tool), None if math.isnan(payload) else float(payload))
+
+
+@dataclass(frozen=True, eq=False)
+class AtlasMap:
+    """A campaign of an atlas: what it was measured under, and its map, or why it has none.
+
+    Parameters
+    ----------
+    name : str
+        Its folder or file, as the atlas names it.
+    conditions : Conditions
+        What it was measured under.
+    force_map : ForceMap or None
+        Its map; None if none can be fitted.
+    error : ForcemapError or None
+        Why there is none.
+    """
+
+    name: str
+    conditions: Conditions
+    force_map: ForceMap | None
+    error: ForcemapError | None = None
+
+    @cached_property
+    def direction(self) -> FloatArray:
+        """Unit vector of its direction in the cylinder around the base, shape (3,); InputError if there is none."""
+        return direction_vector(self.conditions.direction, whose="the campaign")
+
+    @property
+    def loaded(self) -> Loaded:
+        """Its contact site, tool and payload."""
+        return Loaded.of(self.conditions.contact_site, self.conditions.tool, self.conditions.payload)
+
+
+@dataclass(frozen=True, eq=False)
+class Atlas:
+    """Maps of one robot under the same safety settings, for different directions, contact sites, tools and payloads.
+
+    Parameters
+    ----------
+    campaigns : tuple of AtlasMap
+        The campaigns, those without a map, too: their contact sites and tools are known.
+    source : str
+        The folder or file.
+
+    Raises
+    ------
+    InputError
+        No campaign has a map; a campaign states no direction that a motion can be compared with; two are of different
+        robots or safety settings, or of the same contact site, tool and payload in nearly the same direction.
+    """
+
+    campaigns: tuple[AtlasMap, ...]
+    source: str = ""
+
+    def __post_init__(self) -> None:
+        if not self.maps:
+            why = "; ".join(f"{each.name}: {each.error.message}" for each in self.campaigns if each.error)
+            raise InputError(
+                f"no campaign of the atlas has a map{f' ({why})' if why else ''}", file=self.source or None
+            )
+        for each in self.campaigns:
+            self._require_direction(each)
+        for one, other in itertools.combinations(self.campaigns, 2):
+            self._require_one_robot(one, other)
+            between = angle_between(one.direction, other.direction)
+            if between <= 2 * WIDEST_ANGLE and one.loaded == other.loaded:
+                raise InputError(
+                    f"{one.name} and {other.name} are of the same contact site, tool and payload, and their directions "
+                    f"differ by {between:.3g} degrees, expected more than {2 * WIDEST_ANGLE:g}, so that one map holds "
+                    "for a motion; keep one of them",
+                    file=self.source or None,
+                )
+
+    def _require_direction(self, campaign: AtlasMap) -> None:
+        try:
+            _ = campaign.direction
+        except InputError as error:
+            where = f"{campaign.name}: " if len(self.campaigns) > 1 else ""
+            raise InputError(f"{where}{error.message}", file=self.source or None) from None
+
+    def _require_one_robot(self, one: AtlasMap, other: AtlasMap) -> None:
+        for name, entry in _ONE_ROBOT.items():
+            stated = [_comparable(getattr(each.conditions, name)) for each in (one, other)]
+            if stated[0] != stated[1]:
+                texts = [("nothing" if value in ("", None) else repr(value)) for value in stated]
+                raise InputError(
+                    f"{entry}: {one.name} states {texts[0]}, {other.name} {texts[1]}; an atlas is of one robot under "
+                    "the same safety settings, so correct campaign.toml or keep them apart",
+                    file=self.source or None,
+                )
+
+    @classmethod
+    def of(cls, maps: ForceMap | Atlas) -> Atlas:
+        """The atlas itself, or that of a single map."""
+        return maps if isinstance(maps, Atlas) else Atlas((AtlasMap(maps.name, maps.conditions, maps),))
+
+    @property
+    def maps(self) -> tuple[AtlasMap, ...]:
+        """The campaigns that have a map."""
+        return tuple(each for each in self.campaigns if each.force_map)
+
+    @property
+    def force_maps(self) -> tuple[ForceMap, ...]:
+        """The maps."""
+        return tuple(each.force_map for each in self.campaigns if each.force_map)
+
+    @property
+    def conditions(self) -> Conditions:
+        """What the first campaign was measured under; robot and safety settings are those of all."""
+        return self.campaigns[0].conditions
+
+    @property
+    def simulated(self) -> bool:
+        """True if the impacts of a map are simulated."""
+        return any(force_map.simulated for force_map in self.force_maps)
+
+    @cached_property
+    def sha256(self) -> str:
+        """Hash of a single map; of several one over their names and hashes."""
+        hashes = [map_sha256(force_map) for force_map in self.force_maps]
+        lines = (f"{digest}  {each.name}\n" for digest, each in zip(hashes, self.maps, strict=True))
+        return hashes[0] if len(self.campaigns) == 1 else sha256("".join(lines).encode("utf-8", "surrogateescape"))
+
+    @property
+    def directions(self) -> tuple[str, ...]:
+        """The directions of its maps in words, each once."""
+        return tuple(dict.fromkeys(direction_words(each.direction) for each in self.maps))
+
+    @property
+    def findings(self) -> tuple[Finding, ...]:
+        """That several maps stand together; empty for a single one."""
+        names = tuple(each.name for each in self.maps)
+        return (Finding.of(FindingKind.OF_ATLAS, names=names),) if len(self.campaigns) > 1 else ()
+
+    @property
+    def warnings(self) -> tuple[Finding, ...]:
+        """Which campaigns have no map, and why."""
+        without = [(each.name, each.error) for each in self.campaigns if each.error]
+        kind = FindingKind.CAMPAIGN_WITHOUT_MAP
+        return tuple(Finding.of(kind, name=name, why=error.message) for name, error in without)
+
+    def carrying(self, bound: Bound) -> Atlas:
+        """The same, without the maps that cannot carry a bound; BoundNotAvailable if none can."""
+        campaigns, errors = [], []
+        for each in self.campaigns:
+            try:
+                if each.force_map:
+                    bound.require(each.force_map)
+                campaigns.append(each)
+            except BoundNotAvailable as error:
+                errors.append(error)
+                campaigns.append(replace(each, force_map=None, error=error))
+        if errors and not any(each.force_map for each in campaigns):
+            raise errors[0]
+        return replace(self, campaigns=tuple(campaigns)) if errors else self
+
+    def require_task(self, task: Task) -> None:
+        """Raise InputError unless the task is one of this robot: its safety settings, and a direction that has a map.
+
+        A single map must be of the task's contact site and tool, too; of several, `needs` chooses.
+        """
+        if len(self.campaigns) == 1:
+            task.require_same(self.conditions)
+            return
+        task.require_same(self.conditions, but=("direction", "contact_site", "tool"))
+        if not any(self.in_direction(each, task) for each in self.maps):
+            raise InputError(
+                f"direction: the task states {task.conditions['direction']!r}, the atlas has maps for "
+                f"{', '.join(self.directions)}",
+                file=task.source or None,
+            )
+
+    @staticmethod
+    def in_direction(campaign: AtlasMap, task: Task) -> bool:
+        """True if a campaign is of the direction that the task states, or the task states none."""
+        stated = task.conditions.get("direction")
+        if stated is None:
+            return True
+        return angle_between(campaign.direction, direction_vector(stated, whose="the task")) <= ON_AXIS
+
+    def needs(self, task: Task, segment: TaskSegment) -> tuple[Loaded, ...]:
+        """The contact sites that can hit on a segment, with the tool and payload there; each needs a map.
+
+        What neither segment nor task states is as in the campaigns, if all state the same.
+
+        Raises
+        ------
+        InputError
+            The campaigns differ in what the task does not state.
+        """
+        site, tool = task.conditions.get("contact_site"), segment.tool or task.conditions.get("tool")
+        there = [each.loaded for each in self.campaigns]
+        if tool is None:
+            tool = self._only("tool", {each.tool for each in there}, segment)
+        payload = task.payload if math.isnan(segment.payload) else segment.payload
+        payloads = {each.payload for each in there if each.tool == normalised(tool)}
+        if math.isnan(payload) and payloads:
+            only = self._only("payload_kg", payloads, segment)
+            payload = math.nan if only is None else only
+        sites = segment.contact_sites or task.contact_sites or ((site,) if site is not None else ())
+        if not sites:
+            sites = (self._only("contact_sites", {each.contact_site for each in there}, segment),)
+        return tuple(dict.fromkeys(Loaded.of(each, tool, payload) for each in sites))
+
+    def _only(self, entry: str, values: set[Any], segment: TaskSegment) -> Any:
+        if len(values) == 1:
+            return next(iter(values))
+        listed = ", ".join(sorted("not stated" if value in ("", None) else str(value) for value in values))
+        raise InputError(
+            f"segment {segment.name!r}: the atlas has campaigns of different {entry} ({listed}); state in the task "
+            f"file which of them this segment has ({entry}), of contact sites all that can hit"
+        )
+
+
+def told_apart(bases: Sequence[tuple[str, Basis]], atlas: Atlas) -> tuple[Basis, ...]:
+    """Bases with the name of their map; a warning that not every map gives says which of them give it."""
+    if len(atlas.campaigns) == 1:
+        return tuple(basis for _, basis in bases)
+    names: dict[Finding, list[str]] = {}
+    for name, basis in bases:
+        for warning in basis.warnings:
+            names.setdefault(warning, []).append(name)
+    every = len({name for name, _ in bases})
+
+    def told(warning: Finding) -> Finding:
+        of = tuple(dict.fromkeys(names[warning]))
+        return warning if len(of) == every else Finding.of(FindingKind.OF_MAP, warning, names=of)
+
+    return tuple(replace(basis, warnings=tuple(map(told, basis.warnings))) for _, basis in bases)
+
+
+def read_atlas(path: str | Path) -> Atlas:
+    """Read the maps of one robot: a file `atlas.toml`, its folder, or a folder of campaigns.
+
+    `atlas.toml` holds `schema = "forcemap-atlas/1"` and `maps`, a list of campaign folders and map files, from where it
+    lies. Without it every folder below with a `campaign.toml` counts. A campaign whose map cannot be fitted has none,
+    and its error says why; what it was measured under still counts.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file or folder.
+
+    Returns
+    -------
+    Atlas
+
+    Raises
+    ------
+    CampaignFileError
+        Not TOML, not of this schema, an unknown entry, or a folder without campaigns.
+    InputError
+        A campaign's conditions or a map file cannot be read, or the campaigns do not fit together (`Atlas`).
+    """
+    root = Path(path)
+    file = root / ATLAS_FILE if root.is_dir() else root
+    if file.is_file():
+        names = _named_maps(file)
+    else:
+        names = sorted(each.parent.name for each in root.glob(f"[!.]*/{CAMPAIGN_FILE}"))
+        if not names:
+            raise CampaignFileError(
+                f"found neither {ATLAS_FILE} nor folders with a {CAMPAIGN_FILE} in it", file=str(path)
+            )
+    return Atlas(tuple(_campaign(file.parent, name) for name in names), str(path))
+
+
+def is_atlas(path: str | Path) -> bool:
+    """True if a path is an atlas: a TOML file, or a folder with `atlas.toml`, or with campaigns and itself none."""
+    root = Path(path)
+    if not root.is_dir():
+        return root.suffix.lower() == ".toml" and root.is_file()
+    if (root / ATLAS_FILE).is_file():
+        return True
+    return not (root / CAMPAIGN_FILE).exists() and any(root.glob(f"[!.]*/{CAMPAIGN_FILE}"))
+
+
+def _named_maps(file: Path) -> list[str]:
+    tables = toml_tables(read_bytes(file))
+    if tables.get("schema") != SCHEMA:
+        found = tables.get("schema")
+        raise CampaignFileError(f"found {found!r}, expected schema = {SCHEMA!r}", file=str(file), column="schema")
+    for key in tables.keys() - {"schema", "note", "maps"}:
+        raise CampaignFileError("unknown entry, expected schema, note and maps", file=str(file), column=key)
+    maps = tables.get("maps")
+    if not isinstance(maps, list) or not maps or not all(isinstance(name, str) and name for name in maps):
+        message = 'expected a list of campaign folders and map files, such as ["down", "out"]'
+        raise CampaignFileError(message, file=str(file), column="maps")
+    if len({*maps}) < len(maps):
+        raise CampaignFileError("found a campaign twice, expected each once", file=str(file), column="maps")
+    return maps
+
+
+def _campaign(folder: Path, name: str) -> AtlasMap:
+    """The campaign of a folder or map file; what it states must be readable, its map need not be there."""
+    root = folder / name
+    if not root.is_dir():
+        force_map = read_map(root)
+        return AtlasMap(name, force_map.conditions, force_map)
+    conditions = read_conditions(root / CAMPAIGN_FILE)
+    try:
+        force_map = campaign_map(root, read_dataset(root))
+    except ForcemapError as error:
+        return AtlasMap(name, conditions, None, error)
+    return AtlasMap(name, force_map.conditions, force_map)
+
+
+def _comparable(value: Any) -> Any:
+    """A stated value as it is compared: texts however they are written, NaN as None."""
+    if isinstance(value, str):
+        return normalised(value)
+    return None if isinstance(value, float) and np.isnan(value) else value

@@ -1,0 +1,113 @@
+"""Which maps of an atlas hold for which pieces of a path."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from forcemap.arrays import FloatArray, Mask, Objects
+from forcemap.findings import Finding, FindingKind
+from forcemap.maps.direction import ON_AXIS
+from forcemap.paths.atlas import Atlas, Loaded
+from forcemap.paths.task import Task
+from forcemap.paths.tool_path import ToolPath
+
+_ROUNDING = 1e-9  # [deg]
+
+
+@dataclass(frozen=True, eq=False)
+class MatchedMaps:
+    """Which maps hold for which pieces.
+
+    Parameters
+    ----------
+    atlas : Atlas
+        The maps.
+    angle : float
+        How far a motion may point away from the direction of a map [deg].
+    needs : array of tuple of Loaded, shape (n,)
+        The contact sites that can hit on each piece, with tool and payload; empty where contact is excluded.
+    off_angles : array, shape (maps, n)
+        Angle between each piece and the direction of each map that holds for it [deg]; NaN where it does not, or where
+        another contact site that can hit has no map.
+    missing : array of bool, shape (n,)
+        True where a contact site that can hit has no map.
+    held : dict of Loaded to array of bool, shape (n,)
+        For each contact site, with tool and payload, that can hit: pieces within the angle of one of its maps.
+    """
+
+    atlas: Atlas
+    angle: float
+    needs: Objects
+    off_angles: FloatArray
+    missing: Mask
+    held: dict[Loaded, Mask]
+
+    @property
+    def raised(self) -> bool:
+        """True if a bound is raised because a piece points away from its map's direction."""
+        return bool(np.any(self.off_angles > ON_AXIS))
+
+    @property
+    def payloads(self) -> FloatArray:
+        """Payload on each piece [kg], shape (n,); NaN if not stated, or where contact is excluded."""
+        payloads = [next((need.payload for need in needs), None) for needs in self.needs]
+        return np.array(payloads, dtype=np.float64)
+
+    def reasons(self, pieces: Mask) -> list[Finding]:
+        """Why pieces have no map."""
+        there = {each.loaded for each in self.atlas.maps}
+        return [self._reason([need for need in needs if need not in there]) for needs in self.needs[pieces]]
+
+    def _reason(self, unknown: list[Loaded]) -> Finding:
+        """`unknown` are contact sites, with tool and payload, that have no map at all."""
+        if unknown:
+            sites, (first, *_) = tuple(need.contact_site for need in unknown), unknown
+            payload = np.nan if first.payload is None else first.payload
+            return Finding.of(FindingKind.NO_MAP_OF, sites=sites, tool=first.tool, payload_kg=payload)
+        directions = self.atlas.directions
+        kind = FindingKind.NOT_ALONG if len(directions) == 1 else FindingKind.NOT_ALONG_ANY
+        return Finding.of(kind, angle_deg=self.angle, directions=directions)
+
+
+def matched_maps(atlas: Atlas, path: ToolPath, task: Task, *, angle: float, beside: float) -> MatchedMaps:
+    """The maps that hold for each piece: of its tool and payload and a contact site, within `angle` of their direction.
+
+    Parameters
+    ----------
+    atlas : Atlas
+        The maps.
+    path : ToolPath
+        The path in short pieces.
+    task : Task
+        What can hit on each segment.
+    angle : float
+        How far a motion may point away from the direction of a map [deg].
+    beside : float
+        How far beside the path the robot may be [m].
+
+    Raises
+    ------
+    InputError
+        The task leaves open what the campaigns differ in.
+    """
+    of_segment = {segment.name: atlas.needs(task, segment) if segment.contact else () for segment in task.segments}
+    numbers = {name: number for number, name in enumerate(of_segment)}
+    which = np.array([numbers[name] for name in path.names])
+    needs = np.empty(len(of_segment), dtype=object)
+    needs[:] = list(of_segment.values())
+    off_angles = np.full((len(atlas.maps), len(path)), np.nan)
+    held = {need: np.zeros(len(path), dtype=np.bool_) for each in needs for need in each}
+    for off_angle, entry in zip(off_angles, atlas.maps, strict=True):
+        wanted = np.array([entry.loaded in each for each in needs])[which] & atlas.in_direction(entry, task)
+        if wanted.any():
+            within = wanted & (path.angles_from(entry.direction, beside=beside) <= angle + _ROUNDING)
+            off_angle[within] = path.angles_from(entry.direction)[within]
+            held[entry.loaded] |= within
+    missing = np.zeros(len(path), dtype=np.bool_)
+    for number, each in enumerate(needs):
+        for need in each:
+            missing |= (which == number) & ~held[need]
+    off_angles[:, missing] = np.nan
+    return MatchedMaps(atlas, angle, needs[which], off_angles, missing, held)
