@@ -9,7 +9,7 @@ import re
 
 OPERATORS = {
     ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: operator.truediv,
-    ast.Lt: operator.lt, ast.LtE: operator.le, ast.Gt: operator.gt, ast.GtE: operator.ge,
+    ast.Eq: operator.eq, ast.Lt: operator.lt, ast.LtE: operator.le, ast.Gt: operator.gt, ast.GtE: operator.ge,
 }  # fmt: skip
 
 
@@ -38,6 +38,8 @@ def evaluate(node, names):
             return OPERATORS[type(op)](evaluate(left, names), evaluate(right, names))
         case ast.Compare(left=left, ops=[op], comparators=[right]):
             return OPERATORS[type(op)](evaluate(left, names), evaluate(right, names))
+        case ast.UnaryOp(op=ast.USub(), operand=ast.Constant(value=value)):  # the sign of a number
+            return -value
         case ast.BoolOp(op=ast.And(), values=values):
             found = [evaluate(value, names) for value in values]  # both sides, as KRL does
             return all(found)
@@ -113,6 +115,12 @@ def urscript_program(text, head, names, *parameters):
     return lambda *given: run_block(body[:-1], names | dict(zip(parameters, given, strict=True)), patterns)
 
 
+def urscript_along_function(text):
+    """The function `forcemap_speed_along` of a URScript file, the only one."""
+    head = "def forcemap_speed_along(start, target, tool):"
+    return urscript_program(text, head, {}, "start", "target", "tool")
+
+
 def krl_arrays(text):
     """Arrays of a KRL data list, as dictionaries from index (counted from 1) to number."""
     lines = [line.split(";")[0].strip() for line in text.splitlines()]
@@ -121,21 +129,27 @@ def krl_arrays(text):
     assert lines[-1] == "ENDDAT"
     arrays, sizes = {}, {}
     for line in lines[1:-1]:
-        if found := re.fullmatch(r"DECL GLOBAL REAL (\w+)\[([\d,]+)\]", line):
+        if found := re.fullmatch(r"DECL GLOBAL (?:REAL|INT) (\w+)\[([\d,]+)\]", line):
             arrays[found[1]], sizes[found[1]] = {}, math.prod(map(int, found[2].split(",")))
         else:
             found = re.fullmatch(r"(\w+)\[([\d,]+)\]=([\d.-]+)", line)
             index = tuple(map(int, found[2].split(",")))
-            arrays[found[1]][index[0] if len(index) == 1 else index] = float(found[3])
+            number = float(found[3]) if "." in found[3] else int(found[3])
+            arrays[found[1]][index[0] if len(index) == 1 else index] = number
     assert {name: len(array) for name, array in arrays.items()} == sizes
     return arrays
 
 
-def krl_function(source, data, name):
-    """The function of that name in a KRL source file, as a Python function of a frame."""
+def krl_along(source, data):
+    """The function FORCEMAP_ALONG of a KRL source file, as a Python function of two frames and a number."""
+    return krl_function(source, data, "FORCEMAP_ALONG", ("P", "Q", "T"))
+
+
+def krl_function(source, data, name, parameters=("P",)):
+    """The function of that name in a KRL source file, as a Python function of a frame, or more."""
     lines = [line.split(";")[0].strip() for line in source.splitlines()]
     lines = [line for line in lines if line]
-    start = lines.index(f"GLOBAL DEFFCT REAL {name}(P:IN)")
+    start = lines.index(f"GLOBAL DEFFCT REAL {name}({', '.join(f'{each}:IN' for each in parameters)})")
     assert lines[:start] == ["DEF FORCEMAP()", "END"]
     assert sum("DEF" in line.split()[:2] or "DEFFCT" in line.split()[:2] for line in lines) == 2
     assert lines[-1] == "ENDFCT"
@@ -144,4 +158,4 @@ def krl_function(source, data, name):
         r"IF (.*) THEN", r"WHILE (.*)", r"ENDIF|ENDWHILE", r"(\w+) = (.*)", r"RETURN (.*)", r"DECL (FRAME|REAL|INT) .*",
     )  # fmt: skip
     arrays = krl_arrays(data)
-    return lambda frame: run_block(body, {"P": frame} | arrays, patterns)
+    return lambda *given: run_block(body, dict(zip(parameters, given, strict=True)) | arrays, patterns)

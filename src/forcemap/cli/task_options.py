@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
 from typer import Option
 
 import forcemap as fm
-from forcemap.cli.options import Stated
+from forcemap.cli.options import Stated, number
 from forcemap.dynamics.robots import ROBOTS, identified_drive_inertia
 
 DriveInertiaOption = Annotated[
@@ -115,22 +116,28 @@ Acceleration = Annotated[
     float | None, Option("--acceleration-mps2", help="Along the path; default 1, or as the task file says.")
 ]
 RobotOption = Annotated[
-    str | None,
+    list[str] | None,
     Option(
         "--robot",
-        metavar="NAME|URDF",
-        help="For a path of joints: ur10e, kuka-iiwa7, or the file of a URDF, as arm.urdf:base=LINK:tip=LINK.",
+        "--contact-offset-m",
+        metavar="NAME|URDF|X,Y,Z",
+        help="For a path of joints: ur10e, kuka-iiwa7, or the file of a URDF, as arm.urdf:base=LINK:tip=LINK; and its "
+        "contact point in the frame of the flange, x,y,z.",
     ),
 ]
 
 
-def path_from(file: str, robot: str | None = None, offset: str | None = None) -> fm.ToolPath:
-    """The path of a file, with the robot that moves it if it holds joints."""
-    if robot is None:
-        if offset is not None:
+def path_from(file: str, robot: Sequence[str] | None = None) -> fm.ToolPath:
+    """The path of a file, with the robot that moves it if it holds joints, and the robot's contact point."""
+    offsets = [text for text in robot or () if all(number(part) is not None for part in text.split(","))]
+    names = [text for text in robot or () if text not in offsets]
+    if len(names) > 1 or len(offsets) > 1:
+        raise fm.InputError("path: found several of --robot or --contact-offset-m, expected one each")
+    if not names:
+        if offsets:
             raise fm.InputError("path: --contact-offset-m goes with --robot")
         return fm.read_path(file)
-    return fm.read_path(file, robot=robot_from(robot, contact_offset=offset))
+    return fm.read_path(file, robot=robot_from(names[0], contact_offset=offsets[0] if offsets else None))
 
 
 def task_from(

@@ -232,7 +232,7 @@ def path_speeds(
     strictest = _strictest(matched, path, task, bound, allowance, table)
     outcome, reason, missing = strictest.outcome, strictest.reason, matched.missing
     reason[missing] = matched.reasons(missing)
-    outcome[missing] = PieceOutcome.NOT_DOWNWARD if atlas.directions == ("down",) else PieceOutcome.NO_MAP
+    outcome[missing] = [_without_map(each) for each in reason[missing]]
     outcome[excluded], reason[excluded] = PieceOutcome.NO_CONTACT, Finding.of(FindingKind.CONTACT_EXCLUDED)
     without_speed = missing | np.isinf(strictest.speed)
     speed = np.where(excluded, stated, np.where(without_speed, np.nan, strictest.speed))
@@ -263,6 +263,12 @@ def path_speeds(
         notes=_notes(matched, path, task, programmed, allowance),
         matched=matched,
     )
+
+
+def _without_map(reason: Finding) -> PieceOutcome:
+    """The outcome of a piece without a map: where all maps are straight down, that it is not downward."""
+    downward = reason.kind is FindingKind.NOT_ALONG and reason.figure("directions") == ("down",)
+    return PieceOutcome.NOT_DOWNWARD if downward else PieceOutcome.NO_MAP
 
 
 def _notes(

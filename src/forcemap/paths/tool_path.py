@@ -144,8 +144,7 @@ class ToolPath:
             turned = _half_turn(azimuth[:-1] - heading)
             ends = np.stack([turned, turned + _half_turn(np.diff(azimuth))])
             near = self.pieces.probes[0].min(axis=1)
-            with np.errstate(divide="ignore"):
-                shifted = np.arcsin(np.minimum(np.where(near > 0, beside / near, np.inf), 1.0))
+            shifted = np.arcsin(np.divide(beside, near, out=np.zeros_like(near), where=near > beside))
             farthest = np.abs(ends).max(axis=0) + shifted
             farthest[(farthest > np.pi) | (near <= beside) | (near == 0)] = np.pi
             x, y = level * np.cos(heading + farthest), level * np.sin(heading + farthest)
