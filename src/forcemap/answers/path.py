@@ -8,7 +8,7 @@ from typing import Any, Self
 import numpy as np
 
 from forcemap.answers.answer import AllSaid, Answer, AtPlace, Bound, Figure, Said, of
-from forcemap.maps.map_file import map_sha256
+from forcemap.answers.atlas import AtlasMapAnswer
 from forcemap.paths.atlas import Atlas
 from forcemap.paths.bent_path import BentPath
 from forcemap.paths.gaps import map_gaps
@@ -56,17 +56,6 @@ class Refused(Answer):
     length_m: float
 
 
-class AtlasMapAnswer(Answer):
-    """A map that speeds rest on, and what it holds for."""
-
-    name: str
-    direction: str
-    contact_site: str
-    tool: str
-    payload_kg: Figure
-    map_sha256: str
-
-
 class GapAnswer(Answer):
     """A map that is missing: what it would cover, the states it takes, and the time it is estimated to gain."""
 
@@ -86,6 +75,7 @@ class Suggestion(Answer):
     length_m: float
     permitted_share: float
     cycle_time_s: Figure
+    gaps: list[GapAnswer]
 
     @classmethod
     def of_bent(cls, bent: BentPath) -> Self:
@@ -93,7 +83,8 @@ class Suggestion(Answer):
         lengths, refused = bent.speeds.path.lengths, bent.speeds.refused
         share = float(lengths[~refused].sum() / lengths.sum())
         time = bent.speeds.allowed.duration
-        return cls(bent_moves=bent.bent, length_m=float(lengths.sum()), permitted_share=share, cycle_time_s=time)
+        figures = {"length_m": float(lengths.sum()), "permitted_share": share, "cycle_time_s": time}
+        return cls(bent_moves=bent.bent, gaps=_gaps(bent.speeds), **figures)
 
 
 class AlongAnswer(Answer):
@@ -209,23 +200,12 @@ class PlacesAnswer(AlongAnswer):
 def _rests_on(atlas: Atlas, bound: Any, bases: tuple[Basis, ...]) -> dict[str, Any]:
     conditions = [force_map.conditions for force_map in atlas.force_maps]
     kinds, errors = ({getattr(each, name) for each in conditions} for name in ("speed_kind", "speed_error"))
-    maps = [
-        AtlasMapAnswer(
-            name=each.name,
-            direction=each.conditions.direction,
-            contact_site=each.conditions.contact_site,
-            tool=each.conditions.tool,
-            payload_kg=each.loaded.payload,
-            map_sha256=map_sha256(force_map),
-        )
-        for each, force_map in zip(atlas.maps, atlas.force_maps, strict=True)
-    ]
     return {
         "bound": bound,
         "warnings": [*sentences(atlas.warnings), *warnings(bases)],
         "simulated": atlas.simulated,
         "map_sha256": atlas.sha256,
-        "maps": maps,
+        "maps": [AtlasMapAnswer.of_map(each) for each in atlas.maps],
         "speed_kind": kinds.pop() or None if len(kinds) == 1 else None,
         "speed_error": errors.pop() if len(errors) == 1 else math.nan,
     }

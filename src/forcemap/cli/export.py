@@ -42,7 +42,7 @@ class Format(StrEnum):
 
 
 def export(
-    source: options.Source,
+    source: options.Maps,
     format: Annotated[
         Format,
         Option(
@@ -211,7 +211,7 @@ class PathFormat(StrEnum):
 
 
 def export_path(
-    source: options.Source,
+    source: options.Maps,
     file: Annotated[str, Argument(metavar="PATH", help="Path (CSV): x_m, y_m, z_m in the frame of the base.")],
     format: Annotated[
         PathFormat,

@@ -21,6 +21,14 @@ if TYPE_CHECKING:  # most commands take one map
 Json = Annotated[bool, Option("--json", help="Print one JSON object.")]
 Table = Annotated[str, Argument(help="Impacts table (CSV) or campaign folder.")]
 Source = Annotated[str, Argument(help=f"Map file, impacts table, campaign folder, or {', '.join(fm.PUBLISHED_MAPS)}.")]
+Maps = Annotated[
+    str,
+    Argument(
+        metavar="SOURCE",
+        help=f"Map file, impacts table, campaign folder, or {', '.join(fm.PUBLISHED_MAPS)}; or an atlas: a folder of "
+        "campaigns of one robot, or atlas.toml.",
+    ),
+]
 FormName = Annotated[
     str | None,
     Option("--form", help="Form to fit: CFM_2D, CFM_3D (default), FULL_CUBIC or LOG_SPEED; see docs/forms.md."),
@@ -98,6 +106,7 @@ def force_map_from(
     `device_spring` [N/mm] states the device's spring of a table without campaign.toml. With the map's accuracy: on the
     table's test states, else with each state left out; None where neither can be.
     """
+    require_one_map(source)
     is_file = source.lower().endswith(".json")
     if form and (source in fm.PUBLISHED_MAPS or is_file):
         raise fm.InputError("form: --form goes with an impacts table; a map has its own form")
@@ -116,11 +125,24 @@ def force_map_from(
     return force_map, fm.map_accuracy(force_map, dataset)[0]
 
 
-def maps_from(source: str, device_spring: float | None = None) -> fm.ForceMap | Atlas:
-    """The map a source stands for, or the maps of an atlas: atlas.toml, its folder, or a folder of campaigns."""
+def several_maps(source: str) -> bool:
+    """True if a source stands for several maps: atlas.toml, its folder, or a folder of campaigns."""
+    if source in fm.PUBLISHED_MAPS or source.lower().endswith((".json", ".csv")):
+        return False
     from forcemap.paths.atlas import is_atlas
 
-    if not is_atlas(source):
+    return is_atlas(source)
+
+
+def require_one_map(source: str) -> None:
+    """Refuse an atlas where one campaign is asked for."""
+    if several_maps(source):
+        raise fm.InputError("this is an atlas, of several maps; name the folder of one campaign", file=source)
+
+
+def maps_from(source: str, device_spring: float | None = None) -> fm.ForceMap | Atlas:
+    """The map a source stands for, or the maps of an atlas."""
+    if not several_maps(source):
         return force_map_from(source, None, device_spring)[0]
     if device_spring is not None:
         raise fm.InputError("device spring: the campaigns of an atlas state it in their campaign.toml")
@@ -135,6 +157,7 @@ def fitted(
     device_spring: float | None = None,
 ) -> tuple[fm.ImpactDataset, fm.ForceMap]:
     """The impacts of a table or campaign folder, and the map fitted to its train rows."""
+    require_one_map(table)
     dataset = fm.read_dataset(table, device_stiffness=stiffness(device_spring))
     return dataset, campaign_map(table, dataset, form=fm.form_named(form) if form else None, impacts=impacts)
 

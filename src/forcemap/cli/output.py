@@ -23,6 +23,7 @@ from forcemap.words import sentence
 
 if TYPE_CHECKING:  # a command loads the answers it gives, and no others
     from forcemap.answers.accuracy import AccuracyAnswer, PlaceFigures
+    from forcemap.answers.atlas import AtlasSpeedAnswer
     from forcemap.answers.evaluate import EvaluateAnswer
     from forcemap.answers.map import FitAnswer
     from forcemap.answers.path import AlongAnswer
@@ -154,12 +155,12 @@ def change(ratio: float | None) -> str:
     return "-" if ratio is None else f"{round(100 * (ratio - 1), 1) + 0.0:+.1f} %"
 
 
-def first_lines(answer: RestsOn | AlongAnswer) -> list[str]:
+def first_lines(answer: RestsOn | AlongAnswer | AtlasSpeedAnswer) -> list[str]:
     """What must be read before a speed."""
     return [*[SIMULATED] * answer.simulated, *answer.warnings]
 
 
-def assumes(answer: RestsOn | AlongAnswer) -> list[str]:
+def assumes(answer: RestsOn | AlongAnswer | AtlasSpeedAnswer) -> list[str]:
     """What an answer assumes, in a paragraph after it, without what already stands above."""
     above = {SIMULATED, f"bound: {bound_words(answer.bound)}"}
     above |= {f"limit: {answer.limit}"} if isinstance(answer, RestsOn) else set()

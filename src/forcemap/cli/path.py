@@ -31,7 +31,7 @@ from forcemap.paths.table_positions import table_positions
 
 
 def path(
-    source: options.Source,
+    source: options.Maps,
     file: Annotated[str, Argument(metavar="PATH", help="Path (CSV): x_m, y_m, z_m in the frame of the base.")],
     task: options.TaskOrLimit = None,
     contact: options.ContactKind = None,
@@ -79,7 +79,7 @@ def path(
 
 
 def place(
-    source: options.Source,
+    source: options.Maps,
     file: Annotated[
         str, Argument(metavar="PATH", help="Path (CSV) in the frame of the table: x_m outwards, y_m, z_m up.")
     ],
@@ -119,6 +119,9 @@ def place(
     emit(answer, places_lines(answer), as_json=as_json)
     return 1 if places.best is None else 0
 
+
+_GAPS = 3
+"""Directions to measure that are listed; a choice: who needs more bends the path."""
 
 _HINTS = {
     "not_downward": "not downward: the map permits no such motion; if other measures exclude contact there, say so in "
@@ -169,31 +172,36 @@ def path_lines(answer: PathAnswer, file: str, suggested: str | None = None) -> l
 
 def gap_lines(gaps: Sequence[GapAnswer]) -> list[str]:
     """What to measure so that more of a path has permission, most first; an estimate of what it gains."""
-    lines = []
-    for gap in gaps:
-        with_tool = f", tool {gap.tool}" if gap.tool else ""
-        with_load = "" if gap.payload_kg is None else f", {gap.payload_kg:g} kg"
-        at = f" at {gap.contact_site}" if gap.contact_site else ""
+    if not gaps:
+        return []
+    lines = ["To close the gaps measure (ESTIMATES, no permission; places and limits must allow it, too)"]
+    for gap in gaps[:_GAPS]:
+        site, tool = (f", {name}" if name else "" for name in (gap.contact_site, gap.tool))
+        load = "" if gap.payload_kg is None else f", {gap.payload_kg:g} kg"
         gain = gap.estimated_gain_s
-        worth = "" if gain is None else f"; some {gain:+.1f} s beside the standard's speed (ESTIMATE, no permission)"
-        lines.append(
-            f"  measure {gap.direction}{at}{with_tool}{with_load}: {gap.length_m:.3f} m of the path, "
-            f"{counted(gap.states, 'state')}{worth}"
+        worth = (
+            "" if gain is None else f", {abs(gain):.1f} s {'less' if gain >= 0 else 'more'} than the standard's speed"
         )
-    return ["To close the gaps, if places and limits allow it too:", *lines] if lines else []
+        states = counted(gap.states, "state")
+        lines.append(f"  {gap.direction}{site}{tool}{load}: {states} for {gap.length_m:.3f} m of the path{worth}")
+    more = gaps[_GAPS:]
+    if more:
+        length = sum(gap.length_m for gap in more)
+        lines.append(f"  and {counted(len(more), 'more direction')} for {length:.3f} m: bend the path (--suggest)")
+    return lines
 
 
 def suggestion_lines(suggestion: Suggestion, file: str | None) -> list[str]:
-    """What the bent path permits."""
+    """What the bent path permits, and what it still lacks."""
     if not suggestion.bent_moves:
-        return ["No move is bent: none would have permission on a longer part of its way"]
+        return ["Nothing is bent, and nothing written: no move would have permission on a longer part of its way"]
     share, time = 100 * suggestion.permitted_share, suggestion.cycle_time_s
-    words = "as a whole" if time is not None else f"on {share:.0f} % of its {suggestion.length_m:.3f} m"
+    words = f"on {share:.0f} % of {suggestion.length_m:.3f} m" if time is None else f"as a whole, {time:.3f} s"
+    moves = counted(suggestion.bent_moves, "move")
     return [
-        f"Bent to vertical, radial and circular moves ({suggestion.bent_moves} of them): permitted {words}"
-        + ("" if time is None else f", {time:.3f} s")
-        + f"; written to {file}",
-        "  its way is another: check it for collisions before it is driven",
+        f"{file}: {moves} bent to vertical, radial and circular ones, permitted {words}; another way, to be checked "
+        "for collisions before it is driven",
+        *gap_lines(suggestion.gaps),
     ]
 
 

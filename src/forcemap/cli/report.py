@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
 from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated, Any
@@ -12,17 +13,18 @@ from typer import Argument, Option
 import forcemap as fm
 from forcemap.assessment.folder import campaign_limit_table
 from forcemap.assessment.missing import Missing
-from forcemap.cli.options import BoundOption, FormName, Json, LimitTable, Margin, Overshoot, stated_bound
+from forcemap.cli.options import BoundOption, FormName, Json, LimitTable, Margin, Overshoot, several_maps, stated_bound
 from forcemap.cli.output import Progress, emit, listing, write_result
 from forcemap.files import read_bytes, write_atomically
 from forcemap.words import sentences
 
 REPORT_FILE = "report.html"
+ATLAS_REPORT = "atlas.html"
 _PDF = b"%PDF"
 
 
 def report(
-    folder: Annotated[str, Argument(help="Campaign folder.")],
+    folder: Annotated[str, Argument(help="Campaign folder; or an atlas, a folder of campaigns of one robot.")],
     output: Annotated[
         str | None, Option("-o", "--output", help="HTML file to write; default: report.html in the folder.")
     ] = None,
@@ -47,6 +49,8 @@ def report(
 ) -> int:
     """Write the validation report of a campaign, one HTML file that needs nothing beside it; nothing else is changed.
 
+    Of an atlas, the report of every campaign and atlas.html, which shows what they confirm together.
+
     Exit code: 0 written; with --verify 0 nothing changed, 1 changed, 2 cannot tell.
 
     Example: forcemap report my-campaign --area back_of_hand
@@ -55,27 +59,34 @@ def report(
         if pdf or output or area or region or limit_table or bound_kind or date or form:
             raise fm.InputError("verify: --verify goes with the folder alone; it writes nothing")
         return _verify(verify, folder, as_json=as_json)
-    target = Path(folder, REPORT_FILE) if output is None else Path(output)
+    several = several_maps(folder)
+    target = Path(output or default_file(folder, ATLAS_REPORT if several else REPORT_FILE))
     if target.suffix.lower() not in (".html", ".htm"):
         raise fm.InputError("found a name that ends otherwise, expected .html", file=str(target))
-    stated = Path(folder, "campaign.toml")
-    conditions = fm.read_conditions(stated) if stated.exists() else fm.Conditions()
-    bound = stated_bound(bound_kind, margin, conditions.device.error_or_default)
     names = dict.fromkeys([*(area or []), *(region or [])])
     if limit_table and not names:
         raise fm.InputError("limit: --limit-table goes with --area or --region")
-    table = fm.read_limit_table(limit_table) if limit_table else campaign_limit_table(folder, conditions).table
-    recordings = sum(1 for _ in Path(folder, "recordings").rglob("*"))
-    with Progress("recordings judged", recordings) as progress:
-        assessment = fm.assess_campaign(
-            folder,
-            limits=[fm.force_limit(name, table=table) for name in names],
-            bound=bound,
-            form=fm.form_named(form or fm.CFM_3D.name),
-            step=step,
-            allowance=fm.Allowance(speed=overshoot),
-            progress=lambda done, _: progress.show(done),
-        )
+
+    def assess(campaign: str | Path) -> fm.CampaignAssessment:
+        stated = Path(campaign, "campaign.toml")
+        conditions = fm.read_conditions(stated) if stated.exists() else fm.Conditions()
+        bound = stated_bound(bound_kind, margin, conditions.device.error_or_default)
+        table = fm.read_limit_table(limit_table) if limit_table else campaign_limit_table(campaign, conditions).table
+        recordings = sum(1 for _ in Path(campaign, "recordings").rglob("*"))
+        with Progress("recordings judged", recordings) as progress:
+            return fm.assess_campaign(
+                campaign,
+                limits=[fm.force_limit(name, table=table) for name in names],
+                bound=bound,
+                form=fm.form_named(form or fm.CFM_3D.name),
+                step=step,
+                allowance=fm.Allowance(speed=overshoot),
+                progress=lambda done, _: progress.show(done),
+            )
+
+    if several:
+        return _report_atlas(folder, target, assess, date, pdf=pdf, as_json=as_json)
+    assessment = assess(folder)
     files = write_report(assessment, target, date, pdf=pdf)
     lines = [
         *answer_lines(assessment),
@@ -84,6 +95,45 @@ def report(
         f"Later: forcemap report --verify {files[0]} {folder}",
     ]
     emit(_result(assessment, files), lines, as_json=as_json)
+    return 0
+
+
+def default_file(source: str, name: str) -> Path:
+    """Where a report goes that names no file: into the folder, or beside atlas.toml."""
+    return (Path(source) if Path(source).is_dir() else Path(source).parent) / name
+
+
+def _report_atlas(
+    source: str,
+    target: Path,
+    assess: Callable[[str | Path], fm.CampaignAssessment],
+    date: str | None,
+    *,
+    pdf: bool,
+    as_json: bool,
+) -> int:
+    """Write the reports of all campaigns of an atlas, and the one of the atlas."""
+    from forcemap.report import atlas_html
+
+    atlas, root = fm.read_atlas(source), default_file(source, "")
+    assessments, reports, files, lines = {}, {}, [], sentences(atlas.warnings)
+    for campaign in atlas.campaigns:
+        folder = root / campaign.name
+        if folder.is_dir():
+            assessments[campaign.name] = assess(folder)
+            files += write_report(assessments[campaign.name], folder / REPORT_FILE, date, pdf=pdf)
+            reports[campaign.name] = os.path.relpath(folder / REPORT_FILE, target.parent).replace(os.sep, "/")
+            lines += [f"{campaign.name}:", *(f"  {line}" for line in answer_lines(assessments[campaign.name]))]
+    html = atlas_html(atlas, assessments, reports, software=f"forcemap {fm.__version__}", date=date)
+    write_result(str(target), html, mark='name="forcemap-report"')
+    files.append(str(target))
+    result = {
+        "files": files,
+        "simulated": atlas.simulated,
+        "map_sha256": atlas.sha256,
+        "campaigns": {name: _result(each, [reports[name]]) for name, each in assessments.items()},
+    }
+    emit(result, [*lines, f"Written: {', '.join(files)}"], as_json=as_json)
     return 0
 
 

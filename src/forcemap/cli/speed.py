@@ -18,16 +18,18 @@ from forcemap.cli.output import (
     first_lines,
     grid,
     shown,
+    table,
     write_result,
 )
 from forcemap.maps.bounds import FixedMargin
 
-if TYPE_CHECKING:  # `speed` loads nothing of speed maps
+if TYPE_CHECKING:  # `speed` loads nothing of speed maps, nor of several maps
+    from forcemap.answers.atlas import AtlasSpeedAnswer
     from forcemap.answers.speed_map import SpeedMapAnswer
 
 
 def speed(
-    source: options.Source,
+    source: options.Maps,
     distance: Annotated[float, Option("--distance", help="Distance from the base z-axis [m].")],
     height: Annotated[float, Option("--height", help="Height above the base [m].")],
     limit: options.Limit = None,
@@ -44,21 +46,74 @@ def speed(
     """Give the highest speed to program at a place that the measurements confirm for a force limit.
 
     Beside it stands the speed at contact, which is higher by the overshoot. Exit code 1 if there is none to program.
+    Of an atlas, a folder of campaigns, the lowest of all its maps.
 
     Example: forcemap speed ur10e --distance 0.8 --height 0.4 --area back_of_hand --contact transient
     """
-    force_map, accuracy = options.force_map_from(source, form, device_spring)
     force_limit, kind = options.limit_from(limit, contact, quasi_static, limit_spring)
-    used = options.bound_from(force_map, bound, margin)
-    case: dict[str, Any] = {
-        "limit": force_limit,
-        "contact": kind,
-        "bound": used,
-        "allowance": fm.Allowance(speed=overshoot),
-    }
+    case: dict[str, Any] = {"limit": force_limit, "contact": kind, "allowance": fm.Allowance(speed=overshoot)}
+    if options.several_maps(source):
+        return _speed_of_atlas(source, (distance, height), (bound, margin), form, device_spring, case, as_json=as_json)
+    force_map, accuracy = options.force_map_from(source, form, device_spring)
+    case["bound"] = options.bound_from(force_map, bound, margin)
     answer = SpeedAnswer.of_place(force_map, (distance, height), accuracy, **case)
     emit(answer, speed_lines(answer), as_json=as_json)
     return 1 if answer.speed_to_program_mps is None else 0
+
+
+def _speed_of_atlas(
+    source: str,
+    place: tuple[float, float],
+    bound: tuple[str | None, float | None],
+    form: str | None,
+    device_spring: float | None,
+    case: dict[str, Any],
+    *,
+    as_json: bool,
+) -> int:
+    """The speeds of all maps of an atlas at a place, the lowest first."""
+    from forcemap.answers.atlas import AtlasSpeedAnswer
+    from forcemap.paths.atlas import Atlas
+
+    if form:
+        raise fm.InputError("form: --form goes with one campaign; the maps of an atlas have their own")
+    maps = options.maps_from(source, device_spring)
+    case["bound"] = options.bound_from(maps, *bound)
+    answer = AtlasSpeedAnswer.of_place(Atlas.of(maps), place, **case)
+    emit(answer, atlas_speed_lines(answer), as_json=as_json)
+    return 1 if answer.speed_to_program_mps is None else 0
+
+
+def atlas_speed_lines(answer: AtlasSpeedAnswer) -> list[str]:
+    """The lowest speed of several maps at a place, a line for each, and what they rest on."""
+    speed, where = answer.speed_to_program_mps, f"d = {answer.distance_m:.6g} m, h = {answer.height_m:.6g} m"
+    none = [each.map.name for each in answer.maps if each.speed.speed_to_program_mps is None]
+    head = (
+        f"Program at most {shown(speed)} m/s at {where}: the lowest of {len(answer.maps)} maps, of {answer.governed_by}"
+    )
+    if none:
+        head = f"No speed to program at {where} that holds for every map: {', '.join(none)} give none"
+    rows = [
+        [
+            each.map.name,
+            each.map.direction,
+            each.map.contact_site or "not stated",
+            each.map.tool or "not stated",
+            "-" if each.map.payload_kg is None else f"{each.map.payload_kg:g}",
+            each.speed.to_program_outcome,
+            shown(each.speed.speed_to_program_mps),
+        ]
+        for each in answer.maps
+    ]
+    return [
+        *first_lines(answer),
+        head,
+        "",
+        *table(["map", "direction", "contact site", "tool", "kg", "outcome", "to program m/s"], rows),
+        "",
+        f"bound: {bound_words(answer.bound)}",
+        *assumes(answer),
+    ]
 
 
 def speed_map(

@@ -1,7 +1,8 @@
 """The report of a campaign: an assessment as one self-contained HTML page, as a PDF, and what changed since."""
 
+from forcemap.report.atlas_document import atlas_html
 from forcemap.report.document import report_html
 from forcemap.report.pdf import report_pdf
 from forcemap.report.seal import Verification, made_for, read_seal, verify_report
 
-__all__ = ["Verification", "made_for", "read_seal", "report_html", "report_pdf", "verify_report"]
+__all__ = ["Verification", "atlas_html", "made_for", "read_seal", "report_html", "report_pdf", "verify_report"]

@@ -55,7 +55,7 @@ def report_html(assessment: CampaignAssessment, *, date: str | None = None) -> s
     InputError
         The date is no valid one.
     """
-    page = _environment().get_template("report.html")
+    page = environment().get_template("report.html")
     return seal(
         page.render(
             a=assessment,
@@ -66,7 +66,7 @@ def report_html(assessment: CampaignAssessment, *, date: str | None = None) -> s
             inputs_sha256=inputs_sha256(assessment.inputs),
             pictures=Pictures(assessment),
             findings=sentences(assessment.findings),
-            headlines=[_headline(results) for results in assessment.speeds],
+            headlines=[headline(results) for results in assessment.speeds],
             curves=_curves(assessment),
             places=_places(assessment),
             calibration=_calibration(assessment),
@@ -74,7 +74,8 @@ def report_html(assessment: CampaignAssessment, *, date: str | None = None) -> s
     )
 
 
-def _environment() -> Environment:
+def environment() -> Environment:
+    """The templates of reports, with what they use."""
     environment = Environment(
         loader=PackageLoader("forcemap.report", "."),
         autoescape=True,
@@ -140,7 +141,7 @@ def _blocks(columns: Sequence[float]) -> list[range]:
     return [range(first, last) for first, last in pairwise(edges)]
 
 
-def _headline(results: PlaceSpeeds) -> dict[str, Any]:
+def headline(results: PlaceSpeeds) -> dict[str, Any]:
     """What is confirmed for one body area and kind of contact, in a word and a line."""
     shown = {"results": results, "word": "NOT CONFIRMED", "kind": "refused", "places": 0}
     if not results.limit.permitted:

@@ -1,0 +1,91 @@
+"""The safe speeds of several maps at one place: what `speed` answers of an atlas."""
+
+from __future__ import annotations
+
+from typing import Any, Self
+
+from forcemap.answers.answer import AllSaid, Answer, AtPlace, Bound, Figure
+from forcemap.answers.speed import SpeedAnswer
+from forcemap.maps.map_file import map_sha256
+from forcemap.paths.atlas import Atlas, AtlasMap
+from forcemap.words import sentences
+
+
+class AtlasMapAnswer(Answer):
+    """A map that speeds rest on, and what it holds for."""
+
+    name: str
+    direction: str
+    contact_site: str
+    tool: str
+    payload_kg: Figure
+    map_sha256: str
+
+    @classmethod
+    def of_map(cls, campaign: AtlasMap) -> Self:
+        """The answer for a campaign with a map."""
+        assert campaign.force_map is not None
+        conditions = campaign.conditions
+        return cls(
+            name=campaign.name,
+            direction=conditions.direction,
+            contact_site=conditions.contact_site,
+            tool=conditions.tool,
+            payload_kg=campaign.loaded.payload,
+            map_sha256=map_sha256(campaign.force_map),
+        )
+
+
+class MapSpeed(Answer):
+    """A map, and the safe speed that it gives."""
+
+    map: AtlasMapAnswer
+    speed: SpeedAnswer
+
+
+class AtlasSpeedAnswer(AtPlace):
+    """Safe speeds of all maps at a place.
+
+    `speed_to_program_mps` is the lowest, whatever direction, contact site, tool and payload of the atlas; null if a map
+    gives none there. A warning that not every map gives begins with the names of those that do.
+    """
+
+    speed_to_program_mps: Figure
+    governed_by: str
+    simulated: bool
+    warnings: AllSaid
+    assumptions: AllSaid
+    bound: Bound
+    maps: list[MapSpeed]
+    map_sha256: str
+
+    @classmethod
+    def of_place(cls, atlas: Atlas, place: tuple[float, float], **case: Any) -> Self:
+        """The answer for a place, distance and height [m]; `case` are the other arguments of `safe_speed`."""
+        atlas = atlas.carrying(case["bound"])
+        maps = []
+        for campaign, force_map in zip(atlas.maps, atlas.force_maps, strict=True):
+            answer = SpeedAnswer.of_place(force_map, place, None, **case)
+            maps.append(MapSpeed(map=AtlasMapAnswer.of_map(campaign), speed=answer))
+        lowest = min(maps, key=lambda each: each.speed.speed_to_program_mps or 0.0)
+        return cls(
+            distance_m=place[0],
+            height_m=place[1],
+            speed_to_program_mps=lowest.speed.speed_to_program_mps,
+            governed_by=lowest.map.name,
+            simulated=atlas.simulated,
+            warnings=[*sentences(atlas.warnings), *_of_maps([(each.map.name, each.speed.warnings) for each in maps])],
+            assumptions=[*sentences(atlas.findings), *(line for each in maps for line in each.speed.assumptions)],
+            bound=case["bound"],
+            maps=maps,
+            map_sha256=atlas.sha256,
+        )
+
+
+def _of_maps(said: list[tuple[str, list[str]]]) -> list[str]:
+    """Every line once, behind the names of the maps that say it if others do not."""
+    names: dict[str, list[str]] = {}
+    for name, lines in said:
+        for line in lines:
+            names.setdefault(line, []).append(name)
+    return [line if len(of) == len(said) else f"{', '.join(of)}: {line}" for line, of in names.items()]

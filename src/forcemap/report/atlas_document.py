@@ -1,0 +1,71 @@
+"""The report of several maps of one robot: what each of them confirms, in one table."""
+
+from __future__ import annotations
+
+import datetime
+from collections.abc import Mapping
+
+from forcemap.assessment.assess_campaign import CampaignAssessment
+from forcemap.files import stated_date
+from forcemap.maps.force_map import ForceMap
+from forcemap.maps.map_file import map_sha256
+from forcemap.paths.atlas import Atlas
+from forcemap.report.document import environment, headline
+from forcemap.words import sentences
+
+
+def atlas_html(
+    atlas: Atlas,
+    assessments: Mapping[str, CampaignAssessment],
+    reports: Mapping[str, str],
+    *,
+    software: str,
+    date: str | None = None,
+) -> str:
+    """The report of an atlas as one HTML page: no script, nothing fetched.
+
+    Parameters
+    ----------
+    atlas : Atlas
+        The maps.
+    assessments : mapping of str to CampaignAssessment
+        Of its campaigns, by their names; a map file has none.
+    reports : mapping of str to str
+        Addresses of their reports, by the same names.
+    software : str
+        Software that made it.
+    date : str, optional
+        Date of the report, YYYY-MM-DD; today if not given.
+
+    Raises
+    ------
+    InputError
+        The date is no valid one.
+    """
+    rows = []
+    for campaign in atlas.campaigns:
+        assessment = assessments.get(campaign.name)
+        why = campaign.error.message if campaign.error else "a map file: see the report of its campaign"
+        speeds = [] if assessment is None or campaign.force_map is None else assessment.speeds
+        lines = [headline(results) for results in speeds]
+        rows.append({"campaign": campaign, "headlines": lines, "why": why, "report": reports.get(campaign.name, "")})
+    return (
+        environment()
+        .get_template("atlas.html")
+        .render(
+            atlas=atlas,
+            c=atlas.conditions,
+            rows=rows,
+            warnings=sentences(atlas.warnings),
+            software=software,
+            date=(datetime.date.today() if date is None else stated_date("date", date)).isoformat(),
+            ranges=[_range_words(force_map) for force_map in atlas.force_maps],
+            hashes=[map_sha256(force_map) for force_map in atlas.force_maps],
+        )
+    )
+
+
+def _range_words(force_map: ForceMap) -> str:
+    low, high = force_map.measured_range.lowest.tolist(), force_map.measured_range.highest.tolist()
+    d, h, v = (f"{a:.3f} to {b:.3f}" for a, b in zip(low, high, strict=True))
+    return f"distance {d} m, height {h} m, {v} m/s"
