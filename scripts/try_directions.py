@@ -1,4 +1,4 @@
-"""The experiment on directions of docs/directions.md: its tables, made in the virtual lab.
+"""The experiment on directions of docs/directions.md and docs/atlas.md: their tables, made in the virtual lab.
 
 .venv/bin/python scripts/try_directions.py                # some twenty minutes; writes the tables into the page
 .venv/bin/python scripts/try_directions.py --campaigns 2  # a quick look: prints them
@@ -21,7 +21,7 @@ from forcemap.lab.bench import simulate_peaks
 from forcemap.lab.virtual_robot import PRESETS, VirtualRobot, virtual_robot
 from forcemap.maps.transfer import SHIFT
 
-PAGE = Path("docs/directions.md")
+PAGE, ATLAS = Path("docs/directions.md"), Path("docs/atlas.md")
 TOOLS = (0.0, 0.1, 0.2)  # length of the tool [m]
 AXES = {"down": (0.0, 0.0, -1.0), "out": (1.0, 0.0, 0.0), "sideways": (0.0, 1.0, 0.0)}
 DIAGONALS = {
@@ -121,9 +121,46 @@ def of_tilts(count: int) -> Iterator[str]:
             yield f"| {straight} | {within:g} deg | {every.max():.3f} | {shares[0]:.3f} | {shares[1]:.3f} |"
 
 
-def measured(site: Site, points: FloatArray, along: FloatArray, rng: np.random.Generator) -> fm.ImpactDataset:
+def of_permitted(count: int) -> Iterator[str]:
+    """Impacts at the safe speed of a map, tilted within 5 degrees of its direction, beside the limit."""
+    yield "| direction | slowest speed measured | effects of states | impacts | above | most |"
+    yield "|---" * 6 + "|"
+    for slowest, effect in ((0.1, 0.0), (0.2, 0.0), (0.1, EFFECT)):
+        for name, direction in {**AXES, **DIAGONALS}.items():
+            axis = np.array(direction, dtype=np.float64) / np.linalg.norm(direction)
+            ratio = np.concatenate([_tilted_ratios(site, axis, slowest, effect, count) for site in sites()])
+            what = f"{name} | {slowest:g} m/s | {100 * effect:g} %"
+            yield f"| {what} | {ratio.size} | {100 * np.mean(ratio > 1):.2f} % | {ratio.max():.2f} |"
+
+
+def _tilted_ratios(site: Site, axis: FloatArray, slowest: float, effect: float, count: int) -> FloatArray:
+    """Forces over limits at random places and limits, at the speed that the map allows within 5 degrees."""
+    rng, low = np.random.default_rng([74, int(1000 * slowest)]), np.array([*LOW[:2], slowest])
+    plan = fm.plan_measurements(*np.column_stack([low, HIGH]), repeats=1, again=0)
+    states = site.reaches(np.column_stack([plan.distance, plan.height, plan.speed]))
+    force_map = fm.fit_force_map(measured(site, states, axis, rng, effect))
+    try:
+        BOUND.require(force_map)
+    except fm.BoundNotAvailable:  # too few of its places are reached
+        return np.empty(0)
+    distance, height, _ = site.reaches(low + rng.random((count, 3)) * (HIGH - low)).T
+    forces = np.quantile(force_map.require_fit().states.force, rng.uniform(0.1, 0.95, distance.size))
+    limit = np.minimum(forces, force_map.highest_force - force_map.conditions.device.error_or_default)
+    case = {"bound": BOUND, "contact": fm.Contact.QUASI_STATIC, "angle": 5.0}
+    speed = fm.safe_speed(force_map, distance, height, limit=limit, **case).speed
+    has = ~np.isnan(speed)
+    turned = np.cross(axis, rng.standard_normal((int(has.sum()), 3)))
+    turned /= np.linalg.norm(turned, axis=1)[:, None]
+    angle = np.deg2rad(5.0) * np.sqrt(rng.random((int(has.sum()), 1)))
+    along = np.cos(angle) * axis + np.sin(angle) * turned
+    return site.force(np.column_stack([distance, height, speed])[has], along) / limit[has]
+
+
+def measured(
+    site: Site, points: FloatArray, along: FloatArray, rng: np.random.Generator, effect: float = EFFECT
+) -> fm.ImpactDataset:
     """Three impacts of every state, effects of states and repeats drawn."""
-    force = site.force(points, along) * np.exp(rng.normal(0, EFFECT, len(points)))
+    force = site.force(points, along) * np.exp(rng.normal(0, effect, len(points)))
     repeats = force.repeat(3) * np.exp(rng.normal(0, REPEAT, 3 * len(points)))
     d, h, v = points.repeat(3, axis=0).T
     return fm.ImpactDataset.from_arrays(distance=d, height=h, speed=v, peak_force=repeats)
@@ -227,21 +264,22 @@ def main() -> None:
     """Make the tables; write them into the page at full size."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--campaigns", type=int, default=20)
+    parser.add_argument("--only", help="one of the tables: angles, tilts, shifts, coordinates, permitted")
     given = parser.parse_args()
     tables = {
-        "angles": of_angles(),
-        "tilts": of_tilts(50 * given.campaigns),
-        "shifts": of_shifts(given.campaigns),
-        "coordinates": of_coordinates(40),
+        "angles": (PAGE, of_angles()),
+        "tilts": (PAGE, of_tilts(50 * given.campaigns)),
+        "shifts": (PAGE, of_shifts(given.campaigns)),
+        "coordinates": (PAGE, of_coordinates(40)),
+        "permitted": (ATLAS, of_permitted(20 * given.campaigns)),
     }
-    page = PAGE.read_text() if PAGE.exists() else ""
-    for name, lines in tables.items():
-        table = "\n".join(lines)
-        print(table, "\n", flush=True)
-        head, mark, rest = page.partition(f"<!-- {name} -->\n\n")
-        page = head + mark + table + "\n\n" + "".join(rest.partition("<!-- end -->")[1:])
-    if given.campaigns == parser.get_default("campaigns"):
-        PAGE.write_text(page)
+    for name, (page, lines) in tables.items():
+        if given.only in (None, name):
+            table = "\n".join(lines)
+            print(table, "\n", flush=True)
+            if given.campaigns == parser.get_default("campaigns"):
+                head, mark, rest = page.read_text().partition(f"<!-- {name} -->\n\n")
+                page.write_text(head + mark + table + "\n\n" + "".join(rest.partition("<!-- end -->")[1:]))
 
 
 if __name__ == "__main__":

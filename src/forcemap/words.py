@@ -134,6 +134,16 @@ def warnings(bases: Iterable[Basis]) -> list[str]:
     return sentences(warning for basis in bases for warning in basis.warnings)
 
 
+def of_maps(said: Iterable[tuple[str, Iterable[str]]]) -> list[str]:
+    """What several maps, by name, say: every line once, behind the names of those that say it if others do not."""
+    names: dict[str, list[str]] = {}
+    pairs = [(name, list(lines)) for name, lines in said]
+    for name, lines in pairs:
+        for line in lines:
+            names.setdefault(line, []).append(name)
+    return [line if len(of) == len(pairs) else f"{', '.join(of)}: {line}" for line, of in names.items()]
+
+
 def limit_words(basis: Basis) -> str:
     """The limit that speeds are compared with."""
     return sentence(basis.limit_finding)

@@ -8,7 +8,7 @@ from forcemap.answers.answer import AllSaid, Answer, AtPlace, Bound, Figure
 from forcemap.answers.speed import SpeedAnswer
 from forcemap.maps.map_file import map_sha256
 from forcemap.paths.atlas import Atlas, AtlasMap
-from forcemap.words import sentences
+from forcemap.words import of_maps, sentences
 
 
 class AtlasMapAnswer(Answer):
@@ -74,18 +74,9 @@ class AtlasSpeedAnswer(AtPlace):
             speed_to_program_mps=lowest.speed.speed_to_program_mps,
             governed_by=lowest.map.name,
             simulated=atlas.simulated,
-            warnings=[*sentences(atlas.warnings), *_of_maps([(each.map.name, each.speed.warnings) for each in maps])],
+            warnings=[*sentences(atlas.warnings), *of_maps((each.map.name, each.speed.warnings) for each in maps)],
             assumptions=[*sentences(atlas.findings), *(line for each in maps for line in each.speed.assumptions)],
             bound=case["bound"],
             maps=maps,
             map_sha256=atlas.sha256,
         )
-
-
-def _of_maps(said: list[tuple[str, list[str]]]) -> list[str]:
-    """Every line once, behind the names of the maps that say it if others do not."""
-    names: dict[str, list[str]] = {}
-    for name, lines in said:
-        for line in lines:
-            names.setdefault(line, []).append(name)
-    return [line if len(of) == len(said) else f"{', '.join(of)}: {line}" for line, of in names.items()]

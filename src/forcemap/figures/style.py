@@ -150,6 +150,7 @@ PIECES = {
     PieceOutcome.UNCONFIRMED: Look("unconfirmed: no permission", BLACK, face="#ffffff", hatch="xxxx"),
     PieceOutcome.OUTSIDE: Look("outside what was measured: no permission", BLACK, face=PALE, hatch="...."),
     PieceOutcome.NOT_DOWNWARD: Look("not downward: no permission", BLACK, face="#ffffff", hatch="////"),
+    PieceOutcome.NO_MAP: Look("no map: no permission", BLACK, face="#ffffff", hatch="\\\\\\\\"),
     PieceOutcome.NOT_PERMITTED: Look("contact not permitted", BLACK, face=PALE, hatch="++++"),
     PieceOutcome.NO_CONTACT: Look("contact excluded by other measures", BLACK, face=PALE),
 }

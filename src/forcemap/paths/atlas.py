@@ -316,6 +316,8 @@ def read_atlas(path: str | Path) -> Atlas:
         A campaign's conditions or a map file cannot be read, or the campaigns do not fit together (`Atlas`).
     """
     root = Path(path)
+    if not root.exists():
+        raise CampaignFileError("there is no such file or folder", file=str(path))
     file = root / ATLAS_FILE if root.is_dir() else root
     if file.is_file():
         names = _named_maps(file)
@@ -339,7 +341,10 @@ def is_atlas(path: str | Path) -> bool:
 
 
 def _named_maps(file: Path) -> list[str]:
-    tables = toml_tables(read_bytes(file))
+    try:
+        tables = toml_tables(read_bytes(file))
+    except InputError as error:
+        raise CampaignFileError(error.message, file=str(file)) from None
     if tables.get("schema") != SCHEMA:
         found = tables.get("schema")
         raise CampaignFileError(f"found {found!r}, expected schema = {SCHEMA!r}", file=str(file), column="schema")

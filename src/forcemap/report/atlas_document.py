@@ -6,12 +6,13 @@ import datetime
 from collections.abc import Mapping
 
 from forcemap.assessment.assess_campaign import CampaignAssessment
+from forcemap.assessment.missing import Missing
 from forcemap.files import stated_date
 from forcemap.maps.force_map import ForceMap
 from forcemap.maps.map_file import map_sha256
 from forcemap.paths.atlas import Atlas
 from forcemap.report.document import environment, headline
-from forcemap.words import sentences
+from forcemap.words import of_maps, sentences
 
 
 def atlas_html(
@@ -42,7 +43,7 @@ def atlas_html(
     InputError
         The date is no valid one.
     """
-    rows = []
+    rows, assessed = [], list(assessments.items())
     for campaign in atlas.campaigns:
         assessment = assessments.get(campaign.name)
         why = campaign.error.message if campaign.error else "a map file: see the report of its campaign"
@@ -56,7 +57,11 @@ def atlas_html(
             atlas=atlas,
             c=atlas.conditions,
             rows=rows,
-            warnings=sentences(atlas.warnings),
+            warnings=[
+                *sentences(atlas.warnings),
+                *of_maps((name, sentences(each.findings)) for name, each in assessed),
+            ],
+            bounds=of_maps((name, [str(each.bound)]) for name, each in assessed if not isinstance(each.bound, Missing)),
             software=software,
             date=(datetime.date.today() if date is None else stated_date("date", date)).isoformat(),
             ranges=[_range_words(force_map) for force_map in atlas.force_maps],

@@ -27,6 +27,7 @@ from forcemap.web.judgements import TableAnswer
 from forcemap.web.question import Bounded, ComparisonQuestion, PathQuestion, Place, Resolution, State, Steps
 from forcemap.web.site import Site
 from forcemap.web.task_answers import TaskAnswer, task_answer
+from forcemap.web.together import TogetherAnswer, WayQuestion, together, together_answer, way_answer
 
 Name = Annotated[str, Path(description="Name of a campaign: that of its folder.", max_length=255)]
 
@@ -56,7 +57,15 @@ _BODY = {"requestBody": {"required": True, "content": {"application/octet-stream
 def api_router(site: Site) -> APIRouter:
     """The routes of the JSON answers and files of a site, by what they serve."""
     router = APIRouter(prefix="/api", responses=REFUSALS, dependencies=[Depends(_BEARER)])
-    for routes in (campaign_routes, recording_routes, map_routes, speed_routes, drawing_routes, file_routes):
+    for routes in (
+        campaign_routes,
+        recording_routes,
+        map_routes,
+        speed_routes,
+        together_routes,
+        drawing_routes,
+        file_routes,
+    ):
         router.include_router(routes(site))
     return router
 
@@ -140,6 +149,23 @@ def speed_routes(site: Site) -> APIRouter:
     async def path(request: Request, name: Name, question: Annotated[PathQuestion, Query()]) -> Response:
         """Allowed speeds along a path of two or more points; as `forcemap path --json`."""
         return await site.queue.json(request, lambda: site.campaign_map(name).path(question))
+
+    return router
+
+
+def together_routes(site: Site) -> APIRouter:
+    """The campaigns of the folder together, if they are of one robot."""
+    router = APIRouter(prefix="/together", tags=["together"])
+
+    @router.get("")
+    async def maps(request: Request) -> TogetherAnswer:
+        """The maps that stand together."""
+        return await site.queue.run(request, lambda: together_answer(together(site)[0]))
+
+    @router.get("/path", response_model=PathAnswer)
+    async def path(request: Request, question: Annotated[WayQuestion, Query()]) -> Response:
+        """Allowed speeds along a path through space; as `forcemap path --json` of the folder."""
+        return await site.queue.json(request, lambda: way_answer(*together(site), question))
 
     return router
 

@@ -18,6 +18,7 @@ from pydantic import ValidationError
 
 import forcemap as fm
 from forcemap.answers.comparison import Body
+from forcemap.paths.atlas import Atlas
 from forcemap.web.admission import TOKEN, WHERE, is_page
 from forcemap.web.campaign_answers import campaign_answer, overview, problem_words
 from forcemap.web.campaign_map import CampaignMap
@@ -29,6 +30,7 @@ from forcemap.web.question import Area, BoundKind, ComparisonQuestion, PathQuest
 from forcemap.web.request_error import RequestError, status_of
 from forcemap.web.site import Site
 from forcemap.web.task_answers import task_answer
+from forcemap.web.together import WayQuestion, together, together_answer, way_answer
 
 _Question = TypeVar("_Question", bound=Area)
 
@@ -44,7 +46,7 @@ _PATH_ROOM = 0.1
 _MADE_OF = "made_of"
 """The parameter that carries the hashes of the map and limits that a page was made of."""
 
-_MODELS: tuple[type[Area], ...] = (State, PathQuestion, ComparisonQuestion, Export, Addition)
+_MODELS: tuple[type[Area], ...] = (State, PathQuestion, WayQuestion, ComparisonQuestion, Export, Addition)
 _KNOWN = {_MADE_OF, *(name for model in _MODELS for name in model.model_fields)}
 
 OUTCOMES = {
@@ -53,6 +55,7 @@ OUTCOMES = {
     "unconfirmed": "no speed: the bound exceeds the limit at the lowest speed measured here, or Phase II forbids it",
     "outside": "no speed: nothing was measured here",
     "not_permitted": "no speed: the standard permits no contact",
+    "no_map": "no speed: no map of this direction, contact site, tool and payload",
     "not_downward": "no speed: the motion is not in the direction that was measured",
 }
 """What outcomes mean, in words."""
@@ -61,7 +64,7 @@ OUTCOMES = {
 def page_router(site: Site) -> APIRouter:
     """The routes of the pages of a site, by what they show."""
     router = APIRouter(include_in_schema=False)
-    for routes in (campaign_pages, intake_pages, map_pages):
+    for routes in (campaign_pages, intake_pages, map_pages, together_pages):
         router.include_router(routes(site))
     return router
 
@@ -152,6 +155,39 @@ def map_pages(site: Site) -> APIRouter:
         return await site.queue.run(request, figure)
 
     return router
+
+
+def together_pages(site: Site) -> APIRouter:
+    """The page of all campaigns of the folder together."""
+    router = APIRouter()
+
+    @router.get("/together")
+    async def together_page(request: Request) -> Response:
+        def page() -> Response:
+            atlas, limits = together(site)
+            question = _stated(request, WayQuestion, limits.otherwise | _first_way(atlas))
+            try:
+                answer, problem = way_answer(atlas, limits, question), ""
+            except fm.InputError as error:  # what the task leaves open is said beside the form that asks for it
+                answer, problem = None, problem_words(error)
+            table = limits.table or fm.standard_limit_table()
+            shown: dict[str, Any] = {
+                "maps": together_answer(atlas),
+                "robot": atlas.conditions.robot,
+                "areas": _areas(table),
+            }
+            shown |= {"answer": answer, "problem": problem, _MADE_OF: f"{atlas.sha256} {table.sha256}"}
+            return _html(request, "together.html", question=question, **shown)
+
+        return await site.queue.run(request, page)
+
+    return router
+
+
+def _first_way(atlas: Atlas) -> dict[str, str]:
+    """A way down in the middle of the first map's range, in front of the base."""
+    pairs = _downwards(atlas.force_maps[0])["points"].split(";")
+    return {"points": ";".join(pair.replace(",", ",0,") for pair in pairs)} if len(pairs) > 1 else {}
 
 
 def _answer_page(

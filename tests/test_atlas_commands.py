@@ -1,0 +1,315 @@
+"""Several maps together in commands, files, report and page, on simulated campaigns in three directions."""
+
+from __future__ import annotations
+
+import csv
+import json
+import shutil
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import forcemap as fm
+from conftest import made_once
+from forcemap.campaigns.template import campaign_text
+from forcemap.maps.direction import direction_vector
+from forcemap.paths.atlas import is_atlas
+from test_web import client_of
+
+AREA = ("--area", "thigh_muscle", "--contact", "transient")
+TASK = """schema = "forcemap-task/1"
+[campaign]
+tool = "none"
+contact_sites = ["flange"]
+payload_kg = 0.0
+[[segments]]
+name = "press"
+areas = ["thigh_muscle"]
+clamping_possible = false
+speed_mps = 0.05
+[[segments]]
+name = "over"
+areas = ["thigh_muscle"]
+clamping_possible = false
+speed_mps = 0.05
+"""
+PATH = "x_m,y_m,z_m,segment\n0.72,0,0.36,press\n0.72,0,0.30,over\n0.66,0,0.30,over\n"
+
+
+def simulate(folder, direction, seed):
+    """A campaign of the virtual ur10e-like robot in one direction: 27 states, an impact each."""
+    from forcemap.lab.simulated_campaign import simulate_campaign
+    from forcemap.lab.simulated_device import PAPER_DEVICE, SimulatedDevice
+    from forcemap.lab.virtual_robot import virtual_robot
+
+    plan = fm.plan_measurements([0.56, 0.84], [0.16, 0.44], [0.05, 0.35], repeats=1, again=0)
+    device = SimulatedDevice(device=replace(PAPER_DEVICE, range=2000.0))
+    along = direction_vector(direction, whose="the test")
+    stated, rng = fm.Conditions(direction=direction), np.random.default_rng(seed)
+    simulate_campaign(plan, virtual_robot("ur10e-like"), device, rng, folder, conditions=stated, along=along)
+    fm.build_dataset(fm.read_campaign(folder))
+
+
+@pytest.fixture(scope="module")
+def cell(tmp_path_factory):
+    def make(folder):
+        folder.mkdir(parents=True, exist_ok=True)
+        for seed, direction in enumerate(("down", "up", "in")):
+            simulate(folder / direction, direction, seed)
+
+    return made_once(tmp_path_factory, "atlas-of-three", make)
+
+
+@pytest.fixture
+def own(cell, tmp_path):
+    """A copy of the atlas to change, with a path and a task beside it."""
+    shutil.copytree(cell, tmp_path / "cell")
+    (tmp_path / "path.csv").write_text(PATH)
+    (tmp_path / "task.toml").write_text(TASK)
+    return tmp_path / "cell"
+
+
+def way(own, name="path.csv"):
+    return str(own.parent / name)
+
+
+def test_a_campaign_is_simulated_in_its_direction(cell):
+    forces = {each: fm.read_dataset(cell / each).train.states.force for each in ("down", "up", "in")}
+    np.testing.assert_allclose(forces["down"], forces["up"], rtol=0.05)  # opposite directions, other noise
+    assert np.max(np.abs(np.log(forces["in"] / forces["down"]))) > 0.2
+    assert fm.read_dataset(cell / "in").conditions.direction == "in"
+
+
+def test_simulate_takes_the_direction_of_campaign_toml(forcemap, tmp_path):
+    folder = tmp_path / "plan"
+    folder.mkdir()
+    stated = fm.Conditions(direction="Out", device=fm.Device(range=2000.0, stiffness=75e3))
+    (folder / "campaign.toml").write_text(campaign_text(stated))
+    case = ("--distances-m", "0.6,0.8", "--heights-m", "0.2,0.4", "--speeds-mps", "0.1,0.3", "--moving-mass-kg", "30")
+    (folder / "campaign.toml").write_text(campaign_text(replace(stated, moving_mass=30.0)))
+    assert forcemap("plan", folder, *case[:-2], "--states", "18", "--repeats", "1", "--again", "0")[0] == 0
+    sheet = (folder / "run_sheet.txt").read_text()
+    assert "its measuring face pointing in, so that the robot moves out" in sheet
+    assert forcemap("simulate", folder, "--preset", "ur10e-like", "-o", tmp_path / "done")[0] == 0
+    assert fm.read_conditions(tmp_path / "done" / "campaign.toml").direction == "Out"
+    (folder / "campaign.toml").write_text(campaign_text(replace(stated, direction="sideways", moving_mass=30.0)))
+    code, _, err = forcemap("simulate", folder, "--preset", "ur10e-like", "-o", tmp_path / "other")
+    assert (code, "states 'sideways', expected one of down" in err) == (2, True)
+    assert not (tmp_path / "other").exists()
+
+
+def test_path_takes_a_folder_of_campaigns(ask, forcemap, own):
+    code, found = ask("path", own, way(own), "--task", way(own, "task.toml"))
+    assert code == 0
+    assert found["permitted"]
+    assert {(piece["segment"], piece["map_name"]) for piece in found["pieces"]} == {("press", "down"), ("over", "in")}
+    assert [(each["name"], each["direction"], each["payload_kg"]) for each in found["maps"]] == [
+        ("down", "down", 0.0), ("in", "in", 0.0), ("up", "up", 0.0)
+    ]  # fmt: skip
+    assert found["gaps"] == []
+    assert found["suggestion"] is None
+    assert found["simulated"]
+    alone = ask("path", own / "down", way(own), *AREA)
+    assert alone[0] == 1
+    (gap,) = alone[1]["gaps"]
+    assert (gap["direction"], gap["contact_site"], gap["states"]) == ("in", "flange", 18)
+    assert found["map_sha256"] not in {each["map_sha256"] for each in found["maps"]}
+    out = forcemap("path", own / "down", way(own), *AREA)[1]
+    assert "  in, flange, none, 0 kg: 18 states for 0.060 m of the path" in out
+    down = {piece["segment"]: piece["speed_mps"] for piece in alone[1]["pieces"]}
+    assert down["press"] == {piece["segment"]: piece["speed_mps"] for piece in found["pieces"]}["press"]
+
+
+def test_a_bent_path_is_written_and_does_what_is_said(ask, forcemap, own):
+    slanted = own.parent / "slanted.csv"
+    slanted.write_text("x_m,y_m,z_m\n0.74,0,0.36\n0.68,0,0.30\n")
+    bent = own.parent / "bent.csv"
+    code, found = ask("path", own, slanted, *AREA, "--suggest", bent)
+    assert (code, found["permitted"]) == (1, False)
+    assert found["suggestion"]["bent_moves"] == 1
+    assert found["suggestion"]["permitted_share"] == 1.0
+    again = ask("path", own, bent, *AREA)
+    assert again[0] == 0
+    assert again[1]["cycle_times"][0]["cycle_time_s"] == pytest.approx(found["suggestion"]["cycle_time_s"], rel=1e-5)
+    out = forcemap("path", own, slanted, *AREA, "--suggest", bent)[1]  # an earlier result is replaced
+    words = " ".join(out.split())
+    assert "1 move bent to vertical, radial and circular ones, permitted as a whole" in words
+    assert "checked for collisions" in words
+    bent.write_text("something else")
+    assert forcemap("path", own, slanted, *AREA, "--suggest", bent)[0] == 2
+    code, found = ask(
+        "path", own, bent.with_name("path.csv"), "--task", way(own, "task.toml"), "--suggest", own / "x.csv"
+    )
+    assert (found["suggestion"]["bent_moves"], (own / "x.csv").exists()) == (0, False)
+
+
+def test_speed_gives_the_lowest_of_all_maps(ask, forcemap, own):
+    case = ("--distance", "0.72", "--height", "0.36", *AREA)
+    code, found = ask("speed", own, *case)
+    each = {name: ask("speed", own / name, *case)[1]["speed_to_program_mps"] for name in ("down", "up", "in")}
+    assert code == 0
+    assert found["speed_to_program_mps"] == min(each.values())
+    assert found["governed_by"] == min(each, key=each.get)
+    assert {one["map"]["name"]: one["speed"]["speed_to_program_mps"] for one in found["maps"]} == each
+    out = forcemap("speed", own, *case)[1]
+    assert f"Program at most {fm.floor_speed(min(each.values()))} m/s" in out
+    far = ask("speed", own, "--distance", "0.95", "--height", "0.36", *AREA)
+    assert (far[0], far[1]["speed_to_program_mps"]) == (1, None)
+    assert forcemap("speed", own, *case, "--form", "CFM_2D")[0] == 2
+    assert "of several maps" in forcemap("speed-map", own, *AREA)[2]
+    assert "of several maps" in forcemap("fit", own)[2]
+
+
+@pytest.mark.parametrize("format", ["csv", "json", "urscript", "krl"])
+def test_export_takes_a_folder_of_campaigns(forcemap, own, format):
+    target = own.parent if format == "krl" else own.parent / "out"
+    code, out, _ = forcemap("export", own, "--format", format, "--task", way(own, "task.toml"), "-o", target)
+    assert (code, "zones permitted" in out) == (0, True)
+    text = (own.parent / "FORCEMAP.SRC" if format == "krl" else target).read_text()
+    for words in ("SIMULATED", "contact sites that can hit: flange", "table 3: motion up"):
+        assert words in text or format == "json", words
+    if format == "json":
+        result = json.loads(text)
+        assert [each["direction"] for each in result["tables"]] == ["down", "in", "up"]
+        assert result["tools"] == [{"tool": "none", "payload_kg": 0.0, "contact_sites": ["flange"]}]
+    if format == "csv":
+        rows = csv.DictReader(line for line in text.splitlines() if not line.startswith("#"))
+        assert {row["direction"] for row in rows} == {"down", "in", "up"}
+
+
+def test_scaling_along_a_path_and_a_safety_sheet(forcemap, own):
+    task, target = ("--task", way(own, "task.toml")), own.parent / "scaling.csv"
+    assert forcemap("export-path", own, way(own), *task, "-o", target)[0] == 0
+    rows = list(csv.DictReader(line for line in target.read_text().splitlines() if not line.startswith("#")))
+    assert {row["scaling"] for row in rows} == {"1.00"}
+    for command in (("export", own), ("export-path", own, way(own))):
+        code, _, err = forcemap(*command, "--format", "safety", *task)
+        assert (code, "a safety configuration knows no direction of motion" in err) == (2, True)
+
+
+def test_a_report_of_every_campaign_and_one_of_all(ask, forcemap, own):
+    code, found = ask("report", own, "--area", "thigh_muscle", "--date", "2026-11-23")
+    assert code == 0
+    assert {Path(file).relative_to(own).as_posix() for file in found["files"]} == {
+        "down/report.html", "in/report.html", "up/report.html", "atlas.html"
+    }  # fmt: skip
+    page = (own / "atlas.html").read_text()
+    for words in (
+        "SIMULATED",
+        'href="down/report.html"',
+        "CONFIRMED",
+        "2026-11-23",
+        "tolerance bound",
+        found["map_sha256"],
+    ):
+        assert words in page, words
+    assert "STATES SCATTER" in page or "SPEED COMMANDED" in page
+    assert forcemap("report", "--verify", own / "down" / "report.html", own / "down")[0] == 0
+
+
+def test_a_campaign_without_a_map_is_said_first_and_permits_nothing(ask, forcemap, own):
+    (own / "in" / "impacts.csv").unlink()
+    code, found = ask("path", own, way(own), "--task", way(own, "task.toml"))
+    assert code == 1
+    assert {piece["segment"] for piece in found["pieces"] if piece["outcome"] == "no_map"} == {"over"}
+    (warning,) = [line for line in found["warnings"] if line.startswith("NO MAP of in")]
+    assert "what it was to permit has no permission" in warning
+    out = forcemap("path", own, way(own), "--task", way(own, "task.toml"))[1]
+    assert out.index("NO MAP of in") < out.index("NOT PERMITTED")
+
+
+ATLAS = 'schema = "forcemap-atlas/1"\nnote = "x"\nmaps = {maps}\n'
+
+
+def test_an_atlas_file_names_folders_and_map_files(ask, own):
+    fm.write_map(fm.fit_force_map(fm.read_dataset(own / "up")), own.parent / "up.json")
+    (own.parent / "atlas.toml").write_text(ATLAS.format(maps='["cell/down", "cell/in", "up.json"]'))
+    code, found = ask("path", own.parent / "atlas.toml", way(own), "--task", way(own, "task.toml"))
+    assert code == 0
+    assert [each["name"] for each in found["maps"]] == ["cell/down", "cell/in", "up.json"]
+    whole = ask("path", own, way(own), "--task", way(own, "task.toml"))[1]
+    assert [piece["speed_mps"] for piece in found["pieces"]] == [piece["speed_mps"] for piece in whole["pieces"]]
+    assert ask("path", own.parent, way(own), "--task", way(own, "task.toml"))[1]["maps"] == found["maps"]
+    (own.parent / "atlas.toml").write_text(ATLAS.format(maps='["cell/down", "up.json"]'))
+    assert ask("report", own.parent / "atlas.toml", "--area", "thigh_muscle")[0] == 0
+    assert "a map file: see the report of its campaign" in (own.parent / "atlas.html").read_text()
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (ATLAS.format(maps='["down", "down"]'), "maps: found a campaign twice"),
+        (ATLAS.format(maps="[]"), "maps: expected a list of campaign folders"),
+        (ATLAS.format(maps="[1]"), "maps: expected a list of campaign folders"),
+        (ATLAS.format(maps='["nowhere"]'), "nowhere: there is no such file"),
+        ('maps = ["down"]', "schema: found None, expected schema = 'forcemap-atlas/1'"),
+        (ATLAS.format(maps='["down"]') + "robot = 1", "robot: unknown entry, expected schema, note and maps"),
+        ("maps = [", "atlas.toml: not a TOML file"),
+    ],
+)
+def test_a_broken_atlas_file_is_one_line(forcemap, own, text, message):
+    (own / "atlas.toml").write_text(text)
+    code, _, err = forcemap("path", own, way(own), *AREA)
+    assert code == 2
+    assert err.count("\n") == 1
+    assert message in err.replace("column ", ""), err
+
+
+def test_what_is_an_atlas(own):
+    assert is_atlas(own)
+    assert not is_atlas(own / "down")
+    assert not is_atlas(own.parent / "path.csv")
+    assert not is_atlas("ur10e")
+    empty = own.parent / "empty"
+    (empty / ".hidden").mkdir(parents=True)
+    (empty / ".hidden" / "campaign.toml").write_text("")
+    assert not is_atlas(empty)
+    with pytest.raises(fm.InputError, match=r"neither atlas.toml nor folders with a campaign.toml"):
+        fm.read_atlas(empty)
+    with pytest.raises(fm.InputError, match=r"nowhere: there is no such file or folder"):
+        fm.read_atlas(own / "nowhere")
+
+
+def test_other_robots_in_one_folder_are_refused(forcemap, own):
+    toml = own / "in" / "campaign.toml"
+    toml.write_text(toml.read_text().replace("virtual ur10e-like", "another robot"))
+    code, _, err = forcemap("path", own, way(own), "--task", way(own, "task.toml"))
+    assert (code, "robot.name: down states" in err) == (2, True)
+
+
+# the page
+
+
+def test_the_page_shows_all_maps_and_what_a_path_is_allowed(ask, own):
+    with client_of(own) as client:
+        maps = client.get("/api/together").json()
+        assert [each["name"] for each in maps["maps"]] == ["down", "in", "up"]
+        query = {"points": "0.72,0,0.36;0.72,0,0.30;0.66,0,0.30", "area": "thigh_muscle"}
+        found = client.get("/api/together/path", params=query).json()
+        of_command = ask("path", own, way(own), "--task", way(own, "task.toml"))[1]
+        assert [piece["speed_mps"] for piece in found["pieces"]] == [
+            piece["speed_mps"] for piece in of_command["pieces"]
+        ]
+        assert found["map_sha256"] == of_command["map_sha256"] == maps["map_sha256"]
+        page = client.get("/together", params=query).text
+        assert "to program" in page
+        assert "No permission" not in page
+        assert 'href="/together"' in client.get("/").text
+        other = client.get("/api/together/path", params=query | {"tool": "hammer"}).json()
+        assert not other["permitted"]
+        assert {piece["outcome"] for piece in other["pieces"]} == {"no_map"}
+        assert "No permission" in client.get("/together", params=query | {"tool": "hammer"}).text
+        assert client.get("/api/together/path", params=query | {"points": "0.7,0,0.4"}).status_code == 422
+        assert client.get("/together").status_code == 200
+
+
+def test_campaigns_that_make_no_atlas_say_why_on_the_page(own):
+    toml = own / "in" / "campaign.toml"
+    toml.write_text(toml.read_text().replace("virtual ur10e-like", "another robot"))
+    with client_of(own) as client:
+        answer = client.get("/api/together")
+        assert answer.status_code == 409
+        assert "these campaigns make no atlas: robot.name: down states" in answer.text
+        assert "make no atlas" in client.get("/together").text
