@@ -86,13 +86,14 @@ def page(name):
 
 @pytest.fixture
 def workplace(tmp_path, monkeypatch):
-    """A folder with what a person at the robot has: an impacts table, its campaign.toml and a recording."""
+    """A folder with what a person at the robot has: impacts, their campaign.toml, a recording, an atlas of one map."""
     monkeypatch.chdir(forcemap.copy_example("ur10e", tmp_path / "campaigns" / "work"))
     program = page("docs/robot_program.md")
     Path("path.csv").write_text(re.findall(r"```csv\n(.*?)```", program, re.S)[0])
     Path("task.toml").write_text(re.findall(r"```toml\n(.*?)```", program, re.S)[0])
     Path("table_path.csv").write_text("x_m,y_m,z_m\n0,0,0.06\n0,0,0\n")
     write_recording(Path("run7.csv"), 300.0, np.random.default_rng(7))
+    forcemap.copy_example("ur10e", "cell-7/down")
 
 
 def perform(command):

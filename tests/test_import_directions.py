@@ -33,7 +33,10 @@ FACES = {
     "words": {"impacts", "speeds"},  # no library room imports it: none makes a sentence
     "answers": set(ROOMS) - {"lab"} | {"words"},  # result types
     "figures": set(ROOMS) - {"lab", "exports", "assessment"} | {"words"},
-    "report": {"words", "assessment", "figures", "campaigns", "impacts", "limits", "speeds", "comparisons", "verdicts"},
+    "report": {
+        *("words", "assessment", "figures"),
+        *("campaigns", "impacts", "limits", "maps", "speeds", "comparisons", "verdicts", "paths"),  # result types
+    },
     "web": set(ROOMS) - {"lab"} | {"", "words", "answers", "report", "figures"},
     "cli": set(ROOMS) | {"", "words", "answers", "report", "figures", "web"},
 }

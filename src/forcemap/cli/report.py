@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Iterable
 from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated, Any
@@ -67,26 +67,15 @@ def report(
     if limit_table and not names:
         raise fm.InputError("limit: --limit-table goes with --area or --region")
 
-    def assess(campaign: str | Path) -> fm.CampaignAssessment:
-        stated = Path(campaign, "campaign.toml")
-        conditions = fm.read_conditions(stated) if stated.exists() else fm.Conditions()
-        bound = stated_bound(bound_kind, margin, conditions.device.error_or_default)
-        table = fm.read_limit_table(limit_table) if limit_table else campaign_limit_table(campaign, conditions).table
-        recordings = sum(1 for _ in Path(campaign, "recordings").rglob("*"))
-        with Progress("recordings judged", recordings) as progress:
-            return fm.assess_campaign(
-                campaign,
-                limits=[fm.force_limit(name, table=table) for name in names],
-                bound=bound,
-                form=fm.form_named(form or fm.CFM_3D.name),
-                step=step,
-                allowance=fm.Allowance(speed=overshoot),
-                progress=lambda done, _: progress.show(done),
-            )
-
+    case: dict[str, Any] = {
+        "form": fm.form_named(form or fm.CFM_3D.name),
+        "step": step,
+        "allowance": fm.Allowance(speed=overshoot),
+    }
+    case |= {"names": names, "limit_table": limit_table, "bound_kind": bound_kind, "margin": margin}
     if several:
-        return _report_atlas(folder, target, assess, date, pdf=pdf, as_json=as_json)
-    assessment = assess(folder)
+        return _report_atlas(folder, target, case, date, pdf=pdf, as_json=as_json)
+    assessment = _assessment(folder, **case)
     files = write_report(assessment, target, date, pdf=pdf)
     lines = [
         *answer_lines(assessment),
@@ -98,6 +87,30 @@ def report(
     return 0
 
 
+def _assessment(
+    campaign: str | Path,
+    *,
+    names: Iterable[str],
+    limit_table: str | None,
+    bound_kind: str | None,
+    margin: float | None,
+    **case: Any,
+) -> fm.CampaignAssessment:
+    """A campaign's whole result, for the limits and the bound that the options name."""
+    stated = Path(campaign, "campaign.toml")
+    conditions = fm.read_conditions(stated) if stated.exists() else fm.Conditions()
+    table = fm.read_limit_table(limit_table) if limit_table else campaign_limit_table(campaign, conditions).table
+    recordings = sum(1 for _ in Path(campaign, "recordings").rglob("*"))
+    with Progress("recordings judged", recordings) as progress:
+        return fm.assess_campaign(
+            campaign,
+            limits=[fm.force_limit(name, table=table) for name in names],
+            bound=stated_bound(bound_kind, margin, conditions.device.error_or_default),
+            progress=lambda done, _: progress.show(done),
+            **case,
+        )
+
+
 def default_file(source: str, name: str) -> Path:
     """Where a report goes that names no file: into the folder, or beside atlas.toml."""
     return (Path(source) if Path(source).is_dir() else Path(source).parent) / name
@@ -106,7 +119,7 @@ def default_file(source: str, name: str) -> Path:
 def _report_atlas(
     source: str,
     target: Path,
-    assess: Callable[[str | Path], fm.CampaignAssessment],
+    case: dict[str, Any],
     date: str | None,
     *,
     pdf: bool,
@@ -120,7 +133,7 @@ def _report_atlas(
     for campaign in atlas.campaigns:
         folder = root / campaign.name
         if folder.is_dir():
-            assessments[campaign.name] = assess(folder)
+            assessments[campaign.name] = _assessment(folder, **case)
             files += write_report(assessments[campaign.name], folder / REPORT_FILE, date, pdf=pdf)
             reports[campaign.name] = os.path.relpath(folder / REPORT_FILE, target.parent).replace(os.sep, "/")
             lines += [f"{campaign.name}:", *(f"  {line}" for line in answer_lines(assessments[campaign.name]))]
