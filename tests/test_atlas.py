@@ -298,7 +298,7 @@ def test_a_map_that_cannot_carry_the_bound_counts_as_none(examples):
     [
         ([a_map("down"), a_map("straight down")], "their directions differ by 0 degrees"),
         ([a_map("down"), a_map("0.1,0,-1")], r"differ by 5\.71 degrees, expected more than 10"),
-        ([a_map("down"), a_map("out", robot="another")], "robot.name: down flange none 0 states"),
+        ([a_map("down"), a_map("out", robot="another")], "robot.model: down flange none 0 states"),
         ([a_map("down"), a_map("out", firmware="5.9")], "robot.firmware: down flange none 0 states nothing"),
         ([a_map("down"), a_map("out", safety_settings="x")], "robot.safety_settings"),
         ([a_map("down"), a_map("out", moving_mass=9.0)], "robot.moving_mass_kg"),
@@ -321,6 +321,8 @@ def test_a_task_of_an_atlas_states_its_direction_or_lets_its_motions_say_it():
     assert not free.refused.any()
     down = fm.path_speeds(an_atlas(), path, a_task(conditions={"direction": "down"}), bound=BOUND)
     assert down.refused.tolist() == [False] * 2 + [True] * 3
+    assert {reason.kind for reason in down.reason[2:]} == {fm.FindingKind.NOT_AS_STATED}
+    assert map_gaps(down) == ()
     with pytest.raises(fm.InputError, match="the task states 'down and out', the atlas has maps for down, up"):
         fm.path_speeds(an_atlas(), path, a_task(conditions={"direction": "down and out"}), bound=BOUND)
     with pytest.raises(fm.InputError, match="safety settings: the task states"):
@@ -346,6 +348,8 @@ def test_gaps_cover_what_has_no_map():
     down = ~found.refused
     pace = np.sum(found.path.lengths[down] / found.speed[down]) / found.path.lengths[down].sum()
     assert gaps["in"].gain == pytest.approx(0.2 * (1 / found.standard.speed - pace))
+    beside = fm.ToolPath.through([[0.8, 0, 0.4], [0.8 - 0.1 * math.sin(math.radians(7)), 0, 0.3]])
+    assert map_gaps(fm.path_speeds(atlas, beside, a_task(), bound=BOUND)) == ()  # too close to a map that is there
     with_them = fm.path_speeds(an_atlas(("down", *gaps)), path, a_task(), bound=BOUND)
     assert not np.any(with_them.outcome == "no_map")
     assert map_gaps(with_them) == ()

@@ -272,11 +272,18 @@ def test_what_is_an_atlas(own):
         fm.read_atlas(own / "nowhere")
 
 
+def test_a_command_for_one_campaign_names_those_of_the_folder(forcemap, own):
+    code, _, err = forcemap("collect", own)
+    assert (code, "this folder holds campaigns (down, in, up); name one of them" in err) == (2, True)
+    code, _, err = forcemap("report", "--verify", own / "atlas.html", own)
+    assert (code, "of several maps; name the folder of one campaign" in err) == (2, True)
+
+
 def test_other_robots_in_one_folder_are_refused(forcemap, own):
     toml = own / "in" / "campaign.toml"
     toml.write_text(toml.read_text().replace("virtual ur10e-like", "another robot"))
     code, _, err = forcemap("path", own, way(own), "--task", way(own, "task.toml"))
-    assert (code, "robot.name: down states" in err) == (2, True)
+    assert (code, "robot.model: down states" in err) == (2, True)
 
 
 # the page
@@ -311,5 +318,5 @@ def test_campaigns_that_make_no_atlas_say_why_on_the_page(own):
     with client_of(own) as client:
         answer = client.get("/api/together")
         assert answer.status_code == 409
-        assert "these campaigns make no atlas: robot.name: down states" in answer.text
+        assert "these campaigns make no atlas: robot.model: down states" in answer.text
         assert "make no atlas" in client.get("/together").text

@@ -133,5 +133,8 @@ def read_campaign(folder: str | Path) -> Campaign:
 
 def _require(file: Path, folder: str | Path) -> None:
     if not file.exists():
+        below = sorted(each.parent.name for each in Path(folder).glob(f"[!.]*/{CAMPAIGN_FILE}"))
+        if below and not Path(folder, CAMPAIGN_FILE).exists():
+            raise InputError(f"this folder holds campaigns ({', '.join(below)}); name one of them", file=str(folder))
         message = f"a campaign's folder holds {CAMPAIGN_FILE} and {PLAN_FILE}, this one has no {file.name}"
         raise InputError(f"{message}; forcemap plan writes both", file=str(folder))

@@ -13,7 +13,17 @@ from typer import Argument, Option
 import forcemap as fm
 from forcemap.assessment.folder import campaign_limit_table
 from forcemap.assessment.missing import Missing
-from forcemap.cli.options import BoundOption, FormName, Json, LimitTable, Margin, Overshoot, several_maps, stated_bound
+from forcemap.cli.options import (
+    BoundOption,
+    FormName,
+    Json,
+    LimitTable,
+    Margin,
+    Overshoot,
+    require_one_map,
+    several_maps,
+    stated_bound,
+)
 from forcemap.cli.output import Progress, emit, listing, write_result
 from forcemap.files import read_bytes, write_atomically
 from forcemap.words import sentences
@@ -58,6 +68,7 @@ def report(
     if verify is not None:
         if pdf or output or area or region or limit_table or bound_kind or date or form:
             raise fm.InputError("verify: --verify goes with the folder alone; it writes nothing")
+        require_one_map(folder)
         return _verify(verify, folder, as_json=as_json)
     several = several_maps(folder)
     target = Path(output or default_file(folder, ATLAS_REPORT if several else REPORT_FILE))

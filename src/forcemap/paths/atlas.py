@@ -13,7 +13,7 @@ from typing import Any, Self
 import numpy as np
 
 from forcemap.arrays import FloatArray
-from forcemap.campaigns.conditions import CAMPAIGN_FILE, Conditions, normalised, read_conditions
+from forcemap.campaigns.conditions import CAMPAIGN_FILE, ENTRIES, Conditions, normalised, read_conditions
 from forcemap.campaigns.impacts_table import read_dataset
 from forcemap.errors import BoundNotAvailable, CampaignFileError, ForcemapError, InputError
 from forcemap.files import read_bytes, sha256, toml_tables
@@ -29,15 +29,7 @@ from forcemap.speeds.basis import Basis
 ATLAS_FILE = "atlas.toml"
 SCHEMA = "forcemap-atlas/1"
 
-_ONE_ROBOT = {
-    "robot": "robot.name",
-    "controller": "robot.controller",
-    "firmware": "robot.firmware",
-    "moving_mass": "robot.moving_mass_kg",
-    "covers": "tool.covers",
-    "safety_settings": "robot.safety_settings",
-    "simulated": "simulated",
-}
+_ONE_ROBOT = ("robot", "controller", "firmware", "moving_mass", "covers", "safety_settings", "simulated")
 
 
 @dataclass(frozen=True)
@@ -142,13 +134,15 @@ class Atlas:
             raise InputError(f"{where}{error.message}", file=self.source or None) from None
 
     def _require_one_robot(self, one: AtlasMap, other: AtlasMap) -> None:
-        for name, entry in _ONE_ROBOT.items():
+        entries = {name: entry for entry, (name, _) in ENTRIES.items()}
+        for name in _ONE_ROBOT:
             stated = [_comparable(getattr(each.conditions, name)) for each in (one, other)]
             if stated[0] != stated[1]:
                 texts = [("nothing" if value in ("", None) else repr(value)) for value in stated]
                 raise InputError(
-                    f"{entry}: {one.name} states {texts[0]}, {other.name} {texts[1]}; an atlas is of one robot under "
-                    "the same safety settings, so correct campaign.toml or keep them apart",
+                    f"{entries[name]}: {one.name} states {texts[0]}, {other.name} {texts[1]}; an atlas is of one robot "
+                    f"under the same safety settings: correct campaign.toml, or name those that belong together in "
+                    f"{ATLAS_FILE}",
                     file=self.source or None,
                 )
 

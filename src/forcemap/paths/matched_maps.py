@@ -35,6 +35,8 @@ class MatchedMaps:
         True where a contact site that can hit has no map.
     held : dict of Loaded to array of bool, shape (n,)
         For each contact site, with tool and payload, that can hit: pieces within the angle of one of its maps.
+    stated : str
+        The direction that the task states, so that maps of others do not count; empty if it states none.
     """
 
     atlas: Atlas
@@ -43,6 +45,7 @@ class MatchedMaps:
     off_angles: FloatArray
     missing: Mask
     held: dict[Loaded, Mask]
+    stated: str = ""
 
     @property
     def raised(self) -> bool:
@@ -66,6 +69,8 @@ class MatchedMaps:
             sites, (first, *_) = tuple(need.contact_site for need in unknown), unknown
             payload = np.nan if first.payload is None else first.payload
             return Finding.of(FindingKind.NO_MAP_OF, sites=sites, tool=first.tool, payload_kg=payload)
+        if self.stated and len(self.atlas.campaigns) > 1:
+            return Finding.of(FindingKind.NOT_AS_STATED, angle_deg=self.angle, direction=self.stated)
         directions = self.atlas.directions
         kind = FindingKind.NOT_ALONG if len(directions) == 1 else FindingKind.NOT_ALONG_ANY
         return Finding.of(kind, angle_deg=self.angle, directions=directions)
@@ -110,4 +115,4 @@ def matched_maps(atlas: Atlas, path: ToolPath, task: Task, *, angle: float, besi
         for need in each:
             missing |= (which == number) & ~held[need]
     off_angles[:, missing] = np.nan
-    return MatchedMaps(atlas, angle, needs[which], off_angles, missing, held)
+    return MatchedMaps(atlas, angle, needs[which], off_angles, missing, held, task.conditions.get("direction", ""))

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from enum import StrEnum
 
 import numpy as np
@@ -259,10 +260,16 @@ def path_speeds(
         program=program,
         acceleration=task.acceleration,
         allowance=allowance,
-        bases=told_apart(strictest.bases, atlas),
+        bases=_without_direction(told_apart(strictest.bases, atlas)),
         notes=_notes(matched, path, task, programmed, allowance),
         matched=matched,
     )
+
+
+def _without_direction(bases: Sequence[Basis]) -> tuple[Basis, ...]:
+    """Bases without what they say of the direction of motion: along a path that is said for all pieces together."""
+    said = (FindingKind.ALONG_ONLY, FindingKind.RAISED_OFF_AXIS)
+    return tuple(replace(each, notes=tuple(note for note in each.notes if note.kind not in said)) for each in bases)
 
 
 def _without_map(reason: Finding) -> PieceOutcome:
