@@ -91,6 +91,31 @@ class Campaign:
         return {state for state, _ in filter(None, runs)} | {entry.state_id for entry in self.entries}
 
 
+def is_campaign(folder: Path) -> bool:
+    """True if a folder holds a campaign.toml, a plan or an impacts table."""
+    return any((folder / name).exists() for name in (CAMPAIGN_FILE, PLAN_FILE, TABLE_FILE))
+
+
+def campaign_folders(root: Path) -> list[str]:
+    """Names of the campaigns in a folder, sorted; hidden folders are left alone.
+
+    Raises
+    ------
+    CampaignFileError
+        One that would be overlooked: a link, a folder in a folder, or one that states no conditions.
+    """
+    found = sorted(folder for folder in root.glob("[!.]*") if is_campaign(folder))
+    deeper = [folder for each in root.glob("[!.]*") for folder in each.glob("[!.]*") if is_campaign(folder)]
+    for folder, why in (
+        *((each, "a link") for each in found if each.is_symlink()),
+        *((each, f"without {CAMPAIGN_FILE}") for each in found if not (each / CAMPAIGN_FILE).exists()),
+        *((each, "a folder deeper than the others") for each in deeper),
+    ):
+        message = f"this campaign, {why}, would be overlooked; move it, complete it, or name what belongs together in"
+        raise CampaignFileError(f"{message} atlas.toml", file=str(folder))
+    return [folder.name for folder in found]
+
+
 def read_campaign(folder: str | Path) -> Campaign:
     """Read a campaign's folder.
 
@@ -133,7 +158,7 @@ def read_campaign(folder: str | Path) -> Campaign:
 
 def _require(file: Path, folder: str | Path) -> None:
     if not file.exists():
-        below = sorted(each.parent.name for each in Path(folder).glob(f"[!.]*/{CAMPAIGN_FILE}"))
+        below = sorted(each.name for each in Path(folder).glob("[!.]*") if is_campaign(each))
         if below and not Path(folder, CAMPAIGN_FILE).exists():
             raise InputError(f"this folder holds campaigns ({', '.join(below)}); name one of them", file=str(folder))
         message = f"a campaign's folder holds {CAMPAIGN_FILE} and {PLAN_FILE}, this one has no {file.name}"

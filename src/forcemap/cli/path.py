@@ -126,8 +126,8 @@ _GAPS = 3
 _HINTS = {
     "not_downward": "not downward: the map permits no such motion; if other measures exclude contact there, say so in "
     "a task file (--task) with contact_possible = false for that segment",
-    "no_map": "no map: measure what is missing (forcemap path lists it), bend the path (forcemap path --suggest), or say so "
-    "in a task file (--task) with contact_possible = false where other measures exclude contact",
+    "no_map": "no map: measure what is missing (forcemap path lists it), bend the path (forcemap path --suggest), or "
+    "say so in a task file (--task) with contact_possible = false where other measures exclude contact",
     "outside": "outside: move the path into the measured range, less the position tolerance, or measure there",
     "unconfirmed": "unconfirmed: measure at lower speeds there, or ask for a limit that holds",
 }

@@ -87,7 +87,7 @@ def _speed_of_atlas(
 def atlas_speed_lines(answer: AtlasSpeedAnswer) -> list[str]:
     """The lowest speed of several maps at a place, a line for each, and what they rest on."""
     speed, where = answer.speed_to_program_mps, f"d = {answer.distance_m:.6g} m, h = {answer.height_m:.6g} m"
-    none = [each.map.name for each in answer.maps if each.speed.speed_to_program_mps is None]
+    none = [each.map.name for each in answer.maps if each.speed.speed_to_program_mps is None] + answer.without_map
     head = (
         f"Program at most {shown(speed)} m/s at {where}: the lowest of {len(answer.maps)} maps, of {answer.governed_by}"
     )

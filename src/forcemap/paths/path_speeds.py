@@ -295,6 +295,7 @@ def _notes(
     return (
         *task.findings,
         *matched.atlas.findings,
+        *([Finding.of(FindingKind.SITES_NOT_HITTING, sites=sites)] if (sites := matched.not_hitting) else []),
         Finding.of(FindingKind.MOTION_WITHIN, angle_deg=matched.angle, direction=directions),
         *([Finding.of(FindingKind.RAISED_ON_PATH, raised=RAISED_OFF_AXIS - 1)] if matched.raised else []),
         allowance.of_position,
@@ -366,7 +367,8 @@ def _strictest(
             for side in (off_angle <= ON_AXIS, off_angle > ON_AXIS):
                 pieces = np.flatnonzero(threatened & side)
                 if pieces.size:
-                    segments = Segments(path.points[pieces], path.points[pieces + 1])
+                    points = path.points + matched.offsets[entry.loaded]
+                    segments = Segments(points[pieces], points[pieces + 1])
                     speeds = zone_speeds(
                         entry.force_map,
                         segments.zones.grown(reach) if reach > 0 else segments,
