@@ -83,7 +83,7 @@ def report(
         "certificate)",
         f"Later: forcemap report --verify {files[0]} {folder}",
     ]
-    emit(_result(assessment, files), lines, as_json=as_json)
+    emit(report_result(assessment, files), lines, as_json=as_json)
     return 0
 
 
@@ -201,7 +201,8 @@ def _verify(file: str, folder: str, *, as_json: bool) -> int:
     return 0 if changes.holds else 1
 
 
-def _result(assessment: fm.CampaignAssessment, files: list[str]) -> dict[str, Any]:
+def report_result(assessment: fm.CampaignAssessment, files: list[str]) -> dict[str, Any]:
+    """What `--json` says of a report."""
     parts = {name: getattr(assessment, name) for name in ("dataset", "recordings", "force_map", "bound")}
     return {
         "files": files,

@@ -34,7 +34,9 @@ def sweep(
     authority: Annotated[str, Option("--tls-ca", help="With tls://: certificate of the authority (PEM).")] = "",
     certificate: Annotated[str, Option("--tls-cert", help="With tls://: own certificate (PEM).")] = "",
     key: Annotated[str, Option("--tls-key", help="With tls://: own key (PEM).")] = "",
-    list_missing: Annotated[bool, Option("--missing", help="Compute nothing: name the blocks that are missing.")] = False,
+    list_missing: Annotated[
+        bool, Option("--missing", help="Compute nothing: name the blocks that are missing.")
+    ] = False,
     as_json: Json = False,
 ) -> int:
     """Compute what of a study is not there yet: simulated impacts, placements of a table, validity of plans and bounds.

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import ipaddress
 import logging
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from concurrent.futures import Executor
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 from urllib.parse import urlsplit
 
 from forcemap.errors import ForcemapError, InputError, MissingExtra
@@ -77,35 +78,50 @@ def cluster(address: str, tls: TlsFiles) -> Iterator[Executor]:
     require_safe(address, tls)
     try:
         import dask
-        from distributed import Client, Security
+        import distributed
     except ModuleNotFoundError:
         raise MissingExtra(
             "a Dask cluster needs distributed; install it with: pip install 'forcemap[cluster]'"
         ) from None
+    made: Any = distributed  # its functions have no types
     secure = address.startswith("tls:")
-    security = Security(
+    security: Any = made.Security(
         tls_ca_file=tls.authority or None,
         tls_client_cert=tls.certificate or None,
         tls_client_key=tls.key or None,
         require_encryption=secure,
     )
-    logging.getLogger("distributed").setLevel(logging.CRITICAL)  # it reports what is said here in a line
-    with dask.config.set({"distributed.comm.timeouts.connect": _CONNECT_WITHIN}):
+    with _silent(), dask.config.set({"distributed.comm.timeouts.connect": _CONNECT_WITHIN}):
         try:
-            client = Client(
+            client: Any = made.Client(
                 address, security=security if secure else None, timeout=_CONNECT_WITHIN, set_as_default=False
             )
         except (OSError, TimeoutError, ValueError) as error:
             raise ForcemapError(f"no scheduler answers at {address} ({' '.join(str(error).split())[:200]})") from None
         try:
-            workers = list(client.scheduler_info(n_workers=-1)["workers"])
-            if not workers:
-                raise ForcemapError(f"the scheduler at {address} has no worker; start some and run the same again")
-            if unsafe := [
-                name for name in workers if not (name.startswith("tls:") if secure else on_this_machine(name))
-            ]:
-                expected = "over TLS" if secure else "on this machine alone: start it with --host 127.0.0.1"
-                raise InputError(f"the worker {unsafe[0]} listens to others, expected it {expected}", column="dask")
+            _require_workers(client.scheduler_info(n_workers=-1), address)
             yield client.get_executor(retries=0, pure=False)
         finally:
             client.close(timeout=1)
+
+
+def _require_workers(info: Mapping[str, Any], address: str) -> None:
+    """Refuse a scheduler without workers, and one that listens, or whose workers listen, to others without TLS."""
+    if not info["workers"]:
+        raise ForcemapError(f"the scheduler at {address} has no worker; start some and run the same again")
+    for listening in (info["address"], *info["workers"]):
+        if not (listening.startswith("tls:") or (address.startswith("tcp:") and on_this_machine(listening))):
+            remedy = "start scheduler and workers with --host 127.0.0.1, or with TLS files"
+            raise InputError(
+                f"{listening} of the cluster listens to other machines without TLS; {remedy}", column="dask"
+            )
+
+
+@contextmanager
+def _silent() -> Iterator[None]:
+    """Without the log of the cluster: what matters of it is said in a line."""
+    logging.disable(logging.CRITICAL)
+    try:
+        yield
+    finally:
+        logging.disable(logging.NOTSET)

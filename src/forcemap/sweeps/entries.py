@@ -52,10 +52,10 @@ class Entries:
         return found
 
     def numbers(self, key: str, default: list[float] | None = None) -> list[float]:
-        """A list of different finite numbers of at least 0."""
+        """A list of different finite numbers of at least 0; empty where that is the default."""
         found = self._take(key, default)
-        if found is default:
-            return list(found)
+        if default == [] == found:
+            return []
         if not isinstance(found, list) or not found or not all(map(_number, found)):
             raise self.error(key, f"found {found!r}, expected a list of finite numbers of at least 0")
         return self._different(key, [float(value) for value in found])

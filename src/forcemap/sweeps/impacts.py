@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -38,8 +37,8 @@ class ImpactCase:
     impacts: int
     at_once: int
 
-    means: ClassVar = ("peak_force_N",)
-    best: ClassVar = ("peak_force_N", True)
+    means: ClassVar[tuple[str, ...]] = ("peak_force_N",)
+    best: ClassVar[tuple[str, bool]] = ("peak_force_N", True)
 
     @property
     def name(self) -> str:
@@ -68,7 +67,6 @@ def impact_cases(entries: Entries) -> Iterator[ImpactCase]:
         preset = virtual_robot(table.text("preset"))
         (near, far), (low, high) = table.span("distances_m"), table.span("heights_m")
         thresholds, payloads = table.numbers("thresholds_Nm", []), table.numbers("payloads_kg", [])
-        for threshold, payload in itertools.product(thresholds or [None], payloads or [None]):
-            robot = preset if threshold is None else preset.with_threshold(threshold)
-            robot = robot if payload is None else robot.with_payload(payload)
+        robots = [preset.with_threshold(threshold) for threshold in thresholds] or [preset]
+        for robot in (each.with_payload(kg) for each in robots for kg in payloads) if payloads else robots:
             yield ImpactCase(robot, (near, low, slowest), (far, high, fastest), impacts, at_once)

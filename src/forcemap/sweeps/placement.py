@@ -43,8 +43,8 @@ class PlacementCase:
     table: fm.LimitTable | None
     step: float
 
-    means: ClassVar = ("permitted_share",)
-    best: ClassVar = ("cycle_time_s", False)
+    means: ClassVar[tuple[str, ...]] = ("permitted_share",)
+    best: ClassVar[tuple[str, bool]] = ("cycle_time_s", False)
 
     @property
     def blocks(self) -> int:

@@ -53,8 +53,8 @@ class ValidityCase:
     campaigns: int
     at_once: int
 
-    means: ClassVar = ("covered", "share_below", "width_ln", "refused")
-    best: ClassVar = ("share_below", False)
+    means: ClassVar[tuple[str, ...]] = ("covered", "share_below", "width_ln", "refused")
+    best: ClassVar[tuple[str, bool]] = ("share_below", False)
 
     @property
     def blocks(self) -> int:
