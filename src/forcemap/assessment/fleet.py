@@ -64,15 +64,16 @@ class Memory:
         One hash of all that it rests on.
     report_sha256 : str
         Of the report that was written.
-    known : list of list of float
-        Distance, height, speed and ln F of every state that was there when the last map was kept.
+    known : list of list of float or None
+        Distance, height, speed and ln F of every state that was there when the last map was kept;
+        None where every impact was above the device range.
     found : dict
         What was found, as the faces say it.
     """
 
     rests_on: str
     report_sha256: str
-    known: list[list[float]]
+    known: list[list[float | None]]
     found: dict[str, Any]
 
     def write(self, folder: Path) -> None:
@@ -140,15 +141,17 @@ def last_map(folder: Path, assessment: CampaignAssessment, memory: Memory | None
     force_map, dataset = read_map(file), assessment.dataset
     if isinstance(dataset, Missing):
         return LastMap(force_map, dataset)
-    there = [tuple(state) for state in memory.known] if memory and file.name == LAST_MAP_FILE else []
-    of_then = [name for name, state in zip(dataset.states.name, _states(dataset), strict=True) if tuple(state) in there]
+    there = memory.known if memory and file.name == LAST_MAP_FILE else []
+    of_then = [name for name, state in zip(dataset.states.name, _states(dataset), strict=True) if state in there]
     new = ~np.isin(dataset.state, [*known_states(force_map, dataset), *of_then])
     if not new.any():
         return LastMap(force_map)
     return LastMap(force_map, attempt(lambda: check_map(force_map, dataset.select(new))))
 
 
-def keep_map(folder: Path, assessment: CampaignAssessment, last: LastMap, memory: Memory | None) -> list[list[float]]:
+def keep_map(
+    folder: Path, assessment: CampaignAssessment, last: LastMap, memory: Memory | None
+) -> list[list[float | None]]:
     """Keep the map as the last one if every planned run is there, it carries its bound, and newer impacts bear it out.
 
     Returns the states that are known to the map that is kept: its test states, too, tell nothing new of it.
@@ -161,9 +164,10 @@ def keep_map(folder: Path, assessment: CampaignAssessment, last: LastMap, memory
     return _states(present(dataset))
 
 
-def _states(dataset: ImpactDataset) -> list[list[float]]:
+def _states(dataset: ImpactDataset) -> list[list[float | None]]:
     states = dataset.states
-    return list(np.column_stack([states.coordinates, states.log_force]).tolist())
+    figures = np.column_stack([states.coordinates, states.log_force]).tolist()
+    return [[None if figure != figure else figure for figure in state] for state in figures]
 
 
 def due(conditions: Conditions, on: date) -> tuple[Finding, ...]:

@@ -140,7 +140,7 @@ def _failure(folder: str, reason: str) -> FleetCampaign:
 
 def _made(folder: str, ask: _Ask) -> FleetCampaign:
     """The campaign made again; whatever is wrong with it is its reason."""
-    conditions = fm.Conditions()
+    conditions = None
     try:
         conditions = _conditions(Path(folder))
         return _make(Path(folder), conditions, ask).model_copy(update={"folder": folder})
@@ -148,7 +148,7 @@ def _made(folder: str, ask: _Ask) -> FleetCampaign:
         row = _failure(folder, str(error))
     except Exception as error:
         row = _failure(folder, f"a defect of forcemap ({type(error).__name__}: {error}); please report it")
-    return row.model_copy(update={"due": _due(row, conditions, ask)})
+    return row if conditions is None else row.model_copy(update={"due": _due(row, conditions, ask)})
 
 
 def _make(folder: Path, conditions: fm.Conditions, ask: _Ask) -> FleetCampaign:

@@ -14,7 +14,7 @@ from urllib.parse import urlsplit
 
 from forcemap.errors import ForcemapError, InputError, MissingExtra
 
-_CONNECT_WITHIN = "10s"  # a choice: a scheduler that is there answers at once
+_CONNECT_WITHIN = "5s"  # a choice: a scheduler that is there answers at once
 
 
 @dataclass(frozen=True)
@@ -40,16 +40,14 @@ def require_safe(address: str, tls: TlsFiles) -> None:
     InputError
         Neither tls:// with its three files nor tcp:// on this machine.
     """
-    parts = urlsplit(address)
-    files = (tls.authority, tls.certificate, tls.key)
-    if parts.scheme == "tls":
-        if missing := [name for name in files if not Path(name).is_file()] or not all(files):
-            which = ", ".join(missing) if isinstance(missing, list) and any(missing) else "not all are named"
-            problem = f"tls:// needs --tls-ca, --tls-cert and --tls-key, files that are there ({which})"
+    scheme, files = urlsplit(address).scheme, (tls.authority, tls.certificate, tls.key)
+    if scheme == "tls":
+        if gone := [name or "not named" for name in files if not Path(name).is_file()]:
+            problem = f"expected --tls-ca, --tls-cert and --tls-key with tls://, found no file: {', '.join(gone)}"
             raise InputError(problem, column="dask")
-    elif parts.scheme != "tcp" or not on_this_machine(address):
+    elif scheme != "tcp" or not on_this_machine(address):
         expected = "expected tls://HOST:PORT with TLS files, or tcp://127.0.0.1:PORT on this machine"
-        raise InputError(f"found {address!r}, {expected}: Dask runs whatever it is sent", column="dask")
+        raise InputError(f"found {address!r}, {expected}: a cluster runs whatever it is sent", column="dask")
     elif any(files):
         raise InputError(f"found TLS files with {address!r}, expected them with tls://HOST:PORT", column="dask")
 
