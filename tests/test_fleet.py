@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import os
 import re
 import shutil
 import subprocess
@@ -15,7 +16,9 @@ import numpy as np
 import pytest
 
 import forcemap as fm
+from forcemap.assessment.fleet import made_from, named_limits, rests_on
 from pulses import TOML, pulse, save
+from sizes import FULL_SIZE
 
 DAY = "2026-06-01"
 STATED = TOML.replace("[device]", 'date = "2026-02-01"\n[contact]\ndirection = "down"\nspeed = "measured"\n[device]')
@@ -136,14 +139,16 @@ def test_its_speeds_are_those_of_the_report_with_what_must_be_read_first(made, a
 
 CHANGES = {
     "a recording": lambda folder: save(folder / "recordings" / "d560-h140-v100-r1.csv", *pulse(90.0, rate=1000.0)),
+    "a new one": lambda folder: save(folder / "recordings" / "below" / "d900.csv", *pulse(90.0, rate=1000.0)),
+    "a name": lambda folder: (folder / "recordings" / "d560-h140-v100-r1.csv").rename(folder / "recordings" / "x.csv"),
     "a condition": lambda folder: edit(folder / "campaign.toml", "[contact]", '[contact]\nsite = "flange"'),
     "the plan": lambda folder: plan_more(folder),
+    "the register": lambda folder: edit(folder / "recordings.csv", "used", "used "),
     "the table": lambda folder: (folder / "impacts.csv").unlink(),
-    "the report": lambda folder: edit(folder / "report.html", "CONFIRMED", "PERMITTED"),
-    "no report": lambda folder: (folder / "report.html").unlink(),
     "a map": lambda folder: (folder / "maps").mkdir() or (folder / "maps" / "note.txt").write_text("new"),
-    "no memory": lambda folder: (folder / "fleet.json").unlink(),
-}  # fmt: skip
+    "its own limits": lambda folder: edit(folder / "limits.csv", "version: 1", "version: 2"),
+    "nothing but its date": lambda folder: os.utime(folder / "impacts.csv", (0, 0)),
+}
 
 
 def edit(file, old, new):
@@ -152,18 +157,53 @@ def edit(file, old, new):
     file.write_text(text.replace(old, new))
 
 
+def rests(folder):
+    limits, own = named_limits(folder, fm.read_conditions(folder / "campaign.toml"), ["chest"])
+    assert own == "limits.csv"
+    return rests_on(folder, limits, own)
+
+
 @pytest.mark.parametrize("change", CHANGES)
-def test_whatever_a_report_rests_on_makes_it_again(north, ask, change, full_size):
-    """That it is asked again is seen without making it: a register that cannot be used is said."""
+def test_one_hash_is_of_all_that_a_report_rests_on(north, change):
+    table = next(Path(fm.__file__).parent.glob("limits/tables/body_areas.csv"))
+    shutil.copy(table, north / "limits.csv")
+    with (north / "campaign.toml").open("a") as stated:
+        stated.write('[standard]\nlimit_table = "limits.csv"\n')
+    before, assessment = rests(north), fm.assess_campaign(north, limits=[named_chest(north)])
+    assert made_from(assessment) == before
+    there = contents(north)
     CHANGES[change](north)
-    if not full_size and change != "the plan":
-        edit(north / "recordings.csv", "file", "flie")
-    row = fleet(ask, [north])["north"]
-    if full_size or change == "the plan":
-        assert row["made_again"] or "changed since it was registered" in row["failed"]
+    assert (rests(north) == before) == (change == "nothing but its date")
+    for name in contents(north):
+        (north / name).unlink()
+    for name, content in there.items():
+        (north / name).write_bytes(content)
+    assert rests(north) == before
+
+
+def named_chest(folder):
+    return named_limits(folder, fm.read_conditions(folder / "campaign.toml"), ["chest"])[0][0]
+
+
+@pytest.mark.parametrize("change", ["altered", "gone", "memory"] if FULL_SIZE else ["altered"])
+def test_a_report_that_is_not_as_it_was_written_is_made_again(north, ask, change):
+    if change == "altered":
+        edit(north / "report.html", "CONFIRMED", "PERMITTED")
     else:
-        assert "recordings.csv" in row["failed"]
-        assert row["report"] is None
+        (north / {"gone": "report.html", "memory": "fleet.json"}[change]).unlink()
+    before = (north / "impacts.csv").read_bytes()
+    row = fleet(ask, [north])["north"]
+    assert row["made_again"]
+    assert (
+        row["changed"]
+        == {
+            "altered": ["the report was altered"],
+            "gone": ["no report yet"],
+            "memory": ["body areas, tables of limits, or what fleet knew of it"],
+        }[change]
+    )
+    assert (north / "impacts.csv").read_bytes() == before
+    assert not fleet(ask, [north])["north"]["made_again"]
 
 
 def test_another_version_makes_it_again_and_other_areas_are_refused(north, tmp_path, ask):

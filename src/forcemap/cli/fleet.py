@@ -50,7 +50,7 @@ def fleet(
 
     What did not change stays as it is; one bad folder stops nothing. Exit code: 0 all are good, 1 some failed.
 
-    Example: forcemap fleet my-campaign
+    Example: forcemap fleet my-campaign --area back_of_hand
     """
     page = Path(output)
     if page.suffix.lower() not in (".html", ".htm"):

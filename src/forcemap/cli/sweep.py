@@ -24,7 +24,7 @@ _SHOWN = 8  # blocks that text names; of more the number is said. A choice.
 
 
 def sweep(
-    study_file: Annotated[str, Argument(metavar="STUDY", help="What to go through (TOML).")],
+    study: Annotated[str, Argument(help="What to go through (TOML).")],
     folder: Annotated[str, Option("-o", "--folder", help="Folder of the parts: new, or to be continued.")],
     workers: Annotated[int, Option("--workers", help="Processes on this machine; 1: this one.")] = 1,
     part: Annotated[str, Option("--part", help="k/N: every N-th block from the k-th, for a job array.")] = "",
@@ -50,15 +50,15 @@ def sweep(
         raise InputError("sweep: TLS files go with --dask tls://HOST:PORT")
     if dask is not None and workers != 1:
         raise InputError("sweep: expected --workers or --dask; the workers of a cluster are its own")
-    study = read_study(study_file)
-    wanted = of_part(len(study), part)
-    parts = SweepFolder.of(folder, study)
+    stated = read_study(study)
+    wanted = of_part(len(stated), part)
+    parts = SweepFolder.of(folder, stated)
     if list_missing:
         done = Sweep(len(parts.files()), 0, {}, missing(parts), 0.0, 0.0)
     else:
-        with _executor(workers, dask, tls) as executor, Progress(f"blocks of {study.name}", len(wanted)) as progress:
+        with _executor(workers, dask, tls) as executor, Progress(f"blocks of {stated.name}", len(wanted)) as progress:
             done = run(parts, part, executor, progress.show)
-    answer = _answer(study, folder, done)
+    answer = _answer(stated, folder, done)
     emit(answer, _lines(answer, named=list_missing), as_json=as_json)
     return 1 if done.failed or (list_missing and done.missing) else 0
 
