@@ -281,6 +281,18 @@ def test_what_is_due_is_told_by_the_day_not_by_the_memory(made, ask, day, expect
 
 def test_slips_of_the_command_are_one_error(made, tmp_path, ask):
     assert "expected .html" in ask("fleet", made[0], "-o", tmp_path / "fleet.txt")[1]["error"]["message"]
-    assert ask("fleet", made[0], "-o", tmp_path / "f.html", "--area", "handd")[1]["error"]["kind"] == "unknown_name"
+    assert "the nearest are" in fleet(ask, made[:1], "--area", "handd")["north"]["failed"]
     (tmp_path / "mine.html").write_text("mine")
     assert "another file" in ask("fleet", made[0], "-o", tmp_path / "mine.html")[1]["error"]["message"]
+
+
+def test_a_folder_whose_name_is_no_text(north, ask):
+    strange = north.rename(os.fsdecode(os.fsencode(north.parent) + b"/caf\xe9\n<b>"))
+    rows = fleet(ask, [strange])
+    (row,) = rows.values()
+    assert row["folder"].endswith("caf\\udce9\\n<b>")
+    assert row["failed"] is None
+    assert not row["made_again"]
+    page = (strange.parent / "fleet.html").read_text()
+    assert "&lt;b&gt;" in page
+    assert "caf%E9%0A%3Cb%3E/report.html" in page

@@ -8,6 +8,7 @@ import os
 import shutil
 import signal
 import subprocess
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -15,7 +16,9 @@ import pytest
 import forcemap as fm
 from forcemap.lab.bench import simulate_peaks
 from forcemap.lab.virtual_robot import virtual_robot
+from forcemap.sweeps.block import compute
 from forcemap.sweeps.cluster import TlsFiles, require_safe
+from forcemap.sweeps.study import read_study
 from sweeping import begun, dask_cluster, ended, members, parts, started, until
 
 IMPACTS = """schema = "forcemap-study/1"
@@ -272,6 +275,14 @@ def test_slips_in_a_study_are_refused(tmp_path, ask, wrong, column, expected):
     assert answer["error"]["column"] == column
     assert expected in answer["error"]["message"]
     assert not (tmp_path / "out").exists()
+
+
+def test_a_block_is_not_computed_by_another_version(serial):
+    block = read_study(serial[0]).block(3)
+    assert compute(block).text
+    outcome = compute(replace(block, software="forcemap 0.0.1"))
+    assert not outcome.text
+    assert "expected forcemap 0.0.1" in outcome.reason
 
 
 @pytest.mark.parametrize("part", ["0/3", "4/3", "1", "1/0", "a/b", "-1/3", "1/3/5"])

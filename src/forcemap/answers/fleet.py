@@ -21,7 +21,7 @@ class LastMapAnswer(Answer):
 class FleetCampaign(Answer):
     """A campaign; `report` is what `forcemap report --json` says of it, null where nothing could be made."""
 
-    folder: str
+    folder: str = ""
     made_again: bool
     failed: str | None = None
     changed: list[str] = Field(default_factory=list)

@@ -22,7 +22,7 @@ from forcemap.assessment.fleet import LastMap, Memory, due, keep_map, last_map, 
 from forcemap.assessment.missing import Missing
 from forcemap.cli.options import Json
 from forcemap.cli.output import Progress, counted, emit, listing, write_result
-from forcemap.cli.report import REPORT_FILE, report_result, write_report
+from forcemap.cli.report import REPORT_FILE, printable, report_result, write_report
 from forcemap.csv_table import csv_cell, csv_text
 from forcemap.errors import one_line
 from forcemap.files import file_sha256, stated_date
@@ -57,30 +57,30 @@ def fleet(
         raise fm.InputError("found a name that ends otherwise, expected .html", file=output)
     today = datetime.date.today() if date is None else stated_date("date", date)
     ask = _Ask(tuple(dict.fromkeys(area or [DEFAULT_AREA])), today)
-    for name in ask.areas:
-        fm.force_limit(name)  # a slip is one error, not one for every folder
     rows = {folder: _known(folder, ask) for folder in folders}
     left = [folder for folder, row in rows.items() if row is None]
     with Progress("campaigns made again", len(left)) as progress:
-        for done, row in enumerate(_each(left, ask, workers or os.cpu_count() or 1), start=1):
-            rows[row.folder] = row
+        for done, (folder, row) in enumerate(_each(left, ask, workers or os.cpu_count() or 1), start=1):
+            rows[folder] = row
             progress.show(done)
-    campaigns = [row for row in rows.values() if row]
-    failed = sum(row.failed is not None for row in campaigns)
-    counts = {"made_again": sum(row.made_again for row in campaigns), "failed": failed}
-    unchanged = sum(not row.made_again and row.report is not None for row in campaigns)
-    files = [str(page), str(page.with_suffix(".csv"))]
+    named = {folder: row.model_copy(update={"folder": printable(folder)}) for folder, row in rows.items() if row}
+    campaigns = list(named.values())
     answer = FleetAnswer(
         date=today.isoformat(),
         software=f"forcemap {__version__}",
-        unchanged=unchanged,
+        made_again=sum(row.made_again for row in campaigns),
+        unchanged=sum(not row.made_again and row.report is not None for row in campaigns),
+        failed=sum(row.failed is not None for row in campaigns),
         campaigns=campaigns,
-        files=files,
-        **counts,
+        files=[str(page), str(page.with_suffix(".csv"))],
     )
-    _write(answer, page)
+    beside = {folder: Path(folder, REPORT_FILE) for folder, row in named.items() if row.report}
+    links = {
+        named[folder].folder: quote(os.fsencode(os.path.relpath(file, page.parent))) for folder, file in beside.items()
+    }
+    _write(answer, page, links)
     emit(answer, _lines(answer), as_json=as_json)
-    return 1 if failed else 0
+    return 1 if answer.failed else 0
 
 
 @dataclass(frozen=True)
@@ -103,7 +103,7 @@ def _known(folder: str, ask: _Ask) -> FleetCampaign | None:
             return None
     except fm.ForcemapError:  # said when it is made
         return None
-    row = FleetCampaign.model_validate(memory.found | {"folder": folder, "made_again": False, "changed": []})
+    row = FleetCampaign.model_validate(memory.found | {"made_again": False, "changed": []})
     return row.model_copy(update={"due": _due(row, conditions, ask)})
 
 
@@ -112,30 +112,30 @@ def _conditions(folder: Path) -> fm.Conditions:
     return fm.read_conditions(stated) if stated.exists() else fm.Conditions()
 
 
-def _each(folders: list[str], ask: _Ask, workers: int) -> Iterator[FleetCampaign]:
+def _each(folders: list[str], ask: _Ask, workers: int) -> Iterator[tuple[str, FleetCampaign]]:
     """The campaigns as they are made; one that ends its process is made once more, in a process of its own."""
     left = dict.fromkeys(folders)
     make = partial(_made, ask=ask)
     if min(workers, len(left)) <= 1:
-        yield from map(make, left)
+        yield from ((folder, make(folder)) for folder in left)
         return
     try:
         with pool(min(workers, len(left)), _PRELOAD) as executor:
             for folder, row, lost in results(executor, make, folders):
                 del left[folder]
-                yield row or _failure(folder, lost)
+                yield folder, row or _failure(lost)
     except fm.ForcemapError:
         for folder in left:
             try:
                 with pool(1, _PRELOAD) as executor:
                     ((_, row, lost),) = results(executor, make, [folder])
-                    yield row or _failure(folder, lost)
+                    yield folder, row or _failure(lost)
             except fm.ForcemapError as error:
-                yield _failure(folder, str(error))
+                yield folder, _failure(str(error))
 
 
-def _failure(folder: str, reason: str) -> FleetCampaign:
-    return FleetCampaign(folder=folder, made_again=False, failed=one_line(reason))
+def _failure(reason: str) -> FleetCampaign:
+    return FleetCampaign(made_again=False, failed=one_line(reason))
 
 
 def _made(folder: str, ask: _Ask) -> FleetCampaign:
@@ -143,11 +143,11 @@ def _made(folder: str, ask: _Ask) -> FleetCampaign:
     conditions = None
     try:
         conditions = _conditions(Path(folder))
-        return _make(Path(folder), conditions, ask).model_copy(update={"folder": folder})
+        return _make(Path(folder), conditions, ask)
     except fm.ForcemapError as error:
-        row = _failure(folder, str(error))
+        row = _failure(str(error))
     except Exception as error:
-        row = _failure(folder, f"a defect of forcemap ({type(error).__name__}: {error}); please report it")
+        row = _failure(f"a defect of forcemap ({type(error).__name__}: {error}); please report it")
     return row if conditions is None else row.model_copy(update={"due": _due(row, conditions, ask)})
 
 
@@ -162,15 +162,15 @@ def _make(folder: Path, conditions: fm.Conditions, ask: _Ask) -> FleetCampaign:
     files = write_report(assessment, report, ask.today.isoformat(), pdf=False)
     known = keep_map(folder, assessment, last, memory)
     campaign, dataset = assessment.campaign, assessment.dataset
+    of_report = report_result(assessment, [Path(file).name for file in files])
     row = FleetCampaign(
-        folder="",
         made_again=True,
         failed=_failed(assessment, last),
         changed=changed,
         states=None if isinstance(dataset, Missing) else len(dataset.states),
         missing_runs=None if isinstance(campaign, Missing) else len(campaign.missing),
         last_map=_last(last),
-        report=report_result(assessment, [Path(file).name for file in files]) | {"inputs": {}},
+        report={key: value for key, value in of_report.items() if key != "inputs"},
     )
     row = row.model_copy(update={"due": _due(row, conditions, ask)})
     Memory(made_from(assessment), file_sha256(report), known, row.model_dump(mode="json")).write(folder)
@@ -222,16 +222,11 @@ def _due(row: FleetCampaign, conditions: fm.Conditions, ask: _Ask) -> list[str]:
     return words
 
 
-def _write(answer: FleetAnswer, page: Path) -> None:
+def _write(answer: FleetAnswer, page: Path, links: dict[str, str]) -> None:
     """Write table and page."""
     from forcemap.report.fleet import FLEET_MARK, fleet_html
 
     shown = answer.model_dump(mode="json")
-    links = {
-        row.folder: quote(os.path.relpath(Path(row.folder, REPORT_FILE), page.parent))
-        for row in answer.campaigns
-        if row.report
-    }
     for campaign in shown["campaigns"]:
         for speed in (campaign["report"] or {"speeds": []})["speeds"]:
             speed["programmed"] = _programmed(speed)
@@ -252,7 +247,7 @@ def _table(answer: FleetAnswer) -> str:
     rows = []
     for row in answer.campaigns:
         of_row = {
-            "folder": one_line(row.folder),
+            "folder": row.folder,
             "made_again": csv_cell(row.made_again),
             "failed": row.failed or "",
             "due": "; ".join(row.due),

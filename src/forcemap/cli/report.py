@@ -194,7 +194,7 @@ def _verify(file: str, folder: str, *, as_json: bool) -> int:
     lines = [f"Report of {changes.date}, written by {changes.software}"]
     lines += [] if changes.intact else ["ALTERED: the report file is not as it was written"]
     for title, files in (("Changed", changes.changed), ("Vanished", changes.vanished), ("New", changes.new)):
-        lines += listing(f"{title} since", map(_printable, files)) if files else []
+        lines += listing(f"{title} since", map(printable, files)) if files else []
     lines.append("Nothing changed since" if changes.holds else "Write the report again")
     lines.append(f"{changes.unchanged} files as then")
     emit(result, lines, as_json=as_json)
@@ -225,7 +225,7 @@ def report_result(assessment: fm.CampaignAssessment, files: list[str]) -> dict[s
             }
             for part in assessment.speeds
         ],
-        "inputs": {_printable(file.path): file.sha256 for file in assessment.inputs},
+        "inputs": {printable(file.path): file.sha256 for file in assessment.inputs},
     }
 
 
@@ -257,6 +257,6 @@ def answer_lines(assessment: fm.CampaignAssessment) -> list[str]:
     return lines
 
 
-def _printable(path: str) -> str:
+def printable(path: str) -> str:
     """A path whose bytes are no UTF-8, or that holds control characters, as it can be printed."""
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in path)

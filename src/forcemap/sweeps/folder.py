@@ -51,7 +51,8 @@ class SweepFolder:
         try:
             root.mkdir(parents=True, exist_ok=True)
             if not (root / _ABOUT).exists():
-                if any(not path.name.startswith(".") for path in root.iterdir()):
+                names = {path.name for path in root.iterdir() if not path.name.startswith(".")}
+                if names - {_ABOUT, _PARTS}:  # another process may have begun it just now
                     problem = "the folder holds other files, expected a new or empty one, or a sweep's"
                     raise InputError(problem, file=str(folder))
                 write_atomically(root / _ABOUT, text)

@@ -10,7 +10,7 @@ from functools import cached_property
 from itertools import accumulate
 from pathlib import Path
 
-from forcemap.errors import InputError, UnknownName
+from forcemap.errors import InputError, UnknownName, one_line
 from forcemap.files import file_sha256, read_bytes, sha256, toml_tables
 from forcemap.sweeps.block import Block, Case
 from forcemap.sweeps.entries import Entries
@@ -83,7 +83,7 @@ def read_study(path: str | Path) -> Study:
     entries.text("note", "")
     cases = tuple(KINDS[kind](entries))
     entries.finish()
-    study = Study(file.name, kind, _sha256(tables, file.parent), cases)
+    study = Study(one_line(file.name), kind, _sha256(tables, file.parent), cases)
     if not 0 < len(study) <= _MOST_BLOCKS:
         raise InputError(
             f"found a study of {len(study)} blocks, expected 1 to {_MOST_BLOCKS}; make the blocks larger",
