@@ -144,7 +144,7 @@ def _report_atlas(
         "files": files,
         "simulated": atlas.simulated,
         "map_sha256": atlas.sha256,
-        "campaigns": {name: _result(each, [reports[name]]) for name, each in assessments.items()},
+        "campaigns": {name: report_result(each, [reports[name]]) for name, each in assessments.items()},
     }
     emit(result, [*lines, f"Written: {', '.join(files)}"], as_json=as_json)
     return 0
