@@ -12,6 +12,7 @@ from typer import Argument, Option
 
 from forcemap import InputError
 from forcemap.answers.sweep import NotComputed, SweepAnswer
+from forcemap.cli.check import shortened
 from forcemap.cli.options import Json
 from forcemap.cli.output import Progress, counted, emit, listing
 from forcemap.sweeps.cluster import TlsFiles, cluster
@@ -19,8 +20,6 @@ from forcemap.sweeps.folder import SUMMARY_FILE, SweepFolder
 from forcemap.sweeps.pool import pool
 from forcemap.sweeps.run import Sweep, missing, of_part, run
 from forcemap.sweeps.study import Study, read_study
-
-_SHOWN = 8  # blocks that text names; of more the number is said. A choice.
 
 
 def sweep(
@@ -99,7 +98,7 @@ def _answer(study: Study, folder: str, done: Sweep) -> SweepAnswer:
 
 def _lines(answer: SweepAnswer, *, named: bool) -> list[str]:
     failed = [f"{each.block}: {each.reason}" for each in answer.failed]
-    lines = listing("NOTHING from these blocks", _shortened(failed)) if failed else []
+    lines = listing("NOTHING from these blocks", shortened(failed)) if failed else []
     lines.append(
         f"{answer.study}: {answer.computed} of {counted(answer.blocks, 'block')} computed, {answer.there_before} were "
         f"there, {answer.left} left"
@@ -110,11 +109,6 @@ def _lines(answer: SweepAnswer, *, named: bool) -> list[str]:
             f"Cost: {answer.processor_s:.1f} s of processor time in {answer.wall_s:.1f} s, "
             f"{answer.processor_s_per_block:.3f} s a block{ahead}"
         )
-    lines += listing("Missing", _shortened(answer.missing)) if named and answer.left else []
+    lines += listing("Missing", shortened(answer.missing)) if named and answer.left else []
     lines.append(f"Summary: {answer.summary}" if answer.summary else "The same again goes on with what is left")
     return lines
-
-
-def _shortened(lines: list[str]) -> list[str]:
-    more = len(lines) - _SHOWN
-    return [*lines[:_SHOWN], *([f"and {more} more"] if more > 0 else [])]
