@@ -38,6 +38,8 @@ _COMMANDS = {
     "export-path": "Write what a robot's program takes for one path.",
     "effective-mass": "Show the effective mass of a robot.",
     "report": "Write the validation report of a campaign.",
+    "sweep": "Compute a study of many blocks, on many machines.",
+    "fleet": "Bring many campaigns up to date; one table of all.",
     "serve": "Show campaigns as a web page on this machine.",
 }
 """What each command does; its function is found and loaded when it is used."""

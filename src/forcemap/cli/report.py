@@ -94,7 +94,7 @@ def report(
         "certificate)",
         f"Later: forcemap report --verify {files[0]} {folder}",
     ]
-    emit(_result(assessment, files), lines, as_json=as_json)
+    emit(report_result(assessment, files), lines, as_json=as_json)
     return 0
 
 
@@ -155,7 +155,7 @@ def _report_atlas(
         "files": files,
         "simulated": atlas.simulated,
         "map_sha256": atlas.sha256,
-        "campaigns": {name: _result(each, [reports[name]]) for name, each in assessments.items()},
+        "campaigns": {name: report_result(each, [reports[name]]) for name, each in assessments.items()},
     }
     emit(result, [*lines, f"Written: {', '.join(files)}"], as_json=as_json)
     return 0
@@ -205,14 +205,15 @@ def _verify(file: str, folder: str, *, as_json: bool) -> int:
     lines = [f"Report of {changes.date}, written by {changes.software}"]
     lines += [] if changes.intact else ["ALTERED: the report file is not as it was written"]
     for title, files in (("Changed", changes.changed), ("Vanished", changes.vanished), ("New", changes.new)):
-        lines += listing(f"{title} since", map(_printable, files)) if files else []
+        lines += listing(f"{title} since", map(printable, files)) if files else []
     lines.append("Nothing changed since" if changes.holds else "Write the report again")
     lines.append(f"{changes.unchanged} files as then")
     emit(result, lines, as_json=as_json)
     return 0 if changes.holds else 1
 
 
-def _result(assessment: fm.CampaignAssessment, files: list[str]) -> dict[str, Any]:
+def report_result(assessment: fm.CampaignAssessment, files: list[str]) -> dict[str, Any]:
+    """What `--json` says of a report."""
     parts = {name: getattr(assessment, name) for name in ("dataset", "recordings", "force_map", "bound")}
     return {
         "files": files,
@@ -235,7 +236,7 @@ def _result(assessment: fm.CampaignAssessment, files: list[str]) -> dict[str, An
             }
             for part in assessment.speeds
         ],
-        "inputs": {_printable(file.path): file.sha256 for file in assessment.inputs},
+        "inputs": {printable(file.path): file.sha256 for file in assessment.inputs},
     }
 
 
@@ -267,6 +268,6 @@ def answer_lines(assessment: fm.CampaignAssessment) -> list[str]:
     return lines
 
 
-def _printable(path: str) -> str:
+def printable(path: str) -> str:
     """A path whose bytes are no UTF-8, or that holds control characters, as it can be printed."""
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in path)
