@@ -59,7 +59,12 @@ def campaign(direction: str, seed: int) -> AtlasMap:
         simulated=True,
         device=replace(PAPER_DEVICE, range=5000.0),
     )
-    columns: dict[str, Any] = {"distance": d.repeat(3), "height": h.repeat(3), "speed": v.repeat(3), "peak_force": force}
+    columns: dict[str, Any] = {
+        "distance": d.repeat(3),
+        "height": h.repeat(3),
+        "speed": v.repeat(3),
+        "peak_force": force,
+    }
     force_map = fm.fit_force_map(fm.ImpactDataset.from_arrays(**columns, conditions=conditions))
     return AtlasMap(direction, conditions, force_map)
 
