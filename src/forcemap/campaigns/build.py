@@ -12,7 +12,9 @@ from forcemap.campaigns.conditions import CAMPAIGN_FILE
 from forcemap.campaigns.dataset import ImpactDataset
 from forcemap.campaigns.impact_rows import LEFT_OUT_IF_EMPTY, WRITTEN, Row, UsedRecordings, registered
 from forcemap.campaigns.impacts_table import TABLE_FILE, read_dataset
+from forcemap.campaigns.memory import remembering
 from forcemap.campaigns.phase_two import OLD_COLUMN, unused_cells
+from forcemap.campaigns.readout import Reader
 from forcemap.campaigns.recordings_table import Entry, register_text
 from forcemap.campaigns.walk import CampaignRecording, FileState, Progress, walk
 from forcemap.csv_table import csv_text, read_table
@@ -24,18 +26,21 @@ _NEARLY_ALL = 0.9  # share of a table's rows that name a recording of the campai
 _TRIES = 3  # of collecting while another process collects the same folder; a choice
 
 
-def build_dataset(campaign: Campaign, *, progress: Progress | None = None) -> ImpactDataset:
+def build_dataset(campaign: Campaign, *, progress: Progress | None = None, workers: int = 1) -> ImpactDataset:
     """Read, judge and register every recording of a campaign, and write its impacts table.
 
     Writes `recordings.csv` and `impacts.csv`, each in one step; raw files are never touched. The same folder gives
     the same bytes, and a recording keeps its row when others are added. The register holds the hash of every row of the
-    table, and the conditions under which each recording was first registered, which are never rewritten.
+    table, and the conditions under which each recording was first registered, which are never rewritten. A recording
+    that was judged before, under the same conditions and by the same software, is not judged again (`remembering`).
 
     Parameters
     ----------
     campaign : Campaign
     progress : callable, optional
         Called with the number of files done and of all files.
+    workers : int, optional
+        Processes that judge at once, where there are many files; more than one in a program without threads alone.
 
     Returns
     -------
@@ -54,7 +59,8 @@ def build_dataset(campaign: Campaign, *, progress: Progress | None = None) -> Im
     TableError
         No recording gave an impact that can be used, or the impacts contradict each other.
     """
-    entries, rows = collected(campaign, progress=progress)
+    with remembering(campaign, workers=workers) as reader:
+        entries, rows = collected(campaign, progress=progress, reader=reader)
     with alone(campaign.folder):
         if _sha256(campaign.register_file) != campaign.register_sha256:
             message = "was changed meanwhile, so nothing was written; run it again"
@@ -68,14 +74,16 @@ def build_dataset(campaign: Campaign, *, progress: Progress | None = None) -> Im
         return read_dataset(campaign.folder)
 
 
-def collect_campaign(folder: str | Path, *, progress: Progress | None = None) -> tuple[Campaign, ImpactDataset]:
+def collect_campaign(
+    folder: str | Path, *, progress: Progress | None = None, workers: int = 1
+) -> tuple[Campaign, ImpactDataset]:
     """Read a campaign's folder and build its dataset; try again if another process collected it meanwhile.
 
     Parameters
     ----------
     folder : str or Path
-    progress : callable, optional
-        Called with the number of files done and of all files.
+    progress, workers : optional
+        As in `build_dataset`.
 
     Returns
     -------
@@ -91,7 +99,7 @@ def collect_campaign(folder: str | Path, *, progress: Progress | None = None) ->
     tries = _TRIES
     while True:
         try:
-            dataset = build_dataset(read_campaign(folder), progress=progress)
+            dataset = build_dataset(read_campaign(folder), progress=progress, workers=workers)
             return read_campaign(folder), dataset
         except ChangedMeanwhile:
             tries -= 1
@@ -99,10 +107,13 @@ def collect_campaign(folder: str | Path, *, progress: Progress | None = None) ->
                 raise
 
 
-def collected(campaign: Campaign, *, progress: Progress | None = None) -> tuple[list[Entry], list[Row]]:
+def collected(
+    campaign: Campaign, *, progress: Progress | None = None, reader: Reader | None = None
+) -> tuple[list[Entry], list[Row]]:
     """The entries of the register and the rows of the impacts table for the recordings as they are.
 
-    Nothing is written. Arguments and errors as `build_dataset`, whose first half this is.
+    Nothing is written. Arguments and errors as `build_dataset`, whose first half this is; without a reader every
+    recording is judged, whatever is remembered.
     """
     if math.isnan(campaign.conditions.device.range):
         message = "the device range is not stated, so that a saturated recording would pass for a good one"
@@ -113,7 +124,7 @@ def collected(campaign: Campaign, *, progress: Progress | None = None) -> tuple[
         raise CampaignFileError(message, file=str(campaign.recordings))
     judged: list[tuple[Entry, Row | None]] = []
     used = UsedRecordings()
-    for recording in walk(campaign, progress=progress):
+    for recording in walk(campaign, progress=progress, reader=reader):
         if recording.state is FileState.GONE and recording.entry.blank:
             continue
         if recording.missing_extra:  # what is not installed here must not take its row out of the table

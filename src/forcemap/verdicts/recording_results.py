@@ -13,17 +13,9 @@ from forcemap.arrays import FloatArray
 from forcemap.campaigns.campaign import Campaign, read_campaign
 from forcemap.campaigns.conditions import Conditions
 from forcemap.campaigns.impacts_table import read_dataset
+from forcemap.campaigns.recorded_impacts import RecordedImpacts, recorded_impacts
 from forcemap.campaigns.recordings_table import Entry
-from forcemap.campaigns.walk import (
-    CampaignRecording,
-    FileState,
-    Measured,
-    Progress,
-    RecordedImpacts,
-    mistaken_unit,
-    recorded_impacts,
-    walk,
-)
+from forcemap.campaigns.walk import CampaignRecording, FileState, Measured, Progress, mistaken_unit, walk
 from forcemap.errors import InputError
 from forcemap.files import file_sha256
 from forcemap.findings import Finding, FindingKind
