@@ -15,6 +15,7 @@ from forcemap.errors import TableError, nearest_names
 _PLAIN_NUMBER = r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?"
 _NUMBER, _NUMBER_OR_NONE = re.compile(_PLAIN_NUMBER, re.ASCII), re.compile(f"(?:{_PLAIN_NUMBER})?", re.ASCII)
 _FORMULA = re.compile(r"'*[=+@\t\r-]")
+_FORMULA_BEGINS = frozenset("'=+@\t\r-")
 _LARGEST = 20_000_000  # bytes of a table; a choice: 100,000 impacts fit in
 _WHOLE_NUMBER = re.compile(r"\d{1,9}", re.ASCII)
 _NUMBERS = {  # a whole column at once
@@ -171,12 +172,12 @@ def csv_text(columns: Mapping[str, Sequence[str]]) -> str:
 
 def _no_formula(cell: str) -> str:
     """A cell behind an apostrophe where a spreadsheet would take its text for a formula; `_plain` takes it off."""
-    return f"'{cell}" if _FORMULA.match(cell) and not _NUMBER.fullmatch(cell) else cell
+    return f"'{cell}" if cell[:1] in _FORMULA_BEGINS and _FORMULA.match(cell) and not _NUMBER.fullmatch(cell) else cell
 
 
 def _plain(cell: str) -> str:
     """The cell as it was before `_no_formula`."""
-    return cell[1:] if cell.startswith("'") and _FORMULA.match(cell) else cell
+    return cell[1:] if cell[:1] == "'" and _FORMULA.match(cell) else cell
 
 
 def _text(content: bytes, file: str) -> str:

@@ -115,7 +115,7 @@ def new_folder(folder: str | Path) -> Path:
 def file_sha256(path: str | Path) -> str:
     """SHA-256 of a file's content, in hexadecimal, or an InputError that names it."""
     try:
-        with Path(path).open("rb") as stream:
+        with open(path, "rb", buffering=0) as stream:
             return hashlib.file_digest(stream, "sha256").hexdigest()
     except OSError as error:
         raise InputError(f"cannot be read ({error.strerror})", file=str(path)) from error

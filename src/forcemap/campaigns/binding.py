@@ -12,6 +12,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -157,6 +158,7 @@ def _plain(column: str, cell: str) -> str:
     return cell.lower() if column == "role" else cell
 
 
+@lru_cache(maxsize=4096)  # most figures of a table stand in it again, or were just written
 def _value(cell: str) -> str:
     try:
         return repr(float(cell.replace(",", ".")))

@@ -6,7 +6,7 @@ import math
 from pathlib import Path
 
 from forcemap.campaigns.binding import impact_sha256
-from forcemap.campaigns.campaign import Campaign, read_campaign
+from forcemap.campaigns.campaign import Campaign, read_campaign, with_register
 from forcemap.campaigns.columns import UNUSED
 from forcemap.campaigns.conditions import CAMPAIGN_FILE
 from forcemap.campaigns.dataset import ImpactDataset
@@ -23,6 +23,7 @@ from forcemap.files import alone, file_sha256, read_bytes, sha256, write_atomica
 
 _NOTE = ".collecting"
 _NEARLY_ALL = 0.9  # share of a table's rows that name a recording of the campaign; a choice: some may have been deleted
+_NOT_AS_REGISTERED = (FileState.GONE, FileState.CURVE_GONE, FileState.CHANGED)
 _TRIES = 3  # of collecting while another process collects the same folder; a choice
 
 
@@ -99,8 +100,9 @@ def collect_campaign(
     tries = _TRIES
     while True:
         try:
-            dataset = build_dataset(read_campaign(folder), progress=progress, workers=workers)
-            return read_campaign(folder), dataset
+            campaign = read_campaign(folder)
+            dataset = build_dataset(campaign, progress=progress, workers=workers)
+            return with_register(campaign), dataset
         except ChangedMeanwhile:
             tries -= 1
             if not tries:
@@ -154,6 +156,8 @@ def table_text(campaign: Campaign, entries: list[Entry], rows: list[Row]) -> str
 
 def _require_unchanged(campaign: Campaign, recording: CampaignRecording) -> None:
     """Refuse a recording that is not what was registered."""
+    if recording.state not in _NOT_AS_REGISTERED and recording.sha256:
+        return
     entry, register = recording.entry, campaign.register_file.name
     refusals = {
         FileState.GONE: f"registered in {register}, but the file is gone; put it back, or delete its row",
@@ -165,7 +169,7 @@ def _require_unchanged(campaign: Campaign, recording: CampaignRecording) -> None
             f"row in {register} first"
         ),
     }
-    if message := refusals.get(recording.state) or ("" if recording.sha256 else recording.unreadable):
+    if message := refusals.get(recording.state, recording.unreadable):
         raise CampaignFileError(message, file=str(campaign.recordings / entry.file))
 
 
@@ -202,6 +206,9 @@ def _require_own(campaign: Campaign, entries: list[Entry], text: str) -> None:
 def _write_together(campaign: Campaign, register: str, table: str) -> None:
     """Write both files; after a kill between the two, a note beside them says which table was being replaced."""
     note = campaign.folder / _NOTE
+    if _holds(campaign.register_file, register) and _holds(campaign.table_file, table):
+        note.unlink(missing_ok=True)
+        return
     write_atomically(note, "\n".join({*_being_replaced(campaign), _sha256(campaign.table_file), sha256(table)}))
     write_atomically(campaign.register_file, register)
     write_atomically(campaign.table_file, table)
@@ -211,6 +218,10 @@ def _write_together(campaign: Campaign, register: str, table: str) -> None:
 def _sha256(file: Path) -> str:
     """SHA-256 of a file; empty if there is none."""
     return file_sha256(file) if file.exists() else ""
+
+
+def _holds(file: Path, text: str) -> bool:
+    return file.exists() and read_bytes(file) == text.encode()
 
 
 def _being_replaced(campaign: Campaign) -> list[str]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, fields, replace
+from typing import Any
 
 import numpy as np
 
@@ -62,18 +63,18 @@ def registered(campaign: Campaign, recording: CampaignRecording, used: UsedRecor
 
 def _fresh(recording: CampaignRecording) -> Entry:
     """The entry with what a person stated and what its impacts show, without earlier judgements."""
-    entry = Entry(sha256=recording.sha256, use=Use.USED, **{name: getattr(recording.entry, name) for name in _STATED})
+    found: dict[str, Any] = {name: getattr(recording.entry, name) for name in _STATED}
+    found |= {"sha256": recording.sha256, "use": Use.USED}
     if recording.entry.sha256 not in ("", recording.sha256):  # it has grown, or had no impact: read as if new
-        read = {name: cell for name, cell in entry.conditions.items() if name not in (READ_WITH, FIRST_READ)}
-        entry = replace(entry, conditions=read)
+        then = recording.entry.conditions.items()
+        found["conditions"] = {name: cell for name, cell in then if name not in (READ_WITH, FIRST_READ)}
     shown = recording.readout
     if shown is None:
-        return replace(entry, use=Use.UNREADABLE, reason=recording.unreadable)
-    entry = replace(entry, size=shown.size)
+        return Entry(**found | {"use": Use.UNREADABLE, "reason": recording.unreadable})
+    found["size"] = shown.size
     if impacts := shown.impacts:
         scenarios = [impact.scenario for impact in impacts]
-        entry = replace(
-            entry,
+        found |= dict(
             scenario=next((scenario for scenario in BARRING if scenario in scenarios), scenarios[0]),
             peak_force=impacts[0].peak_force,
             raw_peak_force=impacts[0].raw_peak_force,
@@ -82,14 +83,14 @@ def _fresh(recording: CampaignRecording) -> Entry:
             flags="; ".join([*map(str, impacts[0].flags), *shown.notes]),
         )
     elif shown.force_without:  # a slow clamp is no impact, but a force acts
-        entry = replace(entry, phase2_force=shown.force_without, scenario=ContactScenario.UNDETERMINED)
-    if entry.exclude:
-        return replace(entry, use=Use.EXCLUDED, reason=entry.exclude)
-    if len(impacts) != 1:
+        found |= {"phase2_force": shown.force_without, "scenario": ContactScenario.UNDETERMINED}
+    if reason := recording.entry.exclude:
+        found |= {"use": Use.EXCLUDED, "reason": reason}
+    elif len(impacts) != 1:
         times = ", ".join(f"{impact.onset:.3f}" for impact in impacts)
         several = f"{len(impacts)} impacts, at {times} s, expected one; cut the file, or exclude it"
-        return replace(entry, use=Use.DISCARDED, reason=several if impacts else shown.doubt_words)
-    return entry
+        found |= {"use": Use.DISCARDED, "reason": several if impacts else shown.doubt_words}
+    return Entry(**found)
 
 
 _STATED = ("file", "curve", "state_id", "repeat", "speed", "exclude", "conditions")

@@ -55,7 +55,8 @@ def remembering(campaign: Campaign, *, workers: int = 1) -> Iterator[Reader]:
     key, file = _key(campaign), campaign.folder / MEMORY_FILE
     before = _opened(file, key)
     known, judge = _readouts(before), _without_recordings(judging(campaign))
-    checksums = {name: sha256_of(campaign.recordings / name) for name in campaign.files()}
+    folder = campaign.recordings
+    checksums = {name: sha256_of(f"{folder}/{name}") for name in campaign.files()}
     unknown = [name for name, checksum in checksums.items() if not _is(known.get((name, "")), checksum)]
     used: _Known = {}
     with in_processes(judge, unknown, workers) as judged:
@@ -70,10 +71,10 @@ def remembering(campaign: Campaign, *, workers: int = 1) -> Iterator[Reader]:
             return shown
 
         yield read
-    after = _text(used)
-    if key and after != before:
+    if key and (not before or list(used.items()) != list(known.items())):
+        text = _text(used)
         with suppress(InputError):  # a folder that cannot be written has no memory
-            write_atomically(file, f"{_seal(key, after)}\n{after}")
+            write_atomically(file, f"{_seal(key, text)}\n{text}")
 
 
 def _is(shown: FileReadout | None, checksum: str) -> bool:

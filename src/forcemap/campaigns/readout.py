@@ -132,7 +132,7 @@ def judging(campaign: Campaign) -> Reader:
     return read
 
 
-def sha256_of(path: Path) -> str:
+def sha256_of(path: str | Path) -> str:
     """SHA-256 of a file; empty if it cannot be opened."""
     try:
         return file_sha256(path)

@@ -188,7 +188,7 @@ def _registered(campaign: Campaign, files: list[str]) -> dict[str, dict[str, Ent
 
 def _file(campaign: Campaign, file: str, known: Mapping[str, Entry], read: Reader) -> Iterator[CampaignRecording]:
     """The recordings of an existing file."""
-    path, there = campaign.recordings / file, read(file)
+    there = read(file)
 
     def state(entry: Entry) -> FileState:
         """A file without an impact may be replaced; one that was incomplete begins with what was registered."""
@@ -196,6 +196,7 @@ def _file(campaign: Campaign, file: str, known: Mapping[str, Entry], read: Reade
             return FileState.NEW
         if entry.blank or entry.sha256 in ("", there.sha256):
             return FileState.REGISTERED
+        path = campaign.recordings / file
         goes_on = entry.size and not entry.exclude and begins_with(path, entry.size, entry.sha256)
         return FileState.GROWN if goes_on else FileState.CHANGED
 

@@ -98,8 +98,8 @@ def _proposal_lines(answer: AssignAnswer) -> list[str]:
 
 
 def _collect(folder: str) -> tuple[Campaign, ImpactDataset]:
-    with Progress("recordings read", len(read_campaign(folder).files())) as progress:
-        return collect_campaign(folder, progress=lambda done, _: progress.show(done), workers=processors())
+    with Progress("recordings read", 0) as progress:
+        return collect_campaign(folder, progress=progress.show, workers=processors())
 
 
 class _Snapshot(NamedTuple):
