@@ -19,7 +19,7 @@ from forcemap.campaigns.recordings_table import Entry, register_text
 from forcemap.campaigns.walk import CampaignRecording, FileState, Progress, walk
 from forcemap.csv_table import csv_text, read_table
 from forcemap.errors import CampaignFileError, ChangedMeanwhile, MissingExtra, TableError
-from forcemap.files import alone, file_sha256, read_bytes, sha256, write_atomically
+from forcemap.files import alone, file_sha256, read_bytes, sha256, sweep, write_atomically
 
 _NOTE = ".collecting"
 _NEARLY_ALL = 0.9  # share of a table's rows that name a recording of the campaign; a choice: some may have been deleted
@@ -208,6 +208,7 @@ def _write_together(campaign: Campaign, register: str, table: str) -> None:
     note = campaign.folder / _NOTE
     if _holds(campaign.register_file, register) and _holds(campaign.table_file, table):
         note.unlink(missing_ok=True)
+        sweep(campaign.folder)
         return
     write_atomically(note, "\n".join({*_being_replaced(campaign), _sha256(campaign.table_file), sha256(table)}))
     write_atomically(campaign.register_file, register)

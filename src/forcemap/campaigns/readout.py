@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import NamedTuple, Protocol
 
@@ -130,6 +130,24 @@ def judging(campaign: Campaign) -> Reader:
         return FileReadout(checksum, tuple(map(Readout.of, recorded)), recorded=recorded)
 
     return read
+
+
+def judging_once(campaign: Campaign) -> tuple[Reader, Reader]:
+    """Two readers that judge a file once between them: one gives the recordings, too; the other what that one has read.
+
+    For two walks over a campaign one after the other, which then see the same files.
+    """
+    judge, seen = judging(campaign), dict[tuple[str, str], FileReadout]()
+
+    def first(file: str, state: str = "") -> FileReadout:
+        shown = judge(file, state)
+        seen[file, state] = replace(shown, recorded=())  # curves take memory
+        return shown
+
+    def again(file: str, state: str = "") -> FileReadout:
+        return seen.get((file, state)) or judge(file, state)
+
+    return first, again
 
 
 def sha256_of(path: str | Path) -> str:
