@@ -119,11 +119,9 @@ def read_campaign(folder: str | Path) -> Campaign:
     campaign = with_register(Campaign(root, conditions, columns, read_plan(root / PLAN_FILE, tolerance=tolerance)))
     if conditions.devices:
         runs = zip(campaign.plan.state_id.tolist(), campaign.plan.recording.tolist(), strict=True)
-        recordings = [
-            *((entry.state_id, entry.name) for entry in campaign.entries),
-            *(("", file) for file in campaign.files()),
-        ]
-        conditions.require_devices_used([*runs, *recordings], str(root / CAMPAIGN_FILE))
+        registered = ((entry.state_id, entry.name) for entry in campaign.entries)
+        names = [*runs, *registered, *(("", file) for file in campaign.files())]
+        conditions.require_devices_used(names, str(root / CAMPAIGN_FILE))
     return campaign
 
 

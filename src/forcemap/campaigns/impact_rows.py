@@ -74,14 +74,12 @@ def _fresh(recording: CampaignRecording) -> Entry:
     found["size"] = shown.size
     if impacts := shown.impacts:
         scenarios = [impact.scenario for impact in impacts]
-        found |= dict(
-            scenario=next((scenario for scenario in BARRING if scenario in scenarios), scenarios[0]),
-            peak_force=impacts[0].peak_force,
-            raw_peak_force=impacts[0].raw_peak_force,
-            phase2_force=float(np.fmax.reduce([impact.phase2_force for impact in impacts])),
-            phase1_duration=impacts[0].phase1_duration,
-            flags="; ".join([*map(str, impacts[0].flags), *shown.notes]),
-        )
+        found |= {name: getattr(impacts[0], name) for name in ("peak_force", "raw_peak_force", "phase1_duration")}
+        found |= {
+            "scenario": next((scenario for scenario in BARRING if scenario in scenarios), scenarios[0]),
+            "phase2_force": float(np.fmax.reduce([impact.phase2_force for impact in impacts])),
+            "flags": "; ".join([*map(str, impacts[0].flags), *shown.notes]),
+        }
     elif shown.force_without:  # a slow clamp is no impact, but a force acts
         found |= {"phase2_force": shown.force_without, "scenario": ContactScenario.UNDETERMINED}
     if reason := recording.entry.exclude:

@@ -176,7 +176,6 @@ def _readout(*values: Any) -> Readout:
 
 
 def _impact(*values: Any) -> ImpactReadout:
-    *figures, scenario, flags = values
-    return ImpactReadout(
-        *figures, ContactScenario(scenario), tuple(Flag(Quality(name), figure) for name, figure in flags)
-    )
+    shown = ImpactReadout(*values)
+    flags = tuple(Flag(Quality(name), figure) for name, figure in values[-1])
+    return shown._replace(scenario=ContactScenario(shown.scenario), flags=flags)

@@ -337,7 +337,7 @@ def _tolerance_factor(leverage: FloatArray, table: FloatArray) -> FloatArray:
         node = root / (1 + root) * intervals
         node[np.isinf(root)] = intervals
         number = node.astype(np.intp)
-        factor = np.append(np.diff(table), 0.0).take(number, mode="clip")
+        factor: FloatArray = np.append(np.diff(table), 0.0).take(number, mode="clip")
         factor *= node - number
         factor += table.take(number, mode="clip")
         factor *= 1 + root
