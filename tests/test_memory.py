@@ -392,7 +392,7 @@ def test_no_process_is_left_when_the_command_is_ended(tmp_path, how):
         "started = workers._judge_all\n"
         "def told(*arguments):\n"
         "    import os\n"
-        "    print(os.getpid(), flush=True)\n"
+        "    os.write(1, f'{os.getpid()}\\n'.encode())\n"
         "    started(*arguments)\n"
         "workers._judge_all = told\n"
         "fm.build_dataset(fm.read_campaign(sys.argv[1]), workers=2)\n"

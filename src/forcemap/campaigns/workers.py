@@ -63,7 +63,7 @@ def _started(judge: _Judge, files: Sequence[str]) -> Iterator[Connection]:
     """A process that judges these files, in order, and the end of the pipe at which they come out."""
     context = multiprocessing.get_context("fork")
     ours, theirs = context.Pipe(duplex=False)
-    process: BaseProcess = context.Process(target=_judge_all, args=(judge, files, theirs), daemon=True)
+    process: BaseProcess = context.Process(target=_judge_all, args=(judge, files, theirs, ours), daemon=True)
     process.start()
     theirs.close()
     try:
@@ -74,8 +74,9 @@ def _started(judge: _Judge, files: Sequence[str]) -> Iterator[Connection]:
         process.join()
 
 
-def _judge_all(judge: _Judge, files: Sequence[str], out: Connection) -> None:
+def _judge_all(judge: _Judge, files: Sequence[str], out: Connection, other_end: Connection) -> None:
     """Send every file's readout; whatever fails here is done again, and said, by the process that asked."""
+    other_end.close()  # so that the pipe is broken once the process that asked has ended
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # an interrupt is the other process's to say
     with suppress(Exception):
         for file in files:
