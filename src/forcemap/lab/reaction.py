@@ -96,5 +96,5 @@ class Reaction:
         return np.asarray(retreat * np.exp(after / -self.time_constant))
 
     def before(self, speed: FloatArray, fading: FloatArray | float = 1.0) -> FloatArray:
-        """What `commanded_speed` gives until the reaction begins [m/s]; faded from 1 to 0, on the way to the retreat."""
+        """What `commanded_speed` gives until the reaction begins [m/s]; faded from 1 on, on the way to the retreat."""
         return -self.retreat_speed + (speed + self.retreat_speed) * fading
