@@ -133,12 +133,13 @@ def read_table(content: bytes, file: str, *, what: str, remarked: bool = False) 
     try:
         for record in reader:
             if any(cell.strip() for cell in record):
-                records.append((reader.line_num, [_plain(cell.strip()) for cell in record]))
+                records.append((reader.line_num, [*map(str.strip, record)]))
     except csv.Error as error:
         raise TableError(f"not a CSV table ({error})", file=file, row=reader.line_num) from None
     if not records:
         raise TableError("found no header, expected one", file=file)
     (header_row, header), *body = records
+    header = [*map(_plain, header)]
     while header and not header[-1] and all(len(record) == len(header) and not record[-1] for _, record in body):
         header.pop()  # empty columns at the end, as spreadsheets write them
         for _, record in body:
@@ -151,6 +152,8 @@ def read_table(content: bytes, file: str, *, what: str, remarked: bool = False) 
         if len(record) != len(header):
             raise TableError(f"found {len(record)} cells, expected {len(header)} as in the header", file=file, row=row)
     columns = {name: [record[i] for _, record in body] for i, name in enumerate(header)}
+    for name in [name for name, cells in columns.items() if "'" in _begins(cells)]:
+        columns[name] = [*map(_plain, columns[name])]
     return Table(file, columns, [row for row, _ in body], header_row, delimiter, remarks)
 
 
@@ -166,13 +169,19 @@ def csv_text(columns: Mapping[str, Sequence[str]]) -> str:
     stream = io.StringIO()
     writer = csv.writer(stream, lineterminator="\n")
     writer.writerow(map(_no_formula, columns))
-    writer.writerows(map(_no_formula, row) for row in zip(*columns.values(), strict=True))
+    safe = [[*map(_no_formula, cells)] if _begins(cells) & _FORMULA_BEGINS else cells for cells in columns.values()]
+    writer.writerows(zip(*safe, strict=True))
     return stream.getvalue()
+
+
+def _begins(cells: Sequence[str]) -> set[str]:
+    """The characters that cells begin with."""
+    return {cell[:1] for cell in cells}
 
 
 def _no_formula(cell: str) -> str:
     """A cell behind an apostrophe where a spreadsheet would take its text for a formula; `_plain` takes it off."""
-    return f"'{cell}" if cell[:1] in _FORMULA_BEGINS and _FORMULA.match(cell) and not _NUMBER.fullmatch(cell) else cell
+    return f"'{cell}" if _FORMULA.match(cell) and not _NUMBER.fullmatch(cell) else cell
 
 
 def _plain(cell: str) -> str:

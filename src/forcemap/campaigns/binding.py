@@ -133,9 +133,10 @@ def changed_conditions(entries: Iterable[Entry], conditions: Conditions) -> Find
 
     Every change: the entry, its value then and now, of how many recordings, measured when.
     """
-    then = Counter(change for entry in entries for change in _changes(entry, conditions))
-    changes = tuple((key, was, now, count, day) for (key, was, now, day), count in then.items())
-    return Finding.of(FindingKind.CONDITION_CHANGED, changes=changes) if changes else None
+    if not (then := [change for entry in entries for change in _changes(entry, conditions)]):
+        return None
+    changes = tuple((key, was, now, count, day) for (key, was, now, day), count in Counter(then).items())
+    return Finding.of(FindingKind.CONDITION_CHANGED, changes=changes)
 
 
 def _changes(entry: Entry, conditions: Conditions) -> Iterator[tuple[str, str, str | None, str]]:

@@ -108,7 +108,8 @@ def _assigned(campaign: Campaign, recording: CampaignRecording, entry: Entry, us
             remedy = f"{remedy} (forcemap collect --assign)"
             reason = f"no run of the plan has this name; {remedy}"
         return replace(entry, use=Use.UNASSIGNED, reason=reason)
-    entry = replace(entry, state_id=state, repeat=repeat)
+    if (entry.state_id, entry.repeat) != (state, repeat):
+        entry = replace(entry, state_id=state, repeat=repeat)
     planned = float(plan.speed[plan.first_row[state]])
     speed = planned if math.isnan(entry.speed) else entry.speed
     if math.isnan(campaign.conditions.device_of(state, entry.name).range):
