@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from forcemap.campaigns.columns import COLUMNS, NUMBERS, RAW_PEAK, UNUSED
+from forcemap.campaigns.columns import COLUMNS, NUMBERS, RAW_PEAK, TRUTHS, UNUSED
 from forcemap.campaigns.conditions import MEASURED_UNDER, Conditions
 from forcemap.campaigns.phase_two import unused_cells
 from forcemap.campaigns.recordings_table import MEASURED_ON, REGISTER_FILE, Entry, Use, read_register, row_sha256
@@ -154,7 +154,7 @@ def _broken(kind: FindingKind, **figures: Any) -> Binding:
 def _plain(column: str, cell: str) -> str:
     if column in NUMBERS:
         return _value(cell)
-    if column == "censored":
+    if column in TRUTHS:
         return "true" if cell.lower() in ("true", "1") else "false"
     return cell.lower() if column == "role" else cell
 

@@ -20,7 +20,8 @@ from forcemap.impacts.scenario import ContactScenario
 _EVERY = {"distance_m": "distance", "height_m": "height", "speed_mps": "speed", "peak_force_N": "peak_force"}
 _OF_STATE = {"state_id": "state", "repeat": "repeat", "role": "role", "censored": "censored"}
 _BESIDE = {"base_angle_deg": "base_angle", "phase2_force_N": "phase2_force"}
-COLUMNS = _EVERY | _OF_STATE | _BESIDE | {name: name for name in ("scenario", "recording", "flags")}
+_PRESSURE = {"peak_pressure_N_per_cm2": "peak_pressure", "pressure_censored": "pressure_censored"}
+COLUMNS = _EVERY | _OF_STATE | _BESIDE | _PRESSURE | {name: name for name in ("scenario", "recording", "flags")}
 RAW_PEAK = "raw_peak_N"
 """A further column that `build_dataset` writes: the largest sample of Phase I."""
 UNUSED = (
@@ -35,19 +36,25 @@ LARGEST = 10.0
 """Largest distance, height [m] and speed [m/s] that a robot can have."""
 LARGEST_FORCE = 1e5
 """Largest force that an impact can have [N]."""
+LARGEST_PRESSURE = 1e4
+"""Largest pressure that an impact can have [N/cm^2]."""
 _PLAUSIBLE = {
     "distance_m": (0.0, LARGEST, "metres above 0 and up to 10"),
     "height_m": (-LARGEST, LARGEST, "metres from -10 to 10"),
     "speed_mps": (0.0, LARGEST, "metres per second above 0 and up to 10"),
     "peak_force_N": (1.0, LARGEST_FORCE, "newtons from 1 to 100000"),
     "phase2_force_N": (0.0, LARGEST_FORCE, "newtons from 0 to 100000"),
+    "peak_pressure_N_per_cm2": (0.0, LARGEST_PRESSURE, "N/cm^2 from 0 to 10000"),
     "base_angle_deg": (-3600.0, 3600.0, "degrees from -3600 to 3600"),
 }
 
 NUMBERS = tuple(_PLAUSIBLE)
 """The columns that hold numbers with a unit."""
 
-TEXTS = tuple(column for column in COLUMNS if column not in (*NUMBERS, "repeat", "censored"))
+TRUTHS = ("censored", "pressure_censored")
+"""The columns that hold true or false."""
+
+TEXTS = tuple(column for column in COLUMNS if column not in (*NUMBERS, *TRUTHS, "repeat"))
 """The columns that hold names."""
 
 REQUIRED = tuple(_EVERY)
@@ -61,6 +68,15 @@ _DECISIVE = {  # words in a column's name that show what it decides
     "censored": ("censored", "zensiert", "saturat", "clipped", "overload", "overrange"),
     "scenario": ("scenario", "clamp"),
     "phase2_force_N": ("phase2", "phaseii"),
+    "peak_pressure_N_per_cm2": (
+        "peakpressure",
+        "maxpressure",
+        "contactpressure",
+        "pressuren",
+        "pressuremp",
+        "pressurekp",
+        "druckn",
+    ),
 }
 _TRUTH = {"true": True, "1": True, "false": False, "0": False, "": False}
 
@@ -144,13 +160,13 @@ def roles(values: ArrayLike | None, where: Where) -> Texts:
     return roles
 
 
-def truths(values: ArrayLike | None, where: Where) -> Mask:
+def truths(column: str, values: ArrayLike | None, where: Where) -> Mask:
     """True and false, shape (n,); false without the column."""
     if values is None:
         return np.zeros(len(where.rows), dtype=np.bool_)
-    array = _sized("censored", values, where)
+    array = _sized(column, values, where)
     stated = [value == 1 if value in (0, 1) else _TRUTH.get(str(value).lower()) for value in array.tolist()]
-    where.refuse([truth is None for truth in stated], "censored", array, "true or false")
+    where.refuse([truth is None for truth in stated], column, array, "true or false")
     return np.array(stated, dtype=np.bool_)
 
 
@@ -166,9 +182,9 @@ def scenarios(values: Any, where: Where) -> Objects:
     return result
 
 
-def refuse_other_units(force: FloatArray, censored: Mask, names: Texts, where: Where) -> None:
+def refuse_other_units(column: str, force: FloatArray, censored: Mask, names: Texts, where: Where) -> None:
     """Refuse repeats of a state that differ by a factor of 3: another unit (kgf, lbf) or another impact."""
-    measured = np.flatnonzero(~censored)
+    measured = np.flatnonzero(~censored & (force > 0))
     order = measured[np.lexsort((force[measured], names[measured]))]
     _, first, count = np.unique(names[order], return_index=True, return_counts=True)
     lowest, highest = force[order[first]], force[order[first + count - 1]]
@@ -177,7 +193,7 @@ def refuse_other_units(force: FloatArray, censored: Mask, names: Texts, where: W
         usual = float(np.median(force[member]))
         position = int(member[np.abs(np.log(force[member] / usual)).argmax()])
         expected = f"expected about {usual:g} as the repeats of its state; is it in another unit?"
-        raise where.error(position, "peak_force_N", f"found {force[position]:g}, {expected}")
+        raise where.error(position, column, f"found {force[position]:g}, {expected}")
 
 
 def repeats(values: ArrayLike | None, names: Texts, where: Where) -> Indices:

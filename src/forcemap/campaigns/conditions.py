@@ -20,6 +20,7 @@ from forcemap.files import read_bytes, toml_tables
 from forcemap.findings import Finding, FindingKind
 from forcemap.recordings.column_map import ColumnMap
 from forcemap.recordings.device import Device
+from forcemap.recordings.film import Film
 
 SCHEMA = "forcemap-campaign/1"
 CAMPAIGN_FILE = "campaign.toml"
@@ -68,6 +69,8 @@ class Conditions:
     devices : tuple of (str, Device)
         Where several were used: a pattern of names of states or recordings, with * and ?, and the device of these; the
         first that fits counts.
+    film : Film
+        The film or array that measures the pressure, if any.
     """
 
     robot: str = ""
@@ -94,6 +97,7 @@ class Conditions:
     simulated: bool = False
     device: Device = field(default_factory=Device)
     devices: tuple[tuple[str, Device], ...] = ()
+    film: Film = field(default_factory=Film)
 
     def __post_init__(self) -> None:
         if self.speed_kind not in ("", "measured", "commanded"):
@@ -285,14 +289,15 @@ class Conditions:
             flat |= {f"{name}.{key}": item for key, item in value.items()} if section else {name: value}
         known: dict[str, Any] = {}
         device: dict[str, Any] = {}
+        film: dict[str, Any] = {}
         for entry, value in flat.items():
             if entry not in ENTRIES or ("." in entry and entry in tables):  # a quoted key is no entry of a section
                 near = ", ".join(nearest_names(entry, ENTRIES, 3))
                 raise InputError(f"unknown entry; the nearest known ones are {near}", column=entry)
             name, _ = ENTRIES[entry]
-            target = device if name.startswith("device.") else known
-            target[name.removeprefix("device.")] = _typed(entry, value, attrgetter(name)(cls()))
-        only = cls(**known, device=Device(**device))
+            target = device if name.startswith("device.") else film if name.startswith("film.") else known
+            target[name.rpartition(".")[2]] = _typed(entry, value, attrgetter(name)(cls()))
+        only = cls(**known, device=Device(**device), film=Film(**film))
         if "devices" not in tables:
             return only
         devices = (*_several(tables["devices"]), *([("*", only.device)] if device else []))  # [device]: of the others
@@ -406,13 +411,18 @@ ENTRIES: dict[str, tuple[str, str | None]] = {  # entry: field, and what a new c
         "channel_frequency_class",
         "low-pass reported beside the raw curve, for example 180",
     ),
+    "pressure.sensor": ("film.sensor", None),
+    "pressure.range_N_per_cm2": ("film.range", None),
+    "pressure.least_N_per_cm2": ("film.least", None),
+    "pressure.error": ("film.error", None),
+    "pressure.mean_over_cm2": ("film.mean_over", None),
     "standard.edition": ("standard_edition", "for example ISO/TS 15066:2016"),
     "standard.limit_table": ("limit_table", "your own table of limits, if any"),
 }
 
 MEASURED_UNDER = (
     "simulated",
-    *(entry for entry in ENTRIES if entry.startswith(("robot.", "tool.", "contact."))),
+    *(entry for entry in ENTRIES if entry.startswith(("robot.", "tool.", "contact.", "pressure."))),
     *(f"device.{key}" for key in ("model", "range_N", "error_N", "stiffness_N_per_m", "pad")),
 )
 """Entries of campaign.toml that say what was measured, and so what a map holds for."""

@@ -19,21 +19,26 @@ from forcemap.campaigns.contradictions import contradictions, opposite_base_angl
 from forcemap.campaigns.drift import Drift, measured_again
 from forcemap.campaigns.one_campaign import require_one_campaign
 from forcemap.campaigns.phase_two import PhaseTwo, including_unused
+from forcemap.campaigns.quantity import LEAST, Quantity
 from forcemap.campaigns.state import States, StateTolerance, identify_states
 from forcemap.campaigns.units import unit_finding
 from forcemap.errors import InputError, TableError
 from forcemap.findings import Finding, FindingKind
 from forcemap.impacts.scenario import ContactScenario
+from forcemap.recordings.film import Film
 
 if TYPE_CHECKING:
     import pandas as pd
 
 # what other rooms take from here beside ImpactDataset
 __all__ = [
-    "Binding", "BindingState", "Conditions", "ContactScenario", "Drift", "PhaseTwo", "StateTolerance", "States",
-    "contradictions", "in_stated_units", "measured_again", "unit_finding",
+    "Binding", "BindingState", "Conditions", "ContactScenario", "Drift", "PhaseTwo", "Quantity", "StateTolerance",
+    "States", "contradictions", "in_stated_units", "measured_again", "unit_finding",
 ]  # fmt: skip
 
+
+_NEAR_RANGE = 0.9
+"""A force after Phase I above this share of a reading that reached the range may have been cut off there, too."""
 
 DISAGREEMENT = 1.1
 """Repeats disagree if the largest is above the smallest by more than this factor; a choice: they agree to 1 to 3 %."""
@@ -69,6 +74,10 @@ class ImpactDataset:
         Contact scenario; None is "not recorded".
     recording, flags : array of str
         Name of the raw file; quality flags.
+    peak_pressure : array
+        Peak pressure [N/cm^2], a lower bound where `pressure_censored`; NaN is "not measured".
+    pressure_censored : array of bool
+        True where the range of the film or array was exceeded.
     extra : mapping of str to tuple of str
         Unknown columns of the table, as text.
     conditions : Conditions
@@ -86,6 +95,10 @@ class ImpactDataset:
         it read if that is more; NaN if nothing tells.
     binding : Binding
         Whether the table is what its recordings gave.
+    quantity : Quantity
+        What `peak_force`, `censored` and `device_range` are of: the force, unless it was asked for another (`of`).
+    without : int
+        Impacts that were left out because they do not have that quantity.
     """
 
     distance: FloatArray
@@ -101,6 +114,8 @@ class ImpactDataset:
     scenario: Objects
     recording: Texts
     flags: Texts
+    peak_pressure: FloatArray
+    pressure_censored: Mask
     extra: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     conditions: Conditions = field(default_factory=Conditions)
     states_found: str = "by state_id"
@@ -110,6 +125,8 @@ class ImpactDataset:
     phase_two: PhaseTwo = field(default_factory=PhaseTwo)
     device_range: float = math.nan
     binding: Binding = field(default_factory=Binding)
+    quantity: Quantity = Quantity.FORCE
+    without: int = 0
 
     @classmethod
     def from_arrays(
@@ -128,6 +145,8 @@ class ImpactDataset:
         scenario: Sequence[str | ContactScenario | None] | NDArray[Any] | None = None,
         recording: ArrayLike | None = None,
         flags: ArrayLike | None = None,
+        peak_pressure: ArrayLike | None = None,
+        pressure_censored: ArrayLike | None = None,
         extra: Mapping[str, Sequence[str]] | None = None,
         conditions: Conditions | None = None,
         device_stiffness: float | None = None,
@@ -158,10 +177,11 @@ class ImpactDataset:
         tolerance = tolerance or StateTolerance.stated(conditions.place_tolerance, conditions.speed_tolerance)
         where = _rows(distance, rows, source)
         given: dict[str, Any] = {"distance": distance, "height": height, "speed": speed, "peak_force": peak_force}
-        given |= {"phase2_force": phase2_force, "base_angle": base_angle}
+        given |= {"phase2_force": phase2_force, "base_angle": base_angle, "peak_pressure": peak_pressure}
         arguments = {column: columns.COLUMNS[column] for column in columns.NUMBERS}
         checked: dict[str, Any] = {arg: columns.numbers(column, given[arg], where) for column, arg in arguments.items()}
-        force, is_censored = checked["peak_force"], columns.truths(censored, where)
+        force, is_censored = checked["peak_force"], columns.truths("censored", censored, where)
+        above_film = columns.truths("pressure_censored", pressure_censored, where)
         words, recordings = columns.texts("flags", flags, where), columns.texts("recording", recording, where)
         _require_marked(words, is_censored, where)
         roles, scenarios = columns.roles(role, where), columns.scenarios(scenario, where)
@@ -169,7 +189,8 @@ class ImpactDataset:
         coordinates = np.column_stack([checked["distance"], checked["height"], checked["speed"]])
         names = identify_states(coordinates, roles, stated, tolerance, where)
         conditions = _within_range(conditions, names, recordings, force, is_censored, where)
-        columns.refuse_other_units(force, is_censored, np.char.add(roles, names), where)
+        columns.refuse_other_units("peak_force_N", force, is_censored, np.char.add(roles, names), where)
+        _require_pressures(checked["peak_pressure"], above_film, conditions.film, np.char.add(roles, names), where)
         dataset = cls(
             stated_speed=checked.pop("speed"),
             **checked,
@@ -177,6 +198,7 @@ class ImpactDataset:
             repeat=_repeats(repeat, stated, names, where),
             role=roles,
             censored=is_censored,
+            pressure_censored=above_film,
             scenario=scenarios,
             recording=recordings,
             flags=words,
@@ -230,6 +252,41 @@ class ImpactDataset:
         if rows.size < len(self) and binding.state is not BindingState.BROKEN:
             binding = Binding(BindingState.UNBOUND, Finding.of(FindingKind.IMPACTS_SELECTED, impacts=rows.size))
         return replace(self, **arrays, extra=extra, binding=binding)
+
+    def of(self, quantity: Quantity) -> ImpactDataset:
+        """The same states with another quantity in place of the force: `fit_force_map` fits it as it fits forces.
+
+        `peak_force`, `censored` and `device_range` are then the quantity's, in its unit. Impacts without it (not
+        measured, or below 1: noise around nothing) are left out and counted in `without`. A clamping force counts as
+        censored where it lies at the range, or within a tenth of a reading that reached it.
+
+        Raises
+        ------
+        InputError
+            The dataset is of another quantity than the force already.
+        """
+        if quantity is self.quantity:
+            return self
+        if self.quantity is not Quantity.FORCE:
+            raise InputError(f"quantity: found a dataset of the {self.quantity.words}, expected one of the force")
+        if quantity is Quantity.PRESSURE:
+            values, censored = self.peak_pressure, self.pressure_censored
+            usable = _usable_range(self.conditions.film.range, values[~np.isnan(values)], censored[~np.isnan(values)])
+        else:
+            at_range = np.where(self.censored, _NEAR_RANGE * self.peak_force, math.inf)
+            values, usable = self.phase2_force, self.device_range
+            censored = values >= np.fmin(at_range, np.nan_to_num(usable, nan=math.inf))
+        rows = np.flatnonzero(values >= LEAST)
+        arrays: dict[str, Any] = {n: array[rows] for n, array in vars(self).items() if isinstance(array, np.ndarray)}
+        arrays |= {"peak_force": values[rows], "censored": censored[rows]}
+        extra = {name: tuple(column[i] for i in rows) for name, column in self.extra.items()}
+        left_out = len(self) - rows.size
+        return replace(self, **arrays, extra=extra, device_range=usable, quantity=quantity, without=left_out)
+
+    @property
+    def pressures(self) -> int:
+        """Number of impacts of which a pressure was measured."""
+        return int(np.sum(~np.isnan(self.peak_pressure)))
 
     @property
     def train(self) -> ImpactDataset:
@@ -358,6 +415,16 @@ def _unknown_columns(
         raise TableError("found a known column among the extra ones, expected its own argument", column=name)
     require_one_campaign(extra, conditions, where)
     return {name: tuple(str(value) for value in values) for name, values in extra.items()}
+
+
+def _require_pressures(pressure: FloatArray, censored: Mask, film: Film, names: Texts, where: columns.Where) -> None:
+    """Refuse pressures at the film's range that are not marked, marks without a pressure, and other units."""
+    column = "peak_pressure_N_per_cm2"
+    expected = f"less than the pressure range of {film.range:g} N/cm^2, or pressure_censored true"
+    where.refuse((pressure >= film.range) & ~censored, column, pressure, expected)
+    unknown = np.isnan(pressure) & censored
+    where.refuse(unknown, column, pressure, "the pressure that was reached at least where pressure_censored is true")
+    columns.refuse_other_units(column, np.nan_to_num(pressure), censored, names, where)
 
 
 def _stated_names(state: ArrayLike | None, where: columns.Where) -> Texts | None:

@@ -126,6 +126,8 @@ def _cells(dataset: ImpactDataset) -> dict[str, list[str]]:
     stated = dataset.as_stated
     for column, name in COLUMNS.items():
         cells = [csv_cell(value) for value in getattr(stated, name).tolist()]
+        if column == "pressure_censored" and "peak_pressure_N_per_cm2" not in columns:
+            continue
         if column in REQUIRED or column in ("state_id", "repeat", "role", "censored") or any(cells):
             columns[column] = cells
     return columns | {name: list(values) for name, values in dataset.extra.items()}

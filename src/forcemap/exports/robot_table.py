@@ -23,7 +23,8 @@ from forcemap.maps.force_map import ForceMap
 from forcemap.maps.map_file import map_sha256
 from forcemap.paths.path_speeds import PathSpeeds
 from forcemap.speeds.allowance import Allowance
-from forcemap.speeds.basis import Basis, basis_of
+from forcemap.speeds.basis import Basis
+from forcemap.speeds.quantities import cases_of
 from forcemap.speeds.safe_speed import floor_speed
 from forcemap.speeds.zone_speeds import ZoneSpeeds, zone_speeds
 from forcemap.speeds.zones import Zones
@@ -203,7 +204,7 @@ def robot_table(
     edges = [_edges(float(low[i]) + allowance.position, float(high[i]) - allowance.position, size) for i in (0, 1)]
     zones, shape = Zones.between(*edges).grown(allowance.position), tuple(axis.size - 1 for axis in edges)
     for limit, contact in limits:
-        require_exportable(basis_of(force_map, limit, bound=bound, contact=contact, angle=angle))
+        require_exportable(cases_of(force_map, limit, bound=bound, contact=contact, angle=angle)[0].basis)
     speeds = [
         zone_speeds(force_map, zones, limit=limit, bound=bound, contact=contact, angle=angle, allowance=allowance)
         for limit, contact in limits

@@ -130,6 +130,10 @@ class ForceLimit:
         """Force limit [N] for a kind of contact; raises ContactNotPermitted for the head."""
         return self.transient if Contact.parse(contact) is Contact.TRANSIENT else self.quasi_static
 
+    def pressure(self, contact: Contact) -> float:
+        """Pressure limit [Pa] for a kind of contact; raises ContactNotPermitted for the head."""
+        return self.transient_pressure if Contact.parse(contact) is Contact.TRANSIENT else self.quasi_static_pressure
+
     def __str__(self) -> str:
         lacking = f"; this table lacks {', '.join(self.lacking)} of the region" if self.lacking else ""
         head = f"; HEAD, permitted by the table's own words: {self.head_contact}" if self.head_finding else ""

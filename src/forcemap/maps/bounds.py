@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from forcemap.arrays import FloatArray, in_blocks
-from forcemap.campaigns.dataset import Conditions, StateTolerance
+from forcemap.campaigns.dataset import Conditions, Quantity, StateTolerance
 from forcemap.errors import BoundNotAvailable, InputError
 from forcemap.findings import Finding, FindingKind
 from forcemap.maps.force_map import ForceMap
@@ -112,6 +112,7 @@ class ToleranceBound:
     With l the leverage of the queried state, s the standard deviation of a state's mean of ln F about the map and t'
     the `confidence` quantile of the noncentral t distribution (degrees of freedom: states less coefficients;
     noncentrality z_content / sqrt(l)), upper = max(F exp(s sqrt(l) t'), F + device error)
+    (of a pressure without the device's error: that of a film is a share of the reading)
     (Krishnamoorthy and Mathew 2009, Statistical Tolerance Regions, section 3.4: tolerance limits in regression).
     States of a place share an effect: l and s are those of generalised least squares with a correlation taken at the
     upper end of its likelihood (docs/equations.md, "Places").
@@ -154,7 +155,7 @@ class ToleranceBound:
         assert force_map.fit is not None
         deviation = force_map.fit.state_sd
         table = _tolerance_table(force_map.fit.between_states.degrees_of_freedom, self.confidence, self.content)
-        error = float(np.fmax(self.device_error, force_map.conditions.device.error))
+        error = self.error_of(force_map)
 
         def upper(force: FloatArray, leverage: FloatArray) -> FloatArray:
             allowance = deviation * _tolerance_factor(leverage, table)
@@ -164,6 +165,11 @@ class ToleranceBound:
 
         force = force_map.predict(distance, height, speed)
         return in_blocks(upper, force, force_map.leverage(distance, height, speed))
+
+    def error_of(self, force_map: ForceMap) -> float:
+        """How far the bound lies above the prediction at least, in the unit of the map's quantity."""
+        of_film = force_map.quantity is Quantity.PRESSURE
+        return 0.0 if of_film else float(np.fmax(self.device_error, force_map.conditions.device.error))
 
     def require(self, force_map: ForceMap) -> None:
         """Raise BoundNotAvailable if the map was not fitted, or has too few states."""

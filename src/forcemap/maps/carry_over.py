@@ -9,8 +9,9 @@ from pathlib import Path
 import numpy as np
 
 from forcemap.arrays import Mask
-from forcemap.campaigns.dataset import ImpactDataset, States, StateTolerance
+from forcemap.campaigns.dataset import ImpactDataset, Quantity, States, StateTolerance
 from forcemap.errors import BoundNotAvailable, FitError, InputError, TransferRefused
+from forcemap.findings import Finding, FindingKind
 from forcemap.maps.bounds import FEW_STATES, ToleranceBound, contradiction
 from forcemap.maps.direction import same_direction
 from forcemap.maps.fit import CensoredImpacts, fit_force_map, repeat_variance
@@ -127,6 +128,7 @@ def transfer_map(old_map: ForceMap, dataset: ImpactDataset, *, shift: Form | Non
     near = np.any([new.at_places_of(each.states) for each in campaigns], axis=0)
     transfer = Transfer(form, campaigns, shifts, joint, int(near.sum()))
     conditions = replace(dataset.conditions, simulated=dataset.simulated or old_map.simulated)
+    pressures = dataset.pressures or old_map.unmapped or old_map.other(Quantity.PRESSURE)
     return ForceMap(
         name=dataset.source or "carried over",
         form=joint.form,
@@ -147,8 +149,15 @@ def transfer_map(old_map: ForceMap, dataset: ImpactDataset, *, shift: Form | Non
         conditions=conditions.with_device_of(old_map.conditions),
         device_range=float(np.min([old_map.device_range, dataset.device_range])),
         binding=dataset.binding.weaker(old_map.binding),
+        unmapped=_pressure_lost(dataset) if pressures else None,
         source=f"carried over from {old_map.name} by {dataset.source or 'arrays'}",
     )
+
+
+def _pressure_lost(dataset: ImpactDataset) -> Finding:
+    """That pressures are not carried over."""
+    why = {"words": "a map is carried over for the force alone", "impacts": dataset.pressures}
+    return Finding.of(FindingKind.PRESSURE_NOT_MAPPED, **why, without=len(dataset) - dataset.pressures)
 
 
 def require_sound(old_map: ForceMap) -> None:

@@ -7,8 +7,9 @@ from enum import StrEnum
 
 import numpy as np
 
-from forcemap.campaigns.dataset import ImpactDataset, States, StateTolerance
+from forcemap.campaigns.dataset import ImpactDataset, Quantity, States, StateTolerance
 from forcemap.errors import FitError, RankDeficient
+from forcemap.findings import Finding, FindingKind
 from forcemap.maps.censored import censored_regression, state_data
 from forcemap.maps.force_map import Fit, ForceMap
 from forcemap.maps.forms import CFM_3D, Form
@@ -39,6 +40,10 @@ def fit_force_map(
     censored states left out, counted and listed in `fit.left_out`. So does this fit where there are no more uncensored
     states than coefficients, because they then do not show how far states scatter.
 
+    Other quantities of the same impacts are fitted alike, each to the impacts that have it (`ImpactDataset.of`), and
+    stand in `others`: pressures wherever some were measured, the clamping force where impacts clamp, or may, and either
+    all of them have one or some exceed their peak. Pressures that bear no map say why in `unmapped`.
+
     Parameters
     ----------
     dataset : ImpactDataset
@@ -61,6 +66,46 @@ def fit_force_map(
     RankDeficient
         The states do not tell the terms apart, or only by differences within the tolerance of repeats.
     """
+    force_map = _fitted(dataset, form, impacts)
+    return force_map if dataset.quantity is not Quantity.FORCE else _with_others(force_map, dataset, form, impacts)
+
+
+def _with_others(force_map: ForceMap, dataset: ImpactDataset, form: Form, impacts: CensoredImpacts) -> ForceMap:
+    """The map of the force with those of the other quantities that the impacts have."""
+    others, unmapped = [], None
+    for quantity in (Quantity.PRESSURE, Quantity.CLAMPING_FORCE):
+        if not _wanted(dataset, quantity):
+            continue
+        try:
+            others.append(_fitted(dataset.of(quantity), form, impacts))
+        except FitError as error:
+            if quantity is Quantity.PRESSURE:  # without a clamping map the gate of Phase II decides
+                why = {
+                    "words": error.problem,
+                    "impacts": dataset.pressures,
+                    "without": len(dataset) - dataset.pressures,
+                }
+                unmapped = Finding.of(FindingKind.PRESSURE_NOT_MAPPED, **why)
+    return replace(force_map, others=tuple(others), unmapped=unmapped)
+
+
+def _wanted(dataset: ImpactDataset, quantity: Quantity) -> bool:
+    """Whether a map of another quantity is to be had from the impacts.
+
+    Of a clamping force none where a recording that is not in the table clamps above its peak: the map would not
+    know it.
+    """
+    if quantity is Quantity.PRESSURE:
+        return dataset.pressures > 0
+    phase_two, above = dataset.phase_two, int(np.sum(dataset.phase2_force > dataset.peak_force))
+    if not phase_two.barred or phase_two.above_peak > above:
+        return False
+    held = dataset.of(quantity)
+    return len(held.train) > 0 and bool(above or not held.without)
+
+
+def _fitted(dataset: ImpactDataset, form: Form, impacts: CensoredImpacts) -> ForceMap:
+    """The map of the dataset's quantity alone; arguments and errors as in `fit_force_map`."""
     train = dataset.train
     if not len(train):
         raise FitError(
@@ -103,6 +148,8 @@ def fit_force_map(
         conditions=replace(dataset.conditions, simulated=dataset.simulated),
         device_range=dataset.device_range,
         binding=dataset.binding,
+        quantity=dataset.quantity,
+        without=dataset.without,
         source=f"fitted to {dataset.source or 'arrays'}",
     )
 

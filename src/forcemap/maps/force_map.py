@@ -12,8 +12,9 @@ from numpy.typing import ArrayLike
 
 from forcemap._version import __version__
 from forcemap.arrays import FloatArray, in_blocks
-from forcemap.campaigns.dataset import Binding, Conditions, Drift, PhaseTwo, States, measured_again
+from forcemap.campaigns.dataset import Binding, Conditions, Drift, PhaseTwo, Quantity, States, measured_again
 from forcemap.errors import InputError
+from forcemap.findings import Finding
 from forcemap.maps.censored import CensoredRegression, StateData, state_data
 from forcemap.maps.form_test import FormTest, form_test, gaps_of
 from forcemap.maps.forms import Form
@@ -164,6 +165,14 @@ class ForceMap:
         Where the coefficients come from.
     software : str
         Name and version of the software that fitted the map.
+    quantity : Quantity
+        What it is a map of; its figures are in the unit of that.
+    without : int
+        Impacts that were left out because they do not have that quantity.
+    others : tuple of ForceMap
+        Of a map of the force: maps of the other quantities of the same impacts, which count in every speed.
+    unmapped : Finding or None
+        Why pressures were measured, but bear no map: then no speed is given for limits that have one.
     """
 
     name: str
@@ -177,6 +186,10 @@ class ForceMap:
     binding: Binding = field(default_factory=Binding)
     source: str = ""
     software: str = f"forcemap {__version__}"
+    quantity: Quantity = Quantity.FORCE
+    without: int = 0
+    others: tuple[ForceMap, ...] = ()
+    unmapped: Finding | None = None
 
     def predict(self, distance: ArrayLike, height: ArrayLike, speed: ArrayLike) -> Any:
         """Predicted peak force.
@@ -260,6 +273,10 @@ class ForceMap:
         if self.fit is None:
             raise InputError(f"map {self.name!r} was not fitted here, so its measured states are not known")
         return self.fit
+
+    def other(self, quantity: Quantity) -> ForceMap | None:
+        """The map of another quantity of the same impacts; None if there is none."""
+        return next((each for each in self.others if each.quantity is quantity), None)
 
     @property
     def simulated(self) -> bool:

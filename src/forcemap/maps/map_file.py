@@ -19,6 +19,7 @@ from forcemap.campaigns.dataset import (
     Conditions,
     ContactScenario,
     PhaseTwo,
+    Quantity,
     States,
     in_stated_units,
 )
@@ -61,6 +62,17 @@ _RANGES = {  # of a number in the file, or of every number in a list
 }
 """Lowest and highest value of an entry of the file, for places, speeds and forces as in an impacts table; of any other
 -1e9 and 1e9."""
+
+_OF_PRESSURE = {  # entries of a map of forces -> those of a map of pressures
+    "peak_force_N": "peak_pressure_N_per_cm2",
+    "mean_ln_force": "mean_ln_pressure",
+    "at_least_N": "at_least_N_per_cm2",
+    "highest_N": "highest_N_per_cm2",
+    "rmse_N": "rmse_N_per_cm2",
+    "device_range_N": "film_range_N_per_cm2",
+}
+_SHARED = {"schema", "source", "simulated", "software", "phase_two", "binding", "campaign"}
+"""Entries that maps of the quantities of one campaign share."""
 
 _ROUNDING = 1e-9  # share by which means and logarithms in the file may contradict each other
 
@@ -116,9 +128,10 @@ def read_map(path: str | Path) -> ForceMap:
     try:
         if stated != sha256(_text(content)):
             raise MapFileError("the file was changed after it was written; fit the map again", column="content_sha256")
-        _require_sound(content, content.keys() - {"binding", "campaign", "carried_over"})
+        others = content.pop("other_quantities", [])
         with np.errstate(divide="raise", over="raise", invalid="raise"):
-            return _from_content(content)
+            force_map = _checked(content)
+            return replace(force_map, others=tuple(_other_from_content(other, content) for other in others))
     except MapFileError as error:
         raise MapFileError(error.message, file=file, column=error.column) from None
     except KeyError as error:
@@ -140,6 +153,36 @@ def map_sha256(force_map: ForceMap) -> str:
 
 def _text(content: dict[str, Any]) -> str:
     return json.dumps(content, indent=1, allow_nan=False) + "\n"
+
+
+def _checked(content: dict[str, Any]) -> ForceMap:
+    _require_sound(content, content.keys() - {"binding", "campaign", "carried_over", "pressure_not_mapped"})
+    return _from_content(content)
+
+
+def _other_to_content(other: ForceMap) -> dict[str, Any]:
+    """A map of another quantity, without what it shares with that of the force; its entries bear its own units."""
+    own = {entry: value for entry, value in _to_content(other).items() if entry not in _SHARED}
+    own = _renamed(own, _OF_PRESSURE) if other.quantity is Quantity.PRESSURE else own
+    return {"quantity": other.quantity.value, "impacts_without": other.without, **own}
+
+
+def _other_from_content(stated: dict[str, Any], of_force: dict[str, Any]) -> ForceMap:
+    quantity, without = Quantity(stated.pop("quantity")), stated.pop("impacts_without")
+    if quantity is Quantity.FORCE or not isinstance(without, int) or without < 0 or _SHARED & stated.keys():
+        raise MapFileError("expected a map of another quantity", column="other_quantities")
+    back = {theirs: ours for ours, theirs in _OF_PRESSURE.items()} if quantity is Quantity.PRESSURE else {}
+    shared = {entry: of_force[entry] for entry in _SHARED}
+    other = _checked(shared | _renamed(stated, back))
+    return replace(other, quantity=quantity, without=without, binding=_binding(of_force))
+
+
+def _renamed(content: dict[str, Any], names: dict[str, str]) -> dict[str, Any]:
+    """The same with other names of entries, in its tables too."""
+    return {
+        names.get(name, name): _renamed(value, names) if isinstance(value, dict) else value
+        for name, value in content.items()
+    }
 
 
 def _to_content(force_map: ForceMap) -> dict[str, Any]:
@@ -171,6 +214,10 @@ def _to_content(force_map: ForceMap) -> dict[str, Any]:
         points = force_map.measured_range.points
         columns = list(_STATE_COLUMNS)[1:4]
         return content | {"measured_states": dict(zip(columns, points.T.tolist(), strict=True)), "fit": None}
+    if force_map.others:
+        content["other_quantities"] = [_other_to_content(other) for other in force_map.others]
+    if force_map.unmapped:
+        content["pressure_not_mapped"] = dict(force_map.unmapped.figures)
     fit, between_states = force_map.fit, force_map.fit.between_states
     censored = {}
     if isinstance(between_states, CensoredRegression):
@@ -289,6 +336,9 @@ def _from_content(content: dict[str, Any]) -> ForceMap:
         binding=_binding(content),
         source=str(content["source"]),
         software=str(content["software"]),
+        unmapped=Finding.of(FindingKind.PRESSURE_NOT_MAPPED, **content["pressure_not_mapped"])
+        if "pressure_not_mapped" in content
+        else None,
     )
     if fit is None:
         _require_published(force_map)

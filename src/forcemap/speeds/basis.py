@@ -14,7 +14,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from forcemap.campaigns.dataset import Binding, BindingState, Conditions, PhaseTwo, States, contradictions, unit_finding
+from forcemap.campaigns.dataset import (
+    Binding,
+    BindingState,
+    Conditions,
+    PhaseTwo,
+    Quantity,
+    States,
+    contradictions,
+    unit_finding,
+)
 from forcemap.errors import InputError
 from forcemap.findings import Finding, FindingKind
 from forcemap.limits.body_areas import MAX_TRANSIENT_FACTOR
@@ -42,7 +51,7 @@ class Basis:
     contact : Contact or None
         Kind of contact; None where it is not named.
     newtons : float or array
-        The limit [N]; NaN where the standard permits no contact.
+        The limit [N], of another quantity than the force in its unit; NaN where the standard permits no contact.
     raised : float
         Factor on the bound: for the device's spring, and for a motion off the map's direction.
     refusals : tuple of Finding
@@ -147,7 +156,19 @@ def basis_of(
         limit = NewtonLimit.of(limit, quasi_static_limit, spring_N_per_m)
     elif quasi_static_limit is not None or spring_N_per_m is not None:
         raise InputError("limit: quasi_static_limit and spring_N_per_m go with a limit in newtons, not with an area")
-    basis = limit_basis(limit, contact, force_map.conditions, phase_two=force_map.phase_two, binding=force_map.binding)
+    if force_map.quantity is not Quantity.FORCE:
+        what = f"a map of the {force_map.quantity.words} alone"
+        raise InputError(
+            f"map: found {what}, which permits nothing; expected one of the force, fitted to the same table"
+        )
+    basis = limit_basis(
+        limit,
+        contact,
+        force_map.conditions,
+        phase_two=force_map.phase_two,
+        binding=force_map.binding,
+        clamping_mapped=force_map.other(Quantity.CLAMPING_FORCE) is not None,
+    )
     if isinstance(limit, NewtonLimit) and not basis.refusals:
         _require_contact(force_map, limit, contact)
     if not (basis.refusals and (math.isnan(force_map.device_range) or force_map.binding.refusal)):
@@ -176,7 +197,7 @@ def basis_of(
             *basis.notes,
             *(transfer.findings if transfer else ()),
             direction,
-            *_notes(force_map, bound),
+            *map_notes(force_map, bound),
         ),
         export_refusal=weak or basis.export_refusal,
         bound=bound,
@@ -197,6 +218,7 @@ def limit_basis(
     *,
     phase_two: PhaseTwo,
     binding: Binding,
+    clamping_mapped: bool = False,
 ) -> Basis:
     """Compare a limit with what impacts rest on, before there is a map.
 
@@ -211,6 +233,8 @@ def limit_basis(
         What is known of Phase II.
     binding : Binding
         Whether the impacts are what their recordings gave.
+    clamping_mapped : bool
+        True if the quasi-static limit is held against a map of the clamping force, too.
 
     Raises
     ------
@@ -238,6 +262,8 @@ def limit_basis(
             suits = device_suitability("the limit", limit.spring_N_per_m, conditions.device.stiffness)
     gate = phase_two.transient_refusal if kind is Contact.TRANSIENT else phase_two.quasi_static_refusal
     clamping = gate(quasi_static if kind is Contact.TRANSIENT else lowest, error, suits.raised)
+    if clamping_mapped and kind is Contact.QUASI_STATIC:
+        clamping = None  # that map knows the forces that exceed the peaks
     refusals = [broken, suits.refusal, clamping]
     if isinstance(limit, ForceLimit) and not limit.permitted:
         refusals = [limit.refusal]
@@ -268,7 +294,7 @@ def _unchecked_units(force_map: ForceMap) -> list[Finding]:
     return [units] if units and units.kind is FindingKind.UNITS_NOT_CHECKED else []
 
 
-def _notes(force_map: ForceMap, bound: Bound) -> list[Finding]:
+def map_notes(force_map: ForceMap, bound: Bound) -> list[Finding]:
     """What a reader of the speed must know about the map and the bound."""
     kind, notes, fit = FindingKind, [], force_map.fit
 

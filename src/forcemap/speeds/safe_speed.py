@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from decimal import ROUND_FLOOR, Decimal
 from enum import StrEnum
 from typing import Any
@@ -13,15 +13,16 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from forcemap.arrays import FloatArray, Indices, Objects
-from forcemap.campaigns.dataset import StateTolerance
+from forcemap.campaigns.dataset import Quantity, StateTolerance
 from forcemap.errors import InputError
 from forcemap.findings import Finding, FindingKind
 from forcemap.limits.force_limits import Contact, ForceLimit, NewtonLimit
 from forcemap.maps.bounds import Bound
 from forcemap.maps.force_map import ForceMap
 from forcemap.speeds.allowance import Allowance
-from forcemap.speeds.basis import Basis, basis_of
+from forcemap.speeds.basis import Basis
 from forcemap.speeds.crossings import highest_within, lowest_exceeded
+from forcemap.speeds.quantities import Case, cases_of, of_quantity
 
 REPEAT_DISTANCE = StateTolerance().place
 """States this close to a place [m], along both axes, count as measured at it: as far apart as repeats of one state may
@@ -87,6 +88,10 @@ class SafeSpeed:
         The force limit used [N].
     basis : Basis
         What the speeds rest on.
+    governed_by : Quantity, None or array of object
+        Where several quantities count, the one that gives the speed, or because of which there is none; else None.
+    of_quantities : mapping of Quantity to SafeSpeed
+        The speeds that each of several quantities allows by itself, which permit nothing alone; forces are in its unit.
     """
 
     speed: Any
@@ -102,6 +107,8 @@ class SafeSpeed:
     to_program_reason: Any
     limit: Any
     basis: Basis
+    governed_by: Any = None
+    of_quantities: Mapping[Quantity, SafeSpeed] = field(default_factory=dict)
 
 
 def safe_speed(
@@ -130,6 +137,9 @@ def safe_speed(
     gate. So is every place inside where the device's spring is softer than 0.9 of the body area's or not stated, and
     where the impacts table is not what its recordings gave. A spring from 0.9 to 1 of the area's raises the bound by
     the root of their ratio.
+
+    Where the impacts have pressures too, or a clamping force, and the limit names them, the speed is the lowest that
+    any quantity allows, within the places and speeds measured for all of them; `governed_by` says which it is.
 
     The result also has the speed to program, lower by the overshoot of the robot. It is `unconfirmed` where it lies
     below the lowest speed measured at the place.
@@ -178,7 +188,7 @@ def safe_speed(
     ('admissible', 0.3212)
     """
     allowance = allowance or Allowance()
-    basis = basis_of(
+    cases = cases_of(
         force_map,
         limit,
         bound=bound,
@@ -187,6 +197,16 @@ def safe_speed(
         spring_N_per_m=spring_N_per_m,
         angle=angle,
     )
+    results = [speeds_of_case(case, distance, height, allowance, hints=hints) for case in cases]
+    return lowest_of(cases, results, distance, height, allowance)
+
+
+def speeds_of_case(
+    case: Case, distance: ArrayLike, height: ArrayLike, allowance: Allowance, *, hints: bool = True
+) -> SafeSpeed:
+    """Speeds that one quantity allows by itself; arguments and errors as in `safe_speed`."""
+    basis, bound = case.basis, case.basis.bound
+    assert bound is not None
     if np.ma.is_masked(distance) or np.ma.is_masked(height):
         raise InputError("place: found masked entries, expected numbers")
     try:
@@ -198,7 +218,8 @@ def safe_speed(
     if not (np.isfinite(d).all() and np.isfinite(h).all()):
         raise InputError("place: found a distance or height that is not a finite number, expected metres")
     parts = [
-        _safe_speed(force_map, d[part], h[part], level[part], bound, basis, allowance, hints) for part in _parts(d.size)
+        _safe_speed(case.force_map, d[part], h[part], level[part], bound, basis, allowance, hints)
+        for part in _parts(d.size)
     ]
     columns = [np.concatenate(column).reshape(shape) for column in zip(*parts, strict=True)]
     values: dict[str, Any] = {
@@ -206,6 +227,101 @@ def safe_speed(
     }
     values["bound_force"] = basis.raised * values["bound_force"]
     return SafeSpeed(**values, limit=basis.newtons, basis=replace(basis, allowance=allowance))
+
+
+def lowest_of(
+    cases: Sequence[Case],
+    results: Sequence[SafeSpeed],
+    distance: ArrayLike,
+    height: ArrayLike,
+    allowance: Allowance,
+) -> SafeSpeed:
+    """The lowest speed of all quantities, within the places and speeds measured for all of them.
+
+    Parameters
+    ----------
+    cases : sequence of Case
+        The quantities, the force first.
+    results : sequence of SafeSpeed
+        Their speeds, of one shape.
+    distance, height : float or array
+        The places [m].
+    allowance : Allowance
+        What the robot may deviate.
+    """
+    if len(cases) == 1:
+        return results[0]
+    shape = np.shape(results[0].speed)
+    lowest = lowest_speeds(cases, results)
+    of_force, basis = cases[0].force_map, cases[0].basis
+    known, (d, h) = np.flatnonzero(~np.isnan(lowest.speed)), np.broadcast_arrays(distance, height)
+    places = (np.broadcast_to(axis, shape).ravel()[known] for axis in (d, h))
+    state = (*places, lowest.speed[known])
+    predicted, bounded = np.full((2, lowest.speed.size), np.nan)
+    assert basis.bound is not None
+    predicted[known] = of_force.predict(*state)
+    bounded[known] = basis.raised * basis.bound.upper(of_force, *state)
+    programmed = to_program(lowest.speed, lowest.outcome, lowest.reason, lowest.low, allowance)
+    columns = (
+        *(lowest.speed, lowest.outcome, lowest.hint, lowest.low, lowest.high),
+        *(predicted, bounded, lowest.reason, *programmed, lowest.governed_by),
+    )
+    values: dict[str, Any] = {
+        name: column.reshape(shape) if shape else column.item()
+        for name, column in zip((*_COLUMNS, "governed_by"), columns, strict=True)
+    }
+    of_quantities = {case.quantity: result for case, result in zip(cases, results, strict=True)}
+    return SafeSpeed(**values, limit=results[0].limit, basis=results[0].basis, of_quantities=of_quantities)
+
+
+@dataclass(frozen=True, eq=False)
+class LowestSpeeds:
+    """The lowest speeds of several quantities, arrays of shape (n,): what is known of them, and by which quantity."""
+
+    speed: FloatArray
+    outcome: Objects
+    reason: Objects
+    hint: FloatArray
+    low: FloatArray
+    high: FloatArray
+    governed_by: Objects
+
+
+def lowest_speeds(cases: Sequence[Case], results: Sequence[Any]) -> LowestSpeeds:
+    """The lowest speeds of quantities, by their results (`SafeSpeed` or `ZoneSpeeds`), arrays of any one shape.
+
+    Outside where any of them is, else unconfirmed where any of them is, or where the lowest speed lies below the lowest
+    one that was measured for another of them.
+    """
+
+    def of_all(name: str, kind: type) -> Any:
+        return np.array([np.ravel(np.asarray(getattr(each, name), dtype=kind)) for each in results], dtype=kind)
+
+    speed, outcome, reason = of_all("speed", float), of_all("outcome", object), of_all("reason", object)
+    lows, highs = of_all("lowest_measured_speed", float), of_all("highest_measured_speed", float)
+    hints = (
+        of_all("extrapolated_speed", float) if hasattr(results[0], "extrapolated_speed") else np.full_like(lows, np.nan)
+    )
+    quantities, which = np.array([case.quantity for case in cases], dtype=object), np.arange(speed.shape[1])
+    outside, open_ = outcome == SpeedOutcome.OUTSIDE, outcome == SpeedOutcome.UNCONFIRMED
+    first = np.where(outside.any(axis=0), outside.argmax(axis=0), open_.argmax(axis=0))
+    without = (outside | open_).any(axis=0)
+    governing = np.where(without, first, np.where(np.isnan(speed), np.inf, speed).argmin(axis=0))
+    value = np.where(without, np.nan, speed[governing, which])
+    outcome, governed_by = outcome[governing, which], quantities[governing]
+    reason = reason[governing, which]
+    reason[:] = [of_quantity(*pair) for pair in zip(governed_by, reason, strict=True)]
+    governs = {each: Finding.of(FindingKind.GOVERNS, quantity=each.words) for each in quantities}
+    for i in np.flatnonzero(~without):
+        reason[i] = reason[i].and_(governs[governed_by[i]])
+    for i in np.flatnonzero(value < lows.max(axis=0)):
+        other = quantities[lows[:, i].argmax()]
+        names = {"quantity": governed_by[i].words, "other": other.words}
+        value[i], outcome[i], governed_by[i] = np.nan, SpeedOutcome.UNCONFIRMED, other
+        reason[i] = Finding.of(FindingKind.BELOW_MEASURED_OF, **names)
+    hint = np.where(open_, hints, np.inf).min(axis=0)  # NaN where one of those that refuse has none
+    hint = np.where(without & np.isfinite(hint) & ~outside.any(axis=0), hint, np.nan)
+    return LowestSpeeds(value, outcome, reason, hint, lows.max(axis=0), highs.min(axis=0), governed_by)
 
 
 def to_program(

@@ -51,12 +51,11 @@ class ToleranceSteps:
         deviation = force_map.require_fit().state_sd
         allowance = deviation * factor
         slopes = np.append(np.diff(allowance) / np.diff(root), deviation * last_slope)
-        error = float(np.fmax(bound.device_error, force_map.conditions.device.error))
         steepest = np.maximum.accumulate(np.maximum(slopes, 0.0))
         falling = np.minimum.accumulate(np.minimum(slopes, 0.0))
         highest = np.maximum.accumulate(allowance)
         lowest = np.minimum.accumulate(allowance[::-1])[::-1]
-        return cls(root, highest, max(float(slopes[-1]), 0.0), steepest, falling, lowest, error)
+        return cls(root, highest, max(float(slopes[-1]), 0.0), steepest, falling, lowest, bound.error_of(force_map))
 
     def largest(self, log_force: FloatArray, leverage: FloatArray) -> FloatArray:
         """Upper bound of ln of the bound where ln F and the leverage are at most these."""

@@ -18,12 +18,15 @@ from forcemap.maps.force_map import ForceMap
 from forcemap.speeds.allowance import Allowance
 from forcemap.speeds.basis import Basis
 from forcemap.speeds.enclosures import Patches, enclose
+from forcemap.speeds.quantities import Case, cases_of
 from forcemap.speeds.range_enclosure import highest_measured_speed, lowest_measured_speeds
 from forcemap.speeds.safe_speed import (
     REPEAT_DISTANCE,
     SafeSpeed,
     SpeedOutcome,
-    safe_speed,
+    lowest_of,
+    lowest_speeds,
+    speeds_of_case,
     states_above,
     to_program,
 )
@@ -65,6 +68,8 @@ class ZoneSpeeds:
         The force limit used [N].
     basis : Basis
         What the speeds rest on.
+    governed_by : array of Quantity, shape (n,), or None
+        As in `SafeSpeed`; None where the force alone counts.
     """
 
     speed: FloatArray
@@ -78,6 +83,7 @@ class ZoneSpeeds:
     to_program_reason: Objects
     limit: FloatArray
     basis: Basis
+    governed_by: Objects | None = None
 
     @property
     def spread(self) -> FloatArray:
@@ -142,18 +148,33 @@ def zone_speeds(
     ('admissible', 0.306)
     """
     n, allowance = len(zones), allowance or Allowance()
-    probes = safe_speed(
+    cases = cases_of(
         force_map,
-        *zones.probes,
         limit=_limit_column(limit, n),
         bound=bound,
         contact=contact,
         quasi_static_limit=quasi_static_limit,
         spring_N_per_m=spring_N_per_m,
         angle=angle,
-        allowance=allowance,
-        hints=False,
     )
+    probes = [speeds_of_case(case, *zones.probes, allowance, hints=False) for case in cases]
+    results = [_of_case(case, zones, probe, allowance) for case, probe in zip(cases, probes, strict=True)]
+    if len(cases) == 1:
+        return results[0]
+    together = lowest_of(cases, probes, *zones.probes, allowance)
+    lowest = lowest_speeds(cases, results)
+    fastest = np.where(np.isnan(lowest.speed), np.nan, together.speed.max(axis=1))
+    programmed = to_program(lowest.speed, lowest.outcome, lowest.reason, lowest.low, allowance)
+    return ZoneSpeeds(
+        *(lowest.speed, lowest.outcome, fastest, lowest.low, lowest.high, lowest.reason, *programmed),
+        *(results[0].limit, results[0].basis, lowest.governed_by),
+    )
+
+
+def _of_case(case: Case, zones: Regions, probes: SafeSpeed, allowance: Allowance) -> ZoneSpeeds:
+    """The speeds that one quantity allows by itself."""
+    n, force_map, bound = len(zones), case.force_map, case.basis.bound
+    assert bound is not None
     newtons, level = (
         np.broadcast_to(np.asarray(force, dtype=np.float64), probes.speed.shape)[:, 0].copy()
         for force in (probes.limit, probes.basis.level)

@@ -1,0 +1,173 @@
+"""Other quantities beside the force: which of them a limit names, and what speeds of all of them together rest on."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from forcemap.campaigns.dataset import Quantity
+from forcemap.errors import BoundNotAvailable, InputError
+from forcemap.findings import Finding, FindingKind
+from forcemap.limits.body_areas import PASCALS
+from forcemap.limits.force_limits import Contact, ForceLimit
+from forcemap.maps.bounds import Bound, contradiction, weakness
+from forcemap.maps.force_map import ForceMap
+from forcemap.speeds.basis import Basis, basis_of, doubts_of_fit, map_notes
+
+PHASE_TWO_SHARE = 1 / 8
+"""Largest Phase II force, as a share of the smallest measured peak, beside which a transient limit of pressure is used.
+Under a round contact pressure grows as the cube root of the force (Hertz), so that then no more than half of the peak's
+pressure, the quasi-static limit, goes on; under a flat one less."""
+
+_ONCE = (FindingKind.PERSON_AT_REST, FindingKind.PRESSURE_NOT_ASSESSED, FindingKind.DEVICE_ERROR_NOT_STATED)
+
+
+@dataclass(frozen=True, eq=False)
+class Case:
+    """A map and what a limit asks of it.
+
+    Parameters
+    ----------
+    force_map : ForceMap
+        The map of the quantity.
+    basis : Basis
+        Its limit, in the unit of the quantity, and what raises its bound.
+    """
+
+    force_map: ForceMap
+    basis: Basis
+
+    @property
+    def quantity(self) -> Quantity:
+        """The quantity."""
+        return self.force_map.quantity
+
+
+def cases_of(force_map: ForceMap, limit: Any, *, bound: Bound, **stated: Any) -> tuple[Case, ...]:
+    """The force, with what speeds of all quantities rest on, and the other quantities that the limit names.
+
+    A ForceLimit names pressure; a quasi-static one in newtons or of a body area the clamping force. Where anything
+    refuses every speed there is the force alone, with that reason. Arguments and errors as in `safe_speed`.
+    """
+    of_force = basis_of(force_map, limit, bound=bound, **stated)
+    others = [Case(each, basis) for each in force_map.others if (basis := _other_basis(force_map, each, of_force))]
+    basis = together(of_force, force_map, others)
+    return (Case(force_map, basis),) if basis.refusal or not basis.permitted else (Case(force_map, basis), *others)
+
+
+def together(of_force: Basis, force_map: ForceMap, others: Iterable[Case]) -> Basis:
+    """What speeds of the force and of other quantities together rest on."""
+    refusals, warnings, notes = [*of_force.refusals], [*of_force.warnings], [*of_force.notes]
+    export_refusal, names_pressure = of_force.export_refusal, isinstance(of_force.limit, ForceLimit)
+    if names_pressure and of_force.permitted and force_map.unmapped:
+        refusals.append(force_map.unmapped)
+    for case in others:
+        refusals += [_of(case.quantity, why) for why in case.basis.refusals]
+        warnings += [_of(case.quantity, why) for why in case.basis.warnings]
+        if case.basis.export_refusal:
+            export_refusal = export_refusal or _of(case.quantity, case.basis.export_refusal)
+        if case.quantity is Quantity.PRESSURE:
+            notes = [note for note in notes if note.kind is not FindingKind.PRESSURE_NOT_ASSESSED]
+        notes += case.basis.notes[:1] + tuple(_of(case.quantity, why) for why in case.basis.notes[1:])
+    found: dict[str, Any] = {"refusals": tuple(refusals), "warnings": tuple(warnings), "notes": tuple(notes)}
+    return replace(of_force, **found, export_refusal=export_refusal)
+
+
+def of_quantity(quantity: Quantity, finding: Finding) -> Finding:
+    """A finding on a place, said of a quantity; that of the force as it is."""
+    return finding if quantity is Quantity.FORCE else _of(quantity, finding)
+
+
+def _of(quantity: Quantity, finding: Finding) -> Finding:
+    return Finding.of(FindingKind.OF_QUANTITY, finding, quantity=quantity.words)
+
+
+def _other_basis(force_map: ForceMap, other: ForceMap, of_force: Basis) -> Basis | None:
+    """What a quantity's own speeds rest on; None if the limit does not name it.
+
+    What the binding, the device's spring and Phase II forbid, the force's basis says for all.
+    """
+    assert of_force.bound is not None
+    limit, bound, states = of_force.limit, of_force.bound, len(other.require_fit().states)
+    figures: dict[str, Any] = {"states": states, "without": other.without}
+    if other.quantity is Quantity.PRESSURE:
+        if not isinstance(limit, ForceLimit) or not limit.permitted or of_force.contact is None:
+            return None
+        newtons, note, raised = _pressure(force_map, limit, of_force, figures)
+    else:
+        if of_force.contact is not Contact.QUASI_STATIC or not of_force.permitted:
+            return None
+        newtons, raised = of_force.newtons, of_force.raised
+        note = Finding.of(FindingKind.CLAMPING_FORCE_ASSESSED, limit=float(np.min(newtons)), **figures)
+    refusals: list[Finding] = []
+    try:
+        bound.require(other)
+    except BoundNotAvailable as error:
+        refusals.append(Finding.of(FindingKind.WORDS, words=error.message))
+    else:
+        if other.quantity is Quantity.PRESSURE:
+            _require_within(newtons, other, other.highest_force * of_force.raised / raised)
+        refusals += [why] if (why := contradiction(other, bound)) else []
+    weak = None if refusals else weakness(bound, other)
+    notes = [] if refusals else [each for each in map_notes(other, bound) if each.kind not in _ONCE]
+    return replace(
+        of_force,
+        newtons=newtons,
+        raised=raised,
+        refusals=tuple(refusals),
+        warnings=(*([weak] if weak else []), *doubts_of_fit(other)),
+        notes=(note, *notes),
+        export_refusal=weak,
+    )
+
+
+def _pressure(
+    force_map: ForceMap, limit: ForceLimit, of_force: Basis, figures: dict[str, Any]
+) -> tuple[float, Finding, float]:
+    """The limit of pressure [N/cm^2], what it is and rests on, and the factor on the bound.
+
+    A film's error is a share that all of its readings may have in common, so it raises the bound. Beside a transient
+    contact whose Phase II leaves a force, the pressure that goes on is not known: a film keeps the largest of all. Then
+    all of it is held against the quasi-static limit.
+    """
+    film, phase_two = force_map.conditions.film, force_map.phase_two
+    least = float(np.nanmin(force_map.require_fit().states.force))
+    contact, goes_on = of_force.contact, phase_two.largest_force > PHASE_TWO_SHARE * least
+    instead = contact is Contact.TRANSIENT and goes_on
+    assert contact is not None
+    pressure = limit.pressure(Contact.QUASI_STATIC if instead else contact) / PASCALS
+    note = Finding.of(
+        FindingKind.PRESSURE_ASSESSED,
+        limit=pressure,
+        contact=str(Contact.QUASI_STATIC if instead else contact),
+        quasi_static_instead=instead,
+        phase2_N=phase_two.largest_force,
+        **figures,
+        sensor=film.sensor,
+        range=film.range,
+        error=film.error_or_default,
+        error_stated=not math.isnan(film.error),
+        mean_over=film.mean_over or math.nan,
+        largest=film.mean_over == 0,
+        unknown=math.isnan(film.mean_over),
+    )
+    return pressure, note, of_force.raised * (1 + film.error_or_default)
+
+
+def _require_within(pressure: float, other: ForceMap, highest: float) -> None:
+    """Refuse a limit of pressure [N/cm^2] above the film's range less its error: nothing above was ever measured."""
+    if not pressure > highest:
+        return
+    what = "the range of the film"
+    if math.isnan(other.device_range):
+        what = (
+            "the largest pressure that was measured, because pressure.range_N_per_cm2 is not stated in campaign.toml,"
+        )
+    raise InputError(
+        f"pressure limit: found {pressure:g} N/cm^2, expected at most {highest:.4g} N/cm^2, {what} less its error; "
+        "nothing above was ever measured"
+    )
