@@ -48,6 +48,9 @@ class _Figures(dict[str, Any]):
         value = self[name]
         return math.isfinite(value) if isinstance(value, float) else bool(value)
 
+    def _unit(self) -> str:
+        return "N"  # of another quantity than the force the finding states it
+
     def _names(self) -> str:
         first, *more = self["all"]
         return f"{first or 'a row without recording'}{f' and {len(more)} more' if more else ''}"

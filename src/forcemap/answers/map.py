@@ -87,6 +87,26 @@ class MeasuredState(PlannedState):
     predicted_N: float
 
 
+class OtherMapAnswer(Answer):
+    """The map of another quantity of the same impacts, in the unit of that quantity."""
+
+    quantity: str
+    unit: str
+    states: int
+    impacts_without: int
+    censored_samples: int
+    coefficients: Figures
+    state_sd_percent: Percent
+    bound_margin_percent: Span
+
+    @classmethod
+    def of_map(cls, other: ForceMap) -> Self:
+        """The answer for a map among `others`."""
+        fit = other.require_fit()
+        figures = (other.quantity.value, other.quantity.unit, len(fit.states), other.without, fit.censored_samples)
+        return cls.model_validate((*figures, other.coefficients, fit.state_sd, margins_of(other)))
+
+
 class FitAnswer(PlaceFigures):
     """A map fitted to the train rows of a table, ln F = sum of coefficient times term."""
 
@@ -132,6 +152,8 @@ class FitAnswer(PlaceFigures):
     assumptions: AllSaid
     discard_fit: CensoringAnswer | None = if_any()
     selection: SelectionAnswer | SelectionRefused | None = if_any()
+    other_quantities: list[OtherMapAnswer] | None = if_any()
+    pressure_not_mapped: SaidIfAny = if_any()
 
     @classmethod
     def of_fit(cls, dataset: ImpactDataset, force_map: ForceMap, accuracies: tuple[Accuracy, ...], **also: Any) -> Self:
@@ -159,6 +181,8 @@ class FitAnswer(PlaceFigures):
             measured_states=_states(force_map),
             map_sha256=map_sha256(force_map),
             assumptions=[*force_map.conditions.findings, force_map.phase_two.finding],
+            other_quantities=[OtherMapAnswer.of_map(other) for other in force_map.others] or None,
+            pressure_not_mapped=force_map.unmapped,
             **also,
         )
 

@@ -6,19 +6,36 @@ from collections.abc import Iterable
 from typing import Any, Self
 
 from forcemap.answers.accuracy import AccuracyAnswer
-from forcemap.answers.answer import Figure, PlaceAndSpeed, Said, of
+from forcemap.answers.answer import Answer, Figure, PlaceAndSpeed, Said, if_any, of
 from forcemap.answers.basis import RestsOn, rests_on
 from forcemap.findings import Finding
 from forcemap.maps.accuracy import Accuracy
 from forcemap.maps.bounds import FixedMargin
 from forcemap.maps.force_map import ForceMap
-from forcemap.speeds.safe_speed import SpeedOutcome, safe_speed
+from forcemap.speeds.safe_speed import SafeSpeed, SpeedOutcome, safe_speed
 
 _MARGIN_10 = FixedMargin(0.10)  # the 10 % in the keys' names
 
 
+class QuantityAnswer(Answer):
+    """The speed at contact that one of several quantities allows by itself, which permits nothing alone.
+
+    Limit, prediction and bound at that speed are in the quantity's unit, the limit as the table of limits has it.
+    """
+
+    quantity: str
+    unit: str
+    limit: Figure
+    outcome: str
+    speed_mps: Figure
+    predicted: Figure
+    bound: Figure
+
+
 class SpeedAnswer(RestsOn):
     """The safe speed at a place: at contact, and to program; null unless its outcome is capped or admissible.
+
+    Where several quantities count, `governed_by` is the one that gives the speed, or because of which there is none.
 
     `measure_next` is where a measurement could turn "unconfirmed" into an answer: a hint, no permission.
     """
@@ -42,6 +59,8 @@ class SpeedAnswer(RestsOn):
     measured_height_m: list[float]
     measure_next: PlaceAndSpeed | None
     accuracy: AccuracyAnswer | None
+    governed_by: str | None = if_any()
+    quantities: list[QuantityAnswer] | None = if_any()
 
     @classmethod
     def of_place(
@@ -67,5 +86,16 @@ class SpeedAnswer(RestsOn):
             measured_distance_m=[low[0], high[0]],
             measured_height_m=[low[1], high[1]],
             accuracy=accuracy,
+            governed_by=speed.governed_by,
+            quantities=_of_quantities(speed),
             **rests_on(force_map, speed.basis, notes),
         )
+
+
+def _of_quantities(speed: SafeSpeed) -> list[QuantityAnswer] | None:
+    """What each quantity allows by itself; None where the force alone counts."""
+    rows = [
+        (each.value, each.unit, of.limit, of.outcome, of.speed, of.predicted_force, of.bound_force)
+        for each, of in speed.of_quantities.items()
+    ]
+    return [QuantityAnswer.model_validate(row) for row in rows] or None

@@ -8,7 +8,7 @@ from typing import Self
 import numpy as np
 
 from forcemap.answers.accuracy import AccuracyAnswer
-from forcemap.answers.answer import AtPlace, Figure, PlaceAndSpeed, Said
+from forcemap.answers.answer import AtPlace, Figure, PlaceAndSpeed, Said, if_any
 from forcemap.answers.basis import RestsOn, rests_on
 from forcemap.findings import Finding
 from forcemap.maps.accuracy import Accuracy
@@ -31,6 +31,7 @@ class PlaceAnswer(AtPlace):
     speed_to_program_mps: Figure
     to_program_outcome: str
     to_program_reason: Said
+    governed_by: str | None = if_any()
 
 
 class PlaceToProgram(AtPlace):
@@ -69,7 +70,8 @@ class SpeedMapAnswer(RestsOn):
             result.bound_force,
         )
         grid = np.meshgrid(speeds.distance, speeds.height, indexing="ij")
-        program = (result.speed_to_program, result.to_program_outcome, result.to_program_reason)
+        governing = np.broadcast_to(np.asarray(result.governed_by, dtype=object), np.shape(result.speed))
+        program = (result.speed_to_program, result.to_program_outcome, result.to_program_reason, governing)
         places = PlaceAnswer.of_columns(*grid, *figures, *measured, *program)
         best = max(places, key=lambda place: (place.speed_mps or 0.0, place.outcome == SpeedOutcome.UNCONFIRMED))
         quick = max(

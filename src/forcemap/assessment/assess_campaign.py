@@ -18,7 +18,7 @@ from forcemap.assessment.place_speeds import PlaceSpeeds, place_speeds
 from forcemap.assessment.state_results import StateResult, state_results
 from forcemap.campaigns.campaign import Campaign, read_campaign
 from forcemap.campaigns.conditions import CAMPAIGN_FILE, Conditions, read_conditions
-from forcemap.campaigns.dataset import ImpactDataset
+from forcemap.campaigns.dataset import ImpactDataset, Quantity
 from forcemap.campaigns.impacts_table import TABLE_FILE, read_dataset
 from forcemap.campaigns.plan import PLAN_FILE
 from forcemap.campaigns.readout import Reader, judging_once
@@ -164,6 +164,11 @@ class CampaignAssessment:
     map_2d: ForceMap | Missing
     contact_models: tuple[ContactModel | Missing, ...]
     comparisons: tuple[Comparison | Missing, ...]
+
+    @property
+    def pressure_assessed(self) -> bool:
+        """True if speeds hold for the pressure, too."""
+        return not isinstance(self.force_map, Missing) and self.force_map.other(Quantity.PRESSURE) is not None
 
 
 PLACES_APART = 0.05

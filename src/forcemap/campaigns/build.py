@@ -14,6 +14,7 @@ from forcemap.campaigns.impact_rows import LEFT_OUT_IF_EMPTY, WRITTEN, Row, Used
 from forcemap.campaigns.impacts_table import TABLE_FILE, read_dataset
 from forcemap.campaigns.memory import remembering
 from forcemap.campaigns.phase_two import OLD_COLUMN, unused_cells
+from forcemap.campaigns.pressures import require_known
 from forcemap.campaigns.readout import Reader
 from forcemap.campaigns.recordings_table import Entry, register_text
 from forcemap.campaigns.walk import CampaignRecording, FileState, Progress, walk
@@ -133,6 +134,7 @@ def collected(
             raise MissingExtra(recording.unreadable, file=str(campaign.recordings / recording.entry.file))
         _require_unchanged(campaign, recording)
         judged.append(registered(campaign, recording, used))
+    require_known(campaign, (entry for entry, _ in judged))
     return [entry for entry, _ in judged], [row for _, row in judged if row]
 
 

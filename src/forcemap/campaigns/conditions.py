@@ -416,6 +416,8 @@ ENTRIES: dict[str, tuple[str, str | None]] = {  # entry: field, and what a new c
     "pressure.least_N_per_cm2": ("film.least", None),
     "pressure.error": ("film.error", None),
     "pressure.mean_over_cm2": ("film.mean_over", None),
+    "pressure.unit": ("film.unit", None),
+    "pressure.pitch_m": ("film.pitch", None),
     "standard.edition": ("standard_edition", "for example ISO/TS 15066:2016"),
     "standard.limit_table": ("limit_table", "your own table of limits, if any"),
 }

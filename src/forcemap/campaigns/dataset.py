@@ -25,7 +25,6 @@ from forcemap.campaigns.units import unit_finding
 from forcemap.errors import InputError, TableError
 from forcemap.findings import Finding, FindingKind
 from forcemap.impacts.scenario import ContactScenario
-from forcemap.recordings.film import Film
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -182,15 +181,15 @@ class ImpactDataset:
         checked: dict[str, Any] = {arg: columns.numbers(column, given[arg], where) for column, arg in arguments.items()}
         force, is_censored = checked["peak_force"], columns.truths("censored", censored, where)
         above_film = columns.truths("pressure_censored", pressure_censored, where)
-        words, recordings = columns.texts("flags", flags, where), columns.texts("recording", recording, where)
-        _require_marked(words, is_censored, where)
+        texts: dict[str, Any] = {
+            name: columns.texts(name, of, where) for name, of in (("flags", flags), ("recording", recording))
+        }
+        _require_marked(texts["flags"], is_censored, where)
         roles, scenarios = columns.roles(role, where), columns.scenarios(scenario, where)
         stated = _stated_names(state, where)
-        coordinates = np.column_stack([checked["distance"], checked["height"], checked["speed"]])
+        coordinates = np.column_stack([checked[name] for name in ("distance", "height", "speed")])
         names = identify_states(coordinates, roles, stated, tolerance, where)
-        conditions = _within_range(conditions, names, recordings, force, is_censored, where)
-        columns.refuse_other_units("peak_force_N", force, is_censored, np.char.add(roles, names), where)
-        _require_pressures(checked["peak_pressure"], above_film, conditions.film, np.char.add(roles, names), where)
+        conditions = _within_range(conditions, names, texts["recording"], force, is_censored, where)
         dataset = cls(
             stated_speed=checked.pop("speed"),
             **checked,
@@ -200,8 +199,7 @@ class ImpactDataset:
             censored=is_censored,
             pressure_censored=above_film,
             scenario=scenarios,
-            recording=recordings,
-            flags=words,
+            **texts,
             extra=_unknown_columns(extra or {}, conditions, where),
             conditions=conditions,
             states_found=f"{_identified_by(stated, names)}, repeats within {tolerance}",
@@ -211,7 +209,8 @@ class ImpactDataset:
             phase_two=PhaseTwo.of(scenarios, checked["phase2_force"], force),
             device_range=_usable_range(conditions.device.range, force, is_censored),
         )
-        return dataset.bound_by(NOT_BESIDE if any(recordings) else Binding())
+        _require_one_unit(dataset, where)
+        return dataset.bound_by(NOT_BESIDE if any(texts["recording"]) else Binding())
 
     def __repr__(self) -> str:
         size = f"{len(self)} impacts, {len(self.states)} states"
@@ -417,14 +416,20 @@ def _unknown_columns(
     return {name: tuple(str(value) for value in values) for name, values in extra.items()}
 
 
-def _require_pressures(pressure: FloatArray, censored: Mask, film: Film, names: Texts, where: columns.Where) -> None:
-    """Refuse pressures at the film's range that are not marked, marks without a pressure, and other units."""
-    column = "peak_pressure_N_per_cm2"
-    expected = f"less than the pressure range of {film.range:g} N/cm^2, or pressure_censored true"
-    where.refuse((pressure >= film.range) & ~censored, column, pressure, expected)
-    unknown = np.isnan(pressure) & censored
-    where.refuse(unknown, column, pressure, "the pressure that was reached at least where pressure_censored is true")
-    columns.refuse_other_units(column, np.nan_to_num(pressure), censored, names, where)
+def _require_one_unit(dataset: ImpactDataset, where: columns.Where) -> None:
+    """Refuse forces and pressures in another unit, pressures at the film's range unmarked, marks without a pressure."""
+    of_role, pressure, above = (
+        np.char.add(dataset.role, dataset.state),
+        dataset.peak_pressure,
+        dataset.pressure_censored,
+    )
+    columns.refuse_other_units("peak_force_N", dataset.peak_force, dataset.censored, of_role, where)
+    column, range_ = "peak_pressure_N_per_cm2", dataset.conditions.film.range
+    expected = f"less than the pressure range of {range_:g} N/cm^2, or pressure_censored true"
+    where.refuse((pressure >= range_) & ~above, column, pressure, expected)
+    at_least = "the pressure that was reached at least where pressure_censored is true"
+    where.refuse(np.isnan(pressure) & above, column, pressure, at_least)
+    columns.refuse_other_units(column, np.nan_to_num(pressure), above, of_role, where)
 
 
 def _stated_names(state: ArrayLike | None, where: columns.Where) -> Texts | None:

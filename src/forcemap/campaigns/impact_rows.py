@@ -14,8 +14,18 @@ from forcemap.campaigns.columns import COLUMNS, RAW_PEAK
 from forcemap.campaigns.conditions import CAMPAIGN_FILE
 from forcemap.campaigns.contradictions import SPEEDS_APART
 from forcemap.campaigns.plan import PLAN_FILE
+from forcemap.campaigns.pressures import FilmReading, film_reading
 from forcemap.campaigns.readout import Readout
-from forcemap.campaigns.recordings_table import FIRST_READ, MEASURED_ON, PLANNED, READ_WITH, REGISTER_FILE, Entry, Use
+from forcemap.campaigns.recordings_table import (
+    FIRST_READ,
+    MEASURED_ON,
+    PLANNED,
+    PRESSURE_FROM,
+    READ_WITH,
+    REGISTER_FILE,
+    Entry,
+    Use,
+)
 from forcemap.campaigns.walk import CampaignRecording
 from forcemap.csv_table import csv_cell
 from forcemap.impacts.quality import UNKNOWN_PEAK
@@ -56,9 +66,10 @@ def registered(campaign: Campaign, recording: CampaignRecording, used: UsedRecor
         given_before = recording.entry.impact_sha256 if entry.use is Use.UNREADABLE else ""
         return replace(entry, impact_sha256=given_before, conditions=now | dict(entry.conditions)), None
     assert recording.readout is not None
-    row = _row(campaign, recording.readout, entry)
+    film = film_reading(campaign, entry)
+    row = _row(campaign, recording.readout, entry) | (film.cells if film else _NO_PRESSURE)
     used.runs[entry.state_id, entry.repeat] = used.forces[recording.readout.force_sha256] = entry.name
-    return _sealed(entry, row, now | _basis(campaign, entry), several=bool(campaign.conditions.devices)), row
+    return _sealed(entry, row, now | _basis(campaign, entry, film), several=bool(campaign.conditions.devices)), row
 
 
 def _fresh(recording: CampaignRecording) -> Entry:
@@ -126,8 +137,8 @@ def _assigned(campaign: Campaign, recording: CampaignRecording, entry: Entry, us
     return replace(entry, use=Use.DISCARDED, reason=reason) if reason else entry
 
 
-def _basis(campaign: Campaign, entry: Entry) -> dict[str, str]:
-    """What the row of a recording depends on besides its file: its place in the plan, and how the file is read."""
+def _basis(campaign: Campaign, entry: Entry, film: FilmReading | None) -> dict[str, str]:
+    """What the row of a recording depends on besides its file: its place in the plan, how it is read, its film."""
     plan, columns = campaign.plan, campaign.columns
     i = plan.row_of.get((entry.state_id, entry.repeat), plan.first_row[entry.state_id])
     place = f"{plan.distance[i]:.12g} m, {plan.height[i]:.12g} m, {plan.speed[i]:.12g} m/s, {plan.role[i]}"
@@ -138,6 +149,7 @@ def _basis(campaign: Campaign, entry: Entry) -> dict[str, str]:
         PLANNED: f"{entry.state_id}: {place}",
         READ_WITH: words or "no entries",
         FIRST_READ: f"{entry.raw_peak_force:.2f} N, {entry.scenario}{phase2}",
+        **({PRESSURE_FROM: film.origin} if film else {}),
     }
 
 
@@ -157,6 +169,9 @@ def _sealed(entry: Entry, row: Row, now: dict[str, str], *, several: bool) -> En
     if was[READ_WITH] != now[READ_WITH] and was[FIRST_READ] != now[FIRST_READ]:  # the same in other words is no change
         gave = f"{READ_WITH} was {was[READ_WITH]!r} and gave {was[FIRST_READ]}"
         changed.append(f"{gave}, [recordings] of {CAMPAIGN_FILE} now {now[READ_WITH]!r} gives {now[FIRST_READ]}")
+    if was.get(PRESSURE_FROM) != now.get(PRESSURE_FROM):
+        given = now.get(PRESSURE_FROM, "none")
+        changed.append(f"{PRESSURE_FROM} was {was[PRESSURE_FROM]!r}, now it is {given!r}")
     return replace(entry, impact_sha256=impact_sha256(row), changed="; ".join(changed), conditions=was)
 
 
@@ -187,5 +202,7 @@ def _row(campaign: Campaign, shown: Readout, entry: Entry) -> Row:
 WRITTEN = ("state_id", "repeat", "role", *(c for c in COLUMNS if c not in ("state_id", "repeat", "role")), RAW_PEAK)
 """The columns of a row, in the order of the table."""
 
-LEFT_OUT_IF_EMPTY = ("base_angle_deg",)
+_NO_PRESSURE = {"peak_pressure_N_per_cm2": "", "pressure_censored": ""}
+
+LEFT_OUT_IF_EMPTY = ("base_angle_deg", *_NO_PRESSURE)
 """Those that a table lacks if they are empty in all its rows, or if it was collected before there were such columns."""

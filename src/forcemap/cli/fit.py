@@ -101,7 +101,16 @@ def fit_lines(answer: FitAnswer) -> list[str]:
     repeats = counted(most, "impact") if few == most else f"{few} to {most} impacts"
     effect, selection = answer.discard_fit, answer.selection
     lines = [SIMULATED] * answer.simulated
-    lines += [words for words in (answer.binding.reason, answer.saturation_doubt, *answer.contradictions) if words]
+    lines += [
+        words
+        for words in (
+            answer.binding.reason,
+            answer.pressure_not_mapped,
+            answer.saturation_doubt,
+            *answer.contradictions,
+        )
+        if words
+    ]
     lines += fit_warnings(answer)
     lines += [selection.refused, ""] if isinstance(selection, SelectionRefused) else []
     lines += [
@@ -134,12 +143,26 @@ def fit_lines(answer: FitAnswer) -> list[str]:
         f"RMSE {answer.rmse_N:.2f} N, R^2 {answer.r_squared:.4f}, condition number {answer.condition_number:.0f}",
         *place_lines(answer),
         *([] if answer.rises_with_speed else ["the prediction falls with speed in part of the measured range"]),
+        *other_lines(answer),
         "",
         "Accuracy",
         *accuracy_lines([(accuracy.on, accuracy) for accuracy in answer.accuracies]),
         *fit_notes(answer),
         *(["", *_selection_lines(selection)] if isinstance(selection, SelectionAnswer) else []),
     ]
+
+
+def other_lines(answer: FitAnswer) -> list[str]:
+    """Maps of other quantities of the same impacts; nothing where there are none."""
+    lines = []
+    for other in answer.other_quantities or []:
+        name = f"{other.quantity.replace('_', ' ')} [{other.unit}]"
+        without = f", {counted(other.impacts_without, 'impact')} without it" * bool(other.impacts_without)
+        lines.append(
+            f"also mapped: {name} of {counted(other.states, 'state')}{without}; "
+            f"state-to-state SD {other.state_sd_percent:.2f} %, bound {_span(other.bound_margin_percent)}"
+        )
+    return lines
 
 
 def _verdict(answer: FitAnswer) -> str:

@@ -195,6 +195,7 @@ def speed_lines(answer: SpeedAnswer) -> list[str]:
         ranges = answer.measured_distance_m, answer.measured_height_m
         distance, height = (f"{low:.3f} to {high:.3f} m" for low, high in ranges)
         lines.append(f"  measured distances {distance}, heights {height}")
+    lines += [f"  {line}" for line in quantity_lines(answer)]
     if answer.lowest_measured_speed_mps is not None:
         low, high = shown(answer.lowest_measured_speed_mps), shown(answer.highest_measured_speed_mps)
         lines.append(f"  measured {low} to {high} m/s around this place")
@@ -208,6 +209,18 @@ def speed_lines(answer: SpeedAnswer) -> list[str]:
         hint = shown(answer.measure_next.speed_mps)
         lines.append(f"  next     measure here at about {hint} m/s (a hint, no permission)")
     return [*lines, *assumes(answer)]
+
+
+def quantity_lines(answer: SpeedAnswer) -> list[str]:
+    """What each of several quantities allows by itself, the one that governs marked; none beside the force alone."""
+    lines = []
+    for each in answer.quantities or []:
+        name = each.quantity.replace("_", " ")
+        force = "" if each.bound is None else f", bound {each.bound:.1f} {each.unit}"
+        governs = "  GOVERNS" * (each.quantity == answer.governed_by)
+        by_itself = f"{shown(each.speed_mps)} m/s at contact by itself ({each.outcome}{force})"
+        lines.append(f"{name:14} limit {each.limit:g} {each.unit}: {by_itself}{governs}")
+    return lines
 
 
 def speed_map_lines(answer: SpeedMapAnswer, written: str | None) -> list[str]:

@@ -30,7 +30,8 @@ def speed_map_csv(speed_map: SpeedMap, *, basis: dict[str, str]) -> str:
     basis : dict
         What every speed rests on (limit, bound, map): columns with the same text in every row.
     """
-    reasons = ["limit_N", "reason", "to_program_outcome", "to_program_reason"]
+    several = speed_map.speeds.governed_by is not None
+    reasons = ["limit_N", "reason", "to_program_outcome", "to_program_reason", *["governed_by"] * several]
     columns = ["distance_m", "height_m", "outcome", *_SPEEDS, *_FORCES, *reasons, *basis, "assumptions"]
     rows: list[list[str]] = []
     bases = [speed_map.speeds.basis]
@@ -41,6 +42,7 @@ def speed_map_csv(speed_map: SpeedMap, *, basis: dict[str, str]) -> str:
         forces = ["" if math.isnan(place[column]) else f"{place[column]:.1f}" for column in _FORCES]
         where = [repr(place["distance_m"]), repr(place["height_m"]), place["outcome"]]
         limit, program = f"{speed_map.speeds.limit:g}", [place["to_program_outcome"], cell(place["to_program_reason"])]
+        program += [place["governed_by"]] * several
         rows.append([*where, *speeds, *forces, limit, cell(place["reason"]), *program, *stated, rests_on])
     return csv_text(columns, rows)
 
@@ -56,6 +58,7 @@ def _places(speed_map: SpeedMap) -> list[dict[str, Any]]:
             "reason": sentence(speeds.reason[i, j]),
             "to_program_outcome": speeds.to_program_outcome[i, j].value,
             "to_program_reason": sentence(speeds.to_program_reason[i, j]),
+            "governed_by": "" if speeds.governed_by is None else str(speeds.governed_by[i, j]),
             **{column: float(getattr(speeds, name)[i, j]) for column, name in (_SPEEDS | _FORCES).items()},
         }
         for i, distance in enumerate(speed_map.distance.tolist())

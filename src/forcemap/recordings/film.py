@@ -30,6 +30,10 @@ class Film:
         Largest error, as a share of the reading: 0.1 for 10 %.
     mean_over : float
         Area over which the largest mean is taken [cm^2], at most 1; 0 for the largest cell.
+    unit : str
+        Unit in which its exports are written, where these do not state it.
+    pitch : float
+        Distance between its cells [m], where the exports do not state it.
 
     Raises
     ------
@@ -43,6 +47,8 @@ class Film:
     least: float = math.nan
     error: float = math.nan
     mean_over: float = math.nan
+    unit: str = ""
+    pitch: float = math.nan
 
     def __post_init__(self) -> None:
         if not (math.isnan(self.range) or 0 < self.range < math.inf):
@@ -51,6 +57,8 @@ class Film:
             raise InputError(f"smallest pressure: found {self.least:g} N/cm^2, expected at least 0 and below the range")
         if not (math.isnan(self.error) or 0 <= self.error < 1):
             raise InputError(f"pressure error: found {self.error:g}, expected a share from 0 to below 1 (0.1 is 10 %)")
+        if not (math.isnan(self.pitch) or 0 < self.pitch < math.inf):
+            raise InputError(f"pressure pitch: found {self.pitch:g} m, expected a positive finite number")
         if not (math.isnan(self.mean_over) or 0 <= self.mean_over <= LARGEST_AREA):
             expected = f"expected 0 (the largest cell) to {LARGEST_AREA:g} cm^2"
             raise InputError(f"pressure averaging: found {self.mean_over:g} cm^2, {expected}")

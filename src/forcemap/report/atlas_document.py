@@ -62,6 +62,8 @@ def atlas_html(
                 *of_maps((name, sentences(each.findings)) for name, each in assessed),
             ],
             bounds=of_maps((name, [str(each.bound)]) for name, each in assessed if not isinstance(each.bound, Missing)),
+            pressure_assessed=all(each.pressure_assessed for _, each in assessed),
+            any_pressure=any(each.pressure_assessed for _, each in assessed),
             software=software,
             date=(datetime.date.today() if date is None else stated_date("date", date)).isoformat(),
             ranges=[_range_words(force_map) for force_map in atlas.force_maps],

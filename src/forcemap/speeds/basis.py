@@ -156,19 +156,7 @@ def basis_of(
         limit = NewtonLimit.of(limit, quasi_static_limit, spring_N_per_m)
     elif quasi_static_limit is not None or spring_N_per_m is not None:
         raise InputError("limit: quasi_static_limit and spring_N_per_m go with a limit in newtons, not with an area")
-    if force_map.quantity is not Quantity.FORCE:
-        what = f"a map of the {force_map.quantity.words} alone"
-        raise InputError(
-            f"map: found {what}, which permits nothing; expected one of the force, fitted to the same table"
-        )
-    basis = limit_basis(
-        limit,
-        contact,
-        force_map.conditions,
-        phase_two=force_map.phase_two,
-        binding=force_map.binding,
-        clamping_mapped=force_map.other(Quantity.CLAMPING_FORCE) is not None,
-    )
+    basis = _of_map(force_map, limit, contact)
     if isinstance(limit, NewtonLimit) and not basis.refusals:
         _require_contact(force_map, limit, contact)
     if not (basis.refusals and (math.isnan(force_map.device_range) or force_map.binding.refusal)):
@@ -202,6 +190,21 @@ def basis_of(
         export_refusal=weak or basis.export_refusal,
         bound=bound,
         source=force_map.source,
+    )
+
+
+def _of_map(force_map: ForceMap, limit: ForceLimit | NewtonLimit, contact: Contact | None) -> Basis:
+    """Compare a limit with what the impacts of a map rest on; a map of another quantity alone is refused."""
+    if force_map.quantity is not Quantity.FORCE:
+        expected = "which permits nothing; expected one of the force, fitted to the same table"
+        raise InputError(f"map: found a map of the {force_map.quantity.words} alone, {expected}")
+    return limit_basis(
+        limit,
+        contact,
+        force_map.conditions,
+        phase_two=force_map.phase_two,
+        binding=force_map.binding,
+        clamping_mapped=force_map.other(Quantity.CLAMPING_FORCE) is not None,
     )
 
 

@@ -427,6 +427,12 @@ def states_above(force_map: ForceMap, force: str, limit: float) -> Iterator[tupl
             yield str(group.name[i]), *map(float, figures)  # type: ignore[misc]
 
 
+def measured_finding(force_map: ForceMap, kind: FindingKind, **figures: Any) -> Finding:
+    """What a state of a map measured; of another quantity than the force with its unit."""
+    unit = {} if force_map.quantity is Quantity.FORCE else {"unit": force_map.quantity.unit}
+    return Finding.of(kind, **figures, **unit)
+
+
 def _measured_beyond(
     force_map: ForceMap, d: FloatArray, h: FloatArray, limit: FloatArray, speed: FloatArray, force: str
 ) -> Iterator[tuple[Finding, Indices]]:
@@ -443,4 +449,4 @@ def _measured_beyond(
         here = (np.abs(d[near] - d_state) <= REPEAT_DISTANCE) & (np.abs(h[near] - h_state) <= REPEAT_DISTANCE)
         where = near[here & (speed[near] >= v) & (limit[near] < newtons)]
         if where.size:
-            yield Finding.of(kind, state=name, force_N=newtons, speed_mps=v), where
+            yield measured_finding(force_map, kind, state=name, force_N=newtons, speed_mps=v), where

@@ -26,6 +26,7 @@ from forcemap.speeds.safe_speed import (
     SpeedOutcome,
     lowest_of,
     lowest_speeds,
+    measured_finding,
     speeds_of_case,
     states_above,
     to_program,
@@ -320,7 +321,7 @@ def _contradictions(
         if lowest_measured_speeds(force_map.measured_range, *patch.corners)[1][0] <= v + _SPEED_ROUNDING:
             ends, speed = (np.array([0.0]), np.array([1.0])), np.array([v])
             where &= ~(enclose(force_map, bound, patch, speed, speed).smallest(*ends)[0] > np.log(limit))
-        yield Finding.of(FindingKind.REACHED_IN_ZONE, state=name, force_N=newtons, speed_mps=v), where
+        yield measured_finding(force_map, FindingKind.REACHED_IN_ZONE, state=name, force_N=newtons, speed_mps=v), where
 
 
 def _measured_above(
@@ -329,4 +330,4 @@ def _measured_above(
     """Zones in which a measured impact exceeded the limit at or below the speed given, with its state."""
     for name, d, h, v, newtons in states_above(force_map, "highest", float(limit.min())):
         where = zones.touching(d, h, REPEAT_DISTANCE) & (limit < newtons) & (speed >= v)
-        yield Finding.of(FindingKind.MEASURED_IN_ZONE, state=name, force_N=newtons, speed_mps=v), where
+        yield measured_finding(force_map, FindingKind.MEASURED_IN_ZONE, state=name, force_N=newtons, speed_mps=v), where

@@ -1,0 +1,82 @@
+"""The pressures of a campaign's impacts: exports of a film or array, a file for each run that has one."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import PurePosixPath
+
+from forcemap.campaigns.campaign import Campaign
+from forcemap.campaigns.recordings_table import Entry
+from forcemap.csv_table import csv_cell
+from forcemap.errors import CampaignFileError, InputError
+from forcemap.files import read_bytes, sha256
+from forcemap.recordings.pressure_matrix import read_pressure_matrix
+
+PRESSURES_FOLDER = "pressures"
+"""Folder of a campaign; its files bear the names of the runs, or of their recordings, with any ending."""
+
+
+@dataclass(frozen=True)
+class FilmReading:
+    """What a film or array gave of an impact.
+
+    Parameters
+    ----------
+    cells : dict of str to str
+        Its cells in the impacts table.
+    origin : str
+        The file, its hash and what it gave.
+    """
+
+    cells: dict[str, str]
+    origin: str
+
+
+def require_known(campaign: Campaign, entries: Iterable[Entry]) -> None:
+    """Refuse a file of a pressure that bears the name of no run and no recording: it would silently count for nothing.
+
+    Raises
+    ------
+    CampaignFileError
+        There is such a file.
+    """
+    folder, names = campaign.folder / PRESSURES_FOLDER, {name for entry in entries for name in _names(entry)}
+    for file in sorted(folder.iterdir()) if folder.is_dir() else ():
+        if file.is_file() and not file.name.startswith(".") and file.stem not in names:
+            expected = "expected that of a run or recording, such as d890-h140-v100-r1.csv; rename it or move it away"
+            raise CampaignFileError(f"found the name {file.stem!r}, {expected}", file=str(file))
+
+
+def _names(entry: Entry) -> set[str]:
+    return {f"{entry.state_id}-r{entry.repeat}", PurePosixPath(entry.file).stem}
+
+
+def film_reading(campaign: Campaign, entry: Entry) -> FilmReading | None:
+    """The pressure of a recording that is used; None if no file bears its name.
+
+    Raises
+    ------
+    CampaignFileError
+        Two files bear its name, or the averaging is not stated.
+    RecordingError
+        The file cannot be used.
+    """
+    folder, film = campaign.folder / PRESSURES_FOLDER, campaign.conditions.film
+    if not folder.is_dir():
+        return None
+    files = sorted(file for file in folder.iterdir() if file.is_file() and file.stem in _names(entry))
+    if not files:
+        return None
+    if len(files) > 1:
+        found = " and ".join(file.name for file in files)
+        raise CampaignFileError(f"found {found} for one run, expected one file", file=str(folder))
+    matrix = read_pressure_matrix(files[0], film)
+    try:
+        pressure, above = matrix.peak(film)
+    except InputError as error:
+        raise CampaignFileError(error.message, file=str(files[0])) from None
+    cells = {"peak_pressure_N_per_cm2": f"{pressure:.2f}", "pressure_censored": csv_cell(above)}
+    least = "at least " * above
+    origin = f"{files[0].name} {sha256(read_bytes(files[0]))[:16]}: {least}{pressure:.2f} N/cm^2"
+    return FilmReading(cells, origin)
