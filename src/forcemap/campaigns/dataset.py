@@ -36,6 +36,8 @@ __all__ = [
 ]  # fmt: skip
 
 
+_NUMBERS = {column: columns.COLUMNS[column] for column in columns.NUMBERS}  # column -> argument of from_arrays
+
 _NEAR_RANGE = 0.9
 """A force after Phase I above this share of a reading that reached the range may have been cut off there, too."""
 
@@ -173,18 +175,13 @@ class ImpactDataset:
             state.
         """
         conditions = (conditions or Conditions()).with_device_stiffness(device_stiffness)
-        tolerance = tolerance or StateTolerance.stated(conditions.place_tolerance, conditions.speed_tolerance)
-        where = _rows(distance, rows, source)
+        tolerance, where = tolerance or _stated_tolerance(conditions), _rows(distance, rows, source)
         given: dict[str, Any] = {"distance": distance, "height": height, "speed": speed, "peak_force": peak_force}
         given |= {"phase2_force": phase2_force, "base_angle": base_angle, "peak_pressure": peak_pressure}
-        arguments = {column: columns.COLUMNS[column] for column in columns.NUMBERS}
-        checked: dict[str, Any] = {arg: columns.numbers(column, given[arg], where) for column, arg in arguments.items()}
+        checked: dict[str, Any] = {arg: columns.numbers(column, given[arg], where) for column, arg in _NUMBERS.items()}
         force, is_censored = checked["peak_force"], columns.truths("censored", censored, where)
-        above_film = columns.truths("pressure_censored", pressure_censored, where)
-        texts: dict[str, Any] = {
-            name: columns.texts(name, of, where) for name, of in (("flags", flags), ("recording", recording))
-        }
-        _require_marked(texts["flags"], is_censored, where)
+        texts: dict[str, Any] = {"flags": flags, "recording": recording}
+        texts = {name: columns.texts(name, cells, where) for name, cells in texts.items()}
         roles, scenarios = columns.roles(role, where), columns.scenarios(scenario, where)
         stated = _stated_names(state, where)
         coordinates = np.column_stack([checked[name] for name in ("distance", "height", "speed")])
@@ -197,7 +194,7 @@ class ImpactDataset:
             repeat=_repeats(repeat, stated, names, where),
             role=roles,
             censored=is_censored,
-            pressure_censored=above_film,
+            pressure_censored=columns.truths("pressure_censored", pressure_censored, where),
             scenario=scenarios,
             **texts,
             extra=_unknown_columns(extra or {}, conditions, where),
@@ -392,6 +389,10 @@ class ImpactDataset:
         return replace(self, phase_two=phase_two, binding=binding)
 
 
+def _stated_tolerance(conditions: Conditions) -> StateTolerance:
+    return StateTolerance.stated(conditions.place_tolerance, conditions.speed_tolerance)
+
+
 def _rows(distance: ArrayLike, rows: Sequence[int] | None, source: str) -> columns.Where:
     """The rows that errors name; no impact at all is refused."""
     impacts = np.atleast_1d(np.asarray(distance, dtype=object)).size
@@ -417,7 +418,8 @@ def _unknown_columns(
 
 
 def _require_one_unit(dataset: ImpactDataset, where: columns.Where) -> None:
-    """Refuse forces and pressures in another unit, pressures at the film's range unmarked, marks without a pressure."""
+    """Refuse figures in another unit, saturated ones that are not marked, and marks of a pressure that is not given."""
+    _require_marked(dataset.flags, dataset.censored, where)
     of_role, pressure, above = (
         np.char.add(dataset.role, dataset.state),
         dataset.peak_pressure,

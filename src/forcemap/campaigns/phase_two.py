@@ -37,6 +37,8 @@ class PhaseTwo:
         Impacts whose Phase II force exceeds their Phase I peak.
     excluded : int
         Recordings that a person took out although they clamp or are undetermined.
+    unused_force : float
+        Largest Phase II force [N] of recordings that are not in the table, if one of them exceeds its peak; else NaN.
     """
 
     scenarios: Mapping[ContactScenario, int] = field(default_factory=dict)
@@ -44,6 +46,7 @@ class PhaseTwo:
     largest_force: float = math.nan
     above_peak: int = 0
     excluded: int = 0
+    unused_force: float = math.nan
 
     @classmethod
     def of(cls, scenario: Objects, phase2_force: FloatArray, peak_force: FloatArray) -> PhaseTwo:
@@ -66,6 +69,7 @@ class PhaseTwo:
             float(np.fmax(self.largest_force, other.largest_force)),
             self.above_peak + other.above_peak,
             self.excluded + other.excluded,
+            float(np.fmax(self.unused_force, other.unused_force)),
         )
 
     @property
@@ -97,11 +101,15 @@ class PhaseTwo:
         return Finding.of(FindingKind.TRANSIENT_NOT_USABLE, *reasons) if reasons else None
 
     def quasi_static_refusal(
-        self, quasi_static_limit: float, device_error: float, raised: float = 1.0
+        self, quasi_static_limit: float, device_error: float, raised: float = 1.0, *, mapped: bool = False
     ) -> Finding | None:
-        """Why a map of Phase I peaks cannot confirm the quasi-static limit [N]; None if nothing speaks against it."""
-        if self.above_peak and raised * (self.largest_force + device_error) > quasi_static_limit:
-            return Finding.of(FindingKind.PHASE_TWO_ABOVE_PEAKS, force_N=self.largest_force, impacts=self.above_peak)
+        """Why a map of Phase I peaks cannot confirm the quasi-static limit [N]; None if nothing speaks against it.
+
+        Where the clamping force is `mapped`, too, only recordings speak against it that neither map knows.
+        """
+        force = self.unused_force if mapped else self.largest_force
+        if self.above_peak and raised * (force + device_error) > quasi_static_limit:
+            return Finding.of(FindingKind.PHASE_TWO_ABOVE_PEAKS, force_N=force, impacts=self.above_peak)
         return None
 
     @property
@@ -168,4 +176,5 @@ def including_unused(phase_two: PhaseTwo, columns: Mapping[str, Sequence[str]], 
         largest_force=float(np.fmax(phase_two.largest_force, figures[_FORCE])),
         above_peak=phase_two.above_peak + int(figures[_ABOVE]),
         excluded=phase_two.excluded + int(figures[_EXCLUDED]),
+        unused_force=figures[_FORCE] if figures[_ABOVE] else math.nan,
     )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 from typer import Argument, Option
@@ -32,6 +32,12 @@ def simulate(
     cover: Annotated[
         float | None, Option("--cover-N-per-m", help="A protective cover with this spring constant.")
     ] = None,
+    hold: Annotated[
+        float | None, Option("--hold-force-N", help="Another clamping force, of a robot that stops and holds.")
+    ] = None,
+    contact_area: Annotated[
+        float | None, Option("--contact-area-cm2", help="Also films of the pressure under a flat face of this area.")
+    ] = None,
     as_json: Json = False,
 ) -> None:
     """Simulate the recordings of a planned campaign in the virtual lab, into a new folder. Nothing of it is measured.
@@ -40,14 +46,15 @@ def simulate(
 
     Example: forcemap simulate my-campaign --preset ur10e-like
     """
+    from forcemap.lab.contact_surface import ContactSurface
     from forcemap.lab.simulated_campaign import simulate_campaign
     from forcemap.lab.simulated_device import PAPER_DEVICE, SimulatedDevice
     from forcemap.lab.virtual_robot import virtual_robot
 
     robot = virtual_robot(preset)
-    robot = robot if threshold is None else robot.with_threshold(threshold)
-    robot = robot if payload is None else robot.with_payload(payload)
-    robot = robot if cover is None else robot.with_cover(cover)
+    for change, figure in (("threshold", threshold), ("payload", payload), ("cover", cover), ("hold_force", hold)):
+        robot = robot if figure is None else getattr(robot, f"with_{change}")(figure)
+    surface = None if contact_area is None else ContactSurface(contact_area)
     if seed < 0:
         raise fm.InputError(f"seed: found {seed}, expected a whole number of at least 0")
     toml = (Path(plan) if Path(plan).is_dir() else Path(plan).parent) / "campaign.toml"
@@ -60,7 +67,8 @@ def simulate(
     device = SimulatedDevice(device=dataclasses.replace(PAPER_DEVICE, **stated))
     along = direction_vector(conditions.direction, whose=str(toml)) if conditions.direction else None
     rng = np.random.default_rng(seed)
-    simulated = simulate_campaign(runs, robot, device, rng, target, conditions=conditions, along=along)
+    given: dict[str, Any] = {"conditions": conditions, "along": along, "surface": surface}
+    simulated = simulate_campaign(runs, robot, device, rng, target, **given)
     peaks, scenarios = simulated.impacts.peak_force, sorted({str(scenario) for scenario in simulated.impacts.scenario})
     answer = SimulationAnswer(
         folder=str(target),
@@ -73,12 +81,17 @@ def simulate(
         scenarios=scenarios,
         seed=seed,
     )
-    lines = [
-        f"SIMULATED with {', '.join([preset, *robot.changes])}: not a measurement of any robot",
-        f"{len(simulated.recording)} recordings in {target}, peaks {peaks.min():.0f} to {peaks.max():.0f} N, "
-        f"{answer.beyond_device_range} at or above the device range of {device.device.range:g} N; "
-        f"{', '.join(scenarios).replace('_', ' ')}",
+    emit(answer, _lines(answer, device.device.range), as_json=as_json)
+
+
+def _lines(answer: SimulationAnswer, device_range: float) -> list[str]:
+    """What was simulated, and what to do next."""
+    low, high = answer.lowest_peak_force_N, answer.highest_peak_force_N
+    return [
+        f"SIMULATED with {', '.join([answer.preset, *answer.changes])}: not a measurement of any robot",
+        f"{answer.recordings} recordings in {answer.folder}, peaks {low:.0f} to {high:.0f} N, "
+        f"{answer.beyond_device_range} at or above the device range of {device_range:g} N; "
+        f"{', '.join(answer.scenarios).replace('_', ' ')}",
         "truth.csv holds the true peaks; nothing of the evaluation reads it",
-        f"Next: forcemap collect {target}",
+        f"Next: forcemap collect {answer.folder}",
     ]
-    emit(answer, lines, as_json=as_json)

@@ -104,6 +104,21 @@ class VirtualRobot:
         reaction = replace(self.reaction, threshold=threshold)
         return self._changed(f"collision threshold {threshold:g} N m", reaction=reaction)
 
+    def with_hold_force(self, force: float) -> Self:
+        """The robot with another force at which it settles after an impact.
+
+        Parameters
+        ----------
+        force : float
+            Clamping force [N].
+
+        Raises
+        ------
+        InputError
+            Not positive and finite, or the robot retreats.
+        """
+        return self._changed(f"clamping force {force:g} N", reaction=replace(self.reaction, hold_force=force))
+
     def with_payload(self, mass: float, centre_of_mass: ArrayLike = (0.0, 0.0, 0.05)) -> Self:
         """The robot with a payload.
 

@@ -92,13 +92,13 @@ def _with_others(force_map: ForceMap, dataset: ImpactDataset, form: Form, impact
 def _wanted(dataset: ImpactDataset, quantity: Quantity) -> bool:
     """Whether a map of another quantity is to be had from the impacts.
 
-    Of a clamping force none where a recording that is not in the table clamps above its peak: the map would not
-    know it.
+    Of a clamping force none where impacts exceed their peaks of which not even the force is known.
     """
     if quantity is Quantity.PRESSURE:
         return dataset.pressures > 0
     phase_two, above = dataset.phase_two, int(np.sum(dataset.phase2_force > dataset.peak_force))
-    if not phase_two.barred or phase_two.above_peak > above:
+    unknown = phase_two.above_peak > above and np.isnan(phase_two.unused_force)
+    if not phase_two.barred or unknown:
         return False
     held = dataset.of(quantity)
     return len(held.train) > 0 and bool(above or not held.without)

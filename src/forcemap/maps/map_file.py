@@ -55,7 +55,8 @@ _PLACES = {"distance_m": (_LEAST, 10.0), "height_m": (-10.0, 10.0), "speed_mps":
 _RANGES = {  # of a number in the file, or of every number in a list
     **_PLACES,
     **dict.fromkeys(("peak_force_N", "at_least_N", "highest_N"), (1.0, 1e5)),
-    **dict.fromkeys(("impacts", "censored", "unrecorded", "above_peak", "excluded", "largest_force_N"), (0, _LARGEST)),
+    **dict.fromkeys(("impacts", "censored", "unrecorded", "above_peak", "excluded"), (0, _LARGEST)),
+    **dict.fromkeys(("largest_force_N", "unused_force_N"), (0, _LARGEST)),
     **{scenario.value: (0, _LARGEST) for scenario in ContactScenario},
     **dict.fromkeys(("state_weights", "repeat_variance_ln", "state_sd_ln", "degrees_of_freedom"), (0.0, _LARGEST)),
     "device_range_N": (_LEAST, _LARGEST),
@@ -202,6 +203,7 @@ def _to_content(force_map: ForceMap) -> dict[str, Any]:
             "largest_force_N": _null(phase_two.largest_force),
             "above_peak": phase_two.above_peak,
             "excluded": phase_two.excluded,
+            **({} if math.isnan(phase_two.unused_force) else {"unused_force_N": phase_two.unused_force}),
         },
         "device_range_N": _null(force_map.device_range),
         "binding": {
@@ -330,6 +332,7 @@ def _from_content(content: dict[str, Any]) -> ForceMap:
             _nan(phase_two["largest_force_N"]),
             int(phase_two["above_peak"]),
             int(phase_two.get("excluded", 0)),
+            _nan(phase_two.get("unused_force_N")),
         ),
         conditions=conditions,
         device_range=_nan(content["device_range_N"]),

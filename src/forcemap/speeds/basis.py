@@ -263,10 +263,11 @@ def limit_basis(
             first = Finding.of(FindingKind.DEVICE_ALONE)
         else:
             suits = device_suitability("the limit", limit.spring_N_per_m, conditions.device.stiffness)
-    gate = phase_two.transient_refusal if kind is Contact.TRANSIENT else phase_two.quasi_static_refusal
-    clamping = gate(quasi_static if kind is Contact.TRANSIENT else lowest, error, suits.raised)
-    if clamping_mapped and kind is Contact.QUASI_STATIC:
-        clamping = None  # that map knows the forces that exceed the peaks
+    if kind is Contact.TRANSIENT:
+        clamping = phase_two.transient_refusal(quasi_static, error, suits.raised)
+    else:
+        mapped = clamping_mapped and kind is Contact.QUASI_STATIC
+        clamping = phase_two.quasi_static_refusal(lowest, error, suits.raised, mapped=mapped)
     refusals = [broken, suits.refusal, clamping]
     if isinstance(limit, ForceLimit) and not limit.permitted:
         refusals = [limit.refusal]
