@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 import forcemap as fm
+from forcemap.campaigns.pressures import MeasuredPressure
 from forcemap.campaigns.quantity import Quantity
 from forcemap.lab.bench import simulate_impacts
 from forcemap.lab.contact_surface import ContactSurface
@@ -20,6 +21,7 @@ from forcemap.lab.simulated_device import SimulatedDevice
 from forcemap.lab.virtual_robot import virtual_robot
 from forcemap.recordings.film import Film
 from forcemap.recordings.pressure_matrix import UNITS, PressureMatrix, largest_mean, read_pressure_matrix
+from forcemap.verdicts.pressure_verdict import check_pressure
 
 LAYOUTS = {  # delimiter, decimal sign, lines before the matrix
     "comma": (",", ".", "unit: {unit}\npitch: {pitch} mm\n"),
@@ -236,7 +238,7 @@ def test_pressures_in_impacts_csv_are_bound_to_it(copy):
     cells = lines[1].split(",")
     cells[column] = f"{0.9 * float(cells[column]):.2f}"
     table.write_text("\n".join([lines[0], ",".join(cells), *lines[2:]]) + "\n")
-    assert "was changed" in fm.sentence(fm.read_dataset(copy).binding.refusal)
+    assert "is not what forcemap collect wrote" in fm.sentence(fm.read_dataset(copy).binding.refusal)
 
 
 def test_the_iiwa_like_robot_gets_quasi_static_speeds_and_never_a_transient_one(campaign):
@@ -314,3 +316,45 @@ def test_the_report_says_that_pressure_was_held_against_its_map(campaign, tmp_pa
     speeds = page.split('<section id="speeds">')[1].split("</section>")[0]
     assert "pressure not assessed" not in speeds  # of the standard's formula, in another section, it is said
     assert "peak pressure</small>" in speeds
+
+
+def test_check_holds_the_film_of_a_recording_against_the_limit_of_pressure(copy):
+    dataset = fm.read_dataset(copy)
+    order = np.argsort(dataset.peak_pressure)
+    gentle, hard = (dataset.recording[i] for i in (order[0], order[-1]))
+    code, words, _ = command("check", copy / "recordings" / gentle, "--area", "thigh_muscle")
+    assert "within, pressure: " in words
+    assert "limit 250 N/cm^2 (quasi-static), error 5 % of the reading" in words
+    assert "pressure is not assessed" not in words
+    code, _, text = command("check", copy / "recordings" / hard, "--area", "back_of_hand", "--json")
+    answer = json.loads(text)
+    assert (code, answer["outcome"], answer["pressures"][0]["outcome"]) == (1, "exceeded", "exceeded")
+    (copy / "pressures" / gentle).unlink()
+    _, words, _ = command("check", copy / "recordings" / gentle, "--area", "thigh_muscle")
+    assert "pressure is not assessed" in words
+    _, words, _ = command("check", copy, "--area", "back_of_hand")
+    assert "pressure is not assessed of 1 recordings" in words
+
+
+@pytest.mark.parametrize(
+    ("figure", "above", "outcome"),
+    [(180.0, False, "within"), (181.0, False, "cannot_tell"), (199.0, False, "cannot_tell"), (200.0, False, "exceeded"),
+     (150.0, True, "cannot_tell"), (300.0, True, "exceeded")],
+)  # fmt: skip
+def test_a_pressure_is_within_only_beyond_the_films_error(figure, above, outcome):
+    measured = MeasuredPressure(figure, above, "run.csv", "")
+    film, hand = Film(range=500.0, error=0.05), fm.force_limit("back_of_hand")  # 190 N/cm^2
+    assert check_pressure(measured, hand, film=film).outcome == outcome
+
+
+def test_the_transient_limit_of_pressure_only_where_nothing_goes_on():
+    measured, hand = MeasuredPressure(300.0, False, "run.csv", ""), fm.force_limit("back_of_hand")
+    time = np.arange(0, 0.9, 1e-3)
+    pulse = 200 * np.exp(-(((time - 0.12) / 0.01) ** 2))
+    device = fm.Device(range=500.0, error=3.0, stiffness=75e3)
+    for held, contact in ((0.0, "transient"), (60.0, "quasi-static")):
+        force = pulse + held * (time > 0.13) * (1 - np.exp(-(time - 0.13) / 0.01))
+        impact = fm.find_impact(fm.Recording(time, force, device=device))
+        verdict = check_pressure(measured, hand, film=Film(range=500.0), impacts=[impact])
+        assert verdict.contact == contact
+    assert check_pressure(measured, hand, film=Film(range=500.0)).contact == "quasi-static"

@@ -53,6 +53,17 @@ class Unjudged(Answer):
     reason: str
 
 
+class PressureAnswer(Answer):
+    """The pressure of a recording beside its limit, in N/cm^2."""
+
+    recording: str
+    outcome: str
+    pressure_N_per_cm2: float = of("pressure")
+    limit_N_per_cm2: float = of("limit")
+    contact: str
+    reason: Said
+
+
 class CheckAnswer(Answer):
     """Recordings held against a limit; the outcome is the gravest, warnings come before it, notes after it."""
 
@@ -77,6 +88,7 @@ class CheckAnswer(Answer):
     device_error_N: float
     notes: list[str]
     curves: list[Curve] | None = if_any()
+    pressures: list[PressureAnswer] | None = if_any()
 
     @classmethod
     def of_check(cls, check: RecordingsCheck, *, notes: Iterable[str] = (), drawn: bool = False) -> CheckAnswer:
@@ -110,9 +122,23 @@ class CheckAnswer(Answer):
             device_range_N=device.range,
             device_range_stated=stated,
             device_error_N=device.error_or_default,
-            notes=[*notes, *unstated, "pressure is not assessed"],
+            notes=[*notes, *unstated, *_without_pressure(check)],
+            pressures=[
+                PressureAnswer.from_result(checked.pressure, recording=checked.name)
+                for checked in check.recordings
+                if checked.pressure
+            ]
+            or None,
             curves=curves(recorded) if drawn else None,
         )
+
+
+def _without_pressure(check: RecordingsCheck) -> list[str]:
+    """That pressure is not assessed, or of how many recordings it is not."""
+    without = sum(not checked.pressure for checked in check.recordings if not checked.excluded)
+    if not check.pressures:
+        return ["pressure is not assessed"]
+    return [f"pressure is not assessed of {without} recordings"] if without else []
 
 
 def limit_words(limit: ForceLimit | NewtonLimit) -> str:

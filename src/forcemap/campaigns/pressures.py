@@ -4,17 +4,40 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from pathlib import PurePosixPath
+from pathlib import Path, PurePosixPath
 
 from forcemap.campaigns.campaign import Campaign
 from forcemap.campaigns.recordings_table import Entry
 from forcemap.csv_table import csv_cell
 from forcemap.errors import CampaignFileError, InputError
 from forcemap.files import read_bytes, sha256
+from forcemap.recordings.film import Film
 from forcemap.recordings.pressure_matrix import read_pressure_matrix
 
 PRESSURES_FOLDER = "pressures"
 """Folder of a campaign; its files bear the names of the runs, or of their recordings, with any ending."""
+
+
+@dataclass(frozen=True)
+class MeasuredPressure:
+    """The largest pressure of a recording, by a film or array.
+
+    Parameters
+    ----------
+    pressure : float
+        By the film's averaging [N/cm^2]; a lower bound if `above_range`.
+    above_range : bool
+        True if a cell reached the range.
+    file : str
+        Name of the file.
+    sha256 : str
+        Of the file.
+    """
+
+    pressure: float
+    above_range: bool
+    file: str
+    sha256: str
 
 
 @dataclass(frozen=True)
@@ -49,11 +72,22 @@ def require_known(campaign: Campaign, entries: Iterable[Entry]) -> None:
 
 
 def _names(entry: Entry) -> set[str]:
-    return {f"{entry.state_id}-r{entry.repeat}", PurePosixPath(entry.file).stem}
+    """Names that a file of its pressure may bear; of a file with several recordings only that of the run."""
+    return {f"{entry.state_id}-r{entry.repeat}", *([] if entry.curve else [PurePosixPath(entry.file).stem])}
 
 
 def film_reading(campaign: Campaign, entry: Entry) -> FilmReading | None:
-    """The pressure of a recording that is used; None if no file bears its name.
+    """The cells of a recording that is used; None if no file bears its name. Errors as `measured_pressure`."""
+    measured = measured_pressure(campaign.folder, campaign.conditions.film, entry)
+    if measured is None:
+        return None
+    pressure, above = f"{measured.pressure:.2f}", measured.above_range
+    cells = {"peak_pressure_N_per_cm2": pressure, "pressure_censored": csv_cell(above)}
+    return FilmReading(cells, f"{measured.file} {measured.sha256[:16]}: {'at least ' * above}{pressure} N/cm^2")
+
+
+def measured_pressure(folder: Path, film: Film, entry: Entry) -> MeasuredPressure | None:
+    """The pressure of a recording in a campaign's folder; None if no file bears its name or that of its run.
 
     Raises
     ------
@@ -62,21 +96,18 @@ def film_reading(campaign: Campaign, entry: Entry) -> FilmReading | None:
     RecordingError
         The file cannot be used.
     """
-    folder, film = campaign.folder / PRESSURES_FOLDER, campaign.conditions.film
-    if not folder.is_dir():
+    pressures = folder / PRESSURES_FOLDER
+    if not pressures.is_dir():
         return None
-    files = sorted(file for file in folder.iterdir() if file.is_file() and file.stem in _names(entry))
+    files = sorted(file for file in pressures.iterdir() if file.is_file() and file.stem in _names(entry))
     if not files:
         return None
     if len(files) > 1:
         found = " and ".join(file.name for file in files)
-        raise CampaignFileError(f"found {found} for one run, expected one file", file=str(folder))
+        raise CampaignFileError(f"found {found} for one run, expected one file", file=str(pressures))
     matrix = read_pressure_matrix(files[0], film)
     try:
         pressure, above = matrix.peak(film)
     except InputError as error:
         raise CampaignFileError(error.message, file=str(files[0])) from None
-    cells = {"peak_pressure_N_per_cm2": f"{pressure:.2f}", "pressure_censored": csv_cell(above)}
-    least = "at least " * above
-    origin = f"{files[0].name} {sha256(read_bytes(files[0]))[:16]}: {least}{pressure:.2f} N/cm^2"
-    return FilmReading(cells, origin)
+    return MeasuredPressure(pressure, above, files[0].name, sha256(read_bytes(files[0])))

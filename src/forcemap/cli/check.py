@@ -70,7 +70,8 @@ def check(
     else:
         folder = campaign_of(source, campaign)
         doubt = recording_doubt(folder, source) if folder and not column else None
-        result = fm.check_file(source, force_limit, conditions=conditions, columns=columns, **judged_by, doubt=doubt)
+        judged_by |= {"doubt": doubt, "folder": folder}
+        result = fm.check_file(source, force_limit, conditions=conditions, columns=columns, **judged_by)
     answer = CheckAnswer.of_check(result)
     emit(answer, check_lines(answer), as_json=as_json)
     return 1 if result.outcome is None else EXIT_CODES[result.outcome]
@@ -193,7 +194,13 @@ def check_lines(answer: CheckAnswer) -> list[str]:
     lines += _list("Not judged", [f"{doubt.recording}: {doubt.reason}" for doubt in answer.unjudged])
     lines += _list("Excluded by a person, not judged", [f"{file.recording}: {file.reason}" for file in answer.excluded])
     within = [f"within: force + device error ({answer.device_error_N:g} N) <= limit at every instant"] if judged else []
-    return [*lines, *impacts, "", *within, *answer.notes]
+    return [*lines, *impacts, "", *within, *_pressure_lines(answer), *answer.notes]
+
+
+def _pressure_lines(answer: CheckAnswer) -> list[str]:
+    """The pressures that were measured, those that are not within first."""
+    rows = sorted(answer.pressures or (), key=lambda each: each.outcome == "within")
+    return shortened([f"{each.recording}: {_words(each.outcome)}, {each.reason}" for each in rows])
 
 
 def _single(impact: CheckedImpact) -> list[str]:

@@ -21,6 +21,11 @@ from forcemap.limits.body_areas import (
 )
 from forcemap.limits.pfl import LEAST_STIFFNESS
 
+PHASE_TWO_SHARE = 1 / 8
+"""Largest Phase II force, as a share of the peak, beside which a transient limit of pressure is used. Under a round
+contact pressure grows as the cube root of the force (Hertz), so that then no more than half of the peak's pressure, the
+quasi-static limit, goes on; under a flat one less."""
+
 
 class Contact(StrEnum):
     """The standard's two cases of contact."""

@@ -13,15 +13,10 @@ from forcemap.campaigns.dataset import Quantity
 from forcemap.errors import BoundNotAvailable, InputError
 from forcemap.findings import Finding, FindingKind
 from forcemap.limits.body_areas import PASCALS
-from forcemap.limits.force_limits import Contact, ForceLimit
+from forcemap.limits.force_limits import PHASE_TWO_SHARE, Contact, ForceLimit
 from forcemap.maps.bounds import Bound, contradiction, weakness
 from forcemap.maps.force_map import ForceMap
 from forcemap.speeds.basis import Basis, basis_of, doubts_of_fit, map_notes
-
-PHASE_TWO_SHARE = 1 / 8
-"""Largest Phase II force, as a share of the smallest measured peak, beside which a transient limit of pressure is used.
-Under a round contact pressure grows as the cube root of the force (Hertz), so that then no more than half of the peak's
-pressure, the quasi-static limit, goes on; under a flat one less."""
 
 _ONCE = (FindingKind.PERSON_AT_REST, FindingKind.PRESSURE_NOT_ASSESSED, FindingKind.DEVICE_ERROR_NOT_STATED)
 

@@ -13,6 +13,7 @@ from forcemap.arrays import FloatArray
 from forcemap.campaigns.campaign import Campaign, read_campaign
 from forcemap.campaigns.conditions import Conditions
 from forcemap.campaigns.impacts_table import read_dataset
+from forcemap.campaigns.pressures import measured_pressure
 from forcemap.campaigns.readout import Reader
 from forcemap.campaigns.recorded_impacts import RecordedImpacts, recorded_impacts
 from forcemap.campaigns.recordings_table import Entry
@@ -22,6 +23,7 @@ from forcemap.files import file_sha256
 from forcemap.findings import Finding, FindingKind
 from forcemap.limits.force_limits import Contact, ForceLimit, NewtonLimit
 from forcemap.recordings.column_map import ColumnMap
+from forcemap.verdicts.pressure_verdict import PressureVerdict, check_pressure
 from forcemap.verdicts.verdict import Interpretation, Judgement, Verdict, VerdictOutcome, check_impact
 
 _BINS = 60  # of a curve for a figure, with the lowest and highest sample of every one; a choice
@@ -45,6 +47,8 @@ class CheckedRecording:
         Why it shows nothing; None if it does.
     excluded : str
         Why a person excluded it; empty if nobody did.
+    pressure : PressureVerdict or None
+        Its pressure beside the limit; None where none was measured, or the limit has none.
     """
 
     name: str
@@ -52,6 +56,7 @@ class CheckedRecording:
     verdicts: tuple[Verdict, ...] = ()
     not_judged: Finding | None = None
     excluded: str = ""
+    pressure: PressureVerdict | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,7 +95,12 @@ class RecordingsCheck:
             return None
         outcomes = [verdict.outcome for verdict in self.verdicts]
         unjudged = [VerdictOutcome.CANNOT_TELL for recording in self.recordings if recording.not_judged]
-        return VerdictOutcome.worst([*outcomes, *unjudged])
+        return VerdictOutcome.worst([*outcomes, *unjudged, *(verdict.outcome for verdict in self.pressures)])
+
+    @property
+    def pressures(self) -> list[PressureVerdict]:
+        """The pressures beside the limit."""
+        return [checked.pressure for checked in self.recordings if checked.pressure]
 
     @property
     def simulated(self) -> bool:
@@ -109,6 +119,7 @@ def check_file(
     contact: Contact | None = None,
     name: str | None = None,
     doubt: Finding | None = None,
+    folder: Path | None = None,
 ) -> RecordingsCheck:
     """Check the impacts of all recordings in a file against a limit.
 
@@ -126,6 +137,8 @@ def check_file(
         What the file is called; its own name if not given.
     doubt : Finding, optional
         Why none may be within: what `recording_doubt` says of a file in a campaign.
+    folder : Path, optional
+        Of the campaign: a file in its `pressures/` with the name of this one is judged, too.
 
     Raises
     ------
@@ -134,11 +147,17 @@ def check_file(
     """
     conditions, name = conditions or Conditions(), name or Path(path).name
     asked = {"interpretation": interpretation, "contact": contact}
+    measured = list(recorded_impacts(path, conditions, columns, name=name))
+    film = None if folder is None or len(measured) > 1 else (folder, conditions, Entry(file=Path(path).name))
     recordings = (
-        CheckedRecording(recorded.recording.name, recorded, _verdicts(recorded, why, limit, **asked), why)
-        for recorded, why in (
-            (recorded, recorded.doubt or doubt) for recorded in recorded_impacts(path, conditions, columns, name=name)
+        CheckedRecording(
+            recorded.recording.name,
+            recorded,
+            _verdicts(recorded, why, limit, **asked),
+            why,
+            pressure=_pressure(film, recorded, limit, contact),
         )
+        for recorded, why in ((recorded, recorded.doubt or doubt) for recorded in measured)
     )
     return RecordingsCheck(name, limit, conditions, tuple(recordings))
 
@@ -208,10 +227,28 @@ def check_campaign(
         excluded, recorded, doubt = recording.excluded, recording.recorded, recording.doubt or mistaken
         verdicts = () if excluded else _verdicts(recorded, doubt, limit, **asked)
         name, why = recording.entry.name, None if excluded else doubt
-        checked.append(CheckedRecording(name, recorded, verdicts, why, excluded))
+        film = (campaign.folder, campaign.conditions, recording.entry)
+        pressure = None if excluded else _pressure(film, recorded, limit, contact)
+        checked.append(CheckedRecording(name, recorded, verdicts, why, excluded, pressure))
     if not checked:
         raise InputError("found no recording to check", file=str(campaign.recordings))
     return RecordingsCheck(campaign.folder.resolve().name, limit, campaign.conditions, tuple(checked))
+
+
+def _pressure(
+    film: tuple[Path, Conditions, Entry] | None,
+    recorded: RecordedImpacts | None,
+    limit: ForceLimit | NewtonLimit,
+    contact: Contact | None,
+) -> PressureVerdict | None:
+    """The pressure of a recording of a folder beside the limit; None where none was measured, or the limit has none."""
+    if film is None or not isinstance(limit, ForceLimit) or not limit.permitted:
+        return None
+    folder, conditions, entry = film
+    if (measured := measured_pressure(folder, conditions.film, entry)) is None:
+        return None
+    impacts = recorded.impacts if recorded else ()
+    return check_pressure(measured, limit, film=conditions.film, impacts=impacts, contact=contact)
 
 
 def _verdicts(
