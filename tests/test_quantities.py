@@ -13,6 +13,7 @@ from forcemap.maps.map_file import map_text
 from forcemap.recordings.film import Film
 from sizes import FULL_SIZE
 
+FORCE, PRESSURE = Quantity.FORCE, Quantity.PRESSURE
 NAME = "ur10e"
 FILM = Film(sensor="film A", range=600.0, error=0.10, mean_over=1.0)
 HAND = fm.force_limit("back_of_hand")  # 140 N and 190 N/cm^2, transient twice that
@@ -107,7 +108,10 @@ def test_lowest_of_both_quantities_by_brute_force_on_ten_thousand_places(both):
 
 
 def test_a_scalar_place_says_which_quantity_governs_and_what_it_rests_on(both):
-    by_film, by_force = (fm.safe_speed(both, d, 0.3, **CASE) for d in (0.74, 0.56))
+    d, h = (axis.ravel() for axis in np.meshgrid(np.linspace(0.54, 0.78, 9), np.linspace(0.16, 0.44, 9)))
+    grid = fm.safe_speed(both, d, h, **CASE)
+    each_governs = (np.flatnonzero((grid.governed_by == each) & np.isfinite(grid.speed)) for each in (FORCE, PRESSURE))
+    by_force, by_film = (fm.safe_speed(both, d[places[0]], h[places[0]], **CASE) for places in each_governs)
     assert (by_film.governed_by, by_force.governed_by) == (Quantity.PRESSURE, Quantity.FORCE)
     alone = by_film.of_quantities
     assert by_film.speed == alone[Quantity.PRESSURE].speed < alone[Quantity.FORCE].speed
@@ -386,3 +390,30 @@ def test_the_bound_of_other_quantities_keeps_its_promise(quantity, truth):
     share, scatter = covered(quantity, truth, np.random.default_rng(31))
     print(f"\n{quantity.words}: {share:.3f} of {_CAMPAIGNS} campaigns")
     assert share >= 0.95 - 3 * scatter
+
+
+# -- what takes speeds from a map
+
+
+def test_a_confirmation_says_that_it_judges_the_force_alone(both):
+    plan = fm.confirm_plan(both, HAND, bound=fm.ToleranceBound(), contact=fm.Contact.TRANSIENT)
+    assert "JUDGED BY THEIR FORCE ALONE: the peak pressure" in fm.sentence(plan.warnings[0])
+    runs = plan.plan
+    released = fm.safe_speed(both, runs.distance, runs.height, **CASE)
+    np.testing.assert_allclose(released.speed, plan.released, atol=1e-3)
+    again = fm.confirm_plan(both, HAND, bound=fm.ToleranceBound(), contact=fm.Contact.TRANSIENT, planned=runs)
+    assert not len(again.added)
+
+
+def test_a_robots_table_takes_the_lowest_of_both(both):
+    down = replace(both, conditions=replace(both.conditions, direction="down"))
+    exported = fm.robot_table(down, limits=[(HAND, fm.Contact.TRANSIENT)], bound=fm.ToleranceBound(), size=0.05)
+    with_speed = exported.speed_mmps > 0
+    middles = np.meshgrid(
+        *((edges[:-1] + edges[1:]) / 2 for edges in (exported.distance_edges, exported.height_edges)), indexing="ij"
+    )
+    places = fm.safe_speed(down, *middles, **CASE)
+    assert with_speed.sum() > 5
+    assert np.all(exported.speed_mmps[with_speed] <= 1000 * places.speed[with_speed])
+    assert Quantity.PRESSURE in set(places.governed_by[with_speed])
+    assert any("pressure: 380 N/cm^2" in fm.sentence(note) for note in exported.provenance.bases[0].statements)

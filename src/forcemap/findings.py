@@ -84,7 +84,7 @@ FindingKind = StrEnum(
     # whether impacts at released speeds confirm a map
     "CONFIRMING_RULE IMPACTS_PASSED IMPACTS_FAILED IMPACTS_CANNOT_TELL RUNS_MISSING RECORDING_NOT_CHECKED "
     "SLOWER_THAN_RELEASED NOT_WHERE_PLANNED ABOVE_BOUND BOUND_THERE DEVICE_RANGE_EXCEEDED FEWER_THAN_ASKED "
-    "MEASURED_ABOVE_BOUND REPEATS_ALONE ",
+    "MEASURED_ABOVE_BOUND REPEATS_ALONE FORCE_ALONE_CONFIRMED ",
 )
 """What a finding says; the figures that go with a kind are named in its sentence (`words.toml`)."""
 

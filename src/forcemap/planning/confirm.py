@@ -238,7 +238,8 @@ def _overall(plan: ConfirmationPlan, judged: list[ConfirmingImpact], missing: in
         return Confirmed.CANNOT_TELL, Finding.of(kind.RUNS_MISSING, runs=missing, of=len(plan.plan))
     if unknown := count[Confirmed.CANNOT_TELL]:
         return Confirmed.CANNOT_TELL, Finding.of(kind.IMPACTS_CANNOT_TELL, impacts=unknown, of=len(judged))
-    return Confirmed.PASSES, Finding.of(kind.IMPACTS_PASSED, impacts=len(judged), limit_N=plan.limit)
+    passed = Finding.of(kind.IMPACTS_PASSED, impacts=len(judged), limit_N=plan.limit)
+    return Confirmed.PASSES, passed.and_(_force_alone(plan.force_map)) if plan.force_map.others else passed
 
 
 def _judged(
@@ -375,7 +376,8 @@ def confirm_plan(
     refusal = _refusal(released, plan, newtons)
     if refusal is None and len(plan) < count:
         warnings.append(Finding.of(FindingKind.FEWER_THAN_ASKED, impacts=len(plan), asked=count))
-    warnings = [*released.basis.warnings, *warnings, *_doubts(force_map, plan, states, upper, tolerance)]
+    alone = [_force_alone(force_map)] if force_map.others else []
+    warnings = [*alone, *released.basis.warnings, *warnings, *_doubts(force_map, plan, states, upper, tolerance)]
     error = conditions.device.error_or_default
     most = np.minimum(newtons - error, upper)
     return ConfirmationPlan(
@@ -431,9 +433,10 @@ class _PlannedBefore:
         and Phase II. A limit in newtons then needs a named contact; whether it may be used is decided elsewhere.
         """
         runs = plan.select(ConfirmationPlan.among(plan))
-        conditions, fit, blind = force_map.conditions, force_map.fit, force_map
-        if fit is not None:
-            blind = replace(force_map, phase_two=PhaseTwo(), fit=replace(fit, test=fit.test.select(np.arange(0))))
+        conditions, blind = force_map.conditions, force_map
+        if force_map.fit is not None:
+            without = tuple(_without_tests(other) for other in force_map.others)
+            blind = replace(_without_tests(force_map), phase_two=PhaseTwo(), others=without)
         kind = contact or Contact.QUASI_STATIC
         speeds = safe_speed(blind, runs.distance, runs.height, limit=limit, bound=bound, contact=kind)
         now = _released(speeds.speed, conditions)
@@ -444,6 +447,19 @@ class _PlannedBefore:
         valid, earlier, replaced = (runs.select(rows) for rows in (current & stays, ~current, current & ~stays))
         at_contact = conditions.at_contact(now[current & stays]), conditions.at_contact(now[~current])
         return cls(valid, earlier, replaced, *at_contact)
+
+
+def _force_alone(force_map: ForceMap) -> Finding:
+    """That the impacts are judged by their force alone."""
+    return Finding.of(
+        FindingKind.FORCE_ALONE_CONFIRMED, quantities=tuple(each.quantity.words for each in force_map.others)
+    )
+
+
+def _without_tests(force_map: ForceMap) -> ForceMap:
+    """A fitted map as if no state had role test."""
+    fit = force_map.require_fit()
+    return replace(force_map, fit=replace(fit, test=fit.test.select(np.arange(0))))
 
 
 def _grid(force_map: ForceMap, tolerance: StateTolerance) -> FloatArray:

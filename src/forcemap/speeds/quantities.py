@@ -92,7 +92,7 @@ def _other_basis(force_map: ForceMap, other: ForceMap, of_force: Basis) -> Basis
     if other.quantity is Quantity.PRESSURE:
         if not isinstance(limit, ForceLimit) or not limit.permitted or of_force.contact is None:
             return None
-        newtons, note, raised = _pressure(force_map, limit, of_force, figures)
+        newtons, note, raised = _pressure(force_map, other, limit, of_force, figures)
     else:
         if of_force.contact is not Contact.QUASI_STATIC or not of_force.permitted:
             return None
@@ -121,7 +121,7 @@ def _other_basis(force_map: ForceMap, other: ForceMap, of_force: Basis) -> Basis
 
 
 def _pressure(
-    force_map: ForceMap, limit: ForceLimit, of_force: Basis, figures: dict[str, Any]
+    force_map: ForceMap, other: ForceMap, limit: ForceLimit, of_force: Basis, figures: dict[str, Any]
 ) -> tuple[float, Finding, float]:
     """The limit of pressure [N/cm^2], what it is and rests on, and the factor on the bound.
 
@@ -129,7 +129,7 @@ def _pressure(
     contact whose Phase II leaves a force, the pressure that goes on is not known: a film keeps the largest of all. Then
     all of it is held against the quasi-static limit.
     """
-    film, phase_two = force_map.conditions.film, force_map.phase_two
+    film, phase_two = force_map.conditions.film, other.phase_two
     least = float(np.nanmin(force_map.require_fit().states.force))
     contact, goes_on = of_force.contact, phase_two.largest_force > PHASE_TWO_SHARE * least
     instead = contact is Contact.TRANSIENT and goes_on
