@@ -167,6 +167,15 @@ def test_too_few_pressures_refuse_every_speed_of_a_body_area():
     assert fm.sentence(refused.reason).startswith("peak pressure: found ")
 
 
+@pytest.mark.parametrize("factor", [0.01, 100.0])
+def test_pressures_in_another_unit_refuse_every_speed(factor):
+    data = table(np.random.default_rng(16), film=Film(range=1e5))
+    mistaken = replace(data, peak_pressure=factor * data.peak_pressure)
+    answer = fm.safe_speed(fm.fit_force_map(mistaken), 0.7, 0.3, **CASE)
+    assert answer.outcome == "unconfirmed"
+    assert "are they in another unit?" in fm.sentence(answer.reason)
+
+
 def test_a_limit_above_the_range_of_the_film_is_refused():
     low = fm.fit_force_map(table(np.random.default_rng(10), film=replace(FILM, range=400.0)))
     with pytest.raises(fm.InputError, match=r"380 N/cm\^2, expected at most 363.6 N/cm\^2, the range of the film"):

@@ -17,6 +17,10 @@ from forcemap.maps.measured_range import MeasuredRange
 from forcemap.maps.places import PlaceEffect, place_effect, place_regression
 from forcemap.maps.regression import Regression, least_squares
 
+_AREAS = (0.02, 64.0)
+"""Peak force over peak pressure [cm^2], the mean of a campaign. Choices: a needle's tip is no contact that is
+measured, and no device has a larger plate; MPa or bar, or kPa, taken for N/cm^2 put most contacts outside."""
+
 
 class CensoredImpacts(StrEnum):
     """How impacts that reached the device range enter the fit."""
@@ -77,6 +81,7 @@ def _with_others(force_map: ForceMap, dataset: ImpactDataset, form: Form, impact
         if not _wanted(dataset, quantity):
             continue
         try:
+            _require_area(dataset, quantity)
             others.append(_fitted(dataset.of(quantity), form, impacts))
         except FitError as error:
             if quantity is Quantity.PRESSURE:  # without a clamping map the gate of Phase II decides
@@ -87,6 +92,19 @@ def _with_others(force_map: ForceMap, dataset: ImpactDataset, form: Form, impact
                 }
                 unmapped = Finding.of(FindingKind.PRESSURE_NOT_MAPPED, **why)
     return replace(force_map, others=tuple(others), unmapped=unmapped)
+
+
+def _require_area(dataset: ImpactDataset, quantity: Quantity) -> None:
+    """Refuse pressures that cannot be in N/cm^2: the forces over them are no area of a contact."""
+    if quantity is not Quantity.PRESSURE:
+        return
+    known = ~dataset.censored & ~dataset.pressure_censored & (dataset.peak_pressure > 0)
+    area = (
+        float(np.exp(np.mean(np.log(dataset.peak_force[known] / dataset.peak_pressure[known])))) if known.any() else 1.0
+    )
+    if not _AREAS[0] <= area <= _AREAS[1]:
+        expected = f"expected {_AREAS[0]:g} to {_AREAS[1]:g} cm^2; are they in another unit?"
+        raise FitError(f"forces over pressures are {area:.3g} cm^2 in the mean, {expected}")
 
 
 def _wanted(dataset: ImpactDataset, quantity: Quantity) -> bool:
