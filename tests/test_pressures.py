@@ -262,6 +262,20 @@ def test_the_iiwa_like_robot_gets_quasi_static_speeds_and_never_a_transient_one(
     assert not np.isfinite(transient.speed).any()
 
 
+def test_the_labs_truth_lies_below_the_bounds_of_all_quantities(campaign):
+    """As for peaks: of states between the measured ones, too, at least 95 % of every quantity."""
+    force_map = fm.fit_force_map(fm.read_dataset(campaign))
+    axes = (np.linspace(0.57, 0.85, 8), np.linspace(0.15, 0.45, 8), np.linspace(0.11, 0.34, 6))
+    states = np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, 3)
+    truth = simulate_impacts(virtual_robot("iiwa7-like-30nm"), *states.T, duration=0.8)
+    for other, true, raised in (
+        (force_map, truth.peak_force, 1.0),
+        (force_map.other(Quantity.CLAMPING_FORCE), truth.force[truth.time >= 0.5].max(axis=0), 1.0),
+        (force_map.other(Quantity.PRESSURE), ContactSurface(0.8).pressure(truth.force.max(axis=0)), 1.05),
+    ):
+        assert np.mean(true <= raised * fm.ToleranceBound().upper(other, *states.T)) >= 0.95
+
+
 def test_a_higher_clamping_force_leaves_fewer_places():
     robot = virtual_robot("iiwa7-like-30nm")
     state = (0.7, 0.3, np.array([0.1, 0.3]))
