@@ -364,6 +364,27 @@ def test_a_clamping_force_that_is_not_mapped_leaves_it_as_it_is(clamping, case):
     assert "exceed the Phase I peaks" in fm.sentence(answer.reason)
 
 
+def test_a_few_clamping_forces_below_the_limit_refuse_nothing(clamping):
+    columns = {name: getattr(clamping, name) for name in ("distance", "height", "peak_force", "state", "scenario")}
+    chosen = np.isin(clamping.state, [f"s{i}" for i in range(0, 125, 11)])  # a map of them, but no bound
+    data = fm.ImpactDataset.from_arrays(
+        **columns,
+        speed=clamping.speed,
+        censored=clamping.censored,
+        phase2_force=np.where(chosen, clamping.phase2_force, np.nan),
+        conditions=clamping.conditions,
+    )
+    force_map = fm.fit_force_map(data)
+    assert data.phase_two.above_peak
+    assert force_map.other(Quantity.CLAMPING_FORCE)
+    case = HELD | {"limit": 1.05 * (data.phase_two.largest_force + 3.0)}
+    answer, alone = (fm.safe_speed(each, 0.8, 0.3, **case) for each in (force_map, replace(force_map, others=())))
+    assert (answer.outcome, answer.speed) == ("admissible", alone.speed)
+    refused = fm.safe_speed(force_map, 0.8, 0.3, **HELD | {"limit": data.phase_two.largest_force - 5.0})
+    assert refused.outcome == "unconfirmed"
+    assert fm.sentence(refused.reason).startswith("clamping force: ")
+
+
 def test_noise_around_nothing_is_no_clamping_force():
     data = table(np.random.default_rng(23), clamping=lambda d, h, v: 0.3 + 0 * d, **WITHOUT_PRESSURE)
     assert data.of(Quantity.CLAMPING_FORCE).without == len(data)

@@ -102,6 +102,8 @@ def _other_basis(force_map: ForceMap, other: ForceMap, of_force: Basis) -> Basis
     try:
         bound.require(other)
     except BoundNotAvailable as error:
+        if other.quantity is Quantity.CLAMPING_FORCE and _below_limit(force_map, of_force):
+            return None
         refusals.append(Finding.of(FindingKind.WORDS, words=error.message))
     else:
         if other.quantity is Quantity.PRESSURE:
@@ -118,6 +120,12 @@ def _other_basis(force_map: ForceMap, other: ForceMap, of_force: Basis) -> Basis
         notes=(note, *notes),
         export_refusal=weak,
     )
+
+
+def _below_limit(force_map: ForceMap, of_force: Basis) -> bool:
+    """True if no clamping force that was recorded may exceed the quasi-static limit: then no map of it is needed."""
+    error, lowest = force_map.conditions.device.error_or_default, float(np.min(of_force.newtons))
+    return force_map.phase_two.quasi_static_refusal(lowest, error, of_force.raised) is None
 
 
 def _pressure(
