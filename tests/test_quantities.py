@@ -366,7 +366,7 @@ def test_a_clamping_force_that_is_not_mapped_leaves_it_as_it_is(clamping, case):
 
 def test_a_few_clamping_forces_below_the_limit_refuse_nothing(clamping):
     columns = {name: getattr(clamping, name) for name in ("distance", "height", "peak_force", "state", "scenario")}
-    chosen = np.isin(clamping.state, [f"s{i}" for i in range(0, 125, 11)])  # a map of them, but no bound
+    chosen = np.isin(clamping.state, [f"s{i}" for i in range(0, 125, 12)])  # a map of them, but no bound
     data = fm.ImpactDataset.from_arrays(
         **columns,
         speed=clamping.speed,
