@@ -10,6 +10,7 @@ class EstimateAnswer(Answer):
 
     estimate: str
     simulated: bool
+    warnings: AllSaid
     force_N: float
     force_source: str
     device_spring_N_per_m: float

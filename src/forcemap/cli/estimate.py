@@ -14,6 +14,7 @@ from forcemap.answers.comparison import Body
 from forcemap.answers.estimate import EstimateAnswer
 from forcemap.cli.options import DeviceSpring, Json, bound_from, force_map_from, number, stiffness
 from forcemap.cli.output import SIMULATED, emit, listing
+from forcemap.findings import Finding
 from forcemap.limits.body_areas import body_region
 from forcemap.limits.covers import Cover
 from forcemap.limits.estimate import OtherContact, Reading, estimate_force
@@ -53,6 +54,12 @@ class _Read:
     @property
     def simulated(self) -> bool:
         return self.force_map is not None and self.force_map.simulated
+
+    @property
+    def warnings(self) -> list[Finding]:
+        """What must be said first: that the map's table no longer is what was measured."""
+        broken = None if self.force_map is None else self.force_map.binding.refusal
+        return [broken] if broken else []
 
 
 def estimate(
@@ -96,6 +103,7 @@ def estimate(
         found,
         estimate=sentence(found.findings[0]),
         simulated=read.simulated,
+        warnings=read.warnings,
         force_N=read.reading.force,
         force_source=read.source,
         device_spring_N_per_m=read.reading.stiffness,
@@ -123,7 +131,7 @@ def _read(
         if spring is None:
             raise fm.InputError("device spring: expected --device-spring-N-per-mm beside --force-N")
         at = math.nan if speed is None else speed
-        return _Read(Reading(force, spring, at, largest=force), "stated")
+        return _Read(Reading(force, spring, at, largest=force), "as stated, without the device's error")
     if force is not None or source is None or distance is None or height is None or speed is None:
         raise fm.InputError(
             "estimate: expected --force-N, or a SOURCE with --distance, --height and --speed-mps, and not both"
@@ -132,8 +140,8 @@ def _read(
     bound = bound_from(force_map)
     low, high = (float(each[0]) for each in force_map.measured_range.speeds(np.array([distance]), np.array([height])))
     if not low <= speed <= high:
-        here = "nothing was measured around this place" if math.isnan(low) else f"measured there: {low:g} to {high:g}"
-        raise fm.InputError(f"speed: found {speed:g} m/s at d = {distance:g} m, h = {height:g} m; {here} m/s")
+        here = "a place outside the measured range" if math.isnan(low) else f"expected {low:g} to {high:g}, as measured there"
+        raise fm.InputError(f"speed: found {speed:g} m/s at d = {distance:g} m, h = {height:g} m, {here}")
     spring = force_map.conditions.device.stiffness
     if math.isnan(spring):
         raise fm.InputError(
@@ -142,7 +150,8 @@ def _read(
             file=source,
         )
     upper = float(bound.upper(force_map, distance, height, speed))
-    words = f"{bound} of {force_map.name}, which predicts {float(force_map.predict(distance, height, speed)):.1f} N"
+    predicted = float(force_map.predict(distance, height, speed))
+    words = f"Phase I, upper bound of {force_map.name}: {bound}; prediction {predicted:.1f} N"
     return _Read(Reading(upper, spring, speed), words, force_map)
 
 
@@ -194,6 +203,7 @@ def _lines(answer: EstimateAnswer) -> list[str]:
     lines = [
         answer.estimate,
         *[SIMULATED] * answer.simulated,
+        *answer.warnings,
         f"read on a fixed device of {answer.device_spring_N_per_m / 1000:g} N/mm{at}: {_up(answer.force_N)} N "
         f"({answer.force_source})",
         f"estimated for {_contact(answer)}: {between}{_up(answer.highest_N)} N",
@@ -237,7 +247,8 @@ def _to_measure(read: _Read, other: OtherContact, source: str | None) -> list[st
             ranges += f" --device-range-N {read.force_map.conditions.device.range:g}"
     plan = f"forcemap plan other-contact {ranges} {spring}"
     steps = [f"{plan}, with {', '.join(_set_up(other))}; state it in campaign.toml, then forcemap collect"]
-    if read.force_map is not None and read.force_map.fit is not None and not other.free:
+    alike = not other.free and _spring_of(read.reading, other) == read.reading.stiffness
+    if read.force_map is not None and read.force_map.fit is not None and alike:
         steps.append(
             f"fewer states: forcemap fit {source} -o map.json, then forcemap plan other-contact --transfer map.json"
         )
