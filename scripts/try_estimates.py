@@ -34,7 +34,8 @@ _STATES = np.meshgrid(np.linspace(0.57, 0.85, 4), np.linspace(0.15, 0.45, 4), [0
 DISTANCE, HEIGHT, SPEED = (axis.ravel() for axis in _STATES)  # [m], [m], [m/s]
 
 EVERY = SPEED > 0
-LOOKED_AT = SPEED >= LAB_STATES["speed"][0]
+SLOWEST = LAB_STATES["speed"][0]
+LOOKED_AT = SPEED >= SLOWEST
 
 
 def impacts(robot: VirtualRobot, stiffness: float = DEVICE, body_mass: float = np.inf) -> SimulatedImpacts:

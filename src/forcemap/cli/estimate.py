@@ -140,7 +140,11 @@ def _read(
     bound = bound_from(force_map)
     low, high = (float(each[0]) for each in force_map.measured_range.speeds(np.array([distance]), np.array([height])))
     if not low <= speed <= high:
-        here = "a place outside the measured range" if math.isnan(low) else f"expected {low:g} to {high:g}, as measured there"
+        here = (
+            "a place outside the measured range"
+            if math.isnan(low)
+            else f"expected {low:g} to {high:g}, as measured there"
+        )
         raise fm.InputError(f"speed: found {speed:g} m/s at d = {distance:g} m, h = {height:g} m, {here}")
     spring = force_map.conditions.device.stiffness
     if math.isnan(spring):

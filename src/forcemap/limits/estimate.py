@@ -5,11 +5,12 @@ effective robot mass m_R. In another contact, with a body part of mass m_H on a 
 
     F'^2 / k' + min(F'^2 / k_c, k_c d_c^2) = (F^2 / k) mu / m_R,   mu = (1 / (m_R + dm_L) + 1 / m_H)^-1
 
-For a body part that is free to move, and nothing else, this is F_free = F sqrt(mu / m_R). Whatever the robot is, as long
-as its contact point is never faster than v, a free body part gets no more than v sqrt(k' m_H): the model's m_R = infinity.
-That a fixed device's reading can be turned into that of a movable one by a model: Herbster, Behrens and Elkmann, A New
-Conversion Method to Evaluate the Hazard Potential of Collaborative Robots in Free Collisions, doi
-10.1007/978-3-030-71151-1_20; the formula here is the standard's, not theirs. How far the lab is from it: docs/estimates.md.
+For a body part that is free to move, and nothing else, this is F_free = F sqrt(mu / m_R). Whatever the robot is, as
+long as its contact point is never faster than v, a free body part gets no more than v sqrt(k' m_H): the model's
+m_R = infinity. That a fixed device's reading can be turned into that of a movable one by a model: Herbster, Behrens and
+Elkmann, A New Conversion Method to Evaluate the Hazard Potential of Collaborative Robots in Free Collisions, doi
+10.1007/978-3-030-71151-1_20; the formula here is the standard's, not theirs. Conditions, and how far the lab is from
+it: docs/estimates.md.
 """
 
 from __future__ import annotations
@@ -49,7 +50,7 @@ LAB_RATIOS = {
     Altered.SOFTER_SPRING: (0.71, 7.61),
     Altered.STIFFER_SPRING: (0.12, 1.40),
 }
-"""Simulated force over the estimate, lowest and highest in the virtual lab (scripts/try_estimates.py, docs/estimates.md)."""
+"""Simulated force over the estimate, lowest and highest in the virtual lab (docs/estimates.md)."""
 
 LAB_STATES = {
     "speed": (0.1, 0.6),
@@ -58,8 +59,8 @@ LAB_STATES = {
     "payload": (1.0, 5.0),
     "cover": (5e3, 100e3),
 }
-"""Where the lab was looked at [m/s], [N/m], [kg], [kg], [N/m]; elsewhere no error is stated. Slower impacts were looked at,
-too: there the first peak is no measure of what follows."""
+"""Where the lab was looked at [m/s], [N/m], [kg], [kg], [N/m]; elsewhere no error is stated. Slower impacts were looked
+at, too: there the first peak is no measure of what follows."""
 
 
 @dataclass(frozen=True)
@@ -247,9 +248,7 @@ def _altered(reading: Reading, other: OtherContact, *, stated: bool) -> list[Alt
     return [what for what, holds in found.items() if holds]
 
 
-def _robot_masses(
-    reading: Reading, other: OtherContact, stated: tuple[float, float] | None
-) -> tuple[float, float]:
+def _robot_masses(reading: Reading, other: OtherContact, stated: tuple[float, float] | None) -> tuple[float, float]:
     if stated is None and math.isnan(reading.speed):
         raise InputError(
             "effective robot mass: not stated, and without the speed the reading does not show it; state the mass or "
@@ -296,7 +295,7 @@ def _at_most(reading: Reading, other: OtherContact, stiffness: float) -> float:
 
 
 def _looked_at(reading: Reading, other: OtherContact, stiffness: float, force: float) -> bool:
-    """True if the lab was looked at about there: speed known and springs, masses, covers among those of the experiment."""
+    """True if the lab was looked at there: a known speed, springs, masses and covers among those of the experiment."""
     figures = [("speed", reading.speed), ("spring", reading.stiffness), ("spring", stiffness)]
     figures += [("body_mass", other.body_mass)] if other.free else []
     figures += [("payload", abs(other.payload_change))] if other.payload_change else []
