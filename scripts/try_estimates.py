@@ -29,6 +29,7 @@ COVERS = (5e3, 1e4, 2e4, 5e4, 1e5)  # [N/m]
 PAYLOADS = (1.0, 2.0, 5.0)  # [kg]
 DEVICE = 75e3  # [N/m]
 THICK = 0.2  # [m]; covers of the lab do not bottom out
+RANDOM, DRAWS = 60, 25  # impacts of one spring, springs of a robot
 DURATION = 0.5  # [s]; every body part has left by then
 _STATES = np.meshgrid(np.linspace(0.57, 0.85, 4), np.linspace(0.15, 0.45, 4), [0.05, 0.1, 0.2, 0.3, 0.4, 0.6])
 DISTANCE, HEIGHT, SPEED = (axis.ravel() for axis in _STATES)  # [m], [m], [m/s]
@@ -157,6 +158,51 @@ def of_payloads() -> Iterator[Other]:
                     yield Other(name, Altered.PAYLOAD, f"{after - before:+g} kg, {kind}", found)
 
 
+def of_random(name: str, rng: np.random.Generator) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Ratios at random places, speeds, springs and masses: by the reading, by the other masses, over what it is at most."""
+    robot, low = virtual_robot(name), SLOWEST
+    d, h = rng.uniform(0.57, 0.85, RANDOM), rng.uniform(0.15, 0.45, RANDOM)
+    v, body = rng.uniform(low, SPEED.max(), RANDOM), np.exp(rng.uniform(*np.log(LAB_STATES["body_mass"]), RANDOM))
+    spring = float(np.exp(rng.uniform(*np.log(LAB_STATES["spring"]))))
+    read = simulate_impacts(robot, d, h, v, device_stiffness=spring, duration=DURATION)
+    free = largest(simulate_impacts(robot, d, h, v, device_stiffness=spring, body_mass=body, duration=DURATION))
+    along = robot_effective_mass_at(robot.robot, d, h + robot.contact_radius, tool_direction=robot.tool_direction).value
+    own, stated = [], []
+    for i in range(RANDOM):
+        reading, other = Reading(read.peak_force[i], spring, v[i]), OtherContact(body[i])
+        own.append(estimate_force(reading, other).highest)
+        for mass in (along[i], robot.robot.standard_effective_mass):
+            stated.append(estimate_force(reading, other, robot_mass=(mass, mass)).highest)
+    at_most = np.minimum(largest(read), v * np.sqrt(spring * body))
+    return free / np.array(own), free.repeat(2) / np.array(stated), free / at_most
+
+
+def table_of_random() -> Iterator[str]:
+    """Free body parts at random, and not at the states that the ranges were found at."""
+    rng = np.random.default_rng(19)
+    found = [of_random(name, rng) for name in PRESETS for _ in range(DRAWS)]
+    yield "| over | impacts | lab over it |"
+    yield "|---|---|---|"
+    kinds = ("the estimate by the reading", "the estimates by m_u and by M/2 + m_L", "what it is at most")
+    for kind, every in zip(kinds, zip(*found, strict=True), strict=True):
+        ratio = np.concatenate(every)
+        yield f"| {kind} | {DRAWS * RANDOM * len(PRESETS)} | {ratio.min():.2f} to {ratio.max():.2f} |"
+
+
+def table_of_masses() -> Iterator[str]:
+    """The robot masses [kg] of every preset over all states and springs."""
+    yield "| robot | m_u | M/2 + m_L | shown by the reading |"
+    yield "|---|---|---|---|"
+    for name in PRESETS:
+        _, along, standard = robot_masses(name).values()
+        shown = np.array([np.square(fixed(name, spring).peak_force / SPEED) / spring for spring in SPRINGS])
+        assert along is not None
+        assert standard is not None
+        by_reading = shown[:, LOOKED_AT]
+        cells = [f"{each.min():.1f} to {each.max():.1f} kg" for each in (along, by_reading)]
+        yield f"| {name} | {cells[0]} | {standard[0]:.1f} kg | {cells[1]} |"
+
+
 def words(found: list[FloatArray], at: NDArray[np.bool_] = LOOKED_AT) -> str:
     """Lowest and highest of ratios, shape (..., states), at some of the states; in a cell."""
     every = np.concatenate([each[..., at].ravel() for each in found])
@@ -215,7 +261,9 @@ def main() -> None:
     """Make the tables, and write them into the page."""
     free, others = list(of_free()), [*of_springs(), *of_covers(), *of_payloads()]
     tables = {
+        "masses": table_of_masses(),
         "ranges": table_of_ranges(free, others),
+        "random": table_of_random(),
         "free": table_of_free(free),
         "speeds": table_of_speeds(free),
         "others": table_of_others(others),

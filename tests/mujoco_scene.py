@@ -25,7 +25,7 @@ def text(values):
 
 
 def scene(virtual, sphere, point, body_mass):
-    """MJCF of the arm, a sphere in its last link's frame, and below it two plates, pad and device; or these on a mass."""
+    """MJCF of the arm, a sphere in its last link's frame, and below it two plates, pad and device, maybe on a mass."""
     opened, inner = "", ""
     for number, (joint, armature) in enumerate(
         zip(virtual.robot.joints, virtual.robot.drive_inertia.values, strict=True)

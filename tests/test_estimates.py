@@ -281,6 +281,17 @@ def test_what_is_measured_instead_is_named_and_an_edited_table_said_first(forcem
     assert "is not what forcemap collect wrote" in " ".join(out.splitlines()[2:4])
 
 
+def test_the_plan_to_measure_instead_can_be_run_as_it_is_printed(ask, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    _, answer = ask(*FREE, "--area", "chest")
+    (command,) = [step for step in answer["measure"] if step.startswith("forcemap plan")]
+    assert run(shlex.split(command)[1:]) == 0
+    plan = fm.read_plan("other-contact")
+    assert (plan.distance.min(), plan.distance.max()) == (0.52, 0.89)
+    assert "25000" in Path("other-contact", "campaign.toml").read_text()
+    assert "40 kg" in answer["measure"][0]
+
+
 def test_the_page_states_what_the_command_states_and_its_commands_run(capsys):
     rows = re.findall(r"^\| ([\w ]+) \| ([\d.]+) to ([\d.]+) \| ([\d.]+) to ([\d.]+) \|", PAGE, re.M)
     stated = {row[0].replace(" ", "_"): tuple(map(float, row[3:])) for row in rows}

@@ -249,22 +249,22 @@ def _to_measure(read: _Read, other: OtherContact, source: str | None) -> list[st
         ranges = "--distances-m {} --heights-m {} --speeds-mps {}".format(*low_high)
         if not math.isnan(read.force_map.conditions.device.range):
             ranges += f" --device-range-N {read.force_map.conditions.device.range:g}"
-    plan = f"forcemap plan other-contact {ranges} {spring}"
-    steps = [f"{plan}, with {', '.join(_set_up(other))}; state it in campaign.toml, then forcemap collect"]
+    steps = [_set_up(other), f"forcemap plan other-contact {ranges} {spring}"]
     alike = not other.free and _spring_of(read.reading, other) == read.reading.stiffness
     if read.force_map is not None and read.force_map.fit is not None and alike:
-        steps.append(
-            f"fewer states: forcemap fit {source} -o map.json, then forcemap plan other-contact --transfer map.json"
-        )
-    return [*steps, f"what changed, from data: forcemap compare {source or 'MAP'} other-contact"]
+        steps.append(f"with fewer states: forcemap fit {source} -o map.json")
+        steps.append("then: forcemap plan other-contact --transfer map.json")
+    return [*steps, "forcemap collect other-contact", f"forcemap compare {source or 'MAP'} other-contact"]
 
 
-def _set_up(other: OtherContact) -> list[str]:
+def _set_up(other: OtherContact) -> str:
     """How the device and the robot have to stand for the other contact."""
-    movable = f"the device on a slide or pendulum that moves freely along the motion, {other.body_mass:g} kg in all"
-    set_up = [movable] if other.free else ["the device fixed"]
-    set_up += ["the cover mounted"] if other.cover else []
-    return [*set_up, *(["the new payload"] if other.payload_change else [])]
+    changes = [*(["the cover mounted"] if other.cover else []), *(["the new payload"] if other.payload_change else [])]
+    if not other.free:
+        return ", ".join(["the device fixed", *changes])
+    movable = f"the device on a slide or pendulum, free along the motion, {other.body_mass:g} kg in all"
+    said = "say so in the note of campaign.toml: what is measured there holds for body parts that can move"
+    return f"{', '.join([movable, *changes])}; {said}"
 
 
 def _up(force: float) -> str:
