@@ -159,11 +159,13 @@ def of_payloads() -> Iterator[Other]:
 
 
 def of_random(name: str, rng: np.random.Generator) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Ratios at random places, speeds, springs and masses: by the reading, by the other masses, over what it is at most."""
-    robot, low = virtual_robot(name), SLOWEST
+    """Ratios at random states, springs and masses: by the reading, by the other masses, over what it is at most."""
+    robot = virtual_robot(name)
+    light, heavy = np.log(LAB_STATES["body_mass"])
+    soft, stiff = np.log(LAB_STATES["spring"])
     d, h = rng.uniform(0.57, 0.85, RANDOM), rng.uniform(0.15, 0.45, RANDOM)
-    v, body = rng.uniform(low, SPEED.max(), RANDOM), np.exp(rng.uniform(*np.log(LAB_STATES["body_mass"]), RANDOM))
-    spring = float(np.exp(rng.uniform(*np.log(LAB_STATES["spring"]))))
+    v, body = rng.uniform(SLOWEST, SPEED.max(), RANDOM), np.exp(rng.uniform(light, heavy, RANDOM))
+    spring = float(np.exp(rng.uniform(soft, stiff)))
     read = simulate_impacts(robot, d, h, v, device_stiffness=spring, duration=DURATION)
     free = largest(simulate_impacts(robot, d, h, v, device_stiffness=spring, body_mass=body, duration=DURATION))
     along = robot_effective_mass_at(robot.robot, d, h + robot.contact_radius, tool_direction=robot.tool_direction).value
