@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -12,15 +12,19 @@ from typing import Any
 import numpy as np
 
 from forcemap._version import __version__
+from forcemap.assessment.contact_points import POINTS_FILE, ContactPoint, read_contact_points
 from forcemap.assessment.folder import InputFile, campaign_inputs, campaign_limit_table, file_findings, stated_findings
 from forcemap.assessment.missing import Missing, attempt, present
 from forcemap.assessment.place_speeds import PlaceSpeeds, place_speeds
+from forcemap.assessment.point_results import PointResult, confirmations, point_results
 from forcemap.assessment.state_results import StateResult, state_results
 from forcemap.campaigns.campaign import Campaign, read_campaign
 from forcemap.campaigns.conditions import CAMPAIGN_FILE, Conditions, read_conditions
 from forcemap.campaigns.dataset import ImpactDataset
 from forcemap.campaigns.impacts_table import TABLE_FILE, read_dataset
+from forcemap.campaigns.not_stated import NotStated, not_stated
 from forcemap.campaigns.plan import PLAN_FILE
+from forcemap.campaigns.protocol import Protocol, read_protocol
 from forcemap.campaigns.repeatability import Repeatability, repeatability
 from forcemap.campaigns.summary import CampaignSummary, campaign_summary
 from forcemap.comparisons.contact_model import ContactModel, contact_model
@@ -139,6 +143,12 @@ class CampaignAssessment:
         The standard's contact model, one for each limit.
     comparisons : tuple of (Comparison or Missing)
         The map beside the 2D map and the standard's contact model, one for each limit.
+    points : tuple of PointResult, or Missing
+        The contact points of the cell; none without contact_points.csv.
+    protocol : Protocol
+        Serial numbers, certificates and the document, as campaign.toml states them.
+    not_stated : tuple of NotStated
+        What of the protocol is not stated, what matters most first.
     """
 
     name: str
@@ -163,6 +173,9 @@ class CampaignAssessment:
     map_2d: ForceMap | Missing
     contact_models: tuple[ContactModel | Missing, ...]
     comparisons: tuple[Comparison | Missing, ...]
+    points: tuple[PointResult, ...] | Missing
+    protocol: Protocol
+    not_stated: tuple[NotStated, ...]
 
 
 PLACES_APART = 0.05
@@ -176,6 +189,7 @@ def assess_campaign(
     campaign: Campaign | str | Path,
     *,
     limits: Sequence[ForceLimit] = (),
+    limit_table: LimitTable | None = None,
     bound: Bound | None = None,
     form: Form = CFM_3D,
     step: float = PLACES_APART,
@@ -193,8 +207,11 @@ def assess_campaign(
     campaign : Campaign, str or Path
         The campaign or its folder.
     limits : sequence of ForceLimit
-        Limits of the body areas to assess. If none is given, the hand (`hand_fingers`), in the table that campaign.toml
-        names in `standard.limit_table` if that is a file of the folder, else in the standard's.
+        Limits of the body areas to assess. If none is given, those of the contact points, without any the hand
+        (`hand_fingers`), in the table that campaign.toml names in `standard.limit_table` if that is a file of the
+        folder, else in the standard's.
+    limit_table : LimitTable, optional
+        Where the limits of contact points stand; that of campaign.toml if not given.
     bound : Bound, optional
         Bound behind the speeds; a tolerance bound with the device's error if not given.
     form : Form
@@ -219,7 +236,7 @@ def assess_campaign(
     """
     if not 0 < step < math.inf:
         raise InputError(f"step: found {step:g} m, expected a positive finite number")
-    stated = _stated(campaign.folder if isinstance(campaign, Campaign) else Path(campaign), limits)
+    stated = _stated(campaign.folder if isinstance(campaign, Campaign) else Path(campaign), limits, limit_table)
     records = campaign if isinstance(campaign, Campaign) else attempt(lambda: read_campaign(stated.folder))
     measured = _measured(records, stated, progress)
     conditions, judged, dataset = measured.conditions, measured.recordings, measured.dataset
@@ -230,12 +247,21 @@ def assess_campaign(
     scatter = attempt(lambda: repeatability(present(dataset)))
     models = tuple(attempt(partial(contact_model, conditions, limit.name)) for limit in stated.limits)
     cases = tuple(zip(stated.limits, models, strict=True))
+    robot = allowance or Allowance()
+    confirmed = confirmations(records, dataset, force_map, carried)
+    of_campaign: dict[str, Any] = {
+        "conditions": conditions,
+        "campaign": records,
+        "force_map": force_map,
+        "bound": carried,
+    }
 
     def speeds_of(limit: ForceLimit, model: ContactModel | Missing, contact: Contact) -> PlaceSpeeds:
         known = conditions if isinstance(dataset, Missing) else dataset
         plan = None if isinstance(records, Missing) else records.plan
         rest: dict[str, Any] = {"measured": known, "plan": plan, "model": model, "step": step}
-        return place_speeds(limit, contact, force_map, carried, allowance=allowance or Allowance(), **rest)
+        rest |= {"allowance": robot, "confirmation": confirmed(limit, contact)}
+        return place_speeds(limit, contact, force_map, carried, **rest)
 
     def compared(limit: ForceLimit, model: ContactModel | Missing) -> Comparison:
         impacts, _, masses = present(dataset), present(force_map), present(model)
@@ -265,6 +291,13 @@ def assess_campaign(
         map_2d=attempt(lambda: fit_force_map(present(dataset), form=CFM_2D)),
         contact_models=models,
         comparisons=tuple(attempt(partial(compared, *case)) for case in cases),
+        points=attempt(
+            lambda: point_results(
+                present(stated.points), folder=stated.folder, confirmed=confirmed, allowance=robot, **of_campaign
+            )
+        ),
+        protocol=stated.protocol,
+        not_stated=not_stated(conditions, stated.protocol),
     )
 
 
@@ -278,9 +311,11 @@ class _Stated:
     limits: tuple[ForceLimit, ...]
     limits_chosen: str
     findings: tuple[Finding, ...]
+    points: tuple[ContactPoint, ...] | Missing = ()
+    protocol: Protocol = field(default_factory=Protocol)
 
 
-def _stated(folder: Path, limits: Sequence[ForceLimit]) -> _Stated:
+def _stated(folder: Path, limits: Sequence[ForceLimit], table: LimitTable | None) -> _Stated:
     inputs = campaign_inputs(folder)
     if not {file.path for file in inputs} & {CAMPAIGN_FILE, PLAN_FILE, TABLE_FILE}:
         raise InputError(
@@ -294,15 +329,26 @@ def _stated(folder: Path, limits: Sequence[ForceLimit]) -> _Stated:
     own = campaign_limit_table(folder, conditions)
     findings += [own.finding] if own.finding else []
     chosen = "given by the user"
-    if not limits:
+    there = folder / POINTS_FILE
+    listed: tuple[ContactPoint, ...] | Missing
+    listed = attempt(lambda: read_contact_points(there, table=table or own.table)) if there.exists() else ()
+    of_points = (
+        () if isinstance(listed, Missing) else tuple({point.limit.name: point.limit for point in listed}.values())
+    )
+    if isinstance(listed, Missing):
+        findings.append(Finding.of(FindingKind.POINTS_UNUSABLE, words=listed.reason))
+    if not limits and of_points:
+        limits, chosen = of_points, f"those of {POINTS_FILE}"
+    elif not limits:
         limits, chosen = [_default_limit(own.table)], "the default: no body area was named"
     if own.file:
         inputs = campaign_inputs(folder, further=[own.file])
         others = dict.fromkeys(limit.edition for limit in limits if limit.sha256 != own.table.sha256)
         if others:
             findings.append(Finding.of(FindingKind.OTHER_LIMITS, table=own.file, editions=", ".join(others)))
-    findings += stated_findings(conditions, limits)
-    return _Stated(folder, inputs, conditions, tuple(limits), chosen, tuple(findings))
+    findings += stated_findings(conditions, list(dict.fromkeys([*limits, *of_points])))
+    protocol = read_protocol(folder / CAMPAIGN_FILE) if has_conditions else Protocol()
+    return _Stated(folder, inputs, conditions, tuple(limits), chosen, tuple(findings), listed, protocol)
 
 
 @dataclass(frozen=True, eq=False)
