@@ -90,12 +90,19 @@ class Protocol:
                 found = f"found {len(values[key])} characters"
                 raise InputError(f"{found}, expected at most {_LONGEST}", column=entry)
             if key in _DATES and values[key]:
-                stated_date(entry, values[key])
+                _require_date(entry, values[key])
         temperature = values.get("ambient_temperature_C", 20.0)
         if not -60 <= temperature <= 100:
             expected = "expected degrees Celsius from -60 to 100"
             raise InputError(f"found {temperature:g}, {expected}", column="protocol.ambient_temperature_C")
         return cls(**values)
+
+
+def _require_date(entry: str, text: str) -> None:
+    try:
+        stated_date("date", text)
+    except InputError as error:
+        raise InputError(error.message, column=entry) from None
 
 
 PROTOCOL_ENTRIES = tuple(field.name for field in fields(Protocol))
