@@ -389,10 +389,9 @@ def test_the_protocol_is_read_and_what_is_missing_listed_by_how_much_it_matters(
     assert "protocol.robot_serial_number" in {each.entry for each in missing}
     assert "device.stiffness_N_per_m" not in {each.entry for each in missing}
     assert not any("film" in each.entry for each in missing)
-    entries = "".join(
-        f"{name} = {'21.5' if name.endswith('_C') else '2026-03-01' if name.endswith('_date') else chr(34) + name + chr(34)}\n"
-        for name in PROTOCOL_ENTRIES
-    )
+    values = {name: "2026-03-01" if name.endswith("_date") else f'"{name}"' for name in PROTOCOL_ENTRIES}
+    values["ambient_temperature_C"] = "21.5"
+    entries = "".join(f"{name} = {value}\n" for name, value in values.items())
     full = protocol_of(tmp_path, f"[protocol]\n{entries}")
     assert full.ambient_temperature_C == 21.5
     assert full.film_certificate_date == "2026-03-01"

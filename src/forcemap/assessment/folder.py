@@ -72,6 +72,11 @@ def campaign_inputs(folder: str | Path, *, further: Iterable[str] = ()) -> tuple
     return tuple(InputFile(name, _sha256(paths[name])) for name in names if paths[name].is_file())
 
 
+def is_standard_input(path: str) -> bool:
+    """True if a path below a campaign's folder is an input of every campaign that has it."""
+    return path in _FILES or path.partition("/")[0] in _FOLDERS
+
+
 def inputs_sha256(inputs: Iterable[InputFile]) -> str:
     """One SHA-256 for all files: of their names and hashes, in order of the names."""
     lines = sorted(f"{file.sha256}  {file.path}\n" for file in inputs)

@@ -17,6 +17,11 @@ class Matters(StrEnum):
     REPEAT = "without it the measurement cannot be repeated"
     FILE = "without it the document cannot be filed"
 
+    @property
+    def gravity(self) -> int:
+        """Its place in that order."""
+        return list(Matters).index(self)
+
 
 @dataclass(frozen=True)
 class NotStated:
