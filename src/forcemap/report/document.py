@@ -23,7 +23,7 @@ from forcemap.files import stated_date
 from forcemap.findings import Finding
 from forcemap.limits.force_limits import Contact
 from forcemap.report.curves import Curve, force_curves, highest_force
-from forcemap.report.permission import device_words, headline, permission
+from forcemap.report.permission import device_words, headline, permission, point_permissions
 from forcemap.report.pictures import Pictures
 from forcemap.report.seal import MARK, further_inputs, made_for, quoted, seal, seal_tag
 from forcemap.report.sheets import sheets
@@ -69,6 +69,7 @@ def report_html(assessment: CampaignAssessment, *, date: str | None = None) -> s
             findings=sentences(assessment.findings),
             headlines=[headline(results) for results in assessment.speeds],
             permissions=[permission(results, assessment) for results in assessment.speeds],
+            point_permissions=point_permissions(assessment),
             sheets=sheets(assessment),
             rests_on=_rests_on(assessment),
             device_words=device_words(assessment.conditions),

@@ -67,6 +67,34 @@ def point_permission(result: PointResult, assessment: CampaignAssessment) -> str
     )
 
 
+def point_permissions(assessment: CampaignAssessment) -> list[str]:
+    """The sentences that permit contact at points, one for all of a limit that rest on the same."""
+    points = () if isinstance(assessment.points, Missing) else assessment.points
+    groups: dict[tuple[ForceLimit, Contact, tuple[str, ...]], list[str]] = {}
+    for result in points:
+        if result.outcome is not PointOutcome.NOT_PERMITTED:
+            point = result.point
+            alone = result.confirmed_by if point.by_measurements else ()
+            confirmed_by = ("",) if alone else result.confirmed_by
+            named = f"{point.name} (at most {floor_speed(result.speed)} m/s{_counted(alone)})"
+            groups.setdefault((point.limit, point.contact, confirmed_by), []).append(named)
+    return [
+        f"Contact points {', '.join(named)} to program, {_limit(limit, contact)}: {_state_of_all(confirmed_by)}; "
+        f"measured with {device_words(assessment.conditions)}; pressure not assessed; to be signed by "
+        f"{signer(assessment)}."
+        for (limit, contact, confirmed_by), named in groups.items()
+    ]
+
+
+def _counted(impacts: tuple[str, ...]) -> str:
+    return f", {len(impacts)} impacts" if impacts else ""
+
+
+def _state_of_all(confirmed_by: tuple[str, ...]) -> str:
+    own = confirmed_by == ("",)
+    return "confirmed by the impacts at each of them, named on its sheet" if own else _state(confirmed_by)
+
+
 def signer(assessment: CampaignAssessment) -> str:
     """Who is to sign."""
     return assessment.protocol.signed_by or "the safety officer of the cell (not named)"
