@@ -16,7 +16,7 @@ from forcemap.assessment.contact_points import POINTS_FILE, ContactPoint, read_c
 from forcemap.assessment.folder import InputFile, campaign_inputs, campaign_limit_table, file_findings, stated_findings
 from forcemap.assessment.missing import Missing, attempt, present
 from forcemap.assessment.place_speeds import PlaceSpeeds, place_speeds
-from forcemap.assessment.point_results import PointResult, confirmations, point_results
+from forcemap.assessment.point_results import Confirmations, PointResult, confirmations, point_results
 from forcemap.assessment.state_results import StateResult, state_results
 from forcemap.campaigns.campaign import Campaign, read_campaign
 from forcemap.campaigns.conditions import CAMPAIGN_FILE, Conditions, read_conditions
@@ -247,14 +247,7 @@ def assess_campaign(
     scatter = attempt(lambda: repeatability(present(dataset)))
     models = tuple(attempt(partial(contact_model, conditions, limit.name)) for limit in stated.limits)
     cases = tuple(zip(stated.limits, models, strict=True))
-    robot = allowance or Allowance()
-    confirmed = confirmations(records, dataset, force_map, carried)
-    of_campaign: dict[str, Any] = {
-        "conditions": conditions,
-        "campaign": records,
-        "force_map": force_map,
-        "bound": carried,
-    }
+    robot, confirmed = allowance or Allowance(), confirmations(records, dataset, force_map, carried)
 
     def speeds_of(limit: ForceLimit, model: ContactModel | Missing, contact: Contact) -> PlaceSpeeds:
         known = conditions if isinstance(dataset, Missing) else dataset
@@ -262,11 +255,6 @@ def assess_campaign(
         rest: dict[str, Any] = {"measured": known, "plan": plan, "model": model, "step": step}
         rest |= {"allowance": robot, "confirmation": confirmed(limit, contact)}
         return place_speeds(limit, contact, force_map, carried, **rest)
-
-    def compared(limit: ForceLimit, model: ContactModel | Missing) -> Comparison:
-        impacts, _, masses = present(dataset), present(force_map), present(model)
-        usable, under = limit if limit.permitted else None, None if isinstance(carried, Missing) else carried
-        return compare_force_models(impacts, **masses.figures, form=form, bound=under, limit=usable)
 
     return CampaignAssessment(
         name=stated.folder.resolve().name,
@@ -290,12 +278,8 @@ def assess_campaign(
         speeds=tuple(speeds_of(*case, contact) for case in cases for contact in Contact),
         map_2d=attempt(lambda: fit_force_map(present(dataset), form=CFM_2D)),
         contact_models=models,
-        comparisons=tuple(attempt(partial(compared, *case)) for case in cases),
-        points=attempt(
-            lambda: point_results(
-                present(stated.points), folder=stated.folder, confirmed=confirmed, allowance=robot, **of_campaign
-            )
-        ),
+        comparisons=tuple(attempt(partial(_compared, measured, fitted, form, *case)) for case in cases),
+        points=attempt(lambda: _points(stated, measured, records, fitted, confirmed, robot)),
         protocol=stated.protocol,
         not_stated=not_stated(conditions, stated.protocol),
     )
@@ -398,6 +382,34 @@ def _fitted(folder: Path, dataset: ImpactDataset | Missing, form: Form, bound: B
     transfer = force_map.require_fit().transfer
     first = (*((weak,) if weak else ()), *((*transfer.warnings, *transfer.findings) if transfer else ()))
     return _Fitted(force_map, carried, first, tuple(doubts_of_fit(force_map)))
+
+
+def _compared(
+    measured: _Measured, fitted: _Fitted, form: Form, limit: ForceLimit, model: ContactModel | Missing
+) -> Comparison:
+    impacts, _, masses = present(measured.dataset), present(fitted.force_map), present(model)
+    usable, under = limit if limit.permitted else None, None if isinstance(fitted.bound, Missing) else fitted.bound
+    return compare_force_models(impacts, **masses.figures, form=form, bound=under, limit=usable)
+
+
+def _points(
+    stated: _Stated,
+    measured: _Measured,
+    records: Campaign | Missing,
+    fitted: _Fitted,
+    confirmed: Confirmations,
+    allowance: Allowance,
+) -> tuple[PointResult, ...]:
+    return point_results(
+        present(stated.points),
+        folder=stated.folder,
+        conditions=measured.conditions,
+        campaign=records,
+        force_map=fitted.force_map,
+        bound=fitted.bound,
+        confirmed=confirmed,
+        allowance=allowance,
+    )
 
 
 def _default_limit(table: LimitTable) -> ForceLimit:

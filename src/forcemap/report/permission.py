@@ -11,7 +11,6 @@ from forcemap.assessment.place_speeds import PlaceSpeeds
 from forcemap.assessment.point_results import PointOutcome, PointResult
 from forcemap.campaigns.conditions import Conditions
 from forcemap.limits.force_limits import Contact, ForceLimit
-from forcemap.recordings.device import Device
 from forcemap.speeds.safe_speed import floor_speed
 from forcemap.words import sentence
 
@@ -103,12 +102,11 @@ def signer(assessment: CampaignAssessment) -> str:
 def device_words(conditions: Conditions) -> str:
     """The force measuring device, or all of several."""
     devices = dict.fromkeys(device for _, device in conditions.devices) if conditions.devices else [conditions.device]
-    return " and ".join(map(_device, devices))
-
-
-def _device(device: Device) -> str:
-    spring = "spring not stated" if math.isnan(device.stiffness) else f"{device.stiffness / 1000:g} N/mm"
-    return f"{device.model or 'a device that is not named'} ({spring})"
+    return " and ".join(
+        f"{each.model or 'a device that is not named'} "
+        f"({'spring not stated' if math.isnan(each.stiffness) else f'{each.stiffness / 1000:g} N/mm'})"
+        for each in devices
+    )
 
 
 def _limit(limit: ForceLimit, contact: Contact) -> str:
