@@ -109,6 +109,17 @@ def crossing():
     yield "crossing speed, 10^6 points", "scipy brentq loop, per point", theirs / ours, "at least 500 x as fast"
 
 
+def bounding():
+    """The tolerance bound at 10^6 scattered points, beside the prediction there."""
+    n = 1_000_000
+    rng = np.random.default_rng(0)
+    points = rng.uniform(0.52, 0.89, n), rng.uniform(0.14, 0.46, n), rng.uniform(0.2, 0.4, n)
+    dataset = fm.read_dataset(Path(fm.__file__).parent / "campaigns" / "examples" / "ur10e")
+    force_map, bound = fm.fit_force_map(dataset), fm.ToleranceBound()
+    ratio = best(lambda: bound.upper(force_map, *points)) / best(lambda: force_map.predict(*points))
+    yield "tolerance bound, 10^6 scattered points", "their prediction", ratio, "at most 12 x as long"
+
+
 def fitting():
     """Fit with p values and R^2 on the 27 training states with three repeats."""
     dataset = fm.read_dataset(Path(fm.__file__).parent / "campaigns" / "examples" / "kuka-iiwa7-30nm")
@@ -163,6 +174,33 @@ def recordings():
         ratio,
         "at least 1 x",
     )
+
+
+def collecting():
+    """A thousand recordings of 30 kB: collected again unchanged, beyond start-up; as new ones, by two processes."""
+    from pulses import TOML, pulse, save
+
+    with tempfile.TemporaryDirectory() as folder:
+        many, few = Path(folder) / "many", Path(folder) / "few"
+        for home, count in ((many, 1000), (few, 6)):
+            plan = ["state_id,repeat,distance_m,height_m,speed_mps"]
+            for i in range(count):
+                state, repeat = divmod(i, 3)
+                plan.append(f"s{state},{repeat + 1},{0.5 + 0.01 * (state % 20)},{0.1 + 0.02 * (state // 20)},0.25")
+                save(home / "recordings" / f"s{state}-r{repeat + 1}.csv", *pulse(150 + state, after=0.7, seed=i))
+            (home / "plan.csv").write_text("\n".join(plan) + "\n")
+            (home / "campaign.toml").write_text(TOML)
+
+        def new(workers):
+            (many / ".judged").unlink(missing_ok=True)
+            fm.build_dataset(fm.read_campaign(many), workers=workers)
+
+        two = best(lambda: new(2), 3)
+        yield "a thousand new recordings, two processes", "one process", best(lambda: new(1), 3) / two, "at least 1.6 x"
+        again = [[sys.executable, "-m", "forcemap", "collect", str(home)] for home in (many, few)]
+        unchanged, start = (best(lambda a=a: subprocess.run(a, check=True, capture_output=True), 9) for a in again)
+    what = f"a thousand recordings collected again, {1000 / (unchanged - start):.0f} a second beyond start-up"
+    yield what, "5,000 a second", 0.2 / (unchanged - start), "at least 1 x"
 
 
 def _by_hand(path):
@@ -236,6 +274,17 @@ def reports():
         collect(campaign)
         seconds = best(lambda: report_html(fm.assess_campaign(campaign)), 1)
     yield "report of 2,025 recordings", "a minute", 60 / seconds, "at least 1 x"
+    with tempfile.TemporaryDirectory() as folder:
+        command = [sys.executable, "-m", "forcemap", "demo", f"{folder}/demo"]
+        subprocess.run(command, check=True, capture_output=True)
+        hand = [fm.force_limit("back_of_hand")]
+        seconds = []
+        for _ in range(6):
+            start = time.process_time()
+            report_html(fm.assess_campaign(f"{folder}/demo", limits=hand))
+            seconds.append(time.process_time() - start)
+    what = "the demo's report in a warm process, processor time"
+    yield what, "2 s", 2 / min(seconds[1:]), "at least 1 x"
 
 
 def dynamics():
@@ -433,8 +482,10 @@ BENCHMARKS = (
     prediction,
     grid,
     crossing,
+    bounding,
     fitting,
     recordings,
+    collecting,
     damaged,
     designs,
     dynamics,

@@ -11,6 +11,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -58,7 +59,12 @@ def campaign(direction: str, seed: int) -> AtlasMap:
         simulated=True,
         device=replace(PAPER_DEVICE, range=5000.0),
     )
-    columns = {"distance": d.repeat(3), "height": h.repeat(3), "speed": v.repeat(3), "peak_force": force}
+    columns: dict[str, Any] = {
+        "distance": d.repeat(3),
+        "height": h.repeat(3),
+        "speed": v.repeat(3),
+        "peak_force": force,
+    }
     force_map = fm.fit_force_map(fm.ImpactDataset.from_arrays(**columns, conditions=conditions))
     return AtlasMap(direction, conditions, force_map)
 
@@ -107,7 +113,7 @@ def along_the_axes(rng: np.random.Generator) -> FloatArray:
     return np.array(kept)
 
 
-def of_area(area: str) -> tuple[fm.Task, dict[str, object]]:
+def of_area(area: str) -> tuple[fm.Task, dict[str, Any]]:
     """A task that may hit one body area everywhere, and what goes with it."""
     return fm.Task((fm.TaskSegment("path", (area,), fm.Contact.TRANSIENT),)), {"bound": BOUND}
 

@@ -10,6 +10,7 @@ import argparse
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -146,14 +147,14 @@ def _tilted_ratios(site: Site, axis: FloatArray, slowest: float, effect: float, 
     distance, height, _ = site.reaches(low + rng.random((count, 3)) * (HIGH - low)).T
     forces = np.quantile(force_map.require_fit().states.force, rng.uniform(0.1, 0.95, distance.size))
     limit = np.minimum(forces, force_map.highest_force - force_map.conditions.device.error_or_default)
-    case = {"bound": BOUND, "contact": fm.Contact.QUASI_STATIC, "angle": 5.0}
+    case: dict[str, Any] = {"bound": BOUND, "contact": fm.Contact.QUASI_STATIC, "angle": 5.0}
     speed = fm.safe_speed(force_map, distance, height, limit=limit, **case).speed
     has = ~np.isnan(speed)
     turned = np.cross(axis, rng.standard_normal((int(has.sum()), 3)))
     turned /= np.linalg.norm(turned, axis=1)[:, None]
     angle = np.deg2rad(5.0) * np.sqrt(rng.random((int(has.sum()), 1)))
     along = np.cos(angle) * axis + np.sin(angle) * turned
-    return site.force(np.column_stack([distance, height, speed])[has], along) / limit[has]
+    return np.asarray(site.force(np.column_stack([distance, height, speed])[has], along) / limit[has])
 
 
 def measured(

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import atexit
 import contextlib
 import dataclasses
 import fcntl
@@ -7,10 +8,13 @@ import io
 import json
 import os
 import shutil
+import tempfile
 from pathlib import Path
 
 # One process a core already: more threads for matrices this small only wait for each other. Before numpy is imported.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+# The secret that campaigns' memories are sealed with, not in the account's own folder.
+os.environ["XDG_STATE_HOME"] = tempfile.mkdtemp(prefix="forcemap-state-")
 
 import numpy as np
 import pytest
@@ -20,6 +24,7 @@ import forcemap as fm
 from real_data import FOLDER, REASON
 from sizes import FULL_SIZE
 
+atexit.register(shutil.rmtree, os.environ["XDG_STATE_HOME"], ignore_errors=True)
 settings.register_profile(
     "forcemap",
     max_examples=100 if FULL_SIZE else 40,

@@ -142,7 +142,7 @@ def krl_arrays(text):
 
 def krl_along(source, data):
     """The function FORCEMAP_ALONG of a KRL source file, as a Python function of two frames and a number."""
-    return krl_function(source, data, "FORCEMAP_ALONG", ("P", "Q", "T"))
+    return krl_function(source, data, "FORCEMAP_ALONG", ("P", "Q", "TOOL"))
 
 
 def krl_function(source, data, name, parameters=("P",)):

@@ -222,7 +222,8 @@ def test_every_contact_site_that_can_hit_needs_a_map_and_the_strictest_counts():
     only_light = a_map("out", weaker=0.8)
     atlas = Atlas((light, heavy, only_light))
     path = fm.ToolPath.through([[0.7, 0, 0.44], [0.7, 0, 0.38], [0.8, 0, 0.38]])
-    both = a_task(fm.TaskSegment("path", HAND, TRANSIENT, contact_sites=("Flange", " elbow ")))
+    two = fm.TaskSegment("path", HAND, TRANSIENT, contact_sites=("Flange", " elbow "))
+    both = a_task(two, site_offsets={"flange": np.zeros(3), "Elbow": np.zeros(3)})
     found = fm.path_speeds(atlas, path, both, bound=BOUND)
     down = path.resampled(0.02).directions[:, 2] < -0.9
     assert {*found.outcome[down]} == {"admissible"}
@@ -234,8 +235,61 @@ def test_every_contact_site_that_can_hit_needs_a_map_and_the_strictest_counts():
     assert (gap.direction, gap.loaded.contact_site, gap.length) == ("out", "elbow", pytest.approx(0.1))
     flange = a_task(fm.TaskSegment("path", HAND, TRANSIENT, contact_sites=("flange",)))
     assert not fm.path_speeds(atlas, path, flange, bound=BOUND).refused.any()
-    with pytest.raises(fm.InputError, match=r"different contact_sites \(elbow, flange\).*all that can hit"):
-        fm.path_speeds(atlas, path, a_task(), bound=BOUND)
+    (note,) = [
+        note for note in fm.path_speeds(atlas, path, flange, bound=BOUND).notes if note.kind == "sites_not_hitting"
+    ]
+    assert note.figure("sites") == ("elbow",)
+    for stated in ({}, {"conditions": {"contact_site": "flange"}}):  # one that is named says nothing of the others
+        with pytest.raises(fm.InputError, match=r"different contact_sites \(elbow, flange\).*all that can hit"):
+            fm.path_speeds(atlas, path, a_task(**stated), bound=BOUND)
+    for offsets in ({}, {"flange": np.zeros(3)}, {"elbow": np.zeros(3)}):
+        with pytest.raises(fm.InputError, match="nothing says where"):
+            fm.path_speeds(atlas, path, a_task(two, site_offsets=offsets), bound=BOUND)
+
+
+def test_a_contact_site_is_looked_up_where_it_is():
+    """The flange above the finger: the map of each at its own place, in the direction of the motion there."""
+    finger, flange = a_map("out", site="finger", weaker=0.7), a_map("out", site="flange", weaker=0.7)
+    offset = np.array([0.0, -0.1, 0.12])
+    two = fm.TaskSegment("path", HAND, TRANSIENT, contact_sites=("finger", "flange"))
+    task = a_task(two, site_offsets={"finger": np.zeros(3), "flange": offset})
+    path = fm.ToolPath.through([[0.70, 0, 0.30], [0.82, 0, 0.30]])
+    found = fm.path_speeds(Atlas((finger, flange)), path, task, bound=BOUND)
+    assert {*found.outcome} == {"no_map"}  # beside the radius the flange moves 8 degrees off it
+    task = a_task(two, site_offsets={"finger": np.zeros(3), "flange": offset * [1, 0.4, 1]})
+    found = fm.path_speeds(Atlas((finger, flange)), path, task, bound=BOUND)
+    alone = [
+        fm.path_speeds(each.force_map, way, a_task(), bound=BOUND).speed
+        for each, way in ((finger, path), (flange, path.moved(offset * [1, 0.4, 1])))
+    ]
+    assert np.isfinite(alone).all()
+    assert not np.allclose(*alone)
+    np.testing.assert_array_equal(found.speed, np.minimum(*alone))
+    turning = replace(path, turning=np.zeros(1))
+    with pytest.raises(fm.InputError, match="on a path of joints the tool may turn"):
+        fm.path_speeds(Atlas((finger, flange)), turning, task, bound=BOUND)
+    both = programs(tables_of(Atlas((finger, flange)), task))
+    code = tables_of(Atlas((finger, flange)), task).codes[0]
+    given = [program([0.70, 0, 0.30], [0.82, 0, 0.30], code) for program in both]
+    assert given[0] == given[1] > 0.05
+    assert given[0] <= found.speed.min()
+    assert program_of(both, [0.70, 0, 0.38], [0.82, 0, 0.38], code) == 0.0  # the flange above what was measured
+
+
+def program_of(both, *given):
+    """What both programs answer, which is the same."""
+    (answer,) = {program(*given) for program in both}
+    return answer
+
+
+def test_what_points_off_for_the_robots_deviation_is_raised():
+    """Radially, but up to 40 mm beside: 3.3 degrees off the direction."""
+    path = fm.ToolPath.through([[0.7, 0, 0.3], [0.74, 0, 0.3]])
+    wide, none = fm.Allowance(0.01, 0.02), fm.Allowance(0.01, 0.0)
+    for allowance, raised in ((wide, True), (none, False)):
+        found = fm.path_speeds(an_atlas(("out",), weaker=0.7), path, a_task(), bound=BOUND, allowance=allowance)
+        assert any(note.kind == "raised_on_path" for note in found.notes) == raised
+        assert [basis.raised > 1 for basis in found.bases] == [raised]
 
 
 def test_grasped_and_empty_are_two_tools_of_one_path():
@@ -271,7 +325,8 @@ def test_a_campaign_without_a_map_still_says_what_can_hit():
     path = fm.ToolPath.through([[0.8, 0, 0.44], [0.8, 0, 0.40]])
     with pytest.raises(fm.InputError, match=r"different contact_sites \(elbow, flange\)"):
         fm.path_speeds(atlas, path, a_task(), bound=BOUND)
-    both = a_task(fm.TaskSegment("path", HAND, TRANSIENT, contact_sites=("flange", "elbow")))
+    segment = fm.TaskSegment("path", HAND, TRANSIENT, contact_sites=("flange", "elbow"))
+    both = a_task(segment, site_offsets={"flange": np.zeros(3), "elbow": np.zeros(3)})
     found = fm.path_speeds(atlas, path, both, bound=BOUND)
     assert {*found.outcome} == {"no_map"}
     (warning,) = found.atlas.warnings
@@ -298,7 +353,7 @@ def test_a_map_that_cannot_carry_the_bound_counts_as_none(examples):
     [
         ([a_map("down"), a_map("straight down")], "their directions differ by 0 degrees"),
         ([a_map("down"), a_map("0.1,0,-1")], r"differ by 5\.71 degrees, expected more than 10"),
-        ([a_map("down"), a_map("out", robot="another")], "robot.name: down flange none 0 states"),
+        ([a_map("down"), a_map("out", robot="another")], "robot.model: down flange none 0 states"),
         ([a_map("down"), a_map("out", firmware="5.9")], "robot.firmware: down flange none 0 states nothing"),
         ([a_map("down"), a_map("out", safety_settings="x")], "robot.safety_settings"),
         ([a_map("down"), a_map("out", moving_mass=9.0)], "robot.moving_mass_kg"),
@@ -321,6 +376,8 @@ def test_a_task_of_an_atlas_states_its_direction_or_lets_its_motions_say_it():
     assert not free.refused.any()
     down = fm.path_speeds(an_atlas(), path, a_task(conditions={"direction": "down"}), bound=BOUND)
     assert down.refused.tolist() == [False] * 2 + [True] * 3
+    assert {reason.kind for reason in down.reason[2:]} == {fm.FindingKind.NOT_AS_STATED}
+    assert map_gaps(down) == ()
     with pytest.raises(fm.InputError, match="the task states 'down and out', the atlas has maps for down, up"):
         fm.path_speeds(an_atlas(), path, a_task(conditions={"direction": "down and out"}), bound=BOUND)
     with pytest.raises(fm.InputError, match="safety settings: the task states"):
@@ -346,6 +403,8 @@ def test_gaps_cover_what_has_no_map():
     down = ~found.refused
     pace = np.sum(found.path.lengths[down] / found.speed[down]) / found.path.lengths[down].sum()
     assert gaps["in"].gain == pytest.approx(0.2 * (1 / found.standard.speed - pace))
+    beside = fm.ToolPath.through([[0.8, 0, 0.4], [0.8 - 0.1 * math.sin(math.radians(7)), 0, 0.3]])
+    assert map_gaps(fm.path_speeds(atlas, beside, a_task(), bound=BOUND)) == ()  # too close to a map that is there
     with_them = fm.path_speeds(an_atlas(("down", *gaps)), path, a_task(), bound=BOUND)
     assert not np.any(with_them.outcome == "no_map")
     assert map_gaps(with_them) == ()
@@ -426,17 +485,20 @@ def test_programs_choose_the_table_by_the_motion_and_are_never_above_the_library
     segments = {
         load: fm.TaskSegment("path", HAND, TRANSIENT, payload=load, contact_sites=each) for load, each in sites.items()
     }
-    task = fm.Task((replace(segments[0.0], name="empty"), replace(segments[2.0], name="loaded")))
+    offsets = {"flange": np.zeros(3), "elbow": np.array([0.02, -0.01, 0.03])}
+    task = fm.Task((replace(segments[0.0], name="empty"), replace(segments[2.0], name="loaded")), site_offsets=offsets)
     tables = tables_of(atlas, task)
     assert [[site.contact_site for site in each] for each in tables.tools] == [["flange"], ["flange", "elbow"]]
     both, allowance, given = programs(tables), fm.Allowance(0.01, 0.005), {0.0: 0, 2.0: 0}
     lost = 0
     for start, end in random_moves(2, 1000 if full_size else 250):
-        for tool, load in enumerate(sites, start=1):
+        for code, load in zip(tables.codes, sites, strict=True):
             case = {"bound": BOUND, "allowance": allowance}
-            library = fm.path_speeds(atlas, fm.ToolPath.through([start, end]), fm.Task((segments[load],)), **case)
+            library = fm.path_speeds(
+                atlas, fm.ToolPath.through([start, end]), fm.Task((segments[load],), site_offsets=offsets), **case
+            )
             most = 0.0 if library.refused.any() else float(library.speed.min())
-            answers = [program(start, end, tool) for program in both]
+            answers = [program(start, end, code) for program in both]
             assert answers[0] == answers[1]
             assert answers[0] <= most + 1e-12
             given[load] += answers[0] > 0
@@ -444,19 +506,21 @@ def test_programs_choose_the_table_by_the_motion_and_are_never_above_the_library
     assert given[0.0] > 50
     assert given[2.0] > 10
     assert lost < 0.5 * (given[0.0] + given[2.0])  # zones are larger than pieces
+    code = tables.codes[0]
     for start, end, tool in (
-        ([0.8, 0, 0.4], [0.8, 0, 0.4], 1), ([0.8, 0, 0.4], [0.8, 0, 0.3], 0), ([0.8, 0, 0.4], [0.8, 0, 0.3], 3),
-        ([0.8, 0, 0.4], [0.8, 0, math.nan], 1), ([math.nan, 0, 0.4], [0.8, 0, 0.3], 1),
-        ([0.8, 0, math.inf], [0.8, 0, 0.3], 1),
-        ([0.8, 0, 0.4], [-math.inf, 0, 0.4], 1), ([0.001, 0, 0.4], [0.8, 0, 0.4], 1), ([0.8, 0, 0.4], [2.8, 0, 0.4], 1),
+        ([0.8, 0, 0.4], [0.8, 0, 0.4], code), ([0.8, 0, 0.4], [0.8, 0, 0.3], 0), ([0.8, 0, 0.4], [0.8, 0, 0.3], 1),
+        ([0.8, 0, 0.4], [0.8, 0, math.nan], code), ([math.nan, 0, 0.4], [0.8, 0, 0.3], code),
+        ([0.8, 0, math.inf], [0.8, 0, 0.3], code),
+        ([0.8, 0, 0.4], [-math.inf, 0, 0.4], code), ([0.001, 0, 0.4], [0.8, 0, 0.4], code),
+        ([0.8, 0, 0.4], [2.8, 0, 0.4], code),
     ):  # fmt: skip
         assert [program(start, end, tool) for program in both] == [0.0, 0.0]
-    assert min(program([0.8, 0, 0.4], [0.8, 0, 0.36], 1) for program in both) > 0.1
+    assert min(program([0.8, 0, 0.4], [0.8, 0, 0.36], code) for program in both) > 0.1
 
 
 def test_a_program_gives_the_lowest_zone_of_its_table():
     tables = tables_of(an_atlas(weaker=0.8))
-    both = programs(tables)
+    both, code = programs(tables), tables.codes[0]
     down = next(each.table for each in tables.tables if each.campaign.conditions.direction == "down")
     rng, seen = np.random.default_rng(5), 0
     for _ in range(60):
@@ -465,9 +529,9 @@ def test_a_program_gives_the_lowest_zone_of_its_table():
         at = np.array([d * math.cos(turn), d * math.sin(turn)])
         steps = [down.speed(*at, h) for h in np.linspace(low, high, 400)]
         expected = 0.0 if min(steps) == 0 else min(steps)
-        answers = [program([*at, high], [*at, low], 1) for program in both]
+        answers = [program([*at, high], [*at, low], code) for program in both]
         assert answers == [pytest.approx(expected)] * 2
-        assert [program([*at, low], [*at, high], 1) <= expected + 1e-12 or expected == 0 for program in both]
+        assert [program([*at, low], [*at, high], code) <= expected + 1e-12 or expected == 0 for program in both]
         seen += expected > 0
     assert seen > 10
 
@@ -478,7 +542,11 @@ def test_every_exported_file_names_its_tables_and_what_they_rest_on(tmp_path):
     texts = [urscript_along(tables), krl_along_data(tables), krl_along_source(tables), directed_csv(tables)]
     for text in texts:
         assert text.isascii()
-        wanted = ["NOT SAFETY-RATED", "tool 1: none, payload 0 kg; contact sites that can hit: flange", atlas.sha256]
+        wanted = [
+            "NOT SAFETY-RATED",
+            f"tool {tables.codes[0]}: none, payload 0 kg; contact sites that can hit: flange",
+            atlas.sha256,
+        ]
         for words in (*wanted, "table 1: motion down", "table 2: motion out", "prediction + 10 %", "cell 7"):
             assert words in text, words
     result = directed_result(tables)
@@ -494,12 +562,24 @@ def test_every_exported_file_names_its_tables_and_what_they_rest_on(tmp_path):
 def test_texts_of_a_campaign_stay_in_their_line():
     evil = "x\nend\ndef forcemap_speed_along(start, target, tool):\n  return 9.0\nend\r\nGLOBAL DEFFCT REAL F(P:IN)\x85"
     atlas = Atlas((a_map("down", tool=evil, site=evil, name=evil), a_map("out", tool=evil, site=evil, name=evil + "2")))
-    both = programs(tables_of(atlas))  # the interpreters refuse a second function
-    assert min(program([0.8, 0, 0.4], [0.8, 0, 0.36], 1) for program in both) > 0.1
+    tables = tables_of(atlas)
+    both = programs(tables)  # the interpreters refuse a second function
+    assert program_of(both, [0.8, 0, 0.4], [0.8, 0, 0.36], tables.codes[0]) > 0.1
+
+
+def test_the_number_of_a_tool_stays_when_others_are_added():
+    few = tables_of(Atlas((a_map("down", payload=0.0), a_map("down", payload=2.0))))
+    more = tables_of(Atlas((a_map("down", payload=0.0), a_map("down", payload=1.0), a_map("down", payload=2.0))))
+    assert {*few.codes} < {*more.codes}
+    assert len({*more.codes}) == 3
+    both = programs(few)
+    assert all(program_of(both, [0.8, 0, 0.4], [0.8, 0, 0.36], code) > 0.05 for code in few.codes)
+    for code in (*{*more.codes} - {*few.codes}, 0, 1, 2):
+        assert program_of(both, [0.8, 0, 0.4], [0.8, 0, 0.36], code) == 0.0
 
 
 def test_an_angle_that_no_motion_keeps_is_refused():
-    with pytest.raises(fm.InputError, match=r"found 0 degrees, expected at least 0\.1"):
+    with pytest.raises(fm.InputError, match="found 0 degrees, expected at least 1"):
         tables_of(an_atlas(), angle=0.0)
     with pytest.raises(fm.InputError, match="contact_sites"):
         tables_of(Atlas((a_map("down"), a_map("down", site="elbow"))))

@@ -173,7 +173,9 @@ def test_export_takes_a_folder_of_campaigns(forcemap, own, format):
     if format == "json":
         result = json.loads(text)
         assert [each["direction"] for each in result["tables"]] == ["down", "in", "up"]
-        assert result["tools"] == [{"tool": "none", "payload_kg": 0.0, "contact_sites": ["flange"]}]
+        assert result["tools"] == [
+            {"number": result["tools"][0]["number"], "tool": "none", "payload_kg": 0.0, "contact_sites": ["flange"]}
+        ]
     if format == "csv":
         rows = csv.DictReader(line for line in text.splitlines() if not line.startswith("#"))
         assert {row["direction"] for row in rows} == {"down", "in", "up"}
@@ -262,6 +264,10 @@ def test_what_is_an_atlas(own):
     assert not is_atlas(own / "down")
     assert not is_atlas(own.parent / "path.csv")
     assert not is_atlas("ur10e")
+    for mark in ("impacts.csv", "plan.csv"):  # a campaign itself, whatever lies below
+        (own / mark).write_text("")
+        assert not is_atlas(own)
+        (own / mark).unlink()
     empty = own.parent / "empty"
     (empty / ".hidden").mkdir(parents=True)
     (empty / ".hidden" / "campaign.toml").write_text("")
@@ -272,11 +278,71 @@ def test_what_is_an_atlas(own):
         fm.read_atlas(own / "nowhere")
 
 
+def test_a_command_for_one_campaign_names_those_of_the_folder(forcemap, own):
+    code, _, err = forcemap("collect", own)
+    assert (code, "this folder holds campaigns (down, in, up); name one of them" in err) == (2, True)
+    code, _, err = forcemap("report", "--verify", own / "atlas.html", own)
+    assert (code, "of several maps; name the folder of one campaign" in err) == (2, True)
+
+
+def test_a_campaign_that_would_be_overlooked_is_refused(forcemap, own):
+    """In the command and on the page alike: it may be the one that says what can hit."""
+    shutil.move(own / "in", own.parent / "in")
+
+    def said():
+        code, _, err = forcemap("path", own, way(own), "--task", way(own, "task.toml"))
+        with client_of(own) as client:
+            answer = client.get("/api/together/path", params={"points": "0.72,0,0.36;0.72,0,0.30"})
+        assert (code, answer.status_code) == (2, 409)
+        return err, answer.text
+
+    (own / "linked").symlink_to(own.parent / "in")
+    assert all("a link, would be overlooked" in text for text in said())
+    (own / "linked").unlink()
+    (own / "sub").mkdir()
+    shutil.copytree(own.parent / "in", own / "sub" / "in")
+    assert all("a folder deeper than the others" in text for text in said())
+    shutil.move(own / "sub" / "in", own / "in")
+    (own / "in" / "campaign.toml").unlink()
+    assert all("without campaign.toml, would be overlooked" in text for text in said())
+    shutil.rmtree(own / "in")
+    (own / "atlas.toml").write_text(ATLAS.format(maps='["down", "../in"]'))
+    with client_of(own) as client:
+        assert client.get("/api/together").status_code == 409
+
+
+def test_a_campaign_without_a_map_gives_no_speed(ask, forcemap, own):
+    case = ("--distance", "0.72", "--height", "0.36", *AREA)
+    (own / "in" / "impacts.csv").unlink()
+    code, found = ask("speed", own, *case)
+    assert (code, found["speed_to_program_mps"], found["without_map"]) == (1, None, ["in"])
+    assert "in give none" in " ".join(forcemap("speed", own, *case)[1].split())
+
+
+@pytest.mark.parametrize("entry", ['contact_sites = ["elbow"]', "payload_kg = 8.0", 'tool = "welder"'])
+def test_export_of_one_campaign_heeds_what_the_task_names(forcemap, own, entry):
+    task = own.parent / "other.toml"
+    lines = TASK.replace('contact_sites = ["flange"]\npayload_kg = 0.0\n', "").replace('tool = "none"\n', "")
+    task.write_text(lines.replace('name = "over"', f'name = "over"\n{entry}'))
+    for command in (("export", own / "down", "--format", "csv"), ("export-path", own / "down", way(own))):
+        code, _, err = forcemap(*command, "--task", task)
+        assert (code, "segment 'over': no map of contact site" in err) == (2, True), err
+
+
+def test_place_says_what_its_best_position_rests_on(ask, own):
+    """Of three maps, whatever position comes first."""
+    table = own.parent / "table.csv"
+    table.write_text("x_m,y_m,z_m\n0,0,0.04\n0,0,0\n0,0,0.04\n")
+    code, found = ask("place", own, table, *AREA, "--step-m", "0.1")
+    assert code == 0
+    assert any("SPEED COMMANDED" in line for line in found["warnings"])
+
+
 def test_other_robots_in_one_folder_are_refused(forcemap, own):
     toml = own / "in" / "campaign.toml"
     toml.write_text(toml.read_text().replace("virtual ur10e-like", "another robot"))
     code, _, err = forcemap("path", own, way(own), "--task", way(own, "task.toml"))
-    assert (code, "robot.name: down states" in err) == (2, True)
+    assert (code, "robot.model: down states" in err) == (2, True)
 
 
 # the page
@@ -311,5 +377,5 @@ def test_campaigns_that_make_no_atlas_say_why_on_the_page(own):
     with client_of(own) as client:
         answer = client.get("/api/together")
         assert answer.status_code == 409
-        assert "these campaigns make no atlas: robot.name: down states" in answer.text
+        assert "these campaigns make no atlas: robot.model: down states" in answer.text
         assert "make no atlas" in client.get("/together").text

@@ -170,3 +170,20 @@ def test_the_table_lies_on_or_just_above_the_quantiles_at_every_node(freedom, co
     table = _tolerance_table(freedom, confidence, content)[1:-1]
     assert np.nanmin(table / exact - 1) > -1e-9
     assert np.nanmax(table / exact - 1) < (1e-8 if content >= 0.95 else 1e-3)
+
+
+@pytest.mark.parametrize(("freedom", "confidence", "content"), [(3, 0.99, 0.6), (18, 0.95, 0.95), (22.7, 0.5, 0.5)])
+def test_a_factor_is_found_by_its_number_as_by_searching_for_it(freedom, confidence, content):
+    """At the nodes, beside them, between them, at no and at boundless leverage."""
+    from forcemap.maps.bounds import _tolerance_factor
+
+    table = _tolerance_table(freedom, confidence, content)
+    nodes = _NODES[:-1] / (1 - _NODES[:-1])
+    rng = np.random.default_rng(202618)
+    roots = [nodes, np.nextafter(nodes, np.inf), np.nextafter(nodes[1:], 0), 10 ** rng.uniform(-12, 12, 100_000)]
+    root = np.concatenate([*roots, [0.0, 1e150]])
+    expected = np.interp(root / (1 + root), _NODES, table) * (1 + root)
+    np.testing.assert_allclose(_tolerance_factor(root**2, table), expected, rtol=1e-15)
+    beyond = _tolerance_factor(np.array([np.inf, np.nan]), table)
+    assert np.isnan(beyond[1])
+    assert beyond[0] == np.inf or content == 0.5

@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 
 import forcemap as fm
+from forcemap.campaigns.memory import MEMORY_FILE
 from pulses import TOML, collect, pulse, register, save, write_campaign
 
 PLAN = ("--distances-m", "0.5,0.9", "--heights-m", "0.2,0.4", "--speeds-mps", "0.1,0.3")
@@ -176,7 +177,7 @@ class TestCollect:
         found = (folder / "impacts.csv").read_bytes(), (folder / "recordings.csv").read_bytes()
         collect(folder)
         assert ((folder / "impacts.csv").read_bytes(), (folder / "recordings.csv").read_bytes()) == found
-        assert not list(folder.glob(".*"))
+        assert [path.name for path in folder.glob(".*")] == [MEMORY_FILE]
 
     def test_watch_loses_nothing(self, tmp_path):
         """A clock that is behind, files that rest half-way, a campaign.toml that is half saved, a second process."""

@@ -758,3 +758,19 @@ def test_the_list_of_commands_is_whole_and_not_cut(capsys):
         assert re.search(rf"^  {name} +[A-Z].*\.$", listed, re.M), name
         assert command.name == name
     assert "..." not in listed
+
+
+@pytest.mark.parametrize("arguments", [("--distance", "0,8"), ("--distance=0,8",)])
+def test_a_decimal_comma_is_told_as_one(forcemap, arguments):
+    rest = ("--height", "0.4", "--area", "back_of_hand", "--contact", "transient")
+    code, _, err = forcemap("speed", "ur10e", *arguments, *rest)
+    assert (code, err) == (2, "error: --distance: found 0,8, expected a decimal point, 0.8\n")
+
+
+def test_outside_the_measured_range_is_named(forcemap, ask):
+    case = ("--distance", "800", "--height", "0.4", "--area", "back_of_hand", "--contact", "transient")
+    out = forcemap("speed", "ur10e", *case)[1]
+    assert "measured distances 0.520 to 0.890 m, heights 0.140 to 0.460 m" in out
+    found = ask("speed", "ur10e", *case)[1]
+    assert found["measured_distance_m"] == pytest.approx([0.52, 0.89])
+    assert found["measured_height_m"] == pytest.approx([0.14, 0.46])

@@ -231,3 +231,16 @@ def test_a_spring_that_softens_the_gate_or_is_in_another_unit_is_refused(tmp_pat
     with pytest.raises(TableError) as caught:
         fm.read_limit_table(path)
     assert caught.value.column == column
+
+
+def test_a_pattern_that_names_files_with_their_ending_tells_the_device(tmp_path):
+    """As in the register, so where a recording is judged."""
+    toml = SEVERAL.replace(SEVERAL[SEVERAL.index("[device]") : SEVERAL.index("[[devices]]")], "")
+    folder = write_campaign(tmp_path / "campaign", toml=toml.replace('"d500-*"', '"*/d500-*.csv"'))
+    (folder / "recordings" / "soft").mkdir()
+    for path in (folder / "recordings").glob("d500-*.csv"):
+        path.rename(path.parent / "soft" / path.name)
+    collect(folder)
+    found = rows(folder / "recordings.csv")
+    assert {row["use"] for row in found if row["file"].startswith("soft/")} == {"used"}
+    assert {row["use"] for row in found if not row["file"].startswith("soft/")} == {"discarded"}

@@ -92,6 +92,7 @@ def workplace(tmp_path, monkeypatch):
     Path("path.csv").write_text(re.findall(r"```csv\n(.*?)```", program, re.S)[0])
     Path("task.toml").write_text(re.findall(r"```toml\n(.*?)```", program, re.S)[0])
     Path("table_path.csv").write_text("x_m,y_m,z_m\n0,0,0.06\n0,0,0\n")
+    Path("study.toml").write_text(re.findall(r"```toml\n(.*?)```", page("docs/sweeps.md"), re.S)[0])
     write_recording(Path("run7.csv"), 300.0, np.random.default_rng(7))
     forcemap.copy_example("ur10e", "cell-7/down")
 
@@ -231,7 +232,11 @@ def test_command_page_and_documentation_offer_the_same_files_for_robots():
 
 
 def toml_blocks(path):
-    return [text for text in re.findall(r"```toml\n(.*?)```", path.read_text(), re.S) if "forcemap-task" not in text]
+    return [
+        text
+        for text in re.findall(r"```toml\n(.*?)```", path.read_text(), re.S)
+        if not re.search("forcemap-(task|study)", text)
+    ]
 
 
 BLOCKS = [pytest.param(text, id=f"{path.name}-{i}") for path in PAGES for i, text in enumerate(toml_blocks(path), 1)]

@@ -150,7 +150,9 @@ def test_a_downward_direction_is_known_in_words(words):
     np.testing.assert_array_equal(direction_vector(words, whose="a map"), [0.0, 0.0, -1.0])
 
 
-@pytest.mark.parametrize(("words", "said"), [("", "a map does not state it"), ("  ", "does not state"), ("up", "'up'")])
+@pytest.mark.parametrize(
+    ("words", "said"), [("", "a map does not state it"), ("  ", "does not state"), ("sideways", "'sideways'")]
+)
 def test_another_direction_is_refused(words, said):
     with pytest.raises(fm.InputError, match=said):
         direction_vector(words, whose="a map")

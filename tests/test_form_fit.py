@@ -203,8 +203,9 @@ def test_what_nine_places_cannot_tell_is_said():
 @pytest.mark.parametrize(("apart", "warned"), [(0.001, False), (0.019, False), (0.021, True), (0.05, False)])
 def test_places_that_lie_close_without_being_one_are_said(apart, warned):
     at = np.vstack([spread(), [[0.70, 0.30, 0.2], [0.70 + apart, 0.30, 0.3]]])
-    near = [each.kind is FindingKind.PLACES_NEAR for each in in_the_form(at).warnings]
-    assert any(near) == warned or in_the_form(spread()).near
+    near = [each for each in in_the_form(at).warnings if each.kind is FindingKind.PLACES_NEAR]
+    assert bool(near) == warned or in_the_form(spread()).near
+    assert all("of places are less than 30 mm apart" in sentence(each) for each in near)
 
 
 @pytest.fixture

@@ -37,8 +37,9 @@ FACES = {
         *("words", "assessment", "figures"),
         *("campaigns", "impacts", "limits", "maps", "speeds", "comparisons", "verdicts", "paths"),  # result types
     },
+    "sweeps": {"", "lab"},
     "web": set(ROOMS) - {"lab"} | {"", "words", "answers", "report", "figures"},
-    "cli": set(ROOMS) | {"", "words", "answers", "report", "figures", "web"},
+    "cli": set(ROOMS) | {"", "words", "answers", "report", "figures", "web", "sweeps"},
 }
 ALLOWED = ROOMS | FACES
 FACE_PACKAGES = {"matplotlib", "jinja2", "fastapi", "uvicorn", "typer", "rich", "plotly", "starlette", "pydantic"}

@@ -265,3 +265,36 @@ REACTION = {"threshold": 30.0, "torque_filter": 0.002, "delay": 0.01, "time_cons
 def test_what_cannot_be_simulated_is_refused(refused):
     with pytest.raises(fm.InputError):
         refused()
+
+
+@pytest.mark.parametrize("kind", list(ReactionKind))
+def test_the_commanded_speed_follows_its_formula_before_and_after_the_reaction_begins(kind):
+    figures = (
+        {"retreat_speed": 0.2, "retreat_time": 0.05} if kind == "retreat" else {"hold_force": 60.0, "yielding": 1e-3}
+    )
+    reaction = Reaction(kind=kind, threshold=10.0, torque_filter=0.01, delay=0.01, time_constant=0.02, **figures)
+    rng = np.random.default_rng(202618)
+    speed, since, force = rng.uniform(0.1, 0.5, 200), rng.uniform(-0.1, 0.3, 200), rng.uniform(0, 300, 200)
+    for v, t, f, found in zip(speed, since, force, reaction.commanded_speed(speed, since, force), strict=True):
+        if t <= 0:
+            expected = v
+        elif kind == "retreat":
+            fading = math.exp(-min(t, 0.05) / 0.02) * math.exp(-max(t - 0.05, 0) / 0.02)
+            expected = -0.2 * math.exp(-max(t - 0.05, 0) / 0.02) + (v + 0.2) * fading
+        else:
+            hold = 1e-3 * (60.0 - f)
+            expected = hold + (v - hold) * math.exp(-t / 0.02)
+        assert found == pytest.approx(expected, rel=1e-12, abs=1e-15)
+    assert (reaction.before(speed) == reaction.commanded_speed(speed, np.minimum(since, 0.0), force)).all()
+
+
+def test_a_robot_posed_again_at_the_same_places_gives_the_same_impacts():
+    robot = virtual_robot("ur10e-like")
+    first = simulate_peaks(robot, [0.6, 0.7], 0.3, 0.3)
+    other = simulate_peaks(robot, [0.7, 0.6], 0.3, 0.3)
+    higher = simulate_peaks(robot, [0.6, 0.7], 0.4, 0.3)
+    assert (other[::-1] == first).all()
+    assert (higher != first).all()
+    assert (simulate_peaks(robot, [0.6, 0.7], 0.3, 0.3) == first).all()
+    loaded = robot.with_payload(3.0)
+    assert (simulate_peaks(loaded, [0.6, 0.7], 0.3, 0.3) != first).all()

@@ -9,7 +9,7 @@ import pytest
 from scipy import stats
 
 import forcemap as fm
-from forcemap.campaigns.repeatability import repeatability
+from forcemap.campaigns.repeatability import _medians_of_others, repeatability
 
 
 def campaign(force, *, angle=None, censored=None, angles_of=None, conditions=None):
@@ -254,3 +254,11 @@ def test_a_joint_that_matters_is_seen():
     result = repeatability(campaign(force, angle=np.tile(angle, 13)))
     assert 9 < result.symmetry.mean_difference < 13
     assert result.within_state_sd < 1.5
+
+
+def test_property_the_medians_of_others_are_those_of_what_is_left():
+    rng = np.random.default_rng(202618)
+    for _ in range(300):
+        values = rng.choice([rng.normal(size=6), rng.integers(0, 3, 6)])[rng.integers(0, 6, rng.integers(2, 12))] * 1.0
+        expected = [np.median(np.delete(values, i)) for i in range(values.size)]
+        assert _medians_of_others(values).tolist() == expected

@@ -19,6 +19,7 @@ import pytest
 
 import forcemap as fm
 from forcemap.assessment.missing import Missing
+from forcemap.campaigns.memory import MEMORY_FILE
 from forcemap.errors import MissingExtra
 from forcemap.report import inputs_list, report_html, report_pdf
 from forcemap.words import sentences
@@ -152,7 +153,7 @@ def test_reports_are_valid_complete_and_self_contained(reports, case):
     for line in sentences(assessment.findings):
         assert line in text
     listed = inputs_list(assessment.inputs).splitlines()
-    paths = sorted(path for path in folder.rglob("*") if path.is_file() and path.name != "truth.csv")  # no input
+    paths = sorted(path for path in folder.rglob("*") if path.is_file() and path.name not in ("truth.csv", MEMORY_FILE))
     lines = [f"{hashlib.sha256(path.read_bytes()).hexdigest()}  {path.relative_to(folder)}" for path in paths]
     assert sorted(listed) == sorted(lines)
     digest = hashlib.sha256("".join(sorted(f"{line}\n" for line in listed)).encode()).hexdigest()

@@ -15,6 +15,7 @@ from forcemap.errors import TableError, nearest_names
 _PLAIN_NUMBER = r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?"
 _NUMBER, _NUMBER_OR_NONE = re.compile(_PLAIN_NUMBER, re.ASCII), re.compile(f"(?:{_PLAIN_NUMBER})?", re.ASCII)
 _FORMULA = re.compile(r"'*[=+@\t\r-]")
+_FORMULA_BEGINS = frozenset("'=+@\t\r-")
 _LARGEST = 20_000_000  # bytes of a table; a choice: 100,000 impacts fit in
 _WHOLE_NUMBER = re.compile(r"\d{1,9}", re.ASCII)
 _NUMBERS = {  # a whole column at once
@@ -132,12 +133,13 @@ def read_table(content: bytes, file: str, *, what: str, remarked: bool = False) 
     try:
         for record in reader:
             if any(cell.strip() for cell in record):
-                records.append((reader.line_num, [_plain(cell.strip()) for cell in record]))
+                records.append((reader.line_num, [*map(str.strip, record)]))
     except csv.Error as error:
         raise TableError(f"not a CSV table ({error})", file=file, row=reader.line_num) from None
     if not records:
         raise TableError("found no header, expected one", file=file)
     (header_row, header), *body = records
+    header = [*map(_plain, header)]
     while header and not header[-1] and all(len(record) == len(header) and not record[-1] for _, record in body):
         header.pop()  # empty columns at the end, as spreadsheets write them
         for _, record in body:
@@ -150,6 +152,8 @@ def read_table(content: bytes, file: str, *, what: str, remarked: bool = False) 
         if len(record) != len(header):
             raise TableError(f"found {len(record)} cells, expected {len(header)} as in the header", file=file, row=row)
     columns = {name: [record[i] for _, record in body] for i, name in enumerate(header)}
+    for name in [name for name, cells in columns.items() if "'" in _begins(cells)]:
+        columns[name] = [*map(_plain, columns[name])]
     return Table(file, columns, [row for row, _ in body], header_row, delimiter, remarks)
 
 
@@ -165,8 +169,14 @@ def csv_text(columns: Mapping[str, Sequence[str]]) -> str:
     stream = io.StringIO()
     writer = csv.writer(stream, lineterminator="\n")
     writer.writerow(map(_no_formula, columns))
-    writer.writerows(map(_no_formula, row) for row in zip(*columns.values(), strict=True))
+    safe = [[*map(_no_formula, cells)] if _begins(cells) & _FORMULA_BEGINS else cells for cells in columns.values()]
+    writer.writerows(zip(*safe, strict=True))
     return stream.getvalue()
+
+
+def _begins(cells: Sequence[str]) -> set[str]:
+    """The characters that cells begin with."""
+    return {cell[:1] for cell in cells}
 
 
 def _no_formula(cell: str) -> str:
@@ -176,7 +186,7 @@ def _no_formula(cell: str) -> str:
 
 def _plain(cell: str) -> str:
     """The cell as it was before `_no_formula`."""
-    return cell[1:] if cell.startswith("'") and _FORMULA.match(cell) else cell
+    return cell[1:] if cell[:1] == "'" and _FORMULA.match(cell) else cell
 
 
 def _text(content: bytes, file: str) -> str:

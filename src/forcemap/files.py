@@ -15,6 +15,7 @@ from typing import Any, BinaryIO
 
 from forcemap.errors import InputError
 
+_PART = 1 << 17  # bytes read at once for a hash; a choice: most recordings are one part
 _BEING_WRITTEN = ".forcemap-part-"
 
 
@@ -115,8 +116,11 @@ def new_folder(folder: str | Path) -> Path:
 def file_sha256(path: str | Path) -> str:
     """SHA-256 of a file's content, in hexadecimal, or an InputError that names it."""
     try:
-        with Path(path).open("rb") as stream:
-            return hashlib.file_digest(stream, "sha256").hexdigest()
+        with open(path, "rb", buffering=0) as stream:
+            digest = hashlib.sha256()
+            while part := stream.read(_PART):
+                digest.update(part)
+            return digest.hexdigest()
     except OSError as error:
         raise InputError(f"cannot be read ({error.strerror})", file=str(path)) from error
 

@@ -25,11 +25,14 @@ _WHERE_STATED = re.compile(r"\[(\w+)\?([^|\]]*)\|?([^\]]*)\]")
 
 
 class _Figures(dict[str, Any]):
-    """Figures by name, with some as a sentence has them: `x_N_per_mm` of `x_N_per_m`, `x_percent` of `x`, lists."""
+    """Figures by name, with some as a sentence has them: `x_N_per_mm` of `x_N_per_m`, `x_mm` of `x_m`,
+    `x_percent` of `x`, lists."""
 
     def __missing__(self, name: str) -> Any:
         if name.endswith("_N_per_mm"):
             return self[name[:-1]] / 1000
+        if name.endswith("_mm"):
+            return 1000 * self[name[:-1]]
         if name.endswith("_percent"):
             return 100 * self[name.removesuffix("_percent")]
         if name.endswith(("_listed", "_and")):

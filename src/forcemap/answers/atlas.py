@@ -47,11 +47,13 @@ class AtlasSpeedAnswer(AtPlace):
     """Safe speeds of all maps at a place.
 
     `speed_to_program_mps` is the lowest, whatever direction, contact site, tool and payload of the atlas; null if a map
-    gives none there. A warning that not every map gives begins with the names of those that do.
+    gives none there, or a campaign has no map. A warning that not every map gives begins with the names of those that
+    give it.
     """
 
     speed_to_program_mps: Figure
     governed_by: str
+    without_map: list[str]
     simulated: bool
     warnings: AllSaid
     assumptions: AllSaid
@@ -68,11 +70,13 @@ class AtlasSpeedAnswer(AtPlace):
             answer = SpeedAnswer.of_place(force_map, place, None, **case)
             maps.append(MapSpeed(map=AtlasMapAnswer.of_map(campaign), speed=answer))
         lowest = min(maps, key=lambda each: each.speed.speed_to_program_mps or 0.0)
+        without = [each.name for each in atlas.campaigns if each.force_map is None]
         return cls(
             distance_m=place[0],
             height_m=place[1],
-            speed_to_program_mps=lowest.speed.speed_to_program_mps,
-            governed_by=lowest.map.name,
+            speed_to_program_mps=None if without else lowest.speed.speed_to_program_mps,
+            governed_by=without[0] if without else lowest.map.name,
+            without_map=without,
             simulated=atlas.simulated,
             warnings=[*sentences(atlas.warnings), *of_maps((each.map.name, each.speed.warnings) for each in maps)],
             assumptions=[*sentences(atlas.findings), *(line for each in maps for line in each.speed.assumptions)],

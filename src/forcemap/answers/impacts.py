@@ -10,7 +10,7 @@ import numpy as np
 from forcemap.answers.answer import Answer, Figure, Figures, Said, of
 from forcemap.arrays import FloatArray, Indices
 from forcemap.campaigns.conditions import Conditions
-from forcemap.campaigns.walk import RecordedImpacts
+from forcemap.campaigns.recorded_impacts import RecordedImpacts
 
 _DRAWN = 1500  # most samples drawn of a curve, its extremes among them: a choice
 _DRAWN_OF_ALL = 15_000  # most samples drawn of all curves of a file together: a choice, to keep the answer small

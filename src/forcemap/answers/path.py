@@ -192,8 +192,8 @@ class PlacesAnswer(AlongAnswer):
             cycle_times=[] if best is None else [getattr(best, rule) for rule in RULES],
             refusals=[] if places.best is not None else _refusals(_pieces(closest), closest.refused.tolist()),
             positions=positions,
-            assumptions=assumptions(places.bases, places.notes),
-            **_rests_on(closest.atlas, bound, closest.bases),
+            assumptions=assumptions((*(best.bases if best else ()), *places.bases), places.notes),
+            **_rests_on(closest.atlas, bound, (*(best.bases if best else ()), *closest.bases, *places.bases)),
         )
 
 

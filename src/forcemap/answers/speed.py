@@ -38,6 +38,8 @@ class SpeedAnswer(RestsOn):
     margin_10_outcome: str
     lowest_measured_speed_mps: Figure = of("lowest_measured_speed")
     highest_measured_speed_mps: Figure = of("highest_measured_speed")
+    measured_distance_m: list[float]
+    measured_height_m: list[float]
     measure_next: PlaceAndSpeed | None
     accuracy: AccuracyAnswer | None
 
@@ -54,6 +56,7 @@ class SpeedAnswer(RestsOn):
         speed = safe_speed(force_map, *place, **case)
         with_margin = safe_speed(force_map, *place, **case | {"bound": _MARGIN_10})
         coordinates = {"distance_m": place[0], "height_m": place[1]}
+        low, high = force_map.measured_range.lowest.tolist(), force_map.measured_range.highest.tolist()
         hint = speed.outcome is SpeedOutcome.UNCONFIRMED and speed.extrapolated_speed > 0
         return cls.from_result(
             speed,
@@ -61,6 +64,8 @@ class SpeedAnswer(RestsOn):
             margin_10_speed_mps=with_margin.speed,
             margin_10_outcome=with_margin.outcome,
             measure_next=coordinates | {"speed_mps": speed.extrapolated_speed} if hint else None,
+            measured_distance_m=[low[0], high[0]],
+            measured_height_m=[low[1], high[1]],
             accuracy=accuracy,
             **rests_on(force_map, speed.basis, notes),
         )

@@ -25,6 +25,7 @@ from forcemap.campaigns.impacts_table import TABLE_FILE, read_dataset
 from forcemap.campaigns.not_stated import NotStated, not_stated
 from forcemap.campaigns.plan import PLAN_FILE
 from forcemap.campaigns.protocol import Protocol, read_protocol
+from forcemap.campaigns.readout import Reader, judging_once
 from forcemap.campaigns.repeatability import Repeatability, repeatability
 from forcemap.campaigns.summary import CampaignSummary, campaign_summary
 from forcemap.comparisons.contact_model import ContactModel, contact_model
@@ -348,8 +349,14 @@ class _Measured:
 
 def _measured(records: Campaign | Missing, stated: _Stated, progress: Callable[[int, int], None] | None) -> _Measured:
     conditions = stated.conditions
-    findings = [] if isinstance(records, Missing) else file_findings(records)
-    recordings = attempt(lambda: _judged(present(records), stated.limits, progress))
+    findings: list[Finding] = []
+    recordings: JudgedRecordings | Missing
+    if isinstance(records, Missing):
+        recordings = records
+    else:
+        first, again = judging_once(records)
+        recordings = attempt(lambda: _judged(records, stated.limits, progress, first))
+        findings += file_findings(records, again)
     if isinstance(recordings, JudgedRecordings) and any(result.simulated for result in recordings.results):
         conditions = replace(conditions, simulated=True)
     dataset = attempt(lambda: read_dataset(stated.folder, conditions=conditions))
@@ -420,11 +427,11 @@ def _default_limit(table: LimitTable) -> ForceLimit:
 
 
 def _judged(
-    campaign: Campaign, limits: Sequence[ForceLimit], progress: Callable[[int, int], None] | None
+    campaign: Campaign, limits: Sequence[ForceLimit], progress: Callable[[int, int], None] | None, reader: Reader
 ) -> JudgedRecordings:
     if not campaign.files() and not campaign.entries:
         raise InputError("there are no recordings in the folder")
-    return judge_recordings(campaign, limits, progress=progress)
+    return judge_recordings(campaign, limits, progress=progress, reader=reader)
 
 
 def _carried(force_map: ForceMap, bound: Bound) -> Bound:

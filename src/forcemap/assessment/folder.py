@@ -15,6 +15,7 @@ from forcemap.campaigns.campaign import RECORDINGS_FOLDER, Campaign
 from forcemap.campaigns.conditions import CAMPAIGN_FILE, Conditions
 from forcemap.campaigns.impacts_table import TABLE_FILE
 from forcemap.campaigns.plan import PLAN_FILE
+from forcemap.campaigns.readout import Reader
 from forcemap.campaigns.recordings_table import REGISTER_FILE
 from forcemap.errors import ForcemapError, InputError
 from forcemap.files import file_sha256, read_bytes, sha256
@@ -151,10 +152,11 @@ def stated_findings(conditions: Conditions, limits: Sequence[ForceLimit]) -> lis
     return findings
 
 
-def file_findings(campaign: Campaign) -> list[Finding]:
+def file_findings(campaign: Campaign, reader: Reader) -> list[Finding]:
     """What differs between recordings, register and impacts table.
 
-    The table is rebuilt from the recordings and compared; nothing is written.
+    The table is rebuilt from the recordings and compared; nothing is written. The reader must have judged them itself,
+    whatever the folder remembers.
     """
     try:
         there = set(campaign.files())
@@ -171,14 +173,14 @@ def file_findings(campaign: Campaign) -> list[Finding]:
         FindingKind.RECORDINGS_NEW: sorted(there - {entry.file for entry in campaign.entries}),
     }
     findings = [Finding.of(kind, files=tuple(files)) for kind, files in differing.items() if files]
-    return findings or _table_findings(campaign)
+    return findings or _table_findings(campaign, reader)
 
 
-def _table_findings(campaign: Campaign) -> list[Finding]:
+def _table_findings(campaign: Campaign, reader: Reader) -> list[Finding]:
     if not campaign.table_file.exists():
         return [Finding.of(FindingKind.TABLE_MISSING, table=TABLE_FILE)]
     try:
-        text = table_text(campaign, *collected(campaign))
+        text = table_text(campaign, *collected(campaign, reader=reader))
     except ForcemapError as error:
         return [Finding.of(FindingKind.TABLE_UNOBTAINABLE, table=TABLE_FILE, error=error.message)]
     stored, rebuilt = read_bytes(campaign.table_file).splitlines(), text.encode().splitlines()

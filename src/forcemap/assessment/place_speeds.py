@@ -87,8 +87,8 @@ class PlaceSpeeds:
 
     @cached_property
     def _confirmed(self) -> FloatArray:
-        """Speeds at contact and to program where there is one to program, shape (2, n)."""
-        if isinstance(self.speeds, Missing):
+        """Speeds at contact and to program where there is one to program, shape (2, n); none if it is contradicted."""
+        if isinstance(self.speeds, Missing) or self.contradicted:
             return np.empty((2, 0))
         pairs = np.array([self.speeds.speeds.speed.ravel(), self.speeds.speeds.speed_to_program.ravel()])
         return pairs[:, ~np.isnan(pairs[1])]

@@ -14,7 +14,8 @@ from forcemap.arrays import FloatArray
 from forcemap.assessment.contact_points import POINTS_FOLDER, ContactPoint
 from forcemap.campaigns.campaign import Campaign
 from forcemap.campaigns.conditions import CAMPAIGN_FILE, Conditions, pattern_fits, read_campaign_file
-from forcemap.campaigns.walk import CampaignRecording, RecordedImpacts, mistaken_unit, recorded_impacts, walk
+from forcemap.campaigns.recorded_impacts import RecordedImpacts, recorded_impacts
+from forcemap.campaigns.walk import CampaignRecording, mistaken_unit, walk
 from forcemap.errors import ForcemapError
 from forcemap.findings import Finding, FindingKind, in_words
 from forcemap.impacts.scenario import ContactScenario

@@ -12,6 +12,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -132,9 +133,10 @@ def changed_conditions(entries: Iterable[Entry], conditions: Conditions) -> Find
 
     Every change: the entry, its value then and now, of how many recordings, measured when.
     """
-    then = Counter(change for entry in entries for change in _changes(entry, conditions))
-    changes = tuple((key, was, now, count, day) for (key, was, now, day), count in then.items())
-    return Finding.of(FindingKind.CONDITION_CHANGED, changes=changes) if changes else None
+    if not (then := [change for entry in entries for change in _changes(entry, conditions)]):
+        return None
+    changes = tuple((key, was, now, count, day) for (key, was, now, day), count in Counter(then).items())
+    return Finding.of(FindingKind.CONDITION_CHANGED, changes=changes)
 
 
 def _changes(entry: Entry, conditions: Conditions) -> Iterator[tuple[str, str, str | None, str]]:
@@ -157,6 +159,7 @@ def _plain(column: str, cell: str) -> str:
     return cell.lower() if column == "role" else cell
 
 
+@lru_cache(maxsize=4096)  # most figures of a table stand in it again, or were just written
 def _value(cell: str) -> str:
     try:
         return repr(float(cell.replace(",", ".")))

@@ -6,36 +6,42 @@ import math
 from pathlib import Path
 
 from forcemap.campaigns.binding import impact_sha256
-from forcemap.campaigns.campaign import Campaign, read_campaign
+from forcemap.campaigns.campaign import Campaign, read_campaign, with_register
 from forcemap.campaigns.columns import UNUSED
 from forcemap.campaigns.conditions import CAMPAIGN_FILE
 from forcemap.campaigns.dataset import ImpactDataset
 from forcemap.campaigns.impact_rows import LEFT_OUT_IF_EMPTY, WRITTEN, Row, UsedRecordings, registered
 from forcemap.campaigns.impacts_table import TABLE_FILE, read_dataset
+from forcemap.campaigns.memory import remembering
 from forcemap.campaigns.phase_two import OLD_COLUMN, unused_cells
+from forcemap.campaigns.readout import Reader
 from forcemap.campaigns.recordings_table import Entry, register_text
 from forcemap.campaigns.walk import CampaignRecording, FileState, Progress, walk
 from forcemap.csv_table import csv_text, read_table
 from forcemap.errors import CampaignFileError, ChangedMeanwhile, MissingExtra, TableError
-from forcemap.files import alone, file_sha256, read_bytes, sha256, write_atomically
+from forcemap.files import alone, file_sha256, read_bytes, sha256, sweep, write_atomically
 
 _NOTE = ".collecting"
 _NEARLY_ALL = 0.9  # share of a table's rows that name a recording of the campaign; a choice: some may have been deleted
+_NOT_AS_REGISTERED = (FileState.GONE, FileState.CURVE_GONE, FileState.CHANGED)
 _TRIES = 3  # of collecting while another process collects the same folder; a choice
 
 
-def build_dataset(campaign: Campaign, *, progress: Progress | None = None) -> ImpactDataset:
+def build_dataset(campaign: Campaign, *, progress: Progress | None = None, workers: int = 1) -> ImpactDataset:
     """Read, judge and register every recording of a campaign, and write its impacts table.
 
     Writes `recordings.csv` and `impacts.csv`, each in one step; raw files are never touched. The same folder gives
     the same bytes, and a recording keeps its row when others are added. The register holds the hash of every row of the
-    table, and the conditions under which each recording was first registered, which are never rewritten.
+    table, and the conditions under which each recording was first registered, which are never rewritten. A recording
+    that was judged before, under the same conditions and by the same software, is not judged again (`remembering`).
 
     Parameters
     ----------
     campaign : Campaign
     progress : callable, optional
         Called with the number of files done and of all files.
+    workers : int, optional
+        Processes that judge at once, where there are many files; more than one in a program without threads alone.
 
     Returns
     -------
@@ -54,7 +60,8 @@ def build_dataset(campaign: Campaign, *, progress: Progress | None = None) -> Im
     TableError
         No recording gave an impact that can be used, or the impacts contradict each other.
     """
-    entries, rows = collected(campaign, progress=progress)
+    with remembering(campaign, workers=workers) as reader:
+        entries, rows = collected(campaign, progress=progress, reader=reader)
     with alone(campaign.folder):
         if _sha256(campaign.register_file) != campaign.register_sha256:
             message = "was changed meanwhile, so nothing was written; run it again"
@@ -68,14 +75,16 @@ def build_dataset(campaign: Campaign, *, progress: Progress | None = None) -> Im
         return read_dataset(campaign.folder)
 
 
-def collect_campaign(folder: str | Path, *, progress: Progress | None = None) -> tuple[Campaign, ImpactDataset]:
+def collect_campaign(
+    folder: str | Path, *, progress: Progress | None = None, workers: int = 1
+) -> tuple[Campaign, ImpactDataset]:
     """Read a campaign's folder and build its dataset; try again if another process collected it meanwhile.
 
     Parameters
     ----------
     folder : str or Path
-    progress : callable, optional
-        Called with the number of files done and of all files.
+    progress, workers : optional
+        As in `build_dataset`.
 
     Returns
     -------
@@ -91,18 +100,22 @@ def collect_campaign(folder: str | Path, *, progress: Progress | None = None) ->
     tries = _TRIES
     while True:
         try:
-            dataset = build_dataset(read_campaign(folder), progress=progress)
-            return read_campaign(folder), dataset
+            campaign = read_campaign(folder)
+            dataset = build_dataset(campaign, progress=progress, workers=workers)
+            return with_register(campaign), dataset
         except ChangedMeanwhile:
             tries -= 1
             if not tries:
                 raise
 
 
-def collected(campaign: Campaign, *, progress: Progress | None = None) -> tuple[list[Entry], list[Row]]:
+def collected(
+    campaign: Campaign, *, progress: Progress | None = None, reader: Reader | None = None
+) -> tuple[list[Entry], list[Row]]:
     """The entries of the register and the rows of the impacts table for the recordings as they are.
 
-    Nothing is written. Arguments and errors as `build_dataset`, whose first half this is.
+    Nothing is written. Arguments and errors as `build_dataset`, whose first half this is; without a reader every
+    recording is judged, whatever is remembered.
     """
     if math.isnan(campaign.conditions.device.range):
         message = "the device range is not stated, so that a saturated recording would pass for a good one"
@@ -113,7 +126,7 @@ def collected(campaign: Campaign, *, progress: Progress | None = None) -> tuple[
         raise CampaignFileError(message, file=str(campaign.recordings))
     judged: list[tuple[Entry, Row | None]] = []
     used = UsedRecordings()
-    for recording in walk(campaign, progress=progress):
+    for recording in walk(campaign, progress=progress, reader=reader):
         if recording.state is FileState.GONE and recording.entry.blank:
             continue
         if recording.missing_extra:  # what is not installed here must not take its row out of the table
@@ -143,6 +156,8 @@ def table_text(campaign: Campaign, entries: list[Entry], rows: list[Row]) -> str
 
 def _require_unchanged(campaign: Campaign, recording: CampaignRecording) -> None:
     """Refuse a recording that is not what was registered."""
+    if recording.state not in _NOT_AS_REGISTERED and recording.sha256:
+        return
     entry, register = recording.entry, campaign.register_file.name
     refusals = {
         FileState.GONE: f"registered in {register}, but the file is gone; put it back, or delete its row",
@@ -154,7 +169,7 @@ def _require_unchanged(campaign: Campaign, recording: CampaignRecording) -> None
             f"row in {register} first"
         ),
     }
-    if message := refusals.get(recording.state) or ("" if recording.sha256 else recording.unreadable):
+    if message := refusals.get(recording.state, recording.unreadable):
         raise CampaignFileError(message, file=str(campaign.recordings / entry.file))
 
 
@@ -191,6 +206,10 @@ def _require_own(campaign: Campaign, entries: list[Entry], text: str) -> None:
 def _write_together(campaign: Campaign, register: str, table: str) -> None:
     """Write both files; after a kill between the two, a note beside them says which table was being replaced."""
     note = campaign.folder / _NOTE
+    if _holds(campaign.register_file, register) and _holds(campaign.table_file, table):
+        note.unlink(missing_ok=True)
+        sweep(campaign.folder)
+        return
     write_atomically(note, "\n".join({*_being_replaced(campaign), _sha256(campaign.table_file), sha256(table)}))
     write_atomically(campaign.register_file, register)
     write_atomically(campaign.table_file, table)
@@ -200,6 +219,10 @@ def _write_together(campaign: Campaign, register: str, table: str) -> None:
 def _sha256(file: Path) -> str:
     """SHA-256 of a file; empty if there is none."""
     return file_sha256(file) if file.exists() else ""
+
+
+def _holds(file: Path, text: str) -> bool:
+    return file.exists() and read_bytes(file) == text.encode()
 
 
 def _being_replaced(campaign: Campaign) -> list[str]:

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import os
+from collections.abc import Iterator
+from contextlib import suppress
+from dataclasses import dataclass, replace
 from pathlib import Path, PurePosixPath
 
 from forcemap.campaigns.conditions import CAMPAIGN_FILE, Conditions, read_campaign_file
@@ -68,13 +71,7 @@ class Campaign:
         """
         if not self.recordings.is_dir():
             return []
-        paths = list(self.recordings.rglob("*"))
-        for path in paths:
-            if path.is_symlink() and not path.is_file():
-                message = "a link to a folder, or to nothing, is not followed; put the files themselves there"
-                raise CampaignFileError(message, file=str(path))
-        files = (path.relative_to(self.recordings) for path in paths if path.is_file())
-        return sorted(path.as_posix() for path in files if not any(part.startswith(".") for part in path.parts))
+        return sorted(file for file in _files_below(self.recordings) if not file.startswith(".") and "/." not in file)
 
     @property
     def missing(self) -> list[str]:
@@ -89,6 +86,31 @@ class Campaign:
         files = [PurePosixPath(file).stem for file in (*self.files(), *(entry.file for entry in self.entries))]
         runs = [self.plan.run_named(name) for name in (*files, *(entry.curve for entry in self.entries))]
         return {state for state, _ in filter(None, runs)} | {entry.state_id for entry in self.entries}
+
+
+def is_campaign(folder: Path) -> bool:
+    """True if a folder holds a campaign.toml, a plan or an impacts table."""
+    return any((folder / name).exists() for name in (CAMPAIGN_FILE, PLAN_FILE, TABLE_FILE))
+
+
+def campaign_folders(root: Path) -> list[str]:
+    """Names of the campaigns in a folder, sorted; hidden folders are left alone.
+
+    Raises
+    ------
+    CampaignFileError
+        One that would be overlooked: a link, a folder in a folder, or one that states no conditions.
+    """
+    found = sorted(folder for folder in root.glob("[!.]*") if is_campaign(folder))
+    deeper = [folder for each in root.glob("[!.]*") for folder in each.glob("[!.]*") if is_campaign(folder)]
+    for folder, why in (
+        *((each, "a link") for each in found if each.is_symlink()),
+        *((each, f"without {CAMPAIGN_FILE}") for each in found if not (each / CAMPAIGN_FILE).exists()),
+        *((each, "a folder deeper than the others") for each in deeper),
+    ):
+        message = f"this campaign, {why}, would be overlooked; move it, complete it, or name what belongs together in"
+        raise CampaignFileError(f"{message} atlas.toml", file=str(folder))
+    return [folder.name for folder in found]
 
 
 def read_campaign(folder: str | Path) -> Campaign:
@@ -119,19 +141,47 @@ def read_campaign(folder: str | Path) -> Campaign:
     conditions, columns = read_campaign_file(root / CAMPAIGN_FILE)
     _require(root / PLAN_FILE, folder)
     tolerance = StateTolerance.stated(conditions.place_tolerance, conditions.speed_tolerance)
-    register = root / REGISTER_FILE
-    register_sha256 = file_sha256(register) if register.exists() else ""  # before it is read: an edit then shows
-    plan = read_plan(root / PLAN_FILE, tolerance=tolerance)
-    entries = read_register(register) if register.exists() else ()
-    campaign = Campaign(root, conditions, columns, plan, entries, register_sha256)
+    campaign = with_register(Campaign(root, conditions, columns, read_plan(root / PLAN_FILE, tolerance=tolerance)))
     if conditions.devices:
-        runs = zip(plan.state_id.tolist(), plan.recording.tolist(), strict=True)
-        recordings = [*((entry.state_id, entry.name) for entry in entries), *(("", file) for file in campaign.files())]
-        conditions.require_devices_used([*runs, *recordings], str(root / CAMPAIGN_FILE))
+        runs = zip(campaign.plan.state_id.tolist(), campaign.plan.recording.tolist(), strict=True)
+        registered = ((entry.state_id, entry.name) for entry in campaign.entries)
+        names = [*runs, *registered, *(("", file) for file in campaign.files())]
+        conditions.require_devices_used(names, str(root / CAMPAIGN_FILE))
     return campaign
+
+
+def with_register(campaign: Campaign) -> Campaign:
+    """The campaign with its register as it is now.
+
+    Raises
+    ------
+    TableError
+        The register cannot be used.
+    """
+    register = campaign.register_file
+    if not register.exists():
+        return replace(campaign, entries=(), register_sha256="")
+    checksum = file_sha256(register)  # before it is read: an edit then shows
+    return replace(campaign, entries=read_register(register), register_sha256=checksum)
+
+
+def _files_below(folder: Path, above: str = "") -> Iterator[str]:
+    """Paths of the files in a folder and those below it, each behind the names of the folders above."""
+    with suppress(PermissionError), os.scandir(folder) as entries:
+        for entry in entries:
+            if entry.is_symlink() and not entry.is_file():
+                message = "a link to a folder, or to nothing, is not followed; put the files themselves there"
+                raise CampaignFileError(message, file=entry.path)
+            if entry.is_dir():
+                yield from _files_below(Path(entry.path), f"{above}{entry.name}/")
+            elif entry.is_file():
+                yield above + entry.name
 
 
 def _require(file: Path, folder: str | Path) -> None:
     if not file.exists():
+        below = sorted(each.name for each in Path(folder).glob("[!.]*") if is_campaign(each))
+        if below and not Path(folder, CAMPAIGN_FILE).exists():
+            raise InputError(f"this folder holds campaigns ({', '.join(below)}); name one of them", file=str(folder))
         message = f"a campaign's folder holds {CAMPAIGN_FILE} and {PLAN_FILE}, this one has no {file.name}"
         raise InputError(f"{message}; forcemap plan writes both", file=str(folder))

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
+from functools import cache, cached_property
 from operator import attrgetter
 from pathlib import Path, PurePosixPath
 from typing import Any
@@ -140,8 +141,10 @@ class Conditions:
 
     def device_of(self, *names: str) -> Device:
         """The device of an impact by the names of its state and its recording, in whatever folder, with any ending."""
+        if not self.devices:
+            return self.device
         position = self._device_position(*names)
-        return self.device if not self.devices else Device() if position is None else self.devices[position][1]
+        return Device() if position is None else self.devices[position][1]
 
     def require_devices_used(self, names: Iterable[tuple[str, str]], file: str) -> None:
         """Refuse an entry [[devices]] that is the first to fit none of these names of states and recordings.
@@ -229,8 +232,16 @@ class Conditions:
 
         With the names of a state and a recording the device is theirs.
         """
-        stated = replace(self, device=self.device_of(*names)).stated
-        return {entry: condition_text(entry, value) for entry, value in stated.items() if entry in MEASURED_UNDER}
+        texts = self._texts_by_device
+        if (device := self.device_of(*names)) not in texts:
+            stated = replace(self, device=device).stated.items()
+            texts[device] = {entry: condition_text(entry, value) for entry, value in stated if entry in MEASURED_UNDER}
+        return dict(texts[device])
+
+    @cached_property
+    def _texts_by_device(self) -> dict[Device, dict[str, str]]:
+        """What `measured_under` has given so far: it is asked for every recording."""
+        return {}
 
     @property
     def stated(self) -> dict[str, Any]:
@@ -421,7 +432,14 @@ def normalised(text: str) -> str:
 
 def condition_text(entry: str, value: Any) -> str:
     """A stated condition as a text, numbers by their value: a spreadsheet may have written them otherwise."""
-    if entry in ENTRIES and isinstance(attrgetter(ENTRIES[entry][0])(Conditions()), float):
+    if entry in _numeric_entries():
         with suppress(ValueError):
             return repr(float(str(value).replace(",", ".")))
     return str(value)
+
+
+@cache
+def _numeric_entries() -> frozenset[str]:
+    """Entries of campaign.toml that are numbers."""
+    empty = Conditions()
+    return frozenset(entry for entry, (name, _) in ENTRIES.items() if isinstance(attrgetter(name)(empty), float))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, fields, replace
+from typing import Any
 
 import numpy as np
 
@@ -13,11 +14,10 @@ from forcemap.campaigns.columns import COLUMNS, RAW_PEAK
 from forcemap.campaigns.conditions import CAMPAIGN_FILE
 from forcemap.campaigns.contradictions import SPEEDS_APART
 from forcemap.campaigns.plan import PLAN_FILE
+from forcemap.campaigns.readout import Readout
 from forcemap.campaigns.recordings_table import FIRST_READ, MEASURED_ON, PLANNED, READ_WITH, REGISTER_FILE, Entry, Use
 from forcemap.campaigns.walk import CampaignRecording
 from forcemap.csv_table import csv_cell
-from forcemap.files import sha256
-from forcemap.impacts.detect import force_without_impact, no_impact
 from forcemap.impacts.quality import UNKNOWN_PEAK
 from forcemap.impacts.scenario import BARRING, ContactScenario
 
@@ -55,46 +55,40 @@ def registered(campaign: Campaign, recording: CampaignRecording, used: UsedRecor
             now = {name: text for name, text in now.items() if not name.startswith("device.")}
         given_before = recording.entry.impact_sha256 if entry.use is Use.UNREADABLE else ""
         return replace(entry, impact_sha256=given_before, conditions=now | dict(entry.conditions)), None
-    row = _row(campaign, recording, entry)
-    used.runs[entry.state_id, entry.repeat] = used.forces[_hash_of_forces(recording)] = entry.name
+    assert recording.readout is not None
+    row = _row(campaign, recording.readout, entry)
+    used.runs[entry.state_id, entry.repeat] = used.forces[recording.readout.force_sha256] = entry.name
     return _sealed(entry, row, now | _basis(campaign, entry), several=bool(campaign.conditions.devices)), row
 
 
 def _fresh(recording: CampaignRecording) -> Entry:
     """The entry with what a person stated and what its impacts show, without earlier judgements."""
-    entry = Entry(sha256=recording.sha256, use=Use.USED, **{name: getattr(recording.entry, name) for name in _STATED})
+    found: dict[str, Any] = {name: getattr(recording.entry, name) for name in _STATED}
+    found |= {"sha256": recording.sha256, "use": Use.USED}
     if recording.entry.sha256 not in ("", recording.sha256):  # it has grown, or had no impact: read as if new
-        read = {name: cell for name, cell in entry.conditions.items() if name not in (READ_WITH, FIRST_READ)}
-        entry = replace(entry, conditions=read)
-    recorded = recording.recorded
-    if recorded is None:
-        return replace(entry, use=Use.UNREADABLE, reason=recording.unreadable)
-    entry = replace(entry, size=recorded.recording.size)
-    if impacts := recorded.impacts:
+        then = recording.entry.conditions.items()
+        found["conditions"] = {name: cell for name, cell in then if name not in (READ_WITH, FIRST_READ)}
+    shown = recording.readout
+    if shown is None:
+        return Entry(**found | {"use": Use.UNREADABLE, "reason": recording.unreadable})
+    found["size"] = shown.size
+    if impacts := shown.impacts:
         scenarios = [impact.scenario for impact in impacts]
-        entry = replace(
-            entry,
-            scenario=next((scenario for scenario in BARRING if scenario in scenarios), scenarios[0]),
-            peak_force=impacts[0].peak_force,
-            raw_peak_force=impacts[0].raw_peak_force,
-            phase2_force=float(np.fmax.reduce([impact.phase2_force for impact in impacts])),
-            phase1_duration=impacts[0].phase1_end - impacts[0].onset,
-            flags="; ".join([*map(str, impacts[0].flags), *recorded.recording.notes]),
-        )
-    elif phase2_force := force_without_impact(recorded.recording):  # a slow clamp is no impact, but a force acts
-        entry = replace(entry, phase2_force=phase2_force, scenario=ContactScenario.UNDETERMINED)
-    if entry.exclude:
-        return replace(entry, use=Use.EXCLUDED, reason=entry.exclude)
-    if len(impacts) != 1:
+        found |= {name: getattr(impacts[0], name) for name in ("peak_force", "raw_peak_force", "phase1_duration")}
+        found |= {
+            "scenario": next((scenario for scenario in BARRING if scenario in scenarios), scenarios[0]),
+            "phase2_force": float(np.fmax.reduce([impact.phase2_force for impact in impacts])),
+            "flags": "; ".join([*map(str, impacts[0].flags), *shown.notes]),
+        }
+    elif shown.force_without:  # a slow clamp is no impact, but a force acts
+        found |= {"phase2_force": shown.force_without, "scenario": ContactScenario.UNDETERMINED}
+    if reason := recording.entry.exclude:
+        found |= {"use": Use.EXCLUDED, "reason": reason}
+    elif len(impacts) != 1:
         times = ", ".join(f"{impact.onset:.3f}" for impact in impacts)
         several = f"{len(impacts)} impacts, at {times} s, expected one; cut the file, or exclude it"
-        return replace(entry, use=Use.DISCARDED, reason=several if impacts else no_impact(recorded.recording))
-    return entry
-
-
-def _hash_of_forces(recording: CampaignRecording) -> str:
-    """SHA-256 of the forces of a recording, whatever else is in its file."""
-    return sha256(recording.recorded.recording.force.tobytes()) if recording.recorded else ""
+        found |= {"use": Use.DISCARDED, "reason": several if impacts else shown.doubt_words}
+    return Entry(**found)
 
 
 _STATED = ("file", "curve", "state_id", "repeat", "speed", "exclude", "conditions")
@@ -102,8 +96,8 @@ _STATED = ("file", "curve", "state_id", "repeat", "speed", "exclude", "condition
 
 def _assigned(campaign: Campaign, recording: CampaignRecording, entry: Entry, used: UsedRecordings) -> Entry:
     """The entry as a run of the plan, or with the reason why it is not used."""
-    plan, recorded = campaign.plan, recording.recorded
-    assert recorded is not None
+    plan, shown = campaign.plan, recording.readout
+    assert shown is not None
     state, repeat = recording.run or ("", 0)
     if state not in plan.first_row or repeat < 1:
         reason = "the repeat is missing" if state in plan.first_row else f"{PLAN_FILE} has no state {state!r}"
@@ -114,17 +108,18 @@ def _assigned(campaign: Campaign, recording: CampaignRecording, entry: Entry, us
             remedy = f"{remedy} (forcemap collect --assign)"
             reason = f"no run of the plan has this name; {remedy}"
         return replace(entry, use=Use.UNASSIGNED, reason=reason)
-    entry = replace(entry, state_id=state, repeat=repeat)
+    if (entry.state_id, entry.repeat) != (state, repeat):
+        entry = replace(entry, state_id=state, repeat=repeat)
     planned = float(plan.speed[plan.first_row[state]])
     speed = planned if math.isnan(entry.speed) else entry.speed
-    if math.isnan(recorded.recording.device.range):
+    if math.isnan(campaign.conditions.device_of(state, entry.name).range):
         return replace(entry, use=Use.DISCARDED, reason=f"none of [[devices]] in {CAMPAIGN_FILE} is for it")
-    doubts = [str(flag) for flag in recorded.impacts[0].flags if flag.name in UNKNOWN_PEAK]
-    if reason := "; ".join(filter(None, [recorded.not_filtered, *doubts])):
+    doubts = [str(flag) for flag in shown.impacts[0].flags if flag.name in UNKNOWN_PEAK]
+    if reason := "; ".join(filter(None, [shown.doubt_words, *doubts])):
         pass
     elif not planned / SPEEDS_APART <= speed <= planned * SPEEDS_APART:
         reason = f"speed_mps {speed:g} is far from the planned {planned:g} m/s; is it another state?"
-    elif copied := used.forces.get(_hash_of_forces(recording)):
+    elif copied := used.forces.get(shown.force_sha256):
         reason = f"the same forces as {copied}: a copy is no repeat"
     elif other := used.runs.get((state, repeat)):
         reason = f"{other} is that run already; give this one another repeat, or exclude one of the two"
@@ -165,13 +160,12 @@ def _sealed(entry: Entry, row: Row, now: dict[str, str], *, several: bool) -> En
     return replace(entry, impact_sha256=impact_sha256(row), changed="; ".join(changed), conditions=was)
 
 
-def _row(campaign: Campaign, recording: CampaignRecording, entry: Entry) -> Row:
+def _row(campaign: Campaign, shown: Readout, entry: Entry) -> Row:
     """The row of the impacts table."""
-    assert recording.recorded is not None
-    plan, impact = campaign.plan, recording.recorded.impacts[0]
+    plan, impact = campaign.plan, shown.impacts[0]
     i = plan.first_row[entry.state_id]
     own = plan.row_of.get((entry.state_id, entry.repeat), i)
-    simulated = campaign.conditions.simulated or impact.recording.simulated
+    simulated = campaign.conditions.simulated or shown.simulated
     return {
         "distance_m": repr(float(plan.distance[i])),
         "height_m": repr(float(plan.height[i])),

@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from enum import StrEnum
+from functools import lru_cache, partial
 from pathlib import Path
 
 from forcemap.campaigns.columns import LARGEST
@@ -113,10 +114,12 @@ _COLUMNS = {
     for attribute in fields(Entry)
     if attribute.name not in ("conditions", "row_sha256")
 }
+_SHOWN = {column: {"_N": ".2f", "_s": ".4g"}.get(column[-2:], "") for column in _COLUMNS}
 PLANNED, READ_WITH, FIRST_READ, MEASURED_ON = "planned", "read_with", "first_read", "date"
 _ROW_SHA256 = "row_sha256"
 _SEALED = (*MEASURED_UNDER, MEASURED_ON, PLANNED, READ_WITH, FIRST_READ)
 _KNOWN = (*_COLUMNS, *_SEALED, _ROW_SHA256)
+_USES = frozenset(Use)
 _WHOLE = ("size_bytes", "repeat")
 _MOST_DIGITS = 9  # of a whole number, so that a slip is refused: no file has a gigabyte
 _NUMBERS = tuple(unit for unit in _UNITS.values() if unit not in _WHOLE)
@@ -130,17 +133,25 @@ def read_register(path: str | Path) -> tuple[Entry, ...]:
     TableError
         Not a table; an unknown column; a cell that cannot be used; the same recording twice.
     """
-    table = read_table(read_bytes(path), str(path), what="recording")
+    return _entries(read_bytes(path), str(path))
+
+
+@lru_cache(maxsize=2)
+def _entries(content: bytes, file: str) -> tuple[Entry, ...]:
+    """The entries of a register's content, which a campaign asks for again: as it was, and as it was written."""
+    table = read_table(content, file, what="recording")
     table.require_columns(("file",), _KNOWN)
     table = table.with_decimal_points(_NUMBERS)
     cells: dict[str, Sequence[str | float]] = {
         name: table.numbers(name, required=False) if name in _NUMBERS else table.columns[name] for name in table.columns
     }
+    stated = {name: list(map(partial(_condition, name), table.columns[name])) for name in _SEALED if name in cells}
+    names = [_COLUMNS.get(name, name) for name in cells if name not in _SEALED]
+    rows = zip(*(column for name, column in cells.items() if name not in _SEALED), strict=True)
     entries: dict[str, Entry] = {}
-    for i, line in enumerate(table.rows):
-        row = {name: column[i] for name, column in cells.items()}
-        values = {_COLUMNS.get(name, name): cell for name, cell in row.items() if name not in _SEALED}
-        conditions = {name: condition_text(name, row[name]) for name in _SEALED if row.get(name)}
+    for i, (line, row) in enumerate(zip(table.rows, rows, strict=True)):
+        values = dict(zip(names, row, strict=True))
+        conditions = {name: column[i] for name, column in stated.items() if column[i]}
         try:
             entry = _entry(values, conditions)
         except InputError as error:
@@ -152,23 +163,31 @@ def read_register(path: str | Path) -> tuple[Entry, ...]:
     return tuple(entries.values())
 
 
+@lru_cache(maxsize=256)
+def _condition(name: str, cell: str) -> str:
+    """A sealed condition as `condition_text` gives it: most rows state the same."""
+    return condition_text(name, cell) if cell else ""
+
+
 def register_text(entries: Iterable[Entry]) -> str:
     """A register as CSV."""
-    rows = [_cells(entry) | {_ROW_SHA256: row_sha256(entry)} for entry in entries]
+    rows = [cells | {_ROW_SHA256: _sha256_of(cells)} for cells in map(_cells, entries)]
     sealed = [name for name in _SEALED if any(row.get(name) for row in rows)]
     return csv_text({name: [row.get(name, "") for row in rows] for name in (*_COLUMNS, *sealed, _ROW_SHA256)})
 
 
 def row_sha256(entry: Entry) -> str:
     """Hash of what a row of the register says."""
-    return sha256("\n".join(f"{column}={cell}" for column, cell in _cells(entry).items() if cell))[:16]
+    return _sha256_of(_cells(entry))
+
+
+def _sha256_of(cells: Mapping[str, str]) -> str:
+    return sha256("\n".join([f"{column}={cell}" for column, cell in cells.items() if cell]))[:16]
 
 
 def _cells(entry: Entry) -> dict[str, str]:
-    values = {column: getattr(entry, name) for column, name in _COLUMNS.items()}
-    values |= {column: values[column] or None for column in _WHOLE}
-    shown = {"_N": ".2f", "_s": ".4g"}
-    cells = {column: csv_cell(value, shown.get(column[-2:], "")) for column, value in values.items()}
+    cells = {column: csv_cell(getattr(entry, name), _SHOWN[column]) for column, name in _COLUMNS.items()}
+    cells |= {column: "" for column in _WHOLE if cells[column] == "0"}
     return cells | {name: entry.conditions[name] for name in _SEALED if name in entry.conditions}
 
 
@@ -188,7 +207,7 @@ def _entry(values: dict[str, str | float], conditions: Mapping[str, str]) -> Ent
     if values.get("use") and not values.get("sha256"):
         raise InputError("the cell is empty; delete the whole row to register the file anew", column="sha256")
     use = str(values.get("use", "")) or Use.UNASSIGNED
-    if use not in set(Use):
+    if use not in _USES:
         raise InputError(f"found {use!r}, expected one of {', '.join(Use)} or an empty cell", column="use")
     scenario = str(values.get("scenario", ""))
     parsed = {name: int(cell) for name, cell in whole.items()} | {

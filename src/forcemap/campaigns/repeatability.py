@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -248,13 +249,13 @@ def _outliers(dataset: ImpactDataset, cells: list[Indices]) -> list[Outlier]:
     newtons and as a share of the force; a repeat must stand out in both. The t quantile allows for the number of
     repeats examined and for the low efficiency of the median (half the degrees of freedom).
     """
-    from scipy import stats
+    from scipy.special import stdtrit
 
     if not cells:
         return []
     examined = sum(cell.size for cell in cells)
     freedom = sum(cell.size - 1 for cell in cells) / 2
-    quantile = float(stats.t.isf(_FALSE_ALARMS / (2 * examined), freedom))
+    quantile = -float(stdtrit(freedom, _FALSE_ALARMS / (2 * examined)))
     force, log_force = dataset.peak_force, np.log(dataset.peak_force)
     least = dataset.conditions.device.error_or_default
     noise, log_noise = quantile * _robust_sd(force, cells), quantile * _robust_sd(log_force, cells)
@@ -268,7 +269,7 @@ def _outliers(dataset: ImpactDataset, cells: list[Indices]) -> list[Outlier]:
     for cell in cells:
         rest = cell
         while rest.size > 1:
-            median = np.array([np.median(force[np.delete(rest, i)]) for i in range(rest.size)])
+            median = _medians_of_others(force[rest])
             apart = force[rest] - median
             suspect = beyond(apart, log_force[rest] - np.log(median), rest.size - 1)
             if not suspect.any():
@@ -281,6 +282,14 @@ def _outliers(dataset: ImpactDataset, cells: list[Indices]) -> list[Outlier]:
     return outliers
 
 
+def _medians_of_others(values: FloatArray) -> FloatArray:
+    """For every value, shape (n,), n > 1, the median of the others."""
+    order, most = np.sort(values), values.size - 2
+    rank = np.searchsorted(order, values)  # of values that are equal any may be left out
+    low, high = (np.full(values.size, k) for k in (most // 2, (most + 1) // 2))
+    return np.asarray((order[low + (low >= rank)] + order[high + (high >= rank)]) / 2)
+
+
 def _outlier(dataset: ImpactDataset, impact: int, others_median: float) -> Outlier:
     force, state, recording = float(dataset.peak_force[impact]), dataset.state[impact], dataset.recording[impact]
     repeat = int(dataset.repeat[impact])
@@ -289,8 +298,14 @@ def _outlier(dataset: ImpactDataset, impact: int, others_median: float) -> Outli
 
 def _robust_sd(values: FloatArray, cells: list[Indices]) -> float:
     """Standard deviation of repeats from the median absolute difference of two in a cell (Shamos 1976)."""
-    pairs = [np.abs(np.subtract.outer(values[cell], values[cell])[np.triu_indices(cell.size, 1)]) for cell in cells]
+    pairs = [np.abs(np.subtract.outer(values[cell], values[cell])[_above_diagonal(cell.size)]) for cell in cells]
     return float(np.median(np.concatenate(pairs))) / (_NORMAL_QUARTILE * math.sqrt(2))
+
+
+@lru_cache(maxsize=8)
+def _above_diagonal(size: int) -> Mask:
+    """Every pair once, shape (size, size)."""
+    return np.asarray(np.triu(np.ones((size, size), dtype=np.bool_), 1))
 
 
 def _symmetry(dataset: ImpactDataset, names: tuple[str, ...], angles: list[list[Indices]]) -> Symmetry | None:

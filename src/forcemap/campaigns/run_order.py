@@ -97,7 +97,7 @@ def propose_runs(
     if failed := [
         recording.entry.name
         for recording in unnamed
-        if recording.recorded is None or len(recording.recorded.impacts) != 1
+        if recording.readout is None or len(recording.readout.impacts) != 1
     ]:
         problem = (
             f"found {_listed(failed)} without exactly one impact: if a run was made again, the order does not tell"
@@ -124,7 +124,7 @@ def propose_runs(
     proposals = []
     for recording, row, other in zip(orders[by], free, names, strict=False):
         state, repeat = str(plan.state_id[row]), int(plan.repeat[row])
-        peak = recording.recorded.impacts[0].peak_force if recording.recorded else math.nan
+        peak = recording.readout.impacts[0].peak_force if recording.readout else math.nan
         proposals.append(
             RunProposal(
                 entry=replace(recording.entry, state_id=state, repeat=repeat),

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from enum import StrEnum
-from pathlib import Path, PurePosixPath
+from pathlib import PurePosixPath
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,43 +14,16 @@ from forcemap.campaigns.binding import changed_conditions
 from forcemap.campaigns.campaign import Campaign
 from forcemap.campaigns.conditions import Conditions
 from forcemap.campaigns.plan import MeasurementPlan
+from forcemap.campaigns.readout import FileReadout, Reader, Readout, judging, sha256_of
+from forcemap.campaigns.recorded_impacts import RecordedImpacts
 from forcemap.campaigns.recordings_table import Entry
 from forcemap.campaigns.state import States
 from forcemap.campaigns.units import unit_finding, unit_of_time_finding
-from forcemap.errors import InputError, MissingExtra, RecordingError
-from forcemap.files import begins_with, file_sha256
+from forcemap.files import begins_with
 from forcemap.findings import Finding, FindingKind, in_words
-from forcemap.impacts.detect import find_impacts, no_impact
-from forcemap.impacts.impact import Impact
-from forcemap.recordings.column_map import ColumnMap
-from forcemap.recordings.read import read_recordings
-from forcemap.recordings.recording import Recording
 
 Progress = Callable[[int, int], None]
 """Called with the number of files done and of all files."""
-
-
-@dataclass(frozen=True, eq=False)
-class RecordedImpacts:
-    """A recording and its impacts.
-
-    Parameters
-    ----------
-    recording : Recording
-    impacts : tuple of Impact
-    not_filtered : str
-        Why the low-pass of the channel frequency class cannot be applied; empty if it was, or none was asked for.
-    """
-
-    recording: Recording
-    impacts: tuple[Impact, ...]
-    not_filtered: str = ""
-
-    @property
-    def doubt(self) -> Finding | None:
-        """Why its impacts do not show that a limit was kept; None if they may."""
-        words = self.not_filtered if self.impacts else no_impact(self.recording)
-        return in_words(words) if words else None
 
 
 class FileState(StrEnum):
@@ -94,8 +67,10 @@ class CampaignRecording:
         Of the file as it is; empty if it is gone or cannot be opened.
     run : tuple of str and int, or None
         State and repeat, by the register, else by its name; None if neither says.
+    readout : Readout or None
+        What its file shows; None if it is gone or cannot be read.
     recorded : RecordedImpacts or None
-        What the file holds; None if it is gone or cannot be read.
+        The recording itself; None where the reader does not give it, too.
     unreadable : str
         Why it cannot be read.
     missing_extra : bool
@@ -108,6 +83,7 @@ class CampaignRecording:
     state: FileState
     sha256: str = ""
     run: tuple[str, int] | None = None
+    readout: Readout | None = None
     recorded: RecordedImpacts | None = None
     unreadable: str = ""
     missing_extra: bool = False
@@ -116,10 +92,10 @@ class CampaignRecording:
     @property
     def measured(self) -> Measured | None:
         """Its only impact, for the check of units; None without one, or if a person excluded it."""
-        if self.run is None or self.excluded or self.recorded is None or len(self.recorded.impacts) != 1:
+        if self.run is None or self.excluded or self.readout is None or len(self.readout.impacts) != 1:
             return None
-        impact = self.recorded.impacts[0]
-        return Measured(self.run, impact.map_force, impact.saturated, impact.phase1_end - impact.onset)
+        impact = self.readout.impacts[0]
+        return Measured(self.run, impact.map_force, impact.saturated, impact.phase1_duration)
 
     @property
     def excluded(self) -> str:
@@ -133,7 +109,7 @@ class CampaignRecording:
             return Finding.of(_DOUBTS[self.state])
         if self.otherwise:
             return self.otherwise
-        return self.recorded.doubt if self.recorded else in_words(self.unreadable)
+        return self.readout.doubt if self.readout else in_words(self.unreadable)
 
 
 def mistaken_unit(campaign: Campaign, measured: Iterable[Measured]) -> Finding | None:
@@ -154,53 +130,9 @@ def mistaken_unit(campaign: Campaign, measured: Iterable[Measured]) -> Finding |
     return unit_of_time_finding(np.array([impact.duration for _, impact in planned]), springs, conditions.robot_mass)
 
 
-def recorded_impacts(
-    path: str | Path, conditions: Conditions, columns: ColumnMap | None = None, *, name: str | None = None
-) -> list[RecordedImpacts]:
-    """The recordings in a file, and their impacts.
-
-    Parameters
-    ----------
-    path : str or Path
-    conditions : Conditions
-        Device, date and channel frequency class of the measurement.
-    columns : ColumnMap, optional
-        How the device writes its files.
-    name : str, optional
-        What the recordings are called in place of the path.
-
-    Raises
-    ------
-    RecordingError
-        Anything in the file that could be read wrongly.
-    InputError
-        No such file.
-    MissingExtra
-        A TDMS file without the package that reads it.
-    """
-    date = {"date": conditions.date} if conditions.date else {}
-    read = read_recordings(path, columns=columns, device=conditions.device)
-    if name or date:
-        read = [
-            replace(recording, file=name or recording.file, metadata={**recording.metadata, **date})
-            for recording in read
-        ]
-    return [_with_impacts(recording, conditions) for recording in read]
-
-
-def _with_impacts(recording: Recording, conditions: Conditions, state: str = "") -> RecordedImpacts:
-    """A recording of a state, if that is known, with its impacts on its own device."""
-    frequency_class = conditions.channel_frequency_class
-    if conditions.devices:
-        device = conditions.device_of(state, f"{recording.file}#{recording.curve}")
-        recording = replace(recording, device=device)
-    try:
-        return RecordedImpacts(recording, tuple(find_impacts(recording, channel_frequency_class=frequency_class)))
-    except InputError as error:  # sampled too unevenly; its scenario still counts, and that it exceeds a limit
-        return RecordedImpacts(recording, tuple(find_impacts(recording)), error.message)
-
-
-def walk(campaign: Campaign, *, progress: Progress | None = None) -> Iterator[CampaignRecording]:
+def walk(
+    campaign: Campaign, *, progress: Progress | None = None, reader: Reader | None = None
+) -> Iterator[CampaignRecording]:
     """Every recording of a campaign, the registered ones first and in their order; nothing is written.
 
     Parameters
@@ -208,19 +140,21 @@ def walk(campaign: Campaign, *, progress: Progress | None = None) -> Iterator[Ca
     campaign : Campaign
     progress : callable, optional
         Called with the number of files done and of all files.
+    reader : Reader, optional
+        Reads a file; if not given, every file is judged, and its recordings are given, too.
 
     Raises
     ------
     CampaignFileError
         A link that leads to no file lies among the recordings.
     """
-    files = campaign.files()
+    files, read = campaign.files(), reader or judging(campaign)
     known = _registered(campaign, files)
     there = set(files)
     order = [*known, *(file for file in files if file not in known)]
     for done, file in enumerate(order, start=1):
         if file in there:
-            yield from _file(campaign, file, known.get(file, {}))
+            yield from _file(campaign, file, known.get(file, {}), read)
         else:
             yield from (CampaignRecording(entry, FileState.GONE) for entry in known[file].values())
         if progress:
@@ -237,7 +171,7 @@ def _registered(campaign: Campaign, files: list[str]) -> dict[str, dict[str, Ent
         known.setdefault(entry.file, {})[entry.curve] = entry
     if not (gone := known.keys() - set(files)):
         return known
-    new = {_sha256(campaign.recordings / file): file for file in files if file not in known}
+    new = {sha256_of(campaign.recordings / file): file for file in files if file not in known}
     named: dict[str, dict[str, Entry]] = {}
     taken = {}
     for file in sorted(gone, key=lambda file: any(entry.exclude for entry in known[file].values())):
@@ -252,52 +186,54 @@ def _registered(campaign: Campaign, files: list[str]) -> dict[str, dict[str, Ent
     return named
 
 
-def _sha256(path: Path) -> str:
-    """SHA-256 of a file; empty if it cannot be opened."""
-    try:
-        return file_sha256(path)
-    except InputError:
-        return ""
-
-
-def _file(campaign: Campaign, file: str, known: Mapping[str, Entry]) -> Iterator[CampaignRecording]:
+def _file(campaign: Campaign, file: str, known: Mapping[str, Entry], read: Reader) -> Iterator[CampaignRecording]:
     """The recordings of an existing file."""
-    path, unreadable, missing_extra = campaign.recordings / file, "", False
-    recorded: list[RecordedImpacts] = []
-    try:
-        recorded = recorded_impacts(path, campaign.conditions, campaign.columns, name=file)
-    except (InputError, MissingExtra) as error:
-        row = error.row if isinstance(error, RecordingError) else None
-        unreadable = f"row {row}, {error.message}" if row is not None else error.message
-        missing_extra = isinstance(error, MissingExtra)
-    sha256 = recorded[0].recording.sha256 if recorded else _sha256(path)
+    there = read(file)
 
     def state(entry: Entry) -> FileState:
         """A file without an impact may be replaced; one that was incomplete begins with what was registered."""
         if not known:
             return FileState.NEW
-        if entry.blank or entry.sha256 in ("", sha256):
+        if entry.blank or entry.sha256 in ("", there.sha256):
             return FileState.REGISTERED
+        path = campaign.recordings / file
         goes_on = entry.size and not entry.exclude and begins_with(path, entry.size, entry.sha256)
         return FileState.GROWN if goes_on else FileState.CHANGED
 
-    if unreadable:
+    if there.unreadable:
         for entry in known.values() or [Entry(file=file)]:
-            yield CampaignRecording(entry, state(entry), sha256, None, None, unreadable, missing_extra)
+            yield _unreadable(entry, state(entry), there)
         return
-    curves = [content.recording.curve for content in recorded]
+    curves = [content.curve for content in there.readouts]
     for curve, entry in known.items():
         if curve not in curves and not (curve == "" and len(known) == 1):
-            yield CampaignRecording(entry, FileState.CURVE_GONE, sha256)
-    for content in recorded:
-        curve = content.recording.curve
+            yield CampaignRecording(entry, FileState.CURVE_GONE, there.sha256)
+    for number, curve in enumerate(curves):
         entry = known.get(curve) or known.get("") or Entry(file=file)  # "": registered while it could not be read
-        entry = replace(entry, curve=curve)
-        run = _run(campaign.plan, entry, alone=len(recorded) == 1)
-        if run and campaign.conditions.device_of(run[0], entry.name) != content.recording.device:  # by its state alone
-            content = _with_impacts(content.recording, campaign.conditions, run[0])
+        entry = replace(entry, curve=curve) if entry.curve != curve else entry
+        run, shown = _run(campaign.plan, entry, alone=len(curves) == 1), there
+        if run and _another_device(campaign.conditions, run[0], entry.name):
+            shown = read(file, run[0])
+            if shown.sha256 != there.sha256:
+                shown = replace(shown, unreadable=shown.unreadable or "the file changed while it was read")
+        if shown.unreadable:
+            yield _unreadable(entry, state(entry), shown)
+            continue
+        recorded = shown.recorded[number] if shown.recorded else None
         otherwise = changed_conditions([entry], campaign.conditions)
-        yield CampaignRecording(entry, state(entry), sha256, run, content, otherwise=otherwise)
+        yield CampaignRecording(
+            entry, state(entry), there.sha256, run, shown.readouts[number], recorded, otherwise=otherwise
+        )
+
+
+def _unreadable(entry: Entry, state: FileState, there: FileReadout) -> CampaignRecording:
+    words, extra = there.unreadable, there.missing_extra
+    return CampaignRecording(entry, state, there.sha256, unreadable=words, missing_extra=extra)
+
+
+def _another_device(conditions: Conditions, state: str, name: str) -> bool:
+    """Whether the state of a recording tells another device than its name alone."""
+    return bool(conditions.devices) and conditions.device_of(state, name) != conditions.device_of("", name)
 
 
 def _run(plan: MeasurementPlan, entry: Entry, *, alone: bool) -> tuple[str, int] | None:

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import gc
+import re
 import sys
 from collections.abc import Iterator, Mapping
 from functools import cache
 from importlib import import_module
+from itertools import pairwise
 from typing import Annotated, Any
 
 import typer
@@ -15,6 +17,8 @@ from typer.exceptions import TyperException
 
 from forcemap._version import __version__
 from forcemap.errors import ForcemapError, InputError, MissingExtra
+
+_COMMA = re.compile(r"-?[0-9]+,[0-9]+")
 
 _COMMANDS = {
     "demo": "Run the whole chain on a simulated campaign.",
@@ -38,6 +42,8 @@ _COMMANDS = {
     "export-path": "Write what a robot's program takes for one path.",
     "effective-mass": "Show the effective mass of a robot.",
     "report": "Write the validation report of a campaign.",
+    "sweep": "Compute a study of many blocks, on many machines.",
+    "fleet": "Bring many campaigns up to date; one table of all.",
     "serve": "Show campaigns as a web page on this machine.",
 }
 """What each command does; its function is found and loaded when it is used."""
@@ -157,7 +163,7 @@ def run(arguments: list[str]) -> int:
         _emit_error(error, as_json=as_json)
     except TyperException as error:
         message = " ".join(error.format_message().split()).replace("Value error, ", "")
-        words = _moved_option(arguments) or message or "see --help"
+        words = _moved_option(arguments) or _decimal_comma(arguments) or message or "see --help"
         _emit_error(InputError(words), as_json=as_json)
     except ModuleNotFoundError as error:
         _emit_error(MissingExtra.of(error), as_json=as_json)
@@ -177,6 +183,15 @@ def _moved_option(arguments: list[str]) -> str:
     given = {argument.partition("=")[0] for argument in arguments}
     moved = _MOVED.get(arguments[0], {})
     return next((f"{arguments[0]}: {option} {where}" for option, where in moved.items() if option in given), "")
+
+
+def _decimal_comma(arguments: list[str]) -> str:
+    """What to write for a number with a decimal comma; empty if no argument is one."""
+    for option, value in pairwise([*arguments, ""]):
+        name, _, after = option.partition("=")
+        if name.startswith("--") and _COMMA.fullmatch(text := after or value):
+            return f"{name}: found {text}, expected a decimal point, {text.replace(',', '.')}"
+    return ""
 
 
 def _emit_error(error: ForcemapError, *, as_json: bool) -> None:

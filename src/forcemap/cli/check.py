@@ -15,7 +15,7 @@ import forcemap as fm
 from forcemap.answers.check import CheckAnswer, CheckedImpact, JudgementAnswer
 from forcemap.answers.impacts import InspectAnswer
 from forcemap.arrays import FloatArray
-from forcemap.campaigns.walk import RecordedImpacts, recorded_impacts
+from forcemap.campaigns.recorded_impacts import RecordedImpacts, recorded_impacts
 from forcemap.cli.column_options import (
     CampaignOption,
     Columns,

@@ -12,6 +12,7 @@ from typer import Argument, Option, confirm
 from forcemap import Campaign, ForcemapError, ImpactDataset, InputError, collect_campaign, read_campaign
 from forcemap.answers.collect import AssignAnswer, CollectAnswer, ProposedRun, Repeatability
 from forcemap.campaigns.run_order import RecordingOrder, assign_runs, propose_runs
+from forcemap.campaigns.workers import processors
 from forcemap.cli.check import SHOWN, SIMULATED, shortened
 from forcemap.cli.options import Json
 from forcemap.cli.output import Progress, emit, emit_error, listing, table
@@ -97,8 +98,8 @@ def _proposal_lines(answer: AssignAnswer) -> list[str]:
 
 
 def _collect(folder: str) -> tuple[Campaign, ImpactDataset]:
-    with Progress("recordings read", len(read_campaign(folder).files())) as progress:
-        return collect_campaign(folder, progress=lambda done, _: progress.show(done))
+    with Progress("recordings read", 0) as progress:
+        return collect_campaign(folder, progress=progress.show, workers=processors())
 
 
 class _Snapshot(NamedTuple):

@@ -18,6 +18,7 @@ from forcemap.answers.map import FitAnswer
 from forcemap.answers.speed_map import SpeedMapAnswer
 from forcemap.assessment.missing import present
 from forcemap.assessment.place_speeds import PlaceSpeeds
+from forcemap.campaigns.memory import MEMORY_FILE
 from forcemap.cli.collect import contact_lines, scatter_lines
 from forcemap.cli.fit import impacts_words
 from forcemap.cli.options import Json
@@ -69,7 +70,9 @@ def demo(
         write_atomically(target / f"{name}.json", result.json_text() + "\n")
     summary = _summary(assessment, fit, speeds)
     write_atomically(target / "summary.txt", "\n".join(wrapped(summary)) + "\n")
-    written = sorted(str(path.relative_to(target)) for path in target.rglob("*") if path.is_file())
+    written = sorted(
+        str(path.relative_to(target)) for path in target.rglob("*") if path.is_file() and path.name != MEMORY_FILE
+    )
     files = [file for file in written if not file.startswith("recordings/")]
     files += [REPORT_FILE, REPORT_LIST, f"recordings/ ({len(written) - len(files)} files)"]
     report, _ = write_report(assessment, target / REPORT_FILE, None, pdf=False)

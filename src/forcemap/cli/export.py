@@ -105,6 +105,8 @@ def task_of(given: options.Stated, maps: fm.ForceMap | Atlas, *others: fm.Contac
         raise InputError("task: the task file states areas and contact; give it alone")
     task = fm.read_task(given.tasks[0], table=given.table)
     Atlas.of(maps).require_task(task)
+    if isinstance(maps, fm.ForceMap):  # of several maps a program has a table for each
+        Atlas.of(maps).require_maps(task)
     return task
 
 

@@ -104,8 +104,9 @@ class Progress:
     def __enter__(self) -> Progress:
         return self
 
-    def show(self, done: int) -> None:
-        """Show how many are done."""
+    def show(self, done: int, total: int | None = None) -> None:
+        """Show how many are done, of how many if that was not known at first."""
+        self._total = self._total if total is None else total
         now = time.monotonic()
         if now - self._start > _SILENT and now - self._last > _SHOWN_EVERY and sys.stderr.isatty():
             self._last = now

@@ -24,7 +24,7 @@ from forcemap.cli.output import (
     table,
     write_result,
 )
-from forcemap.maps.direction import WIDEST_ANGLE
+from forcemap.maps.direction import DIRECTIONS, WIDEST_ANGLE, angle_between, direction_vector
 from forcemap.paths.bent_path import bent_path
 from forcemap.paths.path_file import PATH_COLUMNS, path_csv
 from forcemap.paths.table_positions import table_positions
@@ -126,8 +126,8 @@ _GAPS = 3
 _HINTS = {
     "not_downward": "not downward: the map permits no such motion; if other measures exclude contact there, say so in "
     "a task file (--task) with contact_possible = false for that segment",
-    "no_map": "no map: measure the directions below, bend the path (--suggest), or say so in a task file (--task) with "
-    "contact_possible = false where other measures exclude contact",
+    "no_map": "no map: measure what is missing (forcemap path lists it), bend the path (forcemap path --suggest), or "
+    "say so in a task file (--task) with contact_possible = false where other measures exclude contact",
     "outside": "outside: move the path into the measured range, less the position tolerance, or measure there",
     "unconfirmed": "unconfirmed: measure at lower speeds there, or ask for a limit that holds",
 }
@@ -180,15 +180,24 @@ def gap_lines(gaps: Sequence[GapAnswer]) -> list[str]:
         load = "" if gap.payload_kg is None else f", {gap.payload_kg:g} kg"
         gain = gap.estimated_gain_s
         worth = (
-            "" if gain is None else f", {abs(gain):.1f} s {'less' if gain >= 0 else 'more'} than the standard's speed"
+            "" if gain is None else f", {abs(gain):.1f} s {'faster' if gain >= 0 else 'slower'} than by the standard"
         )
         states = counted(gap.states, "state")
-        lines.append(f"  {gap.direction}{site}{tool}{load}: {states} for {gap.length_m:.3f} m of the path{worth}")
+        lines.append(
+            f"  {_direction(gap.direction)}{site}{tool}{load}: {states} for {gap.length_m:.3f} m of the path{worth}"
+        )
     more = gaps[_GAPS:]
     if more:
         length = sum(gap.length_m for gap in more)
         lines.append(f"  and {counted(len(more), 'more direction')} for {length:.3f} m: bend the path (--suggest)")
     return lines
+
+
+def _direction(words: str) -> str:
+    """A direction, and the one with a name that it is near to."""
+    vector = direction_vector(words, whose="a gap")
+    name, near = min(DIRECTIONS.items(), key=lambda item: angle_between(vector, item[1]))
+    return words if words in DIRECTIONS else f"{words} ({angle_between(vector, near):.0f} degrees from {name})"
 
 
 def suggestion_lines(suggestion: Suggestion, file: str | None) -> list[str]:

@@ -72,7 +72,10 @@ def conditions_of(
         moving_mass=conditions.moving_mass if moving_mass is None else moving_mass,
     )
     if toml.exists() and described.to_tables() != conditions.to_tables():
-        raise fm.InputError("this campaign.toml is there already; state device and mass in it", file=str(toml))
+        before = conditions.stated
+        lines = [f"{entry} = {value}" for entry, value in described.stated.items() if before.get(entry) != value]
+        message = f"this campaign.toml is there already; state it there ({', '.join(lines)}), not as options"
+        raise fm.InputError(message, file=str(toml))
     return described
 
 

@@ -14,7 +14,17 @@ import forcemap as fm
 from forcemap.assessment.folder import campaign_limit_table
 from forcemap.assessment.missing import Missing
 from forcemap.assessment.place_speeds import PlaceSpeeds
-from forcemap.cli.options import BoundOption, FormName, Json, LimitTable, Margin, Overshoot, several_maps, stated_bound
+from forcemap.cli.options import (
+    BoundOption,
+    FormName,
+    Json,
+    LimitTable,
+    Margin,
+    Overshoot,
+    require_one_map,
+    several_maps,
+    stated_bound,
+)
 from forcemap.cli.output import Progress, emit, listing, write_result
 from forcemap.files import read_bytes, write_atomically
 from forcemap.words import sentence, sentences
@@ -60,6 +70,7 @@ def report(
     if verify is not None:
         if pdf or output or area or region or limit_table or bound_kind or date or form:
             raise fm.InputError("verify: --verify goes with the folder alone; it writes nothing")
+        require_one_map(folder)
         return _verify(verify, folder, as_json=as_json)
     several = several_maps(folder)
     target = Path(output or default_file(folder, ATLAS_REPORT if several else REPORT_FILE))
@@ -85,7 +96,7 @@ def report(
         "certificate)",
         f"Later: forcemap report --verify {files[0]} {folder}",
     ]
-    emit(_result(assessment, files), lines, as_json=as_json)
+    emit(report_result(assessment, files), lines, as_json=as_json)
     return 0
 
 
@@ -147,7 +158,7 @@ def _report_atlas(
         "files": files,
         "simulated": atlas.simulated,
         "map_sha256": atlas.sha256,
-        "campaigns": {name: _result(each, [reports[name]]) for name, each in assessments.items()},
+        "campaigns": {name: report_result(each, [reports[name]]) for name, each in assessments.items()},
     }
     emit(result, [*lines, f"Written: {', '.join(files)}"], as_json=as_json)
     return 0
@@ -203,7 +214,7 @@ def _verify(file: str, folder: str, *, as_json: bool) -> int:
         lines.append("ALTERED: the list of inputs beside the report is not the one of its digest")
     groups = (("Changed", changes.changed), ("Vanished", changes.vanished), ("New", changes.new))
     for title, files in (*groups, ("Only line ends changed", changes.line_ends)):
-        lines += listing(f"{title} since", map(_printable, files)) if files else []
+        lines += listing(f"{title} since", map(printable, files)) if files else []
     if not (changes.inputs_hold or changes.listed):
         lines.append("The inputs are not those of the digest; which of them changed, the list beside the report tells")
     lines.append("Nothing changed since" if changes.holds else "Write the report again")
@@ -212,7 +223,8 @@ def _verify(file: str, folder: str, *, as_json: bool) -> int:
     return 0 if changes.holds else 1
 
 
-def _result(assessment: fm.CampaignAssessment, files: list[str]) -> dict[str, Any]:
+def report_result(assessment: fm.CampaignAssessment, files: list[str]) -> dict[str, Any]:
+    """What `--json` says of a report."""
     parts = {name: getattr(assessment, name) for name in ("dataset", "recordings", "force_map", "bound")}
     return {
         "files": files,
@@ -227,7 +239,7 @@ def _result(assessment: fm.CampaignAssessment, files: list[str]) -> dict[str, An
                 "outcome": _outcome(part),
                 "reason": part.speeds.reason if isinstance(part.speeds, Missing) else "",
                 "confirmed_by": list(part.confirmed_by),
-                "permitted_places": 0 if part.contradicted else part.confirmed,
+                "permitted_places": part.confirmed,
                 "unconfirmed_places": part.unconfirmed,
                 "lowest_speed_mps": part.slowest,
                 "highest_speed_mps": part.fastest,
@@ -238,13 +250,13 @@ def _result(assessment: fm.CampaignAssessment, files: list[str]) -> dict[str, An
         ],
         "contact_points": _points(assessment),
         "not_stated": [each.entry for each in assessment.not_stated],
-        "inputs": {_printable(file.path): file.sha256 for file in assessment.inputs},
+        "inputs": {printable(file.path): file.sha256 for file in assessment.inputs},
     }
 
 
 def _outcome(part: PlaceSpeeds) -> str:
     """Whether any place has a speed for a limit, and whether impacts confirmed it."""
-    if part.confirmed and not part.contradicted:
+    if part.confirmed:
         return "confirmed" if part.confirmed_by else "permitted_by_the_map"
     return "unconfirmed" if part.limit.permitted else "not_permitted"
 
@@ -312,6 +324,6 @@ def _point_lines(assessment: fm.CampaignAssessment) -> list[str]:
     return lines
 
 
-def _printable(path: str) -> str:
+def printable(path: str) -> str:
     """A path whose bytes are no UTF-8, or that holds control characters, as it can be printed."""
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in path)

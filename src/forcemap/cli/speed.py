@@ -87,7 +87,7 @@ def _speed_of_atlas(
 def atlas_speed_lines(answer: AtlasSpeedAnswer) -> list[str]:
     """The lowest speed of several maps at a place, a line for each, and what they rest on."""
     speed, where = answer.speed_to_program_mps, f"d = {answer.distance_m:.6g} m, h = {answer.height_m:.6g} m"
-    none = [each.map.name for each in answer.maps if each.speed.speed_to_program_mps is None]
+    none = [each.map.name for each in answer.maps if each.speed.speed_to_program_mps is None] + answer.without_map
     head = (
         f"Program at most {shown(speed)} m/s at {where}: the lowest of {len(answer.maps)} maps, of {answer.governed_by}"
     )
@@ -179,17 +179,22 @@ _MARGIN = FixedMargin().describe()
 def speed_lines(answer: SpeedAnswer) -> list[str]:
     """The speed to program at a place, the speed at contact, and what they rest on."""
     program, contact, forces = answer.speed_to_program_mps, "", ""
+    where = f"d = {answer.distance_m:.6g} m, h = {answer.height_m:.6g} m"
     head = "No speed to program" if program is None else f"Program at most {shown(program)} m/s"
     if answer.speed_mps is not None:
         contact = f"contact  {shown(answer.speed_mps)} m/s with {answer.speed_overshoot_mps:g} m/s overshoot: "
         forces = f": {answer.bound_force_N:.1f} N at contact, predicted {answer.predicted_force_N:.1f} N"
     lines = [
         *first_lines(answer),
-        f"{head} at d = {answer.distance_m:.6g} m, h = {answer.height_m:.6g} m: {answer.to_program_outcome}",
+        f"{head} at {where}: {answer.to_program_outcome}",
         f"  {contact}{answer.to_program_reason}",
         f"  limit    {answer.limit}",
         f"  bound    {bound_words(answer.bound)}{forces}",
     ]
+    if answer.outcome == "outside":
+        ranges = answer.measured_distance_m, answer.measured_height_m
+        distance, height = (f"{low:.3f} to {high:.3f} m" for low, high in ranges)
+        lines.append(f"  measured distances {distance}, heights {height}")
     if answer.lowest_measured_speed_mps is not None:
         low, high = shown(answer.lowest_measured_speed_mps), shown(answer.highest_measured_speed_mps)
         lines.append(f"  measured {low} to {high} m/s around this place")

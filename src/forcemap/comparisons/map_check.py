@@ -204,7 +204,7 @@ def check_map(force_map: ForceMap, dataset: ImpactDataset, *, error_probability:
         raise InputError("found no impact to check the map with, expected some", file=dataset.source or None)
     # in the order of the table, with which a reader compares them
     states = dataset.states.select(np.argsort([dataset.state.tolist().index(name) for name in dataset.states.name]))
-    left_out = _left_out(force_map, dataset, states, _own(fit, dataset))
+    left_out = _left_out(force_map, dataset, states, _own(force_map, dataset))
     states = states.select(~np.isin(states.name, [state.state for state in left_out]))
     predicted = np.log(force_map.predict(*states.coordinates.T))
     measured = np.array([np.log(dataset.peak_force[dataset.state == name]).mean() for name in states.name])
@@ -267,24 +267,30 @@ def _fit_of(force_map: ForceMap) -> Fit:
     return fit
 
 
-def _own(fit: Fit, dataset: ImpactDataset) -> list[str]:
-    """States that the map was fitted to, those it was carried over from too, among the new ones: no test of it.
+def known_states(force_map: ForceMap, dataset: ImpactDataset) -> list[str]:
+    """States of a dataset that a map was fitted to, those it was carried over from too: no test of it."""
+    fit = force_map.fit
+    earlier = fit.transfer.earlier if fit and fit.transfer else ()
+    *known, new = (
+        [(*place, force) for place, force in zip(states.coordinates.tolist(), states.log_force.tolist(), strict=True)]
+        for states in (*([fit.states] if fit else []), *(each.states for each in earlier), dataset.states)
+    )
+    own = {state for states in known for state in states}
+    return [name for name, state in zip(dataset.states.name, new, strict=True) if state in own]
+
+
+def _own(force_map: ForceMap, dataset: ImpactDataset) -> list[str]:
+    """States that the map was fitted to among the new ones.
 
     Raises
     ------
     InputError
         The table is the map's own, or half of it.
     """
-    earlier = fit.transfer.earlier if fit.transfer else ()
-    *known, new = (
-        [(*place, force) for place, force in zip(states.coordinates.tolist(), states.log_force.tolist(), strict=True)]
-        for states in (fit.states, *(each.states for each in earlier), dataset.states)
-    )
-    own = [state for states in known for state in states]
-    copies = [name for name, state in zip(dataset.states.name, new, strict=True) if state in own]
+    copies, fit = known_states(force_map, dataset), _fit_of(force_map)
     same_table = bool(dataset.sha256) and dataset.sha256 == fit.table_sha256
     # one state may agree to the last digit by chance
-    if same_table or (len(copies) > 1 and 2 * len(copies) >= len(new)):
+    if same_table or (len(copies) > 1 and 2 * len(copies) >= len(dataset.states)):
         raise InputError(
             f"found impacts that the map was fitted to ({len(copies)} states are the same), expected new ones",
             file=dataset.source or None,

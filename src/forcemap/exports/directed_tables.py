@@ -16,6 +16,7 @@ from forcemap.errors import InputError, NotReleasable
 from forcemap.exports.head import cell, csv_text, head_lines, head_result, one_line
 from forcemap.exports.robot_table import ZONE_SIZE, Provenance, RobotTable, robot_table
 from forcemap.exports.zones import zone_cells, zone_columns, zones_of
+from forcemap.files import sha256
 from forcemap.findings import Finding
 from forcemap.limits.force_limits import Contact, ForceLimit, NewtonLimit
 from forcemap.maps.bounds import Bound
@@ -24,10 +25,14 @@ from forcemap.paths.atlas import Atlas, AtlasMap, Loaded, told_apart
 from forcemap.paths.task import Task, TaskSegment
 from forcemap.speeds.allowance import Allowance
 
-_LEAST_ANGLE = 0.1  # [deg]; a choice: no program moves more exactly
+_LEAST_ANGLE = 1.0  # [deg]; below it a number of 24 bits tells directions no longer apart
+_CODES = 1000, 9000  # the first number of a tool in a program, and how many there are
 _MARGIN = 1e-3  # [deg] by which a program is stricter than the library: numbers of a controller may have 24 bits
 _CLOSEST = 0.01  # [m]; a choice: no map reaches nearer
 _LOAD_COLUMNS = ("direction", "contact_site", "tool", "payload_kg")
+
+
+_ANY = TaskSegment("every motion", ("hand",), Contact.TRANSIENT)
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,7 +60,9 @@ class DirectedTables:
     tables : tuple of DirectedTable
         The tables.
     tools : tuple of tuple of Loaded
-        For each tool, counted from 1 in a program, its contact sites that can hit.
+        For each tool its contact sites that can hit.
+    offsets : tuple of array, shape (3,)
+        Where each of `sites` lies from the point whose motion a program asks for, in the frame of the base [m].
     angle : float
         How far a motion may point away from the direction of a map [deg].
     provenance : Provenance
@@ -64,6 +71,7 @@ class DirectedTables:
 
     tables: tuple[DirectedTable, ...]
     tools: tuple[tuple[Loaded, ...], ...]
+    offsets: tuple[FloatArray, ...]
     angle: float
     provenance: Provenance
 
@@ -84,6 +92,11 @@ class DirectedTables:
         return sum(each.table.permitted for each in self.tables)
 
     @property
+    def codes(self) -> tuple[int, ...]:
+        """The number of each tool in a program; of its name and payload alone, so it stays when others are added."""
+        return tuple(_code(sites[0]) for sites in self.tools)
+
+    @property
     def sites(self) -> tuple[str, ...]:
         """The contact sites of all tools."""
         return tuple(dict.fromkeys(site.contact_site for sites in self.tools for site in sites))
@@ -94,7 +107,7 @@ class DirectedTables:
         return [[int(any(site.contact_site == name for site in sites)) for name in self.sites] for sites in self.tools]
 
     def numbers(self, each: DirectedTable) -> tuple[int, int]:
-        """Numbers of a table's contact site and tool, counted from 1."""
+        """Numbers of a table's contact site and tool in their lists, counted from 1."""
         loaded = each.campaign.loaded
         return self.sites.index(loaded.contact_site) + 1, next(i for i, s in enumerate(self.tools, 1) if loaded in s)
 
@@ -119,9 +132,15 @@ class DirectedTables:
     def lines(self) -> list[str]:
         """Head of a program: what it rests on, its tools and its tables."""
         tools = [
-            f"tool {number}: {sites[0].tool or 'not stated'}, {_payload(sites[0])}; contact sites that can hit: "
+            f"tool {code}: {sites[0].tool or 'not stated'}, {_payload(sites[0])}; contact sites that can hit: "
             + ", ".join(site.contact_site or "not stated" for site in sites)
-            for number, sites in enumerate(self.tools, start=1)
+            for code, sites in zip(self.codes, self.tools, strict=True)
+        ]
+        places = [
+            f"contact site {site or 'not stated'} lies {', '.join(f'{x:g}' for x in offset.tolist())} m (x, y, z of "
+            "the base) from the point whose motion is asked for; only while the tool does not turn"
+            for site, offset in zip(self.sites, self.offsets, strict=True)
+            if offset.any()
         ]
         tables = [
             f"table {number}: motion {each.campaign.conditions.direction}, contact site "
@@ -129,7 +148,7 @@ class DirectedTables:
             f"{_payload(each.campaign.loaded)}, of {each.campaign.name}, SHA-256 {each.table.provenance.map_sha256}"
             for number, each in enumerate(self.tables, start=1)
         ]
-        return [*head_lines(self.provenance), *map(one_line, (*tools, *tables))]
+        return [*head_lines(self.provenance), *map(one_line, (*tools, *places, *tables))]
 
 
 def directed_tables(
@@ -174,7 +193,15 @@ def directed_tables(
     tables = tuple(DirectedTable(each, _table(each, angle=angle, **case)) for each in kept)
     if not tables:
         raise InputError("no map of the atlas is of a contact site, tool and payload that the task names")
-    return DirectedTables(tables, tools, angle, _provenance(atlas, tables))
+    offsets = {
+        site.contact_site: (task or Task((_ANY,))).site_offset(site.contact_site, alone=len(sites) == 1)
+        for sites in tools
+        for site in sites
+    }
+    found = DirectedTables(tables, tools, tuple(offsets.values()), angle, _provenance(atlas, tables))
+    if len({*found.codes}) < len(found.codes):
+        raise InputError("tools: two have the same number in a program; name one of them otherwise")
+    return found
 
 
 def _table(campaign: AtlasMap, **case: Any) -> RobotTable:
@@ -190,10 +217,8 @@ def _tools(atlas: Atlas, task: Task | None) -> tuple[tuple[Loaded, ...], ...]:
     """The contact sites that can hit with each tool and payload."""
     if task is None:
         loads = dict.fromkeys((each.conditions.tool, each.conditions.payload) for each in atlas.campaigns)
-        segments = [
-            TaskSegment("every motion", ("hand",), Contact.TRANSIENT, tool=tool, payload=load) for tool, load in loads
-        ]
-        task = Task(tuple(replace(segment, name=str(i)) for i, segment in enumerate(segments)))
+        segments = (replace(_ANY, name=str(i), tool=tool, payload=load) for i, (tool, load) in enumerate(loads))
+        task = Task(tuple(segments))
     else:
         atlas.require_task(task)
     needs = [need for segment in task.segments if segment.contact for need in atlas.needs(task, segment)]
@@ -215,6 +240,12 @@ def _provenance(atlas: Atlas, tables: Sequence[DirectedTable]) -> Provenance:
     return replace(head, map_name=Path(atlas.source).name, map_sha256=atlas.sha256)
 
 
+def _code(loaded: Loaded) -> int:
+    """A number for a tool with its payload, of four digits."""
+    first, count = _CODES
+    return first + int(sha256(repr((loaded.tool, loaded.payload)).encode("utf-8", "surrogateescape")), 16) % count
+
+
 def _payload(loaded: Loaded) -> str:
     return "payload not stated" if loaded.payload is None else f"payload {loaded.payload:g} kg"
 
@@ -229,11 +260,12 @@ def directed_result(tables: DirectedTables) -> dict[str, Any]:
     """The head, the tools and the tables with a dictionary for each zone, for JSON."""
     tools = [
         {
+            "number": code,
             "tool": one_line(sites[0].tool),
             "payload_kg": sites[0].payload,
             "contact_sites": [one_line(site.contact_site) for site in sites],
         }
-        for sites in tables.tools
+        for code, sites in zip(tables.codes, tables.tools, strict=True)
     ]
     listed = [
         {
@@ -247,7 +279,9 @@ def directed_result(tables: DirectedTables) -> dict[str, Any]:
         }
         for each in tables.tables
     ]
-    return head_result(tables.provenance) | {"angle_deg": tables.angle, "tools": tools, "tables": listed}
+    places = {one_line(site): offset.tolist() for site, offset in zip(tables.sites, tables.offsets, strict=True)}
+    head = head_result(tables.provenance) | {"angle_deg": tables.angle, "site_offsets_m": places}
+    return head | {"tools": tools, "tables": listed}
 
 
 def _loaded_texts(each: DirectedTable) -> list[str]:

@@ -36,108 +36,119 @@ ENDFCT
 """
 
 _ALONG = """\
-GLOBAL DEFFCT REAL FORCEMAP_ALONG(P:IN, Q:IN, T:IN)
+GLOBAL DEFFCT REAL FORCEMAP_ALONG(P:IN, Q:IN, TOOL:IN)
 ; allowed speed of the contact point [m/s] on the straight way between two places in ROBROOT [mm], with a tool by its
 ; number in the head; 0.0 is no permission
 DECL FRAME P, Q
-DECL INT T
-DECL REAL X, Y, Z, L, DP, DQ, NEAR, FAR, LOW, HIGH, SHARE, ASIDE, ALONG, LEAST, BESIDE, COSINE, V, OFSITE, ALLOWED
-DECL INT S, K, I, J, COLS
+DECL INT TOOL
+DECL REAL X, Y, Z, L, PX, PY, QX, QY, DP, DQ, NEAR, FAR, LOW, HIGH
+DECL REAL SHARE, ASIDE, ALONG, LEAST, BESIDE, COSINE, V, OFSITE, ALLOWED
+DECL INT T, S, K, I, J, COLS
 X = Q.X - P.X
 Y = Q.Y - P.Y
 Z = Q.Z - P.Z
 L = SQRT(X*X + Y*Y + Z*Z)
-DP = SQRT(P.X*P.X + P.Y*P.Y)
-DQ = SQRT(Q.X*Q.X + Q.Y*Q.Y)
-NEAR = DP
-FAR = DP
-LOW = P.Z
-HIGH = P.Z
 ALLOWED = 0.0
-IF DQ < NEAR THEN
-  NEAR = DQ
-ENDIF
-IF DQ > FAR THEN
-  FAR = DQ
-ENDIF
-IF Q.Z < LOW THEN
-  LOW = Q.Z
-ENDIF
-IF Q.Z > HIGH THEN
-  HIGH = Q.Z
-ENDIF
-IF X*X + Y*Y > 0.0 THEN
-  SHARE = (0.0 - P.X*X - P.Y*Y) / (X*X + Y*Y)
-  IF (SHARE > 0.0) AND (SHARE < 1.0) THEN
-    ALONG = P.X + SHARE*X
-    ASIDE = P.Y + SHARE*Y
-    NEAR = SQRT(ALONG*ALONG + ASIDE*ASIDE)
-  ENDIF
-ENDIF
-IF (L > 0.001) AND (NEAR > {closest}) AND (T >= 1) AND (T <= {tools}) THEN
-  ALLOWED = 9.0
-  S = 1
-  WHILE S <= {sites}
-    IF FM_NEED[T,S] > 0 THEN
-      OFSITE = 0.0
-      K = 1
-      WHILE K <= {tables}
-        IF (FM_TOOL[K] == T) AND (FM_SITE[K] == S) THEN
-          ; the motion must point along the table's direction at both ends, wherever beside its program the robot is
-          COSINE = {cosine}
-          IF FM_LEVEL[K] > 0.0 THEN
-            BESIDE = {tolerance} / NEAR
-            COSINE = {cosine} * SQRT(1.0 - BESIDE*BESIDE) + {sine} * BESIDE
+IF L > 0.001 THEN
+  T = 1
+  WHILE T <= {count}
+    IF FM_CODE[T] == TOOL THEN
+      ALLOWED = 9.0
+      S = 1
+      WHILE S <= {sites}
+        IF FM_NEED[T,S] > 0 THEN
+          PX = P.X + FM_AT[S,1]
+          PY = P.Y + FM_AT[S,2]
+          QX = Q.X + FM_AT[S,1]
+          QY = Q.Y + FM_AT[S,2]
+          DP = SQRT(PX*PX + PY*PY)
+          DQ = SQRT(QX*QX + QY*QY)
+          NEAR = DP
+          FAR = DP
+          IF DQ < NEAR THEN
+            NEAR = DQ
           ENDIF
-          ALONG = FM_U[K,1] * P.X - FM_U[K,2] * P.Y
-          ASIDE = FM_U[K,1] * P.Y + FM_U[K,2] * P.X
-          LEAST = (X*ALONG + Y*ASIDE) / DP
-          ALONG = FM_U[K,1] * Q.X - FM_U[K,2] * Q.Y
-          ASIDE = FM_U[K,1] * Q.Y + FM_U[K,2] * Q.X
-          ALONG = (X*ALONG + Y*ASIDE) / DQ
-          IF ALONG < LEAST THEN
-            LEAST = ALONG
+          IF DQ > FAR THEN
+            FAR = DQ
           ENDIF
-          IF (LEAST >= 0.0) AND (LEAST + Z * FM_U[K,3] >= COSINE * L) THEN
-            V = 9.0
-            COLS = FM_H1[K+1] - FM_H1[K] - 1
-            IF NEAR < FM_D[FM_D1[K]] THEN
-              V = 0.0
+          IF X*X + Y*Y > 0.0 THEN
+            SHARE = (0.0 - PX*X - PY*Y) / (X*X + Y*Y)
+            IF (SHARE > 0.0) AND (SHARE < 1.0) THEN
+              ALONG = PX + SHARE*X
+              ASIDE = PY + SHARE*Y
+              NEAR = SQRT(ALONG*ALONG + ASIDE*ASIDE)
             ENDIF
-            IF FAR > FM_D[FM_D1[K+1]-1] THEN
-              V = 0.0
-            ENDIF
-            IF LOW < FM_H[FM_H1[K]] THEN
-              V = 0.0
-            ENDIF
-            IF HIGH > FM_H[FM_H1[K+1]-1] THEN
-              V = 0.0
-            ENDIF
-            I = FM_D1[K]
-            WHILE I < FM_D1[K+1] - 1
-              IF (FM_D[I] <= FAR) AND (FM_D[I+1] >= NEAR) THEN
-                J = FM_H1[K]
-                WHILE J < FM_H1[K+1] - 1
-                  IF (FM_H[J] <= HIGH) AND (FM_H[J+1] >= LOW) THEN
-                    IF FM_V[FM_V1[K] + (I - FM_D1[K]) * COLS + J - FM_H1[K]] < V THEN
-                      V = FM_V[FM_V1[K] + (I - FM_D1[K]) * COLS + J - FM_H1[K]]
-                    ENDIF
-                  ENDIF
-                  J = J + 1
-                ENDWHILE
+          ENDIF
+          LOW = P.Z + FM_AT[S,3]
+          HIGH = LOW
+          IF Q.Z + FM_AT[S,3] < LOW THEN
+            LOW = Q.Z + FM_AT[S,3]
+          ENDIF
+          IF Q.Z + FM_AT[S,3] > HIGH THEN
+            HIGH = Q.Z + FM_AT[S,3]
+          ENDIF
+          OFSITE = 0.0
+          K = 1
+          WHILE K <= {tables}
+            IF (FM_TOOL[K] == T) AND (FM_SITE[K] == S) AND (NEAR > {closest}) THEN
+              ; the motion must point along the table's direction at both ends, wherever beside it the robot is
+              COSINE = {cosine}
+              IF FM_LEVEL[K] > 0.0 THEN
+                BESIDE = {tolerance} / NEAR
+                COSINE = {cosine} * SQRT(1.0 - BESIDE*BESIDE) + {sine} * BESIDE
               ENDIF
-              I = I + 1
-            ENDWHILE
-            OFSITE = V
+              ALONG = FM_U[K,1] * PX - FM_U[K,2] * PY
+              ASIDE = FM_U[K,1] * PY + FM_U[K,2] * PX
+              LEAST = (X*ALONG + Y*ASIDE) / DP
+              ALONG = FM_U[K,1] * QX - FM_U[K,2] * QY
+              ASIDE = FM_U[K,1] * QY + FM_U[K,2] * QX
+              ALONG = (X*ALONG + Y*ASIDE) / DQ
+              IF ALONG < LEAST THEN
+                LEAST = ALONG
+              ENDIF
+              IF (LEAST >= 0.0) AND (LEAST + Z * FM_U[K,3] >= COSINE * L) THEN
+                V = 9.0
+                COLS = FM_H1[K+1] - FM_H1[K] - 1
+                IF NEAR < FM_D[FM_D1[K]] THEN
+                  V = 0.0
+                ENDIF
+                IF FAR > FM_D[FM_D1[K+1]-1] THEN
+                  V = 0.0
+                ENDIF
+                IF LOW < FM_H[FM_H1[K]] THEN
+                  V = 0.0
+                ENDIF
+                IF HIGH > FM_H[FM_H1[K+1]-1] THEN
+                  V = 0.0
+                ENDIF
+                I = FM_D1[K]
+                WHILE I < FM_D1[K+1] - 1
+                  IF (FM_D[I] <= FAR) AND (FM_D[I+1] >= NEAR) THEN
+                    J = FM_H1[K]
+                    WHILE J < FM_H1[K+1] - 1
+                      IF (FM_H[J] <= HIGH) AND (FM_H[J+1] >= LOW) THEN
+                        IF FM_V[FM_V1[K] + (I - FM_D1[K]) * COLS + J - FM_H1[K]] < V THEN
+                          V = FM_V[FM_V1[K] + (I - FM_D1[K]) * COLS + J - FM_H1[K]]
+                        ENDIF
+                      ENDIF
+                      J = J + 1
+                    ENDWHILE
+                  ENDIF
+                  I = I + 1
+                ENDWHILE
+                OFSITE = V
+              ENDIF
+            ENDIF
+            K = K + 1
+          ENDWHILE
+          IF OFSITE < ALLOWED THEN
+            ALLOWED = OFSITE
           ENDIF
         ENDIF
-        K = K + 1
+        S = S + 1
       ENDWHILE
-      IF OFSITE < ALLOWED THEN
-        ALLOWED = OFSITE
-      ENDIF
     ENDIF
-    S = S + 1
+    T = T + 1
   ENDWHILE
 ENDIF
 IF ALLOWED > 8.0 THEN
@@ -169,6 +180,8 @@ def krl_along_data(tables: DirectedTables) -> str:
     lines = ["DEFDAT FORCEMAP PUBLIC", *comment_lines(tables.lines, ";")]
     lines += _table("REAL", "FM_U", vectors.tolist())
     lines += _table("INT", "FM_NEED", tables.needed)
+    lines += _array("INT", "FM_CODE", tables.codes)
+    lines += _table("REAL", "FM_AT", [(1000 * offset).tolist() for offset in tables.offsets])
     for name, values in reals.items():
         lines += _array("REAL", name, values.tolist())
     for name, counts in whole.items():
@@ -189,7 +202,7 @@ def krl_along_source(tables: DirectedTables) -> str:
         cosine=f"{cosine:.9f}",
         sine=f"{sine:.9f}",
         sites=len(tables.sites),
-        tools=len(tables.tools),
+        count=len(tables.tools),
         tables=len(tables.tables),
     )
     return "\n".join(["DEF FORCEMAP()", *comment_lines(tables.lines, ";"), "END", "", function])

@@ -61,7 +61,7 @@ def scaling_result(speeds: PathSpeeds, provenance: Provenance) -> dict[str, Any]
     for i, name in enumerate(speeds.path.names):
         programmed = float(speeds.programmed[i])
         allowed = floor_speed(0.0 if speeds.refused[i] else float(speeds.speed[i]))
-        driven = Decimal(floor_speed(commanded[i]))
+        driven = min(Decimal(floor_speed(commanded[i])), Decimal(repr(programmed)))
         reason = sentence(speeds.reason[i])
         if driven < min(Decimal(allowed), Decimal(repr(programmed))):
             reason += "; slower here, because a later piece allows less"

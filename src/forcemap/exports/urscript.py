@@ -38,11 +38,15 @@ _ALONG = """\
 def forcemap_speed_along(start, target, tool):
   # allowed speed of the contact point [m/s] on the straight way between two poses in the frame of the base, with a tool
   # by its number in the head; 0 is no permission
+  local tools = {tools}
+  local needed = {needed}
+  local site_x = {site_x}
+  local site_y = {site_y}
+  local site_z = {site_z}
   local directions = {directions}
   local level = {level}
   local site = {site}
   local tool_of = {tool_of}
-  local needed = {needed}
   local distance_edges = {distance_edges}
   local first_distance = {first_distance}
   local height_edges = {height_edges}
@@ -53,12 +57,16 @@ def forcemap_speed_along(start, target, tool):
   local y = target[1] - start[1]
   local z = target[2] - start[2]
   local length = sqrt(x * x + y * y + z * z)
-  local start_distance = sqrt(start[0] * start[0] + start[1] * start[1])
-  local target_distance = sqrt(target[0] * target[0] + target[1] * target[1])
-  local nearest = start_distance
-  local farthest = start_distance
-  local lowest = start[2]
-  local highest = start[2]
+  local from_x = 0.0
+  local from_y = 0.0
+  local to_x = 0.0
+  local to_y = 0.0
+  local start_distance = 0.0
+  local target_distance = 0.0
+  local nearest = 0.0
+  local farthest = 0.0
+  local lowest = 0.0
+  local highest = 0.0
   local share = 0.0
   local aside = 0.0
   local along = 0.0
@@ -70,94 +78,111 @@ def forcemap_speed_along(start, target, tool):
   local allowed = 0.0
   local columns = 0
   local at = 0
+  local t = 0
   local s = 0
   local k = 0
   local i = 0
   local j = 0
-  if target_distance < nearest:
-    nearest = target_distance
-  end
-  if target_distance > farthest:
-    farthest = target_distance
-  end
-  if target[2] < lowest:
-    lowest = target[2]
-  end
-  if target[2] > highest:
-    highest = target[2]
-  end
-  if x * x + y * y > 0.0:
-    share = (0.0 - start[0] * x - start[1] * y) / (x * x + y * y)
-    if share > 0.0 and share < 1.0:
-      along = start[0] + share * x
-      aside = start[1] + share * y
-      nearest = sqrt(along * along + aside * aside)
-    end
-  end
-  if length > 0.000001 and nearest > {closest} and tool >= 1 and tool <= {tools}:
-    allowed = 9.0
-    while s < {sites}:
-      if needed[(tool - 1) * {sites} + s] > 0:
-        of_site = 0.0
-        k = 0
-        while k < {tables}:
-          if tool_of[k] == tool and site[k] == s + 1:
-            # the motion must point along the table's direction at both ends, wherever beside its program the robot is
-            cosine = {cosine}
-            if level[k] > 0.0:
-              beside = {tolerance} / nearest
-              cosine = {cosine} * sqrt(1.0 - beside * beside) + {sine} * beside
+  if length > 0.000001:
+    while t < {count}:
+      if tools[t] == tool:
+        allowed = 9.0
+        s = 0
+        while s < {sites}:
+          if needed[t * {sites} + s] > 0:
+            from_x = start[0] + site_x[s]
+            from_y = start[1] + site_y[s]
+            to_x = target[0] + site_x[s]
+            to_y = target[1] + site_y[s]
+            start_distance = sqrt(from_x * from_x + from_y * from_y)
+            target_distance = sqrt(to_x * to_x + to_y * to_y)
+            nearest = start_distance
+            farthest = start_distance
+            if target_distance < nearest:
+              nearest = target_distance
             end
-            along = directions[3 * k] * start[0] - directions[3 * k + 1] * start[1]
-            aside = directions[3 * k] * start[1] + directions[3 * k + 1] * start[0]
-            least = (x * along + y * aside) / start_distance
-            along = directions[3 * k] * target[0] - directions[3 * k + 1] * target[1]
-            aside = directions[3 * k] * target[1] + directions[3 * k + 1] * target[0]
-            along = (x * along + y * aside) / target_distance
-            if along < least:
-              least = along
+            if target_distance > farthest:
+              farthest = target_distance
             end
-            if least >= 0.0 and least + z * directions[3 * k + 2] >= cosine * length:
-              speed = 9.0
-              columns = first_height[k + 1] - first_height[k] - 1
-              if nearest < distance_edges[first_distance[k]]:
-                speed = 0.0
+            if x * x + y * y > 0.0:
+              share = (0.0 - from_x * x - from_y * y) / (x * x + y * y)
+              if share > 0.0 and share < 1.0:
+                along = from_x + share * x
+                aside = from_y + share * y
+                nearest = sqrt(along * along + aside * aside)
               end
-              if farthest > distance_edges[first_distance[k + 1] - 1]:
-                speed = 0.0
-              end
-              if lowest < height_edges[first_height[k]]:
-                speed = 0.0
-              end
-              if highest > height_edges[first_height[k + 1] - 1]:
-                speed = 0.0
-              end
-              i = first_distance[k]
-              while i < first_distance[k + 1] - 1:
-                if distance_edges[i] <= farthest and distance_edges[i + 1] >= nearest:
-                  j = first_height[k]
-                  while j < first_height[k + 1] - 1:
-                    if height_edges[j] <= highest and height_edges[j + 1] >= lowest:
-                      at = first_speed[k] + (i - first_distance[k]) * columns + j - first_height[k]
-                      if speeds[at] < speed:
-                        speed = speeds[at]
+            end
+            lowest = start[2] + site_z[s]
+            highest = lowest
+            if target[2] + site_z[s] < lowest:
+              lowest = target[2] + site_z[s]
+            end
+            if target[2] + site_z[s] > highest:
+              highest = target[2] + site_z[s]
+            end
+            of_site = 0.0
+            k = 0
+            while k < {tables}:
+              if tool_of[k] == t + 1 and site[k] == s + 1 and nearest > {closest}:
+                # the motion must point along the table's direction at both ends, wherever beside it the robot is
+                cosine = {cosine}
+                if level[k] > 0.0:
+                  beside = {tolerance} / nearest
+                  cosine = {cosine} * sqrt(1.0 - beside * beside) + {sine} * beside
+                end
+                along = directions[3 * k] * from_x - directions[3 * k + 1] * from_y
+                aside = directions[3 * k] * from_y + directions[3 * k + 1] * from_x
+                least = (x * along + y * aside) / start_distance
+                along = directions[3 * k] * to_x - directions[3 * k + 1] * to_y
+                aside = directions[3 * k] * to_y + directions[3 * k + 1] * to_x
+                along = (x * along + y * aside) / target_distance
+                if along < least:
+                  least = along
+                end
+                if least >= 0.0 and least + z * directions[3 * k + 2] >= cosine * length:
+                  speed = 9.0
+                  columns = first_height[k + 1] - first_height[k] - 1
+                  if nearest < distance_edges[first_distance[k]]:
+                    speed = 0.0
+                  end
+                  if farthest > distance_edges[first_distance[k + 1] - 1]:
+                    speed = 0.0
+                  end
+                  if lowest < height_edges[first_height[k]]:
+                    speed = 0.0
+                  end
+                  if highest > height_edges[first_height[k + 1] - 1]:
+                    speed = 0.0
+                  end
+                  i = first_distance[k]
+                  while i < first_distance[k + 1] - 1:
+                    if distance_edges[i] <= farthest and distance_edges[i + 1] >= nearest:
+                      j = first_height[k]
+                      while j < first_height[k + 1] - 1:
+                        if height_edges[j] <= highest and height_edges[j + 1] >= lowest:
+                          at = first_speed[k] + (i - first_distance[k]) * columns + j - first_height[k]
+                          if speeds[at] < speed:
+                            speed = speeds[at]
+                          end
+                        end
+                        j = j + 1
                       end
                     end
-                    j = j + 1
+                    i = i + 1
                   end
+                  of_site = speed
                 end
-                i = i + 1
               end
-              of_site = speed
+              k = k + 1
+            end
+            if of_site < allowed:
+              allowed = of_site
             end
           end
-          k = k + 1
-        end
-        if of_site < allowed:
-          allowed = of_site
+          s = s + 1
         end
       end
-      s = s + 1
+      t = t + 1
     end
   end
   if allowed > 8.0:
@@ -177,6 +202,7 @@ def urscript_along(tables: DirectedTables) -> str:
     zones, (cosine, sine) = [each.table for each in tables.tables], tables.cosine_and_sine
     vectors = np.array([each.campaign.direction for each in tables.tables])
     numbers = [tables.numbers(each) for each in tables.tables]
+    offsets = np.array(tables.offsets).T.tolist()
     function = _ALONG.format(
         directions=_exact(vectors.ravel().tolist()),
         level=_exact(np.hypot(*vectors.T[:2]).tolist()),
@@ -194,7 +220,11 @@ def urscript_along(tables: DirectedTables) -> str:
         cosine=f"{cosine:.12f}",
         sine=f"{sine:.12f}",
         sites=len(tables.sites),
-        tools=len(tables.tools),
+        tools=list(tables.codes),
+        count=len(tables.tools),
+        site_x=_exact(offsets[0]),
+        site_y=_exact(offsets[1]),
+        site_z=_exact(offsets[2]),
         tables=len(zones),
     )
     return "\n".join([*comment_lines(tables.lines, "#"), function])

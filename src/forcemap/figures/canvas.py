@@ -16,6 +16,7 @@ import matplotlib
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
+from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.colorbar import Colorbar
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties
@@ -162,7 +163,7 @@ def svg(figure: Figure, prefix: str = "figure") -> str:
     if not re.fullmatch(r"[A-Za-z][\w-]*", prefix, re.ASCII):
         raise InputError(f"prefix: found {prefix!r}, expected a letter, then letters, digits, hyphens, underscores")
     stream = io.StringIO()
-    with settings():
+    with settings(), _laid_out(figure):
         figure.savefig(stream, format="svg", metadata=_NO_METADATA)
     text = re.sub(r"<style.*?</style>\s*", "", stream.getvalue().partition("<svg")[2], flags=re.DOTALL)
     name = escape(str(figure.get_label()), quote=True)
@@ -170,6 +171,21 @@ def svg(figure: Figure, prefix: str = "figure") -> str:
     text = re.sub(r'\bid="', f'id="{prefix}-', root + text)
     text = re.sub(r'(href="#|url\(#)', rf"\1{prefix}-", text)
     return re.sub(r' style="([^"]*)"', lambda match: _attributes(match[1]), text)
+
+
+@contextmanager
+def _laid_out(figure: Figure) -> Iterator[None]:
+    """The panels in their places: `savefig` by itself draws the whole figure to nowhere for that, and then again."""
+    if (engine := figure.get_layout_engine()) is None:
+        yield
+        return
+    FigureCanvasSVG(figure)  # text is as wide as in the file
+    engine.execute(figure)
+    figure.set_layout_engine("none")
+    try:
+        yield
+    finally:
+        figure.set_layout_engine(engine)
 
 
 def png(figure: Figure, dpi: float = 150) -> bytes:

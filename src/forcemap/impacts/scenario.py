@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from enum import StrEnum
+from functools import lru_cache
 
 from forcemap.errors import InputError
 
@@ -21,6 +22,7 @@ class ContactScenario(StrEnum):
         return self.value.replace("_", " ")
 
     @classmethod
+    @lru_cache(maxsize=64)  # a table says the same few again and again
     def parse(cls, text: str) -> ContactScenario:
         """The scenario of that name; spaces, hyphens, capitals and a missing "constrained" are accepted.
 

@@ -224,24 +224,34 @@ def _forces(setup: ImpactSetup, speed: FloatArray, step: float) -> Iterator[Floa
     whole_step = (1 - step / 2 * damper) / (1 + step / 2 * damper), step / (1 + step / 2 * damper)
     before, after = 1 - step / 2 * damper, step / 2 * np.ones_like(damper)  # half a step from the velocity at contact
     modes, rates = np.zeros_like(robot.levers), robot.approach * speed
+    pull, scratch = np.empty_like(modes), np.empty_like(modes)
     pad, path, noticed, torque, depth, force = np.zeros((6, speed.size))
-    begun = np.full(speed.size, np.inf)  # when the reaction begins
+    begun, first = np.full(speed.size, np.inf), math.inf  # when the reaction begins, and when the first of all does
     keep = np.exp(-step / reaction.torque_filter)
+    noticing, approaching = (1 - keep) * robot.joint_lever, reaction.before(speed)
     now = 0.0
+
+    def commanded(time: float) -> FloatArray:
+        return approaching if time <= first else reaction.commanded_speed(speed, time - begun, force)
+
     while True:
         yield force
-        commanded = reaction.commanded_speed(speed, now - begun, force)
-        pull = spring_path * path + damper_path * commanded - spring * modes - push * force
-        rates = before * rates + after * pull
+        np.multiply(spring_path, path, out=pull)
+        pull += np.multiply(damper_path, commanded(now), out=scratch)
+        pull -= np.multiply(spring, modes, out=scratch)
+        pull -= np.multiply(push, force, out=scratch)
+        rates *= before
+        rates += np.multiply(after, pull, out=scratch)
         before, after = whole_step
-        modes = modes + step * rates
+        modes += np.multiply(step, rates, out=scratch)
         now += step
-        path = path + step * reaction.commanded_speed(speed, now - step / 2 - begun, force)
-        previous, depth = depth, (robot.levers * modes).sum(axis=0)
+        path += step * commanded(now - step / 2)
+        previous, depth = depth, np.multiply(robot.levers, modes, out=scratch).sum(axis=0)
         pad = contact.compressed((previous + depth) / 2, pad, step)
         force = contact.force(depth, pad)
-        noticed, torque = torque, keep * torque + (1 - keep) * robot.joint_lever * force
-        over = (torque > reaction.threshold) & np.isinf(begun)
-        if over.any():
+        noticed, torque = torque, keep * torque + noticing * force
+        over = torque > reaction.threshold
+        if over.any() and (over := over & np.isinf(begun)).any():
             share = (reaction.threshold - noticed[over]) / (torque[over] - noticed[over])
             begun[over] = now - step + share * step + reaction.delay
+            first = float(begun.min())

@@ -87,8 +87,14 @@ class Reaction:
         force : array, shape (batch,)
             Contact force [N].
         """
+        if self.kind is ReactionKind.STOP_AND_HOLD:
+            hold = self.yielding * (self.hold_force - force) * (since > 0)
+            return np.asarray((speed - hold) * np.exp(np.maximum(since, 0.0) / -self.time_constant) + hold)
         backing = np.minimum(np.maximum(since, 0.0), self.retreat_time)
         after = np.maximum(since - self.retreat_time, 0.0)
-        retreat = -self.retreat_speed + (speed + self.retreat_speed) * np.exp(-backing / self.time_constant)
-        hold = self.yielding * (self.hold_force - force) * (since > 0)
-        return np.asarray((retreat - hold) * np.exp(-after / self.time_constant) + hold)
+        retreat = self.before(speed, np.exp(backing / -self.time_constant))
+        return np.asarray(retreat * np.exp(after / -self.time_constant))
+
+    def before(self, speed: FloatArray, fading: FloatArray | float = 1.0) -> FloatArray:
+        """What `commanded_speed` gives until the reaction begins [m/s]; faded from 1 on, on the way to the retreat."""
+        return -self.retreat_speed + (speed + self.retreat_speed) * fading

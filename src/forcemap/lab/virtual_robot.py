@@ -7,6 +7,7 @@ import math
 from dataclasses import dataclass, fields, replace
 from importlib import resources
 from typing import Any, Self
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -21,6 +22,10 @@ from forcemap.lab.course import DOWN, ContactLayer, ImpactSetup, PosedRobot, Ser
 from forcemap.lab.reaction import Reaction, ReactionKind
 
 PRESETS = ("ur10e-like", "iiwa7-like-30nm", "iiwa7-like-10nm")
+
+_POSED: WeakKeyDictionary[Robot, dict[Any, PosedRobot]] = WeakKeyDictionary()
+"""The last places at which a robot was posed: whoever changes speeds, directions or reactions asks for them again."""
+_POSED_AGAIN = 1000  # places that are kept at most; a choice: of more, posing is a small part of a simulation
 
 _LARGEST_SCATTER = 0.1  # share of the speed; more is percent typed as a share
 
@@ -153,7 +158,18 @@ class VirtualRobot:
         InputError
             The robot cannot reach a place.
         """
-        d, h = np.broadcast_arrays(distance, height)
+        d, h = np.array(np.broadcast_arrays(distance, height), dtype=np.float64)
+        if d.size > _POSED_AGAIN:
+            return self._posed(d, h)
+        key = (self.tool_direction, self.contact_radius, d.tobytes(), h.tobytes())
+        known = _POSED.setdefault(self.robot, {})
+        if (posed := known.get(key)) is None:
+            posed = self._posed(d, h)
+            known.clear()
+            known[key] = posed
+        return posed
+
+    def _posed(self, d: FloatArray, h: FloatArray) -> PosedRobot:
         places = places_in_plane(d, h + self.contact_radius)
         reach = inverse_kinematics(self.robot, places, tool_direction=self.tool_direction)
         if far := np.flatnonzero(reach.outcome == ReachOutcome.UNREACHABLE).tolist():

@@ -327,8 +327,18 @@ def _refined(values: FloatArray) -> FloatArray | None:
 
 
 def _tolerance_factor(leverage: FloatArray, table: FloatArray) -> FloatArray:
-    """sqrt(l) t'(l), read off the table; infinite where the leverage is."""
+    """sqrt(l) t'(l), read off the table; infinite where the leverage is.
+
+    The nodes are even: an interval is found by its number, not searched. The values are those of np.interp.
+    """
     root = np.sqrt(leverage)
-    with np.errstate(invalid="ignore"):
-        node = np.where(np.isinf(root), 1.0, root / (1 + root))
-    return np.asarray(np.interp(node, _NODES, table) * (1 + root))
+    intervals = table.size - 1  # a power of two, so that nodes and distances from them are exact
+    with np.errstate(invalid="ignore"):  # an infinite root; a NaN gives NaN, whatever its number
+        node = root / (1 + root) * intervals
+        node[np.isinf(root)] = intervals
+        number = node.astype(np.intp)
+        factor: FloatArray = np.append(np.diff(table), 0.0).take(number, mode="clip")
+        factor *= node - number
+        factor += table.take(number, mode="clip")
+        factor *= 1 + root
+    return factor

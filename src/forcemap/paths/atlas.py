@@ -13,7 +13,8 @@ from typing import Any, Self
 import numpy as np
 
 from forcemap.arrays import FloatArray
-from forcemap.campaigns.conditions import CAMPAIGN_FILE, Conditions, normalised, read_conditions
+from forcemap.campaigns.campaign import campaign_folders, is_campaign
+from forcemap.campaigns.conditions import CAMPAIGN_FILE, ENTRIES, Conditions, normalised, read_conditions
 from forcemap.campaigns.impacts_table import read_dataset
 from forcemap.errors import BoundNotAvailable, CampaignFileError, ForcemapError, InputError
 from forcemap.files import read_bytes, sha256, toml_tables
@@ -29,15 +30,7 @@ from forcemap.speeds.basis import Basis
 ATLAS_FILE = "atlas.toml"
 SCHEMA = "forcemap-atlas/1"
 
-_ONE_ROBOT = {
-    "robot": "robot.name",
-    "controller": "robot.controller",
-    "firmware": "robot.firmware",
-    "moving_mass": "robot.moving_mass_kg",
-    "covers": "tool.covers",
-    "safety_settings": "robot.safety_settings",
-    "simulated": "simulated",
-}
+_ONE_ROBOT = ("robot", "controller", "firmware", "moving_mass", "covers", "safety_settings", "simulated")
 
 
 @dataclass(frozen=True)
@@ -142,13 +135,15 @@ class Atlas:
             raise InputError(f"{where}{error.message}", file=self.source or None) from None
 
     def _require_one_robot(self, one: AtlasMap, other: AtlasMap) -> None:
-        for name, entry in _ONE_ROBOT.items():
+        entries = {name: entry for entry, (name, _) in ENTRIES.items()}
+        for name in _ONE_ROBOT:
             stated = [_comparable(getattr(each.conditions, name)) for each in (one, other)]
             if stated[0] != stated[1]:
                 texts = [("nothing" if value in ("", None) else repr(value)) for value in stated]
                 raise InputError(
-                    f"{entry}: {one.name} states {texts[0]}, {other.name} {texts[1]}; an atlas is of one robot under "
-                    "the same safety settings, so correct campaign.toml or keep them apart",
+                    f"{entries[name]}: {one.name} states {texts[0]}, {other.name} {texts[1]}; an atlas is of one robot "
+                    f"under the same safety settings: correct campaign.toml, or name those that belong together in "
+                    f"{ATLAS_FILE}",
                     file=self.source or None,
                 )
 
@@ -241,6 +236,19 @@ class Atlas:
             return True
         return angle_between(campaign.direction, direction_vector(stated, whose="the task")) <= ON_AXIS
 
+    def require_maps(self, task: Task) -> None:
+        """Raise InputError unless every contact site, with the tool and payload of its segment, has a map."""
+        there = {each.loaded for each in self.maps}
+        for segment in task.segments:
+            for need in self.needs(task, segment) if segment.contact else ():
+                if need not in there:
+                    load = "" if need.payload is None else f", payload {need.payload:g} kg"
+                    raise InputError(
+                        f"segment {segment.name!r}: no map of contact site {need.contact_site or 'not stated'}, tool "
+                        f"{need.tool or 'not stated'}{load}; measure it, or correct the task",
+                        file=task.source or None,
+                    )
+
     def needs(self, task: Task, segment: TaskSegment) -> tuple[Loaded, ...]:
         """The contact sites that can hit on a segment, with the tool and payload there; each needs a map.
 
@@ -260,9 +268,10 @@ class Atlas:
         if math.isnan(payload) and payloads:
             only = self._only("payload_kg", payloads, segment)
             payload = math.nan if only is None else only
-        sites = segment.contact_sites or task.contact_sites or ((site,) if site is not None else ())
-        if not sites:
-            sites = (self._only("contact_sites", {each.contact_site for each in there}, segment),)
+        sites = segment.contact_sites or task.contact_sites
+        if not sites:  # one that is named says nothing of the others
+            only = self._only("contact_sites", {each.contact_site for each in there}, segment)
+            sites = (only if site is None else site,)
         return tuple(dict.fromkeys(Loaded.of(each, tool, payload) for each in sites))
 
     def _only(self, entry: str, values: set[Any], segment: TaskSegment) -> Any:
@@ -322,7 +331,7 @@ def read_atlas(path: str | Path) -> Atlas:
     if file.is_file():
         names = _named_maps(file)
     else:
-        names = sorted(each.parent.name for each in root.glob(f"[!.]*/{CAMPAIGN_FILE}"))
+        names = campaign_folders(root)
         if not names:
             raise CampaignFileError(
                 f"found neither {ATLAS_FILE} nor folders with a {CAMPAIGN_FILE} in it", file=str(path)
@@ -331,13 +340,13 @@ def read_atlas(path: str | Path) -> Atlas:
 
 
 def is_atlas(path: str | Path) -> bool:
-    """True if a path is an atlas: a TOML file, or a folder with `atlas.toml`, or with campaigns and itself none."""
+    """True if a path is an atlas: a TOML file, a folder with `atlas.toml`, or one with campaigns and itself none."""
     root = Path(path)
     if not root.is_dir():
         return root.suffix.lower() == ".toml" and root.is_file()
     if (root / ATLAS_FILE).is_file():
         return True
-    return not (root / CAMPAIGN_FILE).exists() and any(root.glob(f"[!.]*/{CAMPAIGN_FILE}"))
+    return not is_campaign(root) and any(map(is_campaign, root.glob("[!.]*")))
 
 
 def _named_maps(file: Path) -> list[str]:

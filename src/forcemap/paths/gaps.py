@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from forcemap.arrays import FloatArray, Mask
 from forcemap.maps.bounds import FEW_STATES
-from forcemap.maps.direction import DIRECTIONS, direction_vector, direction_words, same_direction
+from forcemap.maps.direction import DIRECTIONS, WIDEST_ANGLE, direction_vector, direction_words, same_direction
 from forcemap.paths.atlas import Loaded
 from forcemap.paths.path_speeds import PathSpeeds
 
@@ -60,12 +61,15 @@ def map_gaps(speeds: PathSpeeds) -> tuple[Gap, ...]:
         Speeds along the path.
     """
     matched, lengths = speeds.matched, speeds.path.lengths
+    if matched.stated:  # other directions are the task's to allow, not the maps'
+        return ()
     saved = _saved_per_metre(speeds)
     found = []
     for need, held in matched.held.items():
         left = np.array([need in needs for needs in matched.needs]) & ~held
+        measured = [each.direction for each in speeds.atlas.maps if each.loaded == need]
         for _ in range(_MOST):
-            words = _widest(speeds, left) if left.any() else ""
+            words = _widest(speeds, left, measured) if left.any() else ""
             if not words:
                 break
             covers = left & (speeds.path.angles_from(direction_vector(words, whose="a gap")) <= matched.angle)
@@ -77,14 +81,21 @@ def map_gaps(speeds: PathSpeeds) -> tuple[Gap, ...]:
     return tuple(sorted(found, key=lambda gap: -gap.length))
 
 
-def _widest(speeds: PathSpeeds, left: Mask) -> str:
-    """The direction within whose angle the longest part of these pieces lies; a named one if it does as well."""
+def _widest(speeds: PathSpeeds, left: Mask, measured: Sequence[FloatArray]) -> str:
+    """The direction within whose angle the longest part of these pieces lies; a named one if it does as well.
+
+    None that is too close to a direction that is measured already; empty if there is no other.
+    """
     path, angle = speeds.path, speeds.matched.angle
     towards, which = np.unique(np.round(_in_cylinder(speeds)[left], _ROUNDED), axis=0, return_inverse=True)
     towards /= np.linalg.norm(towards, axis=1)[:, None]
     weights = np.bincount(which.ravel(), path.lengths[left])
     tried = np.vstack([*DIRECTIONS.values(), towards[np.argsort(-weights)[:100]]])
+    near = [tried @ each >= math.cos(math.radians(2 * WIDEST_ANGLE)) for each in measured]
     covered = (tried @ towards.T >= math.cos(math.radians(angle))) @ weights
+    covered[np.any(near, axis=0) if near else []] = 0.0
+    if not covered.max() > 0:
+        return ""
     return direction_words(tried[int(np.argmax(np.round(covered, 9)))])
 
 
@@ -98,7 +109,8 @@ def _in_cylinder(speeds: PathSpeeds) -> FloatArray:
 
 
 def _states(speeds: PathSpeeds, need: Loaded, words: str) -> int:
-    others = (each for each in speeds.atlas.maps if each.loaded.contact_site == need.contact_site)
+    maps = speeds.atlas.maps
+    others = (each for each in maps if each.loaded.contact_site == need.contact_site and each.loaded != need)
     carried = any(same_direction(each.conditions.direction, words) for each in others)
     return CARRIED_STATES if carried else FEW_STATES
 

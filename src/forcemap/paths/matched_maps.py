@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from forcemap.arrays import FloatArray, Mask, Objects
+from forcemap.errors import InputError
 from forcemap.findings import Finding, FindingKind
 from forcemap.maps.direction import ON_AXIS
 from forcemap.paths.atlas import Atlas, Loaded
@@ -29,12 +30,16 @@ class MatchedMaps:
     needs : array of tuple of Loaded, shape (n,)
         The contact sites that can hit on each piece, with tool and payload; empty where contact is excluded.
     off_angles : array, shape (maps, n)
-        Angle between each piece and the direction of each map that holds for it [deg]; NaN where it does not, or where
-        another contact site that can hit has no map.
+        Angle between each piece, or what the robot may drive beside it, and the direction of each map that holds for it
+        [deg]; NaN where it does not, or where another contact site that can hit has no map.
     missing : array of bool, shape (n,)
         True where a contact site that can hit has no map.
     held : dict of Loaded to array of bool, shape (n,)
         For each contact site, with tool and payload, that can hit: pieces within the angle of one of its maps.
+    offsets : dict of Loaded to array, shape (3,)
+        Where each of them lies from the point of the path, in the frame of the base [m].
+    stated : str
+        The direction that the task states, so that maps of others do not count; empty if it states none.
     """
 
     atlas: Atlas
@@ -43,11 +48,20 @@ class MatchedMaps:
     off_angles: FloatArray
     missing: Mask
     held: dict[Loaded, Mask]
+    offsets: dict[Loaded, FloatArray]
+    stated: str = ""
 
     @property
     def raised(self) -> bool:
         """True if a bound is raised because a piece points away from its map's direction."""
         return bool(np.any(self.off_angles > ON_AXIS))
+
+    @property
+    def not_hitting(self) -> tuple[str, ...]:
+        """Contact sites of the atlas that the task takes as not hitting on some piece with contact."""
+        known = dict.fromkeys(each.loaded.contact_site for each in self.atlas.campaigns)
+        hitting = [{need.contact_site for need in needs} for needs in dict.fromkeys(self.needs) if needs]
+        return tuple(site for site in known if any(site not in sites for sites in hitting))
 
     @property
     def payloads(self) -> FloatArray:
@@ -66,6 +80,8 @@ class MatchedMaps:
             sites, (first, *_) = tuple(need.contact_site for need in unknown), unknown
             payload = np.nan if first.payload is None else first.payload
             return Finding.of(FindingKind.NO_MAP_OF, sites=sites, tool=first.tool, payload_kg=payload)
+        if self.stated and len(self.atlas.campaigns) > 1:
+            return Finding.of(FindingKind.NOT_AS_STATED, angle_deg=self.angle, direction=self.stated)
         directions = self.atlas.directions
         kind = FindingKind.NOT_ALONG if len(directions) == 1 else FindingKind.NOT_ALONG_ANY
         return Finding.of(kind, angle_deg=self.angle, directions=directions)
@@ -98,16 +114,35 @@ def matched_maps(atlas: Atlas, path: ToolPath, task: Task, *, angle: float, besi
     needs = np.empty(len(of_segment), dtype=object)
     needs[:] = list(of_segment.values())
     off_angles = np.full((len(atlas.maps), len(path)), np.nan)
+    offsets = _offsets(task, path, needs)
     held = {need: np.zeros(len(path), dtype=np.bool_) for each in needs for need in each}
     for off_angle, entry in zip(off_angles, atlas.maps, strict=True):
         wanted = np.array([entry.loaded in each for each in needs])[which] & atlas.in_direction(entry, task)
         if wanted.any():
-            within = wanted & (path.angles_from(entry.direction, beside=beside) <= angle + _ROUNDING)
-            off_angle[within] = path.angles_from(entry.direction)[within]
+            angles = path.moved(offsets[entry.loaded]).angles_from(entry.direction, beside=beside)
+            within = wanted & (angles <= angle + _ROUNDING)
+            off_angle[within] = angles[within]
             held[entry.loaded] |= within
     missing = np.zeros(len(path), dtype=np.bool_)
     for number, each in enumerate(needs):
         for need in each:
             missing |= (which == number) & ~held[need]
     off_angles[:, missing] = np.nan
-    return MatchedMaps(atlas, angle, needs[which], off_angles, missing, held)
+    stated = task.conditions.get("direction", "")
+    return MatchedMaps(atlas, angle, needs[which], off_angles, missing, held, offsets, stated)
+
+
+def _offsets(task: Task, path: ToolPath, needs: Objects) -> dict[Loaded, FloatArray]:
+    """Where each contact site lies from the point of the path [m].
+
+    Raises
+    ------
+    InputError
+        That is not stated, or the tool may turn: then another point of it moves otherwise.
+    """
+    offsets = {need: task.site_offset(need.contact_site, alone=len(each) == 1) for each in needs for need in each}
+    if path.turning is not None and any(offset.any() for offset in offsets.values()):
+        raise InputError(
+            "contact sites: on a path of joints the tool may turn; give each contact site a path of its own"
+        )
+    return offsets

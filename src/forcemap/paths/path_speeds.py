@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from enum import StrEnum
 
 import numpy as np
@@ -259,10 +260,16 @@ def path_speeds(
         program=program,
         acceleration=task.acceleration,
         allowance=allowance,
-        bases=told_apart(strictest.bases, atlas),
+        bases=_without_direction(told_apart(strictest.bases, atlas)),
         notes=_notes(matched, path, task, programmed, allowance),
         matched=matched,
     )
+
+
+def _without_direction(bases: Sequence[Basis]) -> tuple[Basis, ...]:
+    """Bases without what they say of the direction of motion: along a path that is said for all pieces together."""
+    said = (FindingKind.ALONG_ONLY, FindingKind.RAISED_OFF_AXIS)
+    return tuple(replace(each, notes=tuple(note for note in each.notes if note.kind not in said)) for each in bases)
 
 
 def _without_map(reason: Finding) -> PieceOutcome:
@@ -288,6 +295,7 @@ def _notes(
     return (
         *task.findings,
         *matched.atlas.findings,
+        *([Finding.of(FindingKind.SITES_NOT_HITTING, sites=sites)] if (sites := matched.not_hitting) else []),
         Finding.of(FindingKind.MOTION_WITHIN, angle_deg=matched.angle, direction=directions),
         *([Finding.of(FindingKind.RAISED_ON_PATH, raised=RAISED_OFF_AXIS - 1)] if matched.raised else []),
         allowance.of_position,
@@ -359,7 +367,8 @@ def _strictest(
             for side in (off_angle <= ON_AXIS, off_angle > ON_AXIS):
                 pieces = np.flatnonzero(threatened & side)
                 if pieces.size:
-                    segments = Segments(path.points[pieces], path.points[pieces + 1])
+                    points = path.points + matched.offsets[entry.loaded]
+                    segments = Segments(points[pieces], points[pieces + 1])
                     speeds = zone_speeds(
                         entry.force_map,
                         segments.zones.grown(reach) if reach > 0 else segments,

@@ -8,6 +8,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from forcemap.arrays import FloatArray
 from forcemap.campaigns.conditions import Conditions, normalised
 from forcemap.errors import InputError, UnknownName, nearest_names
 from forcemap.files import read_bytes, toml_tables
@@ -21,13 +24,14 @@ SCHEMA = "forcemap-task/1"
 ACCELERATION = 1.0
 """Largest acceleration along a path, unless stated [m/s^2]; a choice that every answer prints."""
 
+_AXES, _FARTHEST = 3, 3.0  # of an offset; [m], farther is no part of a tool
 _NEAREST = 3  # names that a message proposes
 _SHARED = ("direction", "contact_site", "tool", "safety_settings")
 _SEGMENT_KEYS = (
     *("name", "contact_possible", "areas", "contact", "clamping_possible", "speed_mps"),
     *("contact_sites", "tool", "payload_kg"),
 )
-_LOADED = ("contact_sites", "payload_kg")
+_LOADED = ("contact_sites", "payload_kg", "site_offsets_m")
 _KEYS = ("schema", "note", "acceleration_mps2", "campaign", "segments")
 
 
@@ -91,6 +95,8 @@ class Task:
         All parts of robot and tool that can hit on the way; empty if as the campaign states.
     payload : float
         Effective payload on the way [kg]; NaN if as the campaign states.
+    site_offsets : mapping of str to array, shape (3,)
+        Where contact sites lie from the point of the path, in the frame of the base, while the tool does not turn [m].
     """
 
     segments: tuple[TaskSegment, ...]
@@ -99,6 +105,7 @@ class Task:
     source: str = ""
     contact_sites: tuple[str, ...] = ()
     payload: float = math.nan
+    site_offsets: Mapping[str, FloatArray] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         names = [segment.name for segment in self.segments]
@@ -129,6 +136,24 @@ class Task:
         near = ", ".join(map(repr, nearest_names(name, names, _NEAREST)))
         message = f"the {one} names the segment {name!r}, which the {other} does not have; its nearest is {near}"
         return InputError(message, file=self.source or None)
+
+    def site_offset(self, site: str, *, alone: bool) -> FloatArray:
+        """Where a contact site lies from the point of the path [m], shape (3,); zero for one `alone` that has no entry.
+
+        Raises
+        ------
+        InputError
+            Several can hit, and nothing says where this one lies.
+        """
+        offsets = {normalised(name): offset for name, offset in self.site_offsets.items()}
+        if normalised(site) not in offsets and not alone:
+            raise InputError(
+                f"contact sites: several can hit, and nothing says where {site or 'one not stated'!r} lies; state it "
+                "in the task (campaign.site_offsets_m, 0,0,0 for the point of the path), for parts of a tool that does "
+                "not turn; a part that moves otherwise needs a path of its own",
+                file=self.source or None,
+            )
+        return np.asarray(offsets.get(normalised(site), np.zeros(3)), dtype=np.float64)
 
     def require_segments(self, names: tuple[str, ...]) -> None:
         """Raise InputError unless path and task name the same segments."""
@@ -222,7 +247,23 @@ def _task(tables: dict[str, Any], source: str, table: LimitTable | None) -> Task
     segments = tuple(_segment(row, f"segments[{i}]", table) for i, row in enumerate(rows, start=1))
     acceleration = float(_typed(tables.get("acceleration_mps2", ACCELERATION), float, "acceleration_mps2"))
     stated = {key: value for key, value in shared.items() if key not in _LOADED}
-    return Task(segments, acceleration, stated, source, **_loaded(shared, "campaign"))
+    offsets = _offsets(shared.get("site_offsets_m", {}))
+    return Task(segments, acceleration, stated, source, **_loaded(shared, "campaign"), site_offsets=offsets)
+
+
+def _offsets(entries: Any) -> dict[str, FloatArray]:
+    """Where contact sites lie from the point of the path [m]."""
+    column = "campaign.site_offsets_m"
+    if not isinstance(entries, dict):
+        raise InputError('expected a table such as { "flange" = [0.0, 0.0, 0.15] }', column=column)
+    for name, values in entries.items():
+        if not (isinstance(values, list) and len(values) == _AXES):
+            raise InputError("expected three numbers [m], in the frame of the base", column=f"{column}.{name}")
+        for value in values:
+            if abs(_typed(value, float, f"{column}.{name}")) > _FARTHEST:
+                message = f"found {value:g} m, expected at most {_FARTHEST:g}; metres, not millimetres"
+                raise InputError(message, column=f"{column}.{name}")
+    return {name: np.array(values, dtype=np.float64) for name, values in entries.items()}
 
 
 def _segment(row: dict[str, Any], where: str, table: LimitTable | None) -> TaskSegment:
@@ -262,7 +303,7 @@ def _segment(row: dict[str, Any], where: str, table: LimitTable | None) -> TaskS
 def _loaded(entries: Mapping[str, Any], where: str) -> dict[str, Any]:
     """The contact sites and the payload that a table of the file states, as arguments."""
     sites = entries.get("contact_sites", [])
-    if not isinstance(sites, list) or not all(isinstance(site, str) and site for site in sites):
+    if not isinstance(sites, list) or not all(isinstance(site, str) and site.strip() for site in sites):
         raise InputError('expected a list of names such as ["flange", "gripper"]', column=f"{where}.contact_sites")
     if "contact_sites" in entries and not sites:
         raise InputError("expected at least one", column=f"{where}.contact_sites")

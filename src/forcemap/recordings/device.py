@@ -99,10 +99,10 @@ class Device:
         InputError
             Not a date.
         """
-        return stated_date("date of the measurement", on) > self._expires
+        return stated_date("date of the measurement", on) > self.expires
 
     @property
-    def _expires(self) -> date:
+    def expires(self) -> date:
         """The last day on which its calibration holds; the last of all where no date is stated."""
         if self.calibration_expires:
             return stated_date("device calibration_expires", self.calibration_expires)
@@ -117,7 +117,7 @@ class Device:
         """
         if len({*devices}) == 1:
             return devices[0]
-        first = min(devices, key=lambda device: device._expires)
+        first = min(devices, key=lambda device: device.expires)
         texts = {name: dict.fromkeys(getattr(device, name) for device in devices) for name in ("model", "pad")}
         return cls(
             range=float(np.min([device.range for device in devices])),

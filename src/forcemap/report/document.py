@@ -6,6 +6,7 @@ import datetime
 import math
 import re
 from collections.abc import Iterable, Sequence
+from functools import cache
 from itertools import pairwise
 from typing import Any
 
@@ -81,6 +82,7 @@ def report_html(assessment: CampaignAssessment, *, date: str | None = None) -> s
     )
 
 
+@cache
 def environment() -> Environment:
     """The templates of reports, with what they use."""
     environment = Environment(

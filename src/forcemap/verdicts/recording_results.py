@@ -13,17 +13,10 @@ from forcemap.arrays import FloatArray
 from forcemap.campaigns.campaign import Campaign, read_campaign
 from forcemap.campaigns.conditions import Conditions
 from forcemap.campaigns.impacts_table import read_dataset
+from forcemap.campaigns.readout import Reader
+from forcemap.campaigns.recorded_impacts import RecordedImpacts, recorded_impacts
 from forcemap.campaigns.recordings_table import Entry
-from forcemap.campaigns.walk import (
-    CampaignRecording,
-    FileState,
-    Measured,
-    Progress,
-    RecordedImpacts,
-    mistaken_unit,
-    recorded_impacts,
-    walk,
-)
+from forcemap.campaigns.walk import CampaignRecording, FileState, Measured, Progress, mistaken_unit, walk
 from forcemap.errors import InputError
 from forcemap.files import file_sha256
 from forcemap.findings import Finding, FindingKind
@@ -278,7 +271,11 @@ class JudgedRecordings:
 
 
 def judge_recordings(
-    campaign: Campaign, limits: Sequence[ForceLimit], *, progress: Progress | None = None
+    campaign: Campaign,
+    limits: Sequence[ForceLimit],
+    *,
+    progress: Progress | None = None,
+    reader: Reader | None = None,
 ) -> JudgedRecordings:
     """Judge the impacts of every recording that no person excluded; nothing is written.
 
@@ -288,6 +285,8 @@ def judge_recordings(
     limits : sequence of ForceLimit
     progress : callable, optional
         Called with the number of files done and of all files.
+    reader : Reader, optional
+        One that gives the recordings; as in `walk`.
 
     Raises
     ------
@@ -298,7 +297,7 @@ def judge_recordings(
     results: list[RecordingResult] = []
     measured: list[Measured] = []
     gravest: Verdict | None = None  # the others are dropped: curves take memory
-    for recording in walk(campaign, progress=progress):
+    for recording in walk(campaign, progress=progress, reader=reader):
         result, verdicts = _result(recording, limits)
         results.append(result)
         measured += [recording.measured] if recording.measured else []

@@ -47,6 +47,7 @@ class CampaignLine(Answer):
     name: str
     robot: str = ""
     tool: str = ""
+    direction: str = ""
     simulated: bool = False
     planned_runs: int = 0
     missing_runs: int = 0
@@ -102,7 +103,7 @@ def _line(folder: Folder, name: str) -> CampaignLine:
         path = folder.campaign(name)
         if (path / "campaign.toml").exists():
             conditions = fm.read_conditions(path / "campaign.toml")
-            figures |= {"robot": conditions.robot, "tool": conditions.tool, "simulated": conditions.simulated}
+            figures |= {name: getattr(conditions, name) for name in ("robot", "tool", "direction", "simulated")}
         if (path / "plan.csv").exists():
             campaign = fm.read_campaign(path)
             figures |= {"planned_runs": len(campaign.plan), "missing_runs": len(campaign.missing)}

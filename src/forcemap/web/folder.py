@@ -5,12 +5,12 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
+from forcemap.campaigns.campaign import is_campaign
 from forcemap.errors import InputError
 from forcemap.web.request_error import RequestError
 
 _FILES = ("campaign.toml", "plan.csv", "recordings.csv", "impacts.csv")
 _FOLDERS = ("recordings", "maps")
-_MARKS = ("campaign.toml", "plan.csv", "impacts.csv")  # a folder with one of them is a campaign
 
 
 class Folder:
@@ -27,7 +27,7 @@ class Folder:
             message = "there is no such folder; name a campaign's folder or a folder of campaigns"
             raise InputError(message, file=str(path))
         self.root = Path(path).resolve()
-        self.single = _is_campaign(self.root)
+        self.single = is_campaign(self.root)
 
     def campaigns(self) -> dict[str, Path]:
         """Folders of the campaigns by name; folders that are links are ignored."""
@@ -37,7 +37,7 @@ class Folder:
         if self.single:
             return [self.root]
         folders = sorted(Path(entry.path) for entry in os.scandir(self.root) if entry.is_dir(follow_symlinks=False))
-        return [folder for folder in folders if not folder.name.startswith(".") and _is_campaign(folder)]
+        return [folder for folder in folders if not folder.name.startswith(".") and is_campaign(folder)]
 
     def campaign(self, name: str) -> Path:
         """The folder of a campaign: looked up by name, never built from the name.
@@ -88,7 +88,3 @@ class Folder:
 def _shown(folder: Path) -> str:
     """The name of a folder, with a replacement character for bytes that are no UTF-8."""
     return folder.name.encode(errors="surrogateescape").decode(errors="replace")
-
-
-def _is_campaign(folder: Path) -> bool:
-    return any((folder / name).exists() for name in _MARKS)

@@ -11,7 +11,8 @@ import forcemap as fm
 from forcemap.answers.answer import Answer
 from forcemap.answers.atlas import AtlasMapAnswer
 from forcemap.answers.path import PathAnswer
-from forcemap.paths.atlas import Atlas, AtlasMap
+from forcemap.campaigns.campaign import campaign_folders
+from forcemap.paths.atlas import ATLAS_FILE, Atlas, AtlasMap
 from forcemap.web.campaign_map import LONGEST_PATH
 from forcemap.web.fitted_campaign import fitted_campaign
 from forcemap.web.limits import Limits, limits_of
@@ -83,6 +84,12 @@ def together(site: Site) -> tuple[Atlas, Limits]:
     RequestError
         They are of different robots, directions that are not known, or tables of limits.
     """
+    if not site.folder.single and ((root := site.folder.root) / ATLAS_FILE).exists():
+        raise RequestError(409, "not_together", f"{ATLAS_FILE} may name more than this page serves; ask forcemap path")
+    try:
+        _ = [] if site.folder.single else campaign_folders(root)
+    except fm.InputError as error:
+        raise RequestError(409, "not_together", error.message) from None
     found, tables = [], {}
     for name, folder in site.folder.campaigns().items():
         try:

@@ -1,0 +1,181 @@
+"""What a campaign's folder remembers of its recordings, so that one that was judged need not be judged again.
+
+A file that may be deleted at any time. It counts only under a seal, made with a secret of this account that no campaign
+holds, over what was remembered and all that it depends on: the software, the column map, the device, the date and the
+filter. One that was damaged, edited, written by another account or under anything else is as good as none. Whether a
+recording is the one remembered is told by the hash of its content. Nothing rests on this memory but the tables that
+`build_dataset` writes: reports, their verification and verdicts judge the recordings again.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import hmac
+import json
+import os
+import secrets
+import sys
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
+from dataclasses import replace
+from functools import cache
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+from forcemap.campaigns.campaign import Campaign
+from forcemap.campaigns.readout import FileReadout, ImpactReadout, Reader, Readout, judging, sha256_of
+from forcemap.campaigns.recorded_impacts import judged_under
+from forcemap.campaigns.workers import in_processes
+from forcemap.errors import InputError
+from forcemap.files import file_sha256, flush_to_disk, hidden_file, sha256, write_atomically
+from forcemap.impacts.impact import Flag, Quality
+from forcemap.impacts.scenario import ContactScenario
+
+MEMORY_FILE = ".judged"
+_KEY_FILE = "memory.key"  # in the account's folder of program states
+_KEY_BYTES = 32
+_ROOMS = ("recordings", "impacts", "campaigns")  # with the ground: all that a judgement can depend on
+_PACKAGES = ("numpy", "scipy", "nptdms")
+
+_Known = dict[tuple[str, str], FileReadout]  # by file and state
+
+
+@contextmanager
+def remembering(campaign: Campaign, *, workers: int = 1) -> Iterator[Reader]:
+    """A reader that judges only what is not remembered; what was read is remembered at the end.
+
+    It gives the same readouts as `judging`, without the recordings themselves.
+
+    Parameters
+    ----------
+    campaign : Campaign
+    workers : int
+        Processes that judge at once, where there are many files (`in_processes`).
+    """
+    key, file = _key(campaign), campaign.folder / MEMORY_FILE
+    before = _opened(file, key)
+    known, judge = _readouts(before), _without_recordings(judging(campaign))
+    folder = campaign.recordings
+    checksums = {name: sha256_of(f"{folder}/{name}") for name in campaign.files()}
+    unknown = [name for name, checksum in checksums.items() if not _is(known.get((name, "")), checksum)]
+    used: _Known = {}
+    with in_processes(judge, unknown, workers) as judged:
+
+        def read(file: str, state: str = "") -> FileReadout:
+            checksum = checksums.get(file, "")
+            shown = known.get((file, state))
+            if shown is None or not _is(shown, checksum):
+                shown = judged(file) if not state else judge(file, state)
+            if _is(shown, checksum) and not shown.missing_extra:  # else it changed while it was read
+                used[file, state] = shown
+            return shown
+
+        yield read
+    if key and (not before or list(used.items()) != list(known.items())):
+        text = _text(used)
+        with suppress(InputError):  # a folder that cannot be written has no memory
+            write_atomically(file, f"{_seal(key, text)}\n{text}")
+
+
+def _is(shown: FileReadout | None, checksum: str) -> bool:
+    """Whether a readout is that of the file with this hash."""
+    return shown is not None and shown.sha256 == checksum != ""
+
+
+def _without_recordings(read: Reader) -> Reader:
+    def judge(file: str, state: str = "") -> FileReadout:
+        return replace(read(file, state), recorded=())
+
+    return judge
+
+
+def _opened(file: Path, key: bytes) -> str:
+    """What is remembered, as text; empty if there is nothing, or the seal is another one."""
+    try:
+        seal, _, text = file.read_text(encoding="utf-8").partition("\n")
+    except (OSError, ValueError):
+        return ""
+    return text if key and hmac.compare_digest(seal.encode(), _seal(key, text).encode()) else ""
+
+
+def _seal(key: bytes, text: str) -> str:
+    return hmac.new(key, text.encode(), hashlib.sha256).hexdigest()
+
+
+def _key(campaign: Campaign) -> bytes:
+    """The key of the seal, of the account's secret and of all that a judgement depends on; empty if there is none."""
+    stated = f"{judged_under(campaign.conditions)!r}\n{campaign.columns!r}"
+    secret, software = _secret(), _software()
+    return hmac.new(secret, f"{software}\n{stated}".encode(), hashlib.sha256).digest() if secret and software else b""
+
+
+@cache
+def _software() -> str:
+    """The source that a judgement runs through, by its hashes, and versions of what it calls; empty without source."""
+    root = Path(__file__).parents[1]
+    sources = sorted([*root.glob("*.py"), *(path for room in _ROOMS for path in (root / room).rglob("*.py"))])
+    hashes = [f"{path.relative_to(root).as_posix()} {file_sha256(path)}" for path in sources]
+    return sha256("\n".join([sys.version, *map(_version, _PACKAGES), *hashes])) if hashes else ""
+
+
+def _version(package: str) -> str:
+    try:
+        return f"{package} {metadata.version(package)}"
+    except metadata.PackageNotFoundError:
+        return f"{package} none"
+
+
+def _secret() -> bytes:
+    """Random bytes that this account alone can read, made when first needed; empty if there is nowhere to keep them."""
+    try:
+        state = os.environ.get("XDG_STATE_HOME") or Path.home() / ".local" / "state"
+        file = Path(state) / "forcemap" / _KEY_FILE
+        if not file.exists():
+            _make_secret(file)
+        private = not file.stat().st_mode & 0o077
+        content = file.read_bytes()
+    except (OSError, RuntimeError):  # RuntimeError: an account without a home
+        return b""
+    return content if private and len(content) == _KEY_BYTES else b""
+
+
+def _make_secret(file: Path) -> None:
+    file.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+    with hidden_file(file.parent) as (hidden, stream):
+        hidden.chmod(0o600)
+        stream.write(secrets.token_bytes(_KEY_BYTES))
+        stream.flush()
+        flush_to_disk(hidden)
+        with suppress(FileExistsError):  # another process was first
+            os.link(hidden, file)
+
+
+def _text(used: Mapping[tuple[str, str], FileReadout]) -> str:
+    """Readouts as JSON; the same readouts give the same text."""
+    flat = [[*name, shown.sha256, shown.unreadable, shown.readouts] for name, shown in used.items()]
+    return json.dumps(flat, default=_flag_text, separators=(",", ":"))
+
+
+def _flag_text(flag: Flag) -> tuple[str, str]:
+    return flag.name.value, flag.figure
+
+
+def _readouts(text: str) -> _Known:
+    """The readouts of a text that was sealed, so that it is as `_text` wrote it."""
+    return {
+        (file, state): FileReadout(sha256, tuple(_readout(*values) for values in readouts), unreadable)
+        for file, state, sha256, unreadable, readouts in (json.loads(text) if text else [])
+    }
+
+
+def _readout(*values: Any) -> Readout:
+    shown = Readout(*values)
+    impacts = tuple(_impact(*figures) for figures in shown.impacts)
+    return shown._replace(notes=tuple(shown.notes), impacts=impacts)
+
+
+def _impact(*values: Any) -> ImpactReadout:
+    shown = ImpactReadout(*values)
+    flags = tuple(Flag(Quality(name), figure) for name, figure in values[-1])
+    return shown._replace(scenario=ContactScenario(shown.scenario), flags=flags)
