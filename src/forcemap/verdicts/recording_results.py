@@ -135,7 +135,7 @@ def check_file(
     conditions, name = conditions or Conditions(), name or Path(path).name
     asked = {"interpretation": interpretation, "contact": contact}
     recordings = (
-        CheckedRecording(recorded.recording.name, recorded, _verdicts(recorded, why, limit, **asked), why)
+        CheckedRecording(recorded.recording.name, recorded, recording_verdicts(recorded, why, limit, **asked), why)
         for recorded, why in (
             (recorded, recorded.doubt or doubt) for recorded in recorded_impacts(path, conditions, columns, name=name)
         )
@@ -206,7 +206,7 @@ def check_campaign(
     checked = []
     for recording in recordings:
         excluded, recorded, doubt = recording.excluded, recording.recorded, recording.doubt or mistaken
-        verdicts = () if excluded else _verdicts(recorded, doubt, limit, **asked)
+        verdicts = () if excluded else recording_verdicts(recorded, doubt, limit, **asked)
         name, why = recording.entry.name, None if excluded else doubt
         checked.append(CheckedRecording(name, recorded, verdicts, why, excluded))
     if not checked:
@@ -214,7 +214,7 @@ def check_campaign(
     return RecordingsCheck(campaign.folder.resolve().name, limit, campaign.conditions, tuple(checked))
 
 
-def _verdicts(
+def recording_verdicts(
     recorded: RecordedImpacts | None, doubt: Finding | None, limit: ForceLimit | NewtonLimit, **asked: Any
 ) -> tuple[Verdict, ...]:
     """Verdicts of a recording's impacts; if there is a doubt, only those that exceed the limit."""
@@ -330,7 +330,7 @@ def _result(recording: CampaignRecording, limits: Sequence[ForceLimit]) -> tuple
     why = Finding.of(FindingKind.EXCLUDED_BY_PERSON) if recording.excluded else recording.doubt
     if recording.state is FileState.NEW:
         entry = Entry(file=entry.file, curve=entry.curve, reason="not registered yet")
-    verdicts = [_verdicts(recorded, recording.doubt, limit) for limit in limits]
+    verdicts = [recording_verdicts(recorded, recording.doubt, limit) for limit in limits]
     judgements = tuple(gravest_judgement(verdict.governing for verdict in under) for under in verdicts)
     first = next((k for k, limit in enumerate(limits) if limit.permitted), None)
     if recorded and recorded.impacts and (any(verdicts) or not recording.doubt):
