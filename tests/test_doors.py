@@ -101,7 +101,7 @@ def commands(folder, forcemap):
     assert code == 0
     page = (folder.parent / "report.html").read_text()
     answer = re.search(r"back of hand, quasi-static</th>.*?</tr>", page, re.S)[0]
-    yield "report", "NOT CONFIRMED" not in answer, re.sub("<[^>]*>", " ", page)
+    yield "report", "NO PERMISSION" not in answer, re.sub("<[^>]*>", " ", page)
 
 
 def page(folder):

@@ -121,7 +121,7 @@ def test_its_speeds_are_those_of_the_report_with_what_must_be_read_first(made, a
     assessment = fm.assess_campaign(made[0], limits=[fm.force_limit("hand_fingers")])
     (quick,) = [part for part in assessment.speeds if part.contact is fm.Contact.TRANSIENT]
     (shown,) = [speed for speed in rows["north"]["report"]["speeds"] if speed["contact"] == "transient"]
-    assert shown["confirmed_places"] == quick.confirmed > 0
+    assert shown["permitted_places"] == quick.confirmed > 0
     assert shown["lowest_speed_to_program_mps"] == quick.slowest_to_program
     assert rows["north"]["report"]["findings"] == [fm.sentence(finding) for finding in assessment.findings]
     with (made[0].parent / "fleet.csv").open(newline="") as table:

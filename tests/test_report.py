@@ -21,14 +21,14 @@ import forcemap as fm
 from forcemap.assessment.missing import Missing
 from forcemap.campaigns.memory import MEMORY_FILE
 from forcemap.errors import MissingExtra
-from forcemap.report import report_html, report_pdf
+from forcemap.report import inputs_list, report_html, report_pdf
 from forcemap.words import sentences
 from pulses import TOML, collect, pulse, save, write_campaign
 
 DATE = "2026-11-21"
 SECTIONS = (
-    "answer", "document", "basis", "robot", "points", "runs", "states", "repeatability", "map", "verdicts", "speeds",
-    "standard", "open", "retest", "signatures", "annex-recordings", "annex-inputs",
+    "answer", "signatures", "sheets", "document", "basis", "robot", "points", "runs", "states", "repeatability", "map",
+    "verdicts", "speeds", "standard", "open", "retest", "annex-recordings", "annex-inputs",
 )  # fmt: skip
 VOID = {"meta", "br", "img", "link", "hr", "input"}
 FORBIDDEN = {"script", "iframe", "object", "embed", "form", "base", "link", "foreignObject"}
@@ -127,7 +127,7 @@ def check(page):
     for tag, name, value in found.attributes:
         assert not name.startswith("on"), (tag, name)
         if name in ("src", "href", "xlink:href", "srcset", "action", "poster", "data"):
-            assert value.startswith(("#", "data:image/png;base64,")), (tag, name, value[:80])
+            assert value.startswith(("#", "data:image/png;base64,", "data:image/jpeg;base64,")), (tag, name, value[:80])
         if value and value.startswith("#") and name in ("href", "xlink:href"):
             assert value[1:] in found.ids, value
         for target in re.findall(r"url\((.*?)\)", value or ""):
@@ -152,9 +152,12 @@ def test_reports_are_valid_complete_and_self_contained(reports, case):
     assert ('content: "SIMULATED"' in page) == assessment.simulated  # at the foot of every printed page
     for line in sentences(assessment.findings):
         assert line in text
-    for path in sorted(folder.rglob("*")):
-        if path.is_file() and path.name not in ("truth.csv", MEMORY_FILE):  # what the simulator knows is no input
-            assert hashlib.sha256(path.read_bytes()).hexdigest() in page
+    listed = inputs_list(assessment.inputs).splitlines()
+    paths = sorted(path for path in folder.rglob("*") if path.is_file() and path.name not in ("truth.csv", MEMORY_FILE))
+    lines = [f"{hashlib.sha256(path.read_bytes()).hexdigest()}  {path.relative_to(folder)}" for path in paths]
+    assert sorted(listed) == sorted(lines)
+    digest = hashlib.sha256("".join(sorted(f"{line}\n" for line in listed)).encode()).hexdigest()
+    assert page.count(digest) == 3  # for programs, on the page that is signed, in the annex
 
 
 def test_missing_entries_are_shown_as_missing(reports):
@@ -169,7 +172,7 @@ def test_missing_entries_are_shown_as_missing(reports):
 
 def test_saturated_recordings_give_no_speed(reports):
     _, assessment, page = reports("saturated")
-    assert [cells[2] for cells in rows(page, "answer")] == ["NOT CONFIRMED", "NOT CONFIRMED"]
+    assert [cells[2] for cells in rows(page, "answer")] == ["NO PERMISSION", "NO PERMISSION"]
     assert "m/s, place by place" not in page
     assert rows(page, "verdicts")[0][1:] == ["27 states", "0 states", "0 states", "0 states"]
     assert page.count('<svg class="curve"') == len(assessment.states) == 27
@@ -185,10 +188,10 @@ def test_the_first_page_says_what_is_confirmed_and_what_is_not(reports):
     at_contact = f"({fm.floor_speed(found.slowest)} to {fm.floor_speed(found.fastest)} m/s at contact)"
     program = f"{fm.floor_speed(found.slowest_to_program)} to {fm.floor_speed(found.fastest_to_program)} m/s to program"
     assert answers[0][1] == "280 N"
-    assert answers[0][2].startswith(f"CONFIRMED at {found.confirmed} of ")
+    assert answers[0][2].startswith(f"PERMITTED BY THE MAP at {found.confirmed} of ")
     assert answers[0][3] == f"{program} {at_contact}, place by place"
     assert answers[0][4].startswith("0.263 m/s")
-    assert [cells[2] for cells in answers[1:]] == ["NOT CONFIRMED", "NOT PERMITTED", "NOT PERMITTED"]
+    assert [cells[2] for cells in answers[1:]] == ["NO PERMISSION", "NOT PERMITTED", "NOT PERMITTED"]
     assert [cells[1] for cells in answers[2:]] == ["no contact", "no contact"]
     assert not any("m/s" in cells[3] for cells in answers[1:])
 
@@ -296,6 +299,7 @@ def written(reports, tmp_path):
     """A campaign with its report."""
     folder = shutil.copytree(reports("saturated")[0], tmp_path / "cell")
     (folder / "report.html").write_text(reports("saturated")[2])
+    (folder / "report.sha256").write_text(inputs_list(reports("saturated")[1].inputs))
     return folder
 
 
@@ -324,8 +328,8 @@ def test_verify_says_what_changed(written, ask, forcemap):
 
 @pytest.mark.parametrize(
     ("old", "new"),
-    [("NOT CONFIRMED", "CONFIRMED"), ("27 states", "0 states"), ('content="forcemap 0', 'content="forcemap 9'),
-     ("</body>", "<p>0.9 m/s</p></body>"), ('data-sha256="', 'data-sha256="0')],
+    [("NO PERMISSION", "CONFIRMED"), ("27 states", "0 states"), ('content="forcemap 0', 'content="forcemap 9'),
+     ("</body>", "<p>0.9 m/s</p></body>"), ("Document and signatures", "Document, signed")],
 )  # fmt: skip
 def test_verify_finds_an_altered_report(written, ask, forcemap, old, new):
     report = written / "report.html"
@@ -336,6 +340,56 @@ def test_verify_finds_an_altered_report(written, ask, forcemap, old, new):
     assert code == 1
     assert not found["report_intact"]
     assert "ALTERED" in forcemap("report", "--verify", report, written)[1]
+
+
+def test_verify_survives_changed_line_ends(written, ask):
+    """Mail turns LF into CRLF, and may end a text with an empty line: of the report, the list, and tables."""
+    verify = ("report", "--verify", written / "report.html", written)
+    for name in ("report.html", "report.sha256", "impacts.csv", "campaign.toml"):
+        text = (written / name).read_bytes()
+        (written / name).write_bytes(text.replace(b"\n", b"\r\n") + (b"\r\n" if name == "report.html" else b""))
+    code, found = ask(*verify)
+    assert code == 0
+    assert found["report_intact"]
+    assert found["listed"]
+    assert sorted(found["line_ends"]) == ["campaign.toml", "impacts.csv"]
+    assert found["changed"] == []
+    curve = written / "recordings" / "d500-h200-v100-r1.csv"
+    curve.write_bytes(curve.read_bytes().replace(b"0", b"1", 1))
+    code, found = ask(*verify)
+    assert code == 1
+    assert found["changed"] == ["recordings/d500-h200-v100-r1.csv"]
+
+
+def test_verify_by_the_digest_alone_and_with_another_list(written, ask):
+    verify = ("report", "--verify", written / "report.html", written)
+    text = (written / "report.sha256").read_text()
+    (written / "report.sha256").write_text(text.replace("0", "1", 1))
+    code, found = ask(*verify)
+    assert code == 1
+    assert found["list_altered"]
+    (written / "report.sha256").unlink()
+    code, found = ask(*verify)
+    assert code == 0
+    assert not found["listed"]
+    assert found["unchanged"] == 27 + 4
+    save(written / "recordings" / "more.csv", *pulse())
+    code, found = ask(*verify)
+    assert code == 1
+    assert not found["inputs_hold"]
+    (written / "report.sha256").write_text("my notes\n")
+    code, found = ask("report", written)
+    assert code == 2
+    assert (written / "report.sha256").read_text() == "my notes\n"
+
+
+def test_the_list_is_one_that_other_tools_check(written):
+    check = ["sha256sum", "-c", "--quiet", "report.sha256"]
+    if shutil.which("sha256sum") is None:
+        pytest.skip("needs sha256sum")
+    assert subprocess.run(check, cwd=written, capture_output=True).returncode == 0
+    (written / "impacts.csv").write_text("other")
+    assert subprocess.run(check, cwd=written, capture_output=True).returncode != 0
 
 
 def test_verify_that_cannot_tell(written, ask):
@@ -350,16 +404,16 @@ def test_verify_that_cannot_tell(written, ask):
     assert ask("report", "--verify", written / "report.html", written, "--date", DATE)[0] == 2
 
 
-def test_the_command_writes_one_file_and_changes_nothing_else(reports, ask, tmp_path):
+def test_the_command_writes_report_and_list_and_changes_nothing_else(reports, ask, tmp_path):
     folder = shutil.copytree(reports("saturated")[0], tmp_path / "cell")
     before = {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
     code, found = ask("report", folder, "--date", DATE)
     assert code == 0
-    assert found["files"] == [str(folder / "report.html")]
+    assert found["files"] == [str(folder / "report.html"), str(folder / "report.sha256")]
     assert {each["outcome"] for each in found["speeds"]} == {"unconfirmed"}
     assert "force_map" in found["missing"]
     after = {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
-    assert after.keys() - before.keys() == {folder / "report.html"}
+    assert after.keys() - before.keys() == {folder / "report.html", folder / "report.sha256"}
     assert {path: after[path] for path in before} == before
     first = (folder / "report.html").read_bytes()
     assert ask("report", folder, "--date", DATE)[0] == 0
@@ -400,7 +454,7 @@ def test_the_pdf_is_the_same_page(reports, full_size):
     page = reports("bare" if full_size else "saturated")[2]
     pages = pypdf.PdfReader(io.BytesIO(pdf_of(page))).pages
     texts = [" ".join(each.extract_text().split()) for each in pages]
-    assert "What is confirmed" in texts[0]
+    assert "Verdict" in texts[0]
     assert "An estimate from measurements, not a certificate" in texts[0]
     for i, text in enumerate(texts, start=1):
         assert f"Page {i} of {len(texts)}" in text

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -12,15 +12,19 @@ from typing import Any
 import numpy as np
 
 from forcemap._version import __version__
+from forcemap.assessment.contact_points import POINTS_FILE, ContactPoint, read_contact_points
 from forcemap.assessment.folder import InputFile, campaign_inputs, campaign_limit_table, file_findings, stated_findings
 from forcemap.assessment.missing import Missing, attempt, present
 from forcemap.assessment.place_speeds import PlaceSpeeds, place_speeds
+from forcemap.assessment.point_results import Confirmations, PointResult, confirmations, point_results
 from forcemap.assessment.state_results import StateResult, state_results
 from forcemap.campaigns.campaign import Campaign, read_campaign
 from forcemap.campaigns.conditions import CAMPAIGN_FILE, Conditions, read_conditions
 from forcemap.campaigns.dataset import ImpactDataset, Quantity
 from forcemap.campaigns.impacts_table import TABLE_FILE, read_dataset
+from forcemap.campaigns.not_stated import NotStated, not_stated
 from forcemap.campaigns.plan import PLAN_FILE
+from forcemap.campaigns.protocol import Protocol, read_protocol
 from forcemap.campaigns.readout import Reader, judging_once
 from forcemap.campaigns.repeatability import Repeatability, repeatability
 from forcemap.campaigns.summary import CampaignSummary, campaign_summary
@@ -140,6 +144,12 @@ class CampaignAssessment:
         The standard's contact model, one for each limit.
     comparisons : tuple of (Comparison or Missing)
         The map beside the 2D map and the standard's contact model, one for each limit.
+    points : tuple of PointResult, or Missing
+        The contact points of the cell; none without contact_points.csv.
+    protocol : Protocol
+        Serial numbers, certificates and the document, as campaign.toml states them.
+    not_stated : tuple of NotStated
+        What of the protocol is not stated, what matters most first.
     """
 
     name: str
@@ -164,6 +174,9 @@ class CampaignAssessment:
     map_2d: ForceMap | Missing
     contact_models: tuple[ContactModel | Missing, ...]
     comparisons: tuple[Comparison | Missing, ...]
+    points: tuple[PointResult, ...] | Missing
+    protocol: Protocol
+    not_stated: tuple[NotStated, ...]
 
     @property
     def pressure_assessed(self) -> bool:
@@ -182,6 +195,7 @@ def assess_campaign(
     campaign: Campaign | str | Path,
     *,
     limits: Sequence[ForceLimit] = (),
+    limit_table: LimitTable | None = None,
     bound: Bound | None = None,
     form: Form = CFM_3D,
     step: float = PLACES_APART,
@@ -199,8 +213,11 @@ def assess_campaign(
     campaign : Campaign, str or Path
         The campaign or its folder.
     limits : sequence of ForceLimit
-        Limits of the body areas to assess. If none is given, the hand (`hand_fingers`), in the table that campaign.toml
-        names in `standard.limit_table` if that is a file of the folder, else in the standard's.
+        Limits of the body areas to assess. If none is given, those of the contact points, without any the hand
+        (`hand_fingers`), in the table that campaign.toml names in `standard.limit_table` if that is a file of the
+        folder, else in the standard's.
+    limit_table : LimitTable, optional
+        Where the limits of contact points stand; that of campaign.toml if not given.
     bound : Bound, optional
         Bound behind the speeds; a tolerance bound with the device's error if not given.
     form : Form
@@ -225,7 +242,7 @@ def assess_campaign(
     """
     if not 0 < step < math.inf:
         raise InputError(f"step: found {step:g} m, expected a positive finite number")
-    stated = _stated(campaign.folder if isinstance(campaign, Campaign) else Path(campaign), limits)
+    stated = _stated(campaign.folder if isinstance(campaign, Campaign) else Path(campaign), limits, limit_table)
     records = campaign if isinstance(campaign, Campaign) else attempt(lambda: read_campaign(stated.folder))
     measured = _measured(records, stated, progress)
     conditions, judged, dataset = measured.conditions, measured.recordings, measured.dataset
@@ -236,17 +253,14 @@ def assess_campaign(
     scatter = attempt(lambda: repeatability(present(dataset)))
     models = tuple(attempt(partial(contact_model, conditions, limit.name)) for limit in stated.limits)
     cases = tuple(zip(stated.limits, models, strict=True))
+    robot, confirmed = allowance or Allowance(), confirmations(records, dataset, force_map, carried)
 
     def speeds_of(limit: ForceLimit, model: ContactModel | Missing, contact: Contact) -> PlaceSpeeds:
         known = conditions if isinstance(dataset, Missing) else dataset
         plan = None if isinstance(records, Missing) else records.plan
         rest: dict[str, Any] = {"measured": known, "plan": plan, "model": model, "step": step}
-        return place_speeds(limit, contact, force_map, carried, allowance=allowance or Allowance(), **rest)
-
-    def compared(limit: ForceLimit, model: ContactModel | Missing) -> Comparison:
-        impacts, _, masses = present(dataset), present(force_map), present(model)
-        usable, under = limit if limit.permitted else None, None if isinstance(carried, Missing) else carried
-        return compare_force_models(impacts, **masses.figures, form=form, bound=under, limit=usable)
+        rest |= {"allowance": robot, "confirmation": confirmed(limit, contact)}
+        return place_speeds(limit, contact, force_map, carried, **rest)
 
     return CampaignAssessment(
         name=stated.folder.resolve().name,
@@ -270,7 +284,10 @@ def assess_campaign(
         speeds=tuple(speeds_of(*case, contact) for case in cases for contact in Contact),
         map_2d=attempt(lambda: fit_force_map(present(dataset), form=CFM_2D)),
         contact_models=models,
-        comparisons=tuple(attempt(partial(compared, *case)) for case in cases),
+        comparisons=tuple(attempt(partial(_compared, measured, fitted, form, *case)) for case in cases),
+        points=attempt(lambda: _points(stated, measured, records, fitted, confirmed, robot)),
+        protocol=stated.protocol,
+        not_stated=not_stated(conditions, stated.protocol),
     )
 
 
@@ -284,9 +301,11 @@ class _Stated:
     limits: tuple[ForceLimit, ...]
     limits_chosen: str
     findings: tuple[Finding, ...]
+    points: tuple[ContactPoint, ...] | Missing = ()
+    protocol: Protocol = field(default_factory=Protocol)
 
 
-def _stated(folder: Path, limits: Sequence[ForceLimit]) -> _Stated:
+def _stated(folder: Path, limits: Sequence[ForceLimit], table: LimitTable | None) -> _Stated:
     inputs = campaign_inputs(folder)
     if not {file.path for file in inputs} & {CAMPAIGN_FILE, PLAN_FILE, TABLE_FILE}:
         raise InputError(
@@ -300,15 +319,26 @@ def _stated(folder: Path, limits: Sequence[ForceLimit]) -> _Stated:
     own = campaign_limit_table(folder, conditions)
     findings += [own.finding] if own.finding else []
     chosen = "given by the user"
-    if not limits:
+    there = folder / POINTS_FILE
+    listed: tuple[ContactPoint, ...] | Missing
+    listed = attempt(lambda: read_contact_points(there, table=table or own.table)) if there.exists() else ()
+    of_points = (
+        () if isinstance(listed, Missing) else tuple({point.limit.name: point.limit for point in listed}.values())
+    )
+    if isinstance(listed, Missing):
+        findings.append(Finding.of(FindingKind.POINTS_UNUSABLE, words=listed.reason))
+    if not limits and of_points:
+        limits, chosen = of_points, f"those of {POINTS_FILE}"
+    elif not limits:
         limits, chosen = [_default_limit(own.table)], "the default: no body area was named"
     if own.file:
         inputs = campaign_inputs(folder, further=[own.file])
         others = dict.fromkeys(limit.edition for limit in limits if limit.sha256 != own.table.sha256)
         if others:
             findings.append(Finding.of(FindingKind.OTHER_LIMITS, table=own.file, editions=", ".join(others)))
-    findings += stated_findings(conditions, limits)
-    return _Stated(folder, inputs, conditions, tuple(limits), chosen, tuple(findings))
+    findings += stated_findings(conditions, list(dict.fromkeys([*limits, *of_points])))
+    protocol = read_protocol(folder / CAMPAIGN_FILE) if has_conditions else Protocol()
+    return _Stated(folder, inputs, conditions, tuple(limits), chosen, tuple(findings), listed, protocol)
 
 
 @dataclass(frozen=True, eq=False)
@@ -364,6 +394,34 @@ def _fitted(folder: Path, dataset: ImpactDataset | Missing, form: Form, bound: B
     transfer = force_map.require_fit().transfer
     first = (*((weak,) if weak else ()), *((*transfer.warnings, *transfer.findings) if transfer else ()))
     return _Fitted(force_map, carried, first, tuple(doubts_of_fit(force_map)))
+
+
+def _compared(
+    measured: _Measured, fitted: _Fitted, form: Form, limit: ForceLimit, model: ContactModel | Missing
+) -> Comparison:
+    impacts, _, masses = present(measured.dataset), present(fitted.force_map), present(model)
+    usable, under = limit if limit.permitted else None, None if isinstance(fitted.bound, Missing) else fitted.bound
+    return compare_force_models(impacts, **masses.figures, form=form, bound=under, limit=usable)
+
+
+def _points(
+    stated: _Stated,
+    measured: _Measured,
+    records: Campaign | Missing,
+    fitted: _Fitted,
+    confirmed: Confirmations,
+    allowance: Allowance,
+) -> tuple[PointResult, ...]:
+    return point_results(
+        present(stated.points),
+        folder=stated.folder,
+        conditions=measured.conditions,
+        campaign=records,
+        force_map=fitted.force_map,
+        bound=fitted.bound,
+        confirmed=confirmed,
+        allowance=allowance,
+    )
 
 
 def _default_limit(table: LimitTable) -> ForceLimit:

@@ -8,6 +8,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from forcemap.assessment.contact_points import PHOTOGRAPHS_FOLDER, POINTS_FILE, POINTS_FOLDER
 from forcemap.assessment.missing import error_words
 from forcemap.campaigns.build import collected, table_text
 from forcemap.campaigns.campaign import RECORDINGS_FOLDER, Campaign
@@ -23,8 +24,8 @@ from forcemap.limits.body_areas import LimitTable, read_limit_table, standard_li
 from forcemap.limits.device_spring import device_suitability
 from forcemap.limits.force_limits import ForceLimit
 
-_FILES = (CAMPAIGN_FILE, PLAN_FILE, REGISTER_FILE, TABLE_FILE)
-_FOLDERS = ("maps", RECORDINGS_FOLDER)
+_FILES = (CAMPAIGN_FILE, PLAN_FILE, REGISTER_FILE, TABLE_FILE, POINTS_FILE)
+_FOLDERS = ("maps", RECORDINGS_FOLDER, POINTS_FOLDER, PHOTOGRAPHS_FOLDER)
 
 
 @dataclass(frozen=True)
@@ -44,7 +45,7 @@ class InputFile:
 
 
 def campaign_inputs(folder: str | Path, *, further: Iterable[str] = ()) -> tuple[InputFile, ...]:
-    """The files that a campaign's result rests on: campaign.toml, the plan, register and table, maps, recordings.
+    """The files that a campaign's result rests on: campaign.toml, tables, maps, recordings, photographs.
 
     Hidden files and links that lead to no file are left out.
 
@@ -70,6 +71,11 @@ def campaign_inputs(folder: str | Path, *, further: Iterable[str] = ()) -> tuple
     first = [name for name in paths if "/" not in name]
     names = [*first, *sorted(paths.keys() - set(first))]
     return tuple(InputFile(name, _sha256(paths[name])) for name in names if paths[name].is_file())
+
+
+def is_standard_input(path: str) -> bool:
+    """True if a path below a campaign's folder is an input of every campaign that has it."""
+    return path in _FILES or path.partition("/")[0] in _FOLDERS
 
 
 def inputs_sha256(inputs: Iterable[InputFile]) -> str:

@@ -19,6 +19,7 @@ from forcemap.findings import Finding
 from forcemap.limits.force_limits import Contact, ForceLimit
 from forcemap.maps.bounds import Bound, ToleranceBound
 from forcemap.maps.force_map import ForceMap
+from forcemap.planning.confirm import ConfirmationResult, Confirmed
 from forcemap.planning.next.measurements import NextMeasurements, next_measurements
 from forcemap.speeds.allowance import Allowance
 from forcemap.speeds.safe_speed import SpeedOutcome
@@ -60,6 +61,8 @@ class PlaceSpeeds:
         measurement. NaN where contact is not permitted or the moving mass is not stated.
     measure_next : NextMeasurements or Missing
         What to measure next for this limit.
+    confirmation : ConfirmationResult or None
+        Whether impacts at released speeds confirm the map for this limit; None if none were measured.
     """
 
     limit: ForceLimit
@@ -68,11 +71,24 @@ class PlaceSpeeds:
     open_places: tuple[OpenPlaces, ...]
     standard_speed: float
     measure_next: NextMeasurements | Missing
+    confirmation: ConfirmationResult | None = None
+
+    @property
+    def contradicted(self) -> bool:
+        """True if an impact that was to confirm the map does not."""
+        return self.confirmation is not None and self.confirmation.outcome is Confirmed.DOES_NOT_PASS
+
+    @property
+    def confirmed_by(self) -> tuple[str, ...]:
+        """Recordings of the impacts that confirm the map for this limit; none if they do not, or are not all there."""
+        if self.confirmation is None or self.confirmation.outcome is not Confirmed.PASSES:
+            return ()
+        return tuple(impact.recording for impact in self.confirmation.impacts)
 
     @cached_property
     def _confirmed(self) -> FloatArray:
-        """Speeds at contact and to program where there is one to program, shape (2, n)."""
-        if isinstance(self.speeds, Missing):
+        """Speeds at contact and to program where there is one to program, shape (2, n); none if it is contradicted."""
+        if isinstance(self.speeds, Missing) or self.contradicted:
             return np.empty((2, 0))
         pairs = np.array([self.speeds.speeds.speed.ravel(), self.speeds.speeds.speed_to_program.ravel()])
         return pairs[:, ~np.isnan(pairs[1])]
@@ -119,6 +135,7 @@ def place_speeds(
     model: ContactModel | Missing,
     step: float,
     allowance: Allowance,
+    confirmation: ConfirmationResult | None = None,
 ) -> PlaceSpeeds:
     """Safe speeds on a grid `step` [m] apart, and what to measure next; a missing part says why.
 
@@ -136,6 +153,8 @@ def place_speeds(
         The standard's contact model.
     step : float
         Distance between places [m].
+    confirmation : ConfirmationResult, optional
+        Of the impacts that were made to confirm the map for this limit.
     """
     if not limit.permitted:
         why = Missing(f"NOT PERMITTED: the standard permits no contact with {limit.name}, at no speed")
@@ -155,6 +174,7 @@ def place_speeds(
         open_places=() if isinstance(speeds, Missing) else _open_places(speeds),
         standard_speed=math.nan if isinstance(model, Missing) else model.speed_limit(limit, contact),
         measure_next=attempt(lambda: next_measurements(measured, limit, contact=contact, bound=tolerance, **ranges)),
+        confirmation=confirmation,
     )
 
 

@@ -15,6 +15,8 @@ from typing import Any
 import numpy as np
 
 from forcemap.arrays import FloatArray
+from forcemap.campaigns.entries import typed_entry
+from forcemap.campaigns.protocol import Protocol
 from forcemap.errors import CampaignFileError, InputError, nearest_names
 from forcemap.files import read_bytes, toml_tables
 from forcemap.findings import Finding, FindingKind
@@ -165,11 +167,7 @@ class Conditions:
 
     def _device_position(self, *names: str) -> int | None:
         """Position of the first entry of `devices` that fits the names; None if none does."""
-        known = [name for text in names for name in (text, PurePosixPath(text.partition("#")[0]).stem)]
-        known += [curve for text in names if (curve := text.partition("#")[2])]
-        known = [name.casefold() for name in known]
-        patterns = [pattern.casefold() for pattern, _ in self.devices]
-        fits = (any(fnmatchcase(name, pattern) for name in known) for pattern in patterns)
+        fits = (pattern_fits(pattern, *names) for pattern, _ in self.devices)
         return next((position for position, fit in enumerate(fits) if fit), None)
 
     def of_devices(self, used: Iterable[Device]) -> Conditions:
@@ -296,7 +294,7 @@ class Conditions:
                 raise InputError(f"unknown entry; the nearest known ones are {near}", column=entry)
             name, _ = ENTRIES[entry]
             target = device if name.startswith("device.") else film if name.startswith("film.") else known
-            target[name.rpartition(".")[2]] = _typed(entry, value, attrgetter(name)(cls()))
+            target[name.rpartition(".")[2]] = typed_entry(entry, value, attrgetter(name)(cls()))
         only = cls(**known, device=Device(**device), film=Film(**film))
         if "devices" not in tables:
             return only
@@ -360,7 +358,9 @@ def read_campaign_file(path: str | Path) -> tuple[Conditions, ColumnMap | None]:
         message = "forcemap simulate was ended before all recordings were written; delete the folder and simulate again"
         raise CampaignFileError(f"an unfinished simulation: {message}", file=str(path), column=UNFINISHED)
     recordings, section = tables.pop("recordings", None), ""
+    protocol = tables.pop("protocol", {})
     try:
+        Protocol.from_table(protocol)
         conditions = Conditions.from_tables(tables)
         section = "recordings"
         if recordings is not None and not isinstance(recordings, Mapping):
@@ -430,6 +430,13 @@ MEASURED_UNDER = (
 """Entries of campaign.toml that say what was measured, and so what a map holds for."""
 
 
+def pattern_fits(pattern: str, *names: str) -> bool:
+    """Whether a pattern with * and ? fits a state or a recording, by its names, in whatever folder, with any ending."""
+    known = [name for text in names for name in (text, PurePosixPath(text.partition("#")[0]).stem)]
+    known += [curve for text in names if (curve := text.partition("#")[2])]
+    return any(fnmatchcase(name.casefold(), pattern.casefold()) for name in known)
+
+
 def normalised(text: str) -> str:
     """A stated text as it is compared: in small letters, single spaces."""
     return " ".join(text.lower().split())
@@ -448,17 +455,3 @@ def _numeric_entries() -> frozenset[str]:
     """Entries of campaign.toml that are numbers."""
     empty = Conditions()
     return frozenset(entry for entry, (name, _) in ENTRIES.items() if isinstance(attrgetter(name)(empty), float))
-
-
-def _typed(entry: str, value: Any, default: Any) -> Any:
-    """The value, if it is of the kind of the default: true/false, a finite number, or a text (a date as text)."""
-    if isinstance(default, bool):
-        good, expected = isinstance(value, bool), "true or false"
-    elif isinstance(default, float):
-        number = isinstance(value, int | float) and not isinstance(value, bool)
-        good, expected = number and math.isfinite(value), "a finite number"
-    else:
-        good, expected = not isinstance(value, Mapping | list | bool), "a text"
-    if not good:
-        raise InputError(f"found {value!r}, expected {expected}", column=entry)
-    return type(default)(value)

@@ -8,9 +8,21 @@ from operator import attrgetter
 from typing import Any
 
 from forcemap.campaigns.conditions import ENTRIES, SCHEMA, Conditions
+from forcemap.campaigns.protocol import PROTOCOL_ENTRIES
 from forcemap.recordings.column_map import ColumnMap
 
 _DATES = ("date", "calibrated", "calibration_expires")
+
+
+def _blank(key: str) -> str:
+    return "20.0" if key.endswith("_C") else "2026-01-31" if key in _DATES or key.endswith("_date") else '""'
+
+
+_PROTOCOL = (
+    "# Who measured what with which device, for the report; may be stated afterwards. See docs/contact_points.md.",
+    "[protocol]",
+    *(f"# {name} = {_blank(name)}" for name in PROTOCOL_ENTRIES),
+)
 _COLUMN_HELP = """
 # How the device writes its files; see docs/your_device_files.md. Columns by name or by number, counted from 1.
 [recordings]
@@ -42,13 +54,14 @@ def campaign_text(conditions: Conditions, columns: ColumnMap | None = None) -> s
         lines += ["", f"[{above}]"] if above != section else []
         section = above
         number = isinstance(attrgetter(name)(Conditions()), float)
-        blank = "0.0" if number else "2026-01-31" if key in _DATES else '""'
+        blank = "0.0" if number else _blank(key)
         text = f"{key} = {_toml(stated[entry])}" if entry in stated else f"# {key} = {blank}"
         lines.append(f"{text}  # {comment}" if comment else text)
     if several:
         lines += ["", "# of several devices; the first whose pattern of states or recordings fits counts"]
     for device in conditions.to_tables().get("devices", []):
         lines += ["[[devices]]", *(f"{key} = {_toml(value)}" for key, value in device.items()), ""]
+    lines += ["", *_PROTOCOL]
     if columns is None:
         return "\n".join(lines) + "\n" + _COLUMN_HELP
     lines += ["", "[recordings]", *(f"{key} = {_toml(value)}" for key, value in columns.to_table().items())]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path, PurePosixPath
+from pathlib import Path
 from typing import Annotated
 
 import numpy as np
@@ -11,17 +11,15 @@ from typer import Option
 
 import forcemap as fm
 from forcemap.answers.plan import ConfirmAnswer
-from forcemap.campaigns.recordings_table import Use
+from forcemap.assessment.confirmation import checked_impacts
 from forcemap.cli import planned
 from forcemap.cli.options import ContactKind, FormName, Json, Limit, Source, bound_from, force_map_from, limit_from
 from forcemap.cli.output import emit, listing, table
-from forcemap.findings import Finding, in_words
 from forcemap.planning.confirm import ConfirmationPlan, ConfirmationResult, Confirmed
 from forcemap.planning.runs import extend_plan
 from forcemap.words import sentence, sentences, simulated_line
 
 _EXIT = {Confirmed.PASSES: 0, Confirmed.DOES_NOT_PASS: 1, Confirmed.CANNOT_TELL: 2}
-_WITHIN = {fm.VerdictOutcome.WITHIN: True, fm.VerdictOutcome.CANNOT_TELL: None, fm.VerdictOutcome.EXCEEDED: False}
 
 
 def confirm(
@@ -53,7 +51,7 @@ def confirm(
     files: list[str] = []
     if campaign is not None and dataset is not None:
         planned.refuse_waiting(campaign, campaign.plan.role == "train", dataset, "planned states")
-        answer = answer.judged(dataset, _checked(campaign, force_limit, kind))
+        answer = answer.judged(dataset, checked_impacts(campaign, force_limit, kind))
         stays = campaign.plan.select(~np.isin(campaign.plan.recording, answer.replaced.recording))
         if len(answer.added) or (len(answer.plan) and answer.result is None and not answer.refusal):
             unmeasured = np.isin(answer.plan.recording, [*campaign.missing, *answer.added.recording.tolist()])
@@ -73,33 +71,6 @@ def confirm(
     lines = _lines(source, answer, files, again, planned.command_line("next", source, options))
     emit(ConfirmAnswer.of_confirmation(answer, source, files, again), lines, as_json=as_json)
     return _EXIT[answer.result.outcome] if answer.result else int(bool(answer.refusal))
-
-
-def _checked(
-    campaign: fm.Campaign, limit: fm.ForceLimit | fm.NewtonLimit, contact: fm.Contact | None
-) -> dict[str, tuple[bool | None, Finding]]:
-    """Whether the recordings of confirming runs are within the limit (as `forcemap check`), and why.
-
-    By recording; by run where a recording is there that is not used.
-    """
-    plan = campaign.plan
-    confirming = plan.select(ConfirmationPlan.among(plan)).states
-    check = fm.check_campaign(campaign, limit, contact=contact)
-    recordings = {recording.name: recording for recording in check.recordings}
-    checked: dict[str, tuple[bool | None, Finding]] = {}
-    for entry in campaign.entries:
-        named = plan.run_named(PurePosixPath(entry.file).stem) or plan.run_named(entry.curve) or ("", 0)
-        state, repeat = (entry.state_id, entry.repeat) if entry.state_id else named
-        if state in confirming and entry.use is not Use.USED:
-            checked[f"{state}-r{repeat}"] = None, in_words(f"{entry.use}: {entry.reason}")
-        elif state in confirming:
-            recording = recordings.get(entry.name)  # None: its file has another name now
-            verdicts = recording.verdicts if recording else ()
-            worst = max(verdicts, key=lambda verdict: verdict.outcome.severity, default=None)
-            gone = in_words("not judged as it was registered; run forcemap collect")
-            why = worst.governing.reason if worst else (recording and recording.not_judged) or gone
-            checked[entry.name] = _WITHIN[worst.outcome] if worst else None, why
-    return checked
 
 
 def _lines(source: str, answer: ConfirmationPlan, files: list[str], again: str, more: str) -> list[str]:

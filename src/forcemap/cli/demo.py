@@ -23,7 +23,7 @@ from forcemap.cli.collect import contact_lines, scatter_lines
 from forcemap.cli.fit import impacts_words
 from forcemap.cli.options import Json
 from forcemap.cli.output import emit, listing, table, wrapped
-from forcemap.cli.report import REPORT_FILE, answer_lines, write_report
+from forcemap.cli.report import REPORT_FILE, REPORT_LIST, answer_lines, write_report
 from forcemap.cli.speed import fastest_line, grid_lines, next_lines, speed_map_table
 from forcemap.files import write_atomically
 from forcemap.words import sentence, sentences
@@ -74,8 +74,8 @@ def demo(
         str(path.relative_to(target)) for path in target.rglob("*") if path.is_file() and path.name != MEMORY_FILE
     )
     files = [file for file in written if not file.startswith("recordings/")]
-    files += [REPORT_FILE, f"recordings/ ({len(written) - len(files)} files)"]
-    (report,) = write_report(assessment, target / REPORT_FILE, None, pdf=False)
+    files += [REPORT_FILE, REPORT_LIST, f"recordings/ ({len(written) - len(files)} files)"]
+    report, _ = write_report(assessment, target / REPORT_FILE, None, pdf=False)
     program = "forcemap" if shutil.which("forcemap") else sys.argv[0]
     closing = [
         "",

@@ -236,7 +236,7 @@ def _write(answer: FleetAnswer, page: Path, links: dict[str, str]) -> None:
 
 
 def _programmed(speed: dict[str, Any]) -> str:
-    if not speed["confirmed_places"]:
+    if not speed["permitted_places"]:
         return ""
     low, high = (fm.floor_speed(speed[f"{end}_speed_to_program_mps"]) for end in ("lowest", "highest"))
     return low if low == high else f"{low} to {high}"
@@ -258,7 +258,7 @@ def _table(answer: FleetAnswer) -> str:
         }
         for speed in (row.report or {"speeds": []})["speeds"] or [{}]:
             figures = {key: csv_cell(speed.get(key)) for key in ("limit", "contact", "limit_N", "outcome", "reason")}
-            places = {key: csv_cell(speed.get(key)) for key in ("confirmed_places", "unconfirmed_places")}
+            places = {key: csv_cell(speed.get(key)) for key in ("permitted_places", "unconfirmed_places")}
             ends = {key: speed.get(key) for key in ("lowest_speed_to_program_mps", "highest_speed_to_program_mps")}
             floored = {key: "" if v is None or math.isnan(v) else fm.floor_speed(v) for key, v in ends.items()}
             rows.append(of_row | figures | places | floored)

@@ -13,6 +13,7 @@ from typer import Argument, Option
 import forcemap as fm
 from forcemap.assessment.folder import campaign_limit_table
 from forcemap.assessment.missing import Missing
+from forcemap.assessment.place_speeds import PlaceSpeeds
 from forcemap.cli.options import (
     BoundOption,
     FormName,
@@ -26,9 +27,10 @@ from forcemap.cli.options import (
 )
 from forcemap.cli.output import Progress, emit, listing, write_result
 from forcemap.files import read_bytes, write_atomically
-from forcemap.words import sentences
+from forcemap.words import sentence, sentences
 
 REPORT_FILE = "report.html"
+REPORT_LIST = "report.sha256"
 ATLAS_REPORT = "atlas.html"
 _PDF = b"%PDF"
 
@@ -116,6 +118,7 @@ def _assessment(
         return fm.assess_campaign(
             campaign,
             limits=[fm.force_limit(name, table=table) for name in names],
+            limit_table=table,
             bound=stated_bound(bound_kind, margin, conditions.device.error_or_default),
             progress=lambda done, _: progress.show(done),
             **case,
@@ -162,19 +165,22 @@ def _report_atlas(
 
 
 def write_report(assessment: fm.CampaignAssessment, target: Path, date: str | None, *, pdf: bool) -> list[str]:
-    """Write a report, and as a PDF beside it if asked for; the names of the files."""
-    from forcemap.report import report_html, report_pdf
+    """Write a report with the list of its inputs beside it, and as a PDF if asked for; the names of the files."""
+    from forcemap.report import LIST_ENDING, inputs_list, is_inputs_list, report_html, report_pdf
 
     _require_same_areas(assessment, target)
-    beside = target.with_suffix(".pdf")
+    beside, listed = target.with_suffix(".pdf"), target.with_suffix(LIST_ENDING)
+    if listed.exists() and not is_inputs_list(read_bytes(listed)):
+        raise fm.InputError("this is another file, no list of inputs; choose another name", file=str(listed))
     if pdf and beside.exists() and not read_bytes(beside).startswith(_PDF):
         raise fm.InputError("this is another file, not an earlier report; choose another name", file=str(beside))
     html = report_html(assessment, date=date)
     printed = report_pdf(html) if pdf else b""  # before anything is written
     write_result(str(target), html, mark='name="forcemap-report"')
+    write_atomically(listed, inputs_list(assessment.inputs))
     if pdf:
         write_atomically(beside, printed)
-    return [str(target), *([str(beside)] if pdf else [])]
+    return [str(target), str(listed), *([str(beside)] if pdf else [])]
 
 
 def _require_same_areas(assessment: fm.CampaignAssessment, target: Path) -> None:
@@ -204,8 +210,13 @@ def _verify(file: str, folder: str, *, as_json: bool) -> int:
     result = {"holds": changes.holds, "report_intact": figures.pop("intact"), **figures}
     lines = [f"Report of {changes.date}, written by {changes.software}"]
     lines += [] if changes.intact else ["ALTERED: the report file is not as it was written"]
-    for title, files in (("Changed", changes.changed), ("Vanished", changes.vanished), ("New", changes.new)):
+    if changes.list_altered:
+        lines.append("ALTERED: the list of inputs beside the report is not the one of its digest")
+    groups = (("Changed", changes.changed), ("Vanished", changes.vanished), ("New", changes.new))
+    for title, files in (*groups, ("Only line ends changed", changes.line_ends)):
         lines += listing(f"{title} since", map(printable, files)) if files else []
+    if not (changes.inputs_hold or changes.listed):
+        lines.append("The inputs are not those of the digest; which of them changed, the list beside the report tells")
     lines.append("Nothing changed since" if changes.holds else "Write the report again")
     lines.append(f"{changes.unchanged} files as then")
     emit(result, lines, as_json=as_json)
@@ -225,9 +236,10 @@ def report_result(assessment: fm.CampaignAssessment, files: list[str]) -> dict[s
                 "limit": part.limit.name,
                 "contact": part.contact.value,
                 "limit_N": part.limit.force(part.contact) if part.limit.permitted else None,
-                "outcome": _outcome(part.confirmed, part.limit),
+                "outcome": _outcome(part),
                 "reason": part.speeds.reason if isinstance(part.speeds, Missing) else "",
-                "confirmed_places": part.confirmed,
+                "confirmed_by": list(part.confirmed_by),
+                "permitted_places": part.confirmed,
                 "unconfirmed_places": part.unconfirmed,
                 "lowest_speed_mps": part.slowest,
                 "highest_speed_mps": part.fastest,
@@ -236,35 +248,79 @@ def report_result(assessment: fm.CampaignAssessment, files: list[str]) -> dict[s
             }
             for part in assessment.speeds
         ],
+        "contact_points": _points(assessment),
+        "not_stated": [each.entry for each in assessment.not_stated],
         "inputs": {printable(file.path): file.sha256 for file in assessment.inputs},
     }
 
 
-def _outcome(confirmed_places: int, limit: fm.ForceLimit) -> str:
-    """Whether any place has a speed for a limit."""
-    if confirmed_places:
-        return "confirmed"
-    return "unconfirmed" if limit.permitted else "not_permitted"
+def _outcome(part: PlaceSpeeds) -> str:
+    """Whether any place has a speed for a limit, and whether impacts confirmed it."""
+    if part.confirmed:
+        return "confirmed" if part.confirmed_by else "permitted_by_the_map"
+    return "unconfirmed" if part.limit.permitted else "not_permitted"
+
+
+def _points(assessment: fm.CampaignAssessment) -> list[dict[str, Any]] | None:
+    """Every contact point; None if their list cannot be used."""
+    if isinstance(assessment.points, Missing):
+        return None
+    return [
+        {
+            "point_id": result.point.name,
+            "outcome": result.outcome.value,
+            "limit": result.point.limit.name,
+            "contact": result.point.contact.value,
+            "speed_to_program_mps": result.speed,
+            "programmed_mps": result.point.programmed,
+            "confirmed_by": list(result.confirmed_by),
+            "rests_on": sentences(result.rests_on),
+            "lacks": sentences(result.lacks),
+            "pressure": "not assessed",
+        }
+        for result in assessment.points
+    ]
 
 
 def answer_lines(assessment: fm.CampaignAssessment) -> list[str]:
     """What is confirmed for every body area and contact, after what must be said first."""
     lines = ["SIMULATED impacts: not a measurement of any robot"] if assessment.simulated else []
     lines += listing("READ THIS FIRST", sentences(assessment.findings)) if assessment.findings else []
+    lines += _point_lines(assessment)
     for part in assessment.speeds:
         name = f"{part.limit.name}, {part.contact}"
+        if part.contradicted and part.confirmation:
+            lines.append(f"{name}: no place permitted: {sentence(part.confirmation.reason)}")
+            continue
         if isinstance(part.speeds, Missing):
             lines.append(f"{name}: no speed: {part.speeds.reason}")
             continue
         newtons = f"{name}, {part.limit.force(part.contact):g} N"
         lines.append(
-            f"{newtons}: {part.confirmed} places confirmed, program at most "
+            f"{newtons}: {part.confirmed} places {_permitted(part)}, program at most "
             f"{fm.floor_speed(part.slowest_to_program)} to {fm.floor_speed(part.fastest_to_program)} m/s "
             f"({fm.floor_speed(part.slowest)} to {fm.floor_speed(part.fastest)} m/s at contact), place by place; "
             f"{part.unconfirmed} unconfirmed"
             if part.confirmed
-            else f"{newtons}: no place confirmed"
+            else f"{newtons}: no place permitted"
         )
+    return lines
+
+
+def _permitted(part: PlaceSpeeds) -> str:
+    return f"confirmed by {len(part.confirmed_by)} impacts" if part.confirmed_by else "permitted by the map"
+
+
+def _point_lines(assessment: fm.CampaignAssessment) -> list[str]:
+    """A line for every contact point."""
+    if isinstance(assessment.points, Missing):
+        return ["contact points: NONE PERMITTED, their list cannot be used"]
+    lines = []
+    for result in assessment.points:
+        words = result.outcome.replace("_", " ")
+        said = f"{words}: {sentence(result.lacks[0])}" if result.lacks else f"{words}, program at most "
+        said += "" if result.lacks else f"{fm.floor_speed(result.speed)} m/s"
+        lines.append(f"contact point {result.point.name}: {said}")
     return lines
 
 

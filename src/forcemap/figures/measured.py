@@ -130,6 +130,12 @@ def near(values: FloatArray, wanted: float, tolerance: float) -> Mask:
     return np.asarray(np.abs(values - wanted) <= tolerance * (1 + 1e-9))
 
 
+def _around(values: FloatArray) -> tuple[float, float]:
+    """Ends of an axis that shows all values, the outermost markers whole."""
+    beside = 0.1 * float(np.ptp(values)) + 0.02
+    return float(values.min()) - beside, float(values.max()) + beside
+
+
 @settings()
 def measurement_grid_figure(dataset: ImpactDataset, *, width: float = PAGE_WIDTH) -> Figure:
     """Places of the measured states, a panel a speed: training, test and censored states by marker.
@@ -146,7 +152,9 @@ def measurement_grid_figure(dataset: ImpactDataset, *, width: float = PAGE_WIDTH
     groups = np.array_split(speeds, min(_MOST_PANELS, speeds.size))
     columns = min(len(groups), 3 if is_wide(width) else 2)
     rows = -(-len(groups) // columns)
-    figure = new_figure("Places and speeds measured", width, 0.02 + rows * 0.95 * width / columns)
+    across, upwards = (_around(axis) for axis in (dataset.states.distance, dataset.states.height))
+    tall = min(1.5, max(0.45, (upwards[1] - upwards[0]) / (across[1] - across[0])))
+    figure = new_figure("Places and speeds measured", width, 0.025 + rows * (0.012 + tall * 0.9 * width / columns))
     all_axes = panels(figure, len(groups), columns, share_y=True)
     for i, (axes, group) in enumerate(zip(all_axes, groups, strict=True)):
         low, high = group[0] - dataset.tolerance.speed, group[-1] + dataset.tolerance.speed
@@ -158,8 +166,8 @@ def measurement_grid_figure(dataset: ImpactDataset, *, width: float = PAGE_WIDTH
         words = f"{group[0]:.3g}" + (f" to {group[-1]:.3g}" if group.size > 1 else "")
         axes.set(title=f"{words} m/s", xlabel=DISTANCE if i + columns >= len(groups) else "")
         axes.set_ylabel(HEIGHT if i % columns == 0 else "")
-        axes.margins(0.15)
-        axes.set_aspect("equal", adjustable="datalim")
+        axes.set(xlim=across, ylim=upwards)
+        axes.set_aspect("equal", adjustable="box")
     return finish(figure, simulated=dataset.simulated, columns=3 if is_wide(width) else 1)
 
 

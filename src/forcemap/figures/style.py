@@ -120,6 +120,9 @@ OUTLIER = Look("outlier", VERMILLION, marker="o", size=8.0)
 ALLOWED = Look("speed to program", GREEN, "-", 1.6)
 PROGRAMMED = Look("programmed speed", VERMILLION, (0, (4, 2)), 1.1)
 COMMANDED = Look("speed to command, braking in time", BLACK, (0, (1, 1.5)), 1.1)
+HAS_SPEED = Look("has a speed", GREEN, marker="s", face=GREEN, size=3.6)
+NO_SPEED = Look("no permission yet", VERMILLION, marker="x", size=5.0)
+MEASURE_NEXT = Look("measure next, at this speed [m/s]", BLACK, marker="D", face=YELLOW, size=6.0)
 PROFILE = Look("motion within it", BLUE, (0, (1, 1)), 1.1)
 
 VARIANTS = [

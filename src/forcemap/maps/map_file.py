@@ -186,8 +186,20 @@ def _renamed(content: dict[str, Any], names: dict[str, str]) -> dict[str, Any]:
     }
 
 
+def _phase_two_to_content(phase_two: PhaseTwo) -> dict[str, Any]:
+    unused = {} if math.isnan(phase_two.unused_force) else {"unused_force_N": phase_two.unused_force}
+    return {
+        "scenarios": {scenario.value: n for scenario, n in phase_two.scenarios.items()},
+        "unrecorded": phase_two.unrecorded,
+        "largest_force_N": _null(phase_two.largest_force),
+        "above_peak": phase_two.above_peak,
+        "excluded": phase_two.excluded,
+        **unused,
+    }
+
+
 def _to_content(force_map: ForceMap) -> dict[str, Any]:
-    reason, phase_two = force_map.binding.reason, force_map.phase_two
+    reason = force_map.binding.reason
     content: dict[str, Any] = {
         "schema": SCHEMA,
         "name": force_map.name,
@@ -197,14 +209,7 @@ def _to_content(force_map: ForceMap) -> dict[str, Any]:
         "form": force_map.form.name,
         "terms": force_map.form.term_names,
         "coefficients": force_map.coefficients.tolist(),
-        "phase_two": {
-            "scenarios": {scenario.value: n for scenario, n in phase_two.scenarios.items()},
-            "unrecorded": phase_two.unrecorded,
-            "largest_force_N": _null(phase_two.largest_force),
-            "above_peak": phase_two.above_peak,
-            "excluded": phase_two.excluded,
-            **({} if math.isnan(phase_two.unused_force) else {"unused_force_N": phase_two.unused_force}),
-        },
+        "phase_two": _phase_two_to_content(force_map.phase_two),
         "device_range_N": _null(force_map.device_range),
         "binding": {
             "state": force_map.binding.state.value,

@@ -3,6 +3,25 @@
 from forcemap.report.atlas_document import atlas_html
 from forcemap.report.document import report_html
 from forcemap.report.pdf import report_pdf
-from forcemap.report.seal import Verification, made_for, read_seal, verify_report
+from forcemap.report.seal import (
+    LIST_ENDING,
+    Verification,
+    inputs_list,
+    is_inputs_list,
+    made_for,
+    read_seal,
+    verify_report,
+)
 
-__all__ = ["Verification", "atlas_html", "made_for", "read_seal", "report_html", "report_pdf", "verify_report"]
+__all__ = [
+    "LIST_ENDING",
+    "Verification",
+    "atlas_html",
+    "inputs_list",
+    "is_inputs_list",
+    "made_for",
+    "read_seal",
+    "report_html",
+    "report_pdf",
+    "verify_report",
+]

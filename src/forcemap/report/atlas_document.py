@@ -11,7 +11,8 @@ from forcemap.files import stated_date
 from forcemap.maps.force_map import ForceMap
 from forcemap.maps.map_file import map_sha256
 from forcemap.paths.atlas import Atlas
-from forcemap.report.document import environment, headline
+from forcemap.report.document import environment
+from forcemap.report.permission import headline
 from forcemap.words import of_maps, sentences
 
 

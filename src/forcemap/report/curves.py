@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from markupsafe import Markup, escape
 
 from forcemap.arrays import FloatArray
-from forcemap.campaigns.recordings_table import Use
 from forcemap.figures.style import BLUE, GREEN, PURPLE, SKY, VERMILLION
 from forcemap.impacts.impact import TRANSIENT_TIME
 from forcemap.limits.force_limits import ForceLimit
-from forcemap.verdicts.recording_results import RecordingResult
 
 _WIDTH, _HEIGHT = 340, 120
 _LEFT, _BREAK, _RIGHT, _TOP, _BOTTOM = 34, 206, 334, 8, 100
@@ -24,40 +23,50 @@ _MOST_STEPS = 4
 _STROKES = ((BLUE, ""), (VERMILLION, "5 2"), (GREEN, "2 2"), (PURPLE, "7 2 2 2"), (SKY, "1 2"))
 
 
-def highest_force(recordings: Sequence[RecordingResult], limit: ForceLimit | None) -> float:
+@dataclass(frozen=True, eq=False)
+class Curve:
+    """Force [N] over time after onset [s] of a recording, and whether it is used."""
+
+    name: str
+    time: FloatArray
+    force: FloatArray
+    used: bool = True
+
+
+def highest_force(curves: Sequence[Curve], limit: ForceLimit | None) -> float:
     """The force at the top of all curves' drawings [N]."""
-    forces = [float(recording.force.max()) for recording in recordings if recording.force.size]
+    forces = [float(curve.force.max()) for curve in curves if curve.force.size]
     limits = [limit.transient] if limit is not None else []
     return _HEADROOM * max([*forces, *limits, 1.0])
 
 
-def state_curve(recordings: Sequence[RecordingResult], limit: ForceLimit | None, top: float) -> Markup:
+def force_curves(curves: Sequence[Curve], limit: ForceLimit | None, top: float) -> Markup:
     """The curves of recordings in one drawing, with the limits by time; empty if no recording has one.
 
     The axis of time is broken at 0.1 s. Recordings that are not used are grey.
 
     Parameters
     ----------
-    recordings : sequence of RecordingResult
+    curves : sequence of Curve
     limit : ForceLimit or None
         Limits to draw; None for none.
     top : float
         Force at the top of the drawing [N].
     """
-    drawn = [recording for recording in recordings if recording.force.size]
+    drawn = [curve for curve in curves if curve.force.size]
     if not drawn:
         return Markup("")
     parts = [_axes(top)]
     if limit is not None:
         parts.append(_limits(limit, top))
     used = 0
-    for recording in drawn:
-        colour, dashes = _STROKES[used % len(_STROKES)] if recording.entry.use is Use.USED else ("#999999", "")
-        used += recording.entry.use is Use.USED
+    for curve in drawn:
+        colour, dashes = _STROKES[used % len(_STROKES)] if curve.used else ("#999999", "")
+        used += curve.used
         dash = f' stroke-dasharray="{dashes}"' if dashes else ""
-        points = " ".join(f"{x:.0f},{y:.0f}" for x, y in zip(_x(recording.time), _y(recording.force, top), strict=True))
+        points = " ".join(f"{x:.0f},{y:.0f}" for x, y in zip(_x(curve.time), _y(curve.force, top), strict=True))
         parts.append(f'<polyline fill="none" stroke="{colour}"{dash} points="{points}"/>')
-    title = escape(f"force over time after onset of {', '.join(recording.entry.name for recording in drawn)}")
+    title = escape(f"force over time after onset of {', '.join(curve.name for curve in drawn)}")
     head = f'<svg class="curve" viewBox="0 0 {_WIDTH} {_HEIGHT}" width="{_WIDTH}" height="{_HEIGHT}" role="img"'
     return Markup(f'{head} aria-label="{title}">{"".join(parts)}</svg>')
 

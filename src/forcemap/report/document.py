@@ -16,22 +16,23 @@ from markupsafe import Markup
 from forcemap.assessment.assess_campaign import CampaignAssessment
 from forcemap.assessment.folder import inputs_sha256
 from forcemap.assessment.missing import Missing
-from forcemap.assessment.place_speeds import PlaceSpeeds
+from forcemap.assessment.point_results import PointOutcome
 from forcemap.assessment.state_results import StateResult
+from forcemap.campaigns.not_stated import Matters
 from forcemap.campaigns.recordings_table import Use
 from forcemap.files import stated_date
 from forcemap.findings import Finding
 from forcemap.limits.force_limits import Contact
-from forcemap.report.curves import highest_force, state_curve
+from forcemap.report.curves import Curve, force_curves, highest_force
+from forcemap.report.permission import device_words, headline, permission, point_permissions
 from forcemap.report.pictures import Pictures
-from forcemap.report.seal import MARK, made_for, quoted, seal, seal_tag
+from forcemap.report.seal import MARK, further_inputs, made_for, quoted, seal, seal_tag
+from forcemap.report.sheets import sheets
 from forcemap.speeds.safe_speed import floor_speed
 from forcemap.verdicts.verdict import Interpretation, VerdictOutcome
 from forcemap.words import sentence, sentences
 
 _COLUMNS_AT_ONCE = 9  # most columns of a speed table, so that it fits on a page
-
-_NO_CONTACT = "the standard permits no contact; keep the robot from reaching it"
 
 # Control characters, surrogates, noncharacters; and marks that turn the direction of text around.
 _UNFIT = re.compile(
@@ -68,6 +69,12 @@ def report_html(assessment: CampaignAssessment, *, date: str | None = None) -> s
             pictures=Pictures(assessment),
             findings=sentences(assessment.findings),
             headlines=[headline(results) for results in assessment.speeds],
+            permissions=[permission(results, assessment) for results in assessment.speeds],
+            point_permissions=point_permissions(assessment),
+            sheets=sheets(assessment),
+            rests_on=_rests_on(assessment),
+            device_words=device_words(assessment.conditions),
+            further_inputs=further_inputs(assessment.inputs),
             curves=_curves(assessment),
             places=_places(assessment),
             calibration=_calibration(assessment),
@@ -86,9 +93,11 @@ def environment() -> Environment:
         lstrip_blocks=True,
         finalize=_fit,
     )
-    filters = (_mps, _number, _stated, quoted, _words, _outcome_counts, _blocks, _plural)
+    filters = (_mps, _number, _stated, quoted, _words, _outcome_counts, _blocks, _plural, sentence)
     environment.filters |= {function.__name__.strip("_"): function for function in filters}
-    environment.globals |= {enum.__name__: enum for enum in (Contact, Interpretation, VerdictOutcome, Use)}
+    environment.globals |= {
+        enum.__name__: enum for enum in (Contact, Interpretation, VerdictOutcome, Use, PointOutcome, Matters)
+    }
     environment.globals["mark"] = MARK
     environment.tests |= {"gone": lambda part: isinstance(part, Missing), "nan": _is_nan}
     return environment
@@ -143,36 +152,33 @@ def _blocks(columns: Sequence[float]) -> list[range]:
     return [range(first, last) for first, last in pairwise(edges)]
 
 
-def headline(results: PlaceSpeeds) -> dict[str, Any]:
-    """What is confirmed for one body area and kind of contact, in a word and a line."""
-    shown = {"results": results, "word": "NOT CONFIRMED", "kind": "refused", "places": 0}
-    if not results.limit.permitted:
-        return shown | {"word": "NOT PERMITTED", "speeds": _NO_CONTACT}
-    if isinstance(results.speeds, Missing):
-        return shown | {"speeds": results.speeds.reason}
-    shown["places"] = inside = sum(count for name, count in results.speeds.counts.items() if name != "outside")
-    if not results.confirmed:
-        nowhere = "no place lies inside the measured range"
-        return shown | {"speeds": results.open_places[0].reason if results.open_places else nowhere}
-    program = _between(results.slowest_to_program, results.fastest_to_program)
-    speeds = f"{program} to program ({_between(results.slowest, results.fastest)} at contact)"
-    speeds += ", place by place" if results.fastest > results.slowest else ""
-    if results.confirmed == inside:
-        return shown | {"word": "CONFIRMED at all places", "kind": "confirmed", "speeds": speeds}
-    return shown | {"word": f"CONFIRMED at {results.confirmed} of {inside} places", "kind": "partly", "speeds": speeds}
-
-
-def _between(low: float, high: float) -> str:
-    return f"{floor_speed(low)}{f' to {floor_speed(high)}' if high > low else ''}\u00a0m/s"
-
-
 def _curves(assessment: CampaignAssessment) -> dict[str, Markup]:
     """The curves of every state, by its name."""
     if isinstance(assessment.states, Missing):
         return {}
     limit = next((limit for limit in assessment.limits if limit.permitted), None)
-    top = highest_force([recording for state in assessment.states for recording in state.recordings], limit)
-    return {state.name: state_curve(state.recordings, limit, top) for state in assessment.states}
+    curves = {
+        state.name: [Curve(r.entry.name, r.time, r.force, r.entry.use is Use.USED) for r in state.recordings]
+        for state in assessment.states
+    }
+    top = highest_force([curve for of_state in curves.values() for curve in of_state], limit)
+    return {name: force_curves(of_state, limit, top) for name, of_state in curves.items()}
+
+
+def _rests_on(assessment: CampaignAssessment) -> list[str]:
+    """What the verdict rests on, in three lines: what was measured, the map with its bound, the limits."""
+    a, c = assessment, assessment.conditions
+    counted = "no impact can be used"
+    if not isinstance(a.dataset, Missing):
+        counted = f"{len(a.dataset.speed)} impacts in {len(a.dataset.states)} states"
+        counted += f", {int(a.dataset.censored.sum())} of them above the device range" * bool(a.dataset.censored.any())
+    measured = (
+        f"Measured: {counted}, with {device_words(c)}, {c.date or 'date not stated'}, by {c.operator or 'not stated'}"
+    )
+    source = a.force_map.reason if isinstance(a.force_map, Missing) else f"{a.force_map.form.name} {a.force_map.source}"
+    bound = f"no bound: {a.bound.reason}" if isinstance(a.bound, Missing) else str(a.bound)
+    editions = dict.fromkeys(f"{limit.edition}, table version {limit.version}" for limit in a.limits)
+    return [measured, f"Map: {source}; {bound}", f"Limits: {'; '.join(editions)}"]
 
 
 def _places(assessment: CampaignAssessment) -> list[tuple[float, float, list[float]]]:

@@ -73,6 +73,12 @@ class Pictures:
         what = f"safe speeds for {results.limit.name}, {results.contact} contact"
         return self._picture(what, lambda _: figures.safe_speed_figure(present(results.speeds)))
 
+    def to_measure(self, results: PlaceSpeeds) -> Markup:
+        """Places without permission, and what to measure next."""
+        following = None if isinstance(results.measure_next, Missing) else results.measure_next.plan
+        what = f"places to measure for {results.limit.name}, {results.contact} contact"
+        return self._picture(what, lambda _: figures.places_to_measure_figure(present(results.speeds), following))
+
     def comparison(self, comparison: Comparison, model: ContactModel) -> Markup:
         """The map beside the 2D map and the standard."""
         return self._picture(

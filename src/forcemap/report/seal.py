@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import os
 import re
+from collections.abc import Iterable
 from dataclasses import dataclass
 from html.parser import HTMLParser
 from pathlib import Path
 from urllib.parse import quote, unquote_to_bytes
 
 from forcemap.assessment.assess_campaign import CampaignAssessment
-from forcemap.assessment.folder import campaign_inputs
+from forcemap.assessment.folder import InputFile, campaign_inputs, inputs_sha256, is_standard_input
 from forcemap.assessment.missing import Missing
 from forcemap.errors import InputError
 from forcemap.files import read_bytes, sha256
@@ -18,7 +19,12 @@ from forcemap.files import read_bytes, sha256
 MARK = "forcemap-report/1"
 """Schema of the page, within its first 4000 bytes."""
 
+LIST_ENDING = ".sha256"
+"""Of the file beside the page that lists every input with its SHA-256, as sha256sum writes and checks it."""
+
 _OPEN = "0" * 64
+_LINE = re.compile(r"([0-9a-f]{64}|-)  (.+)")
+_TEXTS = (".csv", ".toml", ".txt", ".json")  # inputs whose line ends mail may change
 _SEAL = '<meta name="forcemap-report-sha256" content="{}">'
 
 
@@ -30,17 +36,20 @@ class Sealed:
     ----------
     software, date : str
         What made it, and the date it states.
-    inputs : dict of str to str
-        SHA-256 of every input by its path below the campaign's folder.
+    inputs_sha256 : str
+        Of all inputs together.
+    further : tuple of str
+        Inputs that no other campaign would have, as its own table of limits.
     intact : bool
-        True if the page is as it was written.
+        True if the page is as it was written; line ends may differ.
     made_for : str
         The body areas it was made for, as `made_for` names them; empty if it does not say.
     """
 
     software: str
     date: str
-    inputs: dict[str, str]
+    inputs_sha256: str
+    further: tuple[str, ...]
     intact: bool
     made_for: str = ""
 
@@ -59,7 +68,28 @@ def seal_tag() -> str:
 
 def seal(page: str) -> str:
     """The page with its own SHA-256 in it: that of the page with zeros in its place."""
-    return page.replace(seal_tag(), _SEAL.format(sha256(page)), 1)
+    return page.replace(seal_tag(), _SEAL.format(_sha256(page)), 1)
+
+
+def _sha256(page: str) -> str:
+    """SHA-256 of a page, whatever its line ends, and with or without line ends behind it."""
+    return sha256(page.replace("\r\n", "\n").rstrip("\n"))
+
+
+def inputs_list(inputs: Iterable[InputFile]) -> str:
+    """The file that lists every input with its SHA-256, a line each."""
+    return "".join(f"{file.sha256 or '-'}  {quoted(file.path)}\n" for file in inputs)
+
+
+def is_inputs_list(content: bytes) -> bool:
+    """True if a file is such a list."""
+    lines = content.decode("ascii", "replace").splitlines()
+    return bool(lines) and all(map(_LINE.fullmatch, lines))
+
+
+def further_inputs(inputs: Iterable[InputFile]) -> str:
+    """The inputs that no other campaign would have, for the page."""
+    return "|".join(quoted(file.path) for file in inputs if not is_standard_input(file.path))
 
 
 def quoted(path: str) -> str:
@@ -84,32 +114,35 @@ def read_seal(content: bytes, file: str) -> Sealed:
     if reader.meta.get("forcemap-report") != MARK:
         raise InputError(f"no report of schema {MARK}, expected the HTML file that forcemap report wrote", file=file)
     own = reader.meta.get("forcemap-report-sha256", "")
-    if not re.fullmatch(r"[0-9a-f]{64}", own) or not reader.inputs:
+    digest = reader.meta.get("forcemap-inputs-sha256", "")
+    if not re.fullmatch(r"[0-9a-f]{64}", own) or not re.fullmatch(r"[0-9a-f]{64}", digest):
         raise InputError("the report carries no hashes any more: it was altered; write it again", file=file)
     return Sealed(
         software=reader.meta.get("generator", ""),
         date=reader.meta.get("forcemap-date", ""),
-        inputs=reader.inputs,
-        intact=sha256(page.replace(_SEAL.format(own), seal_tag(), 1)) == own,
+        inputs_sha256=digest,
+        further=tuple(_unquoted(path) for path in reader.meta.get("forcemap-further-inputs", "").split("|") if path),
+        intact=_sha256(page.replace(_SEAL.format(own), seal_tag(), 1)) == own,
         made_for=reader.meta.get("forcemap-limits", ""),
     )
 
 
+def _unquoted(path: str) -> str:
+    return os.fsdecode(unquote_to_bytes(path))
+
+
 class _Reader(HTMLParser):
-    """Collects the meta entries and the hashes of the inputs."""
+    """Collects the meta entries."""
 
     def __init__(self) -> None:
         super().__init__()
         self.meta: dict[str, str] = {}
-        self.inputs: dict[str, str] = {}
 
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        """Collect from a meta entry or a row of the inputs."""
+        """Collect from a meta entry."""
         values = {name: value or "" for name, value in attrs}
         if tag == "meta" and "name" in values:
             self.meta.setdefault(values["name"], values.get("content", ""))
-        if tag == "tr" and "data-file" in values:
-            self.inputs[os.fsdecode(unquote_to_bytes(values["data-file"]))] = values.get("data-sha256", "")
 
 
 @dataclass(frozen=True)
@@ -122,9 +155,18 @@ class Verification:
         True if the report file is as it was written. Its hash is no signature: who alters it knowingly can make a new
         one.
     changed, vanished, new : tuple of str
-        Inputs whose content changed, inputs that are gone, and files that the report does not know.
+        Inputs whose content changed, inputs that are gone, and files that the report does not know; as far as the list
+        beside the report tells.
+    line_ends : tuple of str
+        Inputs in which nothing but the line ends changed.
     unchanged : int
         Number of inputs that are as they were.
+    inputs_hold : bool
+        True if the inputs are those of the digest that stands in the report.
+    listed : bool
+        True if the list of inputs beside the report is that of the digest.
+    list_altered : bool
+        True if there is a list beside the report, and it is another.
     software, date : str
         What made the report, and the date it states.
     """
@@ -133,14 +175,18 @@ class Verification:
     changed: tuple[str, ...]
     vanished: tuple[str, ...]
     new: tuple[str, ...]
+    line_ends: tuple[str, ...]
     unchanged: int
+    inputs_hold: bool
+    listed: bool
+    list_altered: bool
     software: str
     date: str
 
     @property
     def holds(self) -> bool:
         """True if nothing changed, neither the report nor an input."""
-        return self.intact and not (self.changed or self.vanished or self.new)
+        return self.intact and self.inputs_hold and not self.list_altered
 
 
 def verify_report(report: str | Path, folder: str | Path) -> Verification:
@@ -159,16 +205,45 @@ def verify_report(report: str | Path, folder: str | Path) -> Verification:
         The file is no report, or cannot be read; there is no such folder.
     """
     sealed = read_seal(read_bytes(report), str(report))
+    beside = Path(report).with_suffix(LIST_ENDING)
+    there = _read_list(read_bytes(beside)) if beside.exists() else None
+    listed = there is not None and inputs_sha256(InputFile(*entry) for entry in there.items()) == sealed.inputs_sha256
+    then = there if listed and there is not None else {}
     known = {file.path for file in campaign_inputs(folder)}
-    now = {file.path: file.sha256 for file in campaign_inputs(folder, further=sealed.inputs.keys() - known)}
-    changed = tuple(path for path, digest in sealed.inputs.items() if path in now and now[path] != digest)
-    vanished = tuple(path for path in sealed.inputs if path not in now)
+    inputs = campaign_inputs(folder, further={*sealed.further, *then} - known)
+    now = {file.path: file.sha256 for file in inputs}
+    differing = tuple(path for path, digest in then.items() if path in now and now[path] != digest)
+    line_ends = tuple(path for path in differing if _line_ends_alone(Path(folder, path), then[path]))
+    changed = tuple(path for path in differing if path not in line_ends)
+    vanished = tuple(path for path in then if path not in now)
+    new = tuple(path for path in now if path not in then) if listed else ()
+    same = inputs_sha256(inputs) == sealed.inputs_sha256
     return Verification(
         intact=sealed.intact,
         changed=changed,
         vanished=vanished,
-        new=tuple(path for path in now if path not in sealed.inputs),
-        unchanged=len(sealed.inputs) - len(changed) - len(vanished),
+        new=new,
+        line_ends=line_ends,
+        unchanged=len(then) - len(differing) - len(vanished) if listed else len(now) if same else 0,
+        inputs_hold=not (changed or vanished or new) if listed else same,
+        listed=listed,
+        list_altered=there is not None and not listed,
         software=sealed.software,
         date=sealed.date,
     )
+
+
+def _read_list(content: bytes) -> dict[str, str]:
+    """SHA-256 by path; empty where a line is none of a list, so that its digest is another."""
+    lines = [_LINE.fullmatch(line) for line in content.decode("ascii", "replace").splitlines()]
+    if not all(lines):
+        return {}
+    return {_unquoted(line[2]): line[1].replace("-", "") for line in lines if line}
+
+
+def _line_ends_alone(path: Path, digest: str) -> bool:
+    """True if a text is as it was but for its line ends."""
+    if path.suffix.lower() not in _TEXTS:
+        return False
+    plain = read_bytes(path).replace(b"\r\n", b"\n")
+    return digest in (sha256(plain), sha256(plain.replace(b"\n", b"\r\n")))

@@ -22,7 +22,7 @@ _ONCE = (FindingKind.PERSON_AT_REST, FindingKind.PRESSURE_NOT_ASSESSED, FindingK
 
 
 @dataclass(frozen=True, eq=False)
-class Case:
+class QuantityCase:
     """A map and what a limit asks of it.
 
     Parameters
@@ -42,19 +42,25 @@ class Case:
         return self.force_map.quantity
 
 
-def cases_of(force_map: ForceMap, limit: Any, *, bound: Bound, **stated: Any) -> tuple[Case, ...]:
+def cases_of(force_map: ForceMap, limit: Any, *, bound: Bound, **stated: Any) -> tuple[QuantityCase, ...]:
     """The force, with what speeds of all quantities rest on, and the other quantities that the limit names.
 
     A ForceLimit names pressure; a quasi-static one in newtons or of a body area the clamping force. Where anything
     refuses every speed there is the force alone, with that reason. Arguments and errors as in `safe_speed`.
     """
     of_force = basis_of(force_map, limit, bound=bound, **stated)
-    others = [Case(each, basis) for each in force_map.others if (basis := _other_basis(force_map, each, of_force))]
+    others = [
+        QuantityCase(each, basis) for each in force_map.others if (basis := _other_basis(force_map, each, of_force))
+    ]
     basis = together(of_force, force_map, others)
-    return (Case(force_map, basis),) if basis.refusal or not basis.permitted else (Case(force_map, basis), *others)
+    return (
+        (QuantityCase(force_map, basis),)
+        if basis.refusal or not basis.permitted
+        else (QuantityCase(force_map, basis), *others)
+    )
 
 
-def together(of_force: Basis, force_map: ForceMap, others: Iterable[Case]) -> Basis:
+def together(of_force: Basis, force_map: ForceMap, others: Iterable[QuantityCase]) -> Basis:
     """What speeds of the force and of other quantities together rest on."""
     refusals, warnings, notes = [*of_force.refusals], [*of_force.warnings], [*of_force.notes]
     export_refusal, names_pressure = of_force.export_refusal, isinstance(of_force.limit, ForceLimit)

@@ -22,7 +22,7 @@ from forcemap.maps.force_map import ForceMap
 from forcemap.speeds.allowance import Allowance
 from forcemap.speeds.basis import Basis
 from forcemap.speeds.crossings import highest_within, lowest_exceeded
-from forcemap.speeds.quantities import Case, cases_of, of_quantity
+from forcemap.speeds.quantities import QuantityCase, cases_of, of_quantity
 
 REPEAT_DISTANCE = StateTolerance().place
 """States this close to a place [m], along both axes, count as measured at it: as far apart as repeats of one state may
@@ -202,7 +202,7 @@ def safe_speed(
 
 
 def speeds_of_case(
-    case: Case, distance: ArrayLike, height: ArrayLike, allowance: Allowance, *, hints: bool = True
+    case: QuantityCase, distance: ArrayLike, height: ArrayLike, allowance: Allowance, *, hints: bool = True
 ) -> SafeSpeed:
     """Speeds that one quantity allows by itself; arguments and errors as in `safe_speed`."""
     basis, bound = case.basis, case.basis.bound
@@ -230,7 +230,7 @@ def speeds_of_case(
 
 
 def lowest_of(
-    cases: Sequence[Case],
+    cases: Sequence[QuantityCase],
     results: Sequence[SafeSpeed],
     distance: ArrayLike,
     height: ArrayLike,
@@ -240,7 +240,7 @@ def lowest_of(
 
     Parameters
     ----------
-    cases : sequence of Case
+    cases : sequence of QuantityCase
         The quantities, the force first.
     results : sequence of SafeSpeed
         Their speeds, of one shape.
@@ -287,7 +287,7 @@ class LowestSpeeds:
     governed_by: Objects
 
 
-def lowest_speeds(cases: Sequence[Case], results: Sequence[Any]) -> LowestSpeeds:
+def lowest_speeds(cases: Sequence[QuantityCase], results: Sequence[Any]) -> LowestSpeeds:
     """The lowest speeds of quantities, by their results (`SafeSpeed` or `ZoneSpeeds`), arrays of any one shape.
 
     Outside where any of them is, else unconfirmed where any of them is, or where the lowest speed lies below the lowest

@@ -18,7 +18,7 @@ from forcemap.maps.force_map import ForceMap
 from forcemap.speeds.allowance import Allowance
 from forcemap.speeds.basis import Basis
 from forcemap.speeds.enclosures import Patches, enclose
-from forcemap.speeds.quantities import Case, cases_of
+from forcemap.speeds.quantities import QuantityCase, cases_of
 from forcemap.speeds.range_enclosure import highest_measured_speed, lowest_measured_speeds
 from forcemap.speeds.safe_speed import (
     REPEAT_DISTANCE,
@@ -172,7 +172,7 @@ def zone_speeds(
     )
 
 
-def _of_case(case: Case, zones: Regions, probes: SafeSpeed, allowance: Allowance) -> ZoneSpeeds:
+def _of_case(case: QuantityCase, zones: Regions, probes: SafeSpeed, allowance: Allowance) -> ZoneSpeeds:
     """The speeds that one quantity allows by itself."""
     n, force_map, bound = len(zones), case.force_map, case.basis.bound
     assert bound is not None

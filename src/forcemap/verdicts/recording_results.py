@@ -153,9 +153,9 @@ def check_file(
         CheckedRecording(
             recorded.recording.name,
             recorded,
-            _verdicts(recorded, why, limit, **asked),
+            recording_verdicts(recorded, why, limit, **asked),
             why,
-            pressure=_pressure(film, recorded, limit, contact),
+            pressure=recording_pressure(film, recorded, limit, contact),
         )
         for recorded, why in ((recorded, recorded.doubt or doubt) for recorded in measured)
     )
@@ -225,17 +225,17 @@ def check_campaign(
     checked = []
     for recording in recordings:
         excluded, recorded, doubt = recording.excluded, recording.recorded, recording.doubt or mistaken
-        verdicts = () if excluded else _verdicts(recorded, doubt, limit, **asked)
+        verdicts = () if excluded else recording_verdicts(recorded, doubt, limit, **asked)
         name, why = recording.entry.name, None if excluded else doubt
         film = (campaign.folder, campaign.conditions, recording.entry)
-        pressure = None if excluded else _pressure(film, recorded, limit, contact)
+        pressure = None if excluded else recording_pressure(film, recorded, limit, contact)
         checked.append(CheckedRecording(name, recorded, verdicts, why, excluded, pressure))
     if not checked:
         raise InputError("found no recording to check", file=str(campaign.recordings))
     return RecordingsCheck(campaign.folder.resolve().name, limit, campaign.conditions, tuple(checked))
 
 
-def _pressure(
+def recording_pressure(
     film: tuple[Path, Conditions, Entry] | None,
     recorded: RecordedImpacts | None,
     limit: ForceLimit | NewtonLimit,
@@ -251,7 +251,7 @@ def _pressure(
     return check_pressure(measured, limit, film=conditions.film, impacts=impacts, contact=contact)
 
 
-def _verdicts(
+def recording_verdicts(
     recorded: RecordedImpacts | None, doubt: Finding | None, limit: ForceLimit | NewtonLimit, **asked: Any
 ) -> tuple[Verdict, ...]:
     """Verdicts of a recording's impacts; if there is a doubt, only those that exceed the limit."""
@@ -367,7 +367,7 @@ def _result(recording: CampaignRecording, limits: Sequence[ForceLimit]) -> tuple
     why = Finding.of(FindingKind.EXCLUDED_BY_PERSON) if recording.excluded else recording.doubt
     if recording.state is FileState.NEW:
         entry = Entry(file=entry.file, curve=entry.curve, reason="not registered yet")
-    verdicts = [_verdicts(recorded, recording.doubt, limit) for limit in limits]
+    verdicts = [recording_verdicts(recorded, recording.doubt, limit) for limit in limits]
     judgements = tuple(gravest_judgement(verdict.governing for verdict in under) for under in verdicts)
     first = next((k for k, limit in enumerate(limits) if limit.permitted), None)
     if recorded and recorded.impacts and (any(verdicts) or not recording.doubt):

@@ -1,0 +1,328 @@
+"""Every contact point with its verdict: what permits contact there, up to which speed, and what it needs and lacks."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from pathlib import Path
+
+import numpy as np
+
+from forcemap.assessment.confirmation import confirmation
+from forcemap.assessment.contact_points import PHOTOGRAPHS_FOLDER, ContactPoint
+from forcemap.assessment.missing import Missing
+from forcemap.assessment.point_impacts import PointImpact, point_impacts
+from forcemap.campaigns.campaign import Campaign
+from forcemap.campaigns.conditions import Conditions, normalised
+from forcemap.campaigns.dataset import ImpactDataset
+from forcemap.campaigns.state import StateTolerance
+from forcemap.errors import ForcemapError, InputError
+from forcemap.findings import Finding, FindingKind, in_words
+from forcemap.limits.force_limits import Contact, ForceLimit
+from forcemap.maps.bounds import Bound
+from forcemap.maps.direction import ON_AXIS, WIDEST_ANGLE, angle_between, direction_vector
+from forcemap.maps.force_map import ForceMap
+from forcemap.planning.confirm import ConfirmationResult, Confirmed
+from forcemap.speeds.allowance import Allowance
+from forcemap.speeds.safe_speed import floor_speed
+from forcemap.speeds.zone_speeds import zone_speeds
+from forcemap.speeds.zones import Zones
+from forcemap.verdicts.verdict import VerdictOutcome
+
+FEWEST_REPEATS = 3
+"""Repeats that a point needs which rests on measurements: as many as the paper made of a state. A choice."""
+
+
+class PointOutcome(StrEnum):
+    """Whether contact at a point is permitted; only `confirmed` rests on impacts at released speeds."""
+
+    CONFIRMED = "confirmed"
+    BY_MAP = "permitted_by_the_map"
+    NOT_PERMITTED = "not_permitted"
+
+
+@dataclass(frozen=True, eq=False)
+class PointResult:
+    """A contact point and what was found of it.
+
+    Parameters
+    ----------
+    point : ContactPoint
+    outcome : PointOutcome
+    speed : float
+        Highest speed to program there [m/s], unrounded; NaN if it is not permitted.
+    rests_on : tuple of Finding
+        What permits it.
+    lacks : tuple of Finding
+        What it lacks to be permitted; none if it is.
+    impacts : tuple of PointImpact
+        The recordings it names.
+    confirmed_by : tuple of str
+        Recordings of the impacts that confirm it.
+    photograph : Path or None
+        Its photograph's file, there or not.
+    """
+
+    point: ContactPoint
+    outcome: PointOutcome
+    speed: float
+    rests_on: tuple[Finding, ...]
+    lacks: tuple[Finding, ...]
+    impacts: tuple[PointImpact, ...]
+    confirmed_by: tuple[str, ...]
+    photograph: Path | None
+
+    @property
+    def not_measured(self) -> bool:
+        """True if no impact shows anything of it, neither its own nor those of a map."""
+        return self.outcome is PointOutcome.NOT_PERMITTED and not self.rests_on and not self.impacts
+
+    @property
+    def gravest(self) -> PointImpact | None:
+        """The impact with the gravest verdict, None without any."""
+        judged = [impact for impact in self.impacts if impact.governing]
+        return max(judged, key=lambda each: each.governing.gravity if each.governing else (0, 0.0), default=None)
+
+
+@dataclass(frozen=True, eq=False)
+class _Part:
+    """What the map, or measurements, say of a point: a speed to program with what it rests on, or what is lacking."""
+
+    speed: float
+    rests_on: tuple[Finding, ...] = ()
+    lacks: tuple[Finding, ...] = ()
+    confirmed_by: tuple[str, ...] = ()
+
+
+Confirmations = Callable[[ForceLimit, Contact], ConfirmationResult | None]
+
+
+def point_results(
+    points: Sequence[ContactPoint],
+    *,
+    folder: Path,
+    conditions: Conditions,
+    campaign: Campaign | Missing,
+    force_map: ForceMap | Missing,
+    bound: Bound | Missing,
+    confirmed: Confirmations,
+    allowance: Allowance,
+) -> tuple[PointResult, ...]:
+    """Every contact point with its verdict, in the order of the list.
+
+    Parameters
+    ----------
+    points : sequence of ContactPoint
+    folder : Path
+        Of the campaign.
+    conditions : Conditions
+        What it was measured under.
+    campaign, force_map, bound
+        Of the campaign; a missing one permits nothing.
+    confirmed : callable
+        The result of the impacts that confirm the map, for a limit and a contact.
+    allowance : Allowance
+        How far the robot may deviate from its program.
+    """
+    impacts = point_impacts(folder, None if isinstance(campaign, Missing) else campaign, points)
+    mapped = _by_map([point for point in points if point.by_map], conditions, force_map, bound, confirmed, allowance)
+    return tuple(
+        _result(
+            point,
+            folder,
+            [mapped[point.name]] if point.by_map else [],
+            [_measured(point, impacts[point.name], conditions, allowance)] if point.by_measurements else [],
+            impacts[point.name],
+        )
+        for point in points
+    )
+
+
+def _result(
+    point: ContactPoint,
+    folder: Path,
+    mapped: list[_Part],
+    measured: list[_Part],
+    impacts: Mapping[str, tuple[PointImpact, ...]],
+) -> PointResult:
+    parts, refusal = [*mapped, *measured], point.limit.refusal
+    lacks = (refusal,) if refusal else tuple(finding for part in parts for finding in part.lacks)
+    speed = min((part.speed for part in parts), default=math.nan) if not lacks else math.nan
+    if not lacks and point.programmed > speed:
+        lacks = (
+            Finding.of(
+                FindingKind.POINT_TOO_FAST, programmed_mps=point.programmed, permitted_mps=float(floor_speed(speed))
+            ),
+        )
+    confirmed_by = tuple(name for part in parts for name in part.confirmed_by)
+    outcome = PointOutcome.CONFIRMED if confirmed_by else PointOutcome.BY_MAP
+    named = {impact.recording: impact for each in impacts.values() for impact in each}
+    return PointResult(
+        point=point,
+        outcome=PointOutcome.NOT_PERMITTED if lacks else outcome,
+        speed=math.nan if lacks else speed,
+        rests_on=() if refusal else tuple(finding for part in parts for finding in part.rests_on),
+        lacks=lacks,
+        impacts=tuple(named.values()),
+        confirmed_by=() if lacks else confirmed_by,
+        photograph=folder / PHOTOGRAPHS_FOLDER / point.photograph if point.photograph else None,
+    )
+
+
+def _tolerance(conditions: Conditions) -> StateTolerance:
+    return StateTolerance.stated(conditions.place_tolerance, conditions.speed_tolerance)
+
+
+def _by_map(
+    points: Sequence[ContactPoint],
+    conditions: Conditions,
+    force_map: ForceMap | Missing,
+    bound: Bound | Missing,
+    confirmed: Confirmations,
+    allowance: Allowance,
+) -> dict[str, _Part]:
+    """What the map says of points, those of a limit, contact and angle together."""
+    parts: dict[str, _Part] = {}
+    groups: dict[tuple[ForceLimit, Contact, float], list[ContactPoint]] = {}
+    for point in points:
+        lacks = list(_not_as_measured(point, conditions, on_map=True))
+        for missing in (force_map, bound):
+            if isinstance(missing, Missing) and not lacks:
+                lacks.append(Finding.of(FindingKind.POINT_NO_MAP, words=missing.reason))
+        if lacks or not point.limit.permitted:
+            parts[point.name] = _Part(math.nan, lacks=tuple(lacks))
+        else:
+            angle = _angle(point, conditions)
+            groups.setdefault((point.limit, point.contact, angle if angle > ON_AXIS else 0.0), []).append(point)
+    for (limit, contact, angle), group in groups.items():
+        assert isinstance(force_map, ForceMap)
+        assert not isinstance(bound, Missing)
+        ends = ([getattr(p, name) for p in group] for name in ("distance", "distance_to", "height", "height_to"))
+        zones = Zones(*map(np.array, ends)).grown(allowance.position)
+        try:
+            speeds = zone_speeds(
+                force_map, zones, limit=limit, bound=bound, contact=contact, angle=angle, allowance=allowance
+            )
+        except ForcemapError as error:
+            why = Finding.of(FindingKind.POINT_MAP_REFUSES, in_words(error.message))
+            parts |= {point.name: _Part(math.nan, lacks=(why,)) for point in group}
+            continue
+        for i, point in enumerate(group):
+            reason = Finding.of(FindingKind.POINT_MAP_REFUSES, speeds.to_program_reason[i])
+            parts[point.name] = _mapped(float(speeds.speed_to_program[i]), reason, confirmed(limit, contact))
+    return parts
+
+
+def _mapped(speed: float, reason: Finding, result: ConfirmationResult | None) -> _Part:
+    if math.isnan(speed):
+        return _Part(math.nan, lacks=(reason,))
+    if result is not None and result.outcome is Confirmed.DOES_NOT_PASS:
+        return _Part(math.nan, lacks=(Finding.of(FindingKind.POINT_NOT_CONFIRMED, result.reason),))
+    if result is None or result.outcome is not Confirmed.PASSES:
+        return _Part(speed, (Finding.of(FindingKind.POINT_BY_MAP, speed_mps=float(floor_speed(speed))),))
+    names = tuple(impact.recording for impact in result.impacts)
+    figures = {"speed_mps": float(floor_speed(speed)), "impacts": len(names), "names": names}
+    return _Part(speed, (Finding.of(FindingKind.POINT_CONFIRMED_MAP, **figures),), confirmed_by=names)
+
+
+def _angle(point: ContactPoint, conditions: Conditions) -> float:
+    """Angle between the motion at a point and that of the campaign [deg]; infinite if one of them is not stated."""
+    try:
+        directions = [direction_vector(words, whose="it") for words in (point.direction, conditions.direction)]
+    except InputError:
+        return math.inf
+    return angle_between(*directions)
+
+
+def _not_as_measured(point: ContactPoint, conditions: Conditions, *, on_map: bool) -> list[Finding]:
+    """Why what the campaign measured says nothing of a point: another place, site or direction, or not stated."""
+    findings, angle = [], _angle(point, conditions)
+    site, measured = point.contact_site, conditions.contact_site
+    if not point.placed:
+        findings.append(Finding.of(FindingKind.POINT_PLACE_MISSING, map=on_map))
+    if not site or normalised(site) != normalised(measured):
+        findings.append(Finding.of(FindingKind.POINT_SITE_OTHER, site=site, measured=measured))
+    if angle > (WIDEST_ANGLE if on_map else ON_AXIS):
+        stated = {"direction": point.direction, "measured": conditions.direction}
+        findings.append(Finding.of(FindingKind.POINT_DIRECTION_OTHER, **stated, angle_deg=angle))
+    return findings
+
+
+def _measured(
+    point: ContactPoint,
+    named: Mapping[str, tuple[PointImpact, ...]],
+    conditions: Conditions,
+    allowance: Allowance,
+) -> _Part:
+    """What the impacts made at a point say of it."""
+    if not point.recordings:
+        return _Part(math.nan, lacks=(Finding.of(FindingKind.POINT_NOT_MEASURED),))
+    lacks = [
+        Finding.of(FindingKind.POINT_NO_SUCH_RECORDING, pattern=pattern)
+        for pattern in point.recordings
+        if not named.get(pattern)
+    ]
+    every = {impact.recording: impact for each in named.values() for impact in each if not impact.excluded}
+    impacts = list(every.values())
+    tolerance = _tolerance(conditions)
+    if not point.by_map and max(point.distance_to - point.distance, point.height_to - point.height) > tolerance.place:
+        lacks.append(Finding.of(FindingKind.POINT_ZONE_MEASURED))
+    if any(not impact.own for impact in impacts):
+        lacks += _not_as_measured(point, conditions, on_map=False)
+    lacks += [finding for impact in impacts if (finding := _unusable(point, impact, tolerance))]
+    if len(impacts) < FEWEST_REPEATS:
+        lacks.append(Finding.of(FindingKind.POINT_FEW_REPEATS, impacts=len(impacts), needed=FEWEST_REPEATS))
+    speeds = np.array([impact.speed for impact in impacts if not math.isnan(impact.speed)])
+    if speeds.size and np.ptp(speeds) > tolerance.speed:
+        ends = {"low_mps": float(speeds.min()), "high_mps": float(speeds.max())}
+        lacks.append(Finding.of(FindingKind.POINT_SPEEDS_DIFFER, **ends))
+    if lacks:
+        return _Part(math.nan, lacks=tuple(lacks))
+    speed = min(i.speed if i.own else float(allowance.off(np.array(i.speed))) for i in impacts)
+    if speed <= 0:
+        return _Part(math.nan, lacks=(Finding.of(FindingKind.POINT_SPEED_MISSING, recording=impacts[0].recording),))
+    names = tuple(impact.recording for impact in impacts)
+    rests = Finding.of(FindingKind.POINT_MEASURED, impacts=len(names), speed_mps=float(floor_speed(speed)))
+    return _Part(speed, (rests,), confirmed_by=names)
+
+
+def _unusable(point: ContactPoint, impact: PointImpact, tolerance: StateTolerance) -> Finding | None:
+    """Why an impact says nothing of a point, or forbids it; None if it was within the limit there."""
+    name = {"recording": impact.recording}
+    if impact.outcome is not VerdictOutcome.WITHIN:
+        return Finding.of(FindingKind.POINT_IMPACT_NOT_WITHIN, impact.reason, **name)
+    if not impact.own and math.isnan(impact.place[0]):
+        return Finding.of(FindingKind.POINT_UNPLANNED, **name)
+    if math.isnan(impact.speed):
+        return Finding.of(FindingKind.POINT_SPEED_MISSING, **name, own=impact.own)
+    ends = ((point.distance, point.distance_to), (point.height, point.height_to))
+    apart = max(max(low - x, x - high) for x, (low, high) in zip(impact.place, ends, strict=True))
+    if not impact.own and point.placed and apart > tolerance.place + 1e-9:
+        at = {"distance_m": impact.place[0], "height_m": impact.place[1]}
+        return Finding.of(FindingKind.POINT_ELSEWHERE, **name, **at)
+    return None
+
+
+def confirmations(
+    campaign: Campaign | Missing,
+    dataset: ImpactDataset | Missing,
+    force_map: ForceMap | Missing,
+    bound: Bound | Missing,
+) -> Confirmations:
+    """The result of the impacts that confirm a map, for a limit and a contact; each is worked out once."""
+    known: dict[tuple[ForceLimit, Contact], ConfirmationResult | None] = {}
+
+    def of(limit: ForceLimit, contact: Contact) -> ConfirmationResult | None:
+        if isinstance(campaign, Missing) or isinstance(dataset, Missing):
+            return None
+        if isinstance(force_map, Missing) or isinstance(bound, Missing):
+            return None
+        if (limit, contact) not in known:
+            known[limit, contact] = confirmation(
+                campaign, dataset, force_map, bound=bound, limit=limit, contact=contact
+            )
+        return known[limit, contact]
+
+    return of

@@ -1,0 +1,128 @@
+"""What a report permits, in sentences: each names place, limit, edition, device, and who is to sign."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from forcemap.assessment.assess_campaign import CampaignAssessment
+from forcemap.assessment.missing import Missing
+from forcemap.assessment.place_speeds import PlaceSpeeds
+from forcemap.assessment.point_results import PointOutcome, PointResult
+from forcemap.campaigns.conditions import Conditions
+from forcemap.limits.force_limits import Contact, ForceLimit
+from forcemap.speeds.safe_speed import floor_speed
+from forcemap.words import sentence
+
+_NO_CONTACT = "the standard permits no contact; keep the robot from reaching it"
+_LISTED = 6  # names in a sentence; the others are counted
+
+
+def headline(results: PlaceSpeeds) -> dict[str, Any]:
+    """What is permitted for one body area and kind of contact, in a word and a line."""
+    shown = {"results": results, "word": "NO PERMISSION", "kind": "refused", "places": 0}
+    if not results.limit.permitted:
+        return shown | {"word": "NOT PERMITTED", "speeds": _NO_CONTACT}
+    if isinstance(results.speeds, Missing):
+        return shown | {"speeds": results.speeds.reason}
+    shown["places"] = inside = sum(count for name, count in results.speeds.counts.items() if name != "outside")
+    if results.contradicted and results.confirmation:
+        return shown | {
+            "speeds": f"impacts that were to confirm the map do not: {sentence(results.confirmation.reason)}"
+        }
+    if not results.confirmed:
+        nowhere = "no place lies inside the measured range"
+        return shown | {"speeds": results.open_places[0].reason if results.open_places else nowhere}
+    program = _between(results.slowest_to_program, results.fastest_to_program)
+    speeds = f"{program} to program ({_between(results.slowest, results.fastest)} at contact)"
+    speeds += ", place by place" if results.fastest > results.slowest else ""
+    word = "CONFIRMED" if results.confirmed_by else "PERMITTED BY THE MAP"
+    if results.confirmed == inside:
+        return shown | {"word": f"{word} at all places", "kind": "confirmed", "speeds": speeds}
+    return shown | {"word": f"{word} at {results.confirmed} of {inside} places", "kind": "partly", "speeds": speeds}
+
+
+def permission(results: PlaceSpeeds, assessment: CampaignAssessment) -> str:
+    """The sentence that permits the speeds of a headline; empty where it permits none."""
+    if headline(results)["kind"] == "refused":
+        return ""
+    site = assessment.conditions.contact_site or "not stated"
+    return (
+        f"At contact site {site}, {_limit(results.limit, results.contact)}: "
+        f"{_state(results.confirmed_by)}; measured with {device_words(assessment.conditions)}; "
+        f"to be signed by {signer(assessment)}."
+    )
+
+
+def point_permission(result: PointResult, assessment: CampaignAssessment) -> str:
+    """The sentence that permits contact at a point; empty where it is not permitted."""
+    if result.outcome is PointOutcome.NOT_PERMITTED:
+        return ""
+    point = result.point
+    return (
+        f"Contact point {point.name}, {_limit(point.limit, point.contact)}: at most {floor_speed(result.speed)} m/s to "
+        f"program, {_state(result.confirmed_by)}; measured with {device_words(assessment.conditions)}; pressure not "
+        f"assessed; to be signed by {signer(assessment)}."
+    )
+
+
+def point_permissions(assessment: CampaignAssessment) -> list[str]:
+    """The sentences that permit contact at points, one for all of a limit that rest on the same."""
+    points = () if isinstance(assessment.points, Missing) else assessment.points
+    groups: dict[tuple[ForceLimit, Contact, tuple[str, ...]], list[str]] = {}
+    for result in points:
+        if result.outcome is not PointOutcome.NOT_PERMITTED:
+            point = result.point
+            alone = result.confirmed_by if point.by_measurements else ()
+            confirmed_by = ("",) if alone else result.confirmed_by
+            named = f"{point.name} (at most {floor_speed(result.speed)} m/s{_counted(alone)})"
+            groups.setdefault((point.limit, point.contact, confirmed_by), []).append(named)
+    return [
+        f"Contact points {', '.join(named)} to program, {_limit(limit, contact)}: {_state_of_all(confirmed_by)}; "
+        f"measured with {device_words(assessment.conditions)}; pressure not assessed; to be signed by "
+        f"{signer(assessment)}."
+        for (limit, contact, confirmed_by), named in groups.items()
+    ]
+
+
+def _counted(impacts: tuple[str, ...]) -> str:
+    return f", {len(impacts)} impacts" if impacts else ""
+
+
+def _state_of_all(confirmed_by: tuple[str, ...]) -> str:
+    own = confirmed_by == ("",)
+    return "confirmed by the impacts at each of them, named on its sheet" if own else _state(confirmed_by)
+
+
+def signer(assessment: CampaignAssessment) -> str:
+    """Who is to sign."""
+    return assessment.protocol.signed_by or "the safety officer of the cell (not named)"
+
+
+def device_words(conditions: Conditions) -> str:
+    """The force measuring device, or all of several."""
+    devices = dict.fromkeys(device for _, device in conditions.devices) if conditions.devices else [conditions.device]
+    return " and ".join(
+        f"{each.model or 'a device that is not named'} "
+        f"({'spring not stated' if math.isnan(each.stiffness) else f'{each.stiffness / 1000:g} N/mm'})"
+        for each in devices
+    )
+
+
+def _limit(limit: ForceLimit, contact: Contact) -> str:
+    return (
+        f"{limit.name.replace('_', ' ')}, {contact} contact, within the limit of {limit.force(contact):g} N of "
+        f"{limit.edition} (table version {limit.version})"
+    )
+
+
+def _state(confirmed_by: tuple[str, ...]) -> str:
+    if not confirmed_by:
+        return "permitted by the map, not confirmed by measurement yet"
+    more = len(confirmed_by) - _LISTED
+    names = ", ".join(confirmed_by[:_LISTED]) + (f" and {more} more" if more > 0 else "")
+    return f"confirmed by {len(confirmed_by)} impacts ({names})"
+
+
+def _between(low: float, high: float) -> str:
+    return f"{floor_speed(low)}{f' to {floor_speed(high)}' if high > low else ''}\u00a0m/s"

@@ -1,0 +1,431 @@
+"""Contact points: the list is read or refused cell by cell; a point is permitted only by what was measured there."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+import shutil
+
+import numpy as np
+import pytest
+
+import forcemap as fm
+from forcemap.assessment.contact_points import COLUMNS, REQUIRED, read_contact_points
+from forcemap.assessment.missing import Missing
+from forcemap.assessment.point_results import PointOutcome, confirmations, point_results
+from forcemap.campaigns.not_stated import Matters, not_stated
+from forcemap.campaigns.protocol import PROTOCOL_ENTRIES, read_protocol
+from forcemap.errors import CampaignFileError, TableError
+from forcemap.words import sentences
+from pulses import TOML, collect, pulse, save, write_campaign
+
+POINT = {"point_id": "P1", "body_area": "back_of_hand", "contact": "transient", "body": "free", "rests_on": "map"}
+PLACE = {"distance_m": "0.7", "height_m": "0.3", "direction": "down", "contact_site": "flange"}
+SITE = '[contact]\nsite = "flange"\ndirection = "down"\nspeed = "measured"\n[robot]\nspeed_error = 0.0\n'
+
+
+def listed(*points, delimiter=","):
+    """The text of a list of contact points."""
+    stream = io.StringIO()
+    names = [name for name in COLUMNS if any(name in point for point in points)]
+    writer = csv.DictWriter(stream, names, restval="", delimiter=delimiter, lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(points)
+    return stream.getvalue()
+
+
+def write_list(folder, *points, **options):
+    (folder / "contact_points.csv").write_text(listed(*points, **options))
+
+
+@pytest.fixture(scope="module")
+def cell(tmp_path_factory):
+    """A campaign of 81 impacts that a map fits to."""
+    folder = write_campaign(tmp_path_factory.mktemp("points") / "cell", repeats=3, toml=TOML + SITE)
+    collect(folder)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def parts(cell):
+    """What points are judged by."""
+    dataset = fm.read_dataset(cell)
+    found = {"campaign": fm.read_campaign(cell), "force_map": fm.fit_force_map(dataset)}
+    found["bound"] = fm.ToleranceBound(device_error=3.0)
+    confirmed = confirmations(found["campaign"], dataset, found["force_map"], found["bound"])
+    return {**found, "folder": cell, "conditions": dataset.conditions, "confirmed": confirmed}
+
+
+@pytest.fixture
+def judge(parts, tmp_path):
+    """Judge points in the campaign."""
+
+    def of(*points):
+        write_list(tmp_path, *({**POINT, **point} for point in points))
+        listed = read_contact_points(tmp_path / "contact_points.csv")
+        return point_results(listed, allowance=fm.Allowance(), **parts)
+
+    return of
+
+
+def said(result):
+    return " | ".join(sentences([*result.rests_on, *result.lacks]))
+
+
+def test_every_column_is_read(tmp_path):
+    full = {
+        **POINT, **PLACE, "hazard": "H-1", "distance_to_m": "0.8", "height_to_m": "0.4", "rests_on": "both",
+        "body": "constrained", "recordings": "points/P1-*; d700-*", "recorded_at_mps": "0.2", "programmed_mps": "0.15",
+        "photograph": "P 1.JPG", "remark": "=1+1",
+    }  # fmt: skip
+    assert set(full) == set(COLUMNS)
+    comma = {**full, "distance_m": "0,7", "height_m": "0,3", "distance_to_m": "0,8", "height_to_m": "0,4",
+             "recorded_at_mps": "0,2", "programmed_mps": "0,15"}  # fmt: skip
+    for point, delimiter in ((full, ","), (comma, ";"), (comma, "\t")):
+        write_list(tmp_path, point, delimiter=delimiter)
+        (found,) = read_contact_points(tmp_path / "contact_points.csv")
+        assert (found.name, found.hazard, found.contact_site, found.direction) == ("P1", "H-1", "flange", "down")
+        assert (found.distance, found.distance_to, found.height, found.height_to) == (0.7, 0.8, 0.3, 0.4)
+        assert (found.limit.name, found.contact, found.body, found.rests_on) == (
+            "back_of_hand", "transient", "constrained", "both",
+        )  # fmt: skip
+        assert found.recordings == ("points/P1-*", "d700-*")
+        assert (found.recorded_at, found.programmed, found.photograph) == (0.2, 0.15, "P 1.JPG")
+        assert found.row == 2
+
+
+@pytest.mark.parametrize(
+    ("cells", "column", "part"),
+    [
+        ({"point_id": ""}, "point_id", "1 to 36"),
+        ({"point_id": "a b"}, "point_id", "1 to 36"),
+        ({"point_id": "p2"}, "point_id", "twice"),
+        ({"body_area": "hnad"}, "body_area", "nearest"),
+        ({"contact": "impact"}, "contact", "transient, quasi-static"),
+        ({"body": ""}, "body", "free, constrained"),
+        ({"rests_on": "yes"}, "rests_on", "map, measurements, both"),
+        ({"direction": "sideways"}, "direction", "expected one of down"),
+        ({"distance_m": "0.5 m"}, "distance_m", "a number"),
+        ({"distance_m": "500", "height_m": "0.2"}, "distance_m", "metres"),
+        ({"distance_m": "-0.5", "height_m": "0.2"}, "distance_m", "metres"),
+        ({"distance_m": "0.5"}, "height_m", "both or neither"),
+        ({"distance_m": "0.5", "distance_to_m": "0.4", "height_m": "0.2"}, "distance_to_m", "from <= to"),
+        ({"height_to_m": "0.4"}, "height_to_m", "from <= to"),
+        ({"programmed_mps": "250"}, "programmed_mps", "up to 10"),
+        ({"recorded_at_mps": "0"}, "recorded_at_mps", "above 0"),
+        ({"photograph": "../a.png"}, "photograph", "photographs/"),
+        ({"photograph": "a.svg"}, "photograph", ".jpg"),
+        ({"photograph": "sub/a.png"}, "photograph", "photographs/"),
+        ({"remark": "x" * 501}, "remark", "at most 500"),
+    ],
+)
+def test_a_cell_that_cannot_be_used_is_named(tmp_path, cells, column, part):
+    write_list(tmp_path, POINT | {"point_id": "P2"}, {**POINT, **cells})
+    with pytest.raises(TableError, match=part) as caught:
+        read_contact_points(tmp_path / "contact_points.csv")
+    assert (caught.value.row, caught.value.column) == (3, column)
+    assert caught.value.file.endswith("contact_points.csv")
+
+
+@pytest.mark.parametrize("name", REQUIRED)
+def test_a_required_column_is_missing(tmp_path, name):
+    write_list(tmp_path, {key: value for key, value in POINT.items() if key != name})
+    with pytest.raises(TableError, match="column is missing") as caught:
+        read_contact_points(tmp_path / "contact_points.csv")
+    assert caught.value.column == name
+
+
+def test_a_list_that_is_none(tmp_path):
+    for text in ("", "point_id,body_area,contact,body,rests_on\n", "point_id,speed\nP1,1\n", "\0", "a,b\n1\n"):
+        (tmp_path / "contact_points.csv").write_text(text)
+        with pytest.raises(TableError):
+            read_contact_points(tmp_path / "contact_points.csv")
+
+
+def test_a_point_by_the_map_has_the_speed_of_its_zone(cell, judge):
+    whole = {**PLACE, "point_id": "P2", "distance_to_m": "0.8", "height_to_m": "0.35"}
+    results = judge(PLACE, whole, {**PLACE, "point_id": "P3", "contact": "quasi-static"})
+    force_map, bound = fm.fit_force_map(fm.read_dataset(cell)), fm.ToleranceBound(device_error=3.0)
+    for result, contact in zip(results, ("transient", "transient", "quasi-static"), strict=True):
+        point = result.point
+        d, h = (np.linspace(a, b, 7) for a, b in ((point.distance, point.distance_to), (point.height, point.height_to)))
+        places = [each.ravel() for each in np.meshgrid(d, h)]
+        everywhere = fm.safe_speed(
+            force_map, *places, limit=fm.force_limit("back_of_hand"), bound=bound, contact=fm.Contact(contact)
+        )
+        lowest = float(np.min(everywhere.speed_to_program))
+        assert (result.outcome is PointOutcome.NOT_PERMITTED) == math.isnan(lowest)
+        assert math.isnan(lowest) or lowest - 0.05 < result.speed <= lowest
+    assert [result.outcome for result in results] == [PointOutcome.BY_MAP] * 3
+    assert results[1].speed <= results[0].speed
+    assert results[2].speed < results[0].speed
+    assert "not confirmed by measurement yet" in said(results[0])
+
+
+@pytest.mark.parametrize(
+    ("cells", "part"),
+    [
+        ({"distance_m": "", "height_m": ""}, "place not stated"),
+        ({"distance_m": "0.2"}, "outside the measured range"),
+        ({"distance_to_m": "0.95"}, "outside the measured range"),
+        ({"contact_site": "elbow"}, "contact site: elbow"),
+        ({"contact_site": ""}, "contact site: not stated"),
+        ({"direction": ""}, "direction of motion: not stated"),
+        ({"direction": "up"}, "180 degrees away"),
+        ({"direction": "0.2,0,-0.98"}, "degrees away"),
+        ({"body_area": "temple"}, "is not permitted"),
+        ({"programmed_mps": "0.9"}, "the program has 0.9 m/s"),
+        ({"rests_on": "both"}, "NOT MEASURED"),
+        ({"rests_on": "measurements"}, "NOT MEASURED"),
+    ],
+)
+def test_what_the_map_does_not_cover_is_not_permitted(judge, cells, part):
+    (result,) = judge({**PLACE, **cells})
+    assert result.outcome is PointOutcome.NOT_PERMITTED
+    assert math.isnan(result.speed)
+    assert part in said(result)
+
+
+def test_a_motion_beside_the_direction_has_a_raised_bound(judge):
+    place = {**PLACE, "contact": "quasi-static"}
+    straight, beside = judge(place, {**place, "point_id": "P2", "direction": "0.05,0,-1"})
+    assert beside.outcome is PointOutcome.BY_MAP
+    assert beside.speed < straight.speed
+
+
+def test_a_point_rests_on_its_own_repeats(judge):
+    measured = {**PLACE, "rests_on": "measurements", "recordings": "d700-h300-v100"}
+    alone, both, slower = judge(
+        measured,
+        {**measured, "point_id": "P2", "rests_on": "both"},
+        {**measured, "point_id": "P3", "programmed_mps": "0.09"},
+    )
+    for result in (alone, both, slower):
+        assert result.outcome is PointOutcome.CONFIRMED
+        assert result.confirmed_by == tuple(f"d700-h300-v100-r{i}.csv" for i in (1, 2, 3))
+        assert result.speed == pytest.approx(0.1 - 0.01)
+        assert len({judgement.interpretation for judgement in result.gravest.judgements}) == 3
+
+
+@pytest.mark.parametrize(
+    ("cells", "part"),
+    [
+        ({"recordings": "d700-h300-v100-r1; d700-h300-v100-r2"}, "2 of at least 3"),
+        ({"recordings": "d700-h300-v100; nothing-*"}, "no recording fits"),
+        ({"recordings": "d700-h300-v100; points/none.csv"}, "no recording fits"),
+        ({"recordings": "d500-h300-v100"}, "not at this point"),
+        ({"recordings": "d700-h300-*"}, "expected one speed"),
+        ({"distance_to_m": "0.75"}, "it is a zone"),
+        ({"distance_m": "", "height_m": ""}, "place not stated"),
+        ({"contact_site": "finger"}, "contact site: finger"),
+        ({"direction": "out"}, "90 degrees away"),
+        ({"programmed_mps": "0.1"}, "the program has 0.1 m/s"),
+        ({"contact": "quasi-static", "recordings": "d700-h300-v300"}, "exceed the limit of 140 N"),
+        ({"body_area": "face"}, "is not permitted"),
+    ],
+)
+def test_repeats_that_do_not_show_it(judge, cells, part):
+    (result,) = judge({**PLACE, "rests_on": "measurements", "recordings": "d700-h300-v100", **cells})
+    assert result.outcome is PointOutcome.NOT_PERMITTED
+    assert result.confirmed_by == ()
+    assert part in said(result)
+
+
+def of_point(cell, peaks, **options):
+    for number, peak in enumerate(peaks, start=1):
+        save(cell / "points" / f"P1-{number}.csv", *pulse(peak, rate=1000.0, seed=number, **options))
+
+
+OWN = {"contact_site": "finger", "direction": "in", "rests_on": "measurements", "recordings": "points/P1-*",
+       "recorded_at_mps": "0.3"}  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("peaks", "cells", "options", "part"),
+    [
+        ([200, 210, 205], {}, {}, ""),
+        ([200, 210, 205], {"programmed_mps": "0.3"}, {}, ""),
+        ([200, 210, 205], {"programmed_mps": "0.31"}, {}, "the program has 0.31 m/s"),
+        ([200, 210, 205], {"recorded_at_mps": ""}, {}, "state recorded_at_mps"),
+        ([200, 210], {}, {}, "2 of at least 3"),
+        ([200, 210, 285], {}, {}, "points/P1-3.csv: 28"),
+        ([200, 210, 278], {}, {}, "cannot tell"),
+        ([200, 210, 205], {"contact": "quasi-static"}, {}, "exceed the limit of 140 N"),
+        ([200, 210, 205], {"body": "constrained"}, {"held": 160.0}, "exceed the limit of 140 N"),
+        ([100, 110, 105], {"contact": "quasi-static"}, {}, ""),
+    ],
+)
+def test_files_of_a_point_alone(cell, judge, peaks, cells, options, part):
+    of_point(cell, peaks, **options)
+    try:
+        (result,) = judge({**OWN, **cells})
+    finally:
+        for path in (cell / "points").iterdir():
+            path.unlink()
+        (cell / "points").rmdir()
+    assert (result.outcome is PointOutcome.CONFIRMED) == (not part), said(result)
+    assert part in said(result)
+    assert result.speed == pytest.approx(0.3) if not part else math.isnan(result.speed)
+
+
+def test_a_file_that_cannot_be_read_forbids_the_point(cell, judge):
+    of_point(cell, [200, 210, 205, 208])
+    (cell / "points" / "P1-4.csv").write_text("time_s,force_N\n0,1\n0.1,x\n0.2,2\n")
+    try:
+        (result,) = judge(OWN)
+    finally:
+        for path in (cell / "points").iterdir():
+            path.unlink()
+        (cell / "points").rmdir()
+    assert result.outcome is PointOutcome.NOT_PERMITTED
+    assert "points/P1-4.csv: row " in said(result)
+
+
+def test_a_soft_spring_confirms_no_point(tmp_path):
+    folder = write_campaign(tmp_path / "soft", repeats=3, toml=TOML.replace("75000", "40000") + SITE)
+    collect(folder)
+    of_point(folder, [100, 110, 105])
+    measured = {**POINT, **PLACE, "rests_on": "measurements", "recordings": "d700-h300-v100"}
+    write_list(folder, POINT | PLACE, {**measured, "point_id": "P2"}, {**POINT, **OWN, "point_id": "P3"})
+    for result in fm.assess_campaign(folder).points:
+        assert result.outcome is PointOutcome.NOT_PERMITTED
+        assert "softer than" in said(result)
+
+
+def test_an_excluded_or_changed_recording(tmp_path):
+    folder = write_campaign(tmp_path / "cell", repeats=3, toml=TOML + SITE)
+    collect(folder)
+    register = folder / "recordings.csv"
+    text = register.read_text()
+    row = next(line for line in text.splitlines() if line.startswith("d700-h300-v100-r1.csv"))
+    write_list(folder, {**POINT, **PLACE, "rests_on": "measurements", "recordings": "d700-h300-v100"})
+    names = text.splitlines()[0].split(",")
+    cells = row.split(",")
+    cells[names.index("exclude")] = "slipped"
+    register.write_text(text.replace(row, ",".join(cells)))
+    (result,) = fm.assess_campaign(folder).points
+    assert "2 of at least 3" in said(result)
+    register.write_text(text)
+    save(folder / "recordings" / "d700-h300-v100-r2.csv", *pulse(50.0))
+    (result,) = fm.assess_campaign(folder).points
+    assert result.outcome is PointOutcome.NOT_PERMITTED
+    assert "d700-h300-v100-r2.csv" in said(result)
+
+
+def test_a_list_that_cannot_be_used_permits_nothing_and_is_said_first(cell):
+    (cell / "contact_points.csv").write_text("point_id\nP1\n")
+    try:
+        found = fm.assess_campaign(cell)
+    finally:
+        (cell / "contact_points.csv").unlink()
+    assert isinstance(found.points, Missing)
+    assert any("LIST OF CONTACT POINTS CANNOT BE USED" in line for line in sentences(found.findings))
+
+
+def test_the_areas_of_the_points_are_assessed_unless_others_are_named(cell, tmp_path):
+    folder = shutil.copytree(cell, tmp_path / "cell")
+    chest = {**POINT, **PLACE, "body_area": "chest"}
+    write_list(folder, chest, {**chest, "body_area": "temple", "point_id": "P2"})
+    assert [limit.name for limit in fm.assess_campaign(folder).limits] == ["chest", "temple"]
+    named = fm.assess_campaign(folder, limits=[fm.force_limit("back_of_hand")])
+    assert [limit.name for limit in named.limits] == ["back_of_hand"]
+    assert [result.point.limit.name for result in named.points] == ["chest", "temple"]
+
+
+def test_impacts_at_released_speeds_confirm_or_forbid_points_of_the_map(tmp_path):
+    """They are planned, measured, collected; then the same with one that exceeds the limit."""
+    from forcemap.campaigns.plan import write_plan
+    from forcemap.planning.runs import extend_plan
+    from pulses import truth
+
+    folder = write_campaign(tmp_path / "cell", repeats=3, toml=TOML + SITE)
+    dataset = collect(folder)
+    force_map, bound = fm.fit_force_map(dataset), fm.ToleranceBound(device_error=3.0)
+    limit = fm.force_limit("back_of_hand")
+    plan = fm.read_plan(folder)
+    asked = {"bound": bound, "contact": fm.Contact.TRANSIENT, "planned": plan, "recorded": set(dataset.state.tolist())}
+    added = fm.confirm_plan(force_map, limit, **asked).added
+    assert len(added) >= 2
+    write_plan(extend_plan(plan, added), folder)
+    write_list(folder, POINT | PLACE, {**POINT, **PLACE, "point_id": "P2", "contact": "quasi-static"})
+    assert fm.assess_campaign(folder).points[0].outcome is PointOutcome.BY_MAP  # none is measured yet
+    files = []
+    for i, name in enumerate(added.recording.tolist()):
+        peak = truth(added.distance[i], added.height[i], added.speed[i])
+        files.append((f"{name}.csv", peak))
+        save(folder / "recordings" / f"{name}.csv", *pulse(peak, rate=1000.0, seed=i))
+    assert fm.assess_campaign(folder).points[0].outcome is PointOutcome.BY_MAP  # not collected yet
+    collect(folder)
+    found = fm.assess_campaign(folder)
+    assert found.points[0].outcome is PointOutcome.CONFIRMED
+    assert set(found.points[0].confirmed_by) == {name for name, _ in files}
+    assert found.speeds[0].confirmed_by == found.points[0].confirmed_by
+    assert found.points[1].outcome is not PointOutcome.CONFIRMED  # another limit
+
+    other = write_campaign(tmp_path / "other", repeats=3, toml=TOML + SITE)
+    collect(other)
+    write_plan(extend_plan(plan, added), other)
+    for i, (name, peak) in enumerate(files):
+        save(other / "recordings" / name, *pulse(300.0 if i == 0 else peak, rate=1000.0, seed=i))
+    collect(other)
+    write_list(other, POINT | PLACE)
+    (result,) = fm.assess_campaign(other).points
+    assert result.outcome is PointOutcome.NOT_PERMITTED
+
+
+def protocol_of(tmp_path, text):
+    (tmp_path / "campaign.toml").write_text(TOML + text)
+    return read_protocol(tmp_path / "campaign.toml")
+
+
+def test_the_protocol_is_read_and_what_is_missing_listed_by_how_much_it_matters(tmp_path):
+    blank = protocol_of(tmp_path, "")
+    conditions = fm.read_conditions(tmp_path / "campaign.toml")
+    missing = not_stated(conditions, blank)
+    assert [each.matters for each in missing] == sorted((e.matters for e in missing), key=list(Matters).index)
+    assert missing[0].matters is Matters.TRACE
+    assert missing[-1].matters is Matters.FILE
+    assert "protocol.robot_serial_number" in {each.entry for each in missing}
+    assert "device.stiffness_N_per_m" not in {each.entry for each in missing}
+    assert not any("film" in each.entry for each in missing)
+    values = {name: "2026-03-01" if name.endswith("_date") else f'"{name}"' for name in PROTOCOL_ENTRIES}
+    values["ambient_temperature_C"] = "21.5"
+    entries = "".join(f"{name} = {value}\n" for name, value in values.items())
+    full = protocol_of(tmp_path, f"[protocol]\n{entries}")
+    assert full.ambient_temperature_C == 21.5
+    assert full.film_certificate_date == "2026-03-01"
+    assert full.checked_by == "checked_by"
+    assert not any(each.entry.startswith("protocol.") for each in not_stated(conditions, full))
+    film = protocol_of(tmp_path, '[protocol]\nfilm = "LLW"\n')
+    assert "protocol.film_certificate" in {e.entry for e in not_stated(conditions, film) if e.matters is Matters.TRACE}
+
+
+@pytest.mark.parametrize(
+    ("text", "column"),
+    [
+        ("[protocol]\nserial = 1\n", "protocol.serial"),
+        ("[protocol]\nambient_temperature_C = 300.0\n", "protocol.ambient_temperature_C"),
+        ('[protocol]\nambient_temperature_C = "warm"\n', "protocol.ambient_temperature_C"),
+        ('[protocol]\ndevice_certificate_date = "March"\n', "protocol.device_certificate_date"),
+        ("[protocol]\ncustomer = [1]\n", "protocol.customer"),
+        (f'[protocol]\ncustomer = "{"x" * 301}"\n', "protocol.customer"),
+        ("[[protocol]]\ncustomer = 'x'\n", "protocol"),
+    ],
+)
+def test_a_protocol_that_cannot_be_used(tmp_path, text, column):
+    for read in (lambda: protocol_of(tmp_path, text), lambda: fm.read_conditions(tmp_path / "campaign.toml")):
+        with pytest.raises(CampaignFileError) as caught:
+            read()
+        assert caught.value.file.endswith("campaign.toml")
+        assert caught.value.column == column
+
+
+def test_the_protocol_may_be_stated_after_the_measurements(tmp_path):
+    folder = write_campaign(tmp_path / "cell", repeats=3, toml=TOML + SITE)
+    collect(folder)
+    before = (folder / "impacts.csv").read_bytes()
+    (folder / "campaign.toml").write_text(TOML + SITE + '[protocol]\nrobot_serial_number = "4711"\n')
+    assert fm.read_dataset(folder).binding.refusal is None
+    collect(folder)
+    assert (folder / "impacts.csv").read_bytes() == before
