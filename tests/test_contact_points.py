@@ -208,6 +208,23 @@ def test_a_point_rests_on_its_own_repeats(judge):
         assert len({judgement.interpretation for judgement in result.gravest.judgements}) == 3
 
 
+@pytest.mark.parametrize(("pressure", "confirmed"), [(340, True), (360, False), (450, False)])
+def test_a_pressure_that_is_not_within_forbids_the_point(cell, parts, tmp_path, pressure, confirmed):
+    """380 N/cm^2 transient, for nothing goes on after Phase I; and an error of 10 %."""
+    folder = shutil.copytree(cell, tmp_path / "cell")
+    with open(folder / "campaign.toml", "a") as toml:
+        toml.write("[pressure]\nrange_N_per_cm2 = 500.0\nmean_over_cm2 = 0.0\n")
+    (folder / "pressures").mkdir()
+    film = f"unit: N/cm2\npitch: 1 mm\n0;{pressure};0\n0;0;0\n0;0;0\n"
+    (folder / "pressures" / "d700-h300-v100-r2.txt").write_text(film)
+    write_list(folder, {**POINT, **PLACE, "rests_on": "measurements", "recordings": "d700-h300-v100"})
+    listed = read_contact_points(folder / "contact_points.csv")
+    own = {**parts, "campaign": fm.read_campaign(folder), "folder": folder}
+    (result,) = point_results(listed, allowance=fm.Allowance(), **own)
+    assert (result.outcome is PointOutcome.CONFIRMED) is confirmed
+    assert confirmed or f"pressure: {pressure}.0 N/cm^2" in said(result)
+
+
 @pytest.mark.parametrize(
     ("cells", "part"),
     [
