@@ -24,8 +24,8 @@ def text(values):
     return " ".join(f"{value:.12g}" for value in np.ravel(values))
 
 
-def scene(virtual, sphere, point):
-    """MJCF of the arm, a sphere in its last link's frame, and below the contact point two plates: pad and device."""
+def scene(virtual, sphere, point, body_mass):
+    """MJCF of the arm, a sphere in its last link's frame, and below it two plates, pad and device, maybe on a mass."""
     opened, inner = "", ""
     for number, (joint, armature) in enumerate(
         zip(virtual.robot.joints, virtual.robot.drive_inertia.values, strict=True)
@@ -39,13 +39,16 @@ def scene(virtual, sphere, point):
         )
         inner += "</body>"
     tip = f'<geom name="tip" type="sphere" size="{RADIUS}" pos="{text(sphere)}" mass="0"/>'
+    carriage = (
+        f'<joint name="body" type="slide" axis="0 0 1"/><inertial pos="0 0 0" mass="{body_mass}" diaginertia="1 1 1"/>'
+    )
     pads = (
-        f'<body pos="{text(point - [0, 0, THICK])}">'
-        f'<joint name="device" type="slide" axis="0 0 1" stiffness="75000"/><inertial pos="0 0 0" mass="{PLATE}" '
+        f'<body pos="{text(point - [0, 0, THICK])}">{carriage if np.isfinite(body_mass) else ""}'
+        f'<body><joint name="device" type="slide" axis="0 0 1" stiffness="75000"/><inertial pos="0 0 0" mass="{PLATE}" '
         'diaginertia="1e-5 1e-5 1e-5"/>'
         f'<body><joint name="pad" type="slide" axis="0 0 1" stiffness="{virtual.pad_stiffness}" '
         f'damping="{virtual.pad_damping}"/><geom name="plate" type="box" size="0.2 0.2 {THICK}" mass="{PLATE}"/>'
-        "</body></body>"
+        "</body></body></body>"
     )
     return f"""<mujoco><compiler angle="radian" autolimits="false"/>
       <option timestep="{STEP}" gravity="0 0 0" integrator="implicitfast" iterations="100"/>
@@ -63,16 +66,17 @@ def posed(mjcf, positions):
     return model, data
 
 
-def device_force(virtual, positions, speed, duration):
-    """Force on the device [N] from first contact on, a row every STEP, for one posture at contact."""
+def device_force(virtual, positions, speed, duration, body_mass=np.inf):
+    """Force on the device [N] from first contact on, a row every STEP, for one posture; fixed, or on a free mass."""
     n = len(positions)
+    spring = n + int(np.isfinite(body_mass))
     flange = virtual.robot.flange.position + virtual.robot.flange.rotation @ virtual.robot.contact_offset
-    model, data = posed(scene(virtual, flange, np.array([0, 0, 9.0])), positions)
+    model, data = posed(scene(virtual, flange, np.array([0, 0, 9.0]), body_mass), positions)
     last = n  # the world is body 0
     rotation, origin = data.xmat[last].reshape(3, 3), data.xpos[last]
     point = origin + rotation @ flange - [0, 0, virtual.contact_radius]
     sphere = rotation.T @ (point - origin + np.array([0, 0, RADIUS]))  # its lowest point is the contact point
-    model, data = posed(scene(virtual, sphere, point), positions)
+    model, data = posed(scene(virtual, sphere, point, body_mass), positions)
     jp, jr = np.zeros((3, model.nv)), np.zeros((3, model.nv))
     mujoco.mj_jac(model, data, jp, jr, point, last)
     motion = np.linalg.pinv(np.vstack([jp, jr])[:, :n]) @ [0, 0, -1, 0, 0, 0]
@@ -84,7 +88,7 @@ def device_force(virtual, positions, speed, duration):
     path, torque, begun, forces = 0.0, np.zeros(n), np.inf, []
     for step in range(round(duration / STEP)):
         now = step * STEP
-        force = -75_000.0 * data.qpos[n]
+        force = -75_000.0 * data.qpos[spring]
         forces.append(force)
         torque += (np.abs(jp[2, :n]) * force - torque) * STEP / reaction.torque_filter
         if begun == np.inf and torque.max() > reaction.threshold:

@@ -125,6 +125,7 @@ COMMANDS = (
     ("compare", "{folder}"),
     ("compare", "kuka-iiwa7-30nm", "kuka-iiwa7-10nm"),
     ("limits", "--moving-mass-kg", "30"),
+    ("estimate", "{folder}", "--distance", "0.8", "--height", "0.4", "--speed-mps", "0.25", "--area", "chest"),
     ("speed", "{folder}", "--distance", "0.8", "--height", "0.4", *AREA, "transient"),
     ("speed-map", "{folder}", *AREA, "transient"),
     ("path", "{folder}", "{path}", *AREA, "transient"),
@@ -156,6 +157,7 @@ def test_no_command_of_these_has_more_than_15_options():
         "place",
         "export",
         "export-path",
+        "estimate",
     ):
         assert len([each for each in commands[name].params if each.name != "help"]) <= 15, name
 

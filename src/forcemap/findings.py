@@ -42,6 +42,9 @@ FindingKind = StrEnum(
     "PROGRAMMED_BY_TASK PROGRAMMED_BY_ROWS EXCLUDED_BY_TASK "
     # what comparisons depend on
     "CONTACT_MODEL FORMULA FORCES_COMPARED POSTURE MASS_PREDICTS_NOTHING "
+    # what an estimate by the contact model is, and rests on
+    "MODEL_ESTIMATE ESTIMATE_FREE_BY_READING ESTIMATE_FREE_BY_MASS ESTIMATE_COVER ESTIMATE_PAYLOAD "
+    "ESTIMATE_SOFTER_SPRING ESTIMATE_STIFFER_SPRING ESTIMATE_BEYOND_LAB "
     # what of a robot's description does not count as it stands
     "LINK_LEFT_OUT LINK_AS_POINT_MASS INERTIA_WITHOUT_MASS JOINT_AT_ZERO JOINT_LEFT_OUT "
     # what does not fit together in a campaign's folder

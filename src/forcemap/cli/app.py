@@ -40,6 +40,7 @@ _COMMANDS = {
     "place": "Find where the table of a task should stand.",
     "export": "Write the allowed speeds for a robot's controller.",
     "export-path": "Write what a robot's program takes for one path.",
+    "estimate": "Estimate a force where the contact is another.",
     "effective-mass": "Show the effective mass of a robot.",
     "report": "Write the validation report of a campaign.",
     "sweep": "Compute a study of many blocks, on many machines.",

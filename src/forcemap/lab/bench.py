@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 from enum import StrEnum
 
 import numpy as np
@@ -18,6 +19,7 @@ from forcemap.lab.virtual_robot import VirtualRobot
 _HOLDING = (0.5, 0.7)  # where the lab reads a lasting force, after contact [s]: transient contact is over
 _TOUCH = 1.0  # [N], less is no contact: a choice
 _LONGEST = 60.0  # simulated time [s]; more is a slip
+_LIGHTEST = 0.1  # [kg]; a choice: lighter than any body part, and a step is 1/30 of a radian of its motion on 75 N/mm
 _SHORTEST_STEP = 1e-6  # [s]; a choice: shorter ones gain nothing and take hours
 
 
@@ -79,10 +81,11 @@ def simulate_impacts(
     *,
     direction: ArrayLike = DOWN,
     device_stiffness: float = PAPER_DEVICE.stiffness,
+    body_mass: ArrayLike = math.inf,
     duration: float = 1.0,
     step: float = STEP,
 ) -> SimulatedImpacts:
-    """Simulate impacts on a measuring device, straight down or in another direction.
+    """Simulate impacts on a measuring device or a free body part, straight down or in another direction.
 
     Parameters
     ----------
@@ -95,6 +98,8 @@ def simulate_impacts(
         sideways, up; straight down if not given. Of any length. The device lies across it.
     device_stiffness : float
         Spring constant of the device [N/m].
+    body_mass : float or array, shape (n,)
+        Mass of a free body part [kg]: the device, then its spring, is fixed to it alone; a fixed device if not given.
     duration, step : float
         Simulated time after first contact, and the time step [s].
 
@@ -105,7 +110,7 @@ def simulate_impacts(
     """
     if not step <= duration < _LONGEST:
         raise InputError(f"duration: found {duration:g} s, expected at least a step and less than a minute")
-    d, h, v, setup = _set_up(robot, (distance, height, speed), direction, device_stiffness, step)
+    d, h, v, setup = _set_up(robot, (distance, height, speed), direction, device_stiffness, step, body_mass)
     force = force_course(setup, v, duration=duration, step=step)
     return SimulatedImpacts(d, h, v, np.arange(len(force), dtype=np.float64) * step, force, first_peaks(force))
 
@@ -118,6 +123,7 @@ def simulate_peaks(
     *,
     direction: ArrayLike = DOWN,
     device_stiffness: float = PAPER_DEVICE.stiffness,
+    body_mass: ArrayLike = math.inf,
     step: float = STEP,
 ) -> FloatArray:
     """Simulate Phase I peaks alone [N], shape (n,): the same peaks, in less time.
@@ -133,6 +139,8 @@ def simulate_peaks(
         sideways, up; straight down if not given. Of any length. The device lies across it.
     device_stiffness : float
         Spring constant of the device [N/m].
+    body_mass : float or array, shape (n,)
+        Mass of a free body part [kg]: the device, then its spring, is fixed to it alone; a fixed device if not given.
     step : float
         The time step [s].
 
@@ -141,12 +149,17 @@ def simulate_peaks(
     InputError
         A place that the robot cannot reach, a figure outside its range, or a direction of length zero.
     """
-    _, _, v, setup = _set_up(robot, (distance, height, speed), direction, device_stiffness, step)
+    _, _, v, setup = _set_up(robot, (distance, height, speed), direction, device_stiffness, step, body_mass)
     return phase_one_peaks(setup, v, step=step)
 
 
 def _set_up(
-    robot: VirtualRobot, state: tuple[ArrayLike, ...], direction: ArrayLike, device_stiffness: float, step: float
+    robot: VirtualRobot,
+    state: tuple[ArrayLike, ...],
+    direction: ArrayLike,
+    device_stiffness: float,
+    step: float,
+    body_mass: ArrayLike,
 ) -> tuple[FloatArray, FloatArray, FloatArray, ImpactSetup]:
     """Distances, heights, speeds and setup of the impacts; a place is posed once for all impacts in one direction."""
     if not _SHORTEST_STEP <= step <= STEP:
@@ -161,7 +174,14 @@ def _set_up(
     along = unit_direction(direction, 3)
     if along.shape not in ((3,), (d.size, 3)):
         raise InputError(f"direction: found the shape {along.shape}, expected (3,) or ({d.size}, 3)")
+    body = np.asarray(body_mass, dtype=np.float64)
+    if body.shape not in ((), (d.size,)) or not np.all(body >= _LIGHTEST):
+        raise InputError(
+            f"body mass: found {body.min():g} kg and the shape {body.shape}, expected at least {_LIGHTEST:g} kg, one "
+            "for all impacts or one each; math.inf for a fixed device"
+        )
     approaches = np.column_stack([d, h, np.broadcast_to(along, (d.size, 3))])
     approaches, which = np.unique(approaches, axis=0, return_inverse=True)
     posed = robot.posed_at(approaches[:, 0], approaches[:, 1])
-    return d, h, v, robot.impact_setup(posed, device_stiffness, approaches[:, 2:]).at_places(which.ravel())
+    setup = robot.impact_setup(posed, device_stiffness, approaches[:, 2:]).at_places(which.ravel())
+    return d, h, v, replace(setup, body_mass=body)

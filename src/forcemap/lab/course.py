@@ -161,12 +161,16 @@ class ImpactSetup:
         Pad and device.
     reaction : Reaction
         How their controllers react.
+    body_mass : float or array, shape (batch,)
+        What the device is fixed to, at rest before contact and free to move along the impact [kg]; infinite: a device
+        that cannot move.
     """
 
     impactor: Impactor
     servo: Servo
     contact: ContactLayer
     reaction: Reaction
+    body_mass: FloatArray | float = math.inf
 
     def at_places(self, places: NDArray[np.intp]) -> Self:
         """The setup for impacts at these places, by the places' numbers."""
@@ -225,10 +229,11 @@ def _forces(setup: ImpactSetup, speed: FloatArray, step: float) -> Iterator[Floa
     before, after = 1 - step / 2 * damper, step / 2 * np.ones_like(damper)  # half a step from the velocity at contact
     modes, rates = np.zeros_like(robot.levers), robot.approach * speed
     pull, scratch = np.empty_like(modes), np.empty_like(modes)
-    pad, path, noticed, torque, depth, force = np.zeros((6, speed.size))
+    pad, path, noticed, torque, depth, force, body, body_rate = np.zeros((8, speed.size))
     begun, first = np.full(speed.size, np.inf), math.inf  # when the reaction begins, and when the first of all does
     keep = np.exp(-step / reaction.torque_filter)
     noticing, approaching = (1 - keep) * robot.joint_lever, reaction.before(speed)
+    free, gained = np.isfinite(setup.body_mass).any(), step / setup.body_mass
     now = 0.0
 
     def commanded(time: float) -> FloatArray:
@@ -247,6 +252,10 @@ def _forces(setup: ImpactSetup, speed: FloatArray, step: float) -> Iterator[Floa
         now += step
         path += step * commanded(now - step / 2)
         previous, depth = depth, np.multiply(robot.levers, modes, out=scratch).sum(axis=0)
+        if free:
+            body_rate += gained * force
+            body += step * body_rate
+            depth -= body
         pad = contact.compressed((previous + depth) / 2, pad, step)
         force = contact.force(depth, pad)
         noticed, torque = torque, keep * torque + noticing * force

@@ -29,6 +29,50 @@ _LARGEST_THICKNESS = 0.2  # [m]
 
 
 @dataclass(frozen=True)
+class Cover:
+    """A protective cover: a spring that can be compressed so far and no farther.
+
+    Parameters
+    ----------
+    stiffness : float
+        Spring constant k_c [N/m], at least 100.
+    thickness : float
+        Thickness d_c by which it can be compressed [m], at most 0.2.
+
+    Raises
+    ------
+    InputError
+        A figure outside its range.
+    """
+
+    stiffness: float
+    thickness: float
+
+    def __post_init__(self) -> None:
+        if not _LEAST_STIFFNESS <= self.stiffness < math.inf:
+            least = f"at least {_LEAST_STIFFNESS:g} and finite"
+            raise InputError(f"cover stiffness: found {self.stiffness:g}, expected N/m, {least}")
+        if not 0 <= self.thickness <= _LARGEST_THICKNESS:
+            expected = f"metres, from 0 to {_LARGEST_THICKNESS:g}"
+            raise InputError(f"cover thickness: found {self.thickness:g}, expected {expected}")
+
+    def absorbed(self, force: float) -> float:
+        """Twice the energy [J] that it holds at a force [N]."""
+        return min(force**2 / self.stiffness, self.stiffness * self.thickness**2)
+
+    def bottoms_out(self, force: float) -> bool:
+        """True if it is compressed fully before the force [N] is reached."""
+        return force / self.stiffness > self.thickness
+
+    def force(self, energy: float, stiffness: float) -> float:
+        """Force [N] at which it and a body's spring [N/m] in series hold twice an energy [J]."""
+        whole = math.sqrt(energy / (1 / stiffness + 1 / self.stiffness))
+        if not self.bottoms_out(whole):
+            return whole
+        return math.sqrt(stiffness * (energy - self.stiffness * self.thickness**2))
+
+
+@dataclass(frozen=True)
 class Estimate:
     """What the contact model expects of a change.
 
@@ -93,15 +137,9 @@ def cover_estimate(
     (0.132, 0.2877, False)
     """
     before = float(pfl_speed_limit(max_force, robot_mass=robot_mass, body_mass=body_mass, stiffness=stiffness))
-    if not _LEAST_STIFFNESS <= cover_stiffness < math.inf:
-        least = f"at least {_LEAST_STIFFNESS:g} and finite"
-        raise InputError(f"cover stiffness: found {cover_stiffness:g}, expected N/m, {least}")
-    if not 0 <= cover_thickness <= _LARGEST_THICKNESS:
-        expected = f"metres, from 0 to {_LARGEST_THICKNESS:g}"
-        raise InputError(f"cover thickness: found {cover_thickness:g}, expected {expected}")
-    k, k_c, d_c, f = stiffness, cover_stiffness, cover_thickness, max_force
-    absorbed = min(f**2 / k_c, k_c * d_c**2)  # twice the energy, N m
-    return Estimate(before, before * math.sqrt(1 + absorbed * k / f**2), f / k_c > d_c)
+    cover = Cover(cover_stiffness, cover_thickness)
+    gain = cover.absorbed(max_force) * stiffness / max_force**2
+    return Estimate(before, before * math.sqrt(1 + gain), cover.bottoms_out(max_force))
 
 
 def payload_estimate(
