@@ -19,7 +19,7 @@ MOST_PIXELS = 50_000_000
 _LARGEST_FILE = 30_000_000  # bytes; a choice
 _EDGE = 900  # pixels of the longer edge in a report; a choice
 _MOST_BYTES = 60_000  # of a picture in a report, so that 300 of them stay below 30 MB
-_QUALITIES = (80, 65, 50, 35)
+_QUALITIES = (80, 60, 40)
 _FORMATS = {"JPEG": "image/jpeg", "PNG": "image/png"}
 
 
@@ -76,11 +76,12 @@ def reencoded(content: bytes, file: str) -> tuple[str, bytes]:
     picture.thumbnail((_EDGE, _EDGE))
     if (drawn := _encoded(picture, "PNG", optimize=True)) and len(drawn) <= _MOST_BYTES:  # a sketch
         return _FORMATS["PNG"], drawn
-    for quality in _QUALITIES:
-        taken = _encoded(picture, "JPEG", quality=quality, optimize=True)
-        if len(taken) <= _MOST_BYTES:
-            break
-    return _FORMATS["JPEG"], taken
+    while True:
+        for quality in _QUALITIES:
+            taken = _encoded(picture, "JPEG", quality=quality, optimize=True)
+            if len(taken) <= _MOST_BYTES:
+                return _FORMATS["JPEG"], taken
+        picture = picture.resize((max(1, picture.width // 2), max(1, picture.height // 2)))
 
 
 def _encoded(picture: Image.Image, kind: str, **options: int) -> bytes:
