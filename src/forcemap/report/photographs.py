@@ -65,7 +65,7 @@ def reencoded(content: bytes, file: str) -> tuple[str, bytes]:
                     most = f"expected at most {MOST_PIXELS / 1e6:.0f} million pixels"
                     raise InputError(f"found {opened.width} x {opened.height}, {most}", file=file)
                 opened.draft("RGB", (_EDGE, _EDGE))  # a JPEG is decoded at the size that is needed
-                upright = ImageOps.exif_transpose(opened)
+                sketch, upright = opened.format == "PNG", ImageOps.exif_transpose(opened)
                 picture = Image.new("RGB", upright.size, "white")
                 whole = upright.convert("RGBA")
                 picture.paste(whole, mask=whole.getchannel("A"))
@@ -74,11 +74,11 @@ def reencoded(content: bytes, file: str) -> tuple[str, bytes]:
     except Exception as error:  # a damaged picture raises whatever its decoder does
         raise InputError(f"no JPEG or PNG picture that can be read ({error})", file=file) from None
     picture.thumbnail((_EDGE, _EDGE))
-    if (drawn := _encoded(picture, "PNG", optimize=True)) and len(drawn) <= _MOST_BYTES:  # a sketch
+    if sketch and len(drawn := _encoded(picture, "PNG", optimize=True)) <= _MOST_BYTES:
         return _FORMATS["PNG"], drawn
     while True:
         for quality in _QUALITIES:
-            taken = _encoded(picture, "JPEG", quality=quality, optimize=True)
+            taken = _encoded(picture, "JPEG", quality=quality)
             if len(taken) <= _MOST_BYTES:
                 return _FORMATS["JPEG"], taken
         picture = picture.resize((max(1, picture.width // 2), max(1, picture.height // 2)))
