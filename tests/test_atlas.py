@@ -19,6 +19,7 @@ from forcemap.paths.gaps import map_gaps
 from robot_programs import Frame, krl_along, urscript_along_function
 
 BOUND = fm.FixedMargin(0.10)
+HERE = (0.0, 0.0, 0.0)
 HAND, TRANSIENT = ("back_of_hand",), fm.Contact.TRANSIENT
 SIX = ("down", "up", "out", "in", "left", "right")
 
@@ -223,7 +224,7 @@ def test_every_contact_site_that_can_hit_needs_a_map_and_the_strictest_counts():
     atlas = Atlas((light, heavy, only_light))
     path = fm.ToolPath.through([[0.7, 0, 0.44], [0.7, 0, 0.38], [0.8, 0, 0.38]])
     two = fm.TaskSegment("path", HAND, TRANSIENT, contact_sites=("Flange", " elbow "))
-    both = a_task(two, site_offsets={"flange": np.zeros(3), "Elbow": np.zeros(3)})
+    both = a_task(two, site_offsets={"flange": HERE, "Elbow": HERE})
     found = fm.path_speeds(atlas, path, both, bound=BOUND)
     down = path.resampled(0.02).directions[:, 2] < -0.9
     assert {*found.outcome[down]} == {"admissible"}
@@ -242,7 +243,7 @@ def test_every_contact_site_that_can_hit_needs_a_map_and_the_strictest_counts():
     for stated in ({}, {"conditions": {"contact_site": "flange"}}):  # one that is named says nothing of the others
         with pytest.raises(fm.InputError, match=r"different contact_sites \(elbow, flange\).*all that can hit"):
             fm.path_speeds(atlas, path, a_task(**stated), bound=BOUND)
-    for offsets in ({}, {"flange": np.zeros(3)}, {"elbow": np.zeros(3)}):
+    for offsets in ({}, {"flange": HERE}, {"elbow": HERE}):
         with pytest.raises(fm.InputError, match="nothing says where"):
             fm.path_speeds(atlas, path, a_task(two, site_offsets=offsets), bound=BOUND)
 
@@ -252,11 +253,11 @@ def test_a_contact_site_is_looked_up_where_it_is():
     finger, flange = a_map("out", site="finger", weaker=0.7), a_map("out", site="flange", weaker=0.7)
     offset = np.array([0.0, -0.1, 0.12])
     two = fm.TaskSegment("path", HAND, TRANSIENT, contact_sites=("finger", "flange"))
-    task = a_task(two, site_offsets={"finger": np.zeros(3), "flange": offset})
+    task = a_task(two, site_offsets={"finger": HERE, "flange": tuple(offset)})
     path = fm.ToolPath.through([[0.70, 0, 0.30], [0.82, 0, 0.30]])
     found = fm.path_speeds(Atlas((finger, flange)), path, task, bound=BOUND)
     assert {*found.outcome} == {"no_map"}  # beside the radius the flange moves 8 degrees off it
-    task = a_task(two, site_offsets={"finger": np.zeros(3), "flange": offset * [1, 0.4, 1]})
+    task = a_task(two, site_offsets={"finger": HERE, "flange": tuple(offset * [1, 0.4, 1])})
     found = fm.path_speeds(Atlas((finger, flange)), path, task, bound=BOUND)
     alone = [
         fm.path_speeds(each.force_map, way, a_task(), bound=BOUND).speed
@@ -326,7 +327,7 @@ def test_a_campaign_without_a_map_still_says_what_can_hit():
     with pytest.raises(fm.InputError, match=r"different contact_sites \(elbow, flange\)"):
         fm.path_speeds(atlas, path, a_task(), bound=BOUND)
     segment = fm.TaskSegment("path", HAND, TRANSIENT, contact_sites=("flange", "elbow"))
-    both = a_task(segment, site_offsets={"flange": np.zeros(3), "elbow": np.zeros(3)})
+    both = a_task(segment, site_offsets={"flange": HERE, "elbow": HERE})
     found = fm.path_speeds(atlas, path, both, bound=BOUND)
     assert {*found.outcome} == {"no_map"}
     (warning,) = found.atlas.warnings
@@ -485,7 +486,7 @@ def test_programs_choose_the_table_by_the_motion_and_are_never_above_the_library
     segments = {
         load: fm.TaskSegment("path", HAND, TRANSIENT, payload=load, contact_sites=each) for load, each in sites.items()
     }
-    offsets = {"flange": np.zeros(3), "elbow": np.array([0.02, -0.01, 0.03])}
+    offsets = {"flange": HERE, "elbow": (0.02, -0.01, 0.03)}
     task = fm.Task((replace(segments[0.0], name="empty"), replace(segments[2.0], name="loaded")), site_offsets=offsets)
     tables = tables_of(atlas, task)
     assert [[site.contact_site for site in each] for each in tables.tools] == [["flange"], ["flange", "elbow"]]

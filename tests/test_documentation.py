@@ -290,3 +290,16 @@ def test_every_documented_sample_is_read_as_described(sample, description, tmp_p
 def test_a_documented_sample_needs_no_description(tmp_path):
     (tmp_path / "run.csv").write_text(SAMPLES[0][0])
     assert forcemap.read_recording(tmp_path / "run.csv").force[-1] == 35.1
+
+
+def test_every_column_of_contact_points_and_entry_of_the_protocol_is_documented(tmp_path):
+    from forcemap.assessment.contact_points import COLUMNS, REQUIRED, read_contact_points
+    from forcemap.campaigns.protocol import PROTOCOL_ENTRIES
+
+    text = page("docs/contact_points.md")
+    assert set(first_cells("docs/contact_points.md", "contact_points.csv")) == set(COLUMNS)
+    assert set(re.findall(r"`(\w+)`(?:, `\w+`)* \| yes", text)) == set(REQUIRED)
+    assert set(re.findall(r"`protocol\.(\w+)`", text)) == set(PROTOCOL_ENTRIES)
+    (shown,) = re.findall(r"```text\n(point_id.*?)```", text, re.S)
+    (tmp_path / "contact_points.csv").write_text(shown)
+    assert [point.name for point in read_contact_points(tmp_path / "contact_points.csv")] == ["P1", "P2"]

@@ -101,6 +101,7 @@ def all_figures(dataset, force_map, speeds, along_path, impact):
         "evolution": lambda **o: figures.force_evolution_figure(impact.recording, impact, fm.force_limit(HAND), **o),
         "residuals": lambda **o: figures.residuals_figure(force_map, dataset, **o),
         "safe speeds": lambda **o: figures.safe_speed_figure(speeds, **o),
+        "places": lambda **o: figures.places_to_measure_figure(speeds, **o),
         "path speeds": lambda **o: figures.path_speeds_figure(along_path, **o),
         "repeatability": lambda **o: figures.repeatability_figure(fm.repeatability(dataset), dataset, **o),
     }
@@ -118,7 +119,7 @@ def drawn(made):
 
 
 NAMES = ["profiles", "grid", "inspection", "mass", "workspace", "comparison", "evolution", "residuals"]
-NAMES += ["safe speeds", "path speeds", "repeatability"]
+NAMES += ["safe speeds", "places", "path speeds", "repeatability"]
 
 
 class TestEveryFigure:
@@ -223,6 +224,40 @@ def test_measurement_grid(made, dataset):
     assert sorted(map(tuple, marked.T)) == sorted(zip(censored.distance, censored.height, strict=True))
     markers = {line.get_label(): str(line.get_marker()) for axes in figure.axes for line in axes.get_lines()}
     assert len(set(markers.values())) == len(markers) == 3
+
+
+@pytest.mark.parametrize("width", [figures.COLUMN_WIDTH, figures.PAGE_WIDTH])
+@pytest.mark.parametrize(
+    ("distances", "heights"),
+    [((0.5, 0.7, 0.9), (0.15, 0.3, 0.45)), ((0.5, 0.9), (0.3,)), ((0.7,), (0.1, 0.9)), ((0.3, 1.3), (0.2, 0.25))],
+)
+def test_no_state_lies_outside_the_picture_of_places(distances, heights, width):
+    """A plan of 0.5-0.9 x 0.15-0.45 m once hid 18 of its 27 states."""
+    d, h, v = (a.ravel() for a in np.meshgrid(distances, heights, (0.1, 0.2, 0.3)))
+    dataset = fm.ImpactDataset.from_arrays(distance=d, height=h, speed=v, peak_force=100 + 500 * v)
+    figure = figures.measurement_grid_figure(dataset, width=width)
+    FigureCanvasAgg(figure).draw()
+    shown = 0
+    for axes in figure.axes:
+        x, y = series(axes, TRAIN)
+        (left, right), (low, high) = axes.get_xlim(), axes.get_ylim()
+        shown += int(np.sum((left < x) & (x < right) & (low < y) & (y < high)))
+    assert shown == d.size
+
+
+def test_places_to_measure(speeds):
+    plan = fm.plan_measurements(
+        (0.55, 0.7, 0.85), (0.2, 0.3, 0.4), (0.123, 0.2, 0.3), design=fm.Design.PAPER, repeats=1
+    )
+    figure = figures.places_to_measure_figure(speeds, plan)
+    (axes,) = figure.axes
+    outcome = speeds.speeds.to_program_outcome
+    has = int(np.sum(~np.isnan(speeds.speeds.speed_to_program)))
+    assert series(axes, f"has a speed ({has} places)").shape[1] == has
+    open_ = int(np.sum(outcome == fm.SpeedOutcome.UNCONFIRMED))
+    assert series(axes, f"no permission yet ({open_} places)").shape[1] == open_
+    assert series(axes, "measure next, at this speed [m/s]").shape[1] == len(plan.states)
+    assert texts(figure).count("0.123") == len(plan.states) / 3
 
 
 def _labels(axes):

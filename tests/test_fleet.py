@@ -188,7 +188,7 @@ def named_chest(folder):
 @pytest.mark.parametrize("change", ["altered", "gone", "memory"] if FULL_SIZE else ["altered"])
 def test_a_report_that_is_not_as_it_was_written_is_made_again(north, ask, change):
     if change == "altered":
-        edit(north / "report.html", "CONFIRMED", "PERMITTED")
+        edit(north / "report.html", "PERMITTED BY THE MAP", "PERMITTED")
     else:
         (north / {"gone": "report.html", "memory": "fleet.json"}[change]).unlink()
     before = (north / "impacts.csv").read_bytes()

@@ -11,7 +11,7 @@ from forcemap.cli.app import run
 TUTORIAL = Path(__file__).parents[1] / "docs" / "tutorial.md"
 PREFIX = r"    \.venv/bin/forcemap "
 PARTS = re.compile(rf"^{PREFIX}(?P<command>[^\n]*)$|^```(?P<kind>\w+)\n(?P<block>.*?)```$", re.M | re.S)
-FILES = {"csv": "path.csv", "toml": "task.toml"}
+NAMED = re.compile(r" as\s`([\w./]+)`")
 
 
 def test_the_tutorial_runs_from_nothing_to_a_report(tmp_path, monkeypatch, capsys):
@@ -29,7 +29,7 @@ def test_the_tutorial_runs_from_nothing_to_a_report(tmp_path, monkeypatch, capsy
                 assert excerpt in printed, (commands[-1], excerpt)
                 printed = printed.partition(excerpt)[2]
         else:
-            Path(FILES[part["kind"]]).write_text(part["block"])
+            Path(NAMED.findall(text[: part.start()])[-1]).write_text(part["block"])
     chain = "plan simulate inspect collect check fit evaluate compare speed speed speed-map path export report report"
     assert commands == chain.split()
     for name in re.findall(r"^\| `(.*?)` \|", text, re.M):

@@ -95,7 +95,7 @@ class Task:
         All parts of robot and tool that can hit on the way; empty if as the campaign states.
     payload : float
         Effective payload on the way [kg]; NaN if as the campaign states.
-    site_offsets : mapping of str to array, shape (3,)
+    site_offsets : mapping of str to tuple of three floats
         Where contact sites lie from the point of the path, in the frame of the base, while the tool does not turn [m].
     """
 
@@ -105,7 +105,7 @@ class Task:
     source: str = ""
     contact_sites: tuple[str, ...] = ()
     payload: float = math.nan
-    site_offsets: Mapping[str, FloatArray] = field(default_factory=dict)
+    site_offsets: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         names = [segment.name for segment in self.segments]
@@ -153,7 +153,7 @@ class Task:
                 "not turn; a part that moves otherwise needs a path of its own",
                 file=self.source or None,
             )
-        return np.asarray(offsets.get(normalised(site), np.zeros(3)), dtype=np.float64)
+        return np.asarray(offsets.get(normalised(site), (0.0, 0.0, 0.0)), dtype=np.float64)
 
     def require_segments(self, names: tuple[str, ...]) -> None:
         """Raise InputError unless path and task name the same segments."""
@@ -251,7 +251,7 @@ def _task(tables: dict[str, Any], source: str, table: LimitTable | None) -> Task
     return Task(segments, acceleration, stated, source, **_loaded(shared, "campaign"), site_offsets=offsets)
 
 
-def _offsets(entries: Any) -> dict[str, FloatArray]:
+def _offsets(entries: Any) -> dict[str, tuple[float, ...]]:
     """Where contact sites lie from the point of the path [m]."""
     column = "campaign.site_offsets_m"
     if not isinstance(entries, dict):
@@ -263,7 +263,7 @@ def _offsets(entries: Any) -> dict[str, FloatArray]:
             if abs(_typed(value, float, f"{column}.{name}")) > _FARTHEST:
                 message = f"found {value:g} m, expected at most {_FARTHEST:g}; metres, not millimetres"
                 raise InputError(message, column=f"{column}.{name}")
-    return {name: np.array(values, dtype=np.float64) for name, values in entries.items()}
+    return {name: tuple(map(float, values)) for name, values in entries.items()}
 
 
 def _segment(row: dict[str, Any], where: str, table: LimitTable | None) -> TaskSegment:

@@ -19,7 +19,7 @@ MOST_PIXELS = 50_000_000
 _LARGEST_FILE = 30_000_000  # bytes; a choice
 _EDGE = 900  # pixels of the longer edge in a report; a choice
 _MOST_BYTES = 60_000  # of a picture in a report, so that 300 of them stay below 30 MB
-_QUALITIES = (80, 65, 50, 35)
+_QUALITIES = (80, 60, 40)
 _FORMATS = {"JPEG": "image/jpeg", "PNG": "image/png"}
 
 
@@ -65,7 +65,7 @@ def reencoded(content: bytes, file: str) -> tuple[str, bytes]:
                     most = f"expected at most {MOST_PIXELS / 1e6:.0f} million pixels"
                     raise InputError(f"found {opened.width} x {opened.height}, {most}", file=file)
                 opened.draft("RGB", (_EDGE, _EDGE))  # a JPEG is decoded at the size that is needed
-                upright = ImageOps.exif_transpose(opened)
+                sketch, upright = opened.format == "PNG", ImageOps.exif_transpose(opened)
                 picture = Image.new("RGB", upright.size, "white")
                 whole = upright.convert("RGBA")
                 picture.paste(whole, mask=whole.getchannel("A"))
@@ -74,13 +74,14 @@ def reencoded(content: bytes, file: str) -> tuple[str, bytes]:
     except Exception as error:  # a damaged picture raises whatever its decoder does
         raise InputError(f"no JPEG or PNG picture that can be read ({error})", file=file) from None
     picture.thumbnail((_EDGE, _EDGE))
-    if (drawn := _encoded(picture, "PNG", optimize=True)) and len(drawn) <= _MOST_BYTES:  # a sketch
+    if sketch and len(drawn := _encoded(picture, "PNG", optimize=True)) <= _MOST_BYTES:
         return _FORMATS["PNG"], drawn
-    for quality in _QUALITIES:
-        taken = _encoded(picture, "JPEG", quality=quality, optimize=True)
-        if len(taken) <= _MOST_BYTES:
-            break
-    return _FORMATS["JPEG"], taken
+    while True:
+        for quality in _QUALITIES:
+            taken = _encoded(picture, "JPEG", quality=quality)
+            if len(taken) <= _MOST_BYTES:
+                return _FORMATS["JPEG"], taken
+        picture = picture.resize((max(1, picture.width // 2), max(1, picture.height // 2)))
 
 
 def _encoded(picture: Image.Image, kind: str, **options: int) -> bytes:

@@ -1,0 +1,282 @@
+"""The report's first page and the sheets of contact points: what is permitted, photographs, print, many points."""
+
+from __future__ import annotations
+
+import io
+import re
+import shutil
+import time
+
+import numpy as np
+import pypdf
+import pytest
+from PIL import Image
+
+import forcemap as fm
+from forcemap.errors import InputError, MissingExtra
+from forcemap.report import inputs_list, report_html, report_pdf
+from forcemap.report.photographs import reencoded
+from pulses import collect
+from test_contact_points import PLACE, POINT, of_point, write_list
+from test_report import DATE, Reader, check, parts, rows, text_of
+
+MEASURED = {**POINT, **PLACE, "distance_m": "0.89", "height_m": "0.46", "rests_on": "measurements"}
+POINTS = [
+    {**POINT, **PLACE, "hazard": "H-1", "distance_to_m": "0.75", "photograph": "P1.jpg", "programmed_mps": "0.1"},
+    {**POINT, **PLACE, "point_id": "P2", "distance_m": "0.85", "height_m": "0.42", "photograph": "P2.png"},
+    {**MEASURED, "point_id": "P3", "recordings": "d890-h460-v200", "photograph": "none.jpg"},
+    {**MEASURED, "point_id": "P4", "contact_site": "finger", "direction": "in", "recordings": "points/P1-*",
+     "recorded_at_mps": "0.2", "remark": "<b>&"},
+    {**MEASURED, "point_id": "P5", "direction": "out"},
+]  # fmt: skip
+PROTOCOL = """
+[protocol]
+document_number = "VAL-7"
+revision = "B"
+replaces = "VAL-7 A"
+customer = "Works & Co"
+signed_by = "Sam Officer"
+checked_by = "C. Hecker"
+"""
+
+
+def photograph(path, size=(1600, 1200), seed=0, **options):
+    """Noise, as no picture is harder to make small, with the place where it was taken in its metadata."""
+    path.parent.mkdir(exist_ok=True)
+    pixels = np.random.default_rng(seed).integers(0, 255, (size[1] // 8, size[0] // 8, 3), dtype=np.uint8)
+    exif = Image.Exif()
+    exif[0x010E] = "SECRET PLACE"
+    exif[0x0112] = 6  # to be turned by 90 degrees
+    Image.fromarray(pixels).resize(size).save(path, exif=exif, **options)
+
+
+@pytest.fixture(scope="module")
+def cell(tmp_path_factory, simulated):
+    folder = shutil.copytree(simulated, tmp_path_factory.mktemp("sheets") / "cell")
+    with (folder / "campaign.toml").open("a") as stream:
+        stream.write("")
+    text = (folder / "campaign.toml").read_text()
+    (folder / "campaign.toml").write_text(text.partition("# Who measured what")[0] + PROTOCOL + "\n[recordings]"
+                                          + text.partition("[recordings]")[2])  # fmt: skip
+    write_list(folder, *POINTS)
+    photograph(folder / "photographs" / "P1.jpg")
+    Image.new("RGBA", (400, 300), (0, 0, 0, 0)).save(folder / "photographs" / "P2.png")
+    of_point(folder, [200, 210, 205])
+    for path in (folder / "points").iterdir():  # as the campaign's device writes its files
+        lines = path.read_text().splitlines()[1:]
+        cells = [line.split(",") for line in lines]
+        head = (folder / "recordings").glob("*.csv").__next__().read_text().splitlines()
+        start = next(i for i, line in enumerate(head) if line.startswith("time_ms"))
+        body = "".join(f"{1000 * float(t):.3f};{f}\n" for t, f in cells)
+        path.write_text("\n".join(head[: start + 1]).replace(",", ";") + "\n" + body)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def report(cell):
+    found = fm.assess_campaign(cell)
+    return found, report_html(found, date=DATE)
+
+
+def words(element):
+    return " ".join(text_of(element).split())
+
+
+def test_the_first_page_names_what_is_not_permitted_and_holds_document_signatures_and_digest(report):
+    _, page = report
+    text = check(page)
+    (answer,) = parts(page, "answer", None)
+    assert "5 contact points: 2 confirmed, 2 permitted by the map, 1 not permitted" in words(answer)
+    assert "NOT PERMITTED: P5 (not measured)" in words(answer)
+    (signatures,) = parts(page, "signatures", None)
+    said = words(signatures)
+    assert "VAL-7, revision B, replaces VAL-7 A; customer Works & Co" in said
+    for name in ("C. Hecker", "Sam Officer", "virtual impact lab"):
+        assert name in said
+    assert re.search(r"Digest of the \d+ input files ?[0-9a-f]{64}", said)
+    assert "protocol.robot_serial_number" in said
+    assert "have passed into ISO 10218-2:2025" in text
+
+
+def test_every_permitting_sentence_names_point_limit_edition_device_and_who_signs(report):
+    _, page = report
+    sentences = [
+        words(p) for section in ("answer", "sheets") for p in parts(page, section, "p") if "to be signed by" in words(p)
+    ]
+    joined = " ".join(sentences)
+    for name in ("P1", "P2", "P3", "P4"):
+        assert re.search(rf"Contact point {name}, back of hand, transient contact, within the limit of 280 N of ISO/TS "
+                         rf"15066:2016.*?CBSF-75-Basic.*?75 N/mm.*?signed by Sam Officer", joined), name  # fmt: skip
+    for sentence in re.findall(r"(?:Contact points?|At contact site) .*?to be signed by [^.]*\.", joined):
+        for part in ("280 N", "ISO/TS 15066:2016", "CBSF-75-Basic", "Sam Officer"):
+            assert part in sentence, (part, sentence)
+    assert "Contact point P5" not in joined
+    assert "Contact points P1 (at most" in joined
+
+
+def test_the_sheets(report):
+    found, page = report
+    table = {cells[0]: cells for cells in rows(page, "sheets") if re.fullmatch(r"P\d", cells[0])}
+    verdicts = ["permitted by the map"] * 2 + ["confirmed"] * 2 + ["not permitted"]
+    assert [cells[5] for cells in table.values()] == verdicts
+    assert [cells[7] for cells in table.values()] == [
+        "–" if np.isnan(result.speed) else fm.floor_speed(result.speed) for result in found.points
+    ]
+    (sheets,) = parts(page, "sheets", None)
+    said = words(sheets)
+    assert said.count("Signature:") == 5
+    assert said.count("Pressurenot assessed") == 5
+    assert "P5: NOT PERMITTED" in said
+    assert "photograph none.jpg: there is no such file" in said
+    assert "<b>&" in said
+    assert len(parts(page, "sheets", "img")) == 2
+    margins = [cells for cells in rows(page, "sheets") if cells[0].startswith("points/P1-1")]
+    assert len(margins) == 1
+    assert all("(within)" in cell for cell in margins[0][5:8])
+    assert "SIMULATED" in said
+
+
+def test_photographs_are_small_upright_and_without_metadata(report):
+    _, page = report
+    import base64
+
+    data = re.findall(r'src="data:image/(\w+);base64,([^"]*)"', "".join(re.findall(r'class="photograph".*?>', page)))
+    assert [kind for kind, _ in data] == ["jpeg", "png"]
+    pictures = [Image.open(io.BytesIO(base64.b64decode(content))) for _, content in data]
+    for (_, content), picture in zip(data, pictures, strict=True):
+        assert len(content) < 90_000
+        assert max(picture.size) <= 900
+        assert not picture.getexif()
+        assert b"SECRET" not in base64.b64decode(content)
+    assert pictures[0].size[0] / pictures[0].size[1] == pytest.approx(3 / 4, abs=0.01)  # turned
+
+
+@pytest.mark.parametrize(
+    ("content", "part"),
+    [
+        (b"", "no JPEG or PNG"),
+        (b"<svg xmlns='http://www.w3.org/2000/svg'><script/></svg>", "no JPEG or PNG"),
+        (b"GIF89a" + bytes(100), "no JPEG or PNG"),
+        (b"\x89PNG\r\n\x1a\n" + bytes(100), "no JPEG or PNG"),
+    ],
+)
+def test_what_is_no_photograph(content, part):
+    with pytest.raises(InputError, match=part):
+        reencoded(content, "a.png")
+
+
+def test_damaged_and_huge_photographs(tmp_path):
+    photograph(tmp_path / "a" / "p.jpg")
+    content = (tmp_path / "a" / "p.jpg").read_bytes()
+    with pytest.raises(InputError, match="no JPEG or PNG"):
+        reencoded(content[: len(content) // 2], "p.jpg")
+    stream = io.BytesIO()
+    Image.new("1", (8000, 8000)).save(stream, "PNG")  # 64 million pixels in some kB
+    with pytest.raises(InputError, match="million pixels"):
+        reencoded(stream.getvalue(), "p.png")
+    for mode in ("L", "P", "1", "CMYK"):
+        stream = io.BytesIO()
+        Image.new(mode, (30, 20)).save(stream, "JPEG" if mode == "CMYK" else "PNG")
+        assert reencoded(stream.getvalue(), "p")[0] in ("image/png", "image/jpeg")
+
+
+def test_verify_notices_photographs_sheets_and_tables(report, cell, ask, tmp_path):
+    found, page = report
+    folder = shutil.copytree(cell, tmp_path / "cell")
+    (tmp_path / "r.html").write_text(page)
+    (tmp_path / "r.sha256").write_text(inputs_list(found.inputs))
+    verify = ("report", "--verify", tmp_path / "r.html", folder)
+    assert ask(*verify)[0] == 0
+    photograph(folder / "photographs" / "P1.jpg", seed=1)
+    (folder / "photographs" / "P2.png").unlink()
+    photograph(folder / "photographs" / "P9.jpg")
+    (folder / "contact_points.csv").write_text((folder / "contact_points.csv").read_text().replace("H-1", "H-2"))
+    (folder / "points" / "P1-1.csv").unlink()
+    code, changes = ask(*verify)
+    assert code == 1
+    assert sorted(changes["changed"]) == ["contact_points.csv", "photographs/P1.jpg"]
+    assert sorted(changes["vanished"]) == ["photographs/P2.png", "points/P1-1.csv"]
+    assert changes["new"] == ["photographs/P9.jpg"]
+    (tmp_path / "r.html").write_text(page.replace("P5: NOT PERMITTED", "P5: PERMITTED"))
+    assert not ask(*verify)[1]["report_intact"]
+
+
+def pdf_of(page):
+    try:
+        return pypdf.PdfReader(io.BytesIO(report_pdf(page))).pages
+    except MissingExtra as error:
+        pytest.skip(str(error))
+
+
+def test_print_page_one_is_whole_and_no_heading_is_left_alone(report):
+    """The signed page holds verdict, signatures and digest; no page ends with a heading."""
+    _, page = report
+    pages = [[line.strip() for line in each.extract_text().splitlines() if line.strip()] for each in pdf_of(page)]
+    first = " ".join(pages[0])
+    for part in ("NOT PERMITTED: P5", "What it rests on", "Safety officer, releases", "Digest of the"):
+        assert part in first, part
+    headings = {" ".join(re.sub("<.*?>", "", text).split()) for text in re.findall(r"<h[234]>(.*?)</h[234]>", page)}
+    for number, lines in enumerate(pages, start=1):
+        body = [line for line in lines if line != "•" and "Page " not in line]
+        assert body[-1] not in headings, (number, body[-1])
+
+
+def test_the_demos_report_has_at_most_20_pages(demo):
+    page = (demo / "cell" / "forcemap-demo-2" / "report.html").read_text()
+    count = len(pdf_of(page))
+    print(f"{count} pages")
+    assert count <= 20
+
+
+def test_many_points_with_photographs(cell, tmp_path, full_size):
+    """300 at full size: below 60 s of processor time, on one thread, and 30 MB."""
+    count = 300 if full_size else 12
+    folder = shutil.copytree(cell, tmp_path / "cell")
+    points = []
+    for i in range(count):
+        photograph(folder / "photographs" / f"Q{i}.jpg", seed=i, size=(4000, 3000) if full_size else (1600, 1200))
+        points.append({**POINTS[i % 5], "point_id": f"Q{i}", "photograph": f"Q{i}.jpg"})
+    write_list(folder, *points)
+    started = time.process_time()
+    page = report_html(fm.assess_campaign(folder), date=DATE)
+    taken, size = time.process_time() - started, len(page.encode()) / 1e6
+    print(f"{count} contact points: {taken:.1f} s of processor time, {size:.1f} MB")
+    Reader(page)
+    assert page.count('class="photograph"') == count
+    assert size < 30 * max(count, 60) / 300
+    assert taken < 60
+
+
+def test_without_a_list_or_with_one_that_cannot_be_used(simulated, tmp_path):
+    folder = shutil.copytree(simulated, tmp_path / "cell")
+    page = report_html(fm.assess_campaign(folder), date=DATE)
+    assert "there is no list of contact points" in check(page)
+    (folder / "contact_points.csv").write_text("point_id\nP1\n")
+    text = check(report_html(fm.assess_campaign(folder), date=DATE))
+    assert "NO CONTACT POINT IS PERMITTED" in text
+    assert "THE LIST OF CONTACT POINTS CANNOT BE USED" in text
+
+
+def test_confirming_impacts_that_fail_take_all_speeds_away(tmp_path):
+    from forcemap.campaigns.plan import write_plan
+    from forcemap.planning.runs import extend_plan
+    from pulses import pulse, save, write_campaign
+    from test_contact_points import SITE, TOML
+
+    folder = write_campaign(tmp_path / "cell", repeats=3, toml=TOML + SITE)
+    dataset, plan, limit = collect(folder), fm.read_plan(folder), fm.force_limit("back_of_hand")
+    asked = {"bound": fm.ToleranceBound(device_error=3.0), "contact": fm.Contact.TRANSIENT, "planned": plan}
+    added = fm.confirm_plan(fm.fit_force_map(dataset), limit, **asked, recorded=set(dataset.state.tolist())).added
+    write_plan(extend_plan(plan, added), folder)
+    name = added.recording[0].item()
+    save(folder / "recordings" / f"{name}.csv", *pulse(300.0, rate=1000.0))
+    collect(folder)
+    found = fm.assess_campaign(folder, limits=[limit])
+    page = report_html(found, date=DATE)
+    transient = found.speeds[0]
+    assert transient.contradicted
+    assert transient.confirmed == 0
+    (speeds,) = parts(page, "speeds", None)
+    before = words(speeds).split("quasi-static contact")[0]
+    assert "impacts that were to confirm the map do not" in before
+    assert not re.search(r"\d\.\d{3} \(", before)
