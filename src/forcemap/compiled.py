@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import pickle
 import warnings
 from collections.abc import Callable
-from functools import lru_cache
+from functools import cache
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -14,13 +16,13 @@ _TYPES = {"f": "float64", "i": "int64"}
 _ARRAYS = {"F": "float64", "I": "int64"}
 
 
-@lru_cache(maxsize=None)
+@cache
 def kernel(function: Callable[..., None], arguments: str) -> Callable[..., None] | None:
     """The function compiled, which takes a second where it was not compiled before; None where numpy has to do.
 
-    The function uses nothing but its arguments, numpy and constants of its own file: what is compiled is kept beside the
-    source or, where nothing can be written there, in the user's cache folder, until that file changes. Damaged files
-    are made again; where nothing can be kept, every process compiles for itself.
+    The function uses nothing but its arguments, numpy and constants of its own file: what is compiled is kept beside
+    the source or, where nothing can be written there, in the user's cache folder, until that file changes. Damaged
+    files are made again; where nothing can be kept, every process compiles for itself.
 
     Parameters
     ----------
@@ -44,16 +46,13 @@ def kernel(function: Callable[..., None], arguments: str) -> Callable[..., None]
 
 
 def _compiled(function: Callable[..., None], arguments: str) -> Callable[..., None] | None:
-    import numba
-
+    numba: Any = import_module("numba")
     if numba.config.DISABLE_JIT:
         return None
     types = [_type(word) for word in arguments.split()]
     dispatcher = numba.njit(error_model="numpy", nogil=True)(function)
-    try:
+    with contextlib.suppress(Exception):  # no folder to write in, or a numba that keeps things otherwise: none is kept
         dispatcher._cache = _kept(function)
-    except Exception:  # no folder can be written, or this numba keeps things otherwise: it compiles, and keeps nothing
-        pass
     dispatcher.compile(f"void({', '.join(types)})")
     dispatcher.disable_compile()
     compiled: Callable[..., None] = dispatcher
@@ -66,9 +65,9 @@ def _type(word: str) -> str:
 
 def _kept(function: Callable[..., None]) -> Any:
     """What numba keeps of a function in files; one that is damaged, or not of this source, counts as none."""
-    from numba.core.caching import FunctionCache, IndexDataCacheFile
+    caching: Any = import_module("numba.core.caching")
 
-    class Files(IndexDataCacheFile):  # type: ignore[misc]
+    class Files(caching.IndexDataCacheFile):  # type: ignore[misc]
         def _digest(self, payload: bytes) -> bytes:
             return hashlib.sha256(repr((self._version, self._source_stamp)).encode() + payload).digest()
 
@@ -83,7 +82,7 @@ def _kept(function: Callable[..., None]) -> Any:
                 raise OSError(f"{name}: not what was written")
             return pickle.loads(payload)
 
-    class Kept(FunctionCache):  # type: ignore[misc]
+    class Kept(caching.FunctionCache):  # type: ignore[misc]
         def __init__(self, function: Callable[..., None]) -> None:
             super().__init__(function)
             own = self._cache_file

@@ -1,7 +1,7 @@
 """Effective mass of a robot in many postures, compiled: what `kinematics` and `effective_mass` do, to rounding.
 
-Every inner loop runs over postures and stores one array, so that the compiler makes it one over vectors; a block's arrays
-stay in the processor's cache. Sine and cosine are numpy's.
+Every inner loop runs over postures and stores one array, so that the compiler makes it one over vectors; the arrays of
+a block stay in the processor's cache. Sine and cosine are numpy's.
 """
 
 from __future__ import annotations
@@ -34,8 +34,8 @@ def many_masses(robot: Robot, q: FloatArray, u: FloatArray, singular: float, lea
     """
     if len(q) < LEAST:
         return None
-    kernels = [kernel(function, arguments) for function, arguments in _KERNELS.items()]
-    if None in kernels:
+    kernels = [run for function, arguments in _KERNELS.items() if (run := kernel(function, arguments))]
+    if len(kernels) < len(_KERNELS):
         return None
     frames_of, motions_of, composites_of, matrix_of, solve = kernels
     joints, bodies, offset, drives = _figures(robot)
@@ -110,13 +110,15 @@ def _motions(
     lever: FloatArray,
     size: FloatArray,
 ) -> None:
-    """Turning and, at the last joint, velocity for each joint; its motion of the contact point along u; squares of all."""
+    """Turning of each joint and velocity at the last; how it moves the contact point along u; squares of all motions."""
     n = len(joints)
     last, point = frames[n], np.empty((3, size.size))
     arm, velocity = np.empty((2, 3, size.size)), np.empty(size.size)
     for r in range(3):
         for p in range(size.size):
-            point[r, p] = offset[0] * last[6 + 3 * r, p] + offset[1] * last[7 + 3 * r, p] + offset[2] * last[8 + 3 * r, p]
+            point[r, p] = (
+                offset[0] * last[6 + 3 * r, p] + offset[1] * last[7 + 3 * r, p] + offset[2] * last[8 + 3 * r, p]
+            )
     size[:] = 0.0
     for i in range(n):
         turns, frame = 1.0 - joints[i, _SLIDES, 0], frames[i + 1]
@@ -142,7 +144,7 @@ def _motions(
 
 
 def _composites(bodies: FloatArray, frames: FloatArray, composites: FloatArray) -> None:
-    """What lies beyond each joint, about the last one: first moment (3 rows), inertia xx, yx, yy, zx, zy, zz (6 rows)."""
+    """What lies beyond each joint, about the last: first moment (3 rows), inertia xx, yx, yy, zx, zy, zz (6 rows)."""
     n, batch = len(bodies), frames.shape[2]
     centre, half = np.empty((3, batch)), np.empty((3, batch))
     for i in range(n - 1, -1, -1):

@@ -1,7 +1,7 @@
 """The course of many impacts, compiled: a twin of `course`, the same steps in the same order, impact by impact.
 
-The exponentials of the reaction stay numpy's: an impact is stepped until its robot notices the collision, and from there
-on in stretches for which they are computed beforehand. So forces are those of `course` bit for bit.
+The exponentials of the reaction stay numpy's: an impact is stepped until its robot notices the collision, and from
+there on in stretches for which they are computed beforehand. So forces are those of `course` bit for bit.
 """
 
 from __future__ import annotations
@@ -98,7 +98,7 @@ def _modes(setup: ImpactSetup, speed: FloatArray, step: float) -> FloatArray:
 
 
 def _factors(reaction: Reaction, since: FloatArray) -> FloatArray:
-    """What the commanded speed is made of that does not depend on the force: fading to the retreat, and after it; begun."""
+    """What the force does not change in a commanded speed: fading to the retreat, fading after it, whether it began."""
     backing = np.minimum(np.maximum(since, 0.0), reaction.retreat_time)
     after = np.maximum(since - reaction.retreat_time, 0.0)
     fading = (np.exp(-part / reaction.time_constant) for part in (backing, after))

@@ -1,16 +1,16 @@
 """Force, leverage and crossing speed of many scattered points, compiled: bit for bit what numpy gives.
 
-The kernels do the algebra of ln F = p0 + p1 v + p2 v^2, with p0 a polynomial of up to d^2 and h^2, p1 and p2 of up to d^2:
-CFM_2D, CFM_3D and forms like them. Exponentials and logarithms stay numpy's. A term that a map lacks has the coefficient
--0.0, which adds nothing to any number; only where it meets an infinite one there is a NaN, and then numpy computes all.
-Regular grids have no kernel: there numpy does once what an axis alone decides.
+The kernels do the algebra of ln F = p0 + p1 v + p2 v^2, with p0 a polynomial of up to d^2 and h^2, p1 and p2 of up to
+d^2: CFM_2D, CFM_3D and forms like them. Exponentials and logarithms stay numpy's. A term that a map lacks has the
+coefficient -0.0, which adds nothing to any number; only where it meets an infinite one is there a NaN, and then numpy
+computes all. Regular grids have no kernel: there numpy does once what an axis alone decides.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -35,8 +35,8 @@ _TERMS = {
 }
 """Where the coefficient of v^i d^j h^k stands in a row of coefficients."""
 
-_ByNumpy: TypeAlias = Callable[..., FloatArray]
-_Block: TypeAlias = Callable[[FloatArray, FloatArray, FloatArray, FloatArray], None]
+_ByNumpy = Callable[..., FloatArray]
+_Block = Callable[..., None]  # of distance, height, speed or force, and the array for the result
 
 
 def force(form: Form, coefficients: FloatArray, by_numpy: _ByNumpy, *arguments: ArrayLike) -> Any:
