@@ -85,8 +85,9 @@ def _kept(function: Callable[..., None]) -> Any:
     class Kept(caching.FunctionCache):  # type: ignore[misc]
         def __init__(self, function: Callable[..., None]) -> None:
             super().__init__(function)
-            own = self._cache_file
-            self._cache_file = Files(own._cache_path, self._impl.filename_base, own._source_stamp)
+            place = self._impl.locator
+            stamp = place.get_source_stamp()
+            self._cache_file: Any = Files(place.get_cache_path(), self._impl.filename_base, stamp)
 
         def load_overload(self, sig: Any, target_context: Any) -> Any:
             try:

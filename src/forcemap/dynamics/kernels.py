@@ -110,7 +110,7 @@ def _motions(
     lever: FloatArray,
     size: FloatArray,
 ) -> None:
-    """Turning of each joint and velocity at the last; how it moves the contact point along u; squares of all motions."""
+    """Turning of each joint and velocity at the last; how it moves the contact point along u; squares of all."""
     n = len(joints)
     last, point = frames[n], np.empty((3, size.size))
     arm, velocity = np.empty((2, 3, size.size)), np.empty(size.size)
