@@ -2,8 +2,7 @@
 
 The kernels do the algebra of ln F = p0 + p1 v + p2 v^2, with p0 a polynomial of up to d^2 and h^2, p1 and p2 of up to
 d^2: CFM_2D, CFM_3D and forms like them. Exponentials and logarithms stay numpy's. A term that a map lacks has the
-coefficient -0.0, which adds nothing to any number; only where it meets an infinite one is there a NaN, and then numpy
-computes all. Regular grids have no kernel: there numpy does once what an axis alone decides.
+coefficient -0.0, which adds nothing to any number; what meets an infinite one is left to numpy. Regular grids have no kernel: there numpy does once what an axis alone decides.
 """
 
 from __future__ import annotations
@@ -83,7 +82,7 @@ def crossing_speed(form: Form, coefficients: FloatArray, by_numpy: _ByNumpy, *ar
 def _in_blocks(
     form: Form, compiled: Callable[[], _Block | None], by_numpy: _ByNumpy, arguments: tuple[ArrayLike, ...]
 ) -> Any:
-    """By the compiled function where there is one for these arguments, and it differs from numpy nowhere."""
+    """By the compiled function where there is one for these arguments, and the first points agree with numpy's."""
     has_kernel = all((term.speed, term.distance, term.height) in _TERMS and not term.log_speed for term in form.terms)
     points = _scattered(arguments) if has_kernel else None
     if points is not None and (block := compiled()):
@@ -112,13 +111,16 @@ def _rows(form: Form, coefficients: FloatArray) -> FloatArray:
 
 
 def _filled(result: FloatArray, block: _Block, by_numpy: _ByNumpy, points: list[FloatArray]) -> bool:
-    """Fill the result block by block; false if it is not numpy's, at the first points or in a block with a NaN."""
+    """Fill the result block by block, those with numbers that are not finite by numpy; false if numpy's differs."""
     for start in range(0, result.size, _BLOCK):
         out = result[start : start + _BLOCK]
         parts = [array if array.size == 1 else _plain(array[start : start + _BLOCK]) for array in points]
+        if not math.isfinite(sum(float(np.dot(part, part)) for part in parts)):
+            out[:] = by_numpy(*parts)
+            continue
         block(*parts, out)
-        again = out.size if math.isnan(np.dot(out, out)) else 0 if start else _CHECKED
-        if again and not np.array_equal(out[:again], by_numpy(*(part[:again] for part in parts)), equal_nan=True):
+        first = [part[:_CHECKED] for part in parts]
+        if start == 0 and not np.array_equal(out[:_CHECKED], by_numpy(*first), equal_nan=True):
             return False
     return True
 
