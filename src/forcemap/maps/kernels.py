@@ -2,7 +2,8 @@
 
 The kernels do the algebra of ln F = p0 + p1 v + p2 v^2, with p0 a polynomial of up to d^2 and h^2, p1 and p2 of up to
 d^2: CFM_2D, CFM_3D and forms like them. Exponentials and logarithms stay numpy's. A term that a map lacks has the
-coefficient -0.0, which adds nothing to any number; what meets an infinite one is left to numpy. Regular grids have no kernel: there numpy does once what an axis alone decides.
+coefficient -0.0, which adds nothing to any number; where it meets an infinite one a NaN is left, and numpy computes the
+block again. Regular grids have no kernel: there numpy does once what an axis alone decides.
 """
 
 from __future__ import annotations
@@ -111,14 +112,13 @@ def _rows(form: Form, coefficients: FloatArray) -> FloatArray:
 
 
 def _filled(result: FloatArray, block: _Block, by_numpy: _ByNumpy, points: list[FloatArray]) -> bool:
-    """Fill the result block by block, those with numbers that are not finite by numpy; false if numpy's differs."""
+    """Fill the result block by block, by numpy where numbers are not finite; false if numpy's first points differ."""
     for start in range(0, result.size, _BLOCK):
         out = result[start : start + _BLOCK]
         parts = [array if array.size == 1 else _plain(array[start : start + _BLOCK]) for array in points]
-        if not math.isfinite(sum(float(np.dot(part, part)) for part in parts)):
-            out[:] = by_numpy(*parts)
-            continue
         block(*parts, out)
+        if math.isnan(np.dot(out, out)) and not all(math.isfinite(np.dot(part, part)) for part in parts):
+            out[:] = by_numpy(*parts)
         first = [part[:_CHECKED] for part in parts]
         if start == 0 and not np.array_equal(out[:_CHECKED], by_numpy(*first), equal_nan=True):
             return False
