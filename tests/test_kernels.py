@@ -22,7 +22,7 @@ from forcemap.dynamics.rigid_body import NOTHING
 from forcemap.errors import InputError
 from forcemap.lab import kernels as lab
 from forcemap.lab.bench import simulate_impacts, simulate_peaks
-from forcemap.lab.course import force_course, phase_one_peaks
+from forcemap.lab.course import first_peaks, force_course, phase_one_peaks
 from forcemap.lab.virtual_robot import PRESETS, virtual_robot
 from forcemap.maps import kernels as maps
 from forcemap.maps.forms import FORMS
@@ -129,9 +129,9 @@ def test_infinite_missing_and_huge_values(where):
         for axis in range(3):
             points = [d.copy(), h.copy(), v.copy()]
             points[axis][some] = rng.choice(STRANGE, points[axis][some].shape)
-            same(force_map.predict(*points), arrays.in_blocks(force_map._force, *points))
             force = np.array([140.0])
             with np.errstate(all="ignore"):
+                same(force_map.predict(*points), arrays.in_blocks(force_map._force, *points))
                 expected = arrays.in_blocks(force_map._crossing_speed, *points[:2], force)
                 same(force_map.crossing_speed(*points[:2], force), expected)
     same(*(maps_[0].crossing_speed(d[:n], h[:n], 5e-324)[:1000] for n in (MANY, 1000)))
@@ -217,7 +217,7 @@ def test_effective_mass_to_rounding(name, gantry):
         assert np.isfinite(by_kernel).mean() > 0.99
         rising = np.isfinite(by_kernel)
         np.testing.assert_array_equal(found.value[rising], by_kernel[rising])
-    assert name == "gantry" or len(outcomes) > 1
+    assert name != "kuka-iiwa7" or len(outcomes) > 1  # straight up it loses a direction
     grid = robot_effective_mass(robot, q[:50_000].reshape(50, 1000, -1))
     assert grid.value.shape == grid.outcome.shape == (50, 1000)
 
@@ -249,8 +249,8 @@ def test_simulated_impacts_bit_for_bit(preset):
         expected = force_course(setup.at_places(np.arange(d.size)), v, duration=1.0)
         assert (expected > 0).any()
         same(found.force, expected)
-        same(found.peak_force, simulate_peaks(each, d, h, v))
-        same(found.peak_force, phase_one_peaks(setup.at_places(np.arange(d.size)), v))
+        same(found.peak_force, first_peaks(expected))
+        same(simulate_peaks(each, d, h, v), phase_one_peaks(setup.at_places(np.arange(d.size)), v))
         few = simulate_impacts(each, d[:9], h[:9], v[:9])
         same(few.force, expected[:, :9])
     sideways = {"direction": (1.0, 0.5, -0.5), "step": 1e-4, "duration": 0.7}
@@ -267,6 +267,7 @@ def test_many_peaks_at_once():
 
 FLOORED = """
 import hashlib, sys
+from pathlib import Path
 import numpy as np
 import forcemap as fm
 count = int(sys.argv[1])

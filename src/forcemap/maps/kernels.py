@@ -117,7 +117,7 @@ def _filled(result: FloatArray, block: _Block, by_numpy: _ByNumpy, points: list[
         out = result[start : start + _BLOCK]
         parts = [array if array.size == 1 else _plain(array[start : start + _BLOCK]) for array in points]
         block(*parts, out)
-        if math.isnan(np.dot(out, out)) and not all(math.isfinite(np.dot(part, part)) for part in parts):
+        if np.isnan(out).any() and not all(np.isfinite(part).all() for part in parts):
             out[:] = by_numpy(*parts)
         first = [part[:_CHECKED] for part in parts]
         if start == 0 and not np.array_equal(out[:_CHECKED], by_numpy(*first), equal_nan=True):
