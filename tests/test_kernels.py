@@ -279,13 +279,15 @@ for i, name in enumerate((*fm.PUBLISHED_MAPS, *fm.EXAMPLE_CAMPAIGNS)):
     bound = fm.FixedMargin(0.10) if published else fm.ToleranceBound()
     low, high = force_map.measured_range.lowest, force_map.measured_range.highest
     d, h, _ = np.random.default_rng(i).uniform(low - 0.02, high + 0.02, (count, 3)).T
-    for limit in (140.0, 280.0):
+    given = 0
+    for limit in (140.0, 200.0, 280.0):
         found = fm.safe_speed(
             force_map, d, h, limit=limit, contact=fm.Contact.QUASI_STATIC, bound=bound, hints=False
         )
-        assert np.isfinite(found.speed).any()
+        given += np.isfinite(found.speed).sum()
         digest.update(np.floor(found.speed * 1000).tobytes())
         digest.update("".join(found.outcome.tolist()).encode())
+    assert given > count / 5, given
     many = max(count, 600_000)
     d, h, v = np.random.default_rng(i).uniform(low - 0.2, high + 0.2, (many, 3)).T
     digest.update(np.nan_to_num(np.floor(force_map.crossing_speed(d, h, 140.0) * 1000), nan=-1).tobytes())
