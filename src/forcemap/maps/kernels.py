@@ -15,8 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from forcemap import arrays
-from forcemap.arrays import FloatArray
+from forcemap.arrays import FloatArray, in_blocks, large_result
 from forcemap.compiled import kernel
 from forcemap.maps.forms import Form
 
@@ -40,7 +39,7 @@ _Block = Callable[..., None]  # of distance, height, speed or force, and the arr
 
 
 def force(form: Form, coefficients: FloatArray, by_numpy: _ByNumpy, *arguments: ArrayLike) -> Any:
-    """`arrays.in_blocks(by_numpy, distance, height, speed)`: exp of the sum of coefficient x term."""
+    """`in_blocks(by_numpy, distance, height, speed)`: exp of the sum of coefficient x term."""
 
     def compiled() -> _Block | None:
         (row,) = _rows(form, coefficients[None])
@@ -55,42 +54,42 @@ def force(form: Form, coefficients: FloatArray, by_numpy: _ByNumpy, *arguments: 
 
         return block
 
-    return _in_blocks(form, compiled, by_numpy, arguments)
+    return _evaluated(form, compiled, by_numpy, arguments)
 
 
 def leverage(form: Form, coefficients: FloatArray, by_numpy: _ByNumpy, *arguments: ArrayLike) -> Any:
-    """`arrays.in_blocks(by_numpy, distance, height, speed)`: the squares of the sums of every row, summed."""
+    """`in_blocks(by_numpy, distance, height, speed)`: the squares of the sums of every row, summed."""
 
     def compiled() -> _Block | None:
         rows = _rows(form, coefficients)
         run = kernel(_sum_of_squares, "F2 F1 F1 F1 F1")
         return run and (lambda d, h, v, out: run(rows, d, h, _spread(v, d.size), out))
 
-    return _in_blocks(form, compiled, by_numpy, arguments)
+    return _evaluated(form, compiled, by_numpy, arguments)
 
 
 def crossing_speed(form: Form, coefficients: FloatArray, by_numpy: _ByNumpy, *arguments: ArrayLike) -> Any:
-    """`arrays.in_blocks(by_numpy, distance, height, force)`: where the sum of coefficient x term rises to ln force."""
+    """`in_blocks(by_numpy, distance, height, force)`: where the sum of coefficient x term rises to ln force."""
 
     def compiled() -> _Block | None:
         (row,) = _rows(form, coefficients[None])
         run = kernel(_first_rise, "F1 F1 F1 F1 F1")
         return run and (lambda d, h, force, out: run(row, d, h, _spread(np.log(force), d.size), out))
 
-    return _in_blocks(form, compiled, by_numpy, arguments)
+    return _evaluated(form, compiled, by_numpy, arguments)
 
 
-def _in_blocks(
+def _evaluated(
     form: Form, compiled: Callable[[], _Block | None], by_numpy: _ByNumpy, arguments: tuple[ArrayLike, ...]
 ) -> Any:
     """By the compiled function where there is one for these arguments, and the first points agree with numpy's."""
     has_kernel = all((term.speed, term.distance, term.height) in _TERMS and not term.log_speed for term in form.terms)
     points = _scattered(arguments) if has_kernel else None
     if points is not None and (block := compiled()):
-        result = arrays.large_result(points[0].shape)
+        result = large_result(points[0].shape)
         if _filled(result.reshape(-1), block, by_numpy, [array.reshape(-1) for array in points]):
             return result
-    return arrays.in_blocks(by_numpy, *arguments)
+    return in_blocks(by_numpy, *arguments)
 
 
 def _scattered(arguments: tuple[ArrayLike, ...]) -> list[FloatArray] | None:
