@@ -255,6 +255,11 @@ def test_simulated_impacts_bit_for_bit(preset):
         same(few.force, expected[:, :9])
     sideways = {"direction": (1.0, 0.5, -0.5), "step": 1e-4, "duration": 0.7}
     whole = simulate_impacts(robot, d, h, v, **sideways)
+    body = np.where(np.arange(d.size) % 3, 2.0 + d, np.inf)  # free body parts, and a fixed device
+    free = simulate_impacts(robot, d, h, v, body_mass=body)
+    same(free.force[:, :9], simulate_impacts(robot, d[:9], h[:9], v[:9], body_mass=body[:9]).force)
+    assert (free.peak_force[body < 9] < simulate_impacts(robot, d, h, v).peak_force[body < 9]).all()
+    same(simulate_peaks(robot, d, h, v, body_mass=3.0)[:9], simulate_peaks(robot, d[:9], h[:9], v[:9], body_mass=3.0))
     same(whole.force[:, :9], simulate_impacts(robot, d[:9], h[:9], v[:9], **sideways).force)
 
 

@@ -56,9 +56,10 @@ def _step_on(
     keep = math.exp(-step / reaction.torque_filter)
     constants = _constants(setup, step, keep)
     now = np.add.accumulate(np.concatenate([[0.0], np.full(times, step)]))  # rounded as a sum step by step
-    figures = np.column_stack([speed, (1 - keep) * robot.joint_lever])
+    gained = np.broadcast_to(step / setup.body_mass, speed.shape)  # rate of a free body part, per force
+    figures = np.column_stack([speed, (1 - keep) * robot.joint_lever, gained])
     modes = _modes(setup, speed, step)
-    state = np.zeros((speed.size, 7))  # path, pad, torque, depth, force, when the reaction begins, peak
+    state = np.zeros((speed.size, 9))  # path, pad, torque, depth, force, when the reaction begins, peak, body, its rate
     begun = state[:, 5]
     begun[:] = np.inf
     at = np.zeros(speed.size, dtype=np.int64)
@@ -121,8 +122,8 @@ def _course(
     for number in range(which.size):
         impact = which[number]
         m = modes[impact]
-        speed, noticing = figures[impact]
-        path, pad, torque, depth, push, begun, peak = state[impact]
+        speed, noticing, gained = figures[impact]
+        path, pad, torque, depth, push, begun, peak, body, body_rate = state[impact]
         k, stop, reacting = at[impact], now.size - 1, begun < math.inf
         if reacting:
             stop = min(stop, k + factors.shape[1])
@@ -150,6 +151,9 @@ def _course(
                 m[9, j] = m[9, j] + step * m[10, j]
                 depth += m[4, j] * m[9, j]
             path += step * halfway
+            body_rate += gained * push
+            body += step * body_rate
+            depth -= body
             mean = (previous + depth) / 2
             rest = mean * resting if mean > pad else 0.0
             pad = rest + (pad - rest) * (in_contact if mean > pad else alone)
@@ -160,4 +164,4 @@ def _course(
                 begun = now[k] - step + (threshold - noticed) / (torque - noticed) * step + delay
                 break
         at[impact] = k
-        state[impact] = path, pad, torque, depth, push, begun, peak
+        state[impact] = path, pad, torque, depth, push, begun, peak, body, body_rate
