@@ -12,7 +12,7 @@ import pytest
 import forcemap
 
 ROOT = Path(forcemap.__file__).parent
-GROUND = {"errors", "files", "arrays", "csv_table", "findings", "_version"}
+GROUND = {"errors", "files", "arrays", "csv_table", "findings", "compiled", "_version"}
 ROOMS: dict[str, set[str]] = {
     "recordings": set(),
     "limits": set(),

@@ -42,10 +42,16 @@ def in_blocks(function: Callable[..., FloatArray], *arguments: ArrayLike) -> Any
     shape = np.broadcast_shapes(*(array.shape for array in arrays))
     if not shape:
         return float(function(*(array.reshape(1) for array in arrays))[0])
+    result = large_result(shape)
+    _fill(result, function, [array.reshape((1,) * (len(shape) - array.ndim) + array.shape) for array in arrays])
+    return result
+
+
+def large_result(shape: tuple[int, ...]) -> FloatArray:
+    """An array to be filled block by block."""
     result = np.empty(shape)
     if result.size > _MANY_BLOCKS * BLOCK:
         np.empty(_RAISING)
-    _fill(result, function, [array.reshape((1,) * (len(shape) - array.ndim) + array.shape) for array in arrays])
     return result
 
 

@@ -15,8 +15,8 @@ from forcemap.errors import InputError
 
 # Length of J^T u over that of J:
 _NO_MOTION = 1e-12  # below it only rounding is left
-_SINGULAR = 1e-5  # below it a thousandth of a degree in the posture changes the effective mass by more than its size
-_LEAST_PIVOT = 1e-14  # share of the diagonal entry below which rounding decides the sign
+SINGULAR = 1e-5  # below it a thousandth of a degree in the posture changes the effective mass by more than its size
+LEAST_PIVOT = 1e-14  # share of the diagonal entry below which rounding decides the sign
 
 
 class MassOutcome(StrEnum):
@@ -187,7 +187,7 @@ def mass_along(j: FloatArray, m: FloatArray, u: FloatArray, drives: DriveInertia
     lever = np.einsum("...k,...kn->...n", u, j)
     half = _whitened(m if drives is None else m + np.diag(drives.values), lever)
     motion, size = np.linalg.norm(lever, axis=-1), np.sqrt(np.square(j).sum(axis=(-2, -1)))
-    lost = np.broadcast_to(motion <= _SINGULAR * size, half.shape[:-1])
+    lost = np.broadcast_to(motion <= SINGULAR * size, half.shape[:-1])
     outcome = np.asarray(_OUTCOMES[lost.astype(int) + (motion <= _NO_MOTION * size)], dtype=object)
     value = np.asarray(1 / np.where(lost, np.nan, np.square(half).sum(axis=-1)))
     return EffectiveMass.of(value, outcome, drives)
@@ -213,7 +213,7 @@ def _factor(matrix: FloatArray) -> FloatArray | None:
     except np.linalg.LinAlgError:
         return None
     pivot, entry = (np.diagonal(matrices, axis1=-2, axis2=-1) for matrices in (factor, matrix))
-    return np.asarray(factor) if np.all(np.square(pivot) > _LEAST_PIVOT * entry) else None
+    return np.asarray(factor) if np.all(np.square(pivot) > LEAST_PIVOT * entry) else None
 
 
 def standard_effective_mass(moving_mass: float, payload: float = 0.0) -> float:

@@ -10,8 +10,17 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from forcemap.arrays import FloatArray
-from forcemap.dynamics.effective_mass import Drives, EffectiveMass, MassOutcome, effective_mass, mass_along
+from forcemap.dynamics.effective_mass import (
+    LEAST_PIVOT,
+    SINGULAR,
+    Drives,
+    EffectiveMass,
+    MassOutcome,
+    effective_mass,
+    mass_along,
+)
 from forcemap.dynamics.inverse_kinematics import DOWN, Reach, ReachOutcome, inverse_kinematics, places_in_plane
+from forcemap.dynamics.kernels import many_masses
 from forcemap.dynamics.kinematics import (
     contact_jacobian,
     forward_kinematics,
@@ -99,9 +108,12 @@ def robot_effective_mass(robot: Robot, positions: ArrayLike, direction: ArrayLik
     if u.ndim != 1:
         raise InputError(f"direction: found the shape {u.shape}, expected one direction, three components")
     flat = q.reshape(-1, q.shape[-1])
-    value, outcome = np.empty(len(flat)), np.empty(len(flat), dtype=object)
-    for first in range(0, len(flat), _BLOCK):
-        block = slice(first, first + _BLOCK)
+    outcome = np.full(len(flat), MassOutcome.REGULAR, dtype=object)
+    value = many_masses(robot, flat, u, SINGULAR, LEAST_PIVOT)
+    value = np.full(len(flat), np.nan) if value is None else value
+    by_numpy = np.flatnonzero(np.isnan(value))
+    for first in range(0, by_numpy.size, _BLOCK):
+        block = by_numpy[first : first + _BLOCK]
         posture = posture_of(robot, np.ascontiguousarray(flat[block].T))
         j, m = (np.moveaxis(f(robot, posture), -1, 0) for f in (contact_jacobian, posture_mass_matrix))
         mass = mass_along(j, m, u, robot.drive_inertia)

@@ -12,7 +12,8 @@ from numpy.typing import ArrayLike
 from forcemap.arrays import FloatArray
 from forcemap.dynamics.rigid_body import unit_direction
 from forcemap.errors import InputError
-from forcemap.lab.course import DOWN, STEP, ImpactSetup, first_peaks, force_course, phase_one_peaks
+from forcemap.lab.course import DOWN, STEP, ImpactSetup, first_peaks
+from forcemap.lab.kernels import many_courses, many_peaks
 from forcemap.lab.simulated_device import PAPER_DEVICE
 from forcemap.lab.virtual_robot import VirtualRobot
 
@@ -111,7 +112,7 @@ def simulate_impacts(
     if not step <= duration < _LONGEST:
         raise InputError(f"duration: found {duration:g} s, expected at least a step and less than a minute")
     d, h, v, setup = _set_up(robot, (distance, height, speed), direction, device_stiffness, step, body_mass)
-    force = force_course(setup, v, duration=duration, step=step)
+    force = many_courses(setup, v, duration=duration, step=step)
     return SimulatedImpacts(d, h, v, np.arange(len(force), dtype=np.float64) * step, force, first_peaks(force))
 
 
@@ -150,7 +151,7 @@ def simulate_peaks(
         A place that the robot cannot reach, a figure outside its range, or a direction of length zero.
     """
     _, _, v, setup = _set_up(robot, (distance, height, speed), direction, device_stiffness, step, body_mass)
-    return phase_one_peaks(setup, v, step=step)
+    return many_peaks(setup, v, step=step)
 
 
 def _set_up(

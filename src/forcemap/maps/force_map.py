@@ -11,10 +11,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from forcemap._version import __version__
-from forcemap.arrays import FloatArray, in_blocks
+from forcemap.arrays import FloatArray
 from forcemap.campaigns.dataset import Binding, Conditions, Drift, PhaseTwo, Quantity, States, measured_again
 from forcemap.errors import InputError
 from forcemap.findings import Finding
+from forcemap.maps import kernels
 from forcemap.maps.censored import CensoredRegression, StateData, state_data
 from forcemap.maps.form_test import FormTest, form_test, gaps_of
 from forcemap.maps.forms import Form
@@ -214,7 +215,7 @@ class ForceMap:
         >>> round(published_map("ur10e").predict(0.8, 0.4, 0.3), 1)
         238.8
         """
-        return in_blocks(self._force, distance, height, speed)
+        return kernels.force(self.form, self.coefficients, self._force, distance, height, speed)
 
     def crossing_speed(self, distance: ArrayLike, height: ArrayLike, force: ArrayLike) -> Any:
         """Smallest speed v >= 0 at which the predicted force rises to a given force.
@@ -247,7 +248,7 @@ class ForceMap:
         wanted = np.asarray(force, dtype=np.float64)
         if not np.all((wanted > 0) & (wanted < np.inf)):
             raise InputError("force: found a value that is not positive and finite, expected newtons above 0")
-        return in_blocks(self._crossing_speed, distance, height, wanted)
+        return kernels.crossing_speed(self.form, self.coefficients, self._crossing_speed, distance, height, wanted)
 
     def leverage(self, distance: ArrayLike, height: ArrayLike, speed: ArrayLike) -> Any:
         """Leverage l = x'(X'V^-1 X)^-1 x of states with respect to the fitted ones; arguments as `predict`.
@@ -259,8 +260,7 @@ class ForceMap:
         InputError
             The map was not fitted here.
         """
-        self.require_fit()
-        return in_blocks(self._leverage, distance, height, speed)
+        return kernels.leverage(self.form, self._leverage_rows(), self._leverage, distance, height, speed)
 
     def require_fit(self) -> Fit:
         """The statistics of a fitted map.
@@ -326,8 +326,11 @@ class ForceMap:
         (profile,) = self.form.speed_profiles(self.coefficients[None], distance, height)
         return profile.first_rise(np.log(force))
 
+    def _leverage_rows(self) -> FloatArray:
+        return self.require_fit().between_states.inverse_triangle.T  # x'(X'X)^-1 x = |R^-T x|^2
+
     def _leverage(self, distance: FloatArray, height: FloatArray, speed: FloatArray) -> FloatArray:
-        rows = self.require_fit().between_states.inverse_triangle.T  # x'(X'X)^-1 x = |R^-T x|^2
+        rows = self._leverage_rows()
         leverage = np.zeros(np.broadcast_shapes(distance.shape, height.shape, speed.shape))
         with np.errstate(over="ignore", invalid="ignore"):
             for profile in self.form.speed_profiles(rows, distance, height):
