@@ -30,6 +30,7 @@ mutants: .venv/.mutants
 
 bench: .venv/.test
 	$(BIN)/python benchmarks/run.py
+	$(BIN)/python benchmarks/fast.py
 
 examples: .venv/.app
 	$(BIN)/python scripts/make_examples.py
