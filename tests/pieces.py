@@ -11,6 +11,7 @@ import functools
 import itertools
 import math
 import tempfile
+from collections.abc import Mapping
 from dataclasses import fields, is_dataclass, replace
 from pathlib import Path
 
@@ -70,7 +71,7 @@ def fields_of(value):
             yield from ((f"{field.name}.{name}", each) for name, each in fields_of(found))
         elif isinstance(found, tuple) and found and isinstance(found[0], fm.Finding):
             yield from ((f"{field.name} {i}", each) for i, each in enumerate(found))
-        elif isinstance(found, tuple) and found and is_dataclass(found[0]):
+        elif (isinstance(found, tuple) and found and is_dataclass(found[0])) or isinstance(found, Mapping):
             yield field.name, len(found)
         elif not is_dataclass(found) or isinstance(found, fm.Finding):
             yield field.name, found

@@ -8,7 +8,7 @@ import warnings
 from pathlib import Path
 
 from markupsafe import Markup, escape
-from PIL import Image, ImageOps
+from PIL import Image, ImageFile, ImageOps
 
 from forcemap.errors import InputError
 from forcemap.files import read_bytes, sha256
@@ -57,7 +57,9 @@ def reencoded(content: bytes, file: str) -> tuple[str, bytes]:
     """
     if len(content) > _LARGEST_FILE:
         raise InputError(f"found {len(content) / 1e6:.0f} MB, expected at most {_LARGEST_FILE / 1e6:.0f} MB", file=file)
+    lenient = ImageFile.LOAD_TRUNCATED_IMAGES
     try:
+        ImageFile.LOAD_TRUNCATED_IMAGES = False  # whoever makes PDF files has set it for the whole process
         with warnings.catch_warnings():
             warnings.simplefilter("error")
             with Image.open(io.BytesIO(content), formats=tuple(_FORMATS)) as opened:
@@ -73,6 +75,8 @@ def reencoded(content: bytes, file: str) -> tuple[str, bytes]:
         raise
     except Exception as error:  # a damaged picture raises whatever its decoder does
         raise InputError(f"no JPEG or PNG picture that can be read ({error})", file=file) from None
+    finally:
+        ImageFile.LOAD_TRUNCATED_IMAGES = lenient
     picture.thumbnail((_EDGE, _EDGE))
     if sketch and len(drawn := _encoded(picture, "PNG", optimize=True)) <= _MOST_BYTES:
         return _FORMATS["PNG"], drawn
