@@ -283,6 +283,21 @@ def program_of(both, *given):
     return answer
 
 
+@pytest.mark.parametrize(
+    ("offsets", "message"),
+    [
+        ({"flnage": (0.0, 0.0, 0.15)}, "nothing says where 'flange' lies"),  # a slip is no offset of zero
+        ({"flange": (0.0, 0.0, 0.1), " Flange": (0.0, 0.0, 0.2)}, "found two for one contact site"),
+        ({"flange": (0.1,)}, "expected three finite numbers"),
+        ({"flange": (0.0, 0.0, math.nan)}, "expected three finite numbers"),
+    ],
+)
+def test_an_offset_that_says_nothing_is_refused(offsets, message):
+    path = fm.ToolPath.through([[0.8, 0, 0.44], [0.8, 0, 0.40]])
+    with pytest.raises(fm.InputError, match=message):
+        fm.path_speeds(a_map("down").force_map, path, a_task(site_offsets=offsets), bound=BOUND)
+
+
 def test_what_points_off_for_the_robots_deviation_is_raised():
     """Radially, but up to 40 mm beside: 3.3 degrees off the direction."""
     path = fm.ToolPath.through([[0.7, 0, 0.3], [0.74, 0, 0.3]])

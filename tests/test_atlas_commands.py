@@ -329,6 +329,16 @@ def test_export_of_one_campaign_heeds_what_the_task_names(forcemap, own, entry):
         assert (code, "segment 'over': no map of contact site" in err) == (2, True), err
 
 
+def test_a_table_of_places_knows_no_offset(forcemap, own):
+    """Looked up where the tool is, a table of the contact site's places would be read at another place."""
+    task = own.parent / "offset.toml"
+    task.write_text(TASK.replace("payload_kg = 0.0", "payload_kg = 0.0\nsite_offsets_m = { flange = [0, 0, 0.15] }"))
+    for format in ("csv", "urscript", "krl", "safety"):
+        code, _, err = forcemap("export", own / "down", "--format", format, "--task", task)
+        assert (code, "expected no offset" in err) == (2, True), err
+    assert forcemap("path", own, way(own), "--task", task)[0] in (0, 1)
+
+
 def test_place_says_what_its_best_position_rests_on(ask, own):
     """Of three maps, whatever position comes first."""
     table = own.parent / "table.csv"

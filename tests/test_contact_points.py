@@ -286,6 +286,19 @@ def test_files_of_a_point_alone(cell, judge, peaks, cells, options, part):
     assert result.speed == pytest.approx(0.3) if not part else math.isnan(result.speed)
 
 
+@pytest.mark.parametrize("original", ["points/P1-1.csv", "recordings/d700-h300-v100-r1.csv"])
+def test_a_copy_is_no_further_impact(cell, judge, original):
+    """Three repeats are three impacts, not one file under three names, nor one of the campaign's recordings."""
+    of_point(cell, [100, 110, 105])
+    shutil.copy(cell / original, cell / "points" / "P1-3.csv")
+    try:
+        (result,) = judge({**OWN, "contact": "quasi-static"})
+    finally:
+        shutil.rmtree(cell / "points")
+    assert result.outcome is PointOutcome.NOT_PERMITTED
+    assert f"the same content as {original.removeprefix('recordings/')}" in said(result)
+
+
 def test_a_file_that_cannot_be_read_forbids_the_point(cell, judge):
     of_point(cell, [200, 210, 205, 208])
     (cell / "points" / "P1-4.csv").write_text("time_s,force_N\n0,1\n0.1,x\n0.2,2\n")
@@ -328,6 +341,24 @@ def test_an_excluded_or_changed_recording(tmp_path):
     (result,) = fm.assess_campaign(folder).points
     assert result.outcome is PointOutcome.NOT_PERMITTED
     assert "d700-h300-v100-r2.csv" in said(result)
+
+
+def test_what_a_person_took_out_is_said_beside_what_confirms(tmp_path):
+    folder = write_campaign(tmp_path / "cell", repeats=4, toml=TOML + SITE)
+    collect(folder)
+    register = folder / "recordings.csv"
+    rows = list(csv.DictReader(io.StringIO(register.read_text())))
+    for row in rows:
+        row["exclude"] = "slipped" if row["file"] == "d700-h300-v100-r1.csv" else row["exclude"]
+    stream = io.StringIO()
+    writer = csv.DictWriter(stream, rows[0], lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows)
+    register.write_text(stream.getvalue())
+    write_list(folder, {**POINT, **PLACE, "rests_on": "measurements", "recordings": "d700-h300-v100"})
+    (result,) = fm.assess_campaign(folder).points
+    assert result.outcome is PointOutcome.CONFIRMED, said(result)
+    assert "taken out by a person, and not counted: d700-h300-v100-r1.csv" in said(result)
 
 
 def test_a_list_that_cannot_be_used_permits_nothing_and_is_said_first(cell):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
 from pathlib import Path
@@ -17,6 +17,7 @@ from forcemap.campaigns.conditions import CAMPAIGN_FILE, Conditions, pattern_fit
 from forcemap.campaigns.recorded_impacts import RecordedImpacts, recorded_impacts
 from forcemap.campaigns.walk import CampaignRecording, mistaken_unit, walk
 from forcemap.errors import ForcemapError
+from forcemap.files import file_sha256
 from forcemap.findings import Finding, FindingKind, in_words
 from forcemap.impacts.scenario import ContactScenario
 from forcemap.limits.force_limits import Contact
@@ -102,7 +103,8 @@ def point_impacts(
     """
     named = [(point, pattern) for point in points for pattern in point.recordings]
     found: dict[str, dict[str, tuple[PointImpact, ...]]] = {point.name: {} for point in points}
-    own = _own(folder, [(point, pattern) for point, pattern in named if _of_point(pattern)])
+    known = {} if campaign is None else {entry.sha256: entry.file for entry in campaign.entries if entry.sha256}
+    own = _own(folder, [(point, pattern) for point, pattern in named if _of_point(pattern)], known)
     planned = [(point, pattern) for point, pattern in named if not _of_point(pattern)]
     for point, pattern, impacts in (*own, *(_planned(campaign, planned) if campaign and planned else ())):
         there = found[point.name]
@@ -117,8 +119,11 @@ def _of_point(pattern: str) -> bool:
 _Named = tuple[ContactPoint, str, tuple[PointImpact, ...]]
 
 
-def _own(folder: Path, named: Sequence[tuple[ContactPoint, str]]) -> Iterator[_Named]:
-    """Files in points/ of the campaign's device and file layout, each read once."""
+def _own(folder: Path, named: Sequence[tuple[ContactPoint, str]], known: Mapping[str, str]) -> Iterator[_Named]:
+    """Files in points/ of the campaign's device and file layout, each read once.
+
+    `known` are names of the campaign's recordings by hash: a copy of one, or of another file, is no further impact.
+    """
     if not named:
         return
     root = folder / POINTS_FOLDER
@@ -128,19 +133,22 @@ def _own(folder: Path, named: Sequence[tuple[ContactPoint, str]]) -> Iterator[_N
     stated = folder / CAMPAIGN_FILE
     conditions, columns = read_campaign_file(stated) if stated.exists() else (Conditions(), None)
     doubt = recording_doubt(folder)
+    first = dict(known)
     for name, path in sorted(files.items()):
         whose = [(point, pattern) for point, pattern in named if fnmatchcase(name.casefold(), pattern.casefold())]
         if not whose:
             continue
         try:
+            original = first.setdefault(file_sha256(path), name)
             read = recorded_impacts(path, conditions, columns, name=name)
         except ForcemapError as error:
             for point, pattern in whose:
                 words = in_words(error.message if error.row is None else f"row {error.row}, {error.message}")
                 yield point, pattern, (PointImpact(name, point.recorded_at, not_judged=words),)
             continue
+        copied = None if original == name else in_words(f"the same content as {original}, so no further impact")
         for point, pattern in whose:
-            impacts = (_impact(point, r.recording.name, r, r.doubt or doubt, point.recorded_at) for r in read)
+            impacts = (_impact(point, r.recording.name, r, copied or r.doubt or doubt, point.recorded_at) for r in read)
             yield point, pattern, tuple(impacts)
 
 

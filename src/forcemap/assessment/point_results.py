@@ -285,7 +285,9 @@ def _measured(
         return _Part(math.nan, lacks=(Finding.of(FindingKind.POINT_SPEED_MISSING, recording=impacts[0].recording),))
     names = tuple(impact.recording for impact in impacts)
     rests = Finding.of(FindingKind.POINT_MEASURED, impacts=len(names), speed_mps=float(floor_speed(speed)))
-    return _Part(speed, (rests,), confirmed_by=names)
+    excluded = sorted({i.recording for each in named.values() for i in each if i.excluded})
+    taken_out = [in_words(f"taken out by a person, and not counted: {', '.join(excluded)}")] if excluded else []
+    return _Part(speed, (rests, *taken_out), confirmed_by=names)
 
 
 def _unusable(point: ContactPoint, impact: PointImpact, tolerance: StateTolerance) -> Finding | None:

@@ -237,7 +237,16 @@ class Atlas:
         return angle_between(campaign.direction, direction_vector(stated, whose="the task")) <= ON_AXIS
 
     def require_maps(self, task: Task) -> None:
-        """Raise InputError unless every contact site, with the tool and payload of its segment, has a map."""
+        """Raise InputError unless every contact site, with the tool and payload of its segment, has a map.
+
+        And lies where the task's path is: a table for poses knows no offset.
+        """
+        if any(any(offset) for offset in task.site_offsets.values()):
+            raise InputError(
+                "site_offsets_m: a table of places is for the contact site itself, expected no offset; make the "
+                "contact site the tool's centre point",
+                file=task.source or None,
+            )
         there = {each.loaded for each in self.maps}
         for segment in task.segments:
             for need in self.needs(task, segment) if segment.contact else ():

@@ -114,6 +114,7 @@ class Task:
         if not 0 < self.acceleration < math.inf:
             raise InputError(f"acceleration: found {self.acceleration:g}, expected a positive finite number of m/s^2")
         _require_payload(self.payload)
+        _require_offsets(self.site_offsets)
         if self.contact_sites and "contact_site" in self.conditions:
             raise InputError(
                 "contact_site: found it beside contact_sites, expected one of them", file=self.source or None
@@ -138,19 +139,19 @@ class Task:
         return InputError(message, file=self.source or None)
 
     def site_offset(self, site: str, *, alone: bool) -> FloatArray:
-        """Where a contact site lies from the point of the path [m], shape (3,); zero for one `alone` that has no entry.
+        """Where a contact site lies from the point of the path [m], shape (3,); zero for one `alone` if none is stated.
 
         Raises
         ------
         InputError
-            Several can hit, and nothing says where this one lies.
+            Several can hit, or others have an entry, and nothing says where this one lies.
         """
         offsets = {normalised(name): offset for name, offset in self.site_offsets.items()}
-        if normalised(site) not in offsets and not alone:
+        if normalised(site) not in offsets and not (alone and not offsets):
             raise InputError(
-                f"contact sites: several can hit, and nothing says where {site or 'one not stated'!r} lies; state it "
-                "in the task (campaign.site_offsets_m, 0,0,0 for the point of the path), for parts of a tool that does "
-                "not turn; a part that moves otherwise needs a path of its own",
+                "contact sites: several can hit or have an offset, and nothing says where "
+                f"{site or 'one not stated'!r} lies; state it in the task (campaign.site_offsets_m, 0,0,0 at the "
+                "path's own point), for parts of a tool that does not turn; a part that moves otherwise needs its own",
                 file=self.source or None,
             )
         return np.asarray(offsets.get(normalised(site), (0.0, 0.0, 0.0)), dtype=np.float64)
@@ -310,6 +311,15 @@ def _loaded(entries: Mapping[str, Any], where: str) -> dict[str, Any]:
     column = f"{where}.payload_kg"
     payload = float(_typed(entries["payload_kg"], float, column)) if "payload_kg" in entries else math.nan
     return {"contact_sites": tuple(sites), "payload": payload}
+
+
+def _require_offsets(offsets: Mapping[str, tuple[float, ...]]) -> None:
+    """Refuse offsets [m] that are no three finite numbers, and two for one contact site."""
+    for name, offset in offsets.items():
+        if len(offset) != _AXES or not np.isfinite(np.asarray(offset, dtype=np.float64)).all():
+            raise InputError(f"offset of {name!r}: found {offset!r}, expected three finite numbers of metres")
+    if len({normalised(name) for name in offsets}) < len(offsets):
+        raise InputError("offsets: found two for one contact site, expected one each")
 
 
 def _require_payload(payload: float) -> None:
