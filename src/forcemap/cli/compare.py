@@ -13,7 +13,7 @@ from forcemap.answers.effective_mass import MassComparisonAnswer
 from forcemap.answers.two_maps import RatioAt, TwoMapsAnswer
 from forcemap.cli.effective_mass import mass_comparison_lines
 from forcemap.cli.options import FormName, Json, MovingMass, Payload, force_map_from, too_few_states_named
-from forcemap.cli.output import SIMULATED, accuracy_lines, bound_words, change, emit, listing, shown, table
+from forcemap.cli.output import accuracy_lines, bound_words, change, emit, listing, shown, table, verdict_first
 from forcemap.cli.task_options import (
     ContactOffset,
     DriveInertiaOption,
@@ -161,7 +161,7 @@ def _for_impacts(impacts: str, source: str) -> str:
 def comparison_lines(answer: ComparisonAnswer) -> list[str]:
     """Where the standard's contact model is wrong, then the models and what they allow."""
     standard, variation = answer.models[-1], answer.variation
-    lines = [SIMULATED] * answer.simulated
+    lines: list[str] = []
     for share, side, extreme in (
         (standard.underestimated_share, "underestimates", standard.most_underestimated),
         (standard.overestimated_share, "overestimates", standard.most_overestimated),
@@ -172,6 +172,7 @@ def comparison_lines(answer: ComparisonAnswer) -> list[str]:
             forces = f"{extreme.predicted_N:.0f} N for {extreme.measured_N:.0f} N measured"
             most = f"; most by {abs(extreme.error_percent):.1f} % ({forces}) at {place}"
         lines.append(f"the standard's contact model {side} {100 * share:.0f} % of the states{most}")
+    lines[:1] = verdict_first(lines[0], simulated=answer.simulated)
     correlations = (variation.rank_correlation_distance, variation.rank_correlation_height)
     with_d, with_h = ("nan" if r is None else f"{r:.2f}" for r in correlations)
     lines += [
@@ -204,11 +205,13 @@ def maps_lines(answer: TwoMapsAnswer, names: tuple[str, str]) -> list[str]:
     low, high = answer.lowest, answer.highest
     maps = [f"one:   {names[0]}: {answer.one}", f"other: {names[1]}: {answer.other}"]
     if answer.same_map:
-        return [*[SIMULATED] * answer.simulated, *maps, "", "the same map"]
-    return [
-        *[SIMULATED] * answer.simulated,
+        return [*verdict_first("the same map", simulated=answer.simulated), *maps]
+    average = (
         f"force of the other over the one, on average: {change(answer.mean_ratio)} "
-        f"(geometric mean {change(answer.geometric_mean_ratio)})",
+        f"(geometric mean {change(answer.geometric_mean_ratio)})"
+    )
+    return [
+        *verdict_first(average, simulated=answer.simulated),
         _extreme("highest", answer.largest),
         _extreme("lowest", answer.smallest),
         f"the other is the higher one in {100 * answer.higher_share:.1f} % of the range",

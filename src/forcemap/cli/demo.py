@@ -107,7 +107,7 @@ def _summary(assessment: fm.CampaignAssessment, fit: FitAnswer, speeds: list[Spe
     dataset, force_map = present(assessment.dataset), present(assessment.force_map)
     collected = CollectAnswer.of_campaign(present(assessment.campaign), dataset)
     comparison = present(assessment.comparisons[0])
-    lines = [f"forcemap demo: {assessment.conditions.robot}", *answer_lines(assessment)]
+    lines = answer_lines(assessment)
     for part, answer in zip(assessment.speeds, speeds, strict=True):
         lines += ["", answer.limit, *grid_lines(answer), fastest_line(answer)]
         lines += [_standard(assessment, part), *next_lines(answer)]
@@ -115,6 +115,7 @@ def _summary(assessment: fm.CampaignAssessment, fit: FitAnswer, speeds: list[Spe
     accuracies += [(model.model, model.accuracy) for model in comparison.models[1:]]
     rows = [[name, str(errors.states), *_percent(errors), f"{errors.rmse:.1f} N"] for name, errors in accuracies]
     rests_on = [
+        f"robot: {assessment.conditions.robot}",
         f"{collected.recordings} recordings, of which {collected.used} gave an impact, in {collected.states} states; "
         f"{collected.censored} reached the device range of {assessment.conditions.device.range:g} N",
         *contact_lines(collected),

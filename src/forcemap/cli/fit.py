@@ -13,7 +13,6 @@ from forcemap.answers.map import CensoringAnswer, FitAnswer, Margins
 from forcemap.answers.selection import SelectionAnswer, SelectionRefused
 from forcemap.cli.options import DeviceSpring, FormName, Json, Table, fitted, too_few_states_named
 from forcemap.cli.output import (
-    SIMULATED,
     accuracy_lines,
     change,
     counted,
@@ -23,6 +22,7 @@ from forcemap.cli.output import (
     listing,
     place_lines,
     table,
+    verdict_first,
     write_result,
 )
 from forcemap.comparisons.selection import selection_stability
@@ -100,21 +100,10 @@ def fit_lines(answer: FitAnswer) -> list[str]:
     few, most = answer.fewest_repeats, answer.repeats
     repeats = counted(most, "impact") if few == most else f"{few} to {most} impacts"
     effect, selection = answer.discard_fit, answer.selection
-    lines = [SIMULATED] * answer.simulated
-    lines += [
-        words
-        for words in (
-            answer.binding.reason,
-            answer.pressure_not_mapped,
-            answer.saturation_doubt,
-            *answer.contradictions,
-        )
-        if words
-    ]
-    lines += fit_warnings(answer)
-    lines += [selection.refused, ""] if isinstance(selection, SelectionRefused) else []
-    lines += [
-        _verdict(answer),
+    doubts = [answer.pressure_not_mapped, answer.saturation_doubt, *answer.contradictions, *fit_warnings(answer)]
+    doubts += [selection.refused] if isinstance(selection, SelectionRefused) else []
+    lines = [
+        *verdict_first(_verdict(answer), filter(None, doubts), simulated=answer.simulated),
         f"{answer.form} {answer.source}",
         f"  {impacts_words(answer)}",
         f"  {repeats} a state; states found {answer.states_found}",
@@ -167,7 +156,7 @@ def other_lines(answer: FitAnswer) -> list[str]:
 
 def _verdict(answer: FitAnswer) -> str:
     if answer.binding.state == "broken":
-        return "NO SAFE SPEED follows from this map, because of that"
+        return f"NO SAFE SPEED follows from this map: {answer.binding.reason}"
     if answer.bound_margin_percent is None:
         return "NO SAFE SPEED follows from this map with a tolerance bound: too few states for one"
     low, high = answer.bound_margin_percent.lowest, answer.bound_margin_percent.highest

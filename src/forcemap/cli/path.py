@@ -18,9 +18,9 @@ from forcemap.cli.output import (
     bound_words,
     counted,
     emit,
-    first_lines,
     grid,
     shown,
+    speed_first,
     table,
     write_result,
 )
@@ -153,8 +153,7 @@ def path_lines(answer: PathAnswer, file: str, suggested: str | None = None) -> l
             reasons.append(f"{name}, {where}: no permission, {reason}")
     header = ["segment", "length m", "d, h m", "outcome", "to program m/s", "programmed", "governed by"]
     return [
-        *first_lines(answer),
-        _verdict(answer),
+        *speed_first(_verdict(answer), answer),
         *reasons,
         *_hints(answer.refusals),
         *gap_lines(answer.gaps),
@@ -247,11 +246,10 @@ def _hints(refusals: Iterable[Refused]) -> list[str]:
 
 def places_lines(answer: PlacesAnswer) -> list[str]:
     """The best position of a table and what shifting it costs, or why none is permitted; then all positions."""
-    lines = first_lines(answer)
     if answer.best is None:
         most = answer.most_permitted
         share, place = 100 * most.permitted_share, f"d = {most.distance_m:g} m, h = {most.height_m:g} m"
-        lines.append(f"NO POSITION has permission for the whole path; most, {share:.0f} %, at {place}:")
+        lines = speed_first(f"NO POSITION has permission for the whole path; most, {share:.0f} %, at {place}", answer)
         lines += [
             f"  {part.segment}: {part.length_m:.3f} m {part.outcome.replace('_', ' ')}, {part.reason}"
             for part in answer.refusals
@@ -259,7 +257,8 @@ def places_lines(answer: PlacesAnswer) -> list[str]:
         lines += _hints(answer.refusals)
     else:
         best = answer.best
-        lines.append(f"best: {best.cycle_time_s:.3f} s at d = {best.distance_m:g} m, h = {best.height_m:g} m")
+        where = f"d = {best.distance_m:g} m, h = {best.height_m:g} m"
+        lines = speed_first(f"best: {best.cycle_time_s:.3f} s at {where}", answer)
         for shift in answer.sensitivity:
             change = shift.cycle_time_change_s
             cost = "a part has no permission" if change is None else f"{change:+.3f} s"

@@ -25,7 +25,7 @@ from forcemap.cli.options import (
     several_maps,
     stated_bound,
 )
-from forcemap.cli.output import Progress, emit, listing, write_result
+from forcemap.cli.output import Progress, counted, emit, listing, verdict_first, write_result
 from forcemap.files import read_bytes, write_atomically
 from forcemap.words import sentence, sentences
 
@@ -283,28 +283,45 @@ def _points(assessment: fm.CampaignAssessment) -> list[dict[str, Any]] | None:
 
 
 def answer_lines(assessment: fm.CampaignAssessment) -> list[str]:
-    """What is confirmed for every body area and contact, after what must be said first."""
-    lines = ["SIMULATED impacts: not a measurement of any robot"] if assessment.simulated else []
-    lines += listing("READ THIS FIRST", sentences(assessment.findings)) if assessment.findings else []
-    lines += _point_lines(assessment)
+    """What is confirmed: in a word, what must be read with it, then every contact point, body area and contact."""
+    return [
+        *verdict_first(_verdict(assessment), sentences(assessment.findings), simulated=assessment.simulated),
+        *_point_lines(assessment),
+        *map(_limit_line, assessment.speeds),
+    ]
+
+
+def _verdict(assessment: fm.CampaignAssessment) -> str:
+    """For which limits there are speeds, for which there are none, and how many contact points are permitted."""
+    named: dict[bool, list[str]] = {True: [], False: []}
     for part in assessment.speeds:
-        name = f"{part.limit.name}, {part.contact}"
-        if part.contradicted and part.confirmation:
-            lines.append(f"{name}: no place permitted: {sentence(part.confirmation.reason)}")
-            continue
-        if isinstance(part.speeds, Missing):
-            lines.append(f"{name}: no speed: {part.speeds.reason}")
-            continue
-        newtons = f"{name}, {part.limit.force(part.contact):g} N"
-        lines.append(
-            f"{newtons}: {part.confirmed} places {_permitted(part)}, program at most "
-            f"{fm.floor_speed(part.slowest_to_program)} to {fm.floor_speed(part.fastest_to_program)} m/s "
-            f"({fm.floor_speed(part.slowest)} to {fm.floor_speed(part.fastest)} m/s at contact), place by place; "
-            f"{part.unconfirmed} unconfirmed"
-            if part.confirmed
-            else f"{newtons}: no place permitted"
-        )
-    return lines
+        named[bool(part.confirmed) and not part.contradicted].append(f"{part.limit.name} {part.contact}")
+    parts = [f"{words} {', '.join(named[is_so])}" for is_so, words in _PERMITTED.items() if named[is_so]]
+    if not isinstance(assessment.points, Missing) and assessment.points:
+        count = sum(not result.lacks for result in assessment.points)
+        parts.append(f"{count} of {counted(len(assessment.points), 'contact point')} permitted")
+    return "; ".join(parts) or "NO SPEED: no limit was asked for"
+
+
+_PERMITTED = {True: "speeds for", False: "NO SPEED for"}
+
+
+def _limit_line(part: PlaceSpeeds) -> str:
+    """What is permitted for a body area and contact, or why nothing is."""
+    name = f"{part.limit.name}, {part.contact}"
+    if part.contradicted and part.confirmation:
+        return f"{name}: no place permitted: {sentence(part.confirmation.reason)}"
+    if isinstance(part.speeds, Missing):
+        return f"{name}: no speed: {part.speeds.reason}"
+    newtons = f"{name}, {part.limit.force(part.contact):g} N"
+    if not part.confirmed:
+        return f"{newtons}: no place permitted"
+    return (
+        f"{newtons}: {part.confirmed} places {_permitted(part)}, program at most "
+        f"{fm.floor_speed(part.slowest_to_program)} to {fm.floor_speed(part.fastest_to_program)} m/s "
+        f"({fm.floor_speed(part.slowest)} to {fm.floor_speed(part.fastest)} m/s at contact), place by place; "
+        f"{part.unconfirmed} unconfirmed"
+    )
 
 
 def _permitted(part: PlaceSpeeds) -> str:

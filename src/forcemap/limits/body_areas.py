@@ -145,7 +145,8 @@ class LimitTable:
         wanted = identifier(name)
         areas = [area for area in self.areas.values() if wanted in (area.area, area.region, area.base)]
         if not areas:
-            raise UnknownName("body area or region", name, [*self.areas, *self.regions])
+            bases = (area.base for area in self.areas.values())
+            raise UnknownName("body area or region", name, dict.fromkeys([*self.regions, *bases]))
         for area in areas:
             sides = [side for side in _SIDES if area.area.endswith(side)]
             other = [area.base + side for side in _SIDES if side not in sides]
