@@ -12,7 +12,15 @@ from forcemap.answers.comparison import Body, ComparisonAnswer
 from forcemap.answers.effective_mass import MassComparisonAnswer
 from forcemap.answers.two_maps import RatioAt, TwoMapsAnswer
 from forcemap.cli.effective_mass import mass_comparison_lines
-from forcemap.cli.options import FormName, Json, MovingMass, Payload, force_map_from, too_few_states_named
+from forcemap.cli.options import (
+    FormName,
+    Json,
+    MovingMass,
+    Payload,
+    areas_from,
+    force_map_from,
+    too_few_states_named,
+)
 from forcemap.cli.output import accuracy_lines, bound_words, change, emit, listing, shown, table, verdict_first
 from forcemap.cli.task_options import (
     ContactOffset,
@@ -40,7 +48,7 @@ def compare(
         str | None, Argument(help="Another map: then the two maps are compared, the other over the first.")
     ] = None,
     region: Annotated[
-        str | None, Option("--area", "--region", help="Body region or area hit; default: hand_fingers.")
+        str | None, Option("--area", help="Body area or region that is hit; default: that of the contact points.")
     ] = None,
     moving_mass: MovingMass = None,
     payload: Payload = None,
@@ -62,7 +70,7 @@ def compare(
     Or two maps with each other, over the range that both have measured: compare MAP MAP. Or a map, or measured impacts,
     with what effective mass alone would give: compare ur10e --effective-mass ur10e.
 
-    Example: forcemap compare impacts.csv --moving-mass-kg 30 --body constrained
+    Example: forcemap compare impacts.csv --area back_of_hand --moving-mass-kg 30
     """
     if robot is not None:
         if any(option is not None for option in (other, region, moving_mass, body)):
@@ -79,9 +87,7 @@ def compare(
         )
     if other is not None:
         if any(option is not None for option in (region, moving_mass, payload, body)):
-            raise fm.InputError(
-                "compare: --region, --moving-mass-kg, --payload-kg and --body go with one impacts table"
-            )
+            raise fm.InputError("compare: --area, --moving-mass-kg, --payload-kg and --body go with one impacts table")
         _compare_two_maps(table, other, form, as_json=as_json)
         return
     masses = {"moving_mass": moving_mass, "payload": payload}
@@ -125,7 +131,10 @@ def _compare_models(
             f"{_for_impacts('IMPACTS', source)}; to see it beside effective mass: --effective-mass ROBOT"
         )
     dataset = fm.read_dataset(source)
-    limit = fm.force_limit("hand_fingers" if region is None else region)
+    areas = areas_from(source, [region] if region else None)
+    if len(areas) > 1:
+        raise fm.InputError(f"area: expected --area, one of those of the contact points: {', '.join(areas)}")
+    limit = fm.force_limit(areas[0])
     model = contact_model(dataset.conditions, limit.name, **masses, constrained=constrained)
     usable = limit if limit.permitted else None
     with too_few_states_named(source, form):

@@ -109,6 +109,7 @@ def _lines(source: str, answer: ConfirmationPlan, files: list[str], again: str, 
     return [
         *verdict_first(f"{len(answer.plan)} impacts at the released speeds, at contact, slow to fast{before}", **said),
         *taken,
+        *([planned.time_words(answer.plan)] if len(answer.plan) else []),
         "",
         *planned.runs_table(answer.plan, answer.bound_force.tolist()),
         f"at most: {answer.bound}",

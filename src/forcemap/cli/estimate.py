@@ -27,9 +27,7 @@ _Source = Annotated[
 _Force = Annotated[
     float | None, Option("--force-N", help="Largest force of a contact with a fixed device, in place of SOURCE.")
 ]
-_Area = Annotated[
-    str | None, Option("--area", "--region", help="Body area or region: its spring and, with --body free, its mass.")
-]
+_Area = Annotated[str | None, Option("--area", help="Body area or region: its spring and, with --body free, its mass.")]
 _BodyKind = Annotated[
     Body, Option("--body", help="constrained: the body part cannot move away; free: the mass of --area.")
 ]

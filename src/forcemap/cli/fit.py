@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
@@ -66,9 +67,14 @@ def fit(
     accuracies = fm.map_accuracy(force_map, dataset)
     if output:
         write_result(output, map_text(force_map), mark='"schema": "forcemap-map/')
-    written = f"map written to {output}" if output else "no file written; -o MAP.json writes the map"
+    written = [f"map written to {output}" if output else "no file written; -o MAP.json writes the map"]
+    if not force_map.binding.refusal:
+        written.append(
+            f"Next: forcemap speed-map {shlex.quote(output or table)} --area AREA --contact transient (or "
+            "quasi-static); forcemap limits lists the areas"
+        )
     answer = FitAnswer.of_fit(dataset, force_map, accuracies, selection=_selection(dataset) if select else None)
-    emit(answer, [*fit_lines(answer), "", written], as_json=as_json)
+    emit(answer, [*fit_lines(answer), "", *written], as_json=as_json)
 
 
 def _selection(dataset: fm.ImpactDataset) -> SelectionAnswer | SelectionRefused:

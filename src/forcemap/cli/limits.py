@@ -98,7 +98,7 @@ def _lines(answer: LimitsAnswer, regions: list[str], assumptions: list[str], mod
         "transient",
         "quasi-static N/cm^2",
         "transient N/cm^2",
-        "spring",
+        "spring N/mm",
     ]
     rows = [[limit.name, region, *_cells(limit)] for limit, region in zip(answer.limits, regions, strict=True)]
     lines = table(header, rows)
@@ -116,7 +116,7 @@ def _cells(limit: LimitAnswer) -> list[str]:
     if not limit.permitted:
         return ["not permitted", "-", "-", "-", "-"]
     pressures = (limit.quasi_static_N_per_cm2, limit.transient_N_per_cm2)
-    spring = "not known" if limit.spring_N_per_m is None else f"{limit.spring_N_per_m / 1000:g} N/mm"
+    spring = "not known" if limit.spring_N_per_m is None else f"{limit.spring_N_per_m / 1000:g}"
     return [f"{limit.quasi_static_N:g} N", f"{limit.transient_N:g} N", *(f"{p:g}" for p in pressures), spring]
 
 

@@ -186,6 +186,7 @@ def _lines(folder: str, answer: fm.NextMeasurements, files: list[str], again: st
     return [
         *verdict_first(f"{len(answer.plan.states)} states to measure next, slow to fast", **said),
         f"why: {why}",
+        planned.time_words(answer.plan),
         confirmed,
         "",
         *planned.runs_table(answer.plan, answer.upper_force.tolist()),

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable
 from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated, Any
@@ -21,6 +20,7 @@ from forcemap.cli.options import (
     LimitTable,
     Margin,
     Overshoot,
+    areas_from,
     require_one_map,
     several_maps,
     stated_bound,
@@ -42,10 +42,12 @@ def report(
     ] = None,
     pdf: Annotated[bool, Option("--pdf", help="Write the same as a PDF beside it.")] = False,
     area: Annotated[
-        list[str] | None, Option("--area", help="Body area; may be given several times. Default: hand_fingers.")
-    ] = None,
-    region: Annotated[
-        list[str] | None, Option("--region", help="Body region: the lowest limit of its areas; several times.")
+        list[str] | None,
+        Option(
+            "--area",
+            help="Body area, or region (the lowest limit of its areas); may be given several times. Default: those of "
+            "the contact points, contact_points.csv.",
+        ),
     ] = None,
     limit_table: LimitTable = None,
     bound_kind: BoundOption = None,
@@ -68,7 +70,7 @@ def report(
     Example: forcemap report my-campaign --area back_of_hand
     """
     if verify is not None:
-        if pdf or output or area or region or limit_table or bound_kind or date or form:
+        if pdf or output or area or limit_table or bound_kind or date or form:
             raise fm.InputError("verify: --verify goes with the folder alone; it writes nothing")
         require_one_map(folder)
         return _verify(verify, folder, as_json=as_json)
@@ -76,16 +78,15 @@ def report(
     target = Path(output or default_file(folder, ATLAS_REPORT if several else REPORT_FILE))
     if target.suffix.lower() not in (".html", ".htm"):
         raise fm.InputError("found a name that ends otherwise, expected .html", file=str(target))
-    names = dict.fromkeys([*(area or []), *(region or [])])
-    if limit_table and not names:
-        raise fm.InputError("limit: --limit-table goes with --area or --region")
+    if limit_table and not area:
+        raise fm.InputError("limit: --limit-table goes with --area")
 
     case: dict[str, Any] = {
         "form": fm.form_named(form or fm.CFM_3D.name),
         "step": step,
         "allowance": fm.Allowance(speed=overshoot),
     }
-    case |= {"names": names, "limit_table": limit_table, "bound_kind": bound_kind, "margin": margin}
+    case |= {"areas": area, "limit_table": limit_table, "bound_kind": bound_kind, "margin": margin}
     if several:
         return _report_atlas(folder, target, case, date, pdf=pdf, as_json=as_json)
     assessment = _assessment(folder, **case)
@@ -103,7 +104,7 @@ def report(
 def _assessment(
     campaign: str | Path,
     *,
-    names: Iterable[str],
+    areas: list[str] | None,
     limit_table: str | None,
     bound_kind: str | None,
     margin: float | None,
@@ -117,7 +118,7 @@ def _assessment(
     with Progress("recordings judged", recordings) as progress:
         return fm.assess_campaign(
             campaign,
-            limits=[fm.force_limit(name, table=table) for name in names],
+            limits=[fm.force_limit(name, table=table) for name in areas_from(str(campaign), areas)],
             limit_table=table,
             bound=stated_bound(bound_kind, margin, conditions.device.error_or_default),
             progress=lambda done, _: progress.show(done),
