@@ -356,7 +356,7 @@ def test_what_is_not_installed_is_said(missing, command, tmp_path):
     code = f"import sys; sys.modules[{missing!r}] = None; from forcemap.cli import main; main()"
     arguments = [command, *([str(tmp_path)] if command == "serve" else ["--json"])]
     found = subprocess.run([sys.executable, "-c", code, *arguments], capture_output=True, text=True)
-    words = f"this needs the package {missing}; install it with: pip install 'forcemap[app]'"
+    words = f"this needs the package {missing}; install it from the project's folder: pip install '.[app]'"
     assert (found.returncode, found.stderr) == (2, f"error: {words}\n")
     if command != "serve":
         error = json.loads(found.stdout)["error"]

@@ -22,7 +22,7 @@ from forcemap.cli.app import app
 ROOT = Path(__file__).parents[1]
 NEEDED = ("mkdocs", "material", "mkdocstrings", "mkdocstrings_handlers")
 missing = [name for name in NEEDED if importlib.util.find_spec(name) is None]
-builds = pytest.mark.skipif(bool(missing), reason=f"no {', '.join(missing)}: install with pip install 'forcemap[docs]'")
+builds = pytest.mark.skipif(bool(missing), reason=f"no {', '.join(missing)}: pip install '.[docs]'")
 
 
 class Page(HTMLParser):

@@ -393,7 +393,7 @@ def test_weak_bounds_are_said_first_and_not_exported(cell, ask, forcemap, weak, 
     asked_for = [("speed", cell, *at), ("speed-map", cell), ("path", cell, "press.csv")]
     for command in (*asked_for, ("place", cell, "table.csv", "--step-m", 0.1)):
         verdict, first, *_ = forcemap(*command, *OPTIONS, *weak)[1].split("\n  ! ")  # directly below the verdict
-        assert re.search(r"; first\s+read\s+the\s+([2-9] doubts|doubt)\s+below$", verdict)
+        assert re.search(r";\s+first\s+read\s+the\s+([2-9]\s+doubts|doubt)\s+below$", verdict)
         assert first.startswith("WEAK BOUND")
     assert ask("speed", cell, *at, *OPTIONS, *weak)[1]["warnings"][0].startswith("WEAK BOUND")
     target = cell.parent / "out"

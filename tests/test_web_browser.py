@@ -16,7 +16,7 @@ import forcemap as fm
 from sizes import FULL_SIZE
 from web_server import PATIENCE, contents, serving
 
-playwright = pytest.importorskip("playwright.sync_api", reason="playwright is missing: pip install 'forcemap[test]'")
+playwright = pytest.importorskip("playwright.sync_api", reason="playwright is missing: pip install '.[test]'")
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="there is no browser; on Debian: apt-get install chromium")

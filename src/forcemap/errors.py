@@ -161,7 +161,7 @@ class MissingExtra(ForcemapError):
     @classmethod
     def of(cls, error: ModuleNotFoundError) -> MissingExtra:
         """The error of a command line or page that needs a package that is not installed."""
-        return cls(f"this needs the package {error.name}; install it with: pip install 'forcemap[app]'")
+        return cls(f"this needs the package {error.name}; install it from the project's folder: pip install '.[app]'")
 
 
 _BREAKS = re.compile("[\n\r\v\f\x1c-\x1e\x85\u2028\u2029][\\s]*")

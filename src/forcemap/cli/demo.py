@@ -24,7 +24,7 @@ from forcemap.cli.fit import impacts_words
 from forcemap.cli.options import Json
 from forcemap.cli.output import emit, listing, table, wrapped
 from forcemap.cli.report import REPORT_FILE, REPORT_LIST, answer_lines, write_report
-from forcemap.cli.speed import fastest_line, grid_lines, next_lines, speed_map_table
+from forcemap.cli.speed import fastest_line, grid_lines, next_lines, speed_map_table, standard_lines
 from forcemap.files import write_atomically
 from forcemap.words import sentence, sentences
 
@@ -110,7 +110,7 @@ def _summary(assessment: fm.CampaignAssessment, fit: FitAnswer, speeds: list[Spe
     lines = answer_lines(assessment)
     for part, answer in zip(assessment.speeds, speeds, strict=True):
         lines += ["", answer.limit, *grid_lines(answer), fastest_line(answer)]
-        lines += [_standard(assessment, part), *next_lines(answer)]
+        lines += [*standard_lines(answer), *_against_standard(assessment, part), *next_lines(answer)]
     accuracies = [(accuracy.on, accuracy) for accuracy in present(assessment.accuracy)]
     accuracies += [(model.model, model.accuracy) for model in comparison.models[1:]]
     rows = [[name, str(errors.states), *_percent(errors), f"{errors.rmse:.1f} N"] for name, errors in accuracies]
@@ -135,13 +135,11 @@ def _summary(assessment: fm.CampaignAssessment, fit: FitAnswer, speeds: list[Spe
     return lines
 
 
-def _standard(assessment: fm.CampaignAssessment, speeds: PlaceSpeeds) -> str:
-    """What the standard's contact model says, and what speaks against it."""
-    speed = fm.floor_speed(speeds.standard_speed)
-    words = f"the standard's contact model: {speed} m/s everywhere, not confirmed by any measurement"
+def _against_standard(assessment: fm.CampaignAssessment, speeds: PlaceSpeeds) -> list[str]:
+    """What speaks against the standard's speed for a transient contact, if something does."""
     error = assessment.conditions.device.error_or_default
     why = present(assessment.dataset).phase_two.transient_refusal(speeds.limit.quasi_static, error)
-    return f"{words}; {sentence(why)}" if why and speeds.contact is fm.Contact.TRANSIENT else words
+    return [f"  and {sentence(why)}"] if why and speeds.contact is fm.Contact.TRANSIENT else []
 
 
 def _percent(accuracy: fm.Accuracy) -> list[str]:

@@ -261,7 +261,7 @@ def areas_from(source: str, named: Sequence[str] | None) -> list[str]:
         areas = [point.limit.name for point in read_contact_points(beside)] if beside.exists() else []
     if not areas:
         raise fm.InputError(
-            "area: expected --area, the body area or region that can be hit, such as --area hand_fingers (forcemap "
+            "area: expected --area, the body area or region that can be hit, such as --area back_of_hand (forcemap "
             f"limits lists them), or the contact points in {beside.name}: none is assumed"
         )
     return list(dict.fromkeys(areas))

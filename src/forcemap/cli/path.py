@@ -257,8 +257,11 @@ def places_lines(answer: PlacesAnswer) -> list[str]:
         lines += _hints(answer.refusals)
     else:
         best = answer.best
-        where = f"d = {best.distance_m:g} m, h = {best.height_m:g} m"
-        lines = speed_first(f"best: {best.cycle_time_s:.3f} s at {where}", answer)
+        verdict = f"best: {best.cycle_time_s:.3f} s at d = {best.distance_m:g} m, h = {best.height_m:g} m"
+        _, standard, *_ = answer.cycle_times
+        if standard.cycle_time_s is not None:
+            verdict += f", {standard.cycle_time_s:.3f} s at the standard's one speed"
+        lines = speed_first(verdict, answer)
         for shift in answer.sensitivity:
             change = shift.cycle_time_change_s
             cost = "a part has no permission" if change is None else f"{change:+.3f} s"

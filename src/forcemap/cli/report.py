@@ -293,18 +293,20 @@ def answer_lines(assessment: fm.CampaignAssessment) -> list[str]:
 
 
 def _verdict(assessment: fm.CampaignAssessment) -> str:
-    """For which limits there are speeds, for which there are none, and how many contact points are permitted."""
-    named: dict[bool, list[str]] = {True: [], False: []}
+    """The speeds for every limit, for which there are none, and how many contact points are permitted."""
+    parts, without = [], []
     for part in assessment.speeds:
-        named[bool(part.confirmed) and not part.contradicted].append(f"{part.limit.name} {part.contact}")
-    parts = [f"{words} {', '.join(named[is_so])}" for is_so, words in _PERMITTED.items() if named[is_so]]
+        name = f"{part.limit.name} {part.contact}"
+        if part.confirmed and not part.contradicted:
+            low, high = fm.floor_speed(part.slowest_to_program), fm.floor_speed(part.fastest_to_program)
+            parts.append(f"{name}: program {low} to {high} m/s, place by place")
+        else:
+            without.append(name)
+    parts += [f"NO SPEED for {', '.join(without)}"] if without else []
     if not isinstance(assessment.points, Missing) and assessment.points:
         count = sum(not result.lacks for result in assessment.points)
         parts.append(f"{count} of {counted(len(assessment.points), 'contact point')} permitted")
     return "; ".join(parts) or "NO SPEED: no limit was asked for"
-
-
-_PERMITTED = {True: "speeds for", False: "NO SPEED for"}
 
 
 def _limit_line(part: PlaceSpeeds) -> str:

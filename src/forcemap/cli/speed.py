@@ -230,6 +230,7 @@ def speed_map_lines(answer: SpeedMapAnswer, written: str | None) -> list[str]:
     """Safe speeds on a grid: the fastest, the tables, what to measure next, what all rests on."""
     return [
         *speed_first(fastest_line(answer), answer),
+        *standard_lines(answer),
         f"Safe speeds, {answer.limit}",
         f"bound: {bound_words(answer.bound)}",
         "",
@@ -254,6 +255,26 @@ def fastest_line(answer: SpeedMapAnswer) -> str:
     every = f"{shown(slow.speed_to_program_mps)} m/s at all {counted(len(program), 'place')} with a speed"
     where = f"{shown(fast.speed_to_program_mps)} m/s at d = {fast.distance_m:.4g} m, h = {fast.height_m:.4g} m"
     return f"Program at most {every}; up to {where}"
+
+
+def standard_lines(answer: SpeedMapAnswer) -> list[str]:
+    """The standard's one speed beside the map's; nothing where it has none."""
+    standard = answer.standard
+    if standard is None:
+        return []
+    low, high = standard.lowest_predicted_force_N, standard.highest_predicted_force_N
+    forces = "no impact was measured at that speed"
+    if low is not None and high is not None:
+        forces = f"the map predicts {low:.0f} to {high:.0f} N at it"
+    words = f"the standard's contact model: {shown(standard.speed_mps)} m/s everywhere, confirmed by no measurement"
+    if standard.highest_speed_of_map_mps is None:
+        return [f"{words}; {forces}"]
+    more, most = standard.places_with_more, shown(standard.highest_speed_of_map_mps)
+    return [
+        f"{words}; {forces}",
+        f"the map permits more at {more} of {standard.places} places{f', up to {most} m/s at contact' * bool(more)}, "
+        f"less or nothing at {standard.places - more}",
+    ]
 
 
 def grid_lines(answer: SpeedMapAnswer) -> list[str]:
