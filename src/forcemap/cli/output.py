@@ -41,6 +41,9 @@ _INDENT = 4
 _LABELLED = re.compile(r"  (?=[a-z]+ )[a-z ]{8} (?=\S)")
 """A line with a label before its text, such as that of a bound; what continues it begins where the text does."""
 
+_MARK = re.compile(r" *(?:[-!] |\d\. )?")
+"""What stands before a line of a list: a dash, a number, an exclamation mark."""
+
 _DOUBT = "  ! "
 """Before what must be read before the verdict is used."""
 
@@ -87,7 +90,7 @@ def wrapped(lines: Iterable[str]) -> list[str]:
     parts = []
     for line in lines:
         label = _LABELLED.match(line)
-        indent = len(label[0]) if label else len(line) - len(line.lstrip(" -!")) or _INDENT
+        indent = len((label or _MARK.match(line) or [""])[0]) or _INDENT
         parts += (
             textwrap.wrap(line, WIDEST, subsequent_indent=" " * indent, break_long_words=False, break_on_hyphens=False)
             if len(line) > WIDEST
