@@ -103,8 +103,8 @@ def on_a_cluster(home: Path) -> list[str]:
     dispatch, gather = ((spent[450][k] - spent[50][k]) / 400 for k in (0, 1))
     return [
         f"On a Dask cluster the scheduler computes {1000 * dispatch:.1f} ms for a block, and the command that writes "
-        f"the parts {1000 * gather:.1f} ms: the difference of 450 and 50 blocks. A thousand workers are all busy while a "
-        f"block lasts at least {1000 * max(dispatch, gather):.0f} s; `block` in the study makes blocks longer. That is "
+        f"the parts {1000 * gather:.1f} ms: the difference of 450 and 50 blocks. A thousand workers are all busy while "
+        f"a block lasts at least {1000 * max(dispatch, gather):.0f} s; `block` in the study makes blocks longer. That is "
         "worked out on paper: no thousand workers were there.",
     ]
 
