@@ -104,8 +104,8 @@ def on_a_cluster(home: Path) -> list[str]:
     return [
         f"On a Dask cluster the scheduler computes {1000 * dispatch:.1f} ms for a block, and the command that writes "
         f"the parts {1000 * gather:.1f} ms: the difference of 450 and 50 blocks. A thousand workers are all busy while "
-        f"a block lasts at least {1000 * max(dispatch, gather):.0f} s; `block` in the study makes blocks longer. That is "
-        "worked out on paper: no thousand workers were there.",
+        f"a block lasts at least {1000 * max(dispatch, gather):.0f} s; `block` in the study makes blocks longer. "
+        "That is worked out on paper: no thousand workers were there.",
     ]
 
 
