@@ -206,7 +206,7 @@ def test_effective_mass_to_rounding(name, gantry):
     q[20:40, 1:] = 0.0
     q[40:60] *= 1e-5
     outcomes = set()
-    for direction in [(0, 0, -1), (1, 2, 3), (1, 0, 0)]:
+    for direction in [(0, 0, -1), (1, 2, 3), (1, 0, 0)] if FULL_SIZE or name == "kuka-iiwa7" else [(1, 2, 3)]:
         found = robot_effective_mass(robot, q, direction)
         value, outcome = in_parts(robot, q, direction)
         np.testing.assert_array_equal(found.outcome, outcome)
@@ -476,7 +476,7 @@ def test_where_nothing_can_be_written_every_process_compiles(copied, tmp_path):
 def test_processes_that_compile_at_once(copied):
     environment = {**os.environ, "PYTHONPATH": str(copied)}
     line = [sys.executable, "-W", "error", "-c", PREDICT]
-    started = [subprocess.Popen(line, env=environment, stdout=subprocess.PIPE, text=True) for _ in range(4)]
+    started = [subprocess.Popen(line, env=environment, stdout=subprocess.PIPE, text=True) for _ in range(3)]
     for each in started:
         assert each.communicate()[0].split()[0] == "True"
         assert each.returncode == 0
