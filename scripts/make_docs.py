@@ -187,6 +187,16 @@ def _shown(name: str) -> str:
     return name.removeprefix("forcemap.") if name in public_names() else name.rpartition(".")[2]
 
 
+def set_equations(markdown: str) -> str:
+    """Blocks of LaTeX as MathML, which browsers set by themselves; nothing is fetched."""
+    from latex2mathml.converter import convert
+
+    def equation(block: re.Match[str]) -> str:
+        return f'<div class="equation">{convert(block[1].strip(), display="block")}</div>\n'
+
+    return re.sub(r"^```math\n(.*?)^```\n", equation, markdown, flags=re.M | re.S)
+
+
 def linked(markdown: str) -> str:
     """Commands and public names in code spans become links; links out of docs/ lead to the generated pages."""
     markdown = re.sub(r"\]\(\.\./examples/(\w+)\.py\)", r"](examples.md#\1)", markdown)
@@ -249,4 +259,4 @@ def on_files(files: Any, config: Any) -> Any:
 def on_page_markdown(markdown: str, page: Any, **_: Any) -> str:
     """Link the words of a page (called by mkdocs)."""
     generated = page.file.src_uri.startswith(("api/", "options", "changelog", "examples", "figures"))
-    return markdown if generated else linked(markdown)
+    return markdown if generated else set_equations(linked(markdown))

@@ -20,7 +20,7 @@ import forcemap.figures
 from forcemap.cli.app import app
 
 ROOT = Path(__file__).parents[1]
-NEEDED = ("mkdocs", "material", "mkdocstrings", "mkdocstrings_handlers")
+NEEDED = ("latex2mathml", "mkdocs", "material", "mkdocstrings", "mkdocstrings_handlers")
 missing = [name for name in NEEDED if importlib.util.find_spec(name) is None]
 builds = pytest.mark.skipif(bool(missing), reason=f"no {', '.join(missing)}: pip install '.[docs]'")
 
@@ -150,6 +150,22 @@ def test_the_types_that_results_are_made_of_are_in_the_reference(pages, name):
 def test_words_of_the_pages_lead_to_the_reference(pages):
     assert any(link.endswith("#forcemap.safe_speed") for link in pages["equations.html"].links)
     assert any(link.endswith("options.html#forcemap-fit") for link in pages["your_device_files.html"].links)
+
+
+@builds
+def test_equations_are_set_as_equations(site):
+    """Every block of LaTeX is MathML on its page, with all of its words, and none of the commands is left."""
+    source = (ROOT / "docs" / "equations.md").read_text()
+    page = (site / "equations.html").read_text()
+    blocks = re.findall(r"^```math\n(.*?)^```$", source, re.M | re.S)
+    made = re.findall(r'<div class="equation"><math .*?</math></div>', page, re.S)
+    assert len(blocks) == len(made) == 29
+    for latex, mathml in zip(blocks, made, strict=True):
+        assert "\\" not in mathml
+        assert "merror" not in mathml
+        words = " ".join(re.findall(r"\\text\{([^}]*)\}", latex)).split()
+        shown = re.sub(r"<[^>]*>", " ", mathml.replace("&#x000A0;", " ")).split()
+        assert set(words) <= set(shown)
 
 
 def test_the_equations_are_numbered_and_name_functions_that_exist():
