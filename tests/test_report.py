@@ -323,7 +323,7 @@ def test_verify_says_what_changed(written, ask, forcemap):
     assert found["vanished"] == ["recordings/d500-h200-v100-r1.csv"]
     assert found["new"] == ["recordings/more.csv"]
     _, out, _ = forcemap(*verify)
-    for line in ("Changed since", "Vanished since", "New since", "impacts.csv", "Write the report again"):
+    for line in ("WRITE IT AGAIN, something changed since", "\nChanged\n", "\nVanished\n", "\nNew\n", "impacts.csv"):
         assert line in out
 
 

@@ -47,7 +47,8 @@ def demo(
     from forcemap.lab.example_campaigns import simulate_example
 
     target = simulate_example(example, folder or _free_name()).folder
-    fm.build_dataset(fm.read_campaign(target))
+    (target / "maps").mkdir()
+    fm.write_map(fm.fit_force_map(fm.build_dataset(fm.read_campaign(target))), target / "maps" / "cfm_3d.json")
     assessment = fm.assess_campaign(target, limits=[fm.force_limit(_AREA)])
     force_map, dataset = present(assessment.force_map), present(assessment.dataset)
     accuracies = present(assessment.accuracy)
@@ -56,8 +57,6 @@ def demo(
     comparison = ComparisonAnswer.of_comparison(compared, limit, simulated=assessment.simulated)
     speeds = [SpeedMapAnswer.of_speeds(force_map, present(part.speeds), accuracies[0]) for part in assessment.speeds]
 
-    (target / "maps").mkdir()
-    fm.write_map(force_map, target / "maps" / "cfm_3d.json")
     results: dict[str, Answer] = {
         "accuracy": EvaluateAnswer.of_map(force_map, dataset, accuracies),
         "comparison": comparison,

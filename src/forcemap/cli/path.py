@@ -233,9 +233,12 @@ def _verdict(answer: PathAnswer) -> str:
         return f"NOT PERMITTED on {share:.0f} % of the path; there the robot must not move with a person in reach"
     if answer.too_fast:
         return "TOO FAST where marked !: slow down to the allowed speed there"
+    allowed, standard, *_ = answer.cycle_times
+    times = "" if allowed.cycle_time_s is None else f", {allowed.cycle_time_s:.3f} s"
+    times += "" if standard.cycle_time_s is None else f" ({standard.cycle_time_s:.3f} s at the standard's one speed)"
     if not answer.programmed:
-        return "permitted at the allowed speeds; no programmed speed is stated everywhere, so none was compared there"
-    return "permitted as programmed"
+        return f"permitted at the allowed speeds{times}; not compared with a program, which is not stated everywhere"
+    return f"permitted as programmed; at the allowed speeds{times.removeprefix(',')}"
 
 
 def _hints(refusals: Iterable[Refused]) -> list[str]:

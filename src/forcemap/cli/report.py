@@ -209,16 +209,16 @@ def _verify(file: str, folder: str, *, as_json: bool) -> int:
     changes = verify_report(file, folder)
     figures = asdict(changes)
     result = {"holds": changes.holds, "report_intact": figures.pop("intact"), **figures}
-    lines = [f"Report of {changes.date}, written by {changes.software}"]
+    verdict = "Nothing changed" if changes.holds else "WRITE IT AGAIN, something changed"
+    lines = [f"{verdict} since the report was written", f"Report of {changes.date}, written by {changes.software}"]
     lines += [] if changes.intact else ["ALTERED: the report file is not as it was written"]
     if changes.list_altered:
         lines.append("ALTERED: the list of inputs beside the report is not the one of its digest")
     groups = (("Changed", changes.changed), ("Vanished", changes.vanished), ("New", changes.new))
     for title, files in (*groups, ("Only line ends changed", changes.line_ends)):
-        lines += listing(f"{title} since", map(printable, files)) if files else []
+        lines += listing(title, map(printable, files)) if files else []
     if not (changes.inputs_hold or changes.listed):
         lines.append("The inputs are not those of the digest; which of them changed, the list beside the report tells")
-    lines.append("Nothing changed since" if changes.holds else "Write the report again")
     lines.append(f"{changes.unchanged} files as then")
     emit(result, lines, as_json=as_json)
     return 0 if changes.holds else 1
