@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 import shutil
 import sys
 from pathlib import Path
@@ -23,6 +24,7 @@ from forcemap.cli.collect import contact_lines, scatter_lines
 from forcemap.cli.fit import impacts_words
 from forcemap.cli.options import Json
 from forcemap.cli.output import emit, listing, table, wrapped
+from forcemap.cli.planned import command_lines
 from forcemap.cli.report import REPORT_FILE, REPORT_LIST, answer_lines, write_report
 from forcemap.cli.speed import fastest_line, grid_lines, next_lines, speed_map_table, standard_lines
 from forcemap.files import write_atomically
@@ -81,7 +83,11 @@ def demo(
         f"Written to {target}: {', '.join(files)}",
         "(the map, accuracy, comparison and safe speeds as JSON and CSV; this text as summary.txt)",
         f"The validation report, to open in a browser: {report}",
-        f"Next: {program} speed {target} --distance 0.8 --height 0.4 --area {_AREA} --contact transient",
+        "Next:",
+        *command_lines(
+            f"{program} speed {shlex.quote(str(target))} --distance 0.8 --height 0.4 --area {_AREA} --contact transient"
+        ),
+        *command_lines(f"{program} serve {shlex.quote(str(target))}"),
     ]
     shown = {
         "folder": str(target),
