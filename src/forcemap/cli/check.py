@@ -175,14 +175,17 @@ def _plot(impact: fm.Impact) -> list[str]:
 
 def check_lines(answer: CheckAnswer) -> list[str]:
     """A check: the outcome, what must be read with it, what was not judged and why, the impacts it rests on."""
-    verdict = f"{_words(answer.outcome).upper()}: {answer.limit}"
+    several, counted_as = len(answer.impacts) + len(answer.unjudged) > 1, ""
+    if several:
+        counts = ", ".join(f"{count} {_words(name)}" for name, count in answer.counts.items() if name != "unjudged")
+        counted_as = f" ({counted(len(answer.impacts), 'impact')}: {counts})"
+    verdict = f"{_words(answer.outcome).upper()}{counted_as}: {answer.limit}"
     lines = verdict_first(verdict, answer.warnings, simulated=answer.simulated)
     judged = [impact for impact in answer.impacts if impact.interpretation]
-    if len(answer.impacts) + len(answer.unjudged) > 1:
-        counts = ", ".join(f"{count} {_words(name)}" for name, count in answer.counts.items() if name != "unjudged")
+    if several:
         names = [flag.name for impact in answer.impacts for flag in impact.flags]
         flags = ", ".join(f"{name} {names.count(name)}" for name in sorted(set(names)))
-        lines += [f"{len(answer.impacts)} impacts: {counts}", *([f"flags: {flags}"] if flags else [])]
+        lines += [f"flags: {flags}"] if flags else []
         doubts = [impact for impact in answer.impacts if impact.outcome == "cannot_tell"]
         lines += _list("Why", [f"{impact.recording}: {impact.reason}" for impact in doubts])
         impacts = ["", *table(_HEADER, map(_verdict_row, judged))] if judged else []

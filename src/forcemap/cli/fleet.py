@@ -268,14 +268,17 @@ def _lines(answer: FleetAnswer) -> list[str]:
     failed = [f"{row.folder}: {row.failed}" for row in answer.campaigns if row.failed]
     due_of = [f"{row.folder}: {'; '.join(row.due)}" for row in answer.campaigns if row.due]
     changed = [f"{row.folder}: {_few(row.changed)}" for row in answer.campaigns if row.changed]
-    lines = listing("FAILED", failed) if failed else []
-    lines += listing("Due", due_of) if due_of else []
-    lines += listing("Made again", changed) if changed else []
-    lines.append(
+    verdict = (
         f"{counted(len(answer.campaigns), 'campaign')}: {answer.failed} failed, {answer.made_again} made again, "
         f"{answer.unchanged} unchanged"
     )
-    return [*lines, f"Written: {', '.join(answer.files)}; what every speed rests on stands in each folder's report"]
+    lists = (("FAILED", failed), ("Due", due_of), ("Made again", changed))
+    lines = [line for title, rows in lists if rows for line in listing(title, rows)]
+    return [
+        verdict,
+        *lines,
+        f"Written: {', '.join(answer.files)}; what every speed rests on stands in each folder's report",
+    ]
 
 
 def _few(words: list[str]) -> str:
