@@ -77,8 +77,21 @@ def demo(
     files = [file for file in written if not file.startswith("recordings/")]
     files += [REPORT_FILE, REPORT_LIST, f"recordings/ ({len(written) - len(files)} files)"]
     report, _ = write_report(assessment, target / REPORT_FILE, None, pdf=False)
+    shown = {
+        "folder": str(target),
+        "files": files,
+        "report": report,
+        "fit": fit,
+        "speed_maps": {str(part.contact): answer for part, answer in zip(assessment.speeds, speeds, strict=True)},
+        "comparison": comparison,
+    }
+    emit(shown, [*summary, *_closing(target, files, report)], as_json=as_json)
+
+
+def _closing(target: Path, files: list[str], report: str) -> list[str]:
+    """What was written, and what to do next."""
     program = "forcemap" if shutil.which("forcemap") else sys.argv[0]
-    closing = [
+    return [
         "",
         f"Written to {target}: {', '.join(files)}",
         "(the map, accuracy, comparison and safe speeds as JSON and CSV; this text as summary.txt)",
@@ -89,15 +102,6 @@ def demo(
         ),
         *command_lines(f"{program} serve {shlex.quote(str(target))}"),
     ]
-    shown = {
-        "folder": str(target),
-        "files": files,
-        "report": report,
-        "fit": fit,
-        "speed_maps": {str(part.contact): answer for part, answer in zip(assessment.speeds, speeds, strict=True)},
-        "comparison": comparison,
-    }
-    emit(shown, [*summary, *closing], as_json=as_json)
 
 
 def _free_name() -> str:
