@@ -100,11 +100,12 @@ def workplace(tmp_path, monkeypatch):
 
 
 def perform(command):
-    """Run a command; whoever plans a campaign measures it, too, and says in which direction."""
+    """Run a command; whoever plans a campaign measures it, too, and says in which direction where that matters."""
     code = run(shlex.split(command))
     if command.startswith("plan"):
-        stated = Path(command.split()[1], "campaign.toml")
-        stated.write_text(stated.read_text().replace('# direction = ""', 'direction = "down"'))
+        if "--transfer" in command:  # which is refused where one campaign alone states its direction
+            stated = Path(command.split()[1], "campaign.toml")
+            stated.write_text(stated.read_text().replace('# direction = ""', 'direction = "down"'))
         plan = forcemap.read_plan(command.split()[1])
         peaks = forcemap.published_map("ur10e").predict(plan.distance, plan.height, plan.speed)
         rng = np.random.default_rng(1)
