@@ -146,7 +146,7 @@ def test_an_error_is_one_line_for_programs_and_wrapped_on_a_terminal(forcemap, t
 @pytest.mark.parametrize(
     ("name", "nearest"),
     [
-        ("hand", ["hand_fingers", "back_of_hand"]),
+        ("hand", ["back_of_hand", "hand_fingers"]),
         ("finger", ["hand_fingers", "forefinger_pad", "forefinger_end_joint"]),
         ("elbow", ["upper_arm_elbow"]),
     ],

@@ -175,7 +175,7 @@ def one_line(text: str) -> str:
 
 
 def nearest_names(name: str, known: Iterable[str], count: int = 5) -> list[str]:
-    """The known names most like `name`, best first: those that contain a word of it, if none does those spelt alike."""
+    """The known names most like `name`, best first: those that contain it, then those spelt alike."""
     names = list(known)
     wanted = name[:_LONGEST_SOUGHT].strip().lower().replace(" ", "_").replace("-", "_")
     words = [word for word in wanted.split("_") if len(word) >= _SHORTEST_WORD]
@@ -185,5 +185,4 @@ def nearest_names(name: str, known: Iterable[str], count: int = 5) -> list[str]:
         shared = sum(word in lowered for word in words)
         return shared + difflib.SequenceMatcher(None, wanted, lowered).ratio()
 
-    containing = [known for known in names if any(word in known.lower().replace("-", "_") for word in words)]
-    return sorted(containing or names, key=likeness, reverse=True)[:count]
+    return sorted(names, key=likeness, reverse=True)[:count]
