@@ -137,7 +137,7 @@ class LimitTable:
         return list(dict.fromkeys(area.region for area in self.areas.values()))
 
     def _like(self, wanted: str) -> list[str]:
-        """Names that hold a word of the one that is wanted, an area of both sides once; if there are none, all names."""
+        """Names that hold a word of the one that is wanted, an area of both sides once; without any, all names."""
         of_base = [area.base for area in self.areas.values()]
         areas = [area.base if of_base.count(area.base) > 1 else area.area for area in self.areas.values()]
         words = [word for word in wanted.split("_") if len(word) >= _SHORTEST_WORD]
