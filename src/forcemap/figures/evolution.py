@@ -62,7 +62,7 @@ def force_evolution_figure(
         _draw_limits(axes, limit, time[0], time[-1], time[-1])
         _draw_range(axes, recording)
         axes.set(xlabel="Time [s]", ylabel=FORCE, title="no impact found")
-        return finish(figure, simulated=simulated, columns=2 if wide else 1)
+        return finish(figure, simulated=simulated)
 
     figure = new_figure("Force over time of an impact", width, 0.078 if wide else 0.15)
     whole, phase1 = panels(figure, 2, 2 if wide else 1, share_y=wide)
@@ -86,7 +86,7 @@ def force_evolution_figure(
         axes.set(xlabel=TIME, xlim=(low, high))
     whole.set(ylabel=FORCE, title=_title(impact, limit))
     phase1.set(title="Phase I", ylabel="" if wide else FORCE)
-    return finish(figure, simulated=simulated, columns=2 if wide else 1)
+    return finish(figure, simulated=simulated)
 
 
 def _draw_limits(axes: Axes, limit: ForceLimit | float | None, low: float, high: float, transient_until: float) -> None:

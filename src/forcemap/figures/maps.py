@@ -17,7 +17,8 @@ from forcemap.campaigns.dataset import ImpactDataset
 from forcemap.campaigns.plan import MeasurementPlan
 from forcemap.comparisons.force_models import Comparison
 from forcemap.figures import style
-from forcemap.figures.canvas import finish, is_wide, new_figure, panels, settings
+from forcemap.figures.canvas import colour_bar, finish, is_wide, new_figure, panels, settings
+from forcemap.figures.layout import Room
 from forcemap.figures.measured import Measured, a_few, draw_forces, draw_map, draw_profile, measured_often, near
 from forcemap.figures.style import DISTANCE, FORCE, HEIGHT, PAGE_WIDTH, QUANTITY, SPEED
 from forcemap.limits.pfl import pfl_contact_force
@@ -27,6 +28,7 @@ from forcemap.maps.force_map import ForceMap
 _AXES = (DISTANCE, HEIGHT, SPEED)
 _WORDS = ("distance {:.2f} m", "height {:.2f} m", "speed {:.2f} m/s")
 _ALONG_SPEED = 2  # number of the axis
+_AT_END = Room(right=34.0)  # for the value at the end of a line [pt]
 _CELLS = 16  # of a slice of the workspace along each axis
 _LOOKS = {"CFM_2D": style.MAP_2D, "CFM_2D per height": style.MAP_2D_PER_HEIGHT, "contact model": style.STANDARD}
 
@@ -76,7 +78,7 @@ def force_profiles_figure(
         axes.set_ylim(bottom=0)
         if axes.get_subplotspec().is_first_col():  # type: ignore[union-attr]
             axes.set_ylabel(FORCE)
-    return finish(figure, simulated=measured.simulated, columns=3 if wide else 1)
+    return finish(figure, simulated=measured.simulated, room=_AT_END)
 
 
 def _write_at_end(axes: Axes, x: FloatArray, force: FloatArray, words: str) -> None:
@@ -132,9 +134,8 @@ def workspace_figure(force_map: ForceMap, dataset: ImpactDataset | None = None, 
         set_ticks(places, [f"{place:.2f}" for place in places])
     axes.view_init(elev=18, azim=-58)
     axes.set_box_aspect((1, 1, 1.25), zoom=0.95 if wide else 0.85)  # its labels need room
-    label, pad = f"Predicted {FORCE[0].lower()}{FORCE[1:]}", 0.05 if wide else 0.2
-    figure.colorbar(ScalarMappable(scale, QUANTITY), ax=axes, label=label, shrink=0.7, pad=pad)
-    return finish(figure, simulated=measured.simulated, columns=3 if wide else 1)
+    colour_bar(axes, ScalarMappable(scale, QUANTITY), f"Predicted {FORCE[0].lower()}{FORCE[1:]}")
+    return finish(figure, simulated=measured.simulated)
 
 
 @settings()
@@ -187,7 +188,7 @@ def residuals_figure(
             axes.set_ylabel("Measured − predicted\n[% of measured]")
         axes.text(0.02, 0.98, "underestimated", transform=axes.transAxes, fontsize=6.5, va="top")
         axes.text(0.02, 0.02, "overestimated", transform=axes.transAxes, fontsize=6.5, va="bottom")
-    return finish(figure, simulated=measured.simulated, columns=3 if wide else 1)
+    return finish(figure, simulated=measured.simulated)
 
 
 @settings()
@@ -255,7 +256,7 @@ def model_comparison_figure(
         axes.margins(y=0.12)
         axes.set_ylim(bottom=0)
     _draw_errors(errors, comparison)
-    return finish(figure, simulated=measured.simulated, columns=3 if wide else 1)
+    return finish(figure, simulated=measured.simulated)
 
 
 def _draw_2d(

@@ -45,4 +45,4 @@ def places_to_measure_figure(
             axes.annotate(words, place, (5, 4), textcoords="offset points", fontsize=6.5)
     axes.set(xlabel=DISTANCE, ylabel=HEIGHT)
     axes.margins(0.08)
-    return canvas.finish(figure, simulated=speeds.basis.simulated, columns=3 if wide else 1)
+    return canvas.finish(figure, simulated=speeds.basis.simulated)

@@ -12,6 +12,7 @@ from forcemap.dynamics.mass_map import MassMap
 from forcemap.dynamics.planar_arm import PlanarArm, planar_inverse_kinematics
 from forcemap.errors import InputError
 from forcemap.figures import canvas, style
+from forcemap.figures.layout import Room
 from forcemap.figures.style import DISTANCE, HEIGHT, MASS, PAGE_WIDTH
 
 _GAP = 0.6  # between the groups of heights, as a share of the distance between their places
@@ -63,7 +64,7 @@ def planar_inspection_figure(
         masses.text(row.mean(), 1.0, f"h = {height:.2f} m", transform=beneath, ha="center", va="bottom")
     masses.set(xlabel=DISTANCE, ylabel=MASS)
     masses.set_ylim(bottom=0)
-    return canvas.finish(figure, simulated=False, columns=2 if wide else 1)
+    return canvas.finish(figure, simulated=False, room=Room(above=10.0))
 
 
 @canvas.settings()
@@ -93,7 +94,7 @@ def planar_mass_figure(mass_map: MassMap, *, width: float = PAGE_WIDTH) -> Figur
     ]
     axes.set(xlabel=DISTANCE, ylabel=HEIGHT)
     axes.set_aspect("equal")
-    return canvas.finish(figure, simulated=False, columns=1, also=legend)
+    return canvas.finish(figure, simulated=False, also=legend)
 
 
 def _draw_postures(axes: Axes, places: MassMap, arm: PlanarArm | None) -> None:

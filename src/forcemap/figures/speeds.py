@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 import textwrap
 from collections.abc import Iterable, Iterator
 from typing import Any
@@ -16,6 +17,7 @@ from matplotlib.patches import Patch
 from forcemap.arrays import FloatArray
 from forcemap.errors import InputError
 from forcemap.figures import canvas, style
+from forcemap.figures.layout import POINTS_PER_INCH, Room, across
 from forcemap.figures.style import DISTANCE, HEIGHT, PAGE_WIDTH, QUANTITY, SPEED, Look
 from forcemap.paths.path_speeds import CycleTime, PathSpeeds
 from forcemap.paths.time_law import TimeLaw
@@ -28,6 +30,9 @@ _TITLE_COLUMNS = {True: 100, False: 46}  # characters of a line of the title in 
 _LONGEST_LINE = 400  # characters of a line of the title before it is broken
 _LONGEST_NAME = 24  # characters of a segment's name
 _SAMPLES = 13  # of a piece's motion
+_NAME, _TURNED = 6.5, 35.0  # letters of a segment's name [pt], and their angle [deg]
+_NAMES_APART = 14.0  # least distance of turned names that do not touch [pt]
+_BESIDE_PATH = 60.0  # what stands beside the panel of a path, about [pt]
 
 
 @canvas.settings()
@@ -66,7 +71,7 @@ def safe_speed_figure(speed_map: SpeedMap, *, width: float = PAGE_WIDTH) -> Figu
     axes.set(xlabel=DISTANCE, ylabel=HEIGHT, xlim=(x[0], x[-1]), ylim=(y[0], y[-1]))
     axes.set_title(_words(speed_map, _TITLE_COLUMNS[wide]), fontsize=7 if wide else 6.5)
     first = warnings([speeds.basis])
-    return canvas.finish(figure, simulated=speeds.basis.simulated, columns=2 if wide else 1, also=legend, first=first)
+    return canvas.finish(figure, simulated=speeds.basis.simulated, also=legend, first=first)
 
 
 def _write_speeds(axes: Axes, speed_map: SpeedMap) -> None:
@@ -135,9 +140,8 @@ def path_speeds_figure(path_speeds: PathSpeeds, *, profile: TimeLaw | None = Non
     axes.set(xlabel="Length along the path [m]", ylabel=SPEED, xlim=(along[0], along[-1]))
     axes.margins(y=0.08)
     axes.set_ylim(bottom=0)
-    _name_segments(axes, path.names, along)
-    first = warnings(path_speeds.bases)
-    return canvas.finish(figure, simulated=path_speeds.simulated, columns=2 if wide else 1, also=patches, first=first)
+    said = {"also": patches, "first": warnings(path_speeds.bases)}
+    return canvas.finish(figure, simulated=path_speeds.simulated, **said, room=_name_segments(axes, path.names, along))
 
 
 def _draw_outcomes(axes: Axes, path_speeds: PathSpeeds, along: FloatArray) -> list[Patch]:
@@ -180,16 +184,23 @@ def _motion(profile: TimeLaw, along: FloatArray) -> tuple[FloatArray, FloatArray
     return (along[:-1, None] + gone).ravel(), speed.ravel()
 
 
-def _name_segments(axes: Axes, names: tuple[str, ...], along: FloatArray) -> None:
-    """The names of the segments above, and a line where one ends."""
+def _name_segments(axes: Axes, names: tuple[str, ...], along: FloatArray) -> Room:
+    """The names of the segments above, as far as they fit, and a line where one ends; gives the room they need."""
     segments = list(_stretches(names, along))
     for _, start, _ in segments[1:]:
         axes.axvline(start, color="#404040", linewidth=0.6)
-    if len(segments) > 1:
-        top = axes.secondary_xaxis("top")
-        middles = [(start + stop) / 2 for _, start, stop in segments]
-        top.set_xticks(
-            middles, [canvas.plain(name, _LONGEST_NAME) for name, *_ in segments], rotation=35, ha="left", fontsize=6.5
-        )
-        top.tick_params(length=0)
-        top.spines["top"].set_visible(False)
+    if len(segments) == 1:
+        return canvas.NO_ROOM
+    about = axes.figure.get_figwidth() * POINTS_PER_INCH - _BESIDE_PATH  # width of the panel
+    right, above, last = 0.0, 0.0, -math.inf
+    for name, start, stop in segments:
+        middle, words = (start + stop) / 2, canvas.plain(name, _LONGEST_NAME)
+        x = about * float((middle - along[0]) / (along[-1] - along[0]))
+        if x - last < _NAMES_APART:
+            continue
+        last, shown = x, {"rotation": _TURNED, "rotation_mode": "anchor", "fontsize": _NAME, "annotation_clip": False}
+        axes.annotate(words, (middle, 1.0), (0, 3), ("data", "axes fraction"), "offset points", **shown)
+        long, turned = across(words, _NAME), math.radians(_TURNED)
+        right = max(right, x + long * math.cos(turned) + _NAME - about)
+        above = max(above, long * math.sin(turned) + _NAME)
+    return Room(right=right, above=above)
