@@ -19,7 +19,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch, Rectangle
 
 from forcemap.arrays import FloatArray, Mask
-from forcemap.figures.layout import Room, legend_below, place_panels, words_above
+from forcemap.figures.layout import POINTS_PER_INCH, Room, legend_below, place_panels, words_above
 from forcemap.figures.style import COLUMN_WIDTH, PAGE_WIDTH, YELLOW, Look
 
 SIMULATED = "SIMULATED: not a measurement of any robot"
@@ -49,6 +49,11 @@ def settings() -> Iterator[None]:
 def is_wide(width: float) -> bool:
     """True if panels of a figure of that width [m] fit beside each other."""
     return width > (COLUMN_WIDTH + PAGE_WIDTH) / 2
+
+
+def points(width: float) -> float:
+    """A width [m] in points."""
+    return width / _INCH * POINTS_PER_INCH
 
 
 def new_figure(name: str, width: float, height: float) -> Figure:

@@ -7,7 +7,6 @@ import re
 from collections.abc import Callable
 from html import escape
 from pathlib import Path
-from typing import Any
 
 from matplotlib.backends.backend_mixed import MixedModeRenderer
 from matplotlib.backends.backend_pdf import FigureCanvasPdf, Op, PdfFile, RendererPdf
@@ -105,7 +104,8 @@ def svg_file(figure: Figure, *, larger: float = 1.0) -> bytes:
     """A figure as a file of its own; arguments as `pdf`."""
     drawing = svg(figure)
     for name in ("width", "height"):
-        drawing = re.sub(rf'(<svg[^>]* {name}=")([\d.]+)pt"', lambda m: f'{m[1]}{float(m[2]) * larger:g}pt"', drawing, count=1)
+        size = rf'(<svg[^>]* {name}=")([\d.]+)pt"'
+        drawing = re.sub(size, lambda found: f'{found[1]}{float(found[2]) * larger:g}pt"', drawing, count=1)
     return f'<?xml version="1.0" encoding="utf-8"?>\n{drawing}'.encode()
 
 
@@ -123,7 +123,7 @@ def figure_file(figure: Figure, name: str | Path, *, larger: float = 1.0) -> byt
         ".pdf": lambda: pdf(figure, larger=larger),
     }
     if (kind := Path(name).suffix.lower()) not in kinds:
-        raise InputError(f"found a name that ends with {kind or 'nothing'}, expected {', '.join(kinds)}", file=str(name))
+        raise InputError(f"found a name that ends in {kind or 'nothing'}, expected {', '.join(kinds)}", file=str(name))
     return kinds[kind]()
 
 

@@ -26,6 +26,9 @@ POINTS_PER_INCH = 72
 _LINE = 1.3
 """Height of a line of letters, as a multiple of their size."""
 
+_PIXELS = 1.06
+"""How much wider letters are at most where pixels are few."""
+
 _EDGE = 5.0
 """Room beside everything at the edges of a figure."""
 
@@ -80,9 +83,9 @@ def legend_below(figure: Figure, entries: dict[str, Artist]) -> float:
     """Put one legend below all panels, in as many columns as fit; returns its height."""
     if not entries:
         return 0.0
-    size, wide = float(rcParams["legend.fontsize"]), _wide(figure) - 2 * _EDGE
-    words = ["\n".join(broken(name, size, wide - _HANDLE)) for name in entries]
-    widths = [max(across(line, size) for line in text.split("\n")) + _HANDLE for text in words]
+    size, wide = float(rcParams["legend.fontsize"]), _wide(figure) - 2 * _EDGE - 2 * _LEGEND_EDGE
+    words = ["\n".join(broken(name, size, (wide - _HANDLE) / _PIXELS)) for name in entries]
+    widths = [max(across(line, size) for line in text.split("\n")) * _PIXELS + _HANDLE for text in words]
     fits = (count for count in range(len(words), 1, -1) if _legend_wide(widths, count) <= wide)
     columns = next(fits, 1)
     handles = list(entries.values())
@@ -109,7 +112,8 @@ def words_above(figure: Figure, lines: Sequence[str], size: float, box: dict[str
     """Write lines above all panels, bold, broken at the figure's width; returns their height."""
     if not lines:
         return 0.0
-    said = [part for line in lines for part in broken(line, size, 0.96 * (_wide(figure) - 2 * _EDGE), "bold")]
+    wide = (_wide(figure) - 2 * _EDGE) / _PIXELS
+    said = [part for line in lines for part in broken(line, size, wide, "bold")]
     tall, font = _tall(figure), FontProperties(size=size, weight="bold")
     at = {"x": _EDGE / _wide(figure), "y": 1 - _EDGE / tall, "ha": "left", "va": "top"}
     figure.suptitle("\n".join(said), fontproperties=font, bbox=box, **at)
@@ -140,6 +144,7 @@ def place_panels(figure: Figure, above: float, below: float, room: Room) -> None
         top[row] = max(top[row], _title(axes) + room.above)
         bottom[row] = max(bottom[row], _beneath(axes.xaxis))
     left[0] += _EDGE
+    top[0] += _EDGE
     width = max(10.0, (wide - left.sum() - right.sum() - bar_wide) / columns)
     height = max(10.0, (tall - above - below - top.sum() - bottom.sum()) / rows)
     for number, axes in enumerate(panels):
@@ -152,7 +157,7 @@ def place_panels(figure: Figure, above: float, below: float, room: Room) -> None
         panels[-1].apply_aspect()  # an equal aspect makes a panel smaller: the bar is as high as the panel
         seen = panels[-1].get_position() if panels[-1].name != "3d" else box
         for axes in bars:
-            x = seen.x1 * wide + _BAR_APART
+            x = seen.x1 * wide + room.right + _BAR_APART
             _put(axes, figure, x, seen.y0 * tall, _BAR, seen.height * tall)
 
 

@@ -11,6 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
+from matplotlib.text import Annotation
 
 from forcemap.arrays import FloatArray
 from forcemap.campaigns.dataset import ImpactDataset
@@ -18,6 +19,7 @@ from forcemap.campaigns.plan import MeasurementPlan
 from forcemap.comparisons.force_models import Comparison
 from forcemap.figures import style
 from forcemap.figures.canvas import colour_bar, finish, is_wide, new_figure, panels, settings
+from forcemap.figures.ends import AT_END, keep_apart, write_at_end
 from forcemap.figures.layout import Room
 from forcemap.figures.measured import Measured, a_few, draw_forces, draw_map, draw_profile, measured_often, near
 from forcemap.figures.style import DISTANCE, FORCE, HEIGHT, PAGE_WIDTH, QUANTITY, SPEED
@@ -28,7 +30,6 @@ from forcemap.maps.force_map import ForceMap
 _AXES = (DISTANCE, HEIGHT, SPEED)
 _WORDS = ("distance {:.2f} m", "height {:.2f} m", "speed {:.2f} m/s")
 _ALONG_SPEED = 2  # number of the axis
-_AT_END = Room(right=34.0)  # for the value at the end of a line [pt]
 _CELLS = 16  # of a slice of the workspace along each axis
 _LOOKS = {"CFM_2D": style.MAP_2D, "CFM_2D per height": style.MAP_2D_PER_HEIGHT, "contact model": style.STANDARD}
 
@@ -64,6 +65,7 @@ def force_profiles_figure(
     points = force_map.measured_range.points
     axis_levels = measured.levels(points)
     figure = new_figure("Force against distance, height and speed", width, 0.068 if wide else 0.16)
+    ends: list[Annotation] = []
     for along, axes in enumerate(panels(figure, 3, 3 if wide else 1, share_y=wide)):
         by = 0 if along == _ALONG_SPEED else _ALONG_SPEED  # the variable that differs from line to line
         constant = 3 - along - by
@@ -71,20 +73,16 @@ def force_profiles_figure(
         for value in a_few(axis_levels[by]):
             fixed = {by: value, constant: level}
             x, force = draw_map(axes, force_map, bound, along, fixed)
-            _write_at_end(axes, x, force, _WORDS[by].format(value).partition(" ")[2])
+            ends += write_at_end(axes, x, force, _WORDS[by].format(value).partition(" ")[2])
             draw_profile(axes, measured, along, fixed)
         axes.set(xlabel=_AXES[along], title=f"{_WORDS[constant].format(level)}\nlines: {_WORDS[by].split()[0]}")
         axes.margins(y=0.12)
         axes.set_ylim(bottom=0)
         if axes.get_subplotspec().is_first_col():  # type: ignore[union-attr]
             axes.set_ylabel(FORCE)
-    return finish(figure, simulated=measured.simulated, room=_AT_END)
-
-
-def _write_at_end(axes: Axes, x: FloatArray, force: FloatArray, words: str) -> None:
-    for last in np.flatnonzero(np.isfinite(force))[-1:]:
-        end = (float(x[last]), float(force[last]))
-        axes.annotate(words, end, (3, 0), textcoords="offset points", va="center", fontsize=6.5, annotation_clip=False)
+    finish(figure, simulated=measured.simulated, room=AT_END)
+    keep_apart(ends)
+    return figure
 
 
 @settings()
@@ -126,16 +124,17 @@ def workspace_figure(force_map: ForceMap, dataset: ImpactDataset | None = None, 
         axes.plot_surface(*surface, facecolors=faces, zorder=2 * number, **every, **plain)
         for look, states in measured.by_look:
             here = states.select(near(states.speed, speed, measured.tolerance.speed))
-            axes.plot(here.distance, here.height, here.speed, zorder=2 * number + 1, **look.drawn)
+            small = {} if wide else {"markersize": 0.6 * look.size}
+            axes.plot(here.distance, here.height, here.speed, zorder=2 * number + 1, **(look.drawn | small))
             if len(above := here.select(here.censored > 0)):
                 axes.plot(above.distance, above.height, above.speed, zorder=2 * number + 1, **style.CENSORED.drawn)
     axes.set(xlabel=DISTANCE, ylabel=HEIGHT, zlabel=SPEED)
     for set_ticks, places in zip((axes.set_xticks, axes.set_yticks, axes.set_zticks), ticks, strict=True):
         set_ticks(places, [f"{place:.2f}" for place in places])
     axes.view_init(elev=18, azim=-58)
-    axes.set_box_aspect((1, 1, 1.25), zoom=0.95 if wide else 0.85)  # its labels need room
+    axes.set_box_aspect((1, 1, 1.25), zoom=0.95 if wide else 1.05)  # its labels need room
     colour_bar(axes, ScalarMappable(scale, QUANTITY), f"Predicted {FORCE[0].lower()}{FORCE[1:]}")
-    return finish(figure, simulated=measured.simulated)
+    return finish(figure, simulated=measured.simulated, room=Room(left=-26.0, right=26.0))
 
 
 @settings()

@@ -63,6 +63,7 @@ def planar_inspection_figure(
     for row, height in zip(x, first.heights, strict=True):
         masses.text(row.mean(), 1.0, f"h = {height:.2f} m", transform=beneath, ha="center", va="bottom")
     masses.set(xlabel=DISTANCE, ylabel=MASS)
+    masses.margins(y=0.1)
     masses.set_ylim(bottom=0)
     return canvas.finish(figure, simulated=False, room=Room(above=10.0))
 
@@ -109,7 +110,7 @@ def _draw_postures(axes: Axes, places: MassMap, arm: PlanarArm | None) -> None:
                 axes.plot(x, z, color=style.GREY, linewidth=0.7, marker=".", markersize=3)
             axes.plot(distance, height, color=style.BLACK, marker="D", markersize=3.5)
             words = f"{value:.1f} kg" if np.isfinite(value) else str(places.mass.outcome[i, j]).replace("_", " ")
-            axes.annotate(words, (distance, height), (2, -9), textcoords="offset points", fontsize=6.5)
+            axes.annotate(words, (distance, height), (0, -10), textcoords="offset points", fontsize=6.5, ha="center")
     axes.set(xlabel=DISTANCE, ylabel=HEIGHT)
     axes.margins(0.12)
     axes.set_aspect("equal", adjustable="datalim")

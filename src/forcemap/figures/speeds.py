@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 import math
-import textwrap
 from collections.abc import Iterable, Iterator
 from typing import Any
 
@@ -17,7 +16,7 @@ from matplotlib.patches import Patch
 from forcemap.arrays import FloatArray
 from forcemap.errors import InputError
 from forcemap.figures import canvas, style
-from forcemap.figures.layout import POINTS_PER_INCH, Room, across
+from forcemap.figures.layout import Room, across, broken
 from forcemap.figures.style import DISTANCE, HEIGHT, PAGE_WIDTH, QUANTITY, SPEED, Look
 from forcemap.paths.path_speeds import CycleTime, PathSpeeds
 from forcemap.paths.time_law import TimeLaw
@@ -26,7 +25,7 @@ from forcemap.speeds.speed_map import SpeedMap
 from forcemap.words import limit_words, warnings
 
 _MOST_IN_WORDS = 150  # places of a grid whose speeds are still written into it
-_TITLE_COLUMNS = {True: 100, False: 46}  # characters of a line of the title in a wide and in a narrow figure
+_TITLE, _BESIDE_TITLE = 6.5, 60.0  # letters of the title, and what stands beside it [pt]
 _LONGEST_LINE = 400  # characters of a line of the title before it is broken
 _LONGEST_NAME = 24  # characters of a segment's name
 _SAMPLES = 13  # of a piece's motion
@@ -69,7 +68,7 @@ def safe_speed_figure(speed_map: SpeedMap, *, width: float = PAGE_WIDTH) -> Figu
     if wide and known.count() and speeds.outcome.size <= _MOST_IN_WORDS:
         _write_speeds(axes, speed_map)
     axes.set(xlabel=DISTANCE, ylabel=HEIGHT, xlim=(x[0], x[-1]), ylim=(y[0], y[-1]))
-    axes.set_title(_words(speed_map, _TITLE_COLUMNS[wide]), fontsize=7 if wide else 6.5)
+    axes.set_title("\n".join(_words(speed_map, width)), fontsize=_TITLE)
     first = warnings([speeds.basis])
     return canvas.finish(figure, simulated=speeds.basis.simulated, also=legend, first=first)
 
@@ -86,8 +85,8 @@ def _write_speeds(axes: Axes, speed_map: SpeedMap) -> None:
         axes.text(*place, words, color=colour, fontsize=5.5, ha="center", va="center")
 
 
-def _words(speed_map: SpeedMap, columns: int) -> str:
-    """The limit, the bound and which speeds are shown, broken into lines."""
+def _words(speed_map: SpeedMap, width: float) -> Iterator[str]:
+    """The limit, the bound and which speeds are shown, in lines that fit beside the axis of a figure so wide [m]."""
     newtons, basis = np.unique(np.asarray(speed_map.speeds.limit)), speed_map.speeds.basis
     figure = f"{newtons[0]:g}" + (f" to {newtons[-1]:g}" if newtons.size > 1 else "") + " N"
     limit = limit_words(basis)
@@ -97,7 +96,8 @@ def _words(speed_map: SpeedMap, columns: int) -> str:
         f"bound: {basis.bound}",
         f"in figures: speed to program, {off} (in brackets: at contact)",
     ]
-    return "\n".join(part for line in lines for part in textwrap.wrap(canvas.plain(line, _LONGEST_LINE), columns))
+    for line in lines:
+        yield from broken(canvas.plain(line, _LONGEST_LINE), _TITLE, canvas.points(width) - _BESIDE_TITLE)
 
 
 @canvas.settings()
@@ -118,7 +118,7 @@ def path_speeds_figure(path_speeds: PathSpeeds, *, profile: TimeLaw | None = Non
     InputError
         The profile is of other pieces.
     """
-    path, wide = path_speeds.path, canvas.is_wide(width)
+    path = path_speeds.path
     length = path.lengths if profile is None else profile.length
     if length.shape != path.lengths.shape or not np.allclose(length, path.lengths):
         raise InputError(
@@ -140,8 +140,9 @@ def path_speeds_figure(path_speeds: PathSpeeds, *, profile: TimeLaw | None = Non
     axes.set(xlabel="Length along the path [m]", ylabel=SPEED, xlim=(along[0], along[-1]))
     axes.margins(y=0.08)
     axes.set_ylim(bottom=0)
-    said = {"also": patches, "first": warnings(path_speeds.bases)}
-    return canvas.finish(figure, simulated=path_speeds.simulated, **said, room=_name_segments(axes, path.names, along))
+    room = _name_segments(axes, path.names, along, canvas.points(width))
+    said = {"also": patches, "first": warnings(path_speeds.bases), "room": room}
+    return canvas.finish(figure, simulated=path_speeds.simulated, **said)
 
 
 def _draw_outcomes(axes: Axes, path_speeds: PathSpeeds, along: FloatArray) -> list[Patch]:
@@ -184,14 +185,14 @@ def _motion(profile: TimeLaw, along: FloatArray) -> tuple[FloatArray, FloatArray
     return (along[:-1, None] + gone).ravel(), speed.ravel()
 
 
-def _name_segments(axes: Axes, names: tuple[str, ...], along: FloatArray) -> Room:
+def _name_segments(axes: Axes, names: tuple[str, ...], along: FloatArray, wide: float) -> Room:
     """The names of the segments above, as far as they fit, and a line where one ends; gives the room they need."""
     segments = list(_stretches(names, along))
     for _, start, _ in segments[1:]:
         axes.axvline(start, color="#404040", linewidth=0.6)
     if len(segments) == 1:
         return canvas.NO_ROOM
-    about = axes.figure.get_figwidth() * POINTS_PER_INCH - _BESIDE_PATH  # width of the panel
+    about = wide - _BESIDE_PATH  # width of the panel
     right, above, last = 0.0, 0.0, -math.inf
     for name, start, stop in segments:
         middle, words = (start + stop) / 2, canvas.plain(name, _LONGEST_NAME)
