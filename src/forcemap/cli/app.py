@@ -42,6 +42,7 @@ _COMMANDS = {
     "export-path": "Write what a robot's program takes for one path.",
     "estimate": "Estimate a force where the contact is another.",
     "effective-mass": "Show the effective mass of a robot.",
+    "figure": "Draw a figure for a paper, a page or a slide.",
     "report": "Write the validation report of a campaign.",
     "sweep": "Compute a study of many blocks, on many machines.",
     "fleet": "Bring many campaigns up to date; one table of all.",

@@ -7,9 +7,9 @@ import re
 from collections.abc import Callable
 from html import escape
 from pathlib import Path
+from typing import Any
 
-from matplotlib.backends.backend_mixed import MixedModeRenderer
-from matplotlib.backends.backend_pdf import FigureCanvasPdf, Op, PdfFile, RendererPdf
+from matplotlib.backends import backend_mixed, backend_pdf
 from matplotlib.figure import Figure
 
 from forcemap.errors import InputError
@@ -19,6 +19,8 @@ from forcemap.figures.layout import POINTS_PER_INCH
 PRINTED = 300.0
 """Dots per inch of a picture for print: what journals ask for."""
 
+_PDF: Any = backend_pdf  # without types
+_MIXED: Any = backend_mixed
 _NO_METADATA = dict.fromkeys(("Date", "Creator", "Format", "Type"))
 _NO_PDF_METADATA = {"Creator": None, "Producer": None, "CreationDate": None}
 
@@ -85,14 +87,14 @@ def pdf(figure: Figure, *, larger: float = 1.0) -> bytes:
     """
     stream = io.BytesIO()
     with settings():
-        FigureCanvasPdf(figure)
+        backend_pdf.FigureCanvasPdf(figure)
         figure.dpi = POINTS_PER_INCH
         wide, tall = figure.get_size_inches().tolist()
-        file = PdfFile(stream, metadata=_NO_PDF_METADATA)
+        file = _PDF.PdfFile(stream, metadata=_NO_PDF_METADATA)
         file.newPage(wide * larger, tall * larger)
-        file.output(larger, 0, 0, larger, 0, 0, Op.concat_matrix)
-        points = RendererPdf(file, POINTS_PER_INCH, tall, wide)
-        renderer = MixedModeRenderer(figure, wide, tall, POINTS_PER_INCH, points)
+        file.output(larger, 0, 0, larger, 0, 0, backend_pdf.Op.concat_matrix)
+        points = _PDF.RendererPdf(file, POINTS_PER_INCH, tall, wide)
+        renderer = _MIXED.MixedModeRenderer(figure, wide, tall, POINTS_PER_INCH, points)
         figure.draw(renderer)
         renderer.finalize()
         file.finalize()

@@ -91,7 +91,7 @@ def legend_below(figure: Figure, entries: dict[str, Artist]) -> float:
     handles = list(entries.values())
     figure.legend(handles, words, loc="lower left", bbox_to_anchor=(_EDGE / _wide(figure), 0.0), ncols=columns)
     lines = [text.count("\n") + 1 for text in words]
-    return _LEGEND_LINE * max(sum(column) for column in _columns(lines, columns)) + _LEGEND_EDGE
+    return _LEGEND_LINE * float(max(sum(column) for column in _columns(lines, columns))) + _LEGEND_EDGE
 
 
 def _columns(values: Sequence[Any], count: int) -> Iterator[Sequence[Any]]:
@@ -105,7 +105,8 @@ def _columns(values: Sequence[Any], count: int) -> Iterator[Sequence[Any]]:
 
 
 def _legend_wide(widths: Sequence[float], count: int) -> float:
-    return sum(max(column) for column in _columns(widths, count)) + _BETWEEN * (count - 1)
+    """Width of a legend with that many columns."""
+    return float(sum(max(column) for column in _columns(widths, count)) + _BETWEEN * (count - 1))
 
 
 def words_above(figure: Figure, lines: Sequence[str], size: float, box: dict[str, Any]) -> float:
@@ -178,20 +179,20 @@ def _ticks(axis: Axis) -> list[str]:
     """Words at the ticks of an axis that are seen."""
     low, high = sorted(axis.get_view_interval())
     places = np.asarray(axis.get_majorticklocs())
-    words = axis.get_major_formatter().format_ticks(places)
+    words = axis.get_major_formatter().format_ticks(places.tolist())
     return [text for text, place in zip(words, places, strict=True) if low <= place <= high and text]
 
 
 def _labelled(axis: Axis) -> bool:
-    side = "labelleft" if axis.axis_name == "y" else "labelbottom"
     seen = axis.get_tick_params()
+    side = "labelleft" if "labelleft" in seen else "labelbottom"
     return bool(seen.get(side, True) or seen.get("labelright", False))
 
 
 def _label(axis: Axis) -> float:
     """Height of the label of an axis with its distance from the ticks."""
     text = axis.label.get_text()
-    return (text.count("\n") + 1) * _LINE * axis.label.get_fontsize() + _BESIDE_TICKS if text else 0.0
+    return (text.count("\n") + 1) * _LINE * float(axis.label.get_fontsize()) + _BESIDE_TICKS if text else 0.0
 
 
 def _beside(axis: Axis) -> float:

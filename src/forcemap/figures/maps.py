@@ -28,7 +28,7 @@ from forcemap.maps.bounds import Bound
 from forcemap.maps.force_map import ForceMap
 
 _AXES = (DISTANCE, HEIGHT, SPEED)
-_WORDS = ("distance {:.2f} m", "height {:.2f} m", "speed {:.2f} m/s")
+WORDS = ("distance {:.2f} m", "height {:.2f} m", "speed {:.2f} m/s")
 _ALONG_SPEED = 2  # number of the axis
 _CELLS = 16  # of a slice of the workspace along each axis
 _LOOKS = {"CFM_2D": style.MAP_2D, "CFM_2D per height": style.MAP_2D_PER_HEIGHT, "contact model": style.STANDARD}
@@ -73,9 +73,9 @@ def force_profiles_figure(
         for value in a_few(axis_levels[by]):
             fixed = {by: value, constant: level}
             x, force = draw_map(axes, force_map, bound, along, fixed)
-            ends += write_at_end(axes, x, force, _WORDS[by].format(value).partition(" ")[2])
+            ends += write_at_end(axes, x, force, WORDS[by].format(value).partition(" ")[2])
             draw_profile(axes, measured, along, fixed)
-        axes.set(xlabel=_AXES[along], title=f"{_WORDS[constant].format(level)}\nlines: {_WORDS[by].split()[0]}")
+        axes.set(xlabel=_AXES[along], title=f"{WORDS[constant].format(level)}\nlines: {WORDS[by].split()[0]}")
         axes.margins(y=0.12)
         axes.set_ylim(bottom=0)
         if axes.get_subplotspec().is_first_col():  # type: ignore[union-attr]
@@ -247,10 +247,10 @@ def model_comparison_figure(
     for along, axes in enumerate(against):
         fixed = {1 - along: fixed_at[1 - along], 2: speed}
         x, _ = draw_map(axes, force_map, comparison.bound, along, fixed)
-        _draw_2d(axes, maps_2d, along, fixed_at, speed, place, x)
+        draw_2d(axes, maps_2d, along, fixed_at, speed, place, x)
         style.STANDARD.plot(axes, [x[0], x[-1]], [standard, standard])
         draw_profile(axes, measured, along, fixed)
-        title = "\n".join(_WORDS[i].format(value) for i, value in fixed.items())
+        title = "\n".join(WORDS[i].format(value) for i, value in fixed.items())
         axes.set(xlabel=_AXES[along], ylabel=FORCE, title=title)
         axes.margins(y=0.12)
         axes.set_ylim(bottom=0)
@@ -258,7 +258,7 @@ def model_comparison_figure(
     return finish(figure, simulated=measured.simulated)
 
 
-def _draw_2d(
+def draw_2d(
     axes: Axes,
     maps_2d: Sequence[ForceMap],
     along: int,

@@ -9,8 +9,11 @@ from typing import Any
 
 import matplotlib
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
+from matplotlib.colorbar import Colorbar
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from forcemap.arrays import FloatArray
@@ -35,7 +38,7 @@ _BESIDE_PATH = 60.0  # what stands beside the panel of a path, about [pt]
 
 
 @canvas.settings()
-def safe_speed_figure(speed_map: SpeedMap, *, width: float = PAGE_WIDTH) -> Figure:
+def safe_speed_figure(speed_map: SpeedMap, *, standard: float = math.nan, width: float = PAGE_WIDTH) -> Figure:
     """Safe speeds over distance and height: speed at contact as colour, outcomes as hatch patterns and words.
 
     At each place of a small grid stands the speed to program, in brackets below it the speed at contact. The limit and
@@ -45,6 +48,8 @@ def safe_speed_figure(speed_map: SpeedMap, *, width: float = PAGE_WIDTH) -> Figu
     ----------
     speed_map : SpeedMap
         Safe speeds on a grid.
+    standard : float
+        The one speed that the standard's contact model allows everywhere [m/s], drawn on the scale; NaN for none.
     width : float
         Width of the figure [m].
     """
@@ -56,7 +61,7 @@ def safe_speed_figure(speed_map: SpeedMap, *, width: float = PAGE_WIDTH) -> Figu
     bar = canvas.colour_cells(axes, x, y, known, "Safe speed at contact [m/s]")
     if bar is not None:
         bar.ax.yaxis.set_major_formatter(lambda value, _: floor_speed(round(value, 6)))
-    legend = []
+    legend: list[Artist] = [] if bar is None or math.isnan(standard) else [_mark_standard(bar, standard)]
     for outcome, count in speed_map.counts.items():
         look = style.OUTCOMES[SpeedOutcome(outcome)]
         if count:
@@ -71,6 +76,15 @@ def safe_speed_figure(speed_map: SpeedMap, *, width: float = PAGE_WIDTH) -> Figu
     axes.set_title("\n".join(_words(speed_map, width)), fontsize=_TITLE)
     first = warnings([speeds.basis])
     return canvas.finish(figure, simulated=speeds.basis.simulated, also=legend, first=first)
+
+
+def _mark_standard(bar: Colorbar, standard: float) -> Artist:
+    """The standard's speed as a line across the scale, which is made to reach it; returns the legend's entry."""
+    low, high = bar.mappable.get_clim()
+    bar.mappable.set_clim(min(low or standard, standard), max(high or standard, standard))
+    bar.ax.axhline(standard, color=style.VERMILLION, linewidth=2.2)
+    words = f"{style.STANDARD.words}: {floor_speed(standard)} m/s everywhere"
+    return Line2D([], [], color=style.VERMILLION, linewidth=2.2, label=words)
 
 
 def _write_speeds(axes: Axes, speed_map: SpeedMap) -> None:
@@ -141,7 +155,7 @@ def path_speeds_figure(path_speeds: PathSpeeds, *, profile: TimeLaw | None = Non
     axes.margins(y=0.08)
     axes.set_ylim(bottom=0)
     room = _name_segments(axes, path.names, along, canvas.points(width))
-    said = {"also": patches, "first": warnings(path_speeds.bases), "room": room}
+    said: dict[str, Any] = {"also": patches, "first": warnings(path_speeds.bases), "room": room}
     return canvas.finish(figure, simulated=path_speeds.simulated, **said)
 
 
@@ -199,7 +213,13 @@ def _name_segments(axes: Axes, names: tuple[str, ...], along: FloatArray, wide: 
         x = about * float((middle - along[0]) / (along[-1] - along[0]))
         if x - last < _NAMES_APART:
             continue
-        last, shown = x, {"rotation": _TURNED, "rotation_mode": "anchor", "fontsize": _NAME, "annotation_clip": False}
+        last = x
+        shown: dict[str, Any] = {
+            "rotation": _TURNED,
+            "rotation_mode": "anchor",
+            "fontsize": _NAME,
+            "annotation_clip": False,
+        }
         axes.annotate(words, (middle, 1.0), (0, 3), ("data", "axes fraction"), "offset points", **shown)
         long, turned = across(words, _NAME), math.radians(_TURNED)
         right = max(right, x + long * math.cos(turned) + _NAME - about)
