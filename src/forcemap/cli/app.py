@@ -32,6 +32,7 @@ _COMMANDS = {
     "fit": "Fit a collision-force map.",
     "transfer": "Carry a map over to a changed robot.",
     "evaluate": "Say how far predicted forces are from measured ones.",
+    "select": "Show which terms the paper's selection keeps.",
     "compare": "Compare a map with the standard, or another map.",
     "limits": "Show force and pressure limits of body areas.",
     "speed": "Give the highest speed to program at a place.",
@@ -70,6 +71,7 @@ _EXPORT = _FITTED | {
 }
 _ROBOT = dict.fromkeys(("--base", "--tip"), "is part of the robot: --robot arm.urdf:base=LINK:tip=LINK")
 _MOVED = {
+    "fit": {"--select": "is a command: forcemap select TABLE"},
     "plan": _PLAN,
     "speed": _BOUND,
     "speed-map": _BOUND,

@@ -26,6 +26,7 @@ from forcemap.comparisons.force_models import maps_per_height
 from forcemap.comparisons.map_and_standard import as_impacts
 from forcemap.dynamics.mass_map import MassMap, planar_mass_map
 from forcemap.dynamics.planar_arm import INSPECTION_DISTANCES, INSPECTION_HEIGHTS, PlanarArm, papers_arms
+from forcemap.figures.names import label
 from forcemap.maps.bounds import Bound
 
 _DENSE = 38, 33
@@ -254,27 +255,41 @@ def _maps_2d(dataset: fm.ImpactDataset) -> list[fm.ForceMap]:
 
 def _evolution(sources: list[Source], choices: Choices, **size: Any) -> Figure:
     limit = None if choices.area is None else choices.limit()
-    impacts, conditions = zip(*(_impact_of(source.name) for source in sources), strict=True)
+    impacts, conditions, names = zip(*(_impact_of(source.name) for source in sources), strict=True)
     first, *beside = impacts
-    simulated = next((each for each in conditions if each.simulated), conditions[0])
-    return figures.force_evolution_figure(first.recording, first, limit, beside=beside, conditions=simulated, **size)
+    shown = {"conditions": next((each for each in conditions if each.simulated), conditions[0]), "names": names}
+    return figures.force_evolution_figure(first.recording, first, limit, beside=beside, **shown, **size)
 
 
-def _impact_of(name: str) -> tuple[fm.Impact, fm.Conditions]:
-    """The first impact of a recording with the conditions of its campaign; of a folder, that of the largest force."""
+def _impact_of(name: str) -> tuple[fm.Impact, fm.Conditions, str]:
+    """The first impact of a recording, its campaign's conditions, and what to call it.
+
+    Of a folder that of the largest force.
+    """
     if not Path(name).is_dir():
         folder = campaign_of(name, None)
         if folder is None:
-            return fm.find_impact(fm.read_recording(name)), fm.Conditions()
+            return fm.find_impact(fm.read_recording(name)), fm.Conditions(), Path(name).stem
         campaign = fm.read_campaign(folder)
         recording = fm.read_recording(name, columns=campaign.columns, device=campaign.conditions.device)
-        return fm.find_impact(recording), campaign.conditions
+        return fm.find_impact(recording), campaign.conditions, _called(campaign, Path(name).stem)
     dataset = fm.read_dataset(name)
     row = int(np.argmax(np.where(dataset.censored, 0.0, dataset.peak_force)))
     files = sorted(Path(name, "recordings").glob(f"{dataset.recording[row]}*")) if dataset.recording[row] else []
     if not files:
         raise fm.InputError("found no recording of its largest force; name the file of one", file=name)
     return _impact_of(str(files[0]))
+
+
+def _called(campaign: Campaign, recording: str) -> str:
+    """The robot with its setting, place and speed of a recording; without a plan's run its name."""
+    plan = campaign.plan
+    robot = label(campaign.conditions)
+    runs = np.flatnonzero(plan.recording == recording)
+    if not runs.size:
+        return f"{robot}, {recording}"
+    d, h, v = (float(axis[runs[0]]) for axis in (plan.distance, plan.height, plan.speed))
+    return f"{robot}, d {d:.2f} m, h {h:.2f} m, {v:.2f} m/s"
 
 
 def _speeds(sources: list[Source], choices: Choices, **size: Any) -> Figure:

@@ -19,7 +19,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch, Rectangle
 
 from forcemap.arrays import FloatArray, Mask
-from forcemap.figures.layout import POINTS_PER_INCH, Room, legend_below, place_panels, words_above
+from forcemap.figures.layout import POINTS_PER_INCH, Room, lay_out
 from forcemap.figures.style import COLUMN_WIDTH, PAGE_WIDTH, YELLOW, Look
 
 SIMULATED = "SIMULATED: not a measurement of any robot"
@@ -28,7 +28,6 @@ _LONGEST_NAME = 60  # characters of a name from a file
 _LONGEST_LINE = 400  # characters of a line above a figure
 _INCH = 0.0254  # [m]
 NO_ROOM = Room()
-_WORDS_ABOVE = 7.5  # size of the letters of the lines above a figure [pt]
 
 # matplotlib's settings belong to the whole process: one figure at a time, and they are put back.
 _SETTINGS = threading.RLock()
@@ -95,8 +94,7 @@ def finish(
     entries |= {str(artist.get_label()): artist for artist in also}
     lines = [*([SIMULATED] if simulated else []), *(plain(line, _LONGEST_LINE) for line in first)]
     box = {"facecolor": YELLOW, "edgecolor": "none", "boxstyle": "square,pad=0.15"}
-    above = words_above(figure, lines, _WORDS_ABOVE, box)
-    place_panels(figure, above, legend_below(figure, entries), room)
+    lay_out(figure, entries, lines, box, room)
     return figure
 
 

@@ -42,7 +42,8 @@ def in_grey(figure: Figure) -> Figure:
 
 
 def _make_grey(artist: Any, name: str) -> None:
-    colour = getattr(artist, f"get_{name}")()
+    # faces in space are sorted by their depth: their colours are those before that
+    colour = getattr(artist, f"_{name}3d") if hasattr(artist, f"_{name}3d") else getattr(artist, f"get_{name}")()
     if isinstance(colour, str) and colour.lower() in ("none", "auto", "face"):
         return
     greys = _greys(to_rgba_array(colour))

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
 from forcemap.arrays import FloatArray
 from forcemap.campaigns.dataset import ImpactDataset
@@ -94,7 +96,7 @@ def force_heights_figure(
         axes.set_xlabel(DISTANCE if number + columns >= count else "")
         axes.set_ylabel(FORCE if number % columns == 0 else "")
     all_axes[0].set_ylim(bottom=0)
-    return finish(figure, simulated=any(each.measured.simulated for each in shown))
+    return finish(figure, simulated=any(each.measured.simulated for each in shown), also=_roles(shown))
 
 
 def _cells(rows: int, columns: int, wide: bool) -> list[tuple[int, int]]:
@@ -113,22 +115,31 @@ def _speeds(shown: Mapped, speeds: Sequence[float] | None) -> list[float]:
 def _draw_heights(axes: Axes, shown: Mapped, speed: float) -> None:
     reach, measured = shown.force_map.measured_range, shown.measured
     heights = _heights(measured.levels(reach.points)[1])
+    looks = [_look(number, len(heights), height) for number, height in enumerate(heights)]
     distance = np.linspace(reach.lowest[0], reach.highest[0], _SAMPLES)
-    for number, height in enumerate(heights):
-        look = _look(number, len(heights), height)
+    for look, height in zip(looks, heights, strict=True):
         inside = reach.contains(distance, np.full(_SAMPLES, height), np.full(_SAMPLES, speed))
-        if not inside.any():
-            continue
-        look.plot(axes, distance, np.where(inside, shown.force_map.predict(distance, height, speed), np.nan), marker="")
-        for role, states in measured.by_look:
-            here = near(states.height, height, measured.tolerance.place)
-            at = states.select(here & near(states.speed, speed, measured.tolerance.speed))
+        if inside.any():
+            force = np.where(inside, shown.force_map.predict(distance, height, speed), np.nan)
+            look.plot(axes, distance, force, marker="")
+    for role, states in measured.by_look:
+        at_speed = near(states.speed, speed, measured.tolerance.speed)
+        for look, height in zip(looks, heights, strict=True):
+            at = states.select(at_speed & near(states.height, height, measured.tolerance.place))
             known = at.impacts > 0
             face = look.colour if role is style.TRAIN else "#ffffff"
             look.plot(axes, at.distance[known], at.force[known], "_", linestyle="none", markerfacecolor=face)
             if (above := at.censored > 0).any():
                 style.CENSORED.plot(axes, at.distance[above], at.at_least[above])
     axes.margins(y=0.1)
+
+
+def _roles(shown: Sequence[Mapped]) -> list[Line2D]:
+    """Legend's entries for the markers: filled training states, open test states."""
+    roles = dict.fromkeys(role for each in shown for role, _ in each.measured.by_look)
+    faces = {style.TRAIN: style.GREY, style.TEST: "#ffffff"}
+    look: dict[str, Any] = {"color": style.BLACK, "linestyle": "none", "marker": "o", "markersize": 3.6}
+    return [Line2D([], [], markerfacecolor=faces[role], label=role.words, **look) for role in roles]
 
 
 def _heights(levels: FloatArray) -> list[float]:

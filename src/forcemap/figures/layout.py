@@ -19,9 +19,21 @@ from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties
+from matplotlib.text import Text
 from matplotlib.textpath import text_to_path
 
+from forcemap.arrays import FloatArray
+
 POINTS_PER_INCH = 72
+
+WORDS_ABOVE = 7.5
+"""Size of the letters of the words above a figure."""
+
+_LOWEST = 85.0
+"""Least height of a panel: 3 cm. A choice."""
+
+_BESIDE_TITLE = 30.0
+"""What of a panel's share of the width its title may not take."""
 
 _LINE = 1.3
 """Height of a line of letters, as a multiple of their size."""
@@ -109,34 +121,57 @@ def _legend_wide(widths: Sequence[float], count: int) -> float:
     return float(sum(max(column) for column in _columns(widths, count)) + _BETWEEN * (count - 1))
 
 
-def words_above(figure: Figure, lines: Sequence[str], size: float, box: dict[str, Any]) -> float:
-    """Write lines above all panels, bold, broken at the figure's width; returns their height."""
-    if not lines:
-        return 0.0
-    wide = (_wide(figure) - 2 * _EDGE) / _PIXELS
-    said = [part for line in lines for part in broken(line, size, wide, "bold")]
-    tall, font = _tall(figure), FontProperties(size=size, weight="bold")
-    at = {"x": _EDGE / _wide(figure), "y": 1 - _EDGE / tall, "ha": "left", "va": "top"}
-    figure.suptitle("\n".join(said), fontproperties=font, bbox=box, **at)
-    return _LINE * size * len(said) + 2 * _EDGE
-
-
-def place_panels(figure: Figure, above: float, below: float, room: Room) -> None:
-    """Put the panels of a figure between what is above and below them, each with the room its words need.
+def lay_out(figure: Figure, entries: dict[str, Artist], lines: Sequence[str], box: dict[str, Any], room: Room) -> None:
+    """Put a legend below all panels, lines of words above them in a box, and the panels between.
 
     Panels of a column are equally wide, those of a row equally high. Axes that are no panel are colour bars; they stand
-    at the right of all panels.
+    at the right of all panels. A figure whose panels would be too low becomes higher.
     """
     panels = [axes for axes in figure.axes if axes.get_subplotspec() is not None]
     bars = [axes for axes in figure.axes if axes.get_subplotspec() is None]
-    wide, tall = _wide(figure), _tall(figure)
     spec = panels[0].get_subplotspec()
     assert spec is not None
     rows, columns = spec.get_gridspec().get_geometry()
-    inner = [wide / columns - 45.0, (tall - above - below) / rows - 40.0]  # as if: what ticks are chosen by
-    for axes in [*panels, *bars]:
-        _put(axes, figure, 0.0, 0.0, max(20.0, inner[0]), max(20.0, inner[1]))
+    wide, below = _wide(figure), legend_below(figure, entries)
+    said = [part for line in lines for part in broken(line, WORDS_ABOVE, (wide - 2 * _EDGE) / _PIXELS, "bold")]
+    above = _LINE * WORDS_ABOVE * len(said) + 2 * _EDGE if said else 0.0
+    for axes in panels:
+        _break_title(axes, wide / columns - _BESIDE_TITLE)
+    for axes in [*panels, *bars]:  # as if: what ticks are chosen by
+        about = (_tall(figure) - above - below) / rows - 40.0
+        _put(axes, figure, 0.0, 0.0, max(20.0, wide / columns - 45.0), max(_LOWEST, about))
+    margins = _margins(panels, rows, columns, room)
     bar_wide = max([_BAR + _BAR_APART + _beside(axes.yaxis) for axes in bars], default=0.0)
+    between = above + below + margins.top.sum() + margins.bottom.sum()
+    height = (_tall(figure) - between) / rows
+    if height < _LOWEST:
+        height = _LOWEST
+        figure.set_figheight((between + rows * height) / POINTS_PER_INCH)
+    width = max(10.0, (wide - margins.left.sum() - margins.right.sum() - bar_wide) / columns)
+    _place(figure, panels, margins, above, (width, height))
+    if bars:
+        panels[-1].apply_aspect()  # an equal aspect makes a panel smaller: the bar is as high as the panel
+        seen = panels[-1].get_position()
+        for axes in bars:
+            start, tall = seen.x1 * wide + room.right + _BAR_APART, _tall(figure)
+            _put(axes, figure, start, seen.y0 * tall, _BAR, seen.height * tall)
+    if said:
+        at = {"x": _EDGE / wide, "y": 1 - _EDGE / _tall(figure), "ha": "left", "va": "top"}
+        font = FontProperties(size=WORDS_ABOVE, weight="bold")
+        figure.suptitle("\n".join(said), fontproperties=font, bbox=box, **at)
+
+
+@dataclass(frozen=True, eq=False)
+class _Margins:
+    """Room beside the panels of each column, shape (columns,), and above and below those of each row, (rows,) [pt]."""
+
+    left: FloatArray
+    right: FloatArray
+    top: FloatArray
+    bottom: FloatArray
+
+
+def _margins(panels: Sequence[Axes], rows: int, columns: int, room: Room) -> _Margins:
     left, right, top, bottom = (np.zeros(count) for count in (columns, columns, rows, rows))
     for number, axes in enumerate(panels):
         row, column = divmod(number, columns)
@@ -146,20 +181,28 @@ def place_panels(figure: Figure, above: float, below: float, room: Room) -> None
         bottom[row] = max(bottom[row], _beneath(axes.xaxis))
     left[0] += _EDGE
     top[0] += _EDGE
-    width = max(10.0, (wide - left.sum() - right.sum() - bar_wide) / columns)
-    height = max(10.0, (tall - above - below - top.sum() - bottom.sum()) / rows)
+    return _Margins(left, right, top, bottom)
+
+
+def _place(figure: Figure, panels: Sequence[Axes], margins: _Margins, above: float, size: tuple[float, float]) -> None:
+    width, height = size
     for number, axes in enumerate(panels):
-        row, column = divmod(number, columns)
-        x = left[: column + 1].sum() + right[:column].sum() + column * width
-        y = tall - above - top[: row + 1].sum() - bottom[:row].sum() - (row + 1) * height
-        _put(axes, figure, x, y, width, height)
-    if bars:
-        box = panels[-1].get_position()
-        panels[-1].apply_aspect()  # an equal aspect makes a panel smaller: the bar is as high as the panel
-        seen = panels[-1].get_position() if panels[-1].name != "3d" else box
-        for axes in bars:
-            x = seen.x1 * wide + room.right + _BAR_APART
-            _put(axes, figure, x, seen.y0 * tall, _BAR, seen.height * tall)
+        row, column = divmod(number, margins.left.size)
+        x = margins.left[: column + 1].sum() + margins.right[:column].sum() + column * width
+        down = above + margins.top[: row + 1].sum() + margins.bottom[:row].sum() + (row + 1) * height
+        _put(axes, figure, float(x), _tall(figure) - float(down), width, height)
+
+
+def _break_title(axes: Axes, wide: float) -> None:
+    """Break the lines of a panel's title that are wider than its panel."""
+    text, size = axes.get_title("left"), float(_title_of(axes).get_fontsize())
+    if any(across(line, size) > wide for line in text.split("\n")):
+        axes.set_title("\n".join(part for line in text.split("\n") for part in broken(line, size, wide)), fontsize=size)
+
+
+def _title_of(axes: Axes) -> Text:
+    title: Text = axes._left_title  # type: ignore[attr-defined]
+    return title
 
 
 def _put(axes: Axes, figure: Figure, x: float, y: float, width: float, height: float) -> None:
@@ -225,5 +268,5 @@ def _half_last(axis: Axis) -> float:
 def _title(axes: Axes) -> float:
     """Room above a panel, for its title."""
     text = axes.get_title("left")
-    lines = (text.count("\n") + 1) * _LINE * float(axes._left_title.get_fontsize()) if text else 0.0  # type: ignore[attr-defined]
+    lines = (text.count("\n") + 1) * _LINE * float(_title_of(axes).get_fontsize()) if text else 0.0
     return lines + _BESIDE_TICKS + (1.0 if text else 0.0)
