@@ -171,14 +171,14 @@ class _Way:
     choices: frozenset[str] = frozenset()
 
 
-def draw(kind: Kind, sources: Sequence[str], choices: Choices, *, width: float) -> Figure:
+def draw(kind: Kind, sources: Sequence[Source], choices: Choices, *, width: float) -> Figure:
     """A figure of a kind.
 
     Parameters
     ----------
     kind : Kind
         What to draw.
-    sources : sequence of str
+    sources : sequence of Source
         Of what: maps, tables, folders, recordings.
     choices : Choices
         What for.
@@ -198,7 +198,7 @@ def draw(kind: Kind, sources: Sequence[str], choices: Choices, *, width: float) 
     if further := sorted(given - way.choices):
         knows = ", ".join(sorted(way.choices)).replace("_", " ") or "nothing more"
         raise fm.InputError(f"{further[0].replace('_', ' ')}: {kind} does not take it; it takes {knows}")
-    return way.draw([Source(name) for name in sources], choices, width=width)
+    return way.draw(list(sources), choices, width=width)
 
 
 def _grid(sources: list[Source], _: Choices, **size: Any) -> Figure:

@@ -27,7 +27,7 @@ class Width(StrEnum):
     SLIDE = "slide"
 
 
-_DRAWN = {Width.COLUMN: (0.08, 1.0), Width.PAGE: (0.16, 1.0), Width.SLIDE: (0.16, 1.5)}
+DRAWN = {Width.COLUMN: (0.08, 1.0), Width.PAGE: (0.16, 1.0), Width.SLIDE: (0.16, 1.5)}
 """Width that a figure is drawn at [m], and how many times as large its file is."""
 
 
@@ -69,7 +69,7 @@ def figure(
     Example: forcemap figure heights kuka-iiwa7-30nm -o heights.pdf
     """
     from forcemap import figures
-    from forcemap.cli.drawings import Choices, Kind, draw
+    from forcemap.cli.drawings import Choices, Kind, Source, draw
 
     if kind not in [*Kind]:
         raise UnknownName("figure", kind, [each.value for each in Kind])
@@ -85,8 +85,8 @@ def figure(
         path=path,
         task=task,
     )
-    wide, larger = _DRAWN[width]
-    drawn = draw(Kind(kind), source or [], choices, width=wide)
+    wide, larger = DRAWN[width]
+    drawn = draw(Kind(kind), [Source(name) for name in source or []], choices, width=wide)
     data = figures.figure_file(figures.in_grey(drawn) if grey else drawn, target, larger=larger)
     write_atomically(target, data)
     size = [round(1000 * larger * side * 0.0254) for side in drawn.get_size_inches().tolist()]

@@ -119,7 +119,8 @@ class PlanarArm:
         return standard_effective_mass(sum(self.masses))
 
 
-_SHOULDER = 0.18  # height of the arm's base, which the paper does not state: that of the UR10e [m]
+SHOULDER = 0.18
+"""Height of the arm's base, which the paper does not state: that of the UR10e [m]."""
 
 
 def papers_arms() -> dict[str, PlanarArm]:
@@ -129,7 +130,7 @@ def papers_arms() -> dict[str, PlanarArm]:
     """
     return {
         f"last link {link}, wrist {wrist}": PlanarArm(
-            link_mass=LinkMass.UNIFORM_ROD, last_link=link, wrist=wrist, base_height=_SHOULDER
+            link_mass=LinkMass.UNIFORM_ROD, last_link=link, wrist=wrist, base_height=SHOULDER
         )
         for link in (LINK_ALIGNED, LINK_HORIZONTAL, LINK_DOWN)
         for wrist in Wrist

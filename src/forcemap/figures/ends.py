@@ -38,7 +38,8 @@ def keep_apart(ends: Sequence[Annotation]) -> None:
         here = sorted((end for end in ends if end.axes is axes), key=lambda end: end.xy[1])
         pixel = POINTS_PER_INCH / axes.get_figure(root=True).dpi  # type: ignore[union-attr]
         wanted = [float(axes.transData.transform(end.xy)[1]) * pixel for end in here]
-        for end, place, height in zip(here, _apart(wanted), wanted, strict=True):
+        top = float(axes.bbox.y1) * pixel
+        for end, place, height in zip(here, _below(_apart(wanted), top), wanted, strict=True):
             end.set_position((end.get_position()[0], place - height))
 
 
@@ -51,6 +52,12 @@ def _apart(wanted: Sequence[float]) -> list[float]:
             last = groups.pop()
             groups[-1] += last
     return [_bottom(group) + _APART * i for group in groups for i in range(len(group))]
+
+
+def _below(places: Sequence[float], top: float) -> list[float]:
+    """Ascending heights, those above the top moved down, and those beneath these."""
+    count = len(places)
+    return [min(place, top - _APART * (count - 1 - i)) for i, place in enumerate(places)]
 
 
 def _bottom(group: Sequence[float]) -> float:

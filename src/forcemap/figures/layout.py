@@ -32,7 +32,7 @@ WORDS_ABOVE = 7.5
 _LOWEST = 85.0
 """Least height of a panel: 3 cm. A choice."""
 
-_BESIDE_TITLE = 30.0
+_BESIDE_TITLE = 54.0
 """What of a panel's share of the width its title may not take."""
 
 _LINE = 1.3
@@ -144,8 +144,12 @@ def lay_out(figure: Figure, entries: dict[str, Artist], lines: Sequence[str], bo
     bar_wide = max([_BAR + _BAR_APART + _beside(axes.yaxis) for axes in bars], default=0.0)
     between = above + below + margins.top.sum() + margins.bottom.sum()
     height = (_tall(figure) - between) / rows
-    if height < _LOWEST:
-        height = _LOWEST
+    # the label of a colour bar stands beside it
+    lowest = max(
+        [_LOWEST, *(across(bar.get_ylabel(), float(bar.yaxis.label.get_fontsize())) * _PIXELS for bar in bars)]
+    )
+    if height < lowest:
+        height = lowest
         figure.set_figheight((between + rows * height) / POINTS_PER_INCH)
     width = max(10.0, (wide - margins.left.sum() - margins.right.sum() - bar_wide) / columns)
     _place(figure, panels, margins, above, (width, height))

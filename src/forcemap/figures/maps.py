@@ -30,6 +30,7 @@ from forcemap.maps.force_map import ForceMap
 _AXES = (DISTANCE, HEIGHT, SPEED)
 WORDS = ("distance {:.2f} m", "height {:.2f} m", "speed {:.2f} m/s")
 _ALONG_SPEED = 2  # number of the axis
+_TOUCH = 0.3  # share of an axis in space that the words at a tick take
 _CELLS = 16  # of a slice of the workspace along each axis
 _LOOKS = {"CFM_2D": style.MAP_2D, "CFM_2D per height": style.MAP_2D_PER_HEIGHT, "contact model": style.STANDARD}
 
@@ -77,9 +78,10 @@ def force_profiles_figure(
             draw_profile(axes, measured, along, fixed)
         axes.set(xlabel=_AXES[along], title=f"{WORDS[constant].format(level)}\nlines: {WORDS[by].split()[0]}")
         axes.margins(y=0.12)
-        axes.set_ylim(bottom=0)
         if axes.get_subplotspec().is_first_col():  # type: ignore[union-attr]
             axes.set_ylabel(FORCE)
+    for axes in figure.axes[: 1 if wide else None]:  # after all of a shared axis is drawn: its top stays
+        axes.set_ylim(bottom=0)
     finish(figure, simulated=measured.simulated, room=AT_END)
     keep_apart(ends)
     return figure
@@ -130,11 +132,23 @@ def workspace_figure(force_map: ForceMap, dataset: ImpactDataset | None = None, 
                 axes.plot(above.distance, above.height, above.speed, zorder=2 * number + 1, **style.CENSORED.drawn)
     axes.set(xlabel=DISTANCE, ylabel=HEIGHT, zlabel=SPEED)
     for set_ticks, places in zip((axes.set_xticks, axes.set_yticks, axes.set_zticks), ticks, strict=True):
-        set_ticks(places, [f"{place:.2f}" for place in places])
+        shown = _clear(places)
+        set_ticks(shown, [f"{place:.2f}" for place in shown])
+    axes.yaxis.labelpad = 11  # its ticks stand aslant before it
     axes.view_init(elev=18, azim=-58)
     axes.set_box_aspect((1, 1, 1.25), zoom=0.95 if wide else 1.05)  # its labels need room
     colour_bar(axes, ScalarMappable(scale, QUANTITY), f"Predicted {FORCE[0].lower()}{FORCE[1:]}")
     return finish(figure, simulated=measured.simulated, room=Room(left=-26.0, right=26.0))
+
+
+def _clear(places: Sequence[float]) -> list[float]:
+    """Ascending places without those between the ends whose words would touch the next one's."""
+    reach = places[-1] - places[0]
+    return [
+        place
+        for place in places
+        if place in (places[0], places[-1]) or _TOUCH < (place - places[0]) / reach < 1 - _TOUCH
+    ]
 
 
 @settings()

@@ -19,7 +19,7 @@ from matplotlib.patches import Patch
 from forcemap.arrays import FloatArray
 from forcemap.errors import InputError
 from forcemap.figures import canvas, style
-from forcemap.figures.layout import Room, across, broken
+from forcemap.figures.layout import POINTS_PER_INCH, Room, across, broken
 from forcemap.figures.style import DISTANCE, HEIGHT, PAGE_WIDTH, QUANTITY, SPEED, Look
 from forcemap.paths.path_speeds import CycleTime, PathSpeeds
 from forcemap.paths.time_law import TimeLaw
@@ -29,6 +29,7 @@ from forcemap.words import limit_words, warnings
 
 _MOST_IN_WORDS = 150  # places of a grid whose speeds are still written into it
 _TITLE, _BESIDE_TITLE = 6.5, 60.0  # letters of the title, and what stands beside it [pt]
+_CELL = 16.0  # least height of a cell that two lines of words stand in [pt]
 _LONGEST_LINE = 400  # characters of a line of the title before it is broken
 _LONGEST_NAME = 24  # characters of a segment's name
 _SAMPLES = 13  # of a piece's motion
@@ -70,12 +71,13 @@ def safe_speed_figure(speed_map: SpeedMap, *, standard: float = math.nan, width:
             if look.face == "none":  # the colour beneath
                 entry.set_facecolor(matplotlib.colormaps[QUANTITY](0.6))
             legend.append(entry)
-    if wide and known.count() and speeds.outcome.size <= _MOST_IN_WORDS:
-        _write_speeds(axes, speed_map)
     axes.set(xlabel=DISTANCE, ylabel=HEIGHT, xlim=(x[0], x[-1]), ylim=(y[0], y[-1]))
     axes.set_title("\n".join(_words(speed_map, width)), fontsize=_TITLE)
-    first = warnings([speeds.basis])
-    return canvas.finish(figure, simulated=speeds.basis.simulated, also=legend, first=first)
+    canvas.finish(figure, simulated=speeds.basis.simulated, also=legend, first=warnings([speeds.basis]))
+    cell = axes.get_position().height * figure.get_figheight() * POINTS_PER_INCH / max(y.size - 1, 1)
+    if wide and known.count() and speeds.outcome.size <= _MOST_IN_WORDS and cell >= _CELL:
+        _write_speeds(axes, speed_map)
+    return figure
 
 
 def _mark_standard(bar: Colorbar, standard: float) -> Artist:
