@@ -18,16 +18,7 @@ from matplotlib.figure import Figure
 import forcemap as fm
 from forcemap import figures
 from forcemap.dynamics.mass_map import planar_mass_map
-from forcemap.dynamics.planar_arm import (
-    INSPECTION_DISTANCES,
-    INSPECTION_HEIGHTS,
-    LINK_ALIGNED,
-    LINK_DOWN,
-    LINK_HORIZONTAL,
-    LinkMass,
-    PlanarArm,
-    Wrist,
-)
+from forcemap.dynamics.planar_arm import INSPECTION_DISTANCES, INSPECTION_HEIGHTS, papers_arms
 from forcemap.files import write_atomically
 from forcemap.lab.example_campaigns import simulate_example
 
@@ -35,7 +26,6 @@ PICTURES = Path("docs/pictures")
 LARGEST = 150_000  # bytes of one picture
 
 AREA = "back_of_hand"
-SHOULDER = 0.18  # height of the planar arm's base, that of the UR10e [m]
 
 
 def campaign_figures(folder: Path, other: Path) -> Iterator[tuple[str, Figure]]:
@@ -83,13 +73,7 @@ def an_impact(folder: Path) -> fm.Impact:
 
 def published_figures() -> Iterator[tuple[str, Figure]]:
     """Figures that need no campaign: a published map's path speeds, the planar arm."""
-    arms = {
-        f"last link {link}, wrist {wrist}": PlanarArm(
-            link_mass=LinkMass.UNIFORM_ROD, last_link=link, wrist=wrist, base_height=SHOULDER
-        )
-        for link in (LINK_ALIGNED, LINK_HORIZONTAL, LINK_DOWN)
-        for wrist in Wrist
-    }
+    arms = papers_arms()
     nine = (INSPECTION_DISTANCES, INSPECTION_HEIGHTS)
     first = next(iter(arms.values()))
     variants = {name: planar_mass_map(arm, *nine) for name, arm in arms.items()}

@@ -315,7 +315,8 @@ def test_the_evolution_is_of_the_recording_and_named_by_robot_place_and_speed(si
 
 
 def test_the_planar_arm_has_its_command(ask):
-    code, found = ask("planar-arm", "--last-link", "down", "--wrist", "locked")
+    reading = ["--link-mass", "uniform_rod", "--last-link", "down", "--wrist", "locked"]
+    code, found = ask("planar-arm", *reading, "--base-height-m", "0.18")
     assert code == 0
     assert found["standard_effective_mass_kg"] == 10.5
     assert len(found["places"]) == 9
@@ -326,7 +327,11 @@ def test_the_planar_arm_has_its_command(ask):
     for place in found["places"]:
         value = planar_effective_mass_at(arm, place["distance_m"], place["height_m"]).value
         assert place["effective_mass_kg"] == pytest.approx(float(value))
-    assert ask("planar-arm", "--last-link", "sideways")[0] == 2
+    code, found = ask("planar-arm", *reading)
+    assert code == 2
+    assert "--base-height-m" in found["error"]["message"]
+    reading[3] = "sideways"
+    assert "sideways" in ask("planar-arm", *reading, "--base-height-m", "0.18")[1]["error"]["message"]
 
 
 @pytest.fixture(scope="module")

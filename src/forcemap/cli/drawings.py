@@ -342,7 +342,8 @@ def _planar_postures(_: list[Source], __: Choices, **size: Any) -> Figure:
 
 
 def _planar_mass(_: list[Source], __: Choices, **size: Any) -> Figure:
-    return figures.planar_mass_figure(_dense(next(iter(papers_arms().values()))), **size)
+    name, arm = next(iter(papers_arms().items()))
+    return figures.planar_mass_figure(_dense(arm), title=name, **size)
 
 
 def _dense(arm: PlanarArm) -> MassMap:

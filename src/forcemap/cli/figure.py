@@ -37,7 +37,7 @@ def figure(
         Argument(
             metavar="KIND",
             help="grid, repeatability, profiles, heights, workspace, residuals, comparison, evolution, speeds, "
-            "to-measure, path, planar-postures or planar-mass (docs/figures.md).",
+            "to-measure, path, planar-postures or planar-mass (docs/drawing.md).",
         ),
     ],
     source: Annotated[

@@ -19,7 +19,6 @@ from forcemap.dynamics.planar_arm import (
     LINK_ALIGNED,
     LINK_DOWN,
     LINK_HORIZONTAL,
-    SHOULDER,
     LastLink,
     LinkMass,
     PlanarArm,
@@ -31,25 +30,30 @@ _LINKS = {"aligned": LINK_ALIGNED, "horizontal": LINK_HORIZONTAL, "down": LINK_D
 
 def planar_arm(
     link_mass: Annotated[
-        LinkMass, Option("--link-mass", help="Where the mass of a link is; the paper does not say.")
-    ] = LinkMass.UNIFORM_ROD,
+        LinkMass | None, Option("--link-mass", help="Where the mass of a link is; the paper does not say.")
+    ] = None,
     last_link: Annotated[
-        str, Option("--last-link", help="aligned with the link before, horizontal, down, or its angle [deg].")
-    ] = "aligned",
-    wrist: Annotated[Wrist, Option("--wrist", help="Whether the last joint gives way in an impact.")] = Wrist.FREE,
+        str | None, Option("--last-link", help="aligned with the link before, horizontal, down, or its angle [deg].")
+    ] = None,
+    wrist: Annotated[Wrist | None, Option("--wrist", help="Whether the last joint gives way in an impact.")] = None,
     base_height: Annotated[
-        float, Option("--base-height-m", help="Height of the shoulder; default that of the UR10e.")
-    ] = SHOULDER,
+        float | None, Option("--base-height-m", help="Height of the shoulder; that of the UR10e is 0.18.")
+    ] = None,
     distances: Annotated[str | None, Option("--distances-m", help="Ascending; default: the paper's three.")] = None,
     heights: Annotated[str | None, Option("--heights-m", help="Ascending; default: the paper's three.")] = None,
     as_json: Json = False,
 ) -> None:
     """Show the effective mass of the paper's planar arm (section II-C) downwards, over places.
 
-    What the paper leaves open are the options; forcemap figure planar-postures draws all readings beside each other.
+    What the paper does not state has no default; forcemap figure planar-postures draws six readings beside each other.
 
-    Example: forcemap planar-arm --last-link down --wrist locked
+    Example: forcemap planar-arm --link-mass uniform_rod --last-link down --wrist locked --base-height-m 0.18
     """
+    if link_mass is None or last_link is None or wrist is None or base_height is None:
+        raise fm.InputError(
+            "planar arm: expected --link-mass, --last-link, --wrist and --base-height-m; the paper states none of "
+            "them, and each changes the result (docs/effective_mass.md)"
+        )
     angle = number(last_link)
     if angle is None and last_link not in _LINKS:
         raise fm.InputError(f"last link: found {last_link!r}, expected {', '.join(_LINKS)}, or an angle in degrees")

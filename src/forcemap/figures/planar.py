@@ -69,13 +69,15 @@ def planar_inspection_figure(
 
 
 @canvas.settings()
-def planar_mass_figure(mass_map: MassMap, *, width: float = PAGE_WIDTH) -> Figure:
+def planar_mass_figure(mass_map: MassMap, *, title: str = "", width: float = PAGE_WIDTH) -> Figure:
     """Effective mass over distance and height, dense (paper, section II-C); also of a robot.
 
     Parameters
     ----------
     mass_map : MassMap
         The masses.
+    title : str
+        Whose they are, written above.
     width : float
         Width of the figure [m].
     """
@@ -93,7 +95,7 @@ def planar_mass_figure(mass_map: MassMap, *, width: float = PAGE_WIDTH) -> Figur
     legend = [
         canvas.hatch_cells(axes, x, y, here, style.MASSES[outcome]) for outcome, here in chosen.items() if here.any()
     ]
-    axes.set(xlabel=DISTANCE, ylabel=HEIGHT)
+    axes.set(xlabel=DISTANCE, ylabel=HEIGHT, title=canvas.plain(title))
     axes.set_aspect("equal")
     return canvas.finish(figure, simulated=False, also=legend)
 
