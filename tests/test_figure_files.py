@@ -110,19 +110,17 @@ def check_layout(figure):
 
 
 def test_nothing_is_cut_lies_outside_or_over_another_on_random_campaigns(full_size, tmp_path):
-    for seed in range(20 if full_size else 3):
+    """With `full_size` both widths and twenty campaigns; grey changes colours alone."""
+    for seed in range(20 if full_size else 2):
         source = Source(str(random_campaign(seed, tmp_path / f"campaign-{seed}")))
-        for (kind, chosen), width in itertools.product(KINDS.items(), WIDTHS):
-            if not full_size and width == WIDTHS[seed % 2]:
-                continue
+        for (kind, chosen), width in itertools.product(KINDS.items(), WIDTHS if full_size else WIDTHS[seed : seed + 1]):
             try:
                 figure = draw(kind, [source], Choices(**chosen), width=width)
-            except (fm.BoundNotAvailable, fm.FitError):
-                assert kind not in (Kind.GRID, Kind.REPEATABILITY)
+            except (fm.BoundNotAvailable, fm.FitError, fm.InputError):  # too few states, or a limit above the range
+                assert kind in (Kind.SPEEDS, Kind.TO_MEASURE, Kind.PROFILES)
                 continue
             try:
-                check_layout(figure)
-                check_layout(figures.in_grey(figure))
+                check_layout(figures.in_grey(figure) if seed % 2 else figure)
             except AssertionError as error:
                 raise AssertionError(f"campaign {seed}, {kind}, {width} m: {error}") from None
 
@@ -168,7 +166,7 @@ def test_comparison_of_published_maps_is_the_papers_figure():
         np.testing.assert_allclose(force, fm.published_map(name).predict(x, 0.14, 0.3))
         np.testing.assert_allclose(line(figure.axes[i], "standard's contact model")[1], standard, atol=0.05)
         x, force = line(figure.axes[i + 3], "3D map")
-        np.testing.assert_allclose(force, fm.published_map(name).predict(x, (0.70, 0.71, 0.71)[i], 0.3), rtol=0.01)
+        np.testing.assert_allclose(force, fm.published_map(name).predict((0.70, 0.71, 0.71)[i], x, 0.3), rtol=0.01)
         x, force = line(figure.axes[i], "2D map")
         two = np.log(force)
         assert np.abs(two - np.polynomial.Polynomial.fit(x, two, 2)(x)).max() < 1e-9
@@ -221,12 +219,13 @@ def test_labels_are_those_a_reader_knows(robot, settings, words):
     assert labels([(conditions, "a"), (conditions, "b")])[1].endswith("b")
 
 
-@pytest.mark.parametrize(("width", "wide"), [("column", 80), ("page", 160), ("slide", 240)])
-@pytest.mark.parametrize("grey", [(), ("--grey",)])
+@pytest.mark.parametrize(
+    ("width", "wide", "grey"), [("column", 80, ()), ("page", 160, ("--grey",)), ("slide", 240, ())]
+)
 def test_files_are_what_their_names_say(ask, tmp_path, width, wide, grey):
     made = {}
     for ending in ("png", "svg", "pdf"):
-        for again in (1, 2):
+        for again in (1, 2) if width == "column" else (1,):
             file = tmp_path / f"{again}.{ending}"
             code, found = ask("figure", "heights", "ur10e", "-o", file, "--width", width, *grey)
             assert code == 0
