@@ -133,7 +133,6 @@ def test_figures_of_published_maps_and_the_planar_arm_are_laid_out(width):
         Kind.COMPARISON: draw(Kind.COMPARISON, every, Choices(**HAND, height=0.14), width=width),
         Kind.PLANAR_POSTURES: draw(Kind.PLANAR_POSTURES, [], Choices(), width=width),
         Kind.PLANAR_MASS: draw(Kind.PLANAR_MASS, [], Choices(), width=width),
-        Kind.GRID: draw(Kind.GRID, every[:1], Choices(), width=width),
     }
     for kind, figure in drawn.items():
         if kind is not Kind.PLANAR_MASS:  # its contours break where their own figures stand
@@ -167,7 +166,7 @@ def test_comparison_of_published_maps_is_the_papers_figure():
         np.testing.assert_allclose(line(figure.axes[i], "standard's contact model")[1], standard, atol=0.05)
         x, force = line(figure.axes[i + 3], "3D map")
         np.testing.assert_allclose(force, fm.published_map(name).predict((0.70, 0.71, 0.71)[i], x, 0.3), rtol=0.01)
-        x, force = line(figure.axes[i], "2D map")
+        x, force = line(figure.axes[i], "2D map, fitted to the 3D map")
         two = np.log(force)
         assert np.abs(two - np.polynomial.Polynomial.fit(x, two, 2)(x)).max() < 1e-9
 
@@ -280,6 +279,8 @@ REFUSED = {
         "contact with face is not permitted",
     ),
     "no impacts": (["residuals", "ur10e", "-o", "a.png"], "residuals shows impacts"),
+    "no states": (["grid", "ur10e", "-o", "a.png"], "grid shows impacts"),
+    "no impact": (["evolution", "flat.csv", "-o", "a.png"], "found no impact"),
     "no such source": (["heights", "none.csv", "-o", "a.png"], "no such file"),
     "no path": (["path", "ur10e", "-o", "a.png"], "expected --path"),
     "another file": (["heights", "ur10e", "-o", "mine.png"], "this is another file"),
@@ -290,11 +291,12 @@ REFUSED = {
 def test_what_cannot_be_drawn_says_so(forcemap, tmp_path, monkeypatch, words, said):
     monkeypatch.chdir(tmp_path)
     Path("mine.png").write_text("kept")
+    Path("flat.csv").write_text("time_ms,force_N\n" + "".join(f"{i},0.1\n" for i in range(500)))
     code, out, err = forcemap("figure", *words)
     assert (code, out) == (2, "")
     assert said in err
     assert err.count("\n") == 1
-    assert {path.name for path in tmp_path.iterdir()} == {"mine.png"}
+    assert {path.name for path in tmp_path.iterdir()} == {"mine.png", "flat.csv"}
     assert Path("mine.png").read_text() == "kept"
 
 

@@ -18,7 +18,8 @@ from forcemap.assessment.assess_campaign import PLACES_APART
 from forcemap.assessment.missing import Missing, attempt, present
 from forcemap.assessment.place_speeds import PlaceSpeeds, place_speeds
 from forcemap.campaigns.campaign import Campaign
-from forcemap.cli.column_options import campaign_of
+from forcemap.campaigns.recorded_impacts import recorded_impacts
+from forcemap.cli.column_options import campaign_of, described
 from forcemap.cli.options import bound_from, fitted, force_map_from, require_one_map, stated
 from forcemap.cli.task_options import path_from, task_from
 from forcemap.comparisons.contact_model import ContactModel, contact_model
@@ -202,7 +203,7 @@ def draw(kind: Kind, sources: Sequence[Source], choices: Choices, *, width: floa
 
 
 def _grid(sources: list[Source], _: Choices, **size: Any) -> Figure:
-    return figures.measurement_grid_figure(_states_of(sources[0]), **size)
+    return figures.measurement_grid_figure(sources[0].impacts(Kind.GRID), **size)
 
 
 def _states_of(source: Source) -> fm.ImpactDataset:
@@ -256,29 +257,35 @@ def _maps_2d(dataset: fm.ImpactDataset) -> list[fm.ForceMap]:
 def _evolution(sources: list[Source], choices: Choices, **size: Any) -> Figure:
     limit = None if choices.area is None else choices.limit()
     impacts, conditions, names = zip(*(_impact_of(source.name) for source in sources), strict=True)
-    first, *beside = impacts
+    (first, *beside) = impacts
     shown = {"conditions": next((each for each in conditions if each.simulated), conditions[0]), "names": names}
     return figures.force_evolution_figure(first.recording, first, limit, beside=beside, **shown, **size)
 
 
 def _impact_of(name: str) -> tuple[fm.Impact, fm.Conditions, str]:
-    """The first impact of a recording, its campaign's conditions, and what to call it.
+    """The first impact in a file of recordings, its conditions, and what to call it.
 
     Of a folder that of the largest force.
     """
-    if not Path(name).is_dir():
-        folder = campaign_of(name, None)
-        if folder is None:
-            return fm.find_impact(fm.read_recording(name)), fm.Conditions(), Path(name).stem
-        campaign = fm.read_campaign(folder)
-        recording = fm.read_recording(name, columns=campaign.columns, device=campaign.conditions.device)
-        return fm.find_impact(recording), campaign.conditions, _called(campaign, Path(name).stem)
-    dataset = fm.read_dataset(name)
-    row = int(np.argmax(np.where(dataset.censored, 0.0, dataset.peak_force)))
-    files = sorted(Path(name, "recordings").glob(f"{dataset.recording[row]}*")) if dataset.recording[row] else []
+    file = _hardest(name) if Path(name).is_dir() else name
+    conditions, columns = described(file, None, None, None, None, None)
+    recorded = recorded_impacts(file, conditions, columns)
+    impact = next((impact for each in recorded for impact in each.impacts), None)
+    if impact is None:
+        raise fm.InputError("found no impact, expected one to draw; forcemap inspect says why", file=file)
+    folder = campaign_of(file, None)
+    called = _called(fm.read_campaign(folder), Path(file).stem) if folder else Path(impact.recording.name).name
+    return impact, conditions, called
+
+
+def _hardest(folder: str) -> str:
+    """The recording of a campaign's largest force."""
+    dataset = fm.read_dataset(folder)
+    recording = dataset.recording[int(np.argmax(np.where(dataset.censored, 0.0, dataset.peak_force)))]
+    files = sorted(Path(folder, "recordings").rglob(f"{recording}*")) if recording else []
     if not files:
-        raise fm.InputError("found no recording of its largest force; name the file of one", file=name)
-    return _impact_of(str(files[0]))
+        raise fm.InputError("found no recording of its largest force; name the file of one", file=folder)
+    return str(files[0])
 
 
 def _called(campaign: Campaign, recording: str) -> str:

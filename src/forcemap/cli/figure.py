@@ -66,6 +66,8 @@ def figure(
 ) -> None:
     """Draw one figure of a campaign, a table or a map into a file.
 
+    docs/drawing.md shows every kind, what it is drawn of and what it takes.
+
     Example: forcemap figure heights kuka-iiwa7-30nm -o heights.pdf
     """
     from forcemap import figures

@@ -18,6 +18,7 @@ from forcemap.cli.output import Progress, emit
 from forcemap.cli.publication_tables import tables_of
 from forcemap.files import new_folder, read_bytes, sha256, write_atomically
 from forcemap.maps.map_file import map_text
+from forcemap.words import sentence
 
 _PAPER = "3D Collision-Force-Map for Safe Human-Robot Collaboration"
 _PAPERS_AUTHORS = (("Svarny", "Petr"), ("Rozlivek", "Jakub"), ("Rustler", "Lukas"), ("Hoffmann", "Matej"))
@@ -64,7 +65,8 @@ def publication(
             except fm.ForcemapError as error:
                 left_out[f"figures/{name}"] = error.message
     parts["CITATION.cff"] = _citation(dataset.conditions, dataset.simulated, author or []).encode()
-    parts["README.md"] = _readme(dataset, parts, left_out).encode()
+    first = sentence(dataset.binding.reason)
+    parts["README.md"] = _readme(dataset, first, left_out).encode()
     parts[_SUMS] = "".join(f"{sha256(data)}  {name}\n" for name, data in sorted(parts.items())).encode()
     for name, data in parts.items():
         (target / name).parent.mkdir(parents=True, exist_ok=True)
@@ -72,6 +74,7 @@ def publication(
     count = {kind: sum(name.startswith(f"{kind}/") for name in parts) for kind in ("data", "tables", "figures")}
     said = {"folder": output, "files": sorted(parts), "left_out": left_out, "simulated": dataset.simulated}
     lines = [
+        *([first] if first else []),
         f"{target}: {count['data']} files of data, map.json, {count['tables']} tables, {count['figures']} figures, "
         f"CITATION.cff, README.md; checksums in {_SUMS} (sha256sum -c {_SUMS})",
         *(f"left out: {name}: {why}" for name, why in left_out.items()),
@@ -127,11 +130,12 @@ def _citation(conditions: fm.Conditions, simulated: bool, authors: list[str]) ->
     return "\n".join(lines) + "\n"
 
 
-def _readme(dataset: fm.ImpactDataset, parts: dict[str, bytes], left_out: dict[str, str]) -> str:
-    """What is in the folder, and how each part is made again."""
+def _readme(dataset: fm.ImpactDataset, first: str, left_out: dict[str, str]) -> str:
+    """What is in the folder, and how each part is made again; `first` is what speaks against the table."""
     conditions = dataset.conditions
     lines = [f"# Collision forces: {conditions.robot or 'robot not stated'}", ""]
     lines += ["**SIMULATED: not a measurement of any robot.**", ""] if dataset.simulated else []
+    lines += [f"**{first}**", ""] if first else []
     lines += [
         "Estimated from measurements; nothing here certifies a robot or a cell.",
         "",

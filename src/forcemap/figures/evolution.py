@@ -58,7 +58,8 @@ def force_evolution_figure(
         Width of the figure [m].
     """
     wide = is_wide(width)
-    simulated = conditions is not None and conditions.simulated
+    recorded = recording, *(other.recording for other in beside)
+    simulated = any(each.simulated for each in recorded) or (conditions is not None and conditions.simulated)
     onset = 0.0 if impact is None else impact.onset
     time = recording.time - onset
     if impact is None:
@@ -74,7 +75,7 @@ def force_evolution_figure(
     whole, phase1 = panels(figure, 2, 2 if wide else 1, share_y=wide)
     end = min(float(time[-1]), _AFTER)
     length, (first, last) = impact.phase1_end - impact.onset, _AROUND_PHASE_1
-    called = [plain(name) for name in names or _files([recording, *(other.recording for other in beside)])]
+    called = [plain(name) for name in names or _files(recorded)]
     words = style.CONTACT_FORCE.words + (f", {called[0]}" if names or (beside and called[0]) else "")
     for axes, low, high in ((whole, -_BEFORE, end), (phase1, first * length, last * length)):
         curves = [

@@ -94,6 +94,10 @@ def _draw(
     x, _ = draw_map(axes, shown.force_map, bound, along, fixed)
     place = shown.measured.tolerance.place
     draw_2d(axes, maps_2d, along, {0: cut[0], 1: cut[1]}, cut[2], place, x)
+    if shown.dataset is None:
+        for line in axes.get_lines():
+            if line.get_label() in (style.MAP_2D.words, style.MAP_2D_PER_HEIGHT.words):
+                line.set_label(f"{line.get_label()}, fitted to the 3D map")
     style.STANDARD.plot(axes, [x[0], x[-1]], [standard, standard])
     draw_profile(axes, shown.measured, along, fixed)
     axes.margins(y=0.1)
