@@ -256,6 +256,16 @@ def grey_space():
     return [draw(Kind.WORKSPACE, [source], Choices(), width=0.08) for _ in range(2)]
 
 
+def test_nothing_keeps_a_colour_in_grey(examples, example_folders):
+    """SIMULATED in its box, hatches, markers, scales, surfaces in space."""
+    source = Source(str(example_folders["ur10e"]))
+    for kind in (Kind.SPEEDS, Kind.WORKSPACE, Kind.COMPARISON, Kind.TO_MEASURE):
+        picture = Image.open(
+            io.BytesIO(figures.png(figures.in_grey(draw(kind, [source], Choices(**KINDS[kind]), width=0.08)), 60))
+        )
+        assert np.ptp(np.asarray(picture.convert("RGB")).astype(int), axis=2).max() == 0, kind
+
+
 def test_grey_keeps_the_order_of_what_it_shows(grey_space):
     """Brighter in colour is brighter in grey, pixel by pixel, on surfaces in space as well."""
     colour, grey = grey_space

@@ -34,10 +34,10 @@ def in_grey(figure: Figure) -> Figure:
         if isinstance(artist, ScalarMappable) and artist.get_array() is not None:
             artist.set_cmap(_grey_map(artist.get_cmap()))
             continue
-        for kind, names in _COLOURS.items():
-            if isinstance(artist, kind):
-                for name in names:
-                    _make_grey(artist, name)
+        box = artist.get_bbox_patch() if isinstance(artist, Text) else None
+        for part in (artist, *([box] if box is not None else [])):
+            for name in next((names for kind, names in _COLOURS.items() if isinstance(part, kind)), ()):
+                _make_grey(part, name)
     return figure
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any
 
@@ -31,9 +31,6 @@ WORDS_ABOVE = 7.5
 
 _LOWEST = 85.0
 """Least height of a panel: 3 cm. A choice."""
-
-_BESIDE_TITLE = 54.0
-"""What of a panel's share of the width its title may not take."""
 
 _LINE = 1.3
 """Height of a line of letters, as a multiple of their size."""
@@ -135,14 +132,16 @@ def lay_out(figure: Figure, entries: dict[str, Artist], lines: Sequence[str], bo
     wide, below = _wide(figure), legend_below(figure, entries)
     said = [part for line in lines for part in broken(line, WORDS_ABOVE, (wide - 2 * _EDGE) / _PIXELS, "bold")]
     above = _LINE * WORDS_ABOVE * len(said) + 2 * _EDGE if said else 0.0
-    for axes in panels:
-        _break_title(axes, wide / columns - _BESIDE_TITLE)
     for axes in [*panels, *bars]:  # as if: what ticks are chosen by
         about = (_tall(figure) - above - below) / rows - 40.0
         _put(axes, figure, 0.0, 0.0, max(20.0, wide / columns - 45.0), max(_LOWEST, about))
     margins = _margins(panels, rows, columns, room)
     bar_wide = max([_BAR + _BAR_APART + _beside(axes.yaxis) for axes in bars], default=0.0)
-    between = above + below + margins.top.sum() + margins.bottom.sum()
+    width = max(10.0, (wide - margins.left.sum() - margins.right.sum() - bar_wide) / columns)
+    for number, axes in enumerate(panels):
+        _break_title(axes, width + max(0.0, margins.right[number % columns] - _EDGE))
+    top = _tops(panels, rows, columns, room)
+    between = above + below + top.sum() + margins.bottom.sum()
     height = (_tall(figure) - between) / rows
     # the label of a colour bar stands beside it
     lowest = max(
@@ -151,8 +150,7 @@ def lay_out(figure: Figure, entries: dict[str, Artist], lines: Sequence[str], bo
     if height < lowest:
         height = lowest
         figure.set_figheight((between + rows * height) / POINTS_PER_INCH)
-    width = max(10.0, (wide - margins.left.sum() - margins.right.sum() - bar_wide) / columns)
-    _place(figure, panels, margins, above, (width, height))
+    _place(figure, panels, replace(margins, top=top), above, (width, height))
     if bars:
         panels[-1].apply_aspect()  # an equal aspect makes a panel smaller: the bar is as high as the panel
         seen = panels[-1].get_position()
@@ -176,16 +174,23 @@ class _Margins:
 
 
 def _margins(panels: Sequence[Axes], rows: int, columns: int, room: Room) -> _Margins:
-    left, right, top, bottom = (np.zeros(count) for count in (columns, columns, rows, rows))
+    left, right, bottom = (np.zeros(count) for count in (columns, columns, rows))
     for number, axes in enumerate(panels):
         row, column = divmod(number, columns)
         left[column] = max(left[column], _beside(axes.yaxis) + room.left)
         right[column] = max(right[column], _EDGE + _half_last(axes.xaxis), room.right)
-        top[row] = max(top[row], _title(axes) + room.above)
         bottom[row] = max(bottom[row], _beneath(axes.xaxis))
     left[0] += _EDGE
+    return _Margins(left, right, _tops(panels, rows, columns, room), bottom)
+
+
+def _tops(panels: Sequence[Axes], rows: int, columns: int, room: Room) -> FloatArray:
+    """Room above the panels of each row, shape (rows,)."""
+    top = np.zeros(rows)
+    for number, axes in enumerate(panels):
+        top[number // columns] = max(top[number // columns], _title(axes) + room.above)
     top[0] += _EDGE
-    return _Margins(left, right, top, bottom)
+    return top
 
 
 def _place(figure: Figure, panels: Sequence[Axes], margins: _Margins, above: float, size: tuple[float, float]) -> None:

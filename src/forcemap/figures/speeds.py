@@ -84,9 +84,10 @@ def _mark_standard(bar: Colorbar, standard: float) -> Artist:
     """The standard's speed as a line across the scale, which is made to reach it; returns the legend's entry."""
     low, high = bar.mappable.get_clim()
     bar.mappable.set_clim(min(low or standard, standard), max(high or standard, standard))
-    bar.ax.axhline(standard, color=style.VERMILLION, linewidth=2.2)
+    bar.ax.axhline(standard, color="#ffffff", linewidth=4.0)  # seen on any colour of the scale
+    bar.ax.axhline(standard, color=style.BLACK, linewidth=1.6)
     words = f"{style.STANDARD.words}: {floor_speed(standard)} m/s everywhere"
-    return Line2D([], [], color=style.VERMILLION, linewidth=2.2, label=words)
+    return Line2D([], [], color=style.BLACK, linewidth=1.6, label=words)
 
 
 def _write_speeds(axes: Axes, speed_map: SpeedMap) -> None:
