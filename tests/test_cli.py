@@ -688,8 +688,6 @@ def test_maps_that_are_compared_are_told_apart(ask, forcemap, example_folders, t
 @pytest.mark.parametrize(
     ("arguments", "parts"),
     [
-        (("{map}",), ["expected a second one (compare {map} OTHER)", "evaluate IMPACTS --against {map}"]),
-        (("ur10e",), ["expected a second one (compare ur10e OTHER)", "evaluate IMPACTS --map ur10e"]),
         (("{map}", "{few}"), ["{few}: found 6 measured states", "evaluate {few} --against {map}"]),
         (("{few}", "{map}"), ["{few}: found 6 measured states", "evaluate {few} --against {map}"]),
         (("ur10e", "{few}"), ["{few}: found 6 measured states", "evaluate {few} --map ur10e"]),
@@ -705,6 +703,20 @@ def test_what_compare_cannot_compare_names_the_command_that_can(
     assert (code, out, err.count("\n")) == (2, "", 1)
     for part in parts:
         assert part.format(**names) in err
+
+
+@pytest.mark.parametrize(("source", "next_"), [("{map}", "--against {map}"), ("ur10e", "--map ur10e")])
+def test_compare_of_one_map_names_the_commands_for_another_and_for_impacts(
+    forcemap, example_folders, tmp_path, source, next_
+):
+    file = tmp_path / "map.json"
+    fm.write_map(fm.fit_force_map(fm.read_dataset(example_folders["ur10e"])), file)
+    code, out, _ = forcemap("compare", source.format(map=file), "--area", "back_of_hand")
+    assert code == 0
+    assert "Force models on forces of the map" in out
+    last = unwrapped(out).splitlines()[-1]
+    assert f"compare {source.format(map=file)} OTHER" in last
+    assert f"evaluate IMPACTS {next_.format(map=file)}" in last
 
 
 def test_the_answer_to_against_counts_and_groups_what_is_left_out(forcemap, examples, tmp_path):

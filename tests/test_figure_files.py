@@ -412,3 +412,30 @@ def test_a_publication_takes_a_new_folder_and_says_what_it_leaves_out(forcemap, 
     code, _, err = forcemap("publication", "ur10e", "-o", tmp_path / "new")
     assert code == 2
     assert not (tmp_path / "new").exists()
+
+
+def test_a_path_is_drawn_from_its_file(ask, tmp_path):
+    file = tmp_path / "path.csv"
+    file.write_text("x_m,y_m,z_m,segment\n0.8,0,0.44,down\n0.8,0,0.2,down\n0.8,0,0.44,up\n")
+    words = ["figure", "path", "ur10e", "--path", file, "--area", "back_of_hand", "--contact", "transient"]
+    code, found = ask(*words, "-o", tmp_path / "path.pdf")
+    assert code == 0, found
+    (page,) = pypdf.PdfReader(tmp_path / "path.pdf").pages
+    assert "Length along the path [m]" in page.extract_text()
+
+
+DOCS = Path(__file__).parents[1] / "docs"
+
+
+def test_every_kind_is_documented_and_the_papers_page_has_commands_that_are():
+    table = re.findall(r"^\| (`[^|]*) \|", (DOCS / "drawing.md").read_text(), re.M)
+    assert {name for cell in table for name in re.findall(r"`([\w-]+)`", cell)} == {*Kind}
+    page = (DOCS / "paper.md").read_text()
+    commands = [words.split() for words in re.findall(r"^    forcemap (.*)$", page, re.M)]
+    assert len(commands) >= 15
+    for words in commands:
+        if words[0] == "figure":
+            assert words[1] in {*Kind}
+            assert (DOCS / "pictures" / words[words.index("-o") + 1]).exists()
+    for number in (*range(3, 9), *("I", "II", "III")):
+        assert re.search(rf"^## (Figure|Table) {number}\b", page, re.M), number

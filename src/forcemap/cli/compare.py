@@ -137,7 +137,8 @@ def _compare_models(
         model = contact_model(force_map.conditions, limit.name, **masses, constrained=constrained)
         compared = compare_map_with_standard(force_map, **model.figures, bound=bound_from(force_map), limit=usable)
         of_map = ComparisonAnswer.of_comparison(compared, limit, simulated=force_map.simulated)
-        emit(of_map, comparison_lines(of_map), as_json=as_json)
+        others = f"beside another map: compare {source} OTHER; {_for_impacts('IMPACTS', source)}"
+        emit(of_map, [*comparison_lines(of_map), "", others], as_json=as_json)
         return
     dataset = fm.read_dataset(source)
     model = contact_model(dataset.conditions, limit.name, **masses, constrained=constrained)
