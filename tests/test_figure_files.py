@@ -289,6 +289,11 @@ REFUSED = {
         "contact with face is not permitted",
     ),
     "no impacts": (["residuals", "ur10e", "-o", "a.png"], "residuals shows impacts"),
+    "speed not measured": (["heights", "ur10e", "--speeds-mps", "0.9", "-o", "a.png"], "expected 0.2 to 0.4 m/s"),
+    "height not measured": (
+        ["comparison", "ur10e", "--area", "chest", "--height", "2", "-o", "a.png"],
+        "height: found 2 m, expected 0.14 to 0.46 m",
+    ),
     "no states": (["grid", "ur10e", "-o", "a.png"], "grid shows impacts"),
     "no impact": (["evolution", "flat.csv", "-o", "a.png"], "found no impact"),
     "no such source": (["heights", "none.csv", "-o", "a.png"], "no such file"),

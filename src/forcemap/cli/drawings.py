@@ -221,7 +221,21 @@ def _profiles(sources: list[Source], _: Choices, **size: Any) -> Figure:
     return figures.force_profiles_figure(source.force_map, source.dataset, bound=bound_from(source.force_map), **size)
 
 
+def _require_measured(sources: list[Source], choices: Choices) -> None:
+    """Refuse to cut where a map was not measured: nothing would be there."""
+    cuts = (("distance", choices.distance), ("height", choices.height), *(("speed", v) for v in choices.speeds or ()))
+    for source in sources:
+        reach = source.force_map.measured_range
+        for what, value in cuts:
+            axis = ("distance", "height", "speed").index(what)
+            low, high, unit = reach.lowest[axis], reach.highest[axis], ("m", "m", "m/s")[axis]
+            if value is not None and not low - 1e-9 <= value <= high + 1e-9:
+                expected = f"expected {low:g} to {high:g} {unit}, as was measured"
+                raise fm.InputError(f"{what}: found {value:g} {unit}, {expected}", file=source.name)
+
+
 def _heights(sources: list[Source], choices: Choices, **size: Any) -> Figure:
+    _require_measured(sources, choices)
     return figures.force_heights_figure([source.mapped() for source in sources], speeds=choices.speeds, **size)
 
 
@@ -238,6 +252,7 @@ def _residuals(sources: list[Source], _: Choices, **size: Any) -> Figure:
 def _comparison(sources: list[Source], choices: Choices, **size: Any) -> Figure:
     if choices.speeds and len(choices.speeds) > 1:
         raise fm.InputError("speeds: comparison shows one speed, found several")
+    _require_measured(sources, choices)
     speed = choices.speeds[0] if choices.speeds else None
     cut: dict[str, Any] = {"speed": speed, "height": choices.height, "distance": choices.distance}
     models = [source.model(choices).figures for source in sources]
