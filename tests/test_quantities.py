@@ -425,9 +425,9 @@ def test_the_bound_of_other_quantities_keeps_its_promise(quantity, truth):
 # -- what takes speeds from a map
 
 
-def test_a_confirmation_says_that_it_judges_the_force_alone(both):
+def test_a_confirmation_asks_for_the_pressure_of_its_impacts(both):
     plan = fm.confirm_plan(both, HAND, bound=fm.ToleranceBound(), contact=fm.Contact.TRANSIENT)
-    assert "JUDGED BY THEIR FORCE ALONE: the peak pressure" in fm.sentence(plan.warnings[0])
+    assert "MEASURE THE PRESSURE OF THESE IMPACTS, TOO" in fm.sentence(plan.warnings[0])
     runs = plan.plan
     released = fm.safe_speed(both, runs.distance, runs.height, **CASE)
     np.testing.assert_allclose(released.speed, plan.released, atol=1e-3)

@@ -17,9 +17,6 @@ from forcemap.limits.force_limits import Contact, ForceLimit, force_limit
 from forcemap.maps.direction import direction_vector
 
 POINTS_FILE = "contact_points.csv"
-POINTS_FOLDER = "points"
-"""Folder of the recordings that were made at contact points alone, and belong to no plan."""
-
 PHOTOGRAPHS_FOLDER = "photographs"
 PICTURE_ENDINGS = (".jpg", ".jpeg", ".png")
 

@@ -11,16 +11,24 @@ from pathlib import Path
 import numpy as np
 
 from forcemap.arrays import FloatArray
-from forcemap.assessment.contact_points import POINTS_FOLDER, ContactPoint
+from forcemap.assessment.contact_points import ContactPoint
 from forcemap.campaigns.campaign import Campaign
-from forcemap.campaigns.conditions import CAMPAIGN_FILE, Conditions, pattern_fits, read_campaign_file
-from forcemap.campaigns.recorded_impacts import RecordedImpacts, recorded_impacts
+from forcemap.campaigns.conditions import CAMPAIGN_FILE, Conditions, normalised, pattern_fits, read_campaign_file
+from forcemap.campaigns.point_recordings import (
+    POINT_FILMS,
+    POINTS_FOLDER,
+    PointRecording,
+    point_names,
+    point_recordings,
+)
+from forcemap.campaigns.pressures import PRESSURES_FOLDER
+from forcemap.campaigns.recorded_impacts import RecordedImpacts
+from forcemap.campaigns.recordings_table import Entry
 from forcemap.campaigns.walk import CampaignRecording, mistaken_unit, walk
-from forcemap.errors import ForcemapError
-from forcemap.files import file_sha256
 from forcemap.findings import Finding, FindingKind, in_words
 from forcemap.impacts.scenario import ContactScenario
 from forcemap.limits.force_limits import Contact
+from forcemap.verdicts.pressure_verdict import PressureVerdict
 from forcemap.verdicts.recording_results import recording_doubt, recording_pressure, recording_verdicts, thinned
 from forcemap.verdicts.verdict import Judgement, Verdict, VerdictOutcome
 
@@ -44,6 +52,8 @@ class PointImpact:
         Of that impact, one for each interpretation; none without one.
     governing : Judgement or None
         The strictest of them.
+    pressure : PressureVerdict or None
+        Its pressure beside the limit; None where none was measured.
     not_judged : Finding or None
         Why it does not show that the limit was kept; None if it may.
     excluded : bool
@@ -62,6 +72,7 @@ class PointImpact:
     scenario: ContactScenario | None = None
     judgements: tuple[Judgement, ...] = ()
     governing: Judgement | None = None
+    pressure: PressureVerdict | None = None
     not_judged: Finding | None = None
     excluded: bool = False
     time: FloatArray = field(default_factory=lambda: np.empty(0))
@@ -75,17 +86,16 @@ class PointImpact:
 
     @property
     def outcome(self) -> VerdictOutcome:
-        """Whether it is within the limit; cannot tell if it is not judged."""
-        if self.governing is None:
-            return VerdictOutcome.CANNOT_TELL
+        """Whether it is within the limits of force and, where measured, pressure; cannot tell if it is not judged."""
+        force = self.governing.outcome if self.governing else VerdictOutcome.CANNOT_TELL
         doubt = [VerdictOutcome.CANNOT_TELL] if self.not_judged else []
-        return VerdictOutcome.worst([self.governing.outcome, *doubt])
+        return VerdictOutcome.worst([force, *doubt, *([self.pressure.outcome] if self.pressure else [])])
 
     @property
     def reason(self) -> Finding:
         """Why the outcome is what it is."""
-        found = self.governing is not None and (self.governing.outcome is self.outcome or not self.not_judged)
-        return self.governing.reason if found and self.governing else self.not_judged or in_words("no impact found")
+        judged = [each for each in (self.governing, self.pressure) if each and each.outcome is self.outcome]
+        return judged[0].reason if judged else self.not_judged or in_words("no impact found")
 
 
 def point_impacts(
@@ -117,39 +127,62 @@ def _of_point(pattern: str) -> bool:
 
 
 _Named = tuple[ContactPoint, str, tuple[PointImpact, ...]]
+Film = tuple[Path, Conditions, Entry]  # where films lie, which film, of which recording
 
 
 def _own(folder: Path, named: Sequence[tuple[ContactPoint, str]], known: Mapping[str, str]) -> Iterator[_Named]:
     """Files in points/ of the campaign's device and file layout, each read once.
 
-    `known` are names of the campaign's recordings by hash: a copy of one, or of another file, is no further impact.
+    `known` are names of the campaign's recordings by hash: a copy of one, or of another file, is no further impact. Nor
+    is a file of any point that several name which do not state the same.
     """
     if not named:
         return
-    root = folder / POINTS_FOLDER
-    paths = (path for path in root.rglob("*") if path.is_file() and not path.is_symlink())
-    inside = {f"{POINTS_FOLDER}/{path.relative_to(root).as_posix()}": path for path in paths}
-    files = {name: path for name, path in inside.items() if "/." not in name}
+    whose = {
+        name: [(point, pattern) for point, pattern in named if fnmatchcase(name.casefold(), pattern.casefold())]
+        for name in point_names(folder)
+    }
     stated = folder / CAMPAIGN_FILE
-    conditions, columns = read_campaign_file(stated) if stated.exists() else (Conditions(), None)
-    doubt = recording_doubt(folder)
-    first = dict(known)
-    for name, path in sorted(files.items()):
-        whose = [(point, pattern) for point, pattern in named if fnmatchcase(name.casefold(), pattern.casefold())]
-        if not whose:
-            continue
-        try:
-            original = first.setdefault(file_sha256(path), name)
-            read = recorded_impacts(path, conditions, columns, name=name)
-        except ForcemapError as error:
-            for point, pattern in whose:
-                words = in_words(error.message if error.row is None else f"row {error.row}, {error.message}")
-                yield point, pattern, (PointImpact(name, point.recorded_at, not_judged=words),)
-            continue
-        copied = None if original == name else in_words(f"the same content as {original}, so no further impact")
-        for point, pattern in whose:
-            impacts = (_impact(point, r.recording.name, r, copied or r.doubt or doubt, point.recorded_at) for r in read)
-            yield point, pattern, tuple(impacts)
+    conditions = read_campaign_file(stated)[0] if stated.exists() else Conditions()
+    doubt, first = recording_doubt(folder), dict(known)
+    for recording in point_recordings(folder, [name for name, points in whose.items() if points]):
+        points = list(dict.fromkeys(point for point, _ in whose[recording.name]))
+        original = first.setdefault(recording.sha256, recording.name) if recording.sha256 else recording.name
+        copied = (
+            [] if original == recording.name else [in_words(f"the same content as {original}, so no further impact")]
+        )
+        shared = (
+            []
+            if len({_made_at(point) for point in points}) == 1
+            else [Finding.of(FindingKind.POINT_FILE_SHARED, names=tuple(point.name for point in points))]
+        )
+        why = next(iter([*copied, *shared, *filter(None, [recording.doubt])]), None)
+        film = (folder / POINT_FILMS, conditions, Entry(file=recording.name))
+        for point, pattern in whose[recording.name]:
+            yield point, pattern, tuple(_of_file(point, recording, film, why, doubt))
+
+
+def _made_at(point: ContactPoint) -> tuple[str, ...]:
+    """What a point states of a recording that is made at it."""
+    place = (point.distance, point.distance_to, point.height, point.height_to, point.recorded_at)
+    return (normalised(point.contact_site), point.direction, *map(repr, place))
+
+
+def _of_file(
+    point: ContactPoint, recording: PointRecording, film: Film, why: Finding | None, doubt: Finding | None
+) -> Iterator[PointImpact]:
+    """The recordings of a file in points/ beside the limit of a point."""
+    if recording.excluded:
+        excluded = Finding.of(FindingKind.EXCLUDED_BY_PERSON)
+        yield PointImpact(recording.name, point.recorded_at, not_judged=why or excluded, excluded=why is None)
+        return
+    if not recording.recorded:
+        yield PointImpact(recording.name, point.recorded_at, not_judged=why)
+    for each in recording.recorded:
+        pressure = recording_pressure(film, each, point.limit, point.contact)
+        yield _impact(
+            point, each.recording.name, each, why or each.doubt or doubt, point.recorded_at, pressure=pressure
+        )
 
 
 def _planned(campaign: Campaign, named: Sequence[tuple[ContactPoint, str]]) -> Iterator[_Named]:
@@ -180,11 +213,10 @@ def _of_campaign(campaign: Campaign, point: ContactPoint, recording: CampaignRec
     at_contact = float(campaign.conditions.at_contact(np.array(speed)))
     doubt = Finding.of(FindingKind.EXCLUDED_BY_PERSON) if recording.excluded else recording.doubt
     name = recording.entry.name
-    film = (campaign.folder, campaign.conditions, recording.entry)
+    film = (campaign.folder / PRESSURES_FOLDER, campaign.conditions, recording.entry)
     pressure = recording_pressure(film, recording.recorded, point.limit, point.contact)
-    if pressure and pressure.outcome is not VerdictOutcome.WITHIN:
-        doubt = doubt or pressure.reason
-    return _impact(point, name, recording.recorded, doubt, at_contact, place, excluded=bool(recording.excluded))
+    excluded = bool(recording.excluded)
+    return _impact(point, name, recording.recorded, doubt, at_contact, place, excluded=excluded, pressure=pressure)
 
 
 def _impact(
@@ -196,10 +228,12 @@ def _impact(
     place: tuple[float, float] = (math.nan, math.nan),
     *,
     excluded: bool = False,
+    pressure: PressureVerdict | None = None,
 ) -> PointImpact:
     """A recording beside the limit of a point; of several impacts the gravest."""
     if recorded is None or not recorded.impacts or excluded:
-        return PointImpact(name, speed, place, not_judged=doubt, excluded=excluded)
+        shown = None if excluded else pressure
+        return PointImpact(name, speed, place, pressure=shown, not_judged=doubt, excluded=excluded)
     whole = point.contact if point.contact is Contact.QUASI_STATIC else None
     verdicts = recording_verdicts(recorded, doubt, point.limit, contact=whole)
     verdict = max(verdicts, key=_gravity, default=None)
@@ -214,6 +248,7 @@ def _impact(
         scenario=impact.scenario,
         judgements=verdict.judgements if verdict else (),
         governing=verdict.governing if verdict else None,
+        pressure=pressure,
         not_judged=doubt,
         time=time,
         force=force,

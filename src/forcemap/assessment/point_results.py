@@ -132,7 +132,7 @@ def point_results(
         _result(
             point,
             folder,
-            [mapped[point.name]] if point.by_map else [],
+            [_not_contradicted(mapped[point.name], impacts[point.name], allowance)] if point.by_map else [],
             [_measured(point, impacts[point.name], conditions, allowance)] if point.by_measurements else [],
             impacts[point.name],
         )
@@ -209,7 +209,12 @@ def _by_map(
             why = Finding.of(FindingKind.POINT_MAP_REFUSES, in_words(error.message))
             parts |= {point.name: _Part(math.nan, lacks=(why,)) for point in group}
             continue
+        refusal = speeds.basis.export_refusal
         for i, point in enumerate(group):
+            if refusal:
+                why = Finding.of(FindingKind.POINT_NOT_RELEASED, refusal)
+                parts[point.name] = _Part(math.nan, lacks=(why,))
+                continue
             reason = Finding.of(FindingKind.POINT_MAP_REFUSES, speeds.to_program_reason[i])
             parts[point.name] = _mapped(float(speeds.speed_to_program[i]), reason, confirmed(limit, contact))
     return parts
@@ -225,6 +230,18 @@ def _mapped(speed: float, reason: Finding, result: ConfirmationResult | None) ->
     names = tuple(impact.recording for impact in result.impacts)
     figures = {"speed_mps": float(floor_speed(speed)), "impacts": len(names), "names": names}
     return _Part(speed, (Finding.of(FindingKind.POINT_CONFIRMED_MAP, **figures),), confirmed_by=names)
+
+
+def _not_contradicted(part: _Part, named: Mapping[str, tuple[PointImpact, ...]], allowance: Allowance) -> _Part:
+    """What the map says of a point, unless an impact made there exceeded its limit at a speed that the map permits."""
+    if math.isnan(part.speed):
+        return part
+    against = [
+        Finding.of(FindingKind.POINT_SPEED_EXCEEDED, impact.reason, recording=impact.recording, speed_mps=impact.speed)
+        for impact in {each.recording: each for of_pattern in named.values() for each in of_pattern}.values()
+        if impact.outcome is VerdictOutcome.EXCEEDED and not impact.speed > part.speed + allowance.speed
+    ]
+    return _Part(math.nan, lacks=tuple(against)) if against else part
 
 
 def _angle(point: ContactPoint, conditions: Conditions) -> float:
@@ -285,9 +302,12 @@ def _measured(
         return _Part(math.nan, lacks=(Finding.of(FindingKind.POINT_SPEED_MISSING, recording=impacts[0].recording),))
     names = tuple(impact.recording for impact in impacts)
     rests = Finding.of(FindingKind.POINT_MEASURED, impacts=len(names), speed_mps=float(floor_speed(speed)))
+    with_pressure = sum(impact.pressure is not None for impact in impacts)
+    partly = Finding.of(FindingKind.POINT_PRESSURE_PARTLY, measured=with_pressure, impacts=len(impacts))
     excluded = sorted({i.recording for each in named.values() for i in each if i.excluded})
     taken_out = [in_words(f"taken out by a person, and not counted: {', '.join(excluded)}")] if excluded else []
-    return _Part(speed, (rests, *taken_out), confirmed_by=names)
+    unlike = [partly] if 0 < with_pressure < len(impacts) else []
+    return _Part(speed, (rests, *unlike, *taken_out), confirmed_by=names)
 
 
 def _unusable(point: ContactPoint, impact: PointImpact, tolerance: StateTolerance) -> Finding | None:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
 from forcemap.campaigns.campaign import Campaign
+from forcemap.campaigns.conditions import CAMPAIGN_FILE
 from forcemap.campaigns.recordings_table import Entry
 from forcemap.csv_table import csv_cell
 from forcemap.errors import CampaignFileError, InputError
@@ -16,6 +18,10 @@ from forcemap.recordings.pressure_matrix import read_pressure_matrix
 
 PRESSURES_FOLDER = "pressures"
 """Folder of a campaign; its files bear the names of the runs, or of their recordings, with any ending."""
+
+_LEAST_SHARE = 0.5
+"""Share of the peak force that all cells together, each with its largest pressure, have to show at least. A choice: a
+film of 10 to 15 % error shows more; one with a mistaken unit or pitch, or beside the contact, less."""
 
 
 @dataclass(frozen=True)
@@ -32,12 +38,19 @@ class MeasuredPressure:
         Name of the file.
     sha256 : str
         Of the file.
+    most_force : float
+        The largest force that its cells can have carried [N]; infinite if one reached the range.
     """
 
     pressure: float
     above_range: bool
     file: str
     sha256: str
+    most_force: float = math.inf
+
+    def too_little_for(self, force: float) -> bool:
+        """True if all of the film together shows far less than a peak force [N] that went through it."""
+        return self.most_force < _LEAST_SHARE * force
 
 
 @dataclass(frozen=True)
@@ -78,16 +91,27 @@ def _names(entry: Entry) -> set[str]:
 
 def film_reading(campaign: Campaign, entry: Entry) -> FilmReading | None:
     """The cells of a recording that is used; None if no file bears its name. Errors as `measured_pressure`."""
-    measured = measured_pressure(campaign.folder, campaign.conditions.film, entry)
+    film = campaign.conditions.film
+    measured = measured_pressure(campaign.folder / PRESSURES_FOLDER, film, entry)
     if measured is None:
         return None
+    file = campaign.folder / PRESSURES_FOLDER / measured.file
+    if math.isnan(film.range):
+        message = (
+            "the film's range is not stated, so that a saturated film would pass for a good one; state it in N/cm^2"
+        )
+        raise CampaignFileError(message, file=str(campaign.folder / CAMPAIGN_FILE), column="pressure.range_N_per_cm2")
+    if measured.too_little_for(entry.peak_force):
+        found = f"found {measured.most_force:.1f} N on all of the film, {entry.peak_force:.1f} N on the device"
+        remedy = "its unit or pitch is mistaken, or it does not cover the contact; state them, or move the file away"
+        raise CampaignFileError(f"{found}: {remedy}", file=str(file))
     pressure, above = f"{measured.pressure:.2f}", measured.above_range
     cells = {"peak_pressure_N_per_cm2": pressure, "pressure_censored": csv_cell(above)}
     return FilmReading(cells, f"{measured.file} {measured.sha256[:16]}: {'at least ' * above}{pressure} N/cm^2")
 
 
-def measured_pressure(folder: Path, film: Film, entry: Entry) -> MeasuredPressure | None:
-    """The pressure of a recording in a campaign's folder; None if no file bears its name or that of its run.
+def measured_pressure(pressures: Path, film: Film, entry: Entry) -> MeasuredPressure | None:
+    """The pressure of a recording, by a folder of films; None if no file bears its name or that of its run.
 
     Raises
     ------
@@ -96,7 +120,6 @@ def measured_pressure(folder: Path, film: Film, entry: Entry) -> MeasuredPressur
     RecordingError
         The file cannot be used.
     """
-    pressures = folder / PRESSURES_FOLDER
     if not pressures.is_dir():
         return None
     files = sorted(file for file in pressures.iterdir() if file.is_file() and file.stem in _names(entry))
@@ -110,4 +133,5 @@ def measured_pressure(folder: Path, film: Film, entry: Entry) -> MeasuredPressur
         pressure, above = matrix.peak(film)
     except InputError as error:
         raise CampaignFileError(error.message, file=str(files[0])) from None
-    return MeasuredPressure(pressure, above, files[0].name, sha256(read_bytes(files[0])))
+    most = math.inf if above else matrix.most_force(film)
+    return MeasuredPressure(pressure, above, files[0].name, sha256(read_bytes(files[0])), most)

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from forcemap.arrays import FloatArray, Mask
-from forcemap.campaigns.dataset import Conditions, ImpactDataset, PhaseTwo
+from forcemap.campaigns.dataset import Conditions, ImpactDataset, PhaseTwo, Quantity
 from forcemap.campaigns.plan import MeasurementPlan
 from forcemap.campaigns.state import StateTolerance
 from forcemap.errors import FitError, NotReleasable
@@ -156,6 +156,8 @@ class ConfirmationPlan:
         The map to be confirmed.
     bound : Bound
         The bound that released the speeds.
+    pressed : bool
+        True if the speeds rest on pressures, too: then an impact without one confirms nothing.
     result : ConfirmationResult or None
         Whether the impacts confirm the map; None before `judged`, and before one is measured.
     """
@@ -178,6 +180,7 @@ class ConfirmationPlan:
     bump_detected: float
     force_map: ForceMap
     bound: Bound
+    pressed: bool = False
     result: ConfirmationResult | None = None
 
     @staticmethod
@@ -239,7 +242,7 @@ def _overall(plan: ConfirmationPlan, judged: list[ConfirmingImpact], missing: in
     if unknown := count[Confirmed.CANNOT_TELL]:
         return Confirmed.CANNOT_TELL, Finding.of(kind.IMPACTS_CANNOT_TELL, impacts=unknown, of=len(judged))
     passed = Finding.of(kind.IMPACTS_PASSED, impacts=len(judged), limit_N=plan.limit)
-    return Confirmed.PASSES, passed.and_(_force_alone(plan.force_map)) if plan.force_map.others else passed
+    return Confirmed.PASSES, passed
 
 
 def _judged(
@@ -261,6 +264,8 @@ def _judged(
             within = checked.get(recording, (None, Finding.of(FindingKind.RECORDING_NOT_CHECKED)))
             outcome, reason = _outcome(force, upper, within, bool(impacts.censored[row]))
             place = impacts.distance[row], impacts.height[row]
+            if outcome is Confirmed.PASSES and plan.pressed and math.isnan(impacts.peak_pressure[row]):
+                outcome, reason = Confirmed.CANNOT_TELL, Finding.of(FindingKind.CONFIRM_WITH_FILM)
             if outcome is Confirmed.PASSES and now - speed > impacts.tolerance.speed:
                 outcome = Confirmed.CANNOT_TELL
                 reason = Finding.of(FindingKind.SLOWER_THAN_RELEASED, speed_mps=speed, released_mps=now)
@@ -376,8 +381,9 @@ def confirm_plan(
     refusal = _refusal(released, plan, newtons)
     if refusal is None and len(plan) < count:
         warnings.append(Finding.of(FindingKind.FEWER_THAN_ASKED, impacts=len(plan), asked=count))
-    alone = [_force_alone(force_map)] if force_map.others else []
-    warnings = [*alone, *released.basis.warnings, *warnings, *_doubts(force_map, plan, states, upper, tolerance)]
+    pressed = isinstance(limit, ForceLimit) and force_map.other(Quantity.PRESSURE) is not None
+    film = [Finding.of(FindingKind.CONFIRM_WITH_FILM)] if pressed else []
+    warnings = [*film, *released.basis.warnings, *warnings, *_doubts(force_map, plan, states, upper, tolerance)]
     error = conditions.device.error_or_default
     most = np.minimum(newtons - error, upper)
     return ConfirmationPlan(
@@ -395,6 +401,7 @@ def confirm_plan(
         **_probabilities(force_map, places, states, most, upper),
         force_map=force_map,
         bound=bound,
+        pressed=pressed,
     )
 
 
@@ -447,13 +454,6 @@ class _PlannedBefore:
         valid, earlier, replaced = (runs.select(rows) for rows in (current & stays, ~current, current & ~stays))
         at_contact = conditions.at_contact(now[current & stays]), conditions.at_contact(now[~current])
         return cls(valid, earlier, replaced, *at_contact)
-
-
-def _force_alone(force_map: ForceMap) -> Finding:
-    """That the impacts are judged by their force alone."""
-    return Finding.of(
-        FindingKind.FORCE_ALONE_CONFIRMED, quantities=tuple(each.quantity.words for each in force_map.others)
-    )
 
 
 def _without_tests(force_map: ForceMap) -> ForceMap:

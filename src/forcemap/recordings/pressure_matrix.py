@@ -66,6 +66,14 @@ class PressureMatrix:
         above = bool(np.any(self.pressure >= film.range))
         return largest_mean(cells, self.pitch, film.mean_over), above
 
+    def most_force(self, film: Film) -> float:
+        """The largest force that the cells can have carried at one time [N]: each with its largest pressure.
+
+        Cells below what the film shows count as that much.
+        """
+        cells = np.maximum(self.pressure, np.nan_to_num(film.least))
+        return float(cells.sum() * (100 * self.pitch) ** 2)
+
 
 def largest_mean(pressure: FloatArray, pitch: float, area: float) -> float:
     """The largest mean pressure over any square of whole cells no larger than an area.

@@ -16,7 +16,7 @@ from forcemap.limits.body_areas import PASCALS
 from forcemap.limits.force_limits import PHASE_TWO_SHARE, Contact, ForceLimit
 from forcemap.maps.bounds import Bound, contradiction, weakness
 from forcemap.maps.force_map import ForceMap
-from forcemap.speeds.basis import Basis, basis_of, doubts_of_fit, map_notes
+from forcemap.speeds.basis import Basis, basis_of, doubts_of_fit, exceeded_where_permitted, map_notes
 
 _ONCE = (FindingKind.PERSON_AT_REST, FindingKind.PRESSURE_NOT_ASSESSED, FindingKind.DEVICE_ERROR_NOT_STATED)
 
@@ -116,15 +116,16 @@ def _other_basis(force_map: ForceMap, other: ForceMap, of_force: Basis) -> Basis
             _require_within(newtons, other, other.highest_force * of_force.raised / raised)
         refusals += [why] if (why := contradiction(other, bound)) else []
     weak = None if refusals else weakness(bound, other)
+    exceeded = None if refusals else exceeded_where_permitted(other, bound, newtons, raised)
     notes = [] if refusals else [each for each in map_notes(other, bound) if each.kind not in _ONCE]
     return replace(
         of_force,
         newtons=newtons,
         raised=raised,
         refusals=tuple(refusals),
-        warnings=(*([weak] if weak else []), *doubts_of_fit(other)),
+        warnings=(*filter(None, (exceeded, weak)), *doubts_of_fit(other)),
         notes=(note, *notes),
-        export_refusal=weak,
+        export_refusal=exceeded or weak,
     )
 
 
