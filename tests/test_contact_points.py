@@ -505,8 +505,15 @@ def measured_cell(cell, tmp_path):
     return folder
 
 
-def assessed_point(folder, which=0):
-    return fm.assess_campaign(folder).points[which]
+@pytest.fixture
+def of_folder(parts):
+    """Judge the points of a folder that rest on measurements."""
+
+    def judged(folder, which=0):
+        own = {**parts, "folder": folder, "campaign": Missing("not asked for")}
+        return point_results(read_contact_points(folder / "contact_points.csv"), allowance=fm.Allowance(), **own)[which]
+
+    return judged
 
 
 def edited(file, old, new):
@@ -520,21 +527,21 @@ def edited(file, old, new):
     [
         (lambda folder: (folder / "point_recordings.csv").unlink(), "run forcemap collect"),
         (lambda folder: edited(folder / "point_recordings.csv", "points/P1-1.csv,,", "points/P1-1.csv,x,"), "changed"),
-        (lambda folder: (folder / "points" / "P1-2.csv").unlink(), "P1-2.csv: the file is gone"),
+        (lambda folder: (folder / "points" / "P1-2.csv").unlink(), "P1-2.csv: registered, but the file is gone"),
         (lambda folder: save(folder / "points" / "P1-2.csv", *pulse(50.0)), "P1-2.csv: "),
         (lambda folder: edited(folder / "campaign.toml", "75000", "80000"), "device.stiffness_N_per_m was"),
         (lambda folder: edited(folder / "campaign.toml", 'site = "flange"', 'site = "hand"'), "contact.site was"),
     ],
 )
-def test_files_of_a_point_are_bound_to_what_they_were_registered_with(measured_cell, change, part):
-    assert assessed_point(measured_cell).outcome is PointOutcome.CONFIRMED
+def test_files_of_a_point_are_bound_to_what_they_were_registered_with(measured_cell, of_folder, change, part):
+    assert of_folder(measured_cell).outcome is PointOutcome.CONFIRMED
     change(measured_cell)
-    result = assessed_point(measured_cell)
+    result = of_folder(measured_cell)
     assert result.outcome is PointOutcome.NOT_PERMITTED
     assert part in said(result)
 
 
-def test_conditions_cannot_be_changed_by_collecting_again(tmp_path):
+def test_conditions_cannot_be_changed_by_collecting_again(tmp_path, of_folder):
     """A soft spring confirms nothing; stated as a harder one afterwards, it still does not."""
     folder = write_campaign(tmp_path / "soft", repeats=3, toml=TOML.replace("75000", "40000") + SITE)
     of_point(folder, [100, 110, 105])
@@ -542,12 +549,12 @@ def test_conditions_cannot_be_changed_by_collecting_again(tmp_path):
     write_list(folder, MEASURED)
     edited(folder / "campaign.toml", "40000", "75000")
     registered_points(folder)
-    result = assessed_point(folder)
+    result = of_folder(folder)
     assert result.outcome is PointOutcome.NOT_PERMITTED
     assert "device.stiffness_N_per_m was '40000.0'" in said(result)
 
 
-def test_a_person_takes_a_file_of_a_point_out_with_the_reason(measured_cell):
+def test_a_person_takes_a_file_of_a_point_out_with_the_reason(measured_cell, of_folder):
     register = measured_cell / "point_recordings.csv"
     rows = list(csv.DictReader(io.StringIO(register.read_text())))
     rows[0]["exclude"] = "slipped"
@@ -556,9 +563,9 @@ def test_a_person_takes_a_file_of_a_point_out_with_the_reason(measured_cell):
     writer.writeheader()
     writer.writerows(rows)
     register.write_text(stream.getvalue())
-    assert "run forcemap collect again" in said(assessed_point(measured_cell))
+    assert "run forcemap collect again" in said(of_folder(measured_cell))
     registered_points(measured_cell)
-    assert "2 of at least 3" in said(assessed_point(measured_cell))
+    assert "2 of at least 3" in said(of_folder(measured_cell))
 
 
 @pytest.mark.parametrize(
@@ -571,10 +578,10 @@ def test_a_person_takes_a_file_of_a_point_out_with_the_reason(measured_cell):
         ({"body_area": "chest", "contact": "transient", "hazard": "H-2"}, True),
     ],
 )
-def test_a_recording_was_made_at_one_point(measured_cell, cells, shared):
+def test_a_recording_was_made_at_one_point(measured_cell, of_folder, cells, shared):
     write_list(measured_cell, MEASURED, {**MEASURED, "point_id": "P2", **cells})
     for which in (0, 1):
-        result = assessed_point(measured_cell, which)
+        result = of_folder(measured_cell, which)
         assert (result.outcome is PointOutcome.CONFIRMED) is shared, said(result)
         assert shared or "P1 and P2 name it" in said(result)
 
@@ -620,7 +627,9 @@ def films(folder, pressures, pitch=6):
         ([160, 165, 170], 500, 1, "its unit or pitch is mistaken, or it does not cover the contact"),
     ],
 )
-def test_films_of_a_point_are_held_against_the_limit_of_pressure(measured_cell, pressures, range_, pitch, part):
+def test_films_of_a_point_are_held_against_the_limit_of_pressure(
+    measured_cell, of_folder, pressures, range_, pitch, part
+):
     """190 N/cm^2 quasi-static less 10 %."""
     (measured_cell / "point_recordings.csv").unlink()
     stated = f"range_N_per_cm2 = {range_}.0\n" if range_ else ""
@@ -628,11 +637,11 @@ def test_films_of_a_point_are_held_against_the_limit_of_pressure(measured_cell, 
         toml.write(f"[pressure]\n{stated}mean_over_cm2 = 0.0\n")
     films(measured_cell, pressures, pitch)
     registered_points(measured_cell)
-    result = assessed_point(measured_cell)
+    result = of_folder(measured_cell)
     assert part in said(result)
     assert (result.outcome is PointOutcome.CONFIRMED) == (not part or "measured in" in part), said(result)
     (measured_cell / "pressures" / "points" / "P1-1.txt").write_text("unit: N/cm2\npitch: 6 mm\n0;9\n0;99\n")
-    assert assessed_point(measured_cell).outcome is PointOutcome.NOT_PERMITTED
+    assert of_folder(measured_cell).outcome is PointOutcome.NOT_PERMITTED
 
 
 def test_a_film_of_no_recording_is_refused(measured_cell):

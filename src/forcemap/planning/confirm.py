@@ -14,7 +14,7 @@ import numpy as np
 from forcemap.arrays import FloatArray, Mask
 from forcemap.campaigns.dataset import Conditions, ImpactDataset, PhaseTwo, Quantity
 from forcemap.campaigns.plan import MeasurementPlan
-from forcemap.campaigns.state import StateTolerance
+from forcemap.campaigns.state import CONFIRMING, StateTolerance
 from forcemap.errors import FitError, NotReleasable
 from forcemap.findings import Finding, FindingKind
 from forcemap.limits.force_limits import Contact, ForceLimit, NewtonLimit
@@ -43,7 +43,6 @@ _HIGHER = 1 + PAPER_MARGIN  # factor on the force everywhere
 _RIDGE, _BUMP = 0.15, 0.25  # share of the force at the middle of a shape that no form has
 _SHAPE = 0.04  # [m]; distance from its middle at which such a shape has fallen to 1/e
 
-_PREFIX = "c-"  # of the names of confirming states
 _MEASURE = (  # why no place has a speed, if further impacts can change that
     FindingKind.UNCONFIRMED,
     FindingKind.BELOW_MEASURED,
@@ -186,7 +185,7 @@ class ConfirmationPlan:
     @staticmethod
     def among(plan: MeasurementPlan) -> Mask:
         """Which runs of a plan confirm a map, shape (n,)."""
-        return np.asarray(np.char.startswith(plan.state_id, _PREFIX) & (plan.role == "test"))
+        return np.asarray(np.char.startswith(plan.state_id, CONFIRMING) & (plan.role == "test"))
 
     @property
     def more_helps(self) -> bool:
@@ -492,7 +491,7 @@ def _added_runs(force_map: ForceMap, states: FloatArray) -> MeasurementPlan:
     expected = np.asarray(force_map.predict(*states.T))
     stated = np.column_stack([states[:, :2], force_map.conditions.as_stated(states[:, 2])])
     source = Finding.of(FindingKind.MAP_NAMED, name=force_map.name)
-    return runs_of(stated, 1, expected, role="test", prefix=_PREFIX, expected_from=source)
+    return runs_of(stated, 1, expected, role="test", prefix=CONFIRMING, expected_from=source)
 
 
 def _refusal(released: SafeSpeed, plan: MeasurementPlan, limit: float) -> Finding | None:

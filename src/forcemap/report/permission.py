@@ -26,10 +26,8 @@ def headline(results: PlaceSpeeds) -> dict[str, Any]:
     if isinstance(results.speeds, Missing):
         return shown | {"speeds": results.speeds.reason}
     shown["places"] = inside = sum(count for name, count in results.speeds.counts.items() if name != "outside")
-    if results.contradicted and results.confirmation:
-        return shown | {
-            "speeds": f"impacts that were to confirm the map do not: {sentence(results.confirmation.reason)}"
-        }
+    if results.not_released:
+        return shown | {"speeds": sentence(results.not_released)}
     if not results.confirmed:
         nowhere = "no place lies inside the measured range"
         return shown | {"speeds": results.open_places[0].reason if results.open_places else nowhere}

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from forcemap.campaigns.dataset import (
+    CONFIRMING,
     Binding,
     BindingState,
     Conditions,
@@ -169,6 +170,7 @@ def basis_of(
     weak, contradicted = weakness(bound, force_map), contradiction(force_map, bound)
     doubt = basis.conditions.speed_doubt
     exceeded = exceeded_where_permitted(force_map, bound, basis.newtons, basis.raised * off_axis)
+    exceeded = exceeded or _confirming_above(force_map, bound)
     return replace(
         basis,
         raised=basis.raised * off_axis,
@@ -245,6 +247,18 @@ def exceeded_where_permitted(force_map: ForceMap, bound: Bound, limit: Any, rais
     figures = {"names": names, "force_N": forces[0], "limit": allowed[0]}
     unit = {} if force_map.quantity is Quantity.FORCE else {"unit": force_map.quantity.unit}
     return Finding.of(FindingKind.EXCEEDED_WHERE_PERMITTED, **figures, **unit)
+
+
+def _confirming_above(force_map: ForceMap, bound: Bound) -> Finding | None:
+    """Impacts that were to confirm a map and lie above its bound, whatever the limit; None without any."""
+    if force_map.fit is None:
+        return None
+    test = force_map.fit.test
+    test = test.select(np.array([name.startswith(CONFIRMING) for name in test.name], dtype=np.bool_))
+    low, _ = force_map.measured_range.speeds(test.distance, test.height)
+    above = np.fmax(test.highest, test.at_least) > bound.upper(force_map, test.distance, test.height, test.speed)
+    names = tuple(np.array(test.name)[above & ~np.isnan(low)].tolist())
+    return Finding.of(FindingKind.CONFIRMING_ABOVE_BOUND, names=names) if names else None
 
 
 def doubts_of_fit(force_map: ForceMap) -> tuple[Finding, ...]:

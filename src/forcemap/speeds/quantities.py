@@ -68,7 +68,8 @@ def together(of_force: Basis, force_map: ForceMap, others: Iterable[QuantityCase
         refusals.append(force_map.unmapped)
     for case in others:
         refusals += [_of(case.quantity, why) for why in case.basis.refusals]
-        warnings += [_of(case.quantity, why) for why in case.basis.warnings]
+        said = [_of(case.quantity, why) for why in case.basis.warnings]
+        warnings = [*said, *warnings] if case.basis.export_refusal else [*warnings, *said]
         if case.basis.export_refusal:
             export_refusal = export_refusal or _of(case.quantity, case.basis.export_refusal)
         if case.quantity is Quantity.PRESSURE:
