@@ -424,6 +424,65 @@ def _points(
     )
 
 
+@dataclass(frozen=True, eq=False)
+class AssessedPoints:
+    """The contact points of a folder, without the rest of its result.
+
+    Parameters
+    ----------
+    points : tuple of PointResult, or Missing
+        None without contact_points.csv.
+    conditions : Conditions
+    protocol : Protocol
+    findings : tuple of Finding
+        What does not fit together, to be read first; recordings are not compared with the impacts table here.
+    simulated : bool
+        True if the campaign or one of the impacts says so.
+    """
+
+    points: tuple[PointResult, ...] | Missing
+    conditions: Conditions
+    protocol: Protocol
+    findings: tuple[Finding, ...]
+    simulated: bool
+
+
+def assess_points(folder: str | Path, *, limit_table: LimitTable | None = None) -> AssessedPoints:
+    """The contact points of a campaign's folder, as `assess_campaign` judges them; of the recordings only those named.
+
+    Parameters
+    ----------
+    folder : str or Path
+    limit_table : LimitTable, optional
+        As in `assess_campaign`.
+
+    Raises
+    ------
+    InputError
+        There is no such folder, or nothing of a campaign in it.
+    CampaignFileError
+        campaign.toml cannot be used.
+    """
+    stated, robot = _stated(Path(folder), (), limit_table), Allowance()
+    records = attempt(lambda: read_campaign(stated.folder))
+    dataset = attempt(lambda: read_dataset(stated.folder, conditions=stated.conditions))
+    broken = () if isinstance(dataset, Missing) or not dataset.binding.reason else (dataset.binding.reason,)
+    simulated = stated.conditions.simulated if isinstance(dataset, Missing) else dataset.simulated
+    measured = _Measured(Missing("not asked for"), dataset, stated.conditions, simulated, broken)
+    bound = ToleranceBound(device_error=stated.conditions.device.error_or_default)
+    fitted = _fitted(stated.folder, dataset, CFM_3D, bound)
+    confirmed = confirmations(records, dataset, fitted.force_map, fitted.bound)
+    points = attempt(lambda: _points(stated, measured, records, fitted, confirmed, robot))
+    judged = () if isinstance(points, Missing) else points
+    return AssessedPoints(
+        points,
+        stated.conditions,
+        stated.protocol,
+        (*fitted.weakness, *stated.findings, *broken, *fitted.doubts),
+        simulated or any(impact.simulated for result in judged for impact in result.impacts),
+    )
+
+
 def _default_limit(table: LimitTable) -> ForceLimit:
     try:
         return force_limit(DEFAULT_AREA, table=table)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from pathlib import Path
 
@@ -16,7 +16,7 @@ from forcemap.assessment.missing import Missing
 from forcemap.assessment.point_impacts import PointImpact, point_impacts
 from forcemap.campaigns.campaign import Campaign
 from forcemap.campaigns.conditions import Conditions, normalised
-from forcemap.campaigns.dataset import ImpactDataset
+from forcemap.campaigns.dataset import ImpactDataset, Quantity
 from forcemap.campaigns.state import StateTolerance
 from forcemap.errors import ForcemapError, InputError
 from forcemap.findings import Finding, FindingKind, in_words
@@ -63,6 +63,8 @@ class PointResult:
         Recordings of the impacts that confirm it.
     photograph : Path or None
         Its photograph's file, there or not.
+    pressed : bool
+        True if the permission holds for the pressure, too: by a map of it, and of every impact that confirms the point.
     """
 
     point: ContactPoint
@@ -73,6 +75,7 @@ class PointResult:
     impacts: tuple[PointImpact, ...]
     confirmed_by: tuple[str, ...]
     photograph: Path | None
+    pressed: bool = False
 
     @property
     def not_measured(self) -> bool:
@@ -94,6 +97,7 @@ class _Part:
     rests_on: tuple[Finding, ...] = ()
     lacks: tuple[Finding, ...] = ()
     confirmed_by: tuple[str, ...] = ()
+    pressed: bool = False
 
 
 Confirmations = Callable[[ForceLimit, Contact], ConfirmationResult | None]
@@ -168,6 +172,7 @@ def _result(
         impacts=tuple(named.values()),
         confirmed_by=() if lacks else confirmed_by,
         photograph=folder / PHOTOGRAPHS_FOLDER / point.photograph if point.photograph else None,
+        pressed=not lacks and all(part.pressed for part in parts),
     )
 
 
@@ -216,7 +221,8 @@ def _by_map(
                 parts[point.name] = _Part(math.nan, lacks=(why,))
                 continue
             reason = Finding.of(FindingKind.POINT_MAP_REFUSES, speeds.to_program_reason[i])
-            parts[point.name] = _mapped(float(speeds.speed_to_program[i]), reason, confirmed(limit, contact))
+            part = _mapped(float(speeds.speed_to_program[i]), reason, confirmed(limit, contact))
+            parts[point.name] = replace(part, pressed=force_map.other(Quantity.PRESSURE) is not None)
     return parts
 
 
@@ -307,7 +313,8 @@ def _measured(
     excluded = sorted({i.recording for each in named.values() for i in each if i.excluded})
     taken_out = [in_words(f"taken out by a person, and not counted: {', '.join(excluded)}")] if excluded else []
     unlike = [partly] if 0 < with_pressure < len(impacts) else []
-    return _Part(speed, (rests, *unlike, *taken_out), confirmed_by=names)
+    pressed = with_pressure == len(impacts)
+    return _Part(speed, (rests, *unlike, *taken_out), confirmed_by=names, pressed=pressed)
 
 
 def _unusable(point: ContactPoint, impact: PointImpact, tolerance: StateTolerance) -> Finding | None:

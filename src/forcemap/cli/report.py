@@ -263,6 +263,8 @@ def _outcome(part: PlaceSpeeds) -> str:
 
 def _points(assessment: fm.CampaignAssessment) -> list[dict[str, Any]] | None:
     """Every contact point; None if their list cannot be used."""
+    from forcemap.report.permission import pressure_words
+
     if isinstance(assessment.points, Missing):
         return None
     return [
@@ -276,7 +278,7 @@ def _points(assessment: fm.CampaignAssessment) -> list[dict[str, Any]] | None:
             "confirmed_by": list(result.confirmed_by),
             "rests_on": sentences(result.rests_on),
             "lacks": sentences(result.lacks),
-            "pressure": "not assessed",
+            "pressure": pressure_words(result),
         }
         for result in assessment.points
     ]

@@ -169,8 +169,10 @@ def basis_of(
     transfer = fit.transfer if fit else None
     weak, contradicted = weakness(bound, force_map), contradiction(force_map, bound)
     doubt = basis.conditions.speed_doubt
-    exceeded = exceeded_where_permitted(force_map, bound, basis.newtons, basis.raised * off_axis)
-    exceeded = exceeded or _confirming_above(force_map, bound)
+    exceeded = None
+    if weak is None:
+        exceeded = exceeded_where_permitted(force_map, bound, basis.newtons, basis.raised * off_axis)
+        exceeded = exceeded or _confirming_above(force_map, bound)
     return replace(
         basis,
         raised=basis.raised * off_axis,

@@ -117,7 +117,7 @@ def _other_basis(force_map: ForceMap, other: ForceMap, of_force: Basis) -> Basis
             _require_within(newtons, other, other.highest_force * of_force.raised / raised)
         refusals += [why] if (why := contradiction(other, bound)) else []
     weak = None if refusals else weakness(bound, other)
-    exceeded = None if refusals else exceeded_where_permitted(other, bound, newtons, raised)
+    exceeded = None if refusals or weak else exceeded_where_permitted(other, bound, newtons, raised)
     notes = [] if refusals else [each for each in map_notes(other, bound) if each.kind not in _ONCE]
     return replace(
         of_force,

@@ -25,8 +25,8 @@ class PressureVerdict:
     outcome : VerdictOutcome
         Within only if the pressure and the film's error lie within the limit, its range is stated and no cell reached
         it, and the film shows the force that went through it; exceeded only if the pressure less the error does.
-    pressure, limit : float
-        Pressure and limit [N/cm^2].
+    pressure, limit, margin : float
+        Pressure, limit, and what is left of the limit above the pressure and the film's error [N/cm^2].
     contact : Contact
         The limit that was used.
     reason : Finding
@@ -36,6 +36,7 @@ class PressureVerdict:
     outcome: VerdictOutcome
     pressure: float
     limit: float
+    margin: float
     contact: Contact
     reason: Finding
 
@@ -82,7 +83,11 @@ def check_pressure(
             VerdictOutcome.WITHIN if most <= allowed and not (saturated or too_little) else VerdictOutcome.CANNOT_TELL
         )
     figures = {"pressure": measured.pressure, "limit": allowed, "contact": str(used), "error": error}
-    doubts = {"at_least": measured.above_range, "no_range": math.isnan(film.range), "too_little": too_little}
+    doubts: dict[str, float] = {
+        "at_least": measured.above_range,
+        "no_range": math.isnan(film.range),
+        "too_little": too_little,
+    }
     doubts |= {"most_N": measured.most_force, "force_N": force} if too_little else {}
     reason = Finding.of(FindingKind.PRESSURE_CHECKED, **figures, **doubts, file=measured.file)
-    return PressureVerdict(outcome, measured.pressure, allowed, used, reason)
+    return PressureVerdict(outcome, measured.pressure, allowed, allowed - most, used, reason)
