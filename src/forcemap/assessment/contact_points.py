@@ -25,7 +25,7 @@ _NAME = re.compile(r"[\w.-]{1,36}", re.ASCII)
 _PHOTOGRAPH = re.compile(r"[\w. -]{1,100}")
 _LONGEST = 500  # characters of a cell of words; a choice
 _MOST_POINTS = 2000  # of a cell; a choice
-_NUMBERS = ("distance_m", "distance_to_m", "height_m", "height_to_m", "recorded_at_mps", "programmed_mps")
+NUMBERS = ("distance_m", "distance_to_m", "height_m", "height_to_m", "recorded_at_mps", "programmed_mps")
 _WORDS = ("hazard", "contact_site", "direction", "recordings", "photograph", "remark")
 REQUIRED = ("point_id", "body_area", "contact", "body", "rests_on")
 COLUMNS = (
@@ -140,7 +140,7 @@ def parse_contact_points(content: bytes, file: str, *, table: LimitTable | None 
     read = _table(content, file)
     if not read.rows or len(read.rows) > _MOST_POINTS:
         raise read.error(f"found {len(read.rows)} contact points, expected 1 to {_MOST_POINTS}")
-    numbers = {name: read.numbers(name, required=False) for name in _NUMBERS if name in read.columns}
+    numbers = {name: read.numbers(name, required=False) for name in NUMBERS if name in read.columns}
     points: dict[str, ContactPoint] = {}
     for i, (cells, row) in enumerate(zip(read.texts, read.rows, strict=True)):
         try:
@@ -166,7 +166,7 @@ def list_text(rows: Sequence[Mapping[str, str]]) -> str:
 def _table(content: bytes, file: str) -> Table:
     read = read_table(content, file, what="contact point")
     read.require_columns(REQUIRED, COLUMNS)
-    return read.with_decimal_points(_NUMBERS)
+    return read.with_decimal_points(NUMBERS)
 
 
 def _point(cells: dict[str, str], numbers: dict[str, float], row: int, table: LimitTable | None) -> ContactPoint:

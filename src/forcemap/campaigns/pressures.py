@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
 from forcemap.campaigns.campaign import Campaign
-from forcemap.campaigns.conditions import CAMPAIGN_FILE
 from forcemap.campaigns.recordings_table import Entry
 from forcemap.csv_table import csv_cell
 from forcemap.errors import CampaignFileError, InputError
@@ -90,24 +89,36 @@ def _names(entry: Entry) -> set[str]:
 
 
 def film_reading(campaign: Campaign, entry: Entry) -> FilmReading | None:
-    """The cells of a recording that is used; None if no file bears its name. Errors as `measured_pressure`."""
-    film = campaign.conditions.film
-    measured = measured_pressure(campaign.folder / PRESSURES_FOLDER, film, entry)
-    if measured is None:
+    """The cells of a recording that is used; None if no file bears its name. Errors as `usable_film`."""
+    file = _film_of(campaign.folder / PRESSURES_FOLDER, entry)
+    if file is None:
         return None
-    file = campaign.folder / PRESSURES_FOLDER / measured.file
-    if math.isnan(film.range):
-        message = (
-            "the film's range is not stated, so that a saturated film would pass for a good one; state it in N/cm^2"
-        )
-        raise CampaignFileError(message, file=str(campaign.folder / CAMPAIGN_FILE), column="pressure.range_N_per_cm2")
-    if measured.too_little_for(entry.peak_force):
-        found = f"found {measured.most_force:.1f} N on all of the film, {entry.peak_force:.1f} N on the device"
-        remedy = "its unit or pitch is mistaken, or it does not cover the contact; state them, or move the file away"
-        raise CampaignFileError(f"{found}: {remedy}", file=str(file))
+    measured = usable_film(file, campaign.conditions.film, entry.peak_force)
     pressure, above = f"{measured.pressure:.2f}", measured.above_range
     cells = {"peak_pressure_N_per_cm2": pressure, "pressure_censored": csv_cell(above)}
     return FilmReading(cells, f"{measured.file} {measured.sha256[:16]}: {'at least ' * above}{pressure} N/cm^2")
+
+
+def usable_film(file: Path, film: Film, force: float) -> MeasuredPressure:
+    """The pressure of a film that is to count, beside the peak force [N] that went through it; NaN if not known.
+
+    Raises
+    ------
+    CampaignFileError
+        Its range or averaging is not stated; it shows far less than the force.
+    RecordingError
+        It cannot be used.
+    """
+    if math.isnan(film.range):
+        message = "the film's range is not stated, so that a saturated film would pass for a good one"
+        expected = "state pressure.range_N_per_cm2 in campaign.toml"
+        raise CampaignFileError(f"{message}; {expected}", file=str(file))
+    measured = _measured(file, film)
+    if measured.too_little_for(force):
+        found = f"found {measured.most_force:.1f} N on all of the film, {force:.1f} N on the device"
+        remedy = "its unit or pitch is mistaken, or it does not cover the contact; state them, or move the file away"
+        raise CampaignFileError(f"{found}: {remedy}", file=str(file))
+    return measured
 
 
 def measured_pressure(pressures: Path, film: Film, entry: Entry) -> MeasuredPressure | None:
@@ -120,18 +131,25 @@ def measured_pressure(pressures: Path, film: Film, entry: Entry) -> MeasuredPres
     RecordingError
         The file cannot be used.
     """
+    file = _film_of(pressures, entry)
+    return None if file is None else _measured(file, film)
+
+
+def _film_of(pressures: Path, entry: Entry) -> Path | None:
     if not pressures.is_dir():
         return None
     files = sorted(file for file in pressures.iterdir() if file.is_file() and file.stem in _names(entry))
-    if not files:
-        return None
     if len(files) > 1:
         found = " and ".join(file.name for file in files)
         raise CampaignFileError(f"found {found} for one run, expected one file", file=str(pressures))
-    matrix = read_pressure_matrix(files[0], film)
+    return files[0] if files else None
+
+
+def _measured(file: Path, film: Film) -> MeasuredPressure:
+    matrix = read_pressure_matrix(file, film)
     try:
         pressure, above = matrix.peak(film)
     except InputError as error:
-        raise CampaignFileError(error.message, file=str(files[0])) from None
+        raise CampaignFileError(error.message, file=str(file)) from None
     most = math.inf if above else matrix.most_force(film)
-    return MeasuredPressure(pressure, above, files[0].name, sha256(read_bytes(files[0])), most)
+    return MeasuredPressure(pressure, above, file.name, sha256(read_bytes(file)), most)
