@@ -435,6 +435,19 @@ def test_a_confirmation_asks_for_the_pressure_of_its_impacts(both):
     assert not len(again.added)
 
 
+def test_what_is_measured_next_is_said_to_be_planned_by_the_force():
+    points = SPREAD[::4]
+    with_film, without = (
+        table(np.random.default_rng(8), points=points),
+        table(np.random.default_rng(8), points=points, peak_pressure=None, pressure_censored=None),
+    )
+    for data, words in ((with_film, 1), (without, 0)):
+        found = fm.next_measurements(data, HAND, contact=fm.Contact.TRANSIENT, bound=fm.ToleranceBound())
+        said = [fm.sentence(each) for each in found.warnings]
+        assert sum("PLANNED BY THE FORCE ALONE" in each for each in said) == words
+        assert not words or "the peak pressure" in said[0]
+
+
 def test_a_robots_table_takes_the_lowest_of_both(both):
     down = replace(both, conditions=replace(both.conditions, direction="down"))
     exported = fm.robot_table(down, limits=[(HAND, fm.Contact.TRANSIENT)], bound=fm.ToleranceBound(), size=0.05)
