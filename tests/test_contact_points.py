@@ -311,6 +311,20 @@ def test_a_copy_is_no_further_impact(cell, judge, original):
     assert f"the same content as {original.removeprefix('recordings/')}" in said(result)
 
 
+@pytest.mark.parametrize("original", ["points/P1-1.csv", "recordings/d700-h300-v100-r1.csv"])
+def test_a_copy_that_is_cut_off_elsewhere_is_no_further_impact(cell, judge, original):
+    of_point(cell, [100, 110])
+    lines = (cell / original).read_text().splitlines()
+    (cell / "points" / "P1-3.csv").write_text("\n".join(lines[:-40]) + "\n")
+    registered_points(cell)
+    try:
+        (result,) = judge({**OWN, "contact": "quasi-static"})
+    finally:
+        without_points(cell)
+    assert result.outcome is PointOutcome.NOT_PERMITTED
+    assert f"the same content as {original.removeprefix('recordings/')}" in said(result)
+
+
 def test_a_file_that_cannot_be_read_forbids_the_point(cell, judge):
     of_point(cell, [200, 210, 205])
     (cell / "points" / "P1-4.csv").write_text("time_s,force_N\n0,1\n0.1,x\n0.2,2\n")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
 from pathlib import Path
@@ -12,6 +12,7 @@ import numpy as np
 
 from forcemap.arrays import FloatArray
 from forcemap.assessment.contact_points import ContactPoint
+from forcemap.assessment.originals import Originals
 from forcemap.campaigns.campaign import Campaign
 from forcemap.campaigns.conditions import CAMPAIGN_FILE, Conditions, normalised, pattern_fits, read_campaign_file
 from forcemap.campaigns.point_recordings import (
@@ -113,8 +114,7 @@ def point_impacts(
     """
     named = [(point, pattern) for point in points for pattern in point.recordings]
     found: dict[str, dict[str, tuple[PointImpact, ...]]] = {point.name: {} for point in points}
-    known = {} if campaign is None else {entry.sha256: entry.file for entry in campaign.entries if entry.sha256}
-    own = _own(folder, [(point, pattern) for point, pattern in named if _of_point(pattern)], known)
+    own = _own(folder, campaign, [(point, pattern) for point, pattern in named if _of_point(pattern)])
     planned = [(point, pattern) for point, pattern in named if not _of_point(pattern)]
     for point, pattern, impacts in (*own, *(_planned(campaign, planned) if campaign and planned else ())):
         there = found[point.name]
@@ -130,11 +130,11 @@ _Named = tuple[ContactPoint, str, tuple[PointImpact, ...]]
 Film = tuple[Path, Conditions, Entry]  # where films lie, which film, of which recording
 
 
-def _own(folder: Path, named: Sequence[tuple[ContactPoint, str]], known: Mapping[str, str]) -> Iterator[_Named]:
+def _own(folder: Path, campaign: Campaign | None, named: Sequence[tuple[ContactPoint, str]]) -> Iterator[_Named]:
     """Files in points/ of the campaign's device and file layout, each read once.
 
-    `known` are names of the campaign's recordings by hash: a copy of one, or of another file, is no further impact. Nor
-    is a file of any point that several name which do not state the same.
+    A copy of another file, or of one of the campaign's recordings, is no further impact. Nor is a file of any point
+    that several name which do not state the same.
     """
     if not named:
         return
@@ -144,13 +144,11 @@ def _own(folder: Path, named: Sequence[tuple[ContactPoint, str]], known: Mapping
     }
     stated = folder / CAMPAIGN_FILE
     conditions = read_campaign_file(stated)[0] if stated.exists() else Conditions()
-    doubt, first = recording_doubt(folder), dict(known)
+    doubt, originals = recording_doubt(folder), Originals(campaign)
     for recording in point_recordings(folder, [name for name, points in whose.items() if points]):
         points = list(dict.fromkeys(point for point, _ in whose[recording.name]))
-        original = first.setdefault(recording.sha256, recording.name) if recording.sha256 else recording.name
-        copied = (
-            [] if original == recording.name else [in_words(f"the same content as {original}, so no further impact")]
-        )
+        original = originals.of(recording)
+        copied = [in_words(f"the same content as {original}, so no further impact")] if original else []
         shared = (
             []
             if len({_made_at(point) for point in points}) == 1
