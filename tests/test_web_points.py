@@ -247,6 +247,10 @@ def test_the_report_is_taken_away_with_its_list(client, folder, tmp_path):
     found = verify_report(tmp_path / "report.html", folder)
     assert found.holds
     assert found.listed
+    film = folder / "pressures" / "d700-h300-v100-r1.csv"
+    film.parent.mkdir(exist_ok=True)
+    film.write_text("unit: N/cm2\n")
+    assert verify_report(tmp_path / "report.html", folder).new == ("pressures/d700-h300-v100-r1.csv",)
 
 
 def test_links_out_of_the_folder_are_not_followed(client, folder, tmp_path):

@@ -466,9 +466,10 @@ def assess_points(folder: str | Path, *, limit_table: LimitTable | None = None) 
     stated, robot = _stated(Path(folder), (), limit_table), Allowance()
     records = attempt(lambda: read_campaign(stated.folder))
     dataset = attempt(lambda: read_dataset(stated.folder, conditions=stated.conditions))
-    broken = () if isinstance(dataset, Missing) or not dataset.binding.reason else (dataset.binding.reason,)
+    broken = None if isinstance(dataset, Missing) else dataset.binding.reason
+    said = tuple(finding for finding in (broken, stated.conditions.speed_doubt) if finding)
     simulated = stated.conditions.simulated if isinstance(dataset, Missing) else dataset.simulated
-    measured = _Measured(Missing("not asked for"), dataset, stated.conditions, simulated, broken)
+    measured = _Measured(Missing("not asked for"), dataset, stated.conditions, simulated, said)
     bound = ToleranceBound(device_error=stated.conditions.device.error_or_default)
     fitted = _fitted(stated.folder, dataset, CFM_3D, bound)
     confirmed = confirmations(records, dataset, fitted.force_map, fitted.bound)
@@ -478,7 +479,7 @@ def assess_points(folder: str | Path, *, limit_table: LimitTable | None = None) 
         points,
         stated.conditions,
         stated.protocol,
-        (*fitted.weakness, *stated.findings, *broken, *fitted.doubts),
+        (*fitted.weakness, *stated.findings, *said, *fitted.doubts),
         simulated or any(impact.simulated for result in judged for impact in result.impacts),
     )
 
