@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import forcemap as fm
+from forcemap.assessment.assess_campaign import assess_points
 from forcemap.assessment.contact_points import COLUMNS, REQUIRED, read_contact_points
 from forcemap.assessment.missing import Missing
 from forcemap.assessment.point_results import PointOutcome, confirmations, point_results
@@ -663,3 +664,28 @@ def test_a_film_of_no_recording_is_refused(measured_cell):
     (measured_cell / "pressures" / "points" / "P1-1.txt").rename(measured_cell / "pressures" / "points" / "P9.txt")
     with pytest.raises(CampaignFileError, match="'P9', expected that of one file in points/"):
         registered_points(measured_cell)
+
+
+def test_a_repeat_that_exceeds_cannot_be_passed_over(tmp_path):
+    """Three of four repeats of a state are named; the fourth exceeds the limit at that place and speed."""
+    folder = write_campaign(tmp_path / "cell", repeats=4, toml=TOML + SITE)
+    save(folder / "recordings" / "d700-h300-v100-r4.csv", *pulse(300.0, rate=1000.0, seed=7))
+    collect(folder)
+    named = "; ".join(f"d700-h300-v100-r{i}" for i in (1, 2, 3))
+    write_list(folder, {**POINT, **PLACE, "rests_on": "measurements", "recordings": named})
+    (result,) = assess_points(folder).points
+    assert result.outcome is PointOutcome.NOT_PERMITTED
+    assert "d700-h300-v100-r4.csv: 300" in said(result)
+
+
+def test_a_faster_impact_that_exceeds_says_nothing_of_a_slower_point(judge):
+    point = {**PLACE, "distance_m": "0.5", "rests_on": "measurements", "contact": "quasi-static"}
+    (result,) = judge({**point, "recordings": "d500-h300-v100"})
+    assert result.outcome is PointOutcome.CONFIRMED, said(result)
+
+
+def test_recordings_of_points_that_nobody_names_are_said_first(measured_cell):
+    save(measured_cell / "points" / "Q1.csv", *pulse(300.0))
+    assert "NO CONTACT POINT NAMES, and that count for nothing: points/Q1.csv" in " ".join(
+        sentences(assess_points(measured_cell).findings)
+    )

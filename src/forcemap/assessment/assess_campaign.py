@@ -16,6 +16,7 @@ from forcemap.assessment.contact_points import POINTS_FILE, ContactPoint, read_c
 from forcemap.assessment.folder import InputFile, campaign_inputs, campaign_limit_table, file_findings, stated_findings
 from forcemap.assessment.missing import Missing, attempt, present
 from forcemap.assessment.place_speeds import PlaceSpeeds, place_speeds
+from forcemap.assessment.point_impacts import unnamed_files
 from forcemap.assessment.point_results import Confirmations, PointResult, confirmations, point_results
 from forcemap.assessment.state_results import StateResult, state_results
 from forcemap.campaigns.campaign import Campaign, read_campaign
@@ -337,6 +338,9 @@ def _stated(folder: Path, limits: Sequence[ForceLimit], table: LimitTable | None
         if others:
             findings.append(Finding.of(FindingKind.OTHER_LIMITS, table=own.file, editions=", ".join(others)))
     findings += stated_findings(conditions, list(dict.fromkeys([*limits, *of_points])))
+    unnamed = () if isinstance(listed, Missing) else attempt(lambda: unnamed_files(folder, listed))
+    if unnamed and not isinstance(unnamed, Missing):
+        findings.append(Finding.of(FindingKind.POINT_FILES_UNNAMED, names=unnamed))
     protocol = read_protocol(folder / CAMPAIGN_FILE) if has_conditions else Protocol()
     return _Stated(folder, inputs, conditions, tuple(limits), chosen, tuple(findings), listed, protocol)
 

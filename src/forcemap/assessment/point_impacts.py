@@ -25,6 +25,7 @@ from forcemap.campaigns.point_recordings import (
 from forcemap.campaigns.pressures import PRESSURES_FOLDER
 from forcemap.campaigns.recorded_impacts import RecordedImpacts
 from forcemap.campaigns.recordings_table import Entry
+from forcemap.campaigns.state import StateTolerance
 from forcemap.campaigns.walk import CampaignRecording, mistaken_unit, walk
 from forcemap.findings import Finding, FindingKind, in_words
 from forcemap.impacts.scenario import ContactScenario
@@ -122,9 +123,18 @@ def point_impacts(
     return found
 
 
+def unnamed_files(folder: Path, points: Sequence[ContactPoint]) -> tuple[str, ...]:
+    """Files in points/ that no point names; errors as `point_recordings`."""
+    patterns = [pattern.casefold() for point in points for pattern in point.recordings]
+    return tuple(name for name in point_names(folder) if not any(fnmatchcase(name.casefold(), p) for p in patterns))
+
+
 def _of_point(pattern: str) -> bool:
     return pattern.startswith(f"{POINTS_FOLDER}/")
 
+
+PASSED_OVER = ""
+"""In place of a pattern: recordings of the campaign at a point that exceed its limit, and that it does not name."""
 
 _Named = tuple[ContactPoint, str, tuple[PointImpact, ...]]
 Film = tuple[Path, Conditions, Entry]  # where films lie, which film, of which recording
@@ -184,29 +194,61 @@ def _of_file(
 
 
 def _planned(campaign: Campaign, named: Sequence[tuple[ContactPoint, str]]) -> Iterator[_Named]:
-    """Recordings of the campaign, in one walk over them."""
+    """Recordings of the campaign, in one walk over them; those that a point passes over although they exceed, too."""
     found: dict[tuple[str, str], list[PointImpact]] = {}
-    measured = []
+    measured, passed_over = [], dict[str, list[PointImpact]]()
+    points = {point.name: (point, [each for whose, each in named if whose is point]) for point, _ in named}
+    tolerance = StateTolerance.stated(campaign.conditions.place_tolerance, campaign.conditions.speed_tolerance)
     for recording in walk(campaign):
         measured += [recording.measured] if recording.measured else []
         state = recording.run[0] if recording.run else recording.entry.state_id
         for point, pattern in named:
             if pattern_fits(pattern, state, recording.entry.name):
                 found.setdefault((point.name, pattern), []).append(_of_campaign(campaign, point, recording))
+        for point, patterns in points.values():
+            if not _is_at(point, _place(campaign, recording), tolerance):
+                continue
+            if any(pattern_fits(pattern, state, recording.entry.name) for pattern in patterns):
+                continue
+            there = _of_campaign(campaign, point, recording)
+            if there.outcome is VerdictOutcome.EXCEEDED:
+                passed_over.setdefault(point.name, []).append(there)
     mistaken = mistaken_unit(campaign, measured)
     for point, pattern in named:
         impacts = found.get((point.name, pattern), [])
         yield point, pattern, tuple(_doubted(impact, mistaken) for impact in impacts)
+    for name, impacts in passed_over.items():
+        point, patterns = points[name]
+        named_speeds = [impact.speed for pattern in patterns for impact in found.get((name, pattern), [])]
+        fastest = max((speed for speed in named_speeds if not math.isnan(speed)), default=math.inf)
+        yield point, PASSED_OVER, tuple(i for i in impacts if not i.speed > fastest + tolerance.speed)
+
+
+def _is_at(point: ContactPoint, place: tuple[float, float], tolerance: StateTolerance) -> bool:
+    """Whether a place [m] is that of a point, as far as repeats of a state may lie apart."""
+    ends = ((point.distance, point.distance_to), (point.height, point.height_to))
+    return all(low - tolerance.place <= x <= high + tolerance.place for x, (low, high) in zip(place, ends, strict=True))
 
 
 def _doubted(impact: PointImpact, doubt: Finding | None) -> PointImpact:
     return impact if doubt is None or impact.not_judged else replace(impact, not_judged=doubt)
 
 
+def _row(campaign: Campaign, recording: CampaignRecording) -> int | None:
+    """The row of the plan of a recording."""
+    return campaign.plan.row_of.get(recording.run or ("", 0))
+
+
+def _place(campaign: Campaign, recording: CampaignRecording) -> tuple[float, float]:
+    """Distance and height of a recording [m]; NaN if it belongs to no run."""
+    if (row := _row(campaign, recording)) is None:
+        return (math.nan, math.nan)
+    return float(campaign.plan.distance[row]), float(campaign.plan.height[row])
+
+
 def _of_campaign(campaign: Campaign, point: ContactPoint, recording: CampaignRecording) -> PointImpact:
-    speed, place, row = recording.entry.speed, (math.nan, math.nan), campaign.plan.row_of.get(recording.run or ("", 0))
+    speed, place, row = recording.entry.speed, _place(campaign, recording), _row(campaign, recording)
     if row is not None:
-        place = float(campaign.plan.distance[row]), float(campaign.plan.height[row])
         speed = float(campaign.plan.speed[row]) if math.isnan(speed) else speed
     at_contact = float(campaign.conditions.at_contact(np.array(speed)))
     doubt = Finding.of(FindingKind.EXCLUDED_BY_PERSON) if recording.excluded else recording.doubt
