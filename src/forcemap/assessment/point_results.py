@@ -79,8 +79,8 @@ class PointResult:
 
     @property
     def not_measured(self) -> bool:
-        """True if no impact shows anything of it, neither its own nor those of a map."""
-        return self.outcome is PointOutcome.NOT_PERMITTED and not self.rests_on and not self.impacts
+        """True if it is to rest on impacts at this point, and none is named."""
+        return any(finding.kind is FindingKind.POINT_NOT_MEASURED for finding in self.lacks)
 
     @property
     def gravest(self) -> PointImpact | None:
