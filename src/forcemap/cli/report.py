@@ -291,8 +291,8 @@ def answer_lines(assessment: fm.CampaignAssessment) -> list[str]:
     lines += _point_lines(assessment)
     for part in assessment.speeds:
         name = f"{part.limit.name}, {part.contact}"
-        if part.contradicted and part.confirmation:
-            lines.append(f"{name}: no place permitted: {sentence(part.confirmation.reason)}")
+        if part.not_released:
+            lines.append(f"{name}: no place permitted: {sentence(part.not_released)}")
             continue
         if isinstance(part.speeds, Missing):
             lines.append(f"{name}: no speed: {part.speeds.reason}")
