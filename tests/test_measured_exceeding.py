@@ -106,3 +106,24 @@ def test_it_holds_for_pressures_alike():
     assert "390.0 N/cm^2, limit 380 N/cm^2" in said(speed)[0]
     with pytest.raises(fm.NotReleasable, match="t0"):
         fm.robot_table(force_map, limits=[(HAND, fm.Contact.TRANSIENT)], bound=fm.ToleranceBound(), size=0.1)
+
+
+def test_a_report_of_such_a_map_permits_nothing(tmp_path):
+    from forcemap.campaigns.plan import write_plan
+    from forcemap.planning.runs import extend_plan, runs_of
+    from forcemap.report import report_html
+    from pulses import TOML, collect, pulse, save, truth, write_campaign
+
+    folder = write_campaign(tmp_path / "cell", repeats=3, toml=TOML)
+    state = np.array([[0.63, 0.26, 0.15]])
+    added = runs_of(state, 1, np.array([truth(*state[0])]), role="test", prefix="x-")
+    write_plan(extend_plan(fm.read_plan(folder), added), folder)
+    save(folder / "recordings" / f"{added.recording[0]}.csv", *pulse(330.0, rate=1000.0, seed=99))
+    collect(folder)
+    found = fm.assess_campaign(folder, limits=[HAND])
+    transient = found.speeds[0]
+    assert transient.confirmed == 0
+    page = report_html(found, date="2026-11-23")
+    assert "NO PERMISSION" in page
+    speeds = page.split('<section id="speeds">')[1].split("</section>")[0]
+    assert speeds.count("No speed: A MEASUREMENT EXCEEDED THE LIMIT AT A SPEED THAT THE BOUND PERMITS") == 2
