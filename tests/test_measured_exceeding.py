@@ -114,7 +114,7 @@ def test_a_report_of_such_a_map_permits_nothing(tmp_path):
     from forcemap.report import report_html
     from pulses import TOML, collect, pulse, save, truth, write_campaign
 
-    folder = write_campaign(tmp_path / "cell", repeats=3, toml=TOML)
+    folder = write_campaign(tmp_path / "cell", toml=TOML)
     state = np.array([[0.63, 0.26, 0.15]])
     added = runs_of(state, 1, np.array([truth(*state[0])]), role="test", prefix="x-")
     write_plan(extend_plan(fm.read_plan(folder), added), folder)

@@ -24,7 +24,7 @@ NEW = {**POINT, **PLACE, "contact": "quasi-static"}
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    folder = write_campaign(tmp_path_factory.mktemp("page") / "cell", repeats=3, toml=TOML + SITE + PRESSURE)
+    folder = write_campaign(tmp_path_factory.mktemp("page") / "cell", toml=TOML + SITE + PRESSURE)
     collect(folder)
     return folder
 
