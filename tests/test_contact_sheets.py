@@ -282,5 +282,5 @@ def test_confirming_impacts_that_fail_take_all_speeds_away(tmp_path):
     assert transient.confirmed == 0
     (speeds,) = parts(page, "speeds", None)
     before = words(speeds).split("quasi-static contact")[0]
-    assert "impacts that were to confirm the map do not" in before
+    assert "the impacts that were to confirm the map for back of hand, transient contact, do not" in before
     assert not re.search(r"\d\.\d{3} \(", before)
