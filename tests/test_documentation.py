@@ -102,7 +102,7 @@ def workplace(tmp_path, monkeypatch):
 def perform(command):
     """Run a command; whoever plans a campaign measures it, too, and says in which direction where that matters."""
     code = run(shlex.split(command))
-    if command.startswith("plan"):
+    if command.startswith("plan "):
         if "--transfer" in command:  # which is refused where one campaign alone states its direction
             stated = Path(command.split()[1], "campaign.toml")
             stated.write_text(stated.read_text().replace('# direction = ""', 'direction = "down"'))

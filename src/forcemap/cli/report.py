@@ -264,6 +264,8 @@ def _outcome(part: PlaceSpeeds) -> str:
 
 def _points(assessment: fm.CampaignAssessment) -> list[dict[str, Any]] | None:
     """Every contact point; None if their list cannot be used."""
+    from forcemap.report.permission import pressure_words
+
     if isinstance(assessment.points, Missing):
         return None
     return [
@@ -277,7 +279,7 @@ def _points(assessment: fm.CampaignAssessment) -> list[dict[str, Any]] | None:
             "confirmed_by": list(result.confirmed_by),
             "rests_on": sentences(result.rests_on),
             "lacks": sentences(result.lacks),
-            "pressure": "not assessed",
+            "pressure": pressure_words(result),
         }
         for result in assessment.points
     ]
@@ -297,7 +299,7 @@ def _verdict(assessment: fm.CampaignAssessment) -> str:
     parts, without = [], []
     for part in assessment.speeds:
         name = f"{part.limit.name} {part.contact}"
-        if part.confirmed and not part.contradicted:
+        if part.confirmed and not part.not_released:
             low, high = fm.floor_speed(part.slowest_to_program), fm.floor_speed(part.fastest_to_program)
             parts.append(f"{name}: program {low} to {high} m/s, place by place")
         else:
@@ -312,8 +314,8 @@ def _verdict(assessment: fm.CampaignAssessment) -> str:
 def _limit_line(part: PlaceSpeeds) -> str:
     """What is permitted for a body area and contact, or why nothing is."""
     name = f"{part.limit.name}, {part.contact}"
-    if part.contradicted and part.confirmation:
-        return f"{name}: no place permitted: {sentence(part.confirmation.reason)}"
+    if part.not_released:
+        return f"{name}: no place permitted: {sentence(part.not_released)}"
     if isinstance(part.speeds, Missing):
         return f"{name}: no speed: {part.speeds.reason}"
     newtons = f"{name}, {part.limit.force(part.contact):g} N"
