@@ -1,0 +1,127 @@
+"""Visit every page of a campaign in Chromium, as a person does, and write down what it took and what was wrong.
+
+    python scripts/time_pages.py my-campaign [--pictures pictures] [--json figures.json]
+
+A figure of time holds for the machine it was taken on, quiet, and for nothing else: docs/web_page.md says which.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import shutil
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from axe_core_python.sync_playwright import Axe
+from playwright.sync_api import Browser, sync_playwright
+
+PARTS = ("", "/map", "/speeds", "/compare", "/task", "/downloads", "/conditions", "/columns")
+LOOKS = [(width, scheme) for width in (1280, 390) for scheme in ("light", "dark")]
+SETTLED = 10_000
+"""How long a page may take until it asks for nothing any more [ms]; a choice."""
+
+OBSERVE = """
+window.seen = { shift: 0, text: 0 };
+const shifted = (entry) => (seen.shift += entry.hadRecentInput ? 0 : entry.value);
+new PerformanceObserver((list) => list.getEntries().forEach(shifted))
+  .observe({ type: "layout-shift", buffered: true });
+new PerformanceObserver((list) => list.getEntries().forEach((entry) => (seen.text = entry.startTime)))
+  .observe({ type: "largest-contentful-paint", buffered: true });
+"""
+FIGURES = """() => ({
+  answer: performance.getEntriesByType("navigation")[0].responseEnd,
+  first: performance.getEntriesByName("first-contentful-paint")[0]?.startTime ?? null,
+  largest: seen.text, shift: seen.shift, wide: document.documentElement.scrollWidth > innerWidth,
+})"""
+
+
+@contextmanager
+def serving(folder: str) -> Iterator[tuple[str, str]]:
+    """Address and token of a server of a folder."""
+    command = [sys.executable, "-m", "forcemap", "serve", folder, "--port", "0"]
+    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as process:
+        assert process.stderr is not None
+        address, token = process.stderr.readline().split()[1].split("/?token=")
+        try:
+            yield address, token
+        finally:
+            process.kill()
+
+
+def visit(
+    browser: Browser, address: str, token: str, parts: list[str], pictures: Path | None
+) -> Iterator[dict[str, Any]]:
+    """What every page took, in every look."""
+    for width, scheme in LOOKS:
+        options: Any = {"viewport": {"width": width, "height": 900}, "color_scheme": scheme, "base_url": address}
+        context = browser.new_context(**options)
+        context.add_init_script(OBSERVE)
+        context.request.get(f"/?token={token}")
+        for part in parts:
+            page, said = context.new_page(), []
+            page.on("console", lambda message, said=said: said.append(message.text))
+            page.on("pageerror", lambda error, said=said: said.append(str(error)))
+            start = time.perf_counter()
+            answer = page.goto(part)
+            page.wait_for_load_state("networkidle", timeout=SETTLED)
+            page.wait_for_timeout(400)
+            figures = page.evaluate(FIGURES) | {"settled": 1000 * (time.perf_counter() - start) - 900}
+            found = Axe().run(page)["violations"]
+            violations = [f"{each['id']} ({len(each['nodes'])}): {each['nodes'][0]['html'][:90]}" for each in found]
+            status = answer.status if answer else 0
+            yield {
+                "page": part,
+                "width": width,
+                "scheme": scheme,
+                "status": status,
+                **figures,
+                "said": said,
+                "axe": violations,
+            }
+            if pictures:
+                name = part.strip("/").replace("/", "-") or "overview"
+                page.screenshot(path=pictures / f"{name}-{width}-{scheme}.png", full_page=True)
+            page.close()
+        context.close()
+
+
+def main() -> None:
+    """Visit the pages and print a line for each."""
+    asked = argparse.ArgumentParser(description=__doc__)
+    asked.add_argument("folder")
+    asked.add_argument("--pages", nargs="*", help="pages to visit, such as /map; all if not given")
+    asked.add_argument("--pictures", type=Path)
+    asked.add_argument("--json", type=Path)
+    stated = asked.parse_args()
+    if stated.pictures:
+        stated.pictures.mkdir(parents=True, exist_ok=True)
+    chromium = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+    arguments = ["--no-sandbox"] if hasattr(os, "geteuid") and os.geteuid() == 0 else []
+    rows = []
+    with serving(stated.folder) as (address, token), sync_playwright() as started:
+        browser = started.chromium.launch(executable_path=chromium, args=arguments)
+        asking = browser.new_context(base_url=address)
+        asking.request.get(f"/?token={token}")
+        names = [line["name"] for line in asking.request.get("/api/campaigns").json()["campaigns"]]
+        several = ["/", "/together"] if len(names) > 1 else []
+        parts = [*several, *(f"/campaigns/{names[0]}{part}" for part in (stated.pages or PARTS))]
+        for row in visit(browser, address, token, parts, stated.pictures):
+            rows.append(row)
+            first = f"{row['first'] or 0:6.0f} ms first, {row['largest']:6.0f} largest, {row['settled']:6.0f} settled"
+            look = f"{row['width']:4d} {row['scheme']:5s} {row['status']}"
+            wrong = [*row["said"], *row["axe"], *(["wider than the window"] if row["wide"] else [])]
+            print(f"{row['page']:34s} {look} {first}, shift {row['shift']:.3f}; {'; '.join(wrong) or 'nothing wrong'}")
+        browser.close()
+    if stated.json:
+        stated.json.write_text(json.dumps(rows, indent=1) + "\n")
+
+
+if __name__ == "__main__":
+    main()
