@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import Any
 
 from axe_core_python.sync_playwright import Axe
-from playwright.sync_api import Browser, sync_playwright
+from playwright.sync_api import Browser, Page, sync_playwright
 
 PARTS = ("", "/map", "/speeds", "/compare", "/task", "/downloads", "/conditions", "/columns")
 LOOKS = [(width, scheme) for width in (1280, 390) for scheme in ("light", "dark")]
@@ -55,6 +55,14 @@ def serving(folder: str) -> Iterator[tuple[str, str]]:
             process.kill()
 
 
+def noted(page: Page) -> list[str]:
+    """What a page says on its console, as it comes."""
+    said: list[str] = []
+    page.on("console", lambda message: said.append(message.text))
+    page.on("pageerror", lambda error: said.append(str(error)))
+    return said
+
+
 def visit(
     browser: Browser, address: str, token: str, parts: list[str], pictures: Path | None
 ) -> Iterator[dict[str, Any]]:
@@ -65,9 +73,8 @@ def visit(
         context.add_init_script(OBSERVE)
         context.request.get(f"/?token={token}")
         for part in parts:
-            page, said = context.new_page(), []
-            page.on("console", lambda message, said=said: said.append(message.text))
-            page.on("pageerror", lambda error, said=said: said.append(str(error)))
+            page = context.new_page()
+            said = noted(page)
             start = time.perf_counter()
             answer = page.goto(part)
             page.wait_for_load_state("networkidle", timeout=SETTLED)

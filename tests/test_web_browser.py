@@ -16,6 +16,7 @@ import forcemap as fm
 from sizes import FULL_SIZE
 from web_server import PATIENCE, contents, serving
 
+Axe = pytest.importorskip("axe_core_python.sync_playwright", reason="axe is missing: pip install 'forcemap[test]'").Axe
 playwright = pytest.importorskip("playwright.sync_api", reason="playwright is missing: pip install 'forcemap[test]'")
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
@@ -29,6 +30,12 @@ QUIET = [
 
 
 DOWNLOADED = "net::ERR_ABORTED"  # what Chromium says of a visit that becomes a download
+FIRST = "recording=d520-h140-v200-r1.csv"
+SHIFTS = """
+window.shifted = 0;
+const seen = (entry) => (shifted += entry.hadRecentInput ? 0 : entry.value);
+new PerformanceObserver((list) => list.getEntries().forEach(seen)).observe({ type: "layout-shift", buffered: true });
+"""
 NOTED = """
 window.taken = [];
 for (const way of ["text", "json"]) {
@@ -122,7 +129,7 @@ def page(request, opened):
 @pytest.fixture
 def single(opened):
     """A page for what does not depend on its size; it notes which answers its scripts have taken."""
-    page = opened()
+    page = opened(viewport={"width": 1280, "height": 3000})  # the workspace is asked for where it is seen
     page.add_init_script(NOTED)
     return page
 
@@ -161,8 +168,12 @@ def place(page):
     return [float(page.input_value(f"#{name}")) for name in ("distance_m", "height_m")]
 
 
-@pytest.mark.parametrize("part", ["", "/map", "/speeds", "/compare", "/task", "/downloads"])
-def test_each_page_fits(page, part):
+@pytest.mark.parametrize(
+    "part", ["", "/map", "/speeds", "/compare", "/task", "/conditions", "/columns", "/downloads", f"/recording?{FIRST}"]
+)
+def test_each_page_fits_and_is_for_everybody(page, part):
+    """Within its window, every field named, and what axe finds of contrast, names and order."""
+    page.add_init_script(SHIFTS)
     page.goto(f"/campaigns/lab{part}")
     page.wait_for_selector("h1")
     page.wait_for_load_state("networkidle")
@@ -172,6 +183,13 @@ def test_each_page_fits(page, part):
     )
     names = page.evaluate("[...document.querySelectorAll('[id]')].map(each => each.id)")
     assert len(names) == len(set(names))
+    assert page.locator(".tabs [aria-current]").is_visible()
+    edges = page.evaluate(
+        "['.brand', '.tabs a', 'h1'].map(s => document.querySelector(s).getBoundingClientRect().left)"
+    )
+    assert max(edges) - min(edges) < 1  # one left edge
+    assert [f"{each['id']}: {each['nodes'][0]['html']}" for each in Axe().run(page)["violations"]] == []
+    assert page.evaluate("shifted") < 0.02
 
 
 @desk_will_do
@@ -190,7 +208,7 @@ def test_a_dropped_recording_is_judged_at_once(page, served):
     assert page.inner_text("#judgement") == verdict.outcome.replace("_", " ")
     assert page.inner_text("#scenario-1") == impact.scenario.words
     assert page.inner_text(".peak") == f"{impact.peak_force:.1f}"
-    page.wait_for_selector("#curve .scatterlayer .trace")
+    page.wait_for_selector("#curve polyline")
     assert contents(folder) == before
     page.select_option("[name=area]", "face")
     page.wait_for_selector("#judgement.not_permitted")
@@ -226,7 +244,7 @@ def test_each_slider_changes_the_speed_to_the_librarys(page, force_map):
         assert f"{at[0]:.3f} m from the base axis, {at[1]:.3f} m high" in page.inner_text("#verdict")
     speed = float(page.input_value("#speed_mps"))
     assert page.inner_text("#force") == f"{force_map.predict(*at, speed):.1f}"
-    page.wait_for_selector("#along_speed .scatterlayer .trace")
+    page.wait_for_selector("#along_speed polyline")
     page.fill("#distance_m", "3")
     answered(page)
     assert "Outside what was measured" in page.inner_text("#verdict")
@@ -313,7 +331,7 @@ def test_late_speeds_do_not_replace_newer_ones(single):
     single.select_option("[name=area]", "chest")
     until(single, lambda: held)
     assert "Asking" in single.inner_text("#counts")
-    assert single.locator("#plane g rect").count() == 0
+    assert single.locator("#plane canvas").count() == 0
     single.select_option("[name=area]", "face")
     playwright.expect(single.locator("#counts")).to_contain_text("contact not permitted")
     let_go(single, held[0])
@@ -335,13 +353,13 @@ def test_a_page_is_of_one_map(single, served, part):
         changed(folder, 0.8)
         held[0].continue_()
         single.wait_for_selector(legend)
-        assert single.inner_text(".basis code") == shown_map(folder)
+        assert single.text_content(".basis code") == shown_map(folder)
         before = single.inner_text(legend.split()[0])
         changed(folder, 0.8)
         with single.expect_navigation():
             single.fill("#distance_m", "0.7")
         single.wait_for_selector(legend)
-        assert single.inner_text(".basis code") == shown_map(folder)
+        assert single.text_content(".basis code") == shown_map(folder)
         assert single.inner_text(legend.split()[0]) != before
         assert single.input_value("#distance_m") == "0.7"
     finally:
@@ -392,8 +410,8 @@ def test_the_keyboard_is_enough(page, force_map):
         answered(page)
     assert points(page) == [(0.785, 0.4)]
     page.goto("/campaigns/lab/map")
-    page.wait_for_selector("#workspace[data-points]")
     tab_to(page, "#workspace")
+    page.wait_for_selector("#workspace[data-points]")
     page.keyboard.press("ArrowLeft")
 
 
@@ -416,8 +434,10 @@ def test_the_report_and_the_map_are_taken_away(page, force_map, tmp_path):
 @desk_will_do
 def test_a_hundred_thousand_points_are_turned(page):
     page.goto("/campaigns/lab/map")
+    page.wait_for_selector("#along_speed polyline")
+    assert page.get_attribute("#workspace", "data-points") is None  # it comes when it is seen
+    page.locator("#workspace").scroll_into_view_if_needed()
     page.wait_for_selector("#workspace[data-points]")
-    page.wait_for_selector("#along_speed .scatterlayer .trace")
     assert int(page.get_attribute("#workspace", "data-points")) >= 100_000
     page.locator("#workspace").scroll_into_view_if_needed()
     box = page.locator("#workspace").bounding_box()

@@ -34,7 +34,7 @@ def with_entries(text: str, entries: Entries) -> str:
     InputError
         The file is written in a way that no entry can be changed in without losing another one.
     """
-    lines = text.splitlines()
+    lines = text.removesuffix("\n").split("\n")
     for (table, key), value in entries.items():
         lines = _changed(lines, table, key, value)
     changed = "\n".join(lines) + "\n"
@@ -44,9 +44,16 @@ def with_entries(text: str, entries: Entries) -> str:
         inside.pop(key, None)
         if value is not None:
             inside[key] = value
-    if _plain(toml_tables(changed.encode())) != _plain(wanted):
+    if not _says(changed, wanted):
         raise InputError("campaign.toml is written in a way that the page cannot change; change it in an editor")
     return changed
+
+
+def _says(text: str, wanted: Mapping[str, Any]) -> bool:
+    try:
+        return _plain(toml_tables(text.encode())) == _plain(wanted)
+    except InputError:  # a table a second time
+        return False
 
 
 def _changed(lines: list[str], table: str, key: str, value: Any) -> list[str]:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
+from typing import Any
 
 import numpy as np
 
@@ -45,7 +47,7 @@ def contours(distance: FloatArray, height: FloatArray, values: FloatArray, *, al
         distance, height, np.ma.masked_invalid(values.T), name="serial", line_type=LineType.Separate
     )
     wanted = [*round_values(float(known.min()), float(known.max())), *([also] if math.isfinite(also) else [])]
-    found = ((at, generator.lines(at)) for at in dict.fromkeys(wanted))
+    found: Iterable[tuple[float, Any]] = ((at, generator.lines(at)) for at in dict.fromkeys(wanted))
     return [
         Contour(at=at, lines=[np.round(line, _DECIMALS).tolist() for line in lines]) for at, lines in found if lines
     ]

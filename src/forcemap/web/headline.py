@@ -180,7 +180,11 @@ def _of(asked: _Asked) -> Case:
     figures["lowest_speed_mps"] = np.nanmin(speeds.speed_to_program)
     figures["highest_speed_mps"] = np.nanmax(speeds.speed_to_program)
     everywhere = permitted.sum() == known.sum()
-    return Case(state="permitted" if everywhere else "partly", reason="" if everywhere else worst.reason, **figures)
+    return Case(
+        state="permitted" if everywhere else "partly",
+        reason=worst.reason if worst and not everywhere else "",
+        **figures,
+    )
 
 
 def _bound(force_map: fm.ForceMap) -> fm.ToleranceBound:

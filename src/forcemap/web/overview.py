@@ -53,7 +53,7 @@ class Overview(Answer):
 
 def overview(folder: Folder, table: fm.LimitTable | None) -> Overview:
     """All campaigns; a problem of one stands in its line."""
-    area = Area()
+    area = Area.model_validate({})
     return Overview(area=area.area, campaigns=[_line(folder, name, area, table) for name in folder.campaigns()])
 
 
@@ -77,9 +77,11 @@ def _line(folder: Folder, name: str, area: Area, table: fm.LimitTable | None) ->
             figures["state"] = "ready"
         with suppress(fm.ForcemapError):  # a table of limits without this body area
             limits = limits_of(path, table)
-            cases = headline(name, path, Area(**limits.otherwise), limits, points=False).cases
-            figures["case"] = next((case for case in cases if case.contact == fm.Contact.TRANSIENT), None)
-        if dataset.no_speed or (figures["case"] and figures["case"].state == "contradicted"):
+            found = headline(name, path, Area(**limits.otherwise), limits, points=False)
+            figures["case"] = next((case for case in found.cases if case.contact == fm.Contact.TRANSIENT), None)
+            figures["problem"] = figures["problem"] or found.problem
+        case = figures.get("case")
+        if dataset.no_speed or case is None or case.state == "contradicted":
             figures["state"] = "refused"
     except fm.ForcemapError as error:
         figures["problem"] = problem_words(error)

@@ -236,7 +236,7 @@ def together_pages(site: Site) -> APIRouter:
             question = _stated(request, WayQuestion, limits.otherwise | _first_way(atlas))
             try:
                 answer, problem = way_answer(atlas, limits, question), ""
-            except fm.InputError as error:  # what the task leaves open is said beside the form that asks for it
+            except fm.ForcemapError as error:  # what the task leaves open is said beside the form that asks for it
                 answer, problem = None, problem_words(error)
             table = limits.table or fm.standard_limit_table()
             shown: dict[str, Any] = {

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from forcemap.answers.path import PathAnswer, PieceAnswer
 
-_WIDTH, _HEIGHT, _EDGE = 420.0, 280.0, 46.0
+_WIDTH, _HEIGHT, _EDGE = 420.0, 290.0, 58.0
 """Size of a view and room for its axes, in units of its drawing; choices: two views stand side by side."""
 
 _LEAST = 0.1

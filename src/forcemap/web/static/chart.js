@@ -65,7 +65,6 @@ export function chart(element) {
     const spot = typeof x === "number" && typeof y === "number";
     sample.append(spot ? make("circle", { cx: 13, cy: 5, r: 4, class: look }) : make("polyline", { points: "1,5 25,5", class: look }));
     const holder = Object.assign(document.createElement("span"), { className: "chart" });
-    holder.style.height = "auto";
     holder.append(sample);
     item.append(holder, name);
     return item;

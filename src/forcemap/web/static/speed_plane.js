@@ -4,6 +4,7 @@ import { colourBar, floored } from "./look.js";
 import { plane, swatch } from "./plane.js";
 import { waited, waitingFor } from "./wait.js";
 
+const PLACES = 10_000; // so many that the edge of what is permitted is seen as it is
 const WORDS = {
   admissible: "admissible", capped: "capped: no higher speed was measured", unconfirmed: "unconfirmed: no speed",
   outside: "outside what was measured: no speed", not_permitted: "contact not permitted: no speed",
@@ -47,9 +48,10 @@ export function speedPlane(element, legend, axes, moved) {
 
   function explain() {
     const shown = Object.entries(speeds.counts).filter(([name, count]) => count > 0 && name !== "outside");
+    const within = shown.reduce((sum, [, count]) => sum + count, 0);
     const parts = [...shown, ["outside", 0]].map(([name, count]) => {
       const item = document.createElement("span");
-      item.append(swatch(name, element.id), count > 0 ? ` ${WORDS[name]} (${count} places)` : ` ${WORDS[name]}`);
+      item.append(swatch(name, element.id), count > 0 ? ` ${WORDS[name]} (${((100 * count) / within).toFixed(0)} %)` : ` ${WORDS[name]}`);
       return item;
     });
     const [low, high] = range();
@@ -81,7 +83,7 @@ export function speedPlane(element, legend, axes, moved) {
       if (address === requested) return;
       requested = address;
       show(null, waitingFor("Asking for the speeds of all places"));
-      const answer = await waited(fetch(address).then((response) => (response.ok ? response.json() : null)).catch(() => null));
+      const answer = await waited(fetch(`${address}&places=${PLACES}`).then((response) => (response.ok ? response.json() : null)).catch(() => null));
       if (address !== requested) return;
       if (!answer) requested = "";
       if (!answer) show(null, Object.assign(document.createElement("p"), { className: "problem", textContent: "No speeds of all places: there was no answer." }));
