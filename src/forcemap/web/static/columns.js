@@ -5,7 +5,6 @@ import { waited, waitingFor } from "./wait.js";
 
 const form = document.getElementById("map");
 const [zone, chosen, table, judged, chartOf, place, said, save, confirm, choices] = ["zone", "file", "table", "judged", "curve-of", "curve", "said", "save", "confirm", "choices"].map((id) => document.getElementById(id));
-const ROLES = { time: "time", force: "force" };
 let [file, columns, roles, request] = [null, null, {}, 0];
 
 function say(words, className = "problem") {
@@ -95,9 +94,9 @@ function show() {
 }
 
 function click(number) {
-  const order = ["", "time", "force"];
+  const taken = Object.keys(roles).some((other) => roles[other] === "time" && Number(other) !== number);
+  const order = taken ? ["", "force"] : ["", "time", "force"]; // there is one time
   const next = order[(order.indexOf(roles[number] ?? "") + 1) % order.length];
-  if (next === ROLES.time) for (const other of Object.keys(roles)) if (roles[other] === "time") delete roles[other];
   if (next) roles[number] = next;
   else delete roles[number];
   show();
@@ -109,8 +108,14 @@ async function judge() {
   confirm.hidden = true;
   save.disabled = true;
   chartOf.hidden = true;
+  const wanted = stated();
+  const lacks = [["a force", wanted.force], ["a time, or samples per second", wanted.time ?? wanted.sampling_rate_Hz]].filter(([, value]) => value === undefined);
+  if (lacks.length) {
+    judged.replaceChildren(Object.assign(document.createElement("p"), { textContent: `Still missing: ${lacks.map(([words]) => words).join(", and ")}. Click the head of its column.` }));
+    return;
+  }
   judged.replaceChildren(waitingFor(`Reading ${file.name} by these columns`));
-  const query = new URLSearchParams({ file: file.name, curves: "true", columns: JSON.stringify(stated()) });
+  const query = new URLSearchParams({ file: file.name, curves: "true", columns: JSON.stringify(wanted) });
   const { answer, problem } = await post("judge", file, "application/octet-stream", `?${query}`);
   if (own !== request) return;
   if (problem || answer.kind !== "recording") {
