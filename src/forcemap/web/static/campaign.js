@@ -48,7 +48,7 @@ async function open(address) {
   }
   const block = content.querySelector("script[type='application/json']");
   const answer = block && JSON.parse(block.textContent);
-  if (answer?.curves) curve(content.querySelector(".curve"), answer);
+  if (answer?.curves) curve(content.querySelector(".chart.curve"), answer);
   tables(content);
 }
 

@@ -3,4 +3,4 @@ import { curve } from "./curve.js";
 import { data } from "./live.js";
 
 const answer = data("recording-data");
-if (answer?.curves) curve(document.querySelector(".curve"), answer);
+if (answer?.curves) curve(document.querySelector(".chart.curve"), answer);

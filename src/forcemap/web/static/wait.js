@@ -2,11 +2,11 @@
 
 const AFTER = 400; // ms; what is answered sooner would only flicker
 const line = document.getElementById("wait");
-let [open, timer] = [0, null];
+let [open, leaves, timer] = [0, false, null];
 
 function show() {
   clearTimeout(timer);
-  if (open) timer = setTimeout(() => (line.hidden = false), AFTER);
+  if (open || leaves) timer = setTimeout(() => (line.hidden = false), AFTER);
   else line.hidden = true;
 }
 
@@ -36,13 +36,13 @@ function leaving(event) {
   const link = event.target.closest?.("a[href]");
   const own = event.type === "submit" ? !event.target.hasAttribute("data-live") : link && link.origin === location.origin && !link.hasAttribute("download") && !link.hash && !event.ctrlKey && !event.metaKey && !event.shiftKey && link.target !== "_blank";
   if (!own || (link && link.pathname.startsWith("/api/"))) return;
-  open += 1;
+  leaves = true;
   show();
 }
 
 document.addEventListener("click", leaving);
 document.addEventListener("submit", leaving);
 addEventListener("pageshow", () => {
-  open = 0;
+  leaves = false;
   show();
 });
