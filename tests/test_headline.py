@@ -139,12 +139,13 @@ def test_a_route_is_drawn_in_its_place_and_by_its_outcomes(client):
     answer = client.get("/api/together/path", params=asked)
     path = SimpleNamespace(pieces=[SimpleNamespace(**piece) for piece in answer.json()["pieces"]])
     for view in views(path, points):
-        assert [stretch.outcome for stretch in view.stretches] == [piece.outcome for piece in path.pieces]
-        inside = np.array([*view.corners, *(place for each in view.stretches for place in (each.start, each.end))])
+        outcomes = [stretch.outcome for stretch in view.stretches for _ in stretch.places[1:]]
+        assert outcomes == [piece.outcome for piece in path.pieces]
+        inside = np.array([*view.corners, *(place for each in view.stretches for place in each.places)])
         assert (inside >= 0).all()
         assert (inside <= [view.width, view.height]).all()
-        assert view.stretches[0].start == view.corners[0]
-        assert view.stretches[-1].end == view.corners[-1]
+        assert view.stretches[0].places[0] == view.corners[0]
+        assert view.stretches[-1].places[-1] == view.corners[-1]
     page = client.get("/together", params=asked).text
     assert page.count('<svg class="route" viewBox') == 2
     stated = page.partition("Of all maps")[2]

@@ -19,11 +19,10 @@ _Place = tuple[float, float]
 
 @dataclass(frozen=True)
 class Stretch:
-    """Neighbouring pieces of one outcome, as a line of the drawing."""
+    """Neighbouring pieces of one outcome, as the places of one line of the drawing."""
 
     outcome: str
-    start: _Place
-    end: _Place
+    places: tuple[_Place, ...]
 
 
 @dataclass(frozen=True)
@@ -102,11 +101,24 @@ def _view(
         _WIDTH,
         _HEIGHT,
         _EDGE,
-        tuple(Stretch(piece.outcome, drawn(seen(piece.from_m)), drawn(seen(piece.to_m))) for piece in pieces),
+        tuple(
+            Stretch(outcome, tuple(drawn(seen(point)) for point in places)) for outcome, places in _stretches(pieces)
+        ),
         tuple(drawn(seen(point)) for point in points),
         tuple((drawn((value, 0))[0], f"{value:g}") for value in ticks[0]),
         tuple((drawn((0, value))[1], f"{value:g}") for value in ticks[1]),
     )
+
+
+def _stretches(pieces: list[PieceAnswer]) -> list[tuple[str, list[list[float]]]]:
+    """Outcome and points of every run of pieces that have one outcome and follow each other."""
+    found: list[tuple[str, list[list[float]]]] = []
+    for piece in pieces:
+        if found and found[-1][0] == piece.outcome and found[-1][1][-1] == piece.from_m:
+            found[-1][1].append(piece.to_m)
+        else:
+            found.append((piece.outcome, [piece.from_m, piece.to_m]))
+    return found
 
 
 def _ticks(middle: float, extent: float) -> list[float]:
