@@ -88,6 +88,12 @@ def test_the_next_step_is_what_is_missing_then_the_librarys_plan(client, root):
     (root / "down" / "recordings.csv").write_text("".join(register.splitlines(keepends=True)[:-1]))
     assert "1 planned runs that are missing" in client.get(asked).json()["sentence"]
     (root / "down" / "recordings.csv").write_text(register)
+    table = (root / "down" / "impacts.csv").read_text()
+    (root / "down" / "impacts.csv").write_text(table.replace("378.6", "178.6", 1))
+    answer = client.get(asked).json()
+    assert (answer["states"], answer["command"]) == ([], "")
+    assert "impacts.csv" in answer["sentence"]
+    (root / "down" / "impacts.csv").write_text(table)
 
 
 def test_the_overview_says_state_share_and_what_is_due(client):

@@ -88,7 +88,7 @@ def headline(name: str, path: Path, question: Area, limits: Limits, *, points: b
 
 
 def next_step(name: str, path: Path, question: Question, limits: Limits) -> NextStep:
-    """What to measure next: missing runs, then states that confirm more places, else nothing more or the confirmation.
+    """What to do next: missing runs, what forbids every speed, states that confirm more places, the confirmation.
 
     Raises
     ------
@@ -103,7 +103,11 @@ def next_step(name: str, path: Path, question: Question, limits: Limits) -> Next
     if not isinstance(campaign, Missing) and campaign.missing:
         runs = f"the {len(campaign.missing)} planned runs that are missing, the next is {campaign.missing[0]}"
         return NextStep(sentence=f"measure {runs}", states=[], command=f"forcemap collect {name}")
+    if refusal := impacts_of(path).no_speed:  # more measurements would not help
+        return NextStep(sentence=sentence(refusal), states=[], command="")
     case = _case(name, path, limit, contact, limits)
+    if case.state == "contradicted":
+        return NextStep(sentence=f"find out why: {case.reason}", states=[], command=f"forcemap confirm {asked}")
     if case.places and case.permitted == case.places:
         if case.confirmed_by:
             said = f"release: {case.confirmed_by} impacts at released speeds confirm the map"

@@ -20,11 +20,11 @@ async function step() {
   const area = document.querySelector("#drop [name=area]").value;
   place.replaceChildren(waitingFor("Working out what to measure next"));
   const address = `${place.dataset.next}?${new URLSearchParams({ area, contact: place.dataset.contact })}`;
-  const answer = await waited(fetch(address).then((response) => (response.ok ? response.json() : null)).catch(() => null));
+  const answer = await waited(fetch(address).then((response) => response.json()).catch(() => null));
   if (document.getElementById("next") !== place) return;
-  const said = Object.assign(document.createElement("p"), { textContent: answer?.sentence ?? GONE });
+  const said = Object.assign(document.createElement("p"), { textContent: answer?.sentence ?? answer?.error?.message ?? GONE });
   const parts = [said];
-  if (answer?.states.length) {
+  if (answer?.states?.length) {
     const places = answer.states.slice(0, 4).map((state) => `${state.distance_m.toFixed(2)} m, ${state.height_m.toFixed(2)} m at ${state.speed_mps.toFixed(2)} m/s`);
     const more = answer.states.length - places.length;
     parts.push(Object.assign(document.createElement("p"), { className: "note", textContent: `${places.join("; ")}${more ? ` and ${more} more` : ""}` }));
