@@ -1,6 +1,6 @@
 """Visit every page of a campaign in Chromium, as a person does, and write down what it took and what was wrong.
 
-    python scripts/time_pages.py my-campaign [--pictures pictures] [--json figures.json]
+    python scripts/time_pages.py my-campaign [--pictures pictures] [--docs docs/web_page.md]
 
 A figure of time holds for the machine it was taken on, quiet, and for nothing else: docs/web_page.md says which.
 """
@@ -8,7 +8,6 @@ A figure of time holds for the machine it was taken on, quiet, and for nothing e
 from __future__ import annotations
 
 import argparse
-import json
 import os
 import shutil
 import subprocess
@@ -99,35 +98,68 @@ def visit(
         context.close()
 
 
+def pages_of(browser: Browser, address: str, token: str, wanted: list[str] | None) -> tuple[str, list[str]]:
+    """What a folder holds, in words, and the addresses of its pages: of several campaigns the first one's."""
+    asking = browser.new_context(base_url=address)
+    asking.request.get(f"/?token={token}")
+    lines = asking.request.get("/api/campaigns").json()["campaigns"]
+    first = f"/campaigns/{lines[0]['name']}"
+    several = ["/", "/together"] if len(lines) > 1 else []
+    words = f"{len(lines)} campaigns" if several else f"{lines[0]['recordings']} recordings"
+    asking.close()
+    return words, [*several, *(f"{first}{part}" for part in (wanted or PARTS))]
+
+
+def table(rows: list[dict[str, Any]]) -> str:
+    """The slowest of all looks of every page, as a table of the documentation."""
+    lines = ["| folder | page | first content [ms] | all there [ms] | layout shift |", "|---|---|---|---|---|"]
+    for folder, page in dict.fromkeys((row["folder"], row["page"]) for row in rows):
+        of_page = [row for row in rows if (row["folder"], row["page"]) == (folder, page)]
+        first, settled = (max(row[key] or 0 for row in of_page) for key in ("first", "settled"))
+        whole = "campaign" if page.startswith("/campaigns") else page.strip("/") or "overview"
+        name = "/".join(page.split("/")[3:]) or whole
+        lines.append(
+            f"| {folder} | {name} | {first:.0f} | {settled:.0f} | {max(row['shift'] for row in of_page):.3f} |"
+        )
+    return "\n".join(lines)
+
+
+def written(file: Path, text: str) -> None:
+    """Put a text between the marks of the documentation."""
+    before, start, rest = file.read_text().partition("<!-- times:start -->")
+    _, end, after = rest.partition("<!-- times:end -->")
+    file.write_text(f"{before}{start}\n\n{text}\n\n{end}{after}")
+
+
 def main() -> None:
     """Visit the pages and print a line for each."""
     asked = argparse.ArgumentParser(description=__doc__)
-    asked.add_argument("folder")
+    asked.add_argument("folders", nargs="+")
     asked.add_argument("--pages", nargs="*", help="pages to visit, such as /map; all if not given")
-    asked.add_argument("--pictures", type=Path)
-    asked.add_argument("--json", type=Path)
+    asked.add_argument("--pictures", type=Path, help="folder for a picture of every page")
+    asked.add_argument("--docs", type=Path, help="page of the documentation that takes the table")
     stated = asked.parse_args()
     if stated.pictures:
         stated.pictures.mkdir(parents=True, exist_ok=True)
     chromium = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
     arguments = ["--no-sandbox"] if hasattr(os, "geteuid") and os.geteuid() == 0 else []
     rows = []
-    with serving(stated.folder) as (address, token), sync_playwright() as started:
+    with sync_playwright() as started:
         browser = started.chromium.launch(executable_path=chromium, args=arguments)
-        asking = browser.new_context(base_url=address)
-        asking.request.get(f"/?token={token}")
-        names = [line["name"] for line in asking.request.get("/api/campaigns").json()["campaigns"]]
-        several = ["/", "/together"] if len(names) > 1 else []
-        parts = [*several, *(f"/campaigns/{names[0]}{part}" for part in (stated.pages or PARTS))]
-        for row in visit(browser, address, token, parts, stated.pictures):
-            rows.append(row)
-            first = f"{row['first'] or 0:6.0f} ms first, {row['largest']:6.0f} largest, {row['settled']:6.0f} settled"
-            look = f"{row['width']:4d} {row['scheme']:5s} {row['status']}"
-            wrong = [*row["said"], *row["axe"], *(["wider than the window"] if row["wide"] else [])]
-            print(f"{row['page']:34s} {look} {first}, shift {row['shift']:.3f}; {'; '.join(wrong) or 'nothing wrong'}")
+        for folder in stated.folders:
+            with serving(folder) as (address, token):
+                words, parts = pages_of(browser, address, token, stated.pages)
+                for row in visit(browser, address, token, parts, stated.pictures):
+                    rows.append(row | {"folder": words})
+                    times = [f"{row[key] or 0:6.0f}" for key in ("first", "largest", "settled")]
+                    first = f"{times[0]} ms first, {times[1]} largest, {times[2]} all"
+                    look = f"{row['width']:4d} {row['scheme']:5s} {row['status']}"
+                    wrong = [*row["said"], *row["axe"], *(["wider than the window"] if row["wide"] else [])]
+                    said = "; ".join(wrong) or "nothing wrong"
+                    print(f"{row['page']:34s} {look} {first}, shift {row['shift']:.3f}; {said}", flush=True)
         browser.close()
-    if stated.json:
-        stated.json.write_text(json.dumps(rows, indent=1) + "\n")
+    if stated.docs:
+        written(stated.docs, table(rows))
 
 
 if __name__ == "__main__":

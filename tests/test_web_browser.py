@@ -527,6 +527,35 @@ def test_the_answer_stays_in_view(page):
     assert 0 <= page.locator("#verdict .figure").bounding_box()["y"] < 844
 
 
+def test_several_campaigns_at_a_glance_and_together(browser, simulated, tmp_path):
+    """The overview with its states, and the path through the maps of two directions, drawn; for everybody."""
+    for name in ("down", "up"):
+        shutil.copytree(simulated, tmp_path / "cell" / name, ignore=shutil.ignore_patterns("recordings"))
+    stated = tmp_path / "cell" / "up" / "campaign.toml"
+    stated.write_text(stated.read_text().replace('direction = "down"', 'direction = "up"'))
+    with serving(tmp_path / "cell") as (_, address, token), closing(browser.new_context(base_url=address)) as context:
+        context.set_default_timeout(1000 * PATIENCE)
+        page = context.new_page()
+        page.goto(f"/?token={token}")
+        assert page.locator(".card h2 a").all_inner_texts() == ["down", "up"]
+        assert "of the measured workspace" in page.inner_text(".card >> nth=0")
+        assert Axe().run(page)["violations"] == []
+        page.click("text=A path through the maps")
+        page.wait_for_selector("#drawn svg[role=img]")
+        assert page.locator("#drawn svg[role=img]").count() == 2
+        before = page.locator("#drawn polyline").first.get_attribute("points")
+        page.fill("[name=points]", "0.7,0.1,0.4;0.7,0.1,0.2;0.8,0.1,0.2")
+        answered(page)
+        assert page.locator("#drawn polyline").first.get_attribute("points") != before
+        looks = page.locator("#drawn polyline").evaluate_all("all => all.map(each => each.className.baseVal)")
+        assert "no_map" in looks
+        page.click("text=by map")
+        groups = page.locator(".basis details h3").all_inner_texts()
+        assert groups[0] == "Of all maps"
+        assert {"down", "up"} >= {*groups[1:]}
+        assert Axe().run(page)["violations"] == []
+
+
 @desk_will_do
 def test_words_have_a_short_help(page):
     page.goto("/campaigns/lab/map")

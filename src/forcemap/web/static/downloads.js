@@ -3,7 +3,7 @@ import { GONE } from "./live.js";
 import { waited, waitingFor } from "./wait.js";
 
 async function take(form, address) {
-  const [state, button] = [form.querySelector(".state"), form.querySelector("button")];
+  const [state, button] = [form.querySelector(".state"), form.querySelector("button:not(.help)")];
   const start = Date.now();
   const words = waitingFor("");
   const clock = words.appendChild(document.createElement("span"));
