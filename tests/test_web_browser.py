@@ -550,7 +550,7 @@ def test_several_campaigns_at_a_glance_and_together(browser, simulated, tmp_path
         looks = page.locator("#drawn polyline").evaluate_all("all => all.map(each => each.className.baseVal)")
         assert "no_map" in looks
         page.click("text=by map")
-        groups = page.locator(".basis details h3").all_inner_texts()
+        groups = page.locator(".basis details h2").all_inner_texts()
         assert groups[0] == "Of all maps"
         assert {"down", "up"} >= {*groups[1:]}
         assert Axe().run(page)["violations"] == []
