@@ -17,6 +17,7 @@ from forcemap.web.api import api_router
 from forcemap.web.folder import Folder
 from forcemap.web.intake import Intake
 from forcemap.web.pages import page_router, problem_page
+from forcemap.web.point_routes import point_router
 from forcemap.web.request_error import RequestError, status_of
 from forcemap.web.security import SecurityMiddleware
 from forcemap.web.site import Site
@@ -59,6 +60,7 @@ def create_app(folder: str | Path, *, token: str, limit_table: LimitTable | None
         redoc_url=None,
     )
     app.include_router(api_router(site))
+    app.include_router(point_router(site))
     app.include_router(page_router(site))
     app.mount("/static", StaticFiles(packages=[("forcemap.web", "static")]))
 

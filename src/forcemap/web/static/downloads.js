@@ -31,5 +31,5 @@ async function take(form, address) {
 for (const form of document.querySelectorAll("form[data-doing]"))
   form.addEventListener("submit", (event) => {
     event.preventDefault();
-    take(form, `${form.action}?${new URLSearchParams(new FormData(form))}`);
+    take(form, `${event.submitter?.formAction ?? form.action}?${new URLSearchParams(new FormData(form))}`);
   });
