@@ -2,8 +2,8 @@
 import { GONE } from "./live.js";
 import { waited, waitingFor } from "./wait.js";
 
-async function take(form, address) {
-  const [state, button] = [form.querySelector(".state"), form.querySelector("button:not(.help)")];
+async function take(form, button, address) {
+  const state = form.querySelector(".state");
   const start = Date.now();
   const words = waitingFor("");
   const clock = words.appendChild(document.createElement("span"));
@@ -31,5 +31,7 @@ async function take(form, address) {
 for (const form of document.querySelectorAll("form[data-doing]"))
   form.addEventListener("submit", (event) => {
     event.preventDefault();
-    take(form, `${event.submitter?.formAction ?? form.action}?${new URLSearchParams(new FormData(form))}`);
+    const button = event.submitter ?? form.querySelector("button:not(.help)");
+    const action = button.hasAttribute("formaction") ? button.formAction : form.action;
+    take(form, button, `${action}?${new URLSearchParams(new FormData(form))}`);
   });
