@@ -5,15 +5,15 @@ from __future__ import annotations
 import os
 import re
 import sqlite3
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 from urllib.parse import parse_qsl, urlsplit
 
-from sqlalchemy import Connection, Engine, NullPool, create_engine, event, exc, text
+from sqlalchemy import Connection, Engine, QueuePool, create_engine, event, exc, text
 
 from forcemap.errors import InputError, MissingExtra, RegisterError, one_line
 
@@ -32,17 +32,26 @@ _LOOPBACK = ("localhost", "127.0.0.1", "::1")
 
 @dataclass(frozen=True, eq=False)
 class Register:
-    """An open register.
+    """An open register; with `with` its connections are closed in the end.
 
     Parameters
     ----------
     name : str
         The file, or the URL, which has no password.
     engine : Engine
+    time : callable, optional
+        A clock in place of the server's or the machine's, for simulations.
     """
 
     name: str
     engine: Engine
+    time: Callable[[], datetime] | None = None
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.engine.dispose()
 
     @property
     def postgresql(self) -> bool:
@@ -93,6 +102,8 @@ class Register:
 
     def clock(self, connection: Connection) -> str:
         """The time now: the server's, else this machine's."""
+        if self.time is not None:
+            return time_text(self.time().astimezone(UTC))
         if self.postgresql:
             now: datetime = connection.execute(text("select clock_timestamp()")).scalar_one()
             return time_text(now.astimezone(UTC))
@@ -158,7 +169,7 @@ def _sqlite(path: Path, *, new: bool) -> Engine:
             connection.execute(f"pragma {setting}").fetchone()
         return connection
 
-    engine = create_engine("sqlite://", creator=connected, poolclass=NullPool, hide_parameters=True)
+    engine = create_engine("sqlite://", creator=connected, poolclass=QueuePool, hide_parameters=True)
 
     @event.listens_for(engine, "begin")
     def _begin(connection: Connection) -> None:  # the driver's own would begin late, and never before a new table

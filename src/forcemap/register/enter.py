@@ -85,9 +85,11 @@ def enter(register: Register, folder: str | Path, *, cell: str = "", person: str
         site, name = (stated("site", site) if site else ""), stated("cell", name)
         _require_date(content)
     with register.reading() as connection:
+        site = _site(connection, site, name)
         if found := _there(connection, content, site, name):
             return _as_there(content, site, name, found, head(connection))
     with register.writing() as connection:
+        site = _site(connection, site, name)
         if found := _there(connection, content, site, name):  # another process was faster
             return _as_there(content, site, name, found, head(connection))
         action = Action(register, connection, person)
@@ -112,19 +114,27 @@ def enter(register: Register, folder: str | Path, *, cell: str = "", person: str
 
 
 def change(
-    register: Register, cell: str, conditions: Mapping[str, str], *, since: str = "", person: str = ""
+    register: Register,
+    cell: str,
+    conditions: Mapping[str, str],
+    *,
+    since: str = "",
+    new: bool = False,
+    person: str = "",
 ) -> tuple[str, Head]:
-    """Enter what has changed at a cell; a cell that the register does not know is new.
+    """Enter what has changed at a cell.
 
     Parameters
     ----------
     register : Register
     cell : str
-        SITE/NAME.
+        SITE/NAME; the site may be left out where only one has such a cell.
     conditions : mapping of str to str
         What holds now, by `KINDS`; `?` for what is not known.
     since : str
         Date, YYYY-MM-DD; now if not given.
+    new : bool
+        True to make a cell that the register does not know: a slip in its name would else leave its releases in force.
     person : str
         Who enters it; the account of this machine if not given.
 
@@ -134,23 +144,42 @@ def change(
     ------
     InputError
         An unknown condition, no value, or a date that lies ahead.
+    RegisterError
+        There is no such cell, or there are several; the database refuses it.
     """
     if unknown := [kind for kind in conditions if kind not in KINDS]:
         raise InputError(f"condition: found {one_line(unknown[0])[:100]!r}, expected one of {', '.join(KINDS)}")
     if not conditions:
         raise InputError(f"condition: expected at least one, such as firmware=5.12, of {', '.join(KINDS)}")
     values = {kind: _value(kind, text) for kind, text in conditions.items()}
-    site, name = split(cell)
     day = stated_date("since", since).isoformat() if since else ""
     with register.writing() as connection:
         action = Action(register, connection, person)
         if day > action.at[:10]:
             raise InputError(f"since: found {day}, which lies ahead; enter a change when it has happened")
-        number = cell_number(connection, site, name) or action.add(CELLS, site=site, name=name)
+        number, named = _cell_or_new(action, cell) if new else require_cell(connection, cell)
         begins = f"{day}T00:00:00.000000Z" if day else action.at
         for kind, value in values.items():
             action.add(FACTS, cell_id=number, campaign_id=None, kind=kind, since=begins, value=value)
-        return joined(site, name), action.done("change", f"cell {joined(site, name)}", since=begins, facts=values)
+        return named, action.done("change", f"cell {named}", since=begins, facts=values)
+
+
+def _cell_or_new(action: Action, cell: str) -> tuple[int, str]:
+    site, name = split(cell)
+    site = _site(action.connection, site, name)
+    number = cell_number(action.connection, site, name) or action.add(CELLS, site=site, name=name)
+    return number, joined(site, name)
+
+
+def _site(connection: Connection, site: str, name: str) -> str:
+    """The site of a cell that may be named without it, where the register knows a cell of that name."""
+    if site or not name:
+        return site
+    known = connection.execute(select(CELLS.c.site).where(CELLS.c.name == name)).scalars().all()
+    if len(known) > 1 and "" not in known:
+        there = ", ".join(sorted(joined(each, name) for each in known)[:5])
+        raise RegisterError(f"there are several cells {name!r}: {there}; name the site, too")
+    return "" if "" in known or not known else str(known[0])
 
 
 def _value(kind: str, text: str) -> str | None:

@@ -4,10 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from alembic import command
-from alembic.config import Config
-from alembic.migration import MigrationContext
-from sqlalchemy import Connection, text
+from sqlalchemy import Connection, inspect, text
 
 from forcemap.errors import RegisterError
 from forcemap.register.connection import Register, connect
@@ -29,13 +26,6 @@ _UNIQUE = {"audit": "id", "recordings": "sha256", "releases": "id", "impacts": "
 _MADE_UP = "a row of the register is never changed or deleted; enter what is new"
 
 
-def _steps(connection: Connection) -> Config:
-    config = Config()
-    config.set_main_option("script_location", str(Path(__file__).with_name("migrations")).replace("%", "%%"))
-    config.attributes["connection"] = connection
-    return config
-
-
 def make_register(where: str | None = None, *, schema: str = SCHEMA) -> tuple[Register, str, bool]:
     """Make a register, or bring one to the schema of this version; who asks again changes nothing.
 
@@ -47,14 +37,18 @@ def make_register(where: str | None = None, *, schema: str = SCHEMA) -> tuple[Re
         The database refuses it, is another one, or has a schema of a later version.
     """
     register = connect(where, new=True)
-    with register.writing() as connection:
-        before = schema_of(connection)
-        if not before and any(connection.dialect.has_table(connection, name) for name in METADATA.tables):
-            raise RegisterError("this is another database, not a register", file=register.name)
-        if before > SCHEMA:
-            raise _later(register, before)
-        command.upgrade(_steps(connection), schema)
-    return register, before, register.postgresql and _with_roles(register)
+    try:
+        with register.writing() as connection:
+            before = schema_of(connection)
+            if not before and inspect(connection).get_table_names():
+                raise RegisterError("this is another database, not a register", file=register.name)
+            if before > SCHEMA:
+                raise _later(register, before)
+            _migrate(connection, schema)
+        return register, before, register.postgresql and schema == SCHEMA and _with_roles(register)
+    except BaseException:
+        register.engine.dispose()
+        raise
 
 
 def open_register(where: str | None = None) -> Register:
@@ -66,21 +60,37 @@ def open_register(where: str | None = None) -> Register:
         It has another schema, or the database cannot be used.
     """
     register = connect(where)
-    with register.reading() as connection:
-        found = schema_of(connection)
-    if not found:
-        raise RegisterError("this is no register; forcemap register init makes one", file=register.name)
-    if found > SCHEMA:
-        raise _later(register, found)
-    if found != SCHEMA:
-        remedy = "make a backup (docs/register.md), then: forcemap register init"
-        raise RegisterError(f"the register has the schema {found}, expected {SCHEMA}; {remedy}", file=register.name)
+    try:
+        with register.reading() as connection:
+            found = schema_of(connection)
+        if not found:
+            raise RegisterError("this is no register; forcemap register init makes one", file=register.name)
+        if found > SCHEMA:
+            raise _later(register, found)
+        if found != SCHEMA:
+            remedy = "make a backup (docs/register.md), then: forcemap register init"
+            raise RegisterError(f"the register has the schema {found}, expected {SCHEMA}; {remedy}", file=register.name)
+    except BaseException:
+        register.engine.dispose()
+        raise
     return register
 
 
 def schema_of(connection: Connection) -> str:
     """The schema that a database has; empty if it is no register."""
-    return MigrationContext.configure(connection).get_current_revision() or ""
+    if not inspect(connection).has_table("alembic_version"):
+        return ""
+    return str(connection.execute(text("select version_num from alembic_version")).scalar() or "")
+
+
+def _migrate(connection: Connection, schema: str) -> None:
+    from alembic import command
+    from alembic.config import Config
+
+    config = Config()
+    config.set_main_option("script_location", str(Path(__file__).with_name("migrations")).replace("%", "%%"))
+    config.attributes["connection"] = connection
+    command.upgrade(config, schema)
 
 
 def _later(register: Register, found: str) -> RegisterError:

@@ -115,6 +115,7 @@ IMPACTS = Table(
     _entry(),
     Index("impacts_recording", "recording_id"),
     Index("impacts_largest", "largest_N", "campaign_id", "whole"),
+    Index("impacts_whole", "whole", "campaign_id", "largest_N"),
 )
 """What was found in a recording; `largest_N` of both phases, null if nothing was, and `whole` is 0 where it may have
 been more. The campaign is the first of its cell that has it."""

@@ -24,5 +24,6 @@ def upgrade() -> None:
     )
     op.create_index("contact_points_campaign", "contact_points", ["campaign_id"])
     op.create_index("impacts_largest", "impacts", ["largest_N", "campaign_id", "whole"])
+    op.create_index("impacts_whole", "impacts", ["whole", "campaign_id", "largest_N"])
     op.create_index("campaigns_device", "campaigns", ["device"])
     keep_rows(op.get_bind(), "contact_points")
