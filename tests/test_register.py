@@ -36,6 +36,7 @@ from forcemap.register.tables import METADATA, RELEASES
 from pulses import pulse, save
 from register_folders import DAY, collected, toml_of
 from sizes import FULL_SIZE
+from web_server import bearer, client_of
 
 DATABASES = ("sqlite", "postgresql")
 PROCESSES = multiprocessing.get_context("forkserver")
@@ -725,7 +726,7 @@ def lose(opened, server, name):
 
 def test_a_full_disk_is_one_line_and_nothing_is_lost(blank, folders, tmp_path):
     """A file may not grow beyond a size, as on a disk that is full."""
-    where = shutil.copy(blank, tmp_path / "r.sqlite")
+    where = str(shutil.copy(blank, tmp_path / "r.sqlite"))
     size = os.path.getsize(where) + 30_000
 
     def limited():
@@ -894,6 +895,45 @@ def test_many_make_the_same_register_at_once(tmp_path):
     assert whole(open_register(str(tmp_path / "r.sqlite")))
 
 
+def test_a_backup_is_restored_whole(register, where, folders, tmp_path, server_or_none):
+    """As docs/register.md says, while somebody writes."""
+    filled(register, folders)
+    noted, before = newest(register), {name: rows(register, name) for name in METADATA.tables}
+    if register.postgresql:
+        dump, name = tmp_path / "register.dump", where.partition("@/")[2].partition("?")[0]
+        with register.writing() as connection:
+            Action(register, connection, "operator").add(METADATA.tables["cells"], site="a", name="b")
+            server = server_or_none
+            made = [
+                postgres.PROGRAMS / "pg_dump",
+                "-h",
+                server.home,
+                "-U",
+                "owner",
+                "--format=custom",
+                f"--file={dump}",
+                name,
+            ]
+            subprocess.run([str(each) for each in made], check=True)
+        again, restored = server.new(f"{name}_again"), postgres.PROGRAMS / "pg_restore"
+        arguments = [restored, "-h", server.home, "-U", "owner", f"--dbname={name}_again", dump]
+        subprocess.run([str(each) for each in arguments], check=True)
+    else:
+        again = str(tmp_path / "again.sqlite")
+        with register.writing() as connection:
+            Action(register, connection, "operator").add(METADATA.tables["cells"], site="a", name="b")
+            source, target = sqlite3.connect(where), sqlite3.connect(again)
+            source.backup(target)
+            source.close()
+            target.close()
+    with open_register(again) as copied:
+        assert {name: rows(copied, name) for name in METADATA.tables} == before
+        with copied.reading() as connection:
+            assert verify(connection, noted) == ()
+        with pytest.raises(Exception, match="never changed or deleted"):
+            owner(copied, "delete from audit")
+
+
 # what else names it
 
 
@@ -911,37 +951,36 @@ def test_without_the_extra_one_line_says_how_to_install_it(tmp_path):
 
 def test_pages_show_the_register_and_only_read_it(blank, folders, tmp_path):
     import html5lib
-    from starlette.testclient import TestClient
-
-    from forcemap.web.app import create_app
 
     where = str(shutil.copy(blank, tmp_path / "r.sqlite"))
     with open_register(where) as register:
         enter(register, folders[0])
-        enter(register, folders[2], cell="a/b/<i>")
+        enter(register, folders[2], cell="a b/<i>")
         add_release(register)
-    app = create_app(folders[0].parent, token="t", register=where)
-    client = TestClient(app, base_url="http://127.0.0.1", headers={"Authorization": "Bearer t"})
-    for path in ("/register", "/register/cell?cell=plant/cell-1", "/register/cell?cell=a/b/%3Ci%3E"):
-        page = client.get(path)
-        assert page.status_code == 200, page.text
-        html5lib.HTMLParser(strict=True).parse(page.text)
-        assert "<i>" not in page.text
-    shown = client.get("/register/cell?cell=plant/cell-1").text
-    assert "In force until" in shown
-    assert "0.100 to 0.200 m/s" in shown
-    site = client.get("/api/register").json()
-    assert [cell["in_force"] for cell in site["cells"]] == [False, True]
-    assert client.get("/api/register/cell?cell=none").status_code >= 400
-    assert client.get("/register", headers={"Authorization": "Bearer x"}).status_code == 401
-    for method in ("post", "put", "delete"):
-        assert getattr(client, method)("/register").status_code in (403, 405)
-    with open_register(where) as register:
-        assert str(newest(register)) == site["head"]["noted"]
-        change(register, "plant/cell-1", {"tool": "hook"})
-    shown = client.get("/register/cell?cell=plant/cell-1").text
-    assert "NOT IN FORCE: tool was gripper when measured" in shown
-    assert "0.100" not in shown
+    with client_of(folders[0].parent, register=where) as client:
+        for path in ("/register", "/register/cell?cell=plant/cell-1", "/register/cell?cell=a+b/%3Ci%3E"):
+            page = client.get(path)
+            assert page.status_code == 200, page.text
+            html5lib.HTMLParser(strict=True).parse(page.text)
+            assert "<i>" not in page.text
+        shown = client.get("/register/cell?cell=plant/cell-1").text
+        assert "In force until" in shown
+        assert "0.100 to 0.200 m/s" in shown
+        site = client.get("/api/register").json()
+        assert [cell["in_force"] for cell in site["cells"]] == [False, True]
+        assert client.get("/api/register/cell?cell=none").status_code >= 400
+        assert client.get("/register/cell?cell=none").status_code >= 400
+        assert client.get("/register", headers=bearer("another")).status_code == 401
+        for method in ("POST", "PUT", "DELETE"):
+            assert client.request(method, "/register").status_code in (403, 405)
+        with open_register(where) as register:
+            assert newest(register) == site["head"]["noted"]
+            change(register, "plant/cell-1", {"tool": "hook"})
+        shown = client.get("/register/cell?cell=plant/cell-1").text
+        assert "NOT IN FORCE: tool was gripper when measured" in shown
+        assert "0.100" not in shown
+    with client_of(folders[0].parent) as client:
+        assert client.get("/register").status_code == 404
 
 
 def test_fleet_enters_what_it_collected_and_a_report_names_the_head(blank, measured, tmp_path, ask):
