@@ -31,6 +31,7 @@ mutants: .venv/.mutants
 bench: .venv/.test
 	$(BIN)/python benchmarks/run.py
 	$(BIN)/python benchmarks/fast.py
+	$(BIN)/python benchmarks/growth.py
 
 examples: .venv/.app
 	$(BIN)/python scripts/make_examples.py

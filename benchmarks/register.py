@@ -1,8 +1,8 @@
 """How quickly the team's register takes in campaigns and answers, from 10^4 to 10^6 recordings, on both databases.
 
-Folders are made as `collect` leaves them and entered one after the other, as `forcemap register enter` does; releases and
-changes of firmware come on top. Prints the tables of docs/register.md; --write puts them there. It needs a
-PostgreSQL server's programs, half an hour and some gigabytes of disk; `--most 100000` takes a tenth of it.
+Folders are made as `collect` leaves them and entered one after the other, as `forcemap register enter` does; releases
+and changes of firmware come on top. Prints the table of docs/register.md; --write puts it there. It needs the
+programs of PostgreSQL's server, half an hour and a gigabyte of disk; `--most 100000` takes a tenth of it.
 """
 
 from __future__ import annotations
@@ -20,9 +20,6 @@ from typing import Any
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 
-from postgres import Server
-from register_folders import collected
-
 from forcemap.campaigns.recordings_table import _entries
 from forcemap.register import questions
 from forcemap.register.audit import Action, verify
@@ -31,6 +28,8 @@ from forcemap.register.enter import change, enter
 from forcemap.register.folder import read_content
 from forcemap.register.schema import make_register
 from forcemap.register.tables import RELEASES
+from postgres import Server
+from register_folders import collected
 
 DOCUMENT = Path(__file__).parents[1] / "docs" / "register.md"
 HEAD, END = "<!-- register -->", "<!-- table -->"
@@ -59,16 +58,25 @@ def add_release(register: Register, content: Any, campaign: int, before: int | N
             RELEASES,
             cell_id=1 + campaign // OF_A_CELL,
             campaign_id=campaign + 1,
-            **{"subject": "workspace", "areas": "chest", "contact": "transient", "bound": "tolerance"},
+            subject="workspace",
+            areas="chest",
+            contact="transient",
+            bound="tolerance",
             speeds=json.dumps(speeds),
             report_sha256=content.sha256,
             conditions=json.dumps(content.conditions),
             person=action.person,
             at=action.at,
             map_sha256=content.sha256,
-            **{"valid_until": "2099-12-31", "measured_on": "2026-02-01", "calibrated": calibrated},
-            **{"calibrated_until": until, "limit_N": 280.0},
-            **{"device_spring_N_per_m": 75000.0, "area_spring_N_per_m": 25000.0, "simulated": 1, "replaces": before},
+            valid_until="2099-12-31",
+            measured_on="2026-02-01",
+            calibrated=calibrated,
+            calibrated_until=until,
+            limit_N=280.0,
+            device_spring_N_per_m=75000.0,
+            area_spring_N_per_m=25000.0,
+            simulated=1,
+            replaces=before,
         )
         action.done("release", f"release {number}")
     return number

@@ -161,6 +161,7 @@ def recordings():
         (home / "campaign.toml").write_text('schema = "forcemap-campaign/1"\n[device]\nrange_N = 500\n')
 
         def ours():
+            (home / ".judged").unlink(missing_ok=True)  # what collect remembers
             fm.build_dataset(fm.read_campaign(home))
 
         def theirs():

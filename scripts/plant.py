@@ -2,8 +2,8 @@
 
 Run from the root of the project: python scripts/plant.py build/plant [--cells 50] [--register URL]
 
-The virtual lab measures one robot; every cell has its own serial numbers, day of measurement and device. In the course of
-the year firmware is updated, tools are changed, cells are measured again, releases withdrawn. The questions of
+The virtual lab measures one robot; every cell has its own serial numbers, day of measurement and device. In the course
+of the year firmware is updated, tools are changed, cells are measured again, a release is withdrawn. The questions of
 docs/register.md are asked in the end, and can be asked of build/plant/register.sqlite afterwards.
 """
 
@@ -23,7 +23,6 @@ import numpy as np
 
 import forcemap as fm
 from forcemap.cli.app import run
-from forcemap.lab.example_campaigns import example_plan
 from forcemap.lab.simulated_campaign import simulate_campaign
 from forcemap.lab.simulated_device import SimulatedDevice
 from forcemap.lab.virtual_robot import virtual_robot
@@ -54,7 +53,8 @@ class Plant:
         self.firmware = dict.fromkeys(self.cells, "5.11")
         self.lab = home / "lab"
         robot, rng = virtual_robot("ur10e-like"), np.random.default_rng(7)
-        simulate_campaign(example_plan("ur10e"), robot, SimulatedDevice(), rng, self.lab)
+        plan = fm.plan_measurements((0.52, 0.89), (0.14, 0.46), (0.1, 0.3), repeats=1, again=0)
+        simulate_campaign(plan, robot, SimulatedDevice(), rng, self.lab)
 
     def day(self, number: int) -> None:
         """Go on to a day of the year."""

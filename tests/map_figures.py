@@ -114,7 +114,8 @@ def ranges():
         found = MeasuredRange(points)
         yield f"{name} ends", [*found.lowest, *found.highest]
         facets = np.unique(np.round(found.facets, 6) + 0.0, axis=0)  # a face of many points is cut in one way or other
-        yield f"{name} facets", list(np.sort(facets, axis=0).T)
+        if np.linalg.matrix_rank(points - points[0]) != 1:  # around a line they may stand turned in any way
+            yield f"{name} facets", list(np.sort(facets, axis=0).T)
         places = np.vstack([points[:4, :2], points.mean(axis=0)[:2], rng.uniform([0.4, 0.0], [0.9, 0.5], (7, 2))])
         off = np.concatenate([np.add(places, by) for by in ((0, 0), (8e-10, 0), (0, -8e-10), (3e-9, 0), (0, 3e-9))])
         for number, part in enumerate(np.array_split(off, 5)):

@@ -206,7 +206,7 @@ def test_effective_mass_to_rounding(name, gantry):
     q[20:40, 1:] = 0.0
     q[40:60] *= 1e-5
     outcomes = set()
-    for direction in [(0, 0, -1), (1, 2, 3), (1, 0, 0)]:
+    for direction in [(0, 0, -1), (1, 2, 3), (1, 0, 0)] if FULL_SIZE or name == "kuka-iiwa7" else [(1, 2, 3)]:
         found = robot_effective_mass(robot, q, direction)
         value, outcome = in_parts(robot, q, direction)
         np.testing.assert_array_equal(found.outcome, outcome)
@@ -241,16 +241,17 @@ def test_simulated_impacts_bit_for_bit(preset):
     robot = virtual_robot(preset)
     quick = replace(robot, reaction=replace(robot.reaction, delay=0.0, threshold=0.5))
     rng = np.random.default_rng(8)
-    d, h, v = rng.uniform((0.6, 0.2, 0.05), (0.75, 0.4, 0.5), (130, 3)).T
+    d, h = np.tile(np.sort(rng.uniform((0.6, 0.2), (0.75, 0.4), (9, 2)), axis=0), (15, 1)).T  # posed in the same order
+    v = rng.uniform(0.05, 0.5, d.size)
     for each in (robot, quick, robot.with_threshold(1e6), robot.with_threshold(60.0).with_payload(2.0)):
-        setup = each.impact_setup(each.posed_at(d, h), 75_000.0)
+        setup = each.impact_setup(each.posed_at(d[:9], h[:9]), 75_000.0).at_places(np.arange(d.size) % 9)
         found = simulate_impacts(each, d, h, v)
         assert d.size * found.time.size >= lab.LEAST
-        expected = force_course(setup.at_places(np.arange(d.size)), v, duration=1.0)
+        expected = force_course(setup, v, duration=1.0)
         assert (expected > 0).any()
         same(found.force, expected)
         same(found.peak_force, first_peaks(expected))
-        same(simulate_peaks(each, d, h, v), phase_one_peaks(setup.at_places(np.arange(d.size)), v))
+        same(simulate_peaks(each, d, h, v), phase_one_peaks(setup, v))
         few = simulate_impacts(each, d[:9], h[:9], v[:9])
         same(few.force, expected[:, :9])
     sideways = {"direction": (1.0, 0.5, -0.5), "step": 1e-4, "duration": 0.7}
@@ -475,7 +476,7 @@ def test_where_nothing_can_be_written_every_process_compiles(copied, tmp_path):
 def test_processes_that_compile_at_once(copied):
     environment = {**os.environ, "PYTHONPATH": str(copied)}
     line = [sys.executable, "-W", "error", "-c", PREDICT]
-    started = [subprocess.Popen(line, env=environment, stdout=subprocess.PIPE, text=True) for _ in range(4)]
+    started = [subprocess.Popen(line, env=environment, stdout=subprocess.PIPE, text=True) for _ in range(3)]
     for each in started:
         assert each.communicate()[0].split()[0] == "True"
         assert each.returncode == 0

@@ -28,4 +28,5 @@ def test_what_speeds_are_made_of_is_what_it_was(part):
         words, figures = parts(said)
         words_before, figures_before = parts(before)
         assert words == words_before, name
-        np.testing.assert_allclose(figures, figures_before, rtol=1e-6, atol=1e-9, err_msg=name)
+        # Searches end within some 1e-6; another processor adds up in another order and ends elsewhere within that.
+        np.testing.assert_allclose(figures, figures_before, rtol=1e-5, atol=1e-9, err_msg=name)

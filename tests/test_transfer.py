@@ -624,6 +624,11 @@ def test_a_map_is_not_carried_over_to_another_direction(old_map):
     down = fm.fit_force_map(impacts(THIRTY, OLD, 1, conditions=replace(CONDITIONS, direction="down")))
     with pytest.raises(fm.FitError, match=r"directions differ.*'down'.*'outward'.*measure that one by itself"):
         fm.transfer_map(down, impacts(TEN, NEW, 2, conditions=replace(CHANGED, direction="outward")))
+    with pytest.raises(fm.FitError, match=r"holds for 'down'.*not stated; .*state contact.direction"):
+        fm.transfer_map(down, impacts(TEN, NEW, 2, conditions=replace(CHANGED, direction=" ")))
+    unstated = fm.fit_force_map(impacts(THIRTY, OLD, 1, conditions=replace(CONDITIONS, direction="")))
+    with pytest.raises(fm.FitError, match=r"not stated, the new .*'down'; .*state .* of the earlier campaign"):
+        fm.transfer_map(unstated, impacts(TEN, NEW, 2, conditions=replace(CHANGED, direction="down")))
     same = fm.transfer_map(down, impacts(TEN, NEW, 2, conditions=replace(CHANGED, direction="Vertically  down")))
     assert same.conditions.direction == "Vertically  down"
     kinds = [warning.kind for warning in same.fit.transfer.warnings]

@@ -7,6 +7,8 @@ import hashlib
 import pickle
 import warnings
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from contextvars import copy_context
 from functools import cache
 from importlib import import_module
 from pathlib import Path
@@ -43,6 +45,24 @@ def kernel(function: Callable[..., None], arguments: str) -> Callable[..., None]
             return _compiled(function, arguments)
         except Exception:  # whatever is wrong with it: numpy is the reference, and there
             return None
+
+
+def in_threads(work: Callable[[range], None], items: range) -> None:
+    """Do the work of all items, cut into one share for each of numba's threads (NUMBA_NUM_THREADS).
+
+    Compiled kernels and numpy's functions of large arrays run beside each other; the threads end with this call.
+    """
+    numba: Any = import_module("numba")
+    threads = min(numba.config.NUMBA_NUM_THREADS, len(items))
+    shares = [items[len(items) * k // threads : len(items) * (k + 1) // threads] for k in range(threads)]
+    if len(shares) < 2:
+        work(items)
+        return
+    with ThreadPoolExecutor(threads - 1) as executor:
+        others = [executor.submit(copy_context().run, work, share) for share in shares[1:]]
+        work(shares[0])
+        for other in others:
+            other.result()
 
 
 def _compiled(function: Callable[..., None], arguments: str) -> Callable[..., None] | None:

@@ -104,7 +104,8 @@ def binding_of(table: Path, rows: Sequence[Mapping[str, str]], conditions: Condi
         return _broken(FindingKind.REGISTER_EDITED, all=tuple(edited))
     hashes = {name: entry.impact_sha256 for name, entry in used.items()}
     other = [name for row, name in zip(rows, names, strict=True) if hashes.get(name) != impact_sha256(row)]
-    other += [name for name in used if name not in names]
+    named = set(names)
+    other += [name for name in used if name not in named]
     unused = unused_cells(entries).items()
     other = other or [name for name, cell in unused if any(_value(row.get(name, "")) != _value(cell) for row in rows)]
     if other:

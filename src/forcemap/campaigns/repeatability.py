@@ -266,7 +266,7 @@ def _outliers(dataset: ImpactDataset, cells: list[Indices]) -> list[Outlier]:
         return np.asarray((np.abs(apart) > max(least, noise * spread)) & (np.abs(log_apart) > log_noise * spread))
 
     outliers: list[Outlier] = []
-    for cell in cells:
+    for cell in _spreading(force, cells, max(least, noise)):
         rest = cell
         while rest.size > 1:
             median = _medians_of_others(force[rest])
@@ -280,6 +280,13 @@ def _outliers(dataset: ImpactDataset, cells: list[Indices]) -> list[Outlier]:
             outliers += [_outlier(dataset, impact, others_median) for impact, others_median in named]
             rest = np.delete(rest, worst)
     return outliers
+
+
+def _spreading(values: FloatArray, cells: list[Indices], apart: float) -> list[Indices]:
+    """The cells whose values span more than that; in the others none is further than that from any median."""
+    starts, values = np.cumsum([0, *(cell.size for cell in cells[:-1])]), values[np.concatenate(cells)]
+    spans = np.maximum.reduceat(values, starts) - np.minimum.reduceat(values, starts)
+    return [cell for cell, span in zip(cells, spans.tolist(), strict=True) if span > apart]
 
 
 def _medians_of_others(values: FloatArray) -> FloatArray:

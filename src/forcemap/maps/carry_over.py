@@ -94,7 +94,7 @@ def transfer_map(old_map: ForceMap, dataset: ImpactDataset, *, shift: Form | Non
     FitError
         No new impact has role train; new states are those of an earlier campaign; the earlier map's own test states
         contradict it, its forces drifted, or impacts above the device range were discarded from it; the campaigns state
-        different directions.
+        different directions, or one of them states none.
     BoundNotAvailable
         The earlier map has too few states or places for a tolerance bound of its own.
     TransferRefused
@@ -180,14 +180,19 @@ def require_sound(old_map: ForceMap) -> None:
 
 
 def _require_direction(old_map: ForceMap, dataset: ImpactDataset) -> None:
-    """Refuse another direction: there a shift misses up to 12 % of the force (docs/directions.md)."""
+    """Refuse another direction, for which a shift misses up to 12 % of the force (docs/directions.md), or unknown."""
     then, now = (each.direction.strip() for each in (old_map.conditions, dataset.conditions))
-    if then and now and not same_direction(then, now):
-        raise FitError(
-            f"directions differ: the earlier map holds for {then!r}, the new impacts were measured {now!r}; a map is "
-            "not carried over to another direction, measure that one by itself",
-            file=dataset.source or None,
-        )
+    if same_direction(then, now):
+        return
+    held = f"for {then!r}" if then else "in a direction that is not stated"
+    measured = repr(now) if now else "in a direction that is not stated"
+    whose = " of the earlier campaign and fit it again" if now else ""
+    advice = "measure that one by itself" if then and now else f"state contact.direction in campaign.toml{whose}"
+    raise FitError(
+        f"directions differ: the earlier map holds {held}, the new impacts were measured {measured}; a map is not "
+        f"carried over to another direction, {advice}",
+        file=dataset.source or None,
+    )
 
 
 def _require_new(new: States, campaigns: Sequence[Earlier], dataset: ImpactDataset) -> None:

@@ -10,13 +10,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from forcemap.arrays import FloatArray, in_blocks, large_result
-from forcemap.compiled import kernel
+from forcemap.compiled import in_threads, kernel
 from forcemap.maps.forms import Form
 
 LEAST = 524_288
@@ -112,15 +113,20 @@ def _rows(form: Form, coefficients: FloatArray) -> FloatArray:
 
 def _filled(result: FloatArray, block: _Block, by_numpy: _ByNumpy, points: list[FloatArray]) -> bool:
     """Fill the result block by block, by numpy where numbers are not finite; false if numpy's first points differ."""
-    for start in range(0, result.size, _BLOCK):
-        out = result[start : start + _BLOCK]
-        parts = [array if array.size == 1 else _plain(array[start : start + _BLOCK]) for array in points]
-        block(*parts, out)
-        if np.isnan(out).any() and not all(np.isfinite(part).all() for part in parts):
-            out[:] = by_numpy(*parts)
-        first = [part[:_CHECKED] for part in parts]
-        if start == 0 and not np.array_equal(out[:_CHECKED], by_numpy(*first), equal_nan=True):
-            return False
+
+    def fill(starts: range) -> None:
+        for start in starts:
+            out = result[start : start + _BLOCK]
+            parts = [array if array.size == 1 else _plain(array[start : start + _BLOCK]) for array in points]
+            block(*parts, out)
+            if np.isnan(out).any() and not all(np.isfinite(part).all() for part in parts):
+                out[:] = by_numpy(*parts)
+
+    starts = range(0, result.size, _BLOCK)
+    fill(starts[:1])
+    if not np.array_equal(result[:_CHECKED], by_numpy(*(part[:_CHECKED] for part in points)), equal_nan=True):
+        return False
+    in_threads(fill, starts[1:])
     return True
 
 
@@ -131,7 +137,13 @@ def _plain(part: FloatArray) -> FloatArray:
 
 def _spread(part: FloatArray, size: int) -> FloatArray:
     """A part of that size, where one figure may stand for all."""
-    return part if part.size == size else np.full(size, part[0])
+    return part if part.size == size else _constant(part.tobytes())[:size]
+
+
+@lru_cache(maxsize=4)
+def _constant(figure: bytes) -> FloatArray:
+    """A block full of one figure, by its bytes: zeros have signs."""
+    return np.full(_BLOCK, np.frombuffer(figure))
 
 
 def _log_force(b: FloatArray, d: FloatArray, h: FloatArray, v: FloatArray, out: FloatArray) -> None:
