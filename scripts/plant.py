@@ -23,6 +23,7 @@ import numpy as np
 
 import forcemap as fm
 from forcemap.cli.app import run
+from forcemap.lab.example_campaigns import example_plan
 from forcemap.lab.simulated_campaign import simulate_campaign
 from forcemap.lab.simulated_device import SimulatedDevice
 from forcemap.lab.virtual_robot import virtual_robot
@@ -53,8 +54,7 @@ class Plant:
         self.firmware = dict.fromkeys(self.cells, "5.11")
         self.lab = home / "lab"
         robot, rng = virtual_robot("ur10e-like"), np.random.default_rng(7)
-        plan = fm.plan_measurements((0.52, 0.89), (0.14, 0.46), (0.1, 0.3), repeats=1, again=0)
-        simulate_campaign(plan, robot, SimulatedDevice(), rng, self.lab)
+        simulate_campaign(example_plan("ur10e"), robot, SimulatedDevice(), rng, self.lab)
 
     def day(self, number: int) -> None:
         """Go on to a day of the year."""

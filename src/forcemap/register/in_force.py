@@ -117,8 +117,11 @@ def failed(
         found.append(of(kind.RELEASE_END_UNKNOWN))
     elif release.valid_until < now[:10]:
         found.append(of(kind.RELEASE_OVER, until=release.valid_until))
+    of_kind: dict[str, list[Fact]] = {name: [] for name in KINDS}
+    for fact in facts:
+        of_kind[fact.kind].append(fact)
     for name in KINDS:
-        found += _changed(name, release, [fact for fact in facts if fact.kind == name])
+        found += _changed(name, release, of_kind[name])
     found += _uncalibrated(release)
     springs = [math.nan if spring is None else spring for spring in (release.area_spring, release.device_spring)]
     unsuited = device_suitability(release.areas, *springs).refusal

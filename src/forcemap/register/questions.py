@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import date
 from typing import Any
@@ -51,8 +51,8 @@ class ReleaseState:
         What is released: for which cell, of its workspace, a task or a contact point, and what it rests on.
     limit_N : float or None
         The lowest force limit [N].
-    speeds : mapping
-        What was released, speeds in m/s to program.
+    speeds_json : str
+        What was released, as it was entered.
     map_sha256 : str or None
         None where it rests on impacts alone.
     report_sha256, person, at : str
@@ -75,7 +75,7 @@ class ReleaseState:
     contact: str
     bound: str
     limit_N: float | None
-    speeds: Mapping[str, Any]
+    speeds_json: str
     map_sha256: str | None
     report_sha256: str
     person: str
@@ -85,6 +85,11 @@ class ReleaseState:
     replaces: int | None
     simulated: bool
     failed: tuple[Finding, ...]
+
+    @property
+    def speeds(self) -> dict[str, Any]:
+        """What was released, speeds in m/s to program."""
+        return dict(json.loads(self.speeds_json))
 
     @property
     def in_force(self) -> bool:
@@ -184,9 +189,15 @@ class LargeImpact:
 
 def cell_states(register: Register) -> tuple[CellState, ...]:
     """All cells by their names."""
+    return _states(register)
+
+
+def _states(register: Register, *which: ColumnElement[bool]) -> tuple[CellState, ...]:
+    """All cells, with these releases."""
     with register.reading() as connection:
         cells = {row.id: joined(row.site, row.name) for row in connection.execute(select(CELLS))}
-        facts, releases = _facts(connection), _releases(register, connection)
+        facts = _facts(connection)
+        releases = _releases(register, connection, *which, facts=facts)
     of_cell: dict[str, list[ReleaseState]] = {}
     for release in releases:
         of_cell.setdefault(release.cell, []).append(release)
@@ -216,7 +227,8 @@ def cell_state(register: Register, cell: str) -> tuple[CellState, tuple[Event, .
 def due(register: Register, *, within: int = DUE_WITHIN) -> tuple[Due, ...]:
     """What is due: releases that do not hold or end within so many days, cells without one, calibrations that end."""
     found: list[Due] = []
-    states = cell_states(register)
+    later = RELEASES.alias()
+    states = _states(register, ~select(later.c.id).where(later.c.replaces == RELEASES.c.id).exists())
     with register.reading() as connection:
         today = _now(register, connection)[:10]
         devices = _devices(connection)
@@ -385,13 +397,18 @@ def _relying_on_campaigns(register: Register, which: ColumnElement[bool], becaus
     )
 
 
-def _releases(register: Register, connection: Connection, *which: ColumnElement[bool]) -> list[ReleaseState]:
-    """Releases with why they are not in force, the newest first."""
+def _releases(
+    register: Register,
+    connection: Connection,
+    *which: ColumnElement[bool],
+    facts: Mapping[int, Sequence[Fact]] | None = None,
+) -> list[ReleaseState]:
+    """Releases with why they are not in force, the newest first; all facts are given, or those of their cells read."""
     now = _now(register, connection)
     query = select(RELEASES, CELLS.c.site, CELLS.c.name).join_from(RELEASES, CELLS).where(*which)
     rows = connection.execute(query.order_by(RELEASES.c.id.desc())).mappings().all()
-    of = [] if not which else [FACTS.c.cell_id.in_(select(RELEASES.c.cell_id).where(*which))]
-    facts = _facts(connection, *of) if rows else {}
+    if facts is None:
+        facts = _facts(connection, FACTS.c.cell_id.in_(select(RELEASES.c.cell_id).where(*which))) if rows else {}
     withdrawn: dict[int, list[Withdrawal]] = {}
     for row in connection.execute(select(WITHDRAWALS)):
         withdrawn.setdefault(row.release_id, []).append(Withdrawal(row.person, row.at, row.reason))
@@ -403,7 +420,7 @@ def _releases(register: Register, connection: Connection, *which: ColumnElement[
             cell=joined(row["site"], row["name"]),
             **{name: row[name] for name in ("subject", "areas", "contact", "bound", "limit_N", "map_sha256", "at")},
             **{name: row[name] for name in ("report_sha256", "person", "valid_until", "replaces")},
-            speeds=json.loads(row["speeds"]),
+            speeds_json=row["speeds"],
             conditions=json.loads(row["conditions"]),
             simulated=bool(row["simulated"]),
             failed=failed(
