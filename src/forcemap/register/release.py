@@ -207,11 +207,13 @@ def _of_workspace(content: CampaignContent, limits: _Limits, task: str) -> _Spee
 
 def _of_point(content: CampaignContent, name: str) -> _Speeds:
     """The speed of a contact point, as the report judges it, behind the gate of exports."""
+    points = {point.name: point for point in content.points}
+    if name not in points:
+        raise InputError(f"point: found {name[:100]!r}, expected one of {', '.join(points) or 'contact_points.csv'}")
+    if refusal := points[name].limit.refusal:
+        raise NotReleasable(f"nothing is released of point {name}: {sentence(refusal)}")
     assessment = fm.assess_campaign(content.folder)
-    results = {result.point.name: result for result in present(assessment.points)}
-    if name not in results:
-        raise InputError(f"point: found {name[:100]!r}, expected one of {', '.join(results) or 'contact_points.csv'}")
-    result = results[name]
+    result = next(result for result in present(assessment.points) if result.point.name == name)
     point = result.point
     if result.outcome is PointOutcome.NOT_PERMITTED:
         raise NotReleasable(f"nothing is released of point {name}: {'; '.join(sentences(result.lacks))}")
