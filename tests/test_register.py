@@ -21,7 +21,7 @@ import numpy as np
 import pytest
 from alembic.autogenerate import compare_metadata
 from alembic.migration import MigrationContext
-from sqlalchemy import func, select, text
+from sqlalchemy import func, inspect, select, text
 from sqlalchemy.exc import DBAPIError
 
 import forcemap as fm
@@ -876,6 +876,20 @@ def test_the_first_schema_is_migrated_with_its_data_and_triggers(database, serve
         assert compare_metadata(MigrationContext.configure(connection), METADATA) == []
     assert whole(old)
     old.engine.dispose()
+
+
+def test_a_migration_that_fails_in_the_middle_leaves_the_schema_before(where, ask):
+    register = make_register(where)[0]
+    indexes = ("contact_points_campaign", "impacts_largest", "impacts_whole", "campaigns_device")
+    owner(register, *(f"drop index {name}" for name in indexes), "drop table contact_points")
+    owner(register, "update alembic_version set version_num = 'v1'", "create index impacts_whole on impacts (whole)")
+    code, answer = ask("register", "init", "--register", where)
+    assert (code, answer["error"]["kind"]) == (2, "register")
+    owner(register, "drop index impacts_whole")
+    with register.reading() as connection:
+        assert not inspect(connection).has_table("contact_points")
+    assert ask("register", "init", "--register", where)[1]["schema_before"] == "v1"
+    register.engine.dispose()
 
 
 def test_a_later_schema_is_not_touched(register, where, ask):

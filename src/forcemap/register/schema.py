@@ -42,7 +42,7 @@ def make_register(where: str | None = None, *, schema: str = SCHEMA) -> tuple[Re
             before = schema_of(connection)
             if not before and inspect(connection).get_table_names():
                 raise RegisterError("this is another database, not a register", file=register.name)
-            if before > SCHEMA:
+            if _number(before) > _number(SCHEMA):
                 raise _later(register, before)
             _migrate(connection, schema)
         return register, before, register.postgresql and schema == SCHEMA and _with_roles(register)
@@ -65,7 +65,7 @@ def open_register(where: str | None = None) -> Register:
             found = schema_of(connection)
         if not found:
             raise RegisterError("this is no register; forcemap register init makes one", file=register.name)
-        if found > SCHEMA:
+        if _number(found) > _number(SCHEMA):
             raise _later(register, found)
         if found != SCHEMA:
             remedy = "make a backup (docs/register.md), then: forcemap register init"
@@ -81,6 +81,10 @@ def schema_of(connection: Connection) -> str:
     if not inspect(connection).has_table("alembic_version"):
         return ""
     return str(connection.execute(text("select version_num from alembic_version")).scalar() or "")
+
+
+def _number(schema: str) -> int:
+    return int(schema.removeprefix("v") or 0)
 
 
 def _migrate(connection: Connection, schema: str) -> None:
