@@ -219,11 +219,15 @@ def test_another_version_makes_it_again_and_other_areas_are_refused(north, tmp_p
     assert "not for chest" in fleet(ask, [north], "--area", "chest")["north"]["failed"]
 
 
-def test_a_memory_that_was_altered_is_refused(north, ask):
+def test_a_memory_that_was_altered_or_that_another_account_sealed_counts_for_nothing(north, ask, monkeypatch, tmp_path):
     text = (north / "fleet.json").read_text()
     (north / "fleet.json").write_text(re.sub(r'("lowest_speed_to_program_mps": )[\d.]+', r"\g<1>0.9", text))
-    failed = fleet(ask, [north])["north"]["failed"]
-    assert "not what forcemap fleet wrote; delete it" in failed
+    row = fleet(ask, [north])["north"]
+    assert row["made_again"]
+    assert 0.9 not in [speed["lowest_speed_to_program_mps"] for speed in row["report"]["speeds"]]
+    assert not fleet(ask, [north])["north"]["made_again"]
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "another account"))
+    assert fleet(ask, [north])["north"]["made_again"]
 
 
 def test_new_impacts_that_agree_with_the_last_map_replace_it(north, ask):

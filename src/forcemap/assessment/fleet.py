@@ -17,8 +17,9 @@ from forcemap.assessment.folder import InputFile, campaign_inputs, campaign_limi
 from forcemap.assessment.missing import Missing, attempt, present
 from forcemap.campaigns.conditions import Conditions
 from forcemap.campaigns.dataset import ImpactDataset
+from forcemap.campaigns.seal import is_sealed, seal
 from forcemap.comparisons.map_check import MapCheck, MapOutcome, check_map, known_states
-from forcemap.errors import CampaignFileError
+from forcemap.errors import InputError
 from forcemap.files import read_bytes, sha256, write_atomically
 from forcemap.findings import Finding, FindingKind
 from forcemap.limits.force_limits import ForceLimit, force_limit
@@ -29,7 +30,7 @@ from forcemap.maps.map_file import read_map, write_map
 MEMORY_FILE, LAST_MAP_FILE = "fleet.json", "fleet-map.json"
 """What fleet keeps in a campaign's folder: what it found last, and the map that new impacts are checked against."""
 
-_SCHEMA = "forcemap-fleet/1"
+_SCHEMA = "forcemap-fleet/2"
 _DUE_WITHIN = 30  # days before a calibration ends in which it is said to be due; a choice: laboratories take weeks
 
 
@@ -77,32 +78,23 @@ class Memory:
     found: dict[str, Any]
 
     def write(self, folder: Path) -> None:
-        """Write it into a campaign's folder, with a hash of its own."""
+        """Write it into a campaign's folder, under a seal of this account."""
         content = vars(self)
-        text = json.dumps({"schema": _SCHEMA, "sha256": sha256(json.dumps(content)), **content}, indent=1)
+        sealed = {"schema": _SCHEMA, "seal": seal(json.dumps(content), _SCHEMA), **content}
+        text = json.dumps(sealed, indent=1)
         write_atomically(folder / MEMORY_FILE, text + "\n")
 
     @classmethod
     def read(cls, folder: Path) -> Memory | None:
-        """That of a campaign's folder; None if there is none.
-
-        Raises
-        ------
-        CampaignFileError
-            The file is not what was written.
-        """
-        file = folder / MEMORY_FILE
-        if not file.exists():
-            return None
+        """That of a campaign's folder; None if there is none, or none that this account sealed."""
         try:
-            content = json.loads(read_bytes(file))
-            schema, digest = content.pop("schema"), content.pop("sha256")
-            if schema != _SCHEMA or digest != sha256(json.dumps(content)):
-                raise ValueError
-            return cls(**content)
-        except (ValueError, KeyError, TypeError, AttributeError):
-            message = "not what forcemap fleet wrote; delete it, and the campaign is made again"
-            raise CampaignFileError(message, file=str(file)) from None
+            content = json.loads(read_bytes(folder / MEMORY_FILE))
+            schema, found = content.pop("schema"), content.pop("seal")
+            if schema == _SCHEMA and is_sealed(json.dumps(content), found, _SCHEMA):
+                return cls(**content)
+        except (InputError, ValueError, KeyError, TypeError, AttributeError):
+            return None
+        return None
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,7 @@
 """What a campaign's folder remembers of its recordings, so that one that was judged need not be judged again.
 
-A file that may be deleted at any time. It counts only under a seal, made with a secret of this account that no campaign
-holds, over what was remembered and all that it depends on: the software, the column map, the device, the date and the
+A file that may be deleted at any time. It counts only under a seal of this account over what was remembered and all
+that it depends on: the software, the column map, the device, the date and the
 filter. One that was damaged, edited, written by another account or under anything else is as good as none. Whether a
 recording is the one remembered is told by the hash of its content. Nothing rests on this memory but the tables that
 `build_dataset` writes: reports, their verification and verdicts judge the recordings again.
@@ -9,11 +9,7 @@ recording is the one remembered is told by the hash of its content. Nothing rest
 
 from __future__ import annotations
 
-import hashlib
-import hmac
 import json
-import os
-import secrets
 import sys
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
@@ -26,15 +22,14 @@ from typing import Any
 from forcemap.campaigns.campaign import Campaign
 from forcemap.campaigns.readout import FileReadout, ImpactReadout, Reader, Readout, judging, sha256_of
 from forcemap.campaigns.recorded_impacts import judged_under
+from forcemap.campaigns.seal import is_sealed, seal
 from forcemap.campaigns.workers import in_processes
 from forcemap.errors import InputError
-from forcemap.files import file_sha256, flush_to_disk, hidden_file, sha256, write_atomically
+from forcemap.files import file_sha256, sha256, write_atomically
 from forcemap.impacts.impact import Flag, Quality
 from forcemap.impacts.scenario import ContactScenario
 
 MEMORY_FILE = ".judged"
-_KEY_FILE = "memory.key"  # in the account's folder of program states
-_KEY_BYTES = 32
 _ROOMS = ("recordings", "impacts", "campaigns")  # with the ground: all that a judgement can depend on
 _PACKAGES = ("numpy", "scipy", "nptdms")
 
@@ -53,8 +48,8 @@ def remembering(campaign: Campaign, *, workers: int = 1) -> Iterator[Reader]:
     workers : int
         Processes that judge at once, where there are many files (`in_processes`).
     """
-    key, file = _key(campaign), campaign.folder / MEMORY_FILE
-    before = _opened(file, key)
+    under, file = _under(campaign), campaign.folder / MEMORY_FILE
+    before = _opened(file, under)
     known, judge = _readouts(before), _without_recordings(judging(campaign))
     folder = campaign.recordings
     checksums = {name: sha256_of(f"{folder}/{name}") for name in campaign.files()}
@@ -72,10 +67,11 @@ def remembering(campaign: Campaign, *, workers: int = 1) -> Iterator[Reader]:
             return shown
 
         yield read
-    if key and (not before or list(used.items()) != list(known.items())):
+    if not before or list(used.items()) != list(known.items()):
         text = _text(used)
-        with suppress(InputError):  # a folder that cannot be written has no memory
-            write_atomically(file, f"{_seal(key, text)}\n{text}")
+        if of_text := seal(text, under):
+            with suppress(InputError):  # a folder that cannot be written has no memory
+                write_atomically(file, f"{of_text}\n{text}")
 
 
 def _is(shown: FileReadout | None, checksum: str) -> bool:
@@ -90,24 +86,19 @@ def _without_recordings(read: Reader) -> Reader:
     return judge
 
 
-def _opened(file: Path, key: bytes) -> str:
+def _opened(file: Path, under: str) -> str:
     """What is remembered, as text; empty if there is nothing, or the seal is another one."""
     try:
-        seal, _, text = file.read_text(encoding="utf-8").partition("\n")
+        of_text, _, text = file.read_text(encoding="utf-8").partition("\n")
     except (OSError, ValueError):
         return ""
-    return text if key and hmac.compare_digest(seal.encode(), _seal(key, text).encode()) else ""
+    return text if is_sealed(text, of_text, under) else ""
 
 
-def _seal(key: bytes, text: str) -> str:
-    return hmac.new(key, text.encode(), hashlib.sha256).hexdigest()
-
-
-def _key(campaign: Campaign) -> bytes:
-    """The key of the seal, of the account's secret and of all that a judgement depends on; empty if there is none."""
-    stated = f"{judged_under(campaign.conditions)!r}\n{campaign.columns!r}"
-    secret, software = _secret(), _software()
-    return hmac.new(secret, f"{software}\n{stated}".encode(), hashlib.sha256).digest() if secret and software else b""
+def _under(campaign: Campaign) -> str:
+    """All that a judgement depends on; empty if the software cannot be told."""
+    software = _software()
+    return software and f"{software}\n{judged_under(campaign.conditions)!r}\n{campaign.columns!r}"
 
 
 @cache
@@ -124,31 +115,6 @@ def _version(package: str) -> str:
         return f"{package} {metadata.version(package)}"
     except metadata.PackageNotFoundError:
         return f"{package} none"
-
-
-def _secret() -> bytes:
-    """Random bytes that this account alone can read, made when first needed; empty if there is nowhere to keep them."""
-    try:
-        state = os.environ.get("XDG_STATE_HOME") or Path.home() / ".local" / "state"
-        file = Path(state) / "forcemap" / _KEY_FILE
-        if not file.exists():
-            _make_secret(file)
-        private = not file.stat().st_mode & 0o077
-        content = file.read_bytes()
-    except (OSError, RuntimeError):  # RuntimeError: an account without a home
-        return b""
-    return content if private and len(content) == _KEY_BYTES else b""
-
-
-def _make_secret(file: Path) -> None:
-    file.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
-    with hidden_file(file.parent) as (hidden, stream):
-        hidden.chmod(0o600)
-        stream.write(secrets.token_bytes(_KEY_BYTES))
-        stream.flush()
-        flush_to_disk(hidden)
-        with suppress(FileExistsError):  # another process was first
-            os.link(hidden, file)
 
 
 def _text(used: Mapping[tuple[str, str], FileReadout]) -> str:
