@@ -20,7 +20,7 @@ class Server:
     """A running server; its superuser is the one that owns the register."""
 
     def __init__(self, options=_QUICK):
-        self.home = Path(tempfile.mkdtemp(prefix="forcemap-pg-", dir="/tmp"))
+        self.home = Path(tempfile.mkdtemp(prefix="forcemap-pg-"))
         self.options = f"{options} -k {self.home}"
         self._as = ()
         if os.getuid() == 0:  # the server refuses to run as root

@@ -253,16 +253,18 @@ def test_from_a_release_to_its_end(register, measured, asked):
     for shown in answer["releases"]:
         assert shown["speeds"] is None
         assert "firmware was 5.11 when measured, and is 5.12" in shown["why_not"][0]
-    refused = asked(*release)
-    assert refused[0] == 0  # the same, there already: and still not in force
-    code, answer = asked(*release[:-1], "2999-01-01")
+    code, answer = asked(*release)
     assert code == 2
     assert "firmware was 5.11" in answer["error"]["message"]
+    assert asked("change", "plant/cell-1", "firmware=5.11")[0] == 0
+    assert asked("state", "plant/cell-1")[0] == 1  # changed and changed back
+    assert asked(*release)[1]["replaces"] == 1
+    assert asked("state", "plant/cell-1")[1]["releases"][0]["in_force"]
     assert asked("withdraw", "1", "--reason", "firmware")[0] == 0
     assert "withdrawn" in asked("state", "plant/cell-1")[1]["releases"][-1]["why_not"][0]
     assert asked("withdraw", "9", "--reason", "x")[0] == 2
     done = [each["action"] for each in asked("state", "plant/cell-1")[1]["history"]]
-    assert list(dict.fromkeys(done)) == ["withdraw", "change", "release", "enter"]
+    assert list(dict.fromkeys(done)) == ["withdraw", "release", "change", "enter"]
     assert whole(register)
 
 

@@ -79,7 +79,7 @@ def release(
     """Release the speeds of a campaign for its cell, with the conditions that they were measured under.
 
     What an export would refuse is refused, and what would not be in force. It takes the place of an earlier release of
-    the same subject, body areas and contact.
+    the same subject, body areas and contact; the same again, while it is in force, changes nothing.
 
     Parameters
     ----------
@@ -124,17 +124,16 @@ def release(
         action = Action(register, connection, person)
         values |= {"cell_id": number, "campaign_id": _campaign(connection, content, number, cell)}
         before = _before(connection, values)
-        if before and not before["withdrawn"] and all(before[name] == value for name, value in values.items()):
+        facts = facts_of(connection, number)
+
+        def wrong_with(row: Any) -> tuple[fm.Finding, ...]:
+            return failed(released(row), facts, (), replaced_by=None, now=action.at)
+
+        same = before and not before["withdrawn"] and all(before[name] == value for name, value in values.items())
+        if same and not wrong_with(before):
             return ReleaseEntered(before["id"], False, before["replaces"], head(connection))
         values |= {"replaces": before["id"] if before else None, "person": action.person, "at": action.at}
-        wrong = failed(
-            released({**values, "entry": action.entry}),
-            facts_of(connection, number),
-            (),
-            replaced_by=None,
-            now=action.at,
-        )
-        if wrong:
+        if wrong := wrong_with({**values, "entry": action.entry}):
             raise NotReleasable(f"nothing is released, it would not be in force: {'; '.join(sentences(wrong))}")
         entered = action.add(RELEASES, **values)
         done = action.done("release", f"release {entered}", cell=cell, of=found.subject, valid_until=until)
