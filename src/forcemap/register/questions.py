@@ -34,6 +34,8 @@ from forcemap.register.tables import (
 DUE_WITHIN = 30
 """Days before a release or a calibration ends in which it is due, unless stated; a choice: laboratories take weeks."""
 
+_LATER = RELEASES.alias()
+_NOT_REPLACED = ~select(_LATER.c.id).where(_LATER.c.replaces == RELEASES.c.id).exists()
 _SHOWN = 20  # impacts that are named, the largest first; a choice
 _SHORTEST = 8  # characters of a hash that is looked up; a choice
 _HASH = re.compile(r"[0-9a-f]+")
@@ -156,7 +158,7 @@ class Due:
 
 @dataclass(frozen=True)
 class Relying:
-    """A cell that relies on what was asked for, why, and its releases that do."""
+    """A cell that relies on what was asked for, why, and its releases that do and were not replaced."""
 
     cell: str
     because: str
@@ -195,7 +197,7 @@ def cell_states(register: Register) -> tuple[CellState, ...]:
 def _states(register: Register, *which: ColumnElement[bool]) -> tuple[CellState, ...]:
     """All cells, with these releases."""
     with register.reading() as connection:
-        cells = {row.id: joined(row.site, row.name) for row in connection.execute(select(CELLS))}
+        cells = {row.id: joined(row.site, row.name) for row in connection.execute(select(CELLS)).all()}
         facts = _facts(connection)
         releases = _releases(register, connection, *which, facts=facts)
     of_cell: dict[str, list[ReleaseState]] = {}
@@ -227,8 +229,7 @@ def cell_state(register: Register, cell: str) -> tuple[CellState, tuple[Event, .
 def due(register: Register, *, within: int = DUE_WITHIN) -> tuple[Due, ...]:
     """What is due: releases that do not hold or end within so many days, cells without one, calibrations that end."""
     found: list[Due] = []
-    later = RELEASES.alias()
-    states = _states(register, ~select(later.c.id).where(later.c.replaces == RELEASES.c.id).exists())
+    states = _states(register, _NOT_REPLACED)
     with register.reading() as connection:
         today = _now(register, connection)[:10]
         devices = _devices(connection)
@@ -258,7 +259,7 @@ def relying_on_condition(register: Register, kind: str, value: str) -> tuple[Rel
         rows = connection.execute(select(CELLS).where(CELLS.c.id.in_(with_it))).all()
         numbers = [row.id for row in rows]
         facts = _facts(connection, FACTS.c.cell_id.in_(with_it), FACTS.c.kind == kind)
-        releases = _releases(register, connection, RELEASES.c.cell_id.in_(with_it)) if numbers else []
+        releases = _releases(register, connection, RELEASES.c.cell_id.in_(with_it), _NOT_REPLACED) if numbers else []
     found = []
     for row in rows:
         cell, now = joined(row.site, row.name), current(facts[row.id])[kind]
@@ -273,7 +274,7 @@ def relying_on_condition(register: Register, kind: str, value: str) -> tuple[Rel
 def relying_on_map(register: Register, digest: str) -> tuple[Relying, ...]:
     """Cells with releases that rest on a map, by its hash or the beginning of it, or with a campaign that holds it."""
     with register.reading() as connection:
-        rest = _releases(register, connection, _begins(RELEASES.c.map_sha256, digest))
+        rest = _releases(register, connection, _begins(RELEASES.c.map_sha256, digest), _NOT_REPLACED)
         query = select(CELLS.c.site, CELLS.c.name, MAPS.c.file).join_from(MAPS, CAMPAIGNS).outerjoin(CELLS)
         held = connection.execute(query.where(_begins(MAPS.c.sha256, digest))).all()
     found: dict[str, tuple[str, list[ReleaseState]]] = {}
@@ -383,7 +384,7 @@ def _relying_on_campaigns(register: Register, which: ColumnElement[bool], becaus
         query = select(CAMPAIGNS.c.id, CAMPAIGNS.c.name, CELLS.c.site, CELLS.c.name.label("cell"))
         rows = connection.execute(query.join_from(CAMPAIGNS, CELLS, isouter=True).where(which)).all()
         numbers = select(CAMPAIGNS.c.id).where(which)
-        releases = _releases(register, connection, RELEASES.c.campaign_id.in_(numbers)) if rows else []
+        releases = _releases(register, connection, RELEASES.c.campaign_id.in_(numbers), _NOT_REPLACED) if rows else []
     campaigns: dict[str, list[str]] = {}
     for row in rows:
         campaigns.setdefault(joined(row.site, row.cell) if row.cell else "", []).append(row.name)
@@ -439,7 +440,7 @@ def _facts(connection: Connection, *which: ColumnElement[bool]) -> dict[int, lis
     """Facts by the number of their cell."""
     query = select(FACTS.c.cell_id, FACTS.c.kind, FACTS.c.value, FACTS.c.since, FACTS.c.entry).where(*which)
     found: dict[int, list[Fact]] = {}
-    for number, *fact in connection.execute(query):
+    for number, *fact in connection.execute(query).all():  # one after the other takes twice as long
         found.setdefault(number, []).append(Fact(*fact))
     return found
 
