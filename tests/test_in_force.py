@@ -62,6 +62,8 @@ ALONE = {
     ),
     "changed in the same moment": (K.RELEASE_CONDITION_CHANGED, {"more": [Fact("tool", "b", time(240), 21)]}),
     "another one then, told later": (K.RELEASE_CONDITION_CHANGED, {"more": [Fact("tool", "b", time(100), 21)]}),
+    "two of one moment": (K.RELEASE_CONDITION_CHANGED, {"more": [Fact("tool", "b", time(24), 1)]}),
+    "the same, read first": (K.RELEASE_CONDITION_CHANGED, {"facts": [Fact("tool", "b", time(24), 1), *KNOWN]}),
     "ahead of the clock": (K.RELEASE_CONDITION_CHANGED, {"more": [Fact("tool", "b", time(500), 21)]}),
     "not known since": (K.RELEASE_CONDITION_UNKNOWN, {"more": [Fact("tool", None, time(260), 21)]}),
     "not known then": (K.RELEASE_CONDITION_UNKNOWN, {"facts": [f for f in KNOWN if f.kind != "covers"]}),
@@ -139,11 +141,10 @@ def modelled(release, facts, withdrawn, replaced_by, now):
         for moment in moments:
             if moment < (release.at, release.entry):
                 continue
-            holds = "nothing stated"
-            for fact in sorted(facts, key=lambda each: (each.since, each.entry)):
-                if fact.kind == kind and (fact.since, fact.entry) <= moment:
-                    holds = fact.value
-            if holds is None or holds == "nothing stated" or holds != release.conditions[kind]:
+            known = [fact for fact in facts if fact.kind == kind and (fact.since, fact.entry) <= moment]
+            latest = max(((fact.since, fact.entry) for fact in known), default=None)
+            holds = {fact.value for fact in known if (fact.since, fact.entry) == latest}
+            if holds != {release.conditions[kind]} or None in holds:
                 return False
     if None in (release.measured_on, release.calibrated_until, release.device_spring, release.area_spring):
         return False

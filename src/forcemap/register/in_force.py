@@ -134,7 +134,9 @@ def _changed(name: str, release: Released, facts: Sequence[Fact]) -> list[Findin
     if was is not None and name == DEVICE:
         return []
     ordered = sorted(facts, key=lambda fact: (fact.since, fact.entry))
-    then = [fact for fact in ordered if (fact.since, fact.entry) <= released][-1:]
+    before = [fact for fact in ordered if (fact.since, fact.entry) <= released]
+    # of one moment and entry all count, in whatever order they were read
+    then = [fact for fact in before if (fact.since, fact.entry) == (before[-1].since, before[-1].entry)]
     since = [fact for fact in ordered if (fact.since, fact.entry) > released]
     if was is None or not then or any(fact.value is None for fact in (*then, *since)):
         return [Finding.of(FindingKind.RELEASE_CONDITION_UNKNOWN, entry=name)]
