@@ -38,6 +38,7 @@ examples: .venv/.app
 
 docs: .venv/.docs
 	$(BIN)/python scripts/make_figures.py
+	$(BIN)/python scripts/make_paper_page.py
 	$(BIN)/python scripts/draw_rooms.py
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict
 	@echo "open build/site/index.html; with search: $(BIN)/python -m http.server --bind 127.0.0.1 -d build/site"

@@ -5,7 +5,6 @@ Run from the root of the project; the same software gives the same files.
 
 from __future__ import annotations
 
-import math
 import re
 import tempfile
 from collections.abc import Iterator
@@ -17,17 +16,10 @@ from matplotlib.figure import Figure
 
 import forcemap as fm
 from forcemap import figures
+from forcemap.comparisons.contact_model import contact_model
 from forcemap.dynamics.mass_map import planar_mass_map
-from forcemap.dynamics.planar_arm import (
-    INSPECTION_DISTANCES,
-    INSPECTION_HEIGHTS,
-    LINK_ALIGNED,
-    LINK_DOWN,
-    LINK_HORIZONTAL,
-    LinkMass,
-    PlanarArm,
-    Wrist,
-)
+from forcemap.dynamics.planar_arm import INSPECTION_DISTANCES, INSPECTION_HEIGHTS, papers_arms
+from forcemap.figures.names import label
 from forcemap.files import write_atomically
 from forcemap.lab.example_campaigns import simulate_example
 
@@ -35,7 +27,6 @@ PICTURES = Path("docs/pictures")
 LARGEST = 150_000  # bytes of one picture
 
 AREA = "back_of_hand"
-SHOULDER = 0.18  # height of the planar arm's base, that of the UR10e [m]
 
 
 def campaign_figures(folder: Path, other: Path) -> Iterator[tuple[str, Figure]]:
@@ -48,17 +39,13 @@ def campaign_figures(folder: Path, other: Path) -> Iterator[tuple[str, Figure]]:
     yield "workspace", figures.workspace_figure(force_map, dataset)
     yield "residuals", figures.residuals_figure(force_map, dataset)
     yield "repeatability", figures.repeatability_figure(fm.repeatability(dataset), dataset)
-    grid = fm.measured_grid(force_map, 0.05)
+    grid, model = fm.measured_grid(force_map, 0.05), contact_model(dataset.conditions, AREA)
     for contact in fm.Contact:
         speeds = fm.speed_map(force_map, *grid, limit=limit, bound=bound, contact=contact)
-        yield f"safe-speeds-{contact}", figures.safe_speed_figure(speeds)
+        standard = model.speed_limit(limit, contact)
+        yield f"safe-speeds-{contact}", figures.safe_speed_figure(speeds, standard=standard)
 
-    conditions = dataset.conditions
-    masses = {
-        "robot_mass": fm.pfl_robot_mass(conditions.moving_mass, conditions.payload),
-        "body_mass": math.inf,
-        "stiffness": fm.body_region(AREA).stiffness,
-    }
+    conditions, masses = dataset.conditions, model.figures
     comparison = fm.compare_force_models(dataset, bound=bound, limit=limit, **masses)
     maps_2d = [fm.fit_force_map(dataset, form=fm.CFM_2D)]
     yield (
@@ -66,8 +53,9 @@ def campaign_figures(folder: Path, other: Path) -> Iterator[tuple[str, Figure]]:
         figures.model_comparison_figure(comparison, dataset, force_map, maps_2d=maps_2d, **masses),
     )
     impacts = [an_impact(each) for each in (folder, other)]
+    names = [f"{label(fm.read_campaign(each).conditions)}, 0.20 m/s" for each in (folder, other)]
     evolution = figures.force_evolution_figure(
-        impacts[0].recording, impacts[0], limit, beside=impacts[1:], conditions=conditions
+        impacts[0].recording, impacts[0], limit, beside=impacts[1:], names=names, conditions=conditions
     )
     yield "force-evolution", evolution
 
@@ -83,13 +71,7 @@ def an_impact(folder: Path) -> fm.Impact:
 
 def published_figures() -> Iterator[tuple[str, Figure]]:
     """Figures that need no campaign: a published map's path speeds, the planar arm."""
-    arms = {
-        f"last link {link}, wrist {wrist}": PlanarArm(
-            link_mass=LinkMass.UNIFORM_ROD, last_link=link, wrist=wrist, base_height=SHOULDER
-        )
-        for link in (LINK_ALIGNED, LINK_HORIZONTAL, LINK_DOWN)
-        for wrist in Wrist
-    }
+    arms = papers_arms()
     nine = (INSPECTION_DISTANCES, INSPECTION_HEIGHTS)
     first = next(iter(arms.values()))
     variants = {name: planar_mass_map(arm, *nine) for name, arm in arms.items()}

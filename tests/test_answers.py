@@ -119,7 +119,8 @@ def test_errors_are_alike(forcemap, client, campaigns):
 
 
 COMMANDS = (
-    ("fit", "{folder}", "--select"),
+    ("fit", "{folder}"),
+    ("select", "{folder}"),
     ("evaluate", "{folder}"),
     ("evaluate", "{folder}", "--forms"),
     ("compare", "{folder}"),

@@ -192,6 +192,11 @@ def test_scaling_along_a_path_and_a_safety_sheet(forcemap, own):
 
 
 def test_a_report_of_every_campaign_and_one_of_all(ask, forcemap, own):
+    (own / "down" / "contact_points.csv").write_text(
+        "point_id,distance_m,height_m,body_area,contact,body,rests_on\n"
+        "P1,0.7,0.3,thigh_muscle,transient,free,map\nP2,,,thigh_muscle,transient,free,measurements\n"
+    )
+    (own / "in" / "contact_points.csv").write_text("point_id\nP1\n")
     code, found = ask("report", own, "--area", "thigh_muscle", "--date", "2026-11-23")
     assert code == 0
     assert {Path(file).relative_to(own).as_posix() for file in found["files"]} == {
@@ -208,6 +213,11 @@ def test_a_report_of_every_campaign_and_one_of_all(ask, forcemap, own):
     ):
         assert words in page, words
     assert "STATES SCATTER" in page or "SPEED COMMANDED" in page
+    points = page.split('<section id="points">')[1].split("</section>")[0]
+    assert "<strong>2 not permitted</strong>" in points
+    assert "the list of in cannot be used: none of its points is permitted" in points
+    assert "contact site: not stated" in points
+    assert "NOT MEASURED" in points
     assert forcemap("report", "--verify", own / "down" / "report.html", own / "down")[0] == 0
 
 

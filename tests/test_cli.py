@@ -472,24 +472,30 @@ def test_fit_says_what_censored_impacts_change(ask, forcemap, example_folders, t
     assert discarded["coefficients"] == found["discard_fit"]["coefficients"] == fm.read_map(path).coefficients.tolist()
 
 
-def test_fit_select_reports_and_changes_nothing(ask, forcemap, example_folders, paper_grids, tmp_path):
-    _, plain = ask("fit", example_folders["ur10e"])
-    _, found = ask("fit", example_folders["ur10e"], "--select")
-    selection = found.pop("selection")
-    assert found == plain
-    assert selection["paper_counts"] == [19, 13, 8]
-    assert selection["counts"][0] == 19
-    assert len(selection["survival"]) == 19
-    assert selection["stable"] is False
-    _, out, _ = forcemap("fit", example_folders["ur10e"], "--select")
+def test_select_over_several_tables(ask, forcemap, examples, example_folders, paper_grids, tmp_path):
+    """The figures are those of the library's selection; one table is a selection, too."""
+    code, found = ask("select", *example_folders.values())
+    assert code == 0
+    selection = fm.select_terms([examples[name] for name in example_folders])
+    assert found["paper_counts"] == [19, 13, 8]
+    assert found["counts"] == list(selection.counts)
+    assert found["terms"] == [str(term) for term in selection.terms]
+    assert [len(step["rmse_N"]) for step in found["steps"]] == [3] * len(selection.steps)
+    assert found["steps"][-1]["rmse_N"] == list(selection.steps[-1].rmse)
+    assert len(found["survival"]) == 19
+    assert found["stable"] is False
+    assert found["simulated"] is True
+    _, out, _ = forcemap("select", example_folders["ur10e"])
     out = unwrapped(out)
     assert "19, 13, 8" in out
     assert "not stable" in out
-    assert "the fit above does not use it" in out
+    assert "no fit uses it" in out
     fm.write_dataset(paper_grids["ur10e"].train, tmp_path / "impacts.csv")
-    code, found = ask("fit", tmp_path / "impacts.csv", "--select")
-    assert code == 0
-    assert "training states alone" in found["selection"]["refused"]
+    code, found = ask("select", example_folders["ur10e"], tmp_path / "impacts.csv")
+    assert code == 2
+    assert "training states alone" in found["error"]["message"]
+    assert found["error"]["file"].endswith("impacts.csv")
+    assert "forcemap select" in forcemap("fit", tmp_path / "impacts.csv", "--select")[2]
 
 
 def test_evaluate_forms(ask, forcemap, example_folders):
@@ -633,13 +639,13 @@ def test_the_table_of_what_censored_impacts_change_stands_before_the_coefficient
     assert "1 state left out, with impacts above the device range alone" in out
 
 
-def test_select_says_at_once_that_it_needs_a_full_grid_and_concludes_on_one(forcemap, paper_grids, tmp_path):
+def test_select_says_that_it_needs_a_full_grid_and_concludes_on_one(forcemap, paper_grids, tmp_path):
     fm.write_dataset(paper_grids["ur10e"].train, tmp_path / "impacts.csv")
-    first = unwrapped(forcemap("fit", tmp_path / "impacts.csv", "--select")[1].partition("CFM_3D fitted")[0])
-    assert "Term selection needs a full grid (plan --design full-grid): the training states alone" in first
-    assert "cannot tell 20 coefficients" in first
+    error = unwrapped(forcemap("select", tmp_path / "impacts.csv")[2])
+    assert "Term selection needs a full grid (plan --design full-grid): the training states alone" in error
+    assert "cannot tell 20 coefficients" in error
     fm.write_dataset(paper_grids["ur10e"], tmp_path / "impacts.csv")
-    assert "Conclusion: which terms" in forcemap("fit", tmp_path / "impacts.csv", "--select")[1]
+    assert "Conclusion: which terms" in forcemap("select", tmp_path / "impacts.csv")[1]
 
 
 def test_figures_keep_their_digits(forcemap, example_folders):
@@ -682,8 +688,6 @@ def test_maps_that_are_compared_are_told_apart(ask, forcemap, example_folders, t
 @pytest.mark.parametrize(
     ("arguments", "parts"),
     [
-        (("{map}",), ["expected a second one (compare {map} OTHER)", "evaluate IMPACTS --against {map}"]),
-        (("ur10e",), ["expected a second one (compare ur10e OTHER)", "evaluate IMPACTS --map ur10e"]),
         (("{map}", "{few}"), ["{few}: found 6 measured states", "evaluate {few} --against {map}"]),
         (("{few}", "{map}"), ["{few}: found 6 measured states", "evaluate {few} --against {map}"]),
         (("ur10e", "{few}"), ["{few}: found 6 measured states", "evaluate {few} --map ur10e"]),
@@ -699,6 +703,20 @@ def test_what_compare_cannot_compare_names_the_command_that_can(
     assert (code, out, err.count("\n")) == (2, "", 1)
     for part in parts:
         assert part.format(**names) in err
+
+
+@pytest.mark.parametrize(("source", "next_"), [("{map}", "--against {map}"), ("ur10e", "--map ur10e")])
+def test_compare_of_one_map_names_the_commands_for_another_and_for_impacts(
+    forcemap, example_folders, tmp_path, source, next_
+):
+    file = tmp_path / "map.json"
+    fm.write_map(fm.fit_force_map(fm.read_dataset(example_folders["ur10e"])), file)
+    code, out, _ = forcemap("compare", source.format(map=file), "--area", "back_of_hand")
+    assert code == 0
+    assert "Force models on forces of the map" in out
+    last = unwrapped(out).splitlines()[-1]
+    assert f"compare {source.format(map=file)} OTHER" in last
+    assert f"evaluate IMPACTS {next_.format(map=file)}" in last
 
 
 def test_the_answer_to_against_counts_and_groups_what_is_left_out(forcemap, examples, tmp_path):

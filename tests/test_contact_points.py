@@ -11,10 +11,12 @@ import numpy as np
 import pytest
 
 import forcemap as fm
+from forcemap.assessment.assess_campaign import assess_points
 from forcemap.assessment.contact_points import COLUMNS, REQUIRED, read_contact_points
 from forcemap.assessment.missing import Missing
 from forcemap.assessment.point_results import PointOutcome, confirmations, point_results
 from forcemap.campaigns.not_stated import Matters, not_stated
+from forcemap.campaigns.point_recordings import register_points
 from forcemap.campaigns.protocol import PROTOCOL_ENTRIES, read_protocol
 from forcemap.errors import CampaignFileError, TableError
 from forcemap.words import sentences
@@ -215,7 +217,7 @@ def test_a_pressure_that_is_not_within_forbids_the_point(cell, parts, tmp_path, 
     with open(folder / "campaign.toml", "a") as toml:
         toml.write("[pressure]\nrange_N_per_cm2 = 500.0\nmean_over_cm2 = 0.0\n")
     (folder / "pressures").mkdir()
-    film = f"unit: N/cm2\npitch: 1 mm\n0;{pressure};0\n0;0;0\n0;0;0\n"
+    film = f"unit: N/cm2\npitch: 6 mm\n0;{pressure};0\n0;0;0\n0;0;0\n"
     (folder / "pressures" / "d700-h300-v100-r2.txt").write_text(film)
     write_list(folder, {**POINT, **PLACE, "rests_on": "measurements", "recordings": "d700-h300-v100"})
     listed = read_contact_points(folder / "contact_points.csv")
@@ -252,6 +254,18 @@ def test_repeats_that_do_not_show_it(judge, cells, part):
 def of_point(cell, peaks, **options):
     for number, peak in enumerate(peaks, start=1):
         save(cell / "points" / f"P1-{number}.csv", *pulse(peak, rate=1000.0, seed=number, **options))
+    registered_points(cell)
+
+
+def registered_points(folder):
+    """What `forcemap collect` does with the files in points/."""
+    campaign = fm.read_campaign(folder)
+    register_points(folder, campaign.conditions, campaign.columns)
+
+
+def without_points(folder):
+    shutil.rmtree(folder / "points")
+    (folder / "point_recordings.csv").unlink()
 
 
 OWN = {"contact_site": "finger", "direction": "in", "rests_on": "measurements", "recordings": "points/P1-*",
@@ -278,9 +292,7 @@ def test_files_of_a_point_alone(cell, judge, peaks, cells, options, part):
     try:
         (result,) = judge({**OWN, **cells})
     finally:
-        for path in (cell / "points").iterdir():
-            path.unlink()
-        (cell / "points").rmdir()
+        without_points(cell)
     assert (result.outcome is PointOutcome.CONFIRMED) == (not part), said(result)
     assert part in said(result)
     assert result.speed == pytest.approx(0.3) if not part else math.isnan(result.speed)
@@ -289,25 +301,39 @@ def test_files_of_a_point_alone(cell, judge, peaks, cells, options, part):
 @pytest.mark.parametrize("original", ["points/P1-1.csv", "recordings/d700-h300-v100-r1.csv"])
 def test_a_copy_is_no_further_impact(cell, judge, original):
     """Three repeats are three impacts, not one file under three names, nor one of the campaign's recordings."""
-    of_point(cell, [100, 110, 105])
+    of_point(cell, [100, 110])
     shutil.copy(cell / original, cell / "points" / "P1-3.csv")
+    registered_points(cell)
     try:
         (result,) = judge({**OWN, "contact": "quasi-static"})
     finally:
-        shutil.rmtree(cell / "points")
+        without_points(cell)
+    assert result.outcome is PointOutcome.NOT_PERMITTED
+    assert f"the same content as {original.removeprefix('recordings/')}" in said(result)
+
+
+@pytest.mark.parametrize("original", ["points/P1-1.csv", "recordings/d700-h300-v100-r1.csv"])
+def test_a_copy_that_is_cut_off_elsewhere_is_no_further_impact(cell, judge, original):
+    of_point(cell, [100, 110])
+    lines = (cell / original).read_text().splitlines()
+    (cell / "points" / "P1-3.csv").write_text("\n".join(lines[:-40]) + "\n")
+    registered_points(cell)
+    try:
+        (result,) = judge({**OWN, "contact": "quasi-static"})
+    finally:
+        without_points(cell)
     assert result.outcome is PointOutcome.NOT_PERMITTED
     assert f"the same content as {original.removeprefix('recordings/')}" in said(result)
 
 
 def test_a_file_that_cannot_be_read_forbids_the_point(cell, judge):
-    of_point(cell, [200, 210, 205, 208])
+    of_point(cell, [200, 210, 205])
     (cell / "points" / "P1-4.csv").write_text("time_s,force_N\n0,1\n0.1,x\n0.2,2\n")
+    registered_points(cell)
     try:
         (result,) = judge(OWN)
     finally:
-        for path in (cell / "points").iterdir():
-            path.unlink()
-        (cell / "points").rmdir()
+        without_points(cell)
     assert result.outcome is PointOutcome.NOT_PERMITTED
     assert "points/P1-4.csv: row " in said(result)
 
@@ -477,3 +503,189 @@ def test_the_protocol_may_be_stated_after_the_measurements(tmp_path):
     assert fm.read_dataset(folder).binding.refusal is None
     collect(folder)
     assert (folder / "impacts.csv").read_bytes() == before
+
+
+# -- ways by which a point might be permitted without ground
+
+
+MEASURED = {**POINT, **OWN, "contact": "quasi-static"}
+
+
+@pytest.fixture
+def measured_cell(cell, tmp_path):
+    """A copy of the cell with three repeats of a point, registered."""
+    folder = shutil.copytree(cell, tmp_path / "cell", ignore=shutil.ignore_patterns("point*", "contact_points.csv"))
+    of_point(folder, [100, 110, 105])
+    write_list(folder, MEASURED)
+    return folder
+
+
+@pytest.fixture
+def of_folder(parts):
+    """Judge the points of a folder that rest on measurements."""
+
+    def judged(folder, which=0):
+        own = {**parts, "folder": folder, "campaign": Missing("not asked for")}
+        return point_results(read_contact_points(folder / "contact_points.csv"), allowance=fm.Allowance(), **own)[which]
+
+    return judged
+
+
+def edited(file, old, new):
+    text = file.read_text()
+    assert old in text
+    file.write_text(text.replace(old, new))
+
+
+@pytest.mark.parametrize(
+    ("change", "part"),
+    [
+        (lambda folder: (folder / "point_recordings.csv").unlink(), "run forcemap collect"),
+        (lambda folder: edited(folder / "point_recordings.csv", "points/P1-1.csv,,", "points/P1-1.csv,x,"), "changed"),
+        (lambda folder: (folder / "points" / "P1-2.csv").unlink(), "P1-2.csv: registered, but the file is gone"),
+        (lambda folder: save(folder / "points" / "P1-2.csv", *pulse(50.0)), "P1-2.csv: "),
+        (lambda folder: edited(folder / "campaign.toml", "75000", "80000"), "device.stiffness_N_per_m was"),
+        (lambda folder: edited(folder / "campaign.toml", 'site = "flange"', 'site = "hand"'), "contact.site was"),
+    ],
+)
+def test_files_of_a_point_are_bound_to_what_they_were_registered_with(measured_cell, of_folder, change, part):
+    assert of_folder(measured_cell).outcome is PointOutcome.CONFIRMED
+    change(measured_cell)
+    result = of_folder(measured_cell)
+    assert result.outcome is PointOutcome.NOT_PERMITTED
+    assert part in said(result)
+
+
+def test_conditions_cannot_be_changed_by_collecting_again(tmp_path, of_folder):
+    """A soft spring confirms nothing; stated as a harder one afterwards, it still does not."""
+    folder = write_campaign(tmp_path / "soft", repeats=3, toml=TOML.replace("75000", "40000") + SITE)
+    of_point(folder, [100, 110, 105])
+    collect(folder)
+    write_list(folder, MEASURED)
+    edited(folder / "campaign.toml", "40000", "75000")
+    registered_points(folder)
+    result = of_folder(folder)
+    assert result.outcome is PointOutcome.NOT_PERMITTED
+    assert "device.stiffness_N_per_m was '40000.0'" in said(result)
+
+
+def test_a_person_takes_a_file_of_a_point_out_with_the_reason(measured_cell, of_folder):
+    register = measured_cell / "point_recordings.csv"
+    rows = list(csv.DictReader(io.StringIO(register.read_text())))
+    rows[0]["exclude"] = "slipped"
+    stream = io.StringIO()
+    writer = csv.DictWriter(stream, rows[0], lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows)
+    register.write_text(stream.getvalue())
+    assert "run forcemap collect again" in said(of_folder(measured_cell))
+    registered_points(measured_cell)
+    assert "2 of at least 3" in said(of_folder(measured_cell))
+
+
+@pytest.mark.parametrize(
+    ("cells", "shared"),
+    [
+        ({"distance_m": "0.7", "height_m": "0.3"}, False),
+        ({"recorded_at_mps": "0.6"}, False),
+        ({"direction": "out"}, False),
+        ({"contact_site": "elbow"}, False),
+        ({"body_area": "chest", "contact": "transient", "hazard": "H-2"}, True),
+    ],
+)
+def test_a_recording_was_made_at_one_point(measured_cell, of_folder, cells, shared):
+    write_list(measured_cell, MEASURED, {**MEASURED, "point_id": "P2", **cells})
+    for which in (0, 1):
+        result = of_folder(measured_cell, which)
+        assert (result.outcome is PointOutcome.CONFIRMED) is shared, said(result)
+        assert shared or "P1 and P2 name it" in said(result)
+
+
+@pytest.mark.parametrize(("recorded_at", "permitted"), [("0.05", False), ("", False), ("0.9", True)])
+def test_an_impact_at_the_point_that_exceeds_its_limit_takes_the_maps_permission_away(
+    cell, judge, recorded_at, permitted
+):
+    """Unless it was made at a higher speed than the map permits."""
+    of_point(cell, [300, 110, 105])
+    try:
+        (result,) = judge({**PLACE, "recordings": "points/P1-*", "recorded_at_mps": recorded_at})
+    finally:
+        without_points(cell)
+    assert (result.outcome is PointOutcome.BY_MAP) is permitted
+    assert permitted or "points/P1-1.csv, made at this point" in said(result)
+
+
+def test_a_weak_bound_permits_no_point(parts, tmp_path):
+    write_list(tmp_path, {**POINT, **PLACE})
+    listed = read_contact_points(tmp_path / "contact_points.csv")
+    weak = {**parts, "bound": fm.FixedMargin(0.01)}
+    (result,) = point_results(listed, allowance=fm.Allowance(), **weak)
+    assert result.outcome is PointOutcome.NOT_PERMITTED
+    assert "not released" in said(result)
+
+
+def films(folder, pressures, pitch=6):
+    (folder / "pressures" / "points").mkdir(parents=True)
+    for number, pressure in enumerate(pressures, start=1):
+        text = f"unit: N/cm2\npitch: {pitch} mm\n0;{pressure};0\n0;{pressure / 4};0\n0;0;0\n"
+        (folder / "pressures" / "points" / f"P1-{number}.txt").write_text(text)
+
+
+@pytest.mark.parametrize(
+    ("pressures", "range_", "pitch", "part"),
+    [
+        ([160, 165, 170], 500, 6, ""),
+        ([160, 165], 500, 6, "the pressure was measured in 2 of 3 impacts: not assessed"),
+        ([160, 165, 200], 500, 6, "P1-3.csv: pressure: 200.0 N/cm^2"),
+        ([160, 165, 170], 170, 6, "a cell reached the range"),
+        ([160, 165, 170], None, 6, "the film's range is not stated"),
+        ([160, 165, 170], 500, 1, "its unit or pitch is mistaken, or it does not cover the contact"),
+    ],
+)
+def test_films_of_a_point_are_held_against_the_limit_of_pressure(
+    measured_cell, of_folder, pressures, range_, pitch, part
+):
+    """190 N/cm^2 quasi-static less 10 %."""
+    (measured_cell / "point_recordings.csv").unlink()
+    stated = f"range_N_per_cm2 = {range_}.0\n" if range_ else ""
+    with open(measured_cell / "campaign.toml", "a") as toml:
+        toml.write(f"[pressure]\n{stated}mean_over_cm2 = 0.0\n")
+    films(measured_cell, pressures, pitch)
+    registered_points(measured_cell)
+    result = of_folder(measured_cell)
+    assert part in said(result)
+    assert (result.outcome is PointOutcome.CONFIRMED) == (not part or "measured in" in part), said(result)
+    (measured_cell / "pressures" / "points" / "P1-1.txt").write_text("unit: N/cm2\npitch: 6 mm\n0;9\n0;99\n")
+    assert of_folder(measured_cell).outcome is PointOutcome.NOT_PERMITTED
+
+
+def test_a_film_of_no_recording_is_refused(measured_cell):
+    films(measured_cell, [160])
+    (measured_cell / "pressures" / "points" / "P1-1.txt").rename(measured_cell / "pressures" / "points" / "P9.txt")
+    with pytest.raises(CampaignFileError, match="'P9', expected that of one file in points/"):
+        registered_points(measured_cell)
+
+
+def test_a_repeat_that_exceeds_cannot_be_passed_over(tmp_path):
+    """Three of four repeats of a state are named; the fourth exceeds the limit at that place and speed."""
+    folder = write_campaign(tmp_path / "cell", repeats=4, toml=TOML + SITE)
+    save(folder / "recordings" / "d700-h300-v100-r4.csv", *pulse(300.0, rate=1000.0, seed=7))
+    collect(folder)
+    named = "; ".join(f"d700-h300-v100-r{i}" for i in (1, 2, 3))
+    write_list(folder, {**POINT, **PLACE, "rests_on": "measurements", "recordings": named})
+    (result,) = assess_points(folder).points
+    assert result.outcome is PointOutcome.NOT_PERMITTED
+    assert "d700-h300-v100-r4.csv: 300" in said(result)
+
+
+def test_a_faster_impact_that_exceeds_says_nothing_of_a_slower_point(judge):
+    point = {**PLACE, "distance_m": "0.5", "rests_on": "measurements", "contact": "quasi-static"}
+    (result,) = judge({**point, "recordings": "d500-h300-v100"})
+    assert result.outcome is PointOutcome.CONFIRMED, said(result)
+
+
+def test_recordings_of_points_that_nobody_names_are_said_first(measured_cell):
+    save(measured_cell / "points" / "Q1.csv", *pulse(300.0))
+    assert "NO CONTACT POINT NAMES, and that count for nothing: points/Q1.csv" in " ".join(
+        sentences(assess_points(measured_cell).findings)
+    )

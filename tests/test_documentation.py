@@ -100,7 +100,7 @@ def workplace(tmp_path, monkeypatch):
 def perform(command):
     """Run a command; whoever plans a campaign measures it, too."""
     code = run(shlex.split(command))
-    if command.startswith("plan"):
+    if command.startswith("plan "):
         plan = forcemap.read_plan(command.split()[1])
         peaks = forcemap.published_map("ur10e").predict(plan.distance, plan.height, plan.speed)
         rng = np.random.default_rng(1)

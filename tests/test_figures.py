@@ -424,7 +424,7 @@ def test_what_must_be_said_first_stands_above_the_speeds(paper_grids, width):
 
 def test_a_figure_is_laid_out_as_it_is_saved(examples):
     """Placed once before it is saved as SVG, it is the figure that matplotlib saves; and it can be saved again."""
-    from forcemap.figures import canvas
+    from forcemap.figures import canvas, formats
 
     dataset = examples["ur10e"]
 
@@ -433,7 +433,7 @@ def test_a_figure_is_laid_out_as_it_is_saved(examples):
 
     stream, by_matplotlib, ours = io.StringIO(), figure(), figure()
     with canvas.settings():
-        by_matplotlib.savefig(stream, format="svg", metadata=canvas._NO_METADATA)
+        by_matplotlib.savefig(stream, format="svg", metadata=formats._NO_METADATA)
     path = re.compile(r' d="([^"]*)"')
     assert path.findall(figures.svg(ours)) == path.findall(stream.getvalue())
     assert figures.png(ours) == figures.png(by_matplotlib)

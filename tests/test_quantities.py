@@ -425,14 +425,27 @@ def test_the_bound_of_other_quantities_keeps_its_promise(quantity, truth):
 # -- what takes speeds from a map
 
 
-def test_a_confirmation_says_that_it_judges_the_force_alone(both):
+def test_a_confirmation_asks_for_the_pressure_of_its_impacts(both):
     plan = fm.confirm_plan(both, HAND, bound=fm.ToleranceBound(), contact=fm.Contact.TRANSIENT)
-    assert "JUDGED BY THEIR FORCE ALONE: the peak pressure" in fm.sentence(plan.warnings[0])
+    assert "MEASURE THE PRESSURE OF THESE IMPACTS, TOO" in fm.sentence(plan.warnings[0])
     runs = plan.plan
     released = fm.safe_speed(both, runs.distance, runs.height, **CASE)
     np.testing.assert_allclose(released.speed, plan.released, atol=1e-3)
     again = fm.confirm_plan(both, HAND, bound=fm.ToleranceBound(), contact=fm.Contact.TRANSIENT, planned=runs)
     assert not len(again.added)
+
+
+def test_what_is_measured_next_is_said_to_be_planned_by_the_force():
+    points = SPREAD[::4]
+    with_film, without = (
+        table(np.random.default_rng(8), points=points),
+        table(np.random.default_rng(8), points=points, peak_pressure=None, pressure_censored=None),
+    )
+    for data, words in ((with_film, 1), (without, 0)):
+        found = fm.next_measurements(data, HAND, contact=fm.Contact.TRANSIENT, bound=fm.ToleranceBound())
+        said = [fm.sentence(each) for each in found.warnings]
+        assert sum("PLANNED BY THE FORCE ALONE" in each for each in said) == words
+        assert not words or "the peak pressure" in said[0]
 
 
 def test_a_robots_table_takes_the_lowest_of_both(both):

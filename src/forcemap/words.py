@@ -51,6 +51,9 @@ class _Figures(dict[str, Any]):
     def _unit(self) -> str:
         return "N"  # of another quantity than the force the finding states it
 
+    def _register(self) -> str:
+        return "recordings.csv"  # of files in points/ the finding states theirs
+
     def _names(self) -> str:
         first, *more = self["all"]
         return f"{first or 'a row without recording'}{f' and {len(more)} more' if more else ''}"

@@ -30,6 +30,7 @@ class ModelAnswer(Answer):
 
     model: str
     accuracy: AccuracyAnswer
+    accuracy_all: AccuracyAnswer = of("on_all")
     underestimated_share: float
     overestimated_share: float
     most_underestimated: StateError | None

@@ -10,7 +10,6 @@ from pydantic import BeforeValidator
 from forcemap.answers.accuracy import AccuracyAnswer, PlaceFigures
 from forcemap.answers.answer import AllSaid, Answer, Figure, Figures, Percent, PlannedState, SaidIfAny, if_any, of
 from forcemap.answers.form_test import DriftAnswer, FormTestAnswer
-from forcemap.answers.selection import SelectionAnswer, SelectionRefused
 from forcemap.campaigns.dataset import ImpactDataset
 from forcemap.comparisons.censoring_effect import censoring_effect
 from forcemap.errors import BoundNotAvailable
@@ -151,7 +150,6 @@ class FitAnswer(PlaceFigures):
     map_sha256: str
     assumptions: AllSaid
     discard_fit: CensoringAnswer | None = if_any()
-    selection: SelectionAnswer | SelectionRefused | None = if_any()
     other_quantities: list[OtherMapAnswer] | None = if_any()
     pressure_not_mapped: SaidIfAny = if_any()
 

@@ -1,4 +1,4 @@
-"""The paper's selection of terms, and how stable its outcome is: what `fit --select` adds."""
+"""The paper's selection of terms, and how stable its outcome is: what `select` answers."""
 
 from __future__ import annotations
 
@@ -31,6 +31,8 @@ class SelectionStep(Answer):
 class SelectionAnswer(Answer):
     """The terms that a selection leaves, how it came to them, and the share of resamples in which each survives."""
 
+    datasets: list[str] = of("selection", "datasets")
+    simulated: bool
     terms: list[Words] = of("selection", "terms")
     counts: list[int] = of("selection", "counts")
     paper_counts: list[int]
@@ -49,12 +51,6 @@ class SelectionAnswer(Answer):
     assumptions: AllSaid = of("selection", "statements")
 
     @classmethod
-    def of_selection(cls, stability: SelectionStability) -> Self:
+    def of_selection(cls, stability: SelectionStability, *, simulated: bool) -> Self:
         """The answer for a selection."""
-        return cls.from_result(stability, paper_counts=PAPER_COUNTS)
-
-
-class SelectionRefused(Answer):
-    """Why no terms could be selected."""
-
-    refused: str
+        return cls.from_result(stability, paper_counts=PAPER_COUNTS, simulated=simulated)

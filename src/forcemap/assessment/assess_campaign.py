@@ -16,6 +16,7 @@ from forcemap.assessment.contact_points import POINTS_FILE, ContactPoint, read_c
 from forcemap.assessment.folder import InputFile, campaign_inputs, campaign_limit_table, file_findings, stated_findings
 from forcemap.assessment.missing import Missing, attempt, present
 from forcemap.assessment.place_speeds import PlaceSpeeds, place_speeds
+from forcemap.assessment.point_impacts import unnamed_files
 from forcemap.assessment.point_results import Confirmations, PointResult, confirmations, point_results
 from forcemap.assessment.state_results import StateResult, state_results
 from forcemap.campaigns.campaign import Campaign, read_campaign
@@ -337,6 +338,9 @@ def _stated(folder: Path, limits: Sequence[ForceLimit], table: LimitTable | None
         if others:
             findings.append(Finding.of(FindingKind.OTHER_LIMITS, table=own.file, editions=", ".join(others)))
     findings += stated_findings(conditions, list(dict.fromkeys([*limits, *of_points])))
+    unnamed = () if isinstance(listed, Missing) else attempt(lambda: unnamed_files(folder, listed))
+    if unnamed and not isinstance(unnamed, Missing):
+        findings.append(Finding.of(FindingKind.POINT_FILES_UNNAMED, names=unnamed))
     protocol = read_protocol(folder / CAMPAIGN_FILE) if has_conditions else Protocol()
     return _Stated(folder, inputs, conditions, tuple(limits), chosen, tuple(findings), listed, protocol)
 
@@ -421,6 +425,66 @@ def _points(
         bound=fitted.bound,
         confirmed=confirmed,
         allowance=allowance,
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class AssessedPoints:
+    """The contact points of a folder, without the rest of its result.
+
+    Parameters
+    ----------
+    points : tuple of PointResult, or Missing
+        None without contact_points.csv.
+    conditions : Conditions
+    protocol : Protocol
+    findings : tuple of Finding
+        What does not fit together, to be read first; recordings are not compared with the impacts table here.
+    simulated : bool
+        True if the campaign or one of the impacts says so.
+    """
+
+    points: tuple[PointResult, ...] | Missing
+    conditions: Conditions
+    protocol: Protocol
+    findings: tuple[Finding, ...]
+    simulated: bool
+
+
+def assess_points(folder: str | Path, *, limit_table: LimitTable | None = None) -> AssessedPoints:
+    """The contact points of a campaign's folder, as `assess_campaign` judges them; of the recordings only those named.
+
+    Parameters
+    ----------
+    folder : str or Path
+    limit_table : LimitTable, optional
+        As in `assess_campaign`.
+
+    Raises
+    ------
+    InputError
+        There is no such folder, or nothing of a campaign in it.
+    CampaignFileError
+        campaign.toml cannot be used.
+    """
+    stated, robot = _stated(Path(folder), (), limit_table), Allowance()
+    records = attempt(lambda: read_campaign(stated.folder))
+    dataset = attempt(lambda: read_dataset(stated.folder, conditions=stated.conditions))
+    broken = None if isinstance(dataset, Missing) else dataset.binding.reason
+    said = tuple(finding for finding in (broken, stated.conditions.speed_doubt) if finding)
+    simulated = stated.conditions.simulated if isinstance(dataset, Missing) else dataset.simulated
+    measured = _Measured(Missing("not asked for"), dataset, stated.conditions, simulated, said)
+    bound = ToleranceBound(device_error=stated.conditions.device.error_or_default)
+    fitted = _fitted(stated.folder, dataset, CFM_3D, bound)
+    confirmed = confirmations(records, dataset, fitted.force_map, fitted.bound)
+    points = attempt(lambda: _points(stated, measured, records, fitted, confirmed, robot))
+    judged = () if isinstance(points, Missing) else points
+    return AssessedPoints(
+        points,
+        stated.conditions,
+        stated.protocol,
+        (*fitted.weakness, *stated.findings, *said, *fitted.doubts),
+        simulated or any(impact.simulated for result in judged for impact in result.impacts),
     )
 
 

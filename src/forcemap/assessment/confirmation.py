@@ -74,5 +74,9 @@ def checked_impacts(
             worst = max(verdicts, key=lambda verdict: verdict.outcome.severity, default=None)
             gone = in_words("not judged as it was registered; run forcemap collect")
             why = worst.governing.reason if worst else (recording and recording.not_judged) or gone
-            checked[entry.name] = _WITHIN[worst.outcome] if worst else None, why
+            within = _WITHIN[worst.outcome] if worst else None
+            pressure = recording.pressure if recording else None
+            if pressure and within is not False and pressure.outcome is not VerdictOutcome.WITHIN:
+                within, why = _WITHIN[pressure.outcome], pressure.reason
+            checked[entry.name] = within, why
     return checked

@@ -8,13 +8,15 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from forcemap.assessment.contact_points import PHOTOGRAPHS_FOLDER, POINTS_FILE, POINTS_FOLDER
+from forcemap.assessment.contact_points import PHOTOGRAPHS_FOLDER, POINTS_FILE
 from forcemap.assessment.missing import error_words
 from forcemap.campaigns.build import collected, table_text
 from forcemap.campaigns.campaign import RECORDINGS_FOLDER, Campaign
 from forcemap.campaigns.conditions import CAMPAIGN_FILE, Conditions
 from forcemap.campaigns.impacts_table import TABLE_FILE
 from forcemap.campaigns.plan import PLAN_FILE
+from forcemap.campaigns.point_recordings import POINT_REGISTER, POINTS_FOLDER
+from forcemap.campaigns.pressures import PRESSURES_FOLDER
 from forcemap.campaigns.readout import Reader
 from forcemap.campaigns.recordings_table import REGISTER_FILE
 from forcemap.errors import ForcemapError, InputError
@@ -24,8 +26,8 @@ from forcemap.limits.body_areas import LimitTable, read_limit_table, standard_li
 from forcemap.limits.device_spring import device_suitability
 from forcemap.limits.force_limits import ForceLimit
 
-_FILES = (CAMPAIGN_FILE, PLAN_FILE, REGISTER_FILE, TABLE_FILE, POINTS_FILE)
-_FOLDERS = ("maps", RECORDINGS_FOLDER, POINTS_FOLDER, PHOTOGRAPHS_FOLDER)
+_FILES = (CAMPAIGN_FILE, PLAN_FILE, REGISTER_FILE, TABLE_FILE, POINTS_FILE, POINT_REGISTER)
+_FOLDERS = ("maps", RECORDINGS_FOLDER, PRESSURES_FOLDER, POINTS_FOLDER, PHOTOGRAPHS_FOLDER)
 
 
 @dataclass(frozen=True)
@@ -45,7 +47,8 @@ class InputFile:
 
 
 def campaign_inputs(folder: str | Path, *, further: Iterable[str] = ()) -> tuple[InputFile, ...]:
-    """The files that a campaign's result rests on: campaign.toml, tables, maps, recordings, photographs.
+    """The files that a campaign's result rests on: campaign.toml, tables, maps, recordings, films,
+    photographs.
 
     Hidden files and links that lead to no file are left out.
 

@@ -15,7 +15,7 @@ from forcemap.campaigns.conditions import Conditions
 from forcemap.campaigns.dataset import ImpactDataset
 from forcemap.campaigns.plan import MeasurementPlan
 from forcemap.comparisons.contact_model import ContactModel
-from forcemap.findings import Finding
+from forcemap.findings import Finding, FindingKind
 from forcemap.limits.force_limits import Contact, ForceLimit
 from forcemap.maps.bounds import Bound, ToleranceBound
 from forcemap.maps.force_map import ForceMap
@@ -79,6 +79,14 @@ class PlaceSpeeds:
         return self.confirmation is not None and self.confirmation.outcome is Confirmed.DOES_NOT_PASS
 
     @property
+    def not_released(self) -> Finding | None:
+        """Why none of the speeds may be used: impacts that were to confirm the map do not, or nothing is exported."""
+        if self.contradicted and self.confirmation:
+            figures = {"limit": self.limit.name.replace("_", " "), "contact": str(self.contact)}
+            return Finding.of(FindingKind.CONFIRMATION_FAILED, self.confirmation.reason, **figures)
+        return None if isinstance(self.speeds, Missing) else self.speeds.speeds.basis.export_refusal
+
+    @property
     def confirmed_by(self) -> tuple[str, ...]:
         """Recordings of the impacts that confirm the map for this limit; none if they do not, or are not all there."""
         if self.confirmation is None or self.confirmation.outcome is not Confirmed.PASSES:
@@ -87,8 +95,8 @@ class PlaceSpeeds:
 
     @cached_property
     def _confirmed(self) -> FloatArray:
-        """Speeds at contact and to program where there is one to program, shape (2, n); none if it is contradicted."""
-        if isinstance(self.speeds, Missing) or self.contradicted:
+        """Speeds at contact and to program where there is one to program, shape (2, n); none if none is released."""
+        if isinstance(self.speeds, Missing) or self.not_released:
             return np.empty((2, 0))
         pairs = np.array([self.speeds.speeds.speed.ravel(), self.speeds.speeds.speed_to_program.ravel()])
         return pairs[:, ~np.isnan(pairs[1])]

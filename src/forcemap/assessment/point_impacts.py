@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
 from pathlib import Path
@@ -11,16 +11,26 @@ from pathlib import Path
 import numpy as np
 
 from forcemap.arrays import FloatArray
-from forcemap.assessment.contact_points import POINTS_FOLDER, ContactPoint
+from forcemap.assessment.contact_points import ContactPoint
+from forcemap.assessment.originals import Originals
 from forcemap.campaigns.campaign import Campaign
-from forcemap.campaigns.conditions import CAMPAIGN_FILE, Conditions, pattern_fits, read_campaign_file
-from forcemap.campaigns.recorded_impacts import RecordedImpacts, recorded_impacts
+from forcemap.campaigns.conditions import CAMPAIGN_FILE, Conditions, normalised, pattern_fits, read_campaign_file
+from forcemap.campaigns.point_recordings import (
+    POINT_FILMS,
+    POINTS_FOLDER,
+    PointRecording,
+    point_names,
+    point_recordings,
+)
+from forcemap.campaigns.pressures import PRESSURES_FOLDER
+from forcemap.campaigns.recorded_impacts import RecordedImpacts
+from forcemap.campaigns.recordings_table import Entry
+from forcemap.campaigns.state import StateTolerance
 from forcemap.campaigns.walk import CampaignRecording, mistaken_unit, walk
-from forcemap.errors import ForcemapError
-from forcemap.files import file_sha256
 from forcemap.findings import Finding, FindingKind, in_words
 from forcemap.impacts.scenario import ContactScenario
 from forcemap.limits.force_limits import Contact
+from forcemap.verdicts.pressure_verdict import PressureVerdict
 from forcemap.verdicts.recording_results import recording_doubt, recording_pressure, recording_verdicts, thinned
 from forcemap.verdicts.verdict import Judgement, Verdict, VerdictOutcome
 
@@ -44,6 +54,8 @@ class PointImpact:
         Of that impact, one for each interpretation; none without one.
     governing : Judgement or None
         The strictest of them.
+    pressure : PressureVerdict or None
+        Its pressure beside the limit; None where none was measured.
     not_judged : Finding or None
         Why it does not show that the limit was kept; None if it may.
     excluded : bool
@@ -62,6 +74,7 @@ class PointImpact:
     scenario: ContactScenario | None = None
     judgements: tuple[Judgement, ...] = ()
     governing: Judgement | None = None
+    pressure: PressureVerdict | None = None
     not_judged: Finding | None = None
     excluded: bool = False
     time: FloatArray = field(default_factory=lambda: np.empty(0))
@@ -75,17 +88,16 @@ class PointImpact:
 
     @property
     def outcome(self) -> VerdictOutcome:
-        """Whether it is within the limit; cannot tell if it is not judged."""
-        if self.governing is None:
-            return VerdictOutcome.CANNOT_TELL
+        """Whether it is within the limits of force and, where measured, pressure; cannot tell if it is not judged."""
+        force = self.governing.outcome if self.governing else VerdictOutcome.CANNOT_TELL
         doubt = [VerdictOutcome.CANNOT_TELL] if self.not_judged else []
-        return VerdictOutcome.worst([self.governing.outcome, *doubt])
+        return VerdictOutcome.worst([force, *doubt, *([self.pressure.outcome] if self.pressure else [])])
 
     @property
     def reason(self) -> Finding:
         """Why the outcome is what it is."""
-        found = self.governing is not None and (self.governing.outcome is self.outcome or not self.not_judged)
-        return self.governing.reason if found and self.governing else self.not_judged or in_words("no impact found")
+        judged = [each for each in (self.governing, self.pressure) if each and each.outcome is self.outcome]
+        return judged[0].reason if judged else self.not_judged or in_words("no impact found")
 
 
 def point_impacts(
@@ -103,8 +115,7 @@ def point_impacts(
     """
     named = [(point, pattern) for point in points for pattern in point.recordings]
     found: dict[str, dict[str, tuple[PointImpact, ...]]] = {point.name: {} for point in points}
-    known = {} if campaign is None else {entry.sha256: entry.file for entry in campaign.entries if entry.sha256}
-    own = _own(folder, [(point, pattern) for point, pattern in named if _of_point(pattern)], known)
+    own = _own(folder, campaign, [(point, pattern) for point, pattern in named if _of_point(pattern)])
     planned = [(point, pattern) for point, pattern in named if not _of_point(pattern)]
     for point, pattern, impacts in (*own, *(_planned(campaign, planned) if campaign and planned else ())):
         there = found[point.name]
@@ -112,79 +123,140 @@ def point_impacts(
     return found
 
 
+def unnamed_files(folder: Path, points: Sequence[ContactPoint]) -> tuple[str, ...]:
+    """Files in points/ that no point names; errors as `point_recordings`."""
+    patterns = [pattern.casefold() for point in points for pattern in point.recordings]
+    return tuple(name for name in point_names(folder) if not any(fnmatchcase(name.casefold(), p) for p in patterns))
+
+
 def _of_point(pattern: str) -> bool:
     return pattern.startswith(f"{POINTS_FOLDER}/")
 
 
+PASSED_OVER = ""
+"""In place of a pattern: recordings of the campaign at a point that exceed its limit, and that it does not name."""
+
 _Named = tuple[ContactPoint, str, tuple[PointImpact, ...]]
+Film = tuple[Path, Conditions, Entry]  # where films lie, which film, of which recording
 
 
-def _own(folder: Path, named: Sequence[tuple[ContactPoint, str]], known: Mapping[str, str]) -> Iterator[_Named]:
+def _own(folder: Path, campaign: Campaign | None, named: Sequence[tuple[ContactPoint, str]]) -> Iterator[_Named]:
     """Files in points/ of the campaign's device and file layout, each read once.
 
-    `known` are names of the campaign's recordings by hash: a copy of one, or of another file, is no further impact.
+    A copy of another file, or of one of the campaign's recordings, is no further impact. Nor is a file of any point
+    that several name which do not state the same.
     """
     if not named:
         return
-    root = folder / POINTS_FOLDER
-    paths = (path for path in root.rglob("*") if path.is_file() and not path.is_symlink())
-    inside = {f"{POINTS_FOLDER}/{path.relative_to(root).as_posix()}": path for path in paths}
-    files = {name: path for name, path in inside.items() if "/." not in name}
+    whose = {
+        name: [(point, pattern) for point, pattern in named if fnmatchcase(name.casefold(), pattern.casefold())]
+        for name in point_names(folder)
+    }
     stated = folder / CAMPAIGN_FILE
-    conditions, columns = read_campaign_file(stated) if stated.exists() else (Conditions(), None)
-    doubt = recording_doubt(folder)
-    first = dict(known)
-    for name, path in sorted(files.items()):
-        whose = [(point, pattern) for point, pattern in named if fnmatchcase(name.casefold(), pattern.casefold())]
-        if not whose:
-            continue
-        try:
-            original = first.setdefault(file_sha256(path), name)
-            read = recorded_impacts(path, conditions, columns, name=name)
-        except ForcemapError as error:
-            for point, pattern in whose:
-                words = in_words(error.message if error.row is None else f"row {error.row}, {error.message}")
-                yield point, pattern, (PointImpact(name, point.recorded_at, not_judged=words),)
-            continue
-        copied = None if original == name else in_words(f"the same content as {original}, so no further impact")
-        for point, pattern in whose:
-            impacts = (_impact(point, r.recording.name, r, copied or r.doubt or doubt, point.recorded_at) for r in read)
-            yield point, pattern, tuple(impacts)
+    conditions = read_campaign_file(stated)[0] if stated.exists() else Conditions()
+    doubt, originals = recording_doubt(folder), Originals(campaign)
+    for recording in point_recordings(folder, [name for name, points in whose.items() if points]):
+        points = list(dict.fromkeys(point for point, _ in whose[recording.name]))
+        original = originals.of(recording)
+        copied = [in_words(f"the same content as {original}, so no further impact")] if original else []
+        shared = (
+            []
+            if len({_made_at(point) for point in points}) == 1
+            else [Finding.of(FindingKind.POINT_FILE_SHARED, names=tuple(point.name for point in points))]
+        )
+        why = next(iter([*copied, *shared, *filter(None, [recording.doubt])]), None)
+        film = (folder / POINT_FILMS, conditions, Entry(file=recording.name))
+        for point, pattern in whose[recording.name]:
+            yield point, pattern, tuple(_of_file(point, recording, film, why, doubt))
+
+
+def _made_at(point: ContactPoint) -> tuple[str, ...]:
+    """What a point states of a recording that is made at it."""
+    place = (point.distance, point.distance_to, point.height, point.height_to, point.recorded_at)
+    return (normalised(point.contact_site), point.direction, *map(repr, place))
+
+
+def _of_file(
+    point: ContactPoint, recording: PointRecording, film: Film, why: Finding | None, doubt: Finding | None
+) -> Iterator[PointImpact]:
+    """The recordings of a file in points/ beside the limit of a point."""
+    if recording.excluded:
+        excluded = Finding.of(FindingKind.EXCLUDED_BY_PERSON)
+        yield PointImpact(recording.name, point.recorded_at, not_judged=why or excluded, excluded=why is None)
+        return
+    if not recording.recorded:
+        yield PointImpact(recording.name, point.recorded_at, not_judged=why)
+    for each in recording.recorded:
+        pressure = recording_pressure(film, each, point.limit, point.contact)
+        yield _impact(
+            point, each.recording.name, each, why or each.doubt or doubt, point.recorded_at, pressure=pressure
+        )
 
 
 def _planned(campaign: Campaign, named: Sequence[tuple[ContactPoint, str]]) -> Iterator[_Named]:
-    """Recordings of the campaign, in one walk over them."""
+    """Recordings of the campaign, in one walk over them; those that a point passes over although they exceed, too."""
     found: dict[tuple[str, str], list[PointImpact]] = {}
-    measured = []
+    measured, passed_over = [], dict[str, list[PointImpact]]()
+    points = {point.name: (point, [each for whose, each in named if whose is point]) for point, _ in named}
+    tolerance = StateTolerance.stated(campaign.conditions.place_tolerance, campaign.conditions.speed_tolerance)
     for recording in walk(campaign):
         measured += [recording.measured] if recording.measured else []
         state = recording.run[0] if recording.run else recording.entry.state_id
         for point, pattern in named:
             if pattern_fits(pattern, state, recording.entry.name):
                 found.setdefault((point.name, pattern), []).append(_of_campaign(campaign, point, recording))
+        for point, patterns in points.values():
+            if not _is_at(point, _place(campaign, recording), tolerance):
+                continue
+            if any(pattern_fits(pattern, state, recording.entry.name) for pattern in patterns):
+                continue
+            there = _of_campaign(campaign, point, recording)
+            if there.outcome is VerdictOutcome.EXCEEDED:
+                passed_over.setdefault(point.name, []).append(there)
     mistaken = mistaken_unit(campaign, measured)
     for point, pattern in named:
         impacts = found.get((point.name, pattern), [])
         yield point, pattern, tuple(_doubted(impact, mistaken) for impact in impacts)
+    for name, impacts in passed_over.items():
+        point, patterns = points[name]
+        named_speeds = [impact.speed for pattern in patterns for impact in found.get((name, pattern), [])]
+        fastest = max((speed for speed in named_speeds if not math.isnan(speed)), default=math.inf)
+        yield point, PASSED_OVER, tuple(i for i in impacts if not i.speed > fastest + tolerance.speed)
+
+
+def _is_at(point: ContactPoint, place: tuple[float, float], tolerance: StateTolerance) -> bool:
+    """Whether a place [m] is that of a point, as far as repeats of a state may lie apart."""
+    ends = ((point.distance, point.distance_to), (point.height, point.height_to))
+    return all(low - tolerance.place <= x <= high + tolerance.place for x, (low, high) in zip(place, ends, strict=True))
 
 
 def _doubted(impact: PointImpact, doubt: Finding | None) -> PointImpact:
     return impact if doubt is None or impact.not_judged else replace(impact, not_judged=doubt)
 
 
+def _row(campaign: Campaign, recording: CampaignRecording) -> int | None:
+    """The row of the plan of a recording."""
+    return campaign.plan.row_of.get(recording.run or ("", 0))
+
+
+def _place(campaign: Campaign, recording: CampaignRecording) -> tuple[float, float]:
+    """Distance and height of a recording [m]; NaN if it belongs to no run."""
+    if (row := _row(campaign, recording)) is None:
+        return (math.nan, math.nan)
+    return float(campaign.plan.distance[row]), float(campaign.plan.height[row])
+
+
 def _of_campaign(campaign: Campaign, point: ContactPoint, recording: CampaignRecording) -> PointImpact:
-    speed, place, row = recording.entry.speed, (math.nan, math.nan), campaign.plan.row_of.get(recording.run or ("", 0))
+    speed, place, row = recording.entry.speed, _place(campaign, recording), _row(campaign, recording)
     if row is not None:
-        place = float(campaign.plan.distance[row]), float(campaign.plan.height[row])
         speed = float(campaign.plan.speed[row]) if math.isnan(speed) else speed
     at_contact = float(campaign.conditions.at_contact(np.array(speed)))
     doubt = Finding.of(FindingKind.EXCLUDED_BY_PERSON) if recording.excluded else recording.doubt
     name = recording.entry.name
-    film = (campaign.folder, campaign.conditions, recording.entry)
+    film = (campaign.folder / PRESSURES_FOLDER, campaign.conditions, recording.entry)
     pressure = recording_pressure(film, recording.recorded, point.limit, point.contact)
-    if pressure and pressure.outcome is not VerdictOutcome.WITHIN:
-        doubt = doubt or pressure.reason
-    return _impact(point, name, recording.recorded, doubt, at_contact, place, excluded=bool(recording.excluded))
+    excluded = bool(recording.excluded)
+    return _impact(point, name, recording.recorded, doubt, at_contact, place, excluded=excluded, pressure=pressure)
 
 
 def _impact(
@@ -196,10 +268,12 @@ def _impact(
     place: tuple[float, float] = (math.nan, math.nan),
     *,
     excluded: bool = False,
+    pressure: PressureVerdict | None = None,
 ) -> PointImpact:
     """A recording beside the limit of a point; of several impacts the gravest."""
     if recorded is None or not recorded.impacts or excluded:
-        return PointImpact(name, speed, place, not_judged=doubt, excluded=excluded)
+        shown = None if excluded else pressure
+        return PointImpact(name, speed, place, pressure=shown, not_judged=doubt, excluded=excluded)
     whole = point.contact if point.contact is Contact.QUASI_STATIC else None
     verdicts = recording_verdicts(recorded, doubt, point.limit, contact=whole)
     verdict = max(verdicts, key=_gravity, default=None)
@@ -214,6 +288,7 @@ def _impact(
         scenario=impact.scenario,
         judgements=verdict.judgements if verdict else (),
         governing=verdict.governing if verdict else None,
+        pressure=pressure,
         not_judged=doubt,
         time=time,
         force=force,

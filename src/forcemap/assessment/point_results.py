@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from pathlib import Path
 
@@ -16,7 +16,7 @@ from forcemap.assessment.missing import Missing
 from forcemap.assessment.point_impacts import PointImpact, point_impacts
 from forcemap.campaigns.campaign import Campaign
 from forcemap.campaigns.conditions import Conditions, normalised
-from forcemap.campaigns.dataset import ImpactDataset
+from forcemap.campaigns.dataset import ImpactDataset, Quantity
 from forcemap.campaigns.state import StateTolerance
 from forcemap.errors import ForcemapError, InputError
 from forcemap.findings import Finding, FindingKind, in_words
@@ -63,6 +63,8 @@ class PointResult:
         Recordings of the impacts that confirm it.
     photograph : Path or None
         Its photograph's file, there or not.
+    pressed : bool
+        True if the permission holds for the pressure, too: by a map of it, and of every impact that confirms the point.
     """
 
     point: ContactPoint
@@ -73,11 +75,12 @@ class PointResult:
     impacts: tuple[PointImpact, ...]
     confirmed_by: tuple[str, ...]
     photograph: Path | None
+    pressed: bool = False
 
     @property
     def not_measured(self) -> bool:
-        """True if no impact shows anything of it, neither its own nor those of a map."""
-        return self.outcome is PointOutcome.NOT_PERMITTED and not self.rests_on and not self.impacts
+        """True if it is to rest on impacts at this point, and none is named."""
+        return any(finding.kind is FindingKind.POINT_NOT_MEASURED for finding in self.lacks)
 
     @property
     def gravest(self) -> PointImpact | None:
@@ -94,6 +97,7 @@ class _Part:
     rests_on: tuple[Finding, ...] = ()
     lacks: tuple[Finding, ...] = ()
     confirmed_by: tuple[str, ...] = ()
+    pressed: bool = False
 
 
 Confirmations = Callable[[ForceLimit, Contact], ConfirmationResult | None]
@@ -132,7 +136,7 @@ def point_results(
         _result(
             point,
             folder,
-            [mapped[point.name]] if point.by_map else [],
+            [_not_contradicted(mapped[point.name], impacts[point.name], allowance)] if point.by_map else [],
             [_measured(point, impacts[point.name], conditions, allowance)] if point.by_measurements else [],
             impacts[point.name],
         )
@@ -168,6 +172,7 @@ def _result(
         impacts=tuple(named.values()),
         confirmed_by=() if lacks else confirmed_by,
         photograph=folder / PHOTOGRAPHS_FOLDER / point.photograph if point.photograph else None,
+        pressed=not lacks and all(part.pressed for part in parts),
     )
 
 
@@ -209,9 +214,15 @@ def _by_map(
             why = Finding.of(FindingKind.POINT_MAP_REFUSES, in_words(error.message))
             parts |= {point.name: _Part(math.nan, lacks=(why,)) for point in group}
             continue
+        refusal = speeds.basis.export_refusal
         for i, point in enumerate(group):
+            if refusal:
+                why = Finding.of(FindingKind.POINT_NOT_RELEASED, refusal)
+                parts[point.name] = _Part(math.nan, lacks=(why,))
+                continue
             reason = Finding.of(FindingKind.POINT_MAP_REFUSES, speeds.to_program_reason[i])
-            parts[point.name] = _mapped(float(speeds.speed_to_program[i]), reason, confirmed(limit, contact))
+            part = _mapped(float(speeds.speed_to_program[i]), reason, confirmed(limit, contact))
+            parts[point.name] = replace(part, pressed=force_map.other(Quantity.PRESSURE) is not None)
     return parts
 
 
@@ -225,6 +236,18 @@ def _mapped(speed: float, reason: Finding, result: ConfirmationResult | None) ->
     names = tuple(impact.recording for impact in result.impacts)
     figures = {"speed_mps": float(floor_speed(speed)), "impacts": len(names), "names": names}
     return _Part(speed, (Finding.of(FindingKind.POINT_CONFIRMED_MAP, **figures),), confirmed_by=names)
+
+
+def _not_contradicted(part: _Part, named: Mapping[str, tuple[PointImpact, ...]], allowance: Allowance) -> _Part:
+    """What the map says of a point, unless an impact made there exceeded its limit at a speed that the map permits."""
+    if math.isnan(part.speed):
+        return part
+    against = [
+        Finding.of(FindingKind.POINT_SPEED_EXCEEDED, impact.reason, recording=impact.recording, speed_mps=impact.speed)
+        for impact in {each.recording: each for of_pattern in named.values() for each in of_pattern}.values()
+        if impact.outcome is VerdictOutcome.EXCEEDED and not impact.speed > part.speed + allowance.speed
+    ]
+    return _Part(math.nan, lacks=tuple(against)) if against else part
 
 
 def _angle(point: ContactPoint, conditions: Conditions) -> float:
@@ -285,9 +308,13 @@ def _measured(
         return _Part(math.nan, lacks=(Finding.of(FindingKind.POINT_SPEED_MISSING, recording=impacts[0].recording),))
     names = tuple(impact.recording for impact in impacts)
     rests = Finding.of(FindingKind.POINT_MEASURED, impacts=len(names), speed_mps=float(floor_speed(speed)))
+    with_pressure = sum(impact.pressure is not None for impact in impacts)
+    partly = Finding.of(FindingKind.POINT_PRESSURE_PARTLY, measured=with_pressure, impacts=len(impacts))
     excluded = sorted({i.recording for each in named.values() for i in each if i.excluded})
     taken_out = [in_words(f"taken out by a person, and not counted: {', '.join(excluded)}")] if excluded else []
-    return _Part(speed, (rests, *taken_out), confirmed_by=names)
+    unlike = [partly] if 0 < with_pressure < len(impacts) else []
+    pressed = with_pressure == len(impacts)
+    return _Part(speed, (rests, *unlike, *taken_out), confirmed_by=names, pressed=pressed)
 
 
 def _unusable(point: ContactPoint, impact: PointImpact, tolerance: StateTolerance) -> Finding | None:

@@ -14,6 +14,7 @@ from forcemap.campaigns.impact_rows import LEFT_OUT_IF_EMPTY, WRITTEN, Row, Used
 from forcemap.campaigns.impacts_table import TABLE_FILE, read_dataset
 from forcemap.campaigns.memory import remembering
 from forcemap.campaigns.phase_two import OLD_COLUMN, unused_cells
+from forcemap.campaigns.point_recordings import register_points
 from forcemap.campaigns.pressures import require_known
 from forcemap.campaigns.readout import Reader
 from forcemap.campaigns.recordings_table import Entry, register_text
@@ -31,7 +32,8 @@ _TRIES = 3  # of collecting while another process collects the same folder; a ch
 def build_dataset(campaign: Campaign, *, progress: Progress | None = None, workers: int = 1) -> ImpactDataset:
     """Read, judge and register every recording of a campaign, and write its impacts table.
 
-    Writes `recordings.csv` and `impacts.csv`, each in one step; raw files are never touched. The same folder gives
+    Writes `recordings.csv` and `impacts.csv`, and `point_recordings.csv` where there are files in `points/`, each in
+    one step; raw files are never touched. The same folder gives
     the same bytes, and a recording keeps its row when others are added. The register holds the hash of every row of the
     table, and the conditions under which each recording was first registered, which are never rewritten. A recording
     that was judged before, under the same conditions and by the same software, is not judged again (`remembering`).
@@ -61,6 +63,7 @@ def build_dataset(campaign: Campaign, *, progress: Progress | None = None, worke
     TableError
         No recording gave an impact that can be used, or the impacts contradict each other.
     """
+    register_points(campaign.folder, campaign.conditions, campaign.columns)
     with remembering(campaign, workers=workers) as reader:
         entries, rows = collected(campaign, progress=progress, reader=reader)
     with alone(campaign.folder):

@@ -20,7 +20,7 @@ from forcemap.campaigns.drift import Drift, measured_again
 from forcemap.campaigns.one_campaign import require_one_campaign
 from forcemap.campaigns.phase_two import PhaseTwo, including_unused
 from forcemap.campaigns.quantity import LEAST, Quantity
-from forcemap.campaigns.state import States, StateTolerance, identify_states
+from forcemap.campaigns.state import CONFIRMING, States, StateTolerance, identify_states
 from forcemap.campaigns.units import unit_finding
 from forcemap.errors import InputError, TableError
 from forcemap.findings import Finding, FindingKind
@@ -31,8 +31,8 @@ if TYPE_CHECKING:
 
 # what other rooms take from here beside ImpactDataset
 __all__ = [
-    "Binding", "BindingState", "Conditions", "ContactScenario", "Drift", "PhaseTwo", "Quantity", "StateTolerance",
-    "States", "contradictions", "in_stated_units", "measured_again", "unit_finding",
+    "CONFIRMING", "Binding", "BindingState", "Conditions", "ContactScenario", "Drift", "PhaseTwo", "Quantity",
+    "StateTolerance", "States", "contradictions", "in_stated_units", "measured_again", "unit_finding",
 ]  # fmt: skip
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
@@ -16,6 +17,10 @@ from forcemap.recordings.pressure_matrix import read_pressure_matrix
 
 PRESSURES_FOLDER = "pressures"
 """Folder of a campaign; its files bear the names of the runs, or of their recordings, with any ending."""
+
+_LEAST_SHARE = 0.5
+"""Share of the peak force that all cells together, each with its largest pressure, have to show at least. A choice: a
+film of 10 to 15 % error shows more; one with a mistaken unit or pitch, or beside the contact, less."""
 
 
 @dataclass(frozen=True)
@@ -32,12 +37,19 @@ class MeasuredPressure:
         Name of the file.
     sha256 : str
         Of the file.
+    most_force : float
+        The largest force that its cells can have carried [N]; infinite if one reached the range.
     """
 
     pressure: float
     above_range: bool
     file: str
     sha256: str
+    most_force: float = math.inf
+
+    def too_little_for(self, force: float) -> bool:
+        """True if all of the film together shows far less than a peak force [N] that went through it."""
+        return self.most_force < _LEAST_SHARE * force
 
 
 @dataclass(frozen=True)
@@ -77,17 +89,40 @@ def _names(entry: Entry) -> set[str]:
 
 
 def film_reading(campaign: Campaign, entry: Entry) -> FilmReading | None:
-    """The cells of a recording that is used; None if no file bears its name. Errors as `measured_pressure`."""
-    measured = measured_pressure(campaign.folder, campaign.conditions.film, entry)
-    if measured is None:
+    """The cells of a recording that is used; None if no file bears its name. Errors as `usable_film`."""
+    file = _film_of(campaign.folder / PRESSURES_FOLDER, entry)
+    if file is None:
         return None
+    measured = usable_film(file, campaign.conditions.film, entry.peak_force)
     pressure, above = f"{measured.pressure:.2f}", measured.above_range
     cells = {"peak_pressure_N_per_cm2": pressure, "pressure_censored": csv_cell(above)}
     return FilmReading(cells, f"{measured.file} {measured.sha256[:16]}: {'at least ' * above}{pressure} N/cm^2")
 
 
-def measured_pressure(folder: Path, film: Film, entry: Entry) -> MeasuredPressure | None:
-    """The pressure of a recording in a campaign's folder; None if no file bears its name or that of its run.
+def usable_film(file: Path, film: Film, force: float) -> MeasuredPressure:
+    """The pressure of a film that is to count, beside the peak force [N] that went through it; NaN if not known.
+
+    Raises
+    ------
+    CampaignFileError
+        Its range or averaging is not stated; it shows far less than the force.
+    RecordingError
+        It cannot be used.
+    """
+    if math.isnan(film.range):
+        message = "the film's range is not stated, so that a saturated film would pass for a good one"
+        expected = "state pressure.range_N_per_cm2 in campaign.toml"
+        raise CampaignFileError(f"{message}; {expected}", file=str(file))
+    measured = _measured(file, film)
+    if measured.too_little_for(force):
+        found = f"found {measured.most_force:.1f} N on all of the film, {force:.1f} N on the device"
+        remedy = "its unit or pitch is mistaken, or it does not cover the contact; state them, or move the file away"
+        raise CampaignFileError(f"{found}: {remedy}", file=str(file))
+    return measured
+
+
+def measured_pressure(pressures: Path, film: Film, entry: Entry) -> MeasuredPressure | None:
+    """The pressure of a recording, by a folder of films; None if no file bears its name or that of its run.
 
     Raises
     ------
@@ -96,18 +131,25 @@ def measured_pressure(folder: Path, film: Film, entry: Entry) -> MeasuredPressur
     RecordingError
         The file cannot be used.
     """
-    pressures = folder / PRESSURES_FOLDER
+    file = _film_of(pressures, entry)
+    return None if file is None else _measured(file, film)
+
+
+def _film_of(pressures: Path, entry: Entry) -> Path | None:
     if not pressures.is_dir():
         return None
     files = sorted(file for file in pressures.iterdir() if file.is_file() and file.stem in _names(entry))
-    if not files:
-        return None
     if len(files) > 1:
         found = " and ".join(file.name for file in files)
         raise CampaignFileError(f"found {found} for one run, expected one file", file=str(pressures))
-    matrix = read_pressure_matrix(files[0], film)
+    return files[0] if files else None
+
+
+def _measured(file: Path, film: Film) -> MeasuredPressure:
+    matrix = read_pressure_matrix(file, film)
     try:
         pressure, above = matrix.peak(film)
     except InputError as error:
-        raise CampaignFileError(error.message, file=str(files[0])) from None
-    return MeasuredPressure(pressure, above, files[0].name, sha256(read_bytes(files[0])))
+        raise CampaignFileError(error.message, file=str(file)) from None
+    most = math.inf if above else matrix.most_force(film)
+    return MeasuredPressure(pressure, above, file.name, sha256(read_bytes(file)), most)

@@ -19,6 +19,9 @@ PLACE_TOLERANCE = 0.005
 SPEED_TOLERANCE = 0.010
 """Repeats of a state may lie this far apart in speed, unless stated otherwise [m/s]."""
 
+CONFIRMING = "c-"
+"""How the names of states begin that are to confirm a map; they have role test."""
+
 _FEW = 500  # points of which every pair is looked at; of more, a tree finds those that are near
 
 _AXES = (("distance_m", "m"), ("height_m", "m"), ("speed_mps", "m/s"))

@@ -32,6 +32,7 @@ _COMMANDS = {
     "fit": "Fit a collision-force map.",
     "transfer": "Carry a map over to a changed robot.",
     "evaluate": "Say how far predicted forces are from measured ones.",
+    "select": "Show which terms the paper's selection keeps.",
     "compare": "Compare a map with the standard, or another map.",
     "limits": "Show force and pressure limits of body areas.",
     "speed": "Give the highest speed to program at a place.",
@@ -42,6 +43,9 @@ _COMMANDS = {
     "export-path": "Write what a robot's program takes for one path.",
     "estimate": "Estimate a force where the contact is another.",
     "effective-mass": "Show the effective mass of a robot.",
+    "planar-arm": "Show the effective mass of the paper's planar arm.",
+    "figure": "Draw a figure for a paper, a page or a slide.",
+    "publication": "Write a campaign as a folder to publish.",
     "report": "Write the validation report of a campaign.",
     "sweep": "Compute a study of many blocks, on many machines.",
     "fleet": "Bring many campaigns up to date; one table of all.",
@@ -73,6 +77,7 @@ _EXPORT = _FITTED | {
 }
 _ROBOT = dict.fromkeys(("--base", "--tip"), "is part of the robot: --robot arm.urdf:base=LINK:tip=LINK")
 _MOVED = {
+    "fit": {"--select": "is a command: forcemap select TABLE"},
     "plan": _PLAN,
     "speed": _BOUND,
     "speed-map": _BOUND,

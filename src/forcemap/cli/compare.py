@@ -2,17 +2,27 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated
 
 from typer import Argument, Option
 
 import forcemap as fm
+from forcemap.answers.accuracy import AccuracyAnswer
 from forcemap.answers.comparison import Body, ComparisonAnswer
 from forcemap.answers.effective_mass import MassComparisonAnswer
 from forcemap.answers.two_maps import RatioAt, TwoMapsAnswer
 from forcemap.cli.effective_mass import mass_comparison_lines
-from forcemap.cli.options import FormName, Json, MovingMass, Payload, force_map_from, too_few_states_named
+from forcemap.cli.options import (
+    FormName,
+    Json,
+    MovingMass,
+    Payload,
+    bound_from,
+    force_map_from,
+    too_few_states_named,
+)
 from forcemap.cli.output import SIMULATED, accuracy_lines, bound_words, change, emit, listing, shown, table
 from forcemap.cli.task_options import (
     ContactOffset,
@@ -24,6 +34,7 @@ from forcemap.cli.task_options import (
     robot_from,
 )
 from forcemap.comparisons.contact_model import contact_model
+from forcemap.comparisons.map_and_standard import BY_THE_MAP, compare_map_with_standard
 
 _MassRobot = Annotated[
     str | None,
@@ -35,7 +46,7 @@ _MassRobot = Annotated[
 
 
 def compare(
-    table: Annotated[str, Argument(help="Impacts table (CSV) or campaign folder; with OTHER also a map.")],
+    table: Annotated[str, Argument(help="Impacts table (CSV), campaign folder, or a map.")],
     other: Annotated[
         str | None, Argument(help="Another map: then the two maps are compared, the other over the first.")
     ] = None,
@@ -59,8 +70,9 @@ def compare(
 ) -> None:
     """Compare the measured map with the 2D map and the standard's contact model on the same states.
 
-    Or two maps with each other, over the range that both have measured: compare MAP MAP. Or a map, or measured impacts,
-    with what effective mass alone would give: compare ur10e --effective-mass ur10e.
+    A map alone stands for the measurement: compare kuka-iiwa7-30nm. Or two maps with each other, over the range that
+    both have measured: compare MAP MAP. Or a map, or measured impacts, with what effective mass alone would give:
+    compare ur10e --effective-mass ur10e.
 
     Example: forcemap compare impacts.csv --moving-mass-kg 30 --body constrained
     """
@@ -117,17 +129,19 @@ def _compare_models(
     constrained: bool,
     as_json: bool,
 ) -> None:
-    """The map of measured impacts beside the 2D map and the standard's contact model."""
-    if _is_map(source):
-        force_map_from(source, form)  # what is no map says so first
-        raise fm.InputError(
-            f"compare: found one map, {source}, expected a second one (compare {source} OTHER), or impacts alone; "
-            f"{_for_impacts('IMPACTS', source)}; to see it beside effective mass: --effective-mass ROBOT"
-        )
-    dataset = fm.read_dataset(source)
+    """A map, or the map of measured impacts, beside the 2D map and the standard's contact model."""
     limit = fm.force_limit("hand_fingers" if region is None else region)
-    model = contact_model(dataset.conditions, limit.name, **masses, constrained=constrained)
     usable = limit if limit.permitted else None
+    if _is_map(source):
+        force_map = force_map_from(source, form)[0]
+        model = contact_model(force_map.conditions, limit.name, **masses, constrained=constrained)
+        compared = compare_map_with_standard(force_map, **model.figures, bound=bound_from(force_map), limit=usable)
+        of_map = ComparisonAnswer.of_comparison(compared, limit, simulated=force_map.simulated)
+        others = f"beside another map: compare {source} OTHER; {_for_impacts('IMPACTS', source)}"
+        emit(of_map, [*comparison_lines(of_map), "", others], as_json=as_json)
+        return
+    dataset = fm.read_dataset(source)
+    model = contact_model(dataset.conditions, limit.name, **masses, constrained=constrained)
     with too_few_states_named(source, form):
         comparison = fm.compare_force_models(
             dataset, **model.figures, form=fm.form_named(form or fm.CFM_3D.name), limit=usable
@@ -162,6 +176,7 @@ def comparison_lines(answer: ComparisonAnswer) -> list[str]:
     """Where the standard's contact model is wrong, then the models and what they allow."""
     standard, variation = answer.models[-1], answer.variation
     lines = [SIMULATED] * answer.simulated
+    of, words = ("predicted", "by the map") if answer.on == BY_THE_MAP else ("measured", "measured")
     for share, side, extreme in (
         (standard.underestimated_share, "underestimates", standard.most_underestimated),
         (standard.overestimated_share, "overestimates", standard.most_overestimated),
@@ -169,18 +184,18 @@ def comparison_lines(answer: ComparisonAnswer) -> list[str]:
         most = ""
         if extreme:
             place = f"d = {extreme.distance_m:.3f} m, h = {extreme.height_m:.3f} m, v = {extreme.speed_mps:.3f} m/s"
-            forces = f"{extreme.predicted_N:.0f} N for {extreme.measured_N:.0f} N measured"
+            forces = f"{extreme.predicted_N:.0f} N for {extreme.measured_N:.0f} N {words}"
             most = f"; most by {abs(extreme.error_percent):.1f} % ({forces}) at {place}"
         lines.append(f"the standard's contact model {side} {100 * share:.0f} % of the states{most}")
     correlations = (variation.rank_correlation_distance, variation.rank_correlation_height)
     with_d, with_h = ("nan" if r is None else f"{r:.2f}" for r in correlations)
     lines += [
-        f"over the workspace at {variation.speed_mps:.3f} m/s the measured force varies from "
-        f"{variation.lowest_force_N:.0f} to {variation.highest_force_N:.0f} N (x {variation.ratio:.2f}, "
+        f"over the workspace at {variation.speed_mps:.3f} m/s the {of} force varies "
+        f"from {variation.lowest_force_N:.0f} to {variation.highest_force_N:.0f} N (x {variation.ratio:.2f}, "
         f"{variation.states} states); rank correlation {with_d} with distance, {with_h} with height",
         "",
         f"Force models on {answer.on} (underestimation is the dangerous side)",
-        *accuracy_lines([(model.model, model.accuracy) for model in answer.models]),
+        *accuracy_lines(list(_accuracies(answer))),
         *(f"{model.model}: {model.note}" for model in answer.models if model.note),
     ]
     if answer.allowed:
@@ -197,6 +212,14 @@ def comparison_lines(answer: ComparisonAnswer) -> list[str]:
     elif not answer.permitted:
         lines.append(f"no speeds: contact with {answer.area} is not permitted")
     return [*lines, "", *listing("Assumes", answer.assumptions)]
+
+
+def _accuracies(answer: ComparisonAnswer) -> Iterator[tuple[str, AccuracyAnswer]]:
+    """Each model on the states compared, then on all as in the paper's tables; once where these are the same."""
+    for model in answer.models:
+        yield model.model, model.accuracy
+        if answer.on != BY_THE_MAP:
+            yield f"  {model.accuracy_all.on}", model.accuracy_all
 
 
 def maps_lines(answer: TwoMapsAnswer, names: tuple[str, str]) -> list[str]:

@@ -1,8 +1,7 @@
-"""forcemap fit: a fitted map and a selection of terms."""
+"""forcemap fit."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
@@ -10,7 +9,6 @@ from typer import Option
 
 import forcemap as fm
 from forcemap.answers.map import CensoringAnswer, FitAnswer, Margins
-from forcemap.answers.selection import SelectionAnswer, SelectionRefused
 from forcemap.cli.options import DeviceSpring, FormName, Json, Table, fitted, too_few_states_named
 from forcemap.cli.output import (
     SIMULATED,
@@ -20,12 +18,10 @@ from forcemap.cli.output import (
     emit,
     fit_notes,
     fit_warnings,
-    listing,
     place_lines,
     table,
     write_result,
 )
-from forcemap.comparisons.selection import selection_stability
 from forcemap.maps.bounds import PAPER_MARGIN
 from forcemap.maps.carry_over import EARLIER_MAP
 from forcemap.maps.map_file import map_text
@@ -37,13 +33,6 @@ def fit(
     device_spring: DeviceSpring = None,
     discard_censored: Annotated[
         bool, Option("--discard-censored", help="Discard impacts above the device range, as the paper does.")
-    ] = False,
-    select: Annotated[
-        bool,
-        Option(
-            "--select",
-            help="Also report which terms the paper's selection would keep; the fit stays. Best on a full grid.",
-        ),
     ] = False,
     output: Annotated[str | None, Option("-o", "--output", help="Write the map to this JSON file.")] = None,
     as_json: Json = False,
@@ -67,30 +56,8 @@ def fit(
     if output:
         write_result(output, map_text(force_map), mark='"schema": "forcemap-map/')
     written = f"map written to {output}" if output else "no file written; -o MAP.json writes the map"
-    answer = FitAnswer.of_fit(dataset, force_map, accuracies, selection=_selection(dataset) if select else None)
+    answer = FitAnswer.of_fit(dataset, force_map, accuracies)
     emit(answer, [*fit_lines(answer), "", written], as_json=as_json)
-
-
-def _selection(dataset: fm.ImpactDataset) -> SelectionAnswer | SelectionRefused:
-    """The selection of terms, or why there is none: a report beside the fit, which is done."""
-    try:
-        return SelectionAnswer.of_selection(selection_stability([dataset]))
-    except (fm.TooFewStates, fm.RankDeficient) as error:
-        coefficients = len(fm.FULL_CUBIC.terms)
-        return SelectionRefused(
-            refused="Term selection needs a full grid (plan --design full-grid): the training states alone cannot tell "
-            f"{coefficients} coefficients ({error.problem})"
-        )
-    except fm.FitError as error:
-        return SelectionRefused(refused=f"Term selection is not possible: {error}")
-
-
-_CONCLUSIONS = {
-    "paper": "the terms of CFM_3D, the paper's eight, are what these impacts select; keep the form",
-    "stable": "these impacts select other terms than the paper's eight, and stably; before a form of them is used, see "
-    "whether other campaigns select the same (docs/trust.md)",
-    "unstable": "which terms are kept hangs on which states were measured: no reason to change the form",
-}
 
 
 def fit_lines(answer: FitAnswer) -> list[str]:
@@ -99,7 +66,7 @@ def fit_lines(answer: FitAnswer) -> list[str]:
     d, h, v = ((a or 0.0, b or 0.0) for a, b in zip(low, high, strict=True))
     few, most = answer.fewest_repeats, answer.repeats
     repeats = counted(most, "impact") if few == most else f"{few} to {most} impacts"
-    effect, selection = answer.discard_fit, answer.selection
+    effect = answer.discard_fit
     lines = [SIMULATED] * answer.simulated
     lines += [
         words
@@ -112,7 +79,6 @@ def fit_lines(answer: FitAnswer) -> list[str]:
         if words
     ]
     lines += fit_warnings(answer)
-    lines += [selection.refused, ""] if isinstance(selection, SelectionRefused) else []
     lines += [
         _verdict(answer),
         f"{answer.form} {answer.source}",
@@ -148,7 +114,6 @@ def fit_lines(answer: FitAnswer) -> list[str]:
         "Accuracy",
         *accuracy_lines([(accuracy.on, accuracy) for accuracy in answer.accuracies]),
         *fit_notes(answer),
-        *(["", *_selection_lines(selection)] if isinstance(selection, SelectionAnswer) else []),
     ]
 
 
@@ -244,42 +209,3 @@ def _why_wider(answer: FitAnswer, effect: CensoringAnswer, added: int) -> list[s
 
 def _span(span: Margins | None) -> str:
     return f"+{span.lowest:.1f} to +{span.highest:.1f} %" if span else "none"
-
-
-def _selection_lines(answer: SelectionAnswer) -> list[str]:
-    """The trace of a term selection, its outcome beside the paper's, and how often terms survive."""
-    steps = [("", step) for step in answer.steps]
-    steps += [("refused: ", answer.stopped_at)] if answer.stopped_at else []
-    trace = [
-        [
-            refused + (", ".join(step.removed) or "(all terms)"),
-            str(step.terms),
-            f"{step.change_N:.3f}",
-            *(f"{rmse:.3f} N" for rmse in step.rmse_N),
-            *(f"{r_squared:.4f}" for r_squared in step.r_squared),
-        ]
-        for refused, step in steps
-    ]
-    count = len(answer.steps[0].rmse_N)
-    left, paper = (", ".join(map(str, counts)) for counts in (answer.counts, answer.paper_counts))
-    survival = sorted(answer.survival.items(), key=lambda term_and_share: -term_and_share[1])
-    same = {*answer.terms} == {str(term) for term in fm.CFM_3D.terms} - {"1"}
-    conclusion = _CONCLUSIONS["paper" if same else "stable" if answer.stable else "unstable"]
-    return [
-        f"Conclusion: {conclusion}",
-        "Term selection as in the paper: a report only, the fit above does not use it",
-        *table(["removed", "terms left", "change", *["RMSE"] * count, *["R^2"] * count], trace),
-        f"a removal may change RMSE [N] + 100 x R^2 by at most {answer.threshold_N:g}",
-        f"terms at the start, after stage one, at the end: {left} (the paper, on its three tables: {paper})",
-        f"kept: {_names(answer.terms)}",
-        f"kept, but not among the paper's eight: {_names(answer.only_here)}",
-        f"among the paper's eight, but not kept: {_names(answer.only_in_paper)}",
-        f"Is that outcome stable? {answer.reason}",
-        *["with one table the outcome is often not stable; the paper selected on three"] * (count == 1),
-        f"how often each survives: {', '.join(f'{term} {100 * share:.0f} %' for term, share in survival)}",
-        *listing("Assumes", answer.assumptions),
-    ]
-
-
-def _names(terms: Sequence[str]) -> str:
-    return ", ".join(terms) or "none"

@@ -278,6 +278,8 @@ def _outcome(part: PlaceSpeeds) -> str:
 
 def _points(assessment: fm.CampaignAssessment) -> list[dict[str, Any]] | None:
     """Every contact point; None if their list cannot be used."""
+    from forcemap.report.permission import pressure_words
+
     if isinstance(assessment.points, Missing):
         return None
     return [
@@ -291,7 +293,7 @@ def _points(assessment: fm.CampaignAssessment) -> list[dict[str, Any]] | None:
             "confirmed_by": list(result.confirmed_by),
             "rests_on": sentences(result.rests_on),
             "lacks": sentences(result.lacks),
-            "pressure": "not assessed",
+            "pressure": pressure_words(result),
         }
         for result in assessment.points
     ]
@@ -304,8 +306,8 @@ def answer_lines(assessment: fm.CampaignAssessment) -> list[str]:
     lines += _point_lines(assessment)
     for part in assessment.speeds:
         name = f"{part.limit.name}, {part.contact}"
-        if part.contradicted and part.confirmation:
-            lines.append(f"{name}: no place permitted: {sentence(part.confirmation.reason)}")
+        if part.not_released:
+            lines.append(f"{name}: no place permitted: {sentence(part.not_released)}")
             continue
         if isinstance(part.speeds, Missing):
             lines.append(f"{name}: no speed: {part.speeds.reason}")

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -20,6 +21,9 @@ from forcemap.maps.fit import fit_force_map
 from forcemap.maps.force_map import ForceMap
 from forcemap.maps.forms import CFM_2D, CFM_3D, Form
 from forcemap.speeds.safe_speed import SpeedOutcome, safe_speed
+
+ALL_STATES = "all states"
+"""What all states are called in a comparison, as the paper's tables have them."""
 
 
 @dataclass(frozen=True)
@@ -57,6 +61,8 @@ class ModelComparison:
         Name of the model.
     accuracy : Accuracy
         Its errors.
+    on_all : Accuracy
+        Its errors on all states, fitted ones too (paper, Tables II and III, rows All).
     most_underestimated, most_overestimated : StateError or None
         The extremes; None if no state is on that side.
     note : Finding or None
@@ -65,6 +71,7 @@ class ModelComparison:
 
     model: str
     accuracy: Accuracy
+    on_all: Accuracy
     most_underestimated: StateError | None
     most_overestimated: StateError | None
     note: Finding | None
@@ -225,29 +232,12 @@ def compare_force_models(
     has_test = bool((test.states.impacts > 0).any())
     on = "test states" if has_test else "each state left out in turn"
     states = test.states if has_test else maps[0].require_fit().states.uncensored
-    kind, notes = FindingKind, [None] * (len(maps) - 1) + [Finding.of(FindingKind.ONE_MAP_FOR_HEIGHTS)]
-    predictions = [(m.form.name, _predictions(m, states, has_test), n) for m, n in zip(maps, notes, strict=True)]
-    per_height, heights_fitted = _per_height(dataset, states, has_test)
-    if not np.isnan(per_height).all():
-        predictions.append(("CFM_2D per height", per_height, Finding.of(kind.MAP_PER_HEIGHT, heights=heights_fitted)))
-    of_standard = Finding.of(kind.ONE_SPEED_FOR_WORKSPACE)
-    predictions.append(("contact model", pfl_contact_force(states.speed, **body), of_standard))
-    return Comparison(
-        on=on,
-        models=tuple(_model(*prediction, states, on) for prediction in predictions),
-        allowed=() if limit is None else tuple(_allowed(maps, dataset, limit, bound, body)),
-        variation=_variation(dataset),
-        bound=bound,
-        statements=(
-            *maps[0].conditions.findings,
-            maps[0].phase_two.finding,
-            Finding.of(
-                kind.CONTACT_MODEL, robot_mass_kg=robot_mass, body_mass_kg=body_mass, stiffness_N_per_m=stiffness
-            ),
-            Finding.of(kind.PERSON_AT_REST),
-            Finding.of(kind.PRESSURE_NOT_ASSESSED),
-        ),
-    )
+    models = Models(states, on, dataset.states.uncensored)
+    for force_map in maps:
+        models.add_map(force_map, has_test)
+    models.add_per_height(maps_per_height(dataset), has_test)
+    models.add_standard(body)
+    return models.comparison(maps, dataset, limit, bound, body)
 
 
 def _predictions(force_map: ForceMap, states: States, has_test: bool) -> FloatArray:
@@ -258,33 +248,89 @@ def _predictions(force_map: ForceMap, states: States, has_test: bool) -> FloatAr
     return np.array([own.get(name, math.nan) for name in states.name])
 
 
-def _per_height(dataset: ImpactDataset, states: States, has_test: bool) -> tuple[FloatArray, int]:
-    """Prediction for every state by the 2D map of its own height, NaN where there is none; and the number of maps."""
+def maps_per_height(dataset: ImpactDataset) -> dict[tuple[float, float], ForceMap]:
+    """A 2D map for each measured height (lowest, highest [m]) whose states at training speeds determine one."""
     height_of = dict(zip(dataset.states.name, dataset.states.height.tolist(), strict=True))
     height = np.array([height_of[name] for name in dataset.state])
     apart = np.abs(dataset.speed[:, None] - dataset.train.states.speed).min(axis=1)
     usable = (apart <= dataset.tolerance.speed) & ~dataset.censored
-    predicted, fitted, heights = np.full(len(states), np.nan), 0, np.unique(height)
+    heights, fitted = np.unique(height), {}
     for level in np.split(heights, np.flatnonzero(np.diff(heights) > dataset.tolerance.place) + 1):
         rows = dataset.select((height >= level[0]) & (height <= level[-1]) & usable)
-        try:
+        with contextlib.suppress(FitError):
             own = fit_force_map(replace(rows, role=np.full(len(rows), "train")), form=CFM_2D)
-        except FitError:
-            continue
-        fitted += 1
-        here = (states.height >= level[0]) & (states.height <= level[-1])
-        predicted[here] = _predictions(own, states.select(here), has_test)
-    return predicted, fitted
+            fitted[float(level[0]), float(level[-1])] = own
+    return fitted
 
 
-def _model(name: str, predicted: FloatArray, note: Finding | None, states: States, on: str) -> ModelComparison:
+@dataclass
+class Models:
+    """Force models, each compared on `states`, which are called `on`, and on every state."""
+
+    states: States
+    on: str
+    every: States
+    compared: list[ModelComparison] = field(default_factory=list)
+
+    def add(self, name: str, predicted: FloatArray, at_all: FloatArray, note: Finding | None) -> None:
+        """Compare a model's forces at `states` and at every state [N]; NaN where it has none."""
+        known = ~np.isnan(predicted)
+        if not known.any():
+            raise InputError(f"found no state that {name} can be compared on ({self.on}), expected at least one")
+        under, over = (_extreme(predicted[known], self.states.select(known), side) for side in (-1, 1))
+        compared, on_all = _accuracy(predicted, self.states, self.on), _accuracy(at_all, self.every, ALL_STATES)
+        self.compared.append(ModelComparison(name, compared, on_all, under, over, note))
+
+    def add_map(self, force_map: ForceMap, has_test: bool) -> None:
+        """Compare a map for all heights; without test states each of its own is left out in turn."""
+        note = Finding.of(FindingKind.ONE_MAP_FOR_HEIGHTS) if force_map.form == CFM_2D else None
+        at_all = np.asarray(force_map.predict(*self.every.coordinates.T))
+        self.add(force_map.form.name, _predictions(force_map, self.states, has_test), at_all, note)
+
+    def add_per_height(self, own: dict[tuple[float, float], ForceMap], has_test: bool) -> None:
+        """Compare the 2D maps of single heights, each at its own."""
+        predicted, at_all = np.full(len(self.states), np.nan), np.full(len(self.every), np.nan)
+        for (low, high), own_map in own.items():
+            here, there = ((low <= group.height) & (group.height <= high) for group in (self.states, self.every))
+            predicted[here] = _predictions(own_map, self.states.select(here), has_test)
+            at_all[there] = own_map.predict(*self.every.select(there).coordinates.T)
+        if not np.isnan(predicted).all():
+            self.add("CFM_2D per height", predicted, at_all, Finding.of(FindingKind.MAP_PER_HEIGHT, heights=len(own)))
+
+    def add_standard(self, body: dict[str, float]) -> None:
+        """Compare the standard's contact model."""
+        predicted, at_all = (pfl_contact_force(group.speed, **body) for group in (self.states, self.every))
+        self.add("contact model", predicted, at_all, Finding.of(FindingKind.ONE_SPEED_FOR_WORKSPACE))
+
+    def comparison(
+        self,
+        maps: Sequence[ForceMap],
+        dataset: ImpactDataset,
+        limit: ForceLimit | float | None,
+        bound: Bound,
+        body: dict[str, float],
+    ) -> Comparison:
+        """The comparison, with what `maps` and the standard allow at the places of a dataset."""
+        masses = {"robot_mass_kg": body["robot_mass"], "body_mass_kg": body["body_mass"]}
+        return Comparison(
+            on=self.on,
+            models=tuple(self.compared),
+            allowed=() if limit is None else tuple(_allowed(maps, dataset, limit, bound, body)),
+            variation=_variation(dataset),
+            bound=bound,
+            statements=(
+                *maps[0].conditions.findings,
+                maps[0].phase_two.finding,
+                Finding.of(FindingKind.CONTACT_MODEL, **masses, stiffness_N_per_m=body["stiffness"]),
+                Finding.of(FindingKind.PERSON_AT_REST),
+                Finding.of(FindingKind.PRESSURE_NOT_ASSESSED),
+            ),
+        )
+
+
+def _accuracy(predicted: FloatArray, states: States, on: str) -> Accuracy:
     known = ~np.isnan(predicted)
-    if not known.any():
-        raise InputError(f"found no state that {name} can be compared on ({on}), expected at least one")
-    predicted, compared = predicted[known], states.select(known)
-    accuracy = Accuracy.of(predicted, compared, on=on, skipped=int(np.sum(~known)))
-    under, over = (_extreme(predicted, compared, side) for side in (-1, 1))
-    return ModelComparison(name, accuracy, under, over, note)
+    return Accuracy.of(predicted[known], states.select(known), on=on, skipped=int(np.sum(~known)))
 
 
 def _extreme(predicted: FloatArray, states: States, side: int) -> StateError | None:

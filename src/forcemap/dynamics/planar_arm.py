@@ -119,6 +119,24 @@ class PlanarArm:
         return standard_effective_mass(sum(self.masses))
 
 
+SHOULDER = 0.18
+"""Height of the arm's base, which the paper does not state: that of the UR10e [m]."""
+
+
+def papers_arms() -> dict[str, PlanarArm]:
+    """The readings of the paper's arm by name: what it leaves open is the last link's orientation and its joint.
+
+    Each with links like rods, and its shoulder as high above the base as that of the UR10e.
+    """
+    return {
+        f"last link {link}, wrist {wrist}": PlanarArm(
+            link_mass=LinkMass.UNIFORM_ROD, last_link=link, wrist=wrist, base_height=SHOULDER
+        )
+        for link in (LINK_ALIGNED, LINK_HORIZONTAL, LINK_DOWN)
+        for wrist in Wrist
+    }
+
+
 def planar_contact_point(arm: PlanarArm, positions: ArrayLike) -> FloatArray:
     """The end of the last link, shape (..., 2): distance and height [m].
 

@@ -1,14 +1,11 @@
-"""What all figures share: settings, size, panels, cells, legend, SIMULATED, SVG and PNG."""
+"""What all figures share: settings, size, panels, cells, legend, SIMULATED, files."""
 
 from __future__ import annotations
 
-import io
-import re
 import threading
 import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from html import escape
 from pathlib import Path
 from typing import Any
 
@@ -16,26 +13,21 @@ import matplotlib
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_svg import FigureCanvasSVG
+from matplotlib.cm import ScalarMappable
 from matplotlib.colorbar import Colorbar
 from matplotlib.figure import Figure
-from matplotlib.font_manager import FontProperties
 from matplotlib.patches import Patch, Rectangle
-from matplotlib.textpath import text_to_path
 
 from forcemap.arrays import FloatArray, Mask
-from forcemap.errors import InputError
+from forcemap.figures.layout import POINTS_PER_INCH, Room, lay_out
 from forcemap.figures.style import COLUMN_WIDTH, PAGE_WIDTH, YELLOW, Look
 
 SIMULATED = "SIMULATED: not a measurement of any robot"
 _ALONE = 0.05  # width at which a single place is drawn [m]
 _LONGEST_NAME = 60  # characters of a name from a file
 _LONGEST_LINE = 400  # characters of a line above a figure
-_NO_METADATA = dict.fromkeys(("Date", "Creator", "Format", "Type"))
 _INCH = 0.0254  # [m]
-_POINTS_PER_INCH = 72
-_MARGIN = 0.02  # left and right of the lines above a figure, as a share of its width
-_NARROWER = 0.92  # these lines are broken as for a narrower figure: letters are wider where pixels are few
+NO_ROOM = Room()
 
 # matplotlib's settings belong to the whole process: one figure at a time, and they are put back.
 _SETTINGS = threading.RLock()
@@ -56,6 +48,11 @@ def settings() -> Iterator[None]:
 def is_wide(width: float) -> bool:
     """True if panels of a figure of that width [m] fit beside each other."""
     return width > (COLUMN_WIDTH + PAGE_WIDTH) / 2
+
+
+def points(width: float) -> float:
+    """A width [m] in points."""
+    return width / _INCH * POINTS_PER_INCH
 
 
 def new_figure(name: str, width: float, height: float) -> Figure:
@@ -82,36 +79,23 @@ def plain(text: str, longest: int = _LONGEST_NAME) -> str:
 
 
 def finish(
-    figure: Figure, *, simulated: bool, columns: int, also: Sequence[Artist] = (), first: Sequence[str] = ()
+    figure: Figure,
+    *,
+    simulated: bool,
+    also: Sequence[Artist] = (),
+    first: Sequence[str] = (),
+    room: Room = NO_ROOM,
 ) -> Figure:
-    """Put one legend, with the entries `also`, below all panels, and SIMULATED and the lines `first` above them."""
+    """Put one legend, with the entries `also`, below all panels, SIMULATED and the lines `first` above, and lay out."""
     entries: dict[str, Any] = {}
     for axes in figure.axes:
         for handle, word in zip(*axes.get_legend_handles_labels(), strict=True):
             entries.setdefault(word, handle)
     entries |= {str(artist.get_label()): artist for artist in also}
-    if entries:
-        figure.legend(list(entries.values()), list(entries), loc="outside lower left", ncols=columns)
     lines = [*([SIMULATED] if simulated else []), *(plain(line, _LONGEST_LINE) for line in first)]
-    if lines:
-        font = FontProperties(size=7.5, weight="bold")
-        across = (_NARROWER - 2 * _MARGIN) * _POINTS_PER_INCH * figure.get_figwidth()
-        said = "\n".join(line for words in lines for line in _broken(words, font, across))
-        box = {"facecolor": YELLOW, "edgecolor": "none", "boxstyle": "square,pad=0.15"}
-        figure.suptitle(said, x=_MARGIN, ha="left", fontproperties=font, bbox=box)
+    box = {"facecolor": YELLOW, "edgecolor": "none", "boxstyle": "square,pad=0.15"}
+    lay_out(figure, entries, lines, box, room)
     return figure
-
-
-def _broken(text: str, font: FontProperties, across: float) -> Iterator[str]:
-    """A text broken into lines no wider than `across` [pt]; a longer word has a line of its own."""
-    line = ""
-    for word in text.split():
-        longer = f"{line} {word}".lstrip()
-        if line and text_to_path.get_text_width_height_descent(longer, font, False)[0] > across:
-            yield line
-            longer = word
-        line = longer
-    yield line
 
 
 def edges(axis: FloatArray) -> FloatArray:
@@ -128,8 +112,14 @@ def colour_cells(axes: Axes, x: FloatArray, y: FloatArray, values: Any, label: s
     axes.grid(visible=False)
     if not values.count():
         return None
-    mesh = axes.pcolormesh(x, y, values, edgecolor="face", linewidth=0.1)
-    return axes.figure.colorbar(mesh, ax=axes, label=label)
+    return colour_bar(axes, axes.pcolormesh(x, y, values, edgecolor="face", linewidth=0.1), label)
+
+
+def colour_bar(axes: Axes, colours: ScalarMappable, label: str) -> Colorbar:
+    """A bar of the colours beside a panel, which `finish` puts in its place."""
+    figure = axes.get_figure(root=True)
+    assert figure is not None
+    return figure.colorbar(colours, cax=figure.add_axes((0.0, 0.0, 1.0, 1.0)), label=label)
 
 
 def hatch_cells(axes: Axes, x: FloatArray, y: FloatArray, chosen: Mask, look: Look) -> Patch:
@@ -140,74 +130,3 @@ def hatch_cells(axes: Axes, x: FloatArray, y: FloatArray, chosen: Mask, look: Lo
             corner = (float(x[i]), float(y[start]))
             axes.add_patch(Rectangle(corner, float(x[i + 1] - x[i]), float(y[stop] - y[start]), **look.area))
     return look.patch()
-
-
-def svg(figure: Figure, prefix: str = "figure") -> str:
-    """A figure as one self-contained <svg> element, the same to the byte for the same figure.
-
-    Text stays text in a generic font, nothing is referenced, and there is neither a style sheet nor a style
-    attribute, which a content security policy may forbid.
-
-    Parameters
-    ----------
-    figure : Figure
-        The figure.
-    prefix : str
-        Put before every id, so that several figures can stand in one page: letters, digits, hyphens, underscores.
-
-    Raises
-    ------
-    InputError
-        A prefix that cannot begin an id.
-    """
-    if not re.fullmatch(r"[A-Za-z][\w-]*", prefix, re.ASCII):
-        raise InputError(f"prefix: found {prefix!r}, expected a letter, then letters, digits, hyphens, underscores")
-    stream = io.StringIO()
-    with settings(), _laid_out(figure):
-        figure.savefig(stream, format="svg", metadata=_NO_METADATA)
-    text = re.sub(r"<style.*?</style>\s*", "", stream.getvalue().partition("<svg")[2], flags=re.DOTALL)
-    name = escape(str(figure.get_label()), quote=True)
-    root = f'<svg role="img" aria-label="{name}" stroke-linejoin="round" stroke-linecap="butt"'
-    text = re.sub(r'\bid="', f'id="{prefix}-', root + text)
-    text = re.sub(r'(href="#|url\(#)', rf"\1{prefix}-", text)
-    return re.sub(r' style="([^"]*)"', lambda match: _attributes(match[1]), text)
-
-
-@contextmanager
-def _laid_out(figure: Figure) -> Iterator[None]:
-    """The panels in their places: `savefig` by itself draws the whole figure to nowhere for that, and then again."""
-    if (engine := figure.get_layout_engine()) is None:
-        yield
-        return
-    FigureCanvasSVG(figure)  # text is as wide as in the file
-    engine.execute(figure)
-    figure.set_layout_engine("none")
-    try:
-        yield
-    finally:
-        figure.set_layout_engine(engine)
-
-
-def png(figure: Figure, dpi: float = 150) -> bytes:
-    """A figure as a PNG picture, the same to the byte for the same figure.
-
-    Parameters
-    ----------
-    figure : Figure
-        The figure.
-    dpi : float
-        Dots per inch.
-    """
-    stream = io.BytesIO()
-    with settings():
-        figure.savefig(stream, format="png", dpi=dpi, metadata={"Software": None})
-    return stream.getvalue()
-
-
-def _attributes(style: str) -> str:
-    """The declarations of a style attribute as single attributes; the shorthand `font` stays a style."""
-    declarations = [declaration.partition(":") for declaration in style.split(";") if declaration.strip()]
-    apart = {name.strip(): value.strip() for name, _, value in declarations}
-    font = apart.pop("font", "")
-    shorthand = f' style="font: {font}"' if font else ""
-    return shorthand + "".join(f' {name}="{value}"' for name, value in apart.items())

@@ -2,23 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from forcemap.arrays import FloatArray
 from forcemap.campaigns.conditions import Conditions
 from forcemap.figures import style
 from forcemap.figures.canvas import finish, is_wide, new_figure, panels, plain, settings
-from forcemap.figures.style import FORCE, PAGE_WIDTH, TIME
+from forcemap.figures.style import FORCE, PAGE_WIDTH, TIME, Look
 from forcemap.impacts.impact import TRANSIENT_TIME, Impact
 from forcemap.limits.force_limits import ForceLimit
 from forcemap.recordings.recording import Recording
 
 _BEFORE, _AFTER = 0.05, 0.8  # shown before and after the onset [s]
 _AROUND_PHASE_1 = (-0.4, 2.0)  # shown of Phase I, as multiples of its length
+_DASHES = ((0, (3, 1.5)), (0, (1, 1)), (0, (6, 1.5, 1, 1.5)))
 _NEAR_RANGE = 0.7  # the device range is drawn if the force reaches this share of it
 
 
@@ -29,6 +32,7 @@ def force_evolution_figure(
     limit: ForceLimit | float | None = None,
     *,
     beside: Sequence[Impact] = (),
+    names: Sequence[str] = (),
     conditions: Conditions | None = None,
     width: float = PAGE_WIDTH,
 ) -> Figure:
@@ -46,13 +50,16 @@ def force_evolution_figure(
         Limits of a body area, or one limit [N].
     beside : sequence of Impact
         Impacts to compare with, drawn dashed, from their own onset on.
+    names : sequence of str
+        What the impact and those beside it are called; their files if not given.
     conditions : Conditions, optional
         Conditions of the campaign; they say whether the impact is simulated.
     width : float
         Width of the figure [m].
     """
     wide = is_wide(width)
-    simulated = conditions is not None and conditions.simulated
+    recorded = recording, *(other.recording for other in beside)
+    simulated = any(each.simulated for each in recorded) or (conditions is not None and conditions.simulated)
     onset = 0.0 if impact is None else impact.onset
     time = recording.time - onset
     if impact is None:
@@ -62,18 +69,19 @@ def force_evolution_figure(
         _draw_limits(axes, limit, time[0], time[-1], time[-1])
         _draw_range(axes, recording)
         axes.set(xlabel="Time [s]", ylabel=FORCE, title="no impact found")
-        return finish(figure, simulated=simulated, columns=2 if wide else 1)
+        return finish(figure, simulated=simulated)
 
     figure = new_figure("Force over time of an impact", width, 0.078 if wide else 0.15)
     whole, phase1 = panels(figure, 2, 2 if wide else 1, share_y=wide)
     end = min(float(time[-1]), _AFTER)
     length, (first, last) = impact.phase1_end - impact.onset, _AROUND_PHASE_1
-    words = style.CONTACT_FORCE.words + (f", {plain(Path(recording.name).name)}" if beside and recording.name else "")
+    called = [plain(name) for name in names or _files(recorded)]
+    words = style.CONTACT_FORCE.words + (f", {called[0]}" if names or (beside and called[0]) else "")
     for axes, low, high in ((whole, -_BEFORE, end), (phase1, first * length, last * length)):
         curves = [
             (style.RECORDED, time, recording.force, ""),
             (style.CONTACT_FORCE, impact.contact.time - onset, impact.contact.force, words),
-            *((style.BESIDE, *other.curve(), plain(Path(other.recording.name).name)) for other in beside),
+            *((*other_curve, name) for other_curve, name in zip(_others(beside), called[1:], strict=True)),
         ]
         for look, after, force, name in curves:
             shown = (after >= low) & (after <= high)
@@ -86,7 +94,18 @@ def force_evolution_figure(
         axes.set(xlabel=TIME, xlim=(low, high))
     whole.set(ylabel=FORCE, title=_title(impact, limit))
     phase1.set(title="Phase I", ylabel="" if wide else FORCE)
-    return finish(figure, simulated=simulated, columns=2 if wide else 1)
+    return finish(figure, simulated=simulated)
+
+
+def _files(recordings: Sequence[Recording]) -> list[str]:
+    return [Path(recording.name).name for recording in recordings]
+
+
+def _others(beside: Sequence[Impact]) -> Iterator[tuple[Look, FloatArray, FloatArray]]:
+    """Look, time after onset and force of each impact beside, told apart by their lines."""
+    for number, other in enumerate(beside):
+        look = replace(style.BESIDE, line=_DASHES[number % len(_DASHES)])
+        yield look, *other.curve()
 
 
 def _draw_limits(axes: Axes, limit: ForceLimit | float | None, low: float, high: float, transient_until: float) -> None:

@@ -11,13 +11,16 @@ from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
+from matplotlib.text import Annotation
 
 from forcemap.arrays import FloatArray
 from forcemap.campaigns.dataset import ImpactDataset
 from forcemap.campaigns.plan import MeasurementPlan
 from forcemap.comparisons.force_models import Comparison
 from forcemap.figures import style
-from forcemap.figures.canvas import finish, is_wide, new_figure, panels, settings
+from forcemap.figures.canvas import colour_bar, finish, is_wide, new_figure, panels, settings
+from forcemap.figures.ends import AT_END, keep_apart, write_at_end
+from forcemap.figures.layout import Room
 from forcemap.figures.measured import Measured, a_few, draw_forces, draw_map, draw_profile, measured_often, near
 from forcemap.figures.style import DISTANCE, FORCE, HEIGHT, PAGE_WIDTH, QUANTITY, SPEED
 from forcemap.limits.pfl import pfl_contact_force
@@ -25,8 +28,9 @@ from forcemap.maps.bounds import Bound
 from forcemap.maps.force_map import ForceMap
 
 _AXES = (DISTANCE, HEIGHT, SPEED)
-_WORDS = ("distance {:.2f} m", "height {:.2f} m", "speed {:.2f} m/s")
+WORDS = ("distance {:.2f} m", "height {:.2f} m", "speed {:.2f} m/s")
 _ALONG_SPEED = 2  # number of the axis
+_TOUCH = 0.3  # share of an axis in space that the words at a tick take
 _CELLS = 16  # of a slice of the workspace along each axis
 _LOOKS = {"CFM_2D": style.MAP_2D, "CFM_2D per height": style.MAP_2D_PER_HEIGHT, "contact model": style.STANDARD}
 
@@ -62,6 +66,7 @@ def force_profiles_figure(
     points = force_map.measured_range.points
     axis_levels = measured.levels(points)
     figure = new_figure("Force against distance, height and speed", width, 0.068 if wide else 0.16)
+    ends: list[Annotation] = []
     for along, axes in enumerate(panels(figure, 3, 3 if wide else 1, share_y=wide)):
         by = 0 if along == _ALONG_SPEED else _ALONG_SPEED  # the variable that differs from line to line
         constant = 3 - along - by
@@ -69,20 +74,17 @@ def force_profiles_figure(
         for value in a_few(axis_levels[by]):
             fixed = {by: value, constant: level}
             x, force = draw_map(axes, force_map, bound, along, fixed)
-            _write_at_end(axes, x, force, _WORDS[by].format(value).partition(" ")[2])
+            ends += write_at_end(axes, x, force, WORDS[by].format(value).partition(" ")[2])
             draw_profile(axes, measured, along, fixed)
-        axes.set(xlabel=_AXES[along], title=f"{_WORDS[constant].format(level)}\nlines: {_WORDS[by].split()[0]}")
+        axes.set(xlabel=_AXES[along], title=f"{WORDS[constant].format(level)}\nlines: {WORDS[by].split()[0]}")
         axes.margins(y=0.12)
-        axes.set_ylim(bottom=0)
         if axes.get_subplotspec().is_first_col():  # type: ignore[union-attr]
             axes.set_ylabel(FORCE)
-    return finish(figure, simulated=measured.simulated, columns=3 if wide else 1)
-
-
-def _write_at_end(axes: Axes, x: FloatArray, force: FloatArray, words: str) -> None:
-    for last in np.flatnonzero(np.isfinite(force))[-1:]:
-        end = (float(x[last]), float(force[last]))
-        axes.annotate(words, end, (3, 0), textcoords="offset points", va="center", fontsize=6.5, annotation_clip=False)
+    for axes in figure.axes[: 1 if wide else None]:  # after all of a shared axis is drawn: its top stays
+        axes.set_ylim(bottom=0)
+    finish(figure, simulated=measured.simulated, room=AT_END)
+    keep_apart(ends)
+    return figure
 
 
 @settings()
@@ -124,17 +126,29 @@ def workspace_figure(force_map: ForceMap, dataset: ImpactDataset | None = None, 
         axes.plot_surface(*surface, facecolors=faces, zorder=2 * number, **every, **plain)
         for look, states in measured.by_look:
             here = states.select(near(states.speed, speed, measured.tolerance.speed))
-            axes.plot(here.distance, here.height, here.speed, zorder=2 * number + 1, **look.drawn)
+            small = {} if wide else {"markersize": 0.6 * look.size}
+            axes.plot(here.distance, here.height, here.speed, zorder=2 * number + 1, **(look.drawn | small))
             if len(above := here.select(here.censored > 0)):
                 axes.plot(above.distance, above.height, above.speed, zorder=2 * number + 1, **style.CENSORED.drawn)
     axes.set(xlabel=DISTANCE, ylabel=HEIGHT, zlabel=SPEED)
     for set_ticks, places in zip((axes.set_xticks, axes.set_yticks, axes.set_zticks), ticks, strict=True):
-        set_ticks(places, [f"{place:.2f}" for place in places])
+        shown = _clear(places)
+        set_ticks(shown, [f"{place:.2f}" for place in shown])
+    axes.yaxis.labelpad = 11  # its ticks stand aslant before it
     axes.view_init(elev=18, azim=-58)
-    axes.set_box_aspect((1, 1, 1.25), zoom=0.95 if wide else 0.85)  # its labels need room
-    label, pad = f"Predicted {FORCE[0].lower()}{FORCE[1:]}", 0.05 if wide else 0.2
-    figure.colorbar(ScalarMappable(scale, QUANTITY), ax=axes, label=label, shrink=0.7, pad=pad)
-    return finish(figure, simulated=measured.simulated, columns=3 if wide else 1)
+    axes.set_box_aspect((1, 1, 1.25), zoom=0.95 if wide else 1.05)  # its labels need room
+    colour_bar(axes, ScalarMappable(scale, QUANTITY), f"Predicted {FORCE[0].lower()}{FORCE[1:]}")
+    return finish(figure, simulated=measured.simulated, room=Room(left=-26.0, right=26.0))
+
+
+def _clear(places: Sequence[float]) -> list[float]:
+    """Ascending places without those between the ends whose words would touch the next one's."""
+    reach = places[-1] - places[0]
+    return [
+        place
+        for place in places
+        if place in (places[0], places[-1]) or _TOUCH < (place - places[0]) / reach < 1 - _TOUCH
+    ]
 
 
 @settings()
@@ -187,7 +201,7 @@ def residuals_figure(
             axes.set_ylabel("Measured − predicted\n[% of measured]")
         axes.text(0.02, 0.98, "underestimated", transform=axes.transAxes, fontsize=6.5, va="top")
         axes.text(0.02, 0.02, "overestimated", transform=axes.transAxes, fontsize=6.5, va="bottom")
-    return finish(figure, simulated=measured.simulated, columns=3 if wide else 1)
+    return finish(figure, simulated=measured.simulated)
 
 
 @settings()
@@ -247,18 +261,18 @@ def model_comparison_figure(
     for along, axes in enumerate(against):
         fixed = {1 - along: fixed_at[1 - along], 2: speed}
         x, _ = draw_map(axes, force_map, comparison.bound, along, fixed)
-        _draw_2d(axes, maps_2d, along, fixed_at, speed, place, x)
+        draw_2d(axes, maps_2d, along, fixed_at, speed, place, x)
         style.STANDARD.plot(axes, [x[0], x[-1]], [standard, standard])
         draw_profile(axes, measured, along, fixed)
-        title = "\n".join(_WORDS[i].format(value) for i, value in fixed.items())
+        title = "\n".join(WORDS[i].format(value) for i, value in fixed.items())
         axes.set(xlabel=_AXES[along], ylabel=FORCE, title=title)
         axes.margins(y=0.12)
         axes.set_ylim(bottom=0)
     _draw_errors(errors, comparison)
-    return finish(figure, simulated=measured.simulated, columns=3 if wide else 1)
+    return finish(figure, simulated=measured.simulated)
 
 
-def _draw_2d(
+def draw_2d(
     axes: Axes,
     maps_2d: Sequence[ForceMap],
     along: int,

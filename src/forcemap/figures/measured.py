@@ -168,7 +168,7 @@ def measurement_grid_figure(dataset: ImpactDataset, *, width: float = PAGE_WIDTH
         axes.set_ylabel(HEIGHT if i % columns == 0 else "")
         axes.set(xlim=across, ylim=upwards)
         axes.set_aspect("equal", adjustable="box")
-    return finish(figure, simulated=dataset.simulated, columns=3 if is_wide(width) else 1)
+    return finish(figure, simulated=dataset.simulated)
 
 
 @settings()
@@ -186,7 +186,6 @@ def repeatability_figure(
     width : float
         Width of the figure [m].
     """
-    wide = is_wide(width)
     figure = new_figure("Standard deviation of repeats", width, 0.075)
     axes = figure.add_subplot()
     force, sd = repeatability.mean, repeatability.sd
@@ -214,4 +213,4 @@ def repeatability_figure(
     axes.set(xlabel="Mean peak force of the state [N]", ylabel="SD of repeats [N]")
     axes.set_ylim(bottom=0)
     simulated = dataset is not None and dataset.simulated
-    return finish(figure, simulated=simulated, columns=2 if wide else 1)
+    return finish(figure, simulated=simulated)

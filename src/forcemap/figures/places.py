@@ -42,7 +42,7 @@ def places_to_measure_figure(
         for i in first:
             place = float(plan.distance[i]), float(plan.height[i])
             words = floor_speed(float(plan.speed[i]))
-            axes.annotate(words, place, (5, 4), textcoords="offset points", fontsize=6.5)
+            axes.annotate(words, place, (0, -11), textcoords="offset points", fontsize=6.5, ha="center")
     axes.set(xlabel=DISTANCE, ylabel=HEIGHT)
     axes.margins(0.08)
-    return canvas.finish(figure, simulated=speeds.basis.simulated, columns=3 if wide else 1)
+    return canvas.finish(figure, simulated=speeds.basis.simulated)

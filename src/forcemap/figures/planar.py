@@ -12,6 +12,7 @@ from forcemap.dynamics.mass_map import MassMap
 from forcemap.dynamics.planar_arm import PlanarArm, planar_inverse_kinematics
 from forcemap.errors import InputError
 from forcemap.figures import canvas, style
+from forcemap.figures.layout import Room
 from forcemap.figures.style import DISTANCE, HEIGHT, MASS, PAGE_WIDTH
 
 _GAP = 0.6  # between the groups of heights, as a share of the distance between their places
@@ -62,18 +63,21 @@ def planar_inspection_figure(
     for row, height in zip(x, first.heights, strict=True):
         masses.text(row.mean(), 1.0, f"h = {height:.2f} m", transform=beneath, ha="center", va="bottom")
     masses.set(xlabel=DISTANCE, ylabel=MASS)
+    masses.margins(y=0.1)
     masses.set_ylim(bottom=0)
-    return canvas.finish(figure, simulated=False, columns=2 if wide else 1)
+    return canvas.finish(figure, simulated=False, room=Room(above=10.0))
 
 
 @canvas.settings()
-def planar_mass_figure(mass_map: MassMap, *, width: float = PAGE_WIDTH) -> Figure:
+def planar_mass_figure(mass_map: MassMap, *, title: str = "", width: float = PAGE_WIDTH) -> Figure:
     """Effective mass over distance and height, dense (paper, section II-C); also of a robot.
 
     Parameters
     ----------
     mass_map : MassMap
         The masses.
+    title : str
+        Whose they are, written above.
     width : float
         Width of the figure [m].
     """
@@ -91,9 +95,9 @@ def planar_mass_figure(mass_map: MassMap, *, width: float = PAGE_WIDTH) -> Figur
     legend = [
         canvas.hatch_cells(axes, x, y, here, style.MASSES[outcome]) for outcome, here in chosen.items() if here.any()
     ]
-    axes.set(xlabel=DISTANCE, ylabel=HEIGHT)
+    axes.set(xlabel=DISTANCE, ylabel=HEIGHT, title=canvas.plain(title))
     axes.set_aspect("equal")
-    return canvas.finish(figure, simulated=False, columns=1, also=legend)
+    return canvas.finish(figure, simulated=False, also=legend)
 
 
 def _draw_postures(axes: Axes, places: MassMap, arm: PlanarArm | None) -> None:
@@ -108,7 +112,7 @@ def _draw_postures(axes: Axes, places: MassMap, arm: PlanarArm | None) -> None:
                 axes.plot(x, z, color=style.GREY, linewidth=0.7, marker=".", markersize=3)
             axes.plot(distance, height, color=style.BLACK, marker="D", markersize=3.5)
             words = f"{value:.1f} kg" if np.isfinite(value) else str(places.mass.outcome[i, j]).replace("_", " ")
-            axes.annotate(words, (distance, height), (2, -9), textcoords="offset points", fontsize=6.5)
+            axes.annotate(words, (distance, height), (0, -10), textcoords="offset points", fontsize=6.5, ha="center")
     axes.set(xlabel=DISTANCE, ylabel=HEIGHT)
     axes.margins(0.12)
     axes.set_aspect("equal", adjustable="datalim")

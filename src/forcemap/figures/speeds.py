@@ -3,19 +3,23 @@
 from __future__ import annotations
 
 import itertools
-import textwrap
+import math
 from collections.abc import Iterable, Iterator
 from typing import Any
 
 import matplotlib
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
+from matplotlib.colorbar import Colorbar
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from forcemap.arrays import FloatArray
 from forcemap.errors import InputError
 from forcemap.figures import canvas, style
+from forcemap.figures.layout import POINTS_PER_INCH, Room, across, broken
 from forcemap.figures.style import DISTANCE, HEIGHT, PAGE_WIDTH, QUANTITY, SPEED, Look
 from forcemap.paths.path_speeds import CycleTime, PathSpeeds
 from forcemap.paths.time_law import TimeLaw
@@ -24,14 +28,18 @@ from forcemap.speeds.speed_map import SpeedMap
 from forcemap.words import limit_words, warnings
 
 _MOST_IN_WORDS = 150  # places of a grid whose speeds are still written into it
-_TITLE_COLUMNS = {True: 100, False: 46}  # characters of a line of the title in a wide and in a narrow figure
+_TITLE, _BESIDE_TITLE = 6.5, 60.0  # letters of the title, and what stands beside it [pt]
+_CELL = 16.0  # least height of a cell that two lines of words stand in [pt]
 _LONGEST_LINE = 400  # characters of a line of the title before it is broken
 _LONGEST_NAME = 24  # characters of a segment's name
 _SAMPLES = 13  # of a piece's motion
+_NAME, _TURNED = 6.5, 35.0  # letters of a segment's name [pt], and their angle [deg]
+_NAMES_APART = 14.0  # least distance of turned names that do not touch [pt]
+_BESIDE_PATH = 60.0  # what stands beside the panel of a path, about [pt]
 
 
 @canvas.settings()
-def safe_speed_figure(speed_map: SpeedMap, *, width: float = PAGE_WIDTH) -> Figure:
+def safe_speed_figure(speed_map: SpeedMap, *, standard: float = math.nan, width: float = PAGE_WIDTH) -> Figure:
     """Safe speeds over distance and height: speed at contact as colour, outcomes as hatch patterns and words.
 
     At each place of a small grid stands the speed to program, in brackets below it the speed at contact. The limit and
@@ -41,6 +49,8 @@ def safe_speed_figure(speed_map: SpeedMap, *, width: float = PAGE_WIDTH) -> Figu
     ----------
     speed_map : SpeedMap
         Safe speeds on a grid.
+    standard : float
+        The one speed that the standard's contact model allows everywhere [m/s], drawn on the scale; NaN for none.
     width : float
         Width of the figure [m].
     """
@@ -52,7 +62,7 @@ def safe_speed_figure(speed_map: SpeedMap, *, width: float = PAGE_WIDTH) -> Figu
     bar = canvas.colour_cells(axes, x, y, known, "Safe speed at contact [m/s]")
     if bar is not None:
         bar.ax.yaxis.set_major_formatter(lambda value, _: floor_speed(round(value, 6)))
-    legend = []
+    legend: list[Artist] = [] if bar is None or math.isnan(standard) else [_mark_standard(bar, standard)]
     for outcome, count in speed_map.counts.items():
         look = style.OUTCOMES[SpeedOutcome(outcome)]
         if count:
@@ -61,12 +71,23 @@ def safe_speed_figure(speed_map: SpeedMap, *, width: float = PAGE_WIDTH) -> Figu
             if look.face == "none":  # the colour beneath
                 entry.set_facecolor(matplotlib.colormaps[QUANTITY](0.6))
             legend.append(entry)
-    if wide and known.count() and speeds.outcome.size <= _MOST_IN_WORDS:
-        _write_speeds(axes, speed_map)
     axes.set(xlabel=DISTANCE, ylabel=HEIGHT, xlim=(x[0], x[-1]), ylim=(y[0], y[-1]))
-    axes.set_title(_words(speed_map, _TITLE_COLUMNS[wide]), fontsize=7 if wide else 6.5)
-    first = warnings([speeds.basis])
-    return canvas.finish(figure, simulated=speeds.basis.simulated, columns=2 if wide else 1, also=legend, first=first)
+    axes.set_title("\n".join(_words(speed_map, width)), fontsize=_TITLE)
+    canvas.finish(figure, simulated=speeds.basis.simulated, also=legend, first=warnings([speeds.basis]))
+    cell = axes.get_position().height * figure.get_figheight() * POINTS_PER_INCH / max(y.size - 1, 1)
+    if wide and known.count() and speeds.outcome.size <= _MOST_IN_WORDS and cell >= _CELL:
+        _write_speeds(axes, speed_map)
+    return figure
+
+
+def _mark_standard(bar: Colorbar, standard: float) -> Artist:
+    """The standard's speed as a line across the scale, which is made to reach it; returns the legend's entry."""
+    low, high = bar.mappable.get_clim()
+    bar.mappable.set_clim(min(low or standard, standard), max(high or standard, standard))
+    bar.ax.axhline(standard, color="#ffffff", linewidth=4.0)  # seen on any colour of the scale
+    bar.ax.axhline(standard, color=style.BLACK, linewidth=1.6)
+    words = f"{style.STANDARD.words}: {floor_speed(standard)} m/s everywhere"
+    return Line2D([], [], color=style.BLACK, linewidth=1.6, label=words)
 
 
 def _write_speeds(axes: Axes, speed_map: SpeedMap) -> None:
@@ -81,8 +102,8 @@ def _write_speeds(axes: Axes, speed_map: SpeedMap) -> None:
         axes.text(*place, words, color=colour, fontsize=5.5, ha="center", va="center")
 
 
-def _words(speed_map: SpeedMap, columns: int) -> str:
-    """The limit, the bound and which speeds are shown, broken into lines."""
+def _words(speed_map: SpeedMap, width: float) -> Iterator[str]:
+    """The limit, the bound and which speeds are shown, in lines that fit beside the axis of a figure so wide [m]."""
     newtons, basis = np.unique(np.asarray(speed_map.speeds.limit)), speed_map.speeds.basis
     figure = f"{newtons[0]:g}" + (f" to {newtons[-1]:g}" if newtons.size > 1 else "") + " N"
     limit = limit_words(basis)
@@ -92,7 +113,8 @@ def _words(speed_map: SpeedMap, columns: int) -> str:
         f"bound: {basis.bound}",
         f"in figures: speed to program, {off} (in brackets: at contact)",
     ]
-    return "\n".join(part for line in lines for part in textwrap.wrap(canvas.plain(line, _LONGEST_LINE), columns))
+    for line in lines:
+        yield from broken(canvas.plain(line, _LONGEST_LINE), _TITLE, canvas.points(width) - _BESIDE_TITLE)
 
 
 @canvas.settings()
@@ -113,7 +135,7 @@ def path_speeds_figure(path_speeds: PathSpeeds, *, profile: TimeLaw | None = Non
     InputError
         The profile is of other pieces.
     """
-    path, wide = path_speeds.path, canvas.is_wide(width)
+    path = path_speeds.path
     length = path.lengths if profile is None else profile.length
     if length.shape != path.lengths.shape or not np.allclose(length, path.lengths):
         raise InputError(
@@ -135,9 +157,9 @@ def path_speeds_figure(path_speeds: PathSpeeds, *, profile: TimeLaw | None = Non
     axes.set(xlabel="Length along the path [m]", ylabel=SPEED, xlim=(along[0], along[-1]))
     axes.margins(y=0.08)
     axes.set_ylim(bottom=0)
-    _name_segments(axes, path.names, along)
-    first = warnings(path_speeds.bases)
-    return canvas.finish(figure, simulated=path_speeds.simulated, columns=2 if wide else 1, also=patches, first=first)
+    room = _name_segments(axes, path.names, along, canvas.points(width))
+    said: dict[str, Any] = {"also": patches, "first": warnings(path_speeds.bases), "room": room}
+    return canvas.finish(figure, simulated=path_speeds.simulated, **said)
 
 
 def _draw_outcomes(axes: Axes, path_speeds: PathSpeeds, along: FloatArray) -> list[Patch]:
@@ -180,16 +202,29 @@ def _motion(profile: TimeLaw, along: FloatArray) -> tuple[FloatArray, FloatArray
     return (along[:-1, None] + gone).ravel(), speed.ravel()
 
 
-def _name_segments(axes: Axes, names: tuple[str, ...], along: FloatArray) -> None:
-    """The names of the segments above, and a line where one ends."""
+def _name_segments(axes: Axes, names: tuple[str, ...], along: FloatArray, wide: float) -> Room:
+    """The names of the segments above, as far as they fit, and a line where one ends; gives the room they need."""
     segments = list(_stretches(names, along))
     for _, start, _ in segments[1:]:
         axes.axvline(start, color="#404040", linewidth=0.6)
-    if len(segments) > 1:
-        top = axes.secondary_xaxis("top")
-        middles = [(start + stop) / 2 for _, start, stop in segments]
-        top.set_xticks(
-            middles, [canvas.plain(name, _LONGEST_NAME) for name, *_ in segments], rotation=35, ha="left", fontsize=6.5
-        )
-        top.tick_params(length=0)
-        top.spines["top"].set_visible(False)
+    if len(segments) == 1:
+        return canvas.NO_ROOM
+    about = wide - _BESIDE_PATH  # width of the panel
+    right, above, last = 0.0, 0.0, -math.inf
+    for name, start, stop in segments:
+        middle, words = (start + stop) / 2, canvas.plain(name, _LONGEST_NAME)
+        x = about * float((middle - along[0]) / (along[-1] - along[0]))
+        if x - last < _NAMES_APART:
+            continue
+        last = x
+        shown: dict[str, Any] = {
+            "rotation": _TURNED,
+            "rotation_mode": "anchor",
+            "fontsize": _NAME,
+            "annotation_clip": False,
+        }
+        axes.annotate(words, (middle, 1.0), (0, 3), ("data", "axes fraction"), "offset points", **shown)
+        long, turned = across(words, _NAME), math.radians(_TURNED)
+        right = max(right, x + long * math.cos(turned) + _NAME - about)
+        above = max(above, long * math.sin(turned) + _NAME)
+    return Room(right=right, above=above)

@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 
 from forcemap.arrays import FloatArray, Mask
-from forcemap.campaigns.dataset import Conditions, ImpactDataset, PhaseTwo
+from forcemap.campaigns.dataset import Conditions, ImpactDataset, PhaseTwo, Quantity
 from forcemap.campaigns.plan import MeasurementPlan
-from forcemap.campaigns.state import StateTolerance
+from forcemap.campaigns.state import CONFIRMING, StateTolerance
 from forcemap.errors import FitError, NotReleasable
 from forcemap.findings import Finding, FindingKind
 from forcemap.limits.force_limits import Contact, ForceLimit, NewtonLimit
@@ -43,7 +43,6 @@ _HIGHER = 1 + PAPER_MARGIN  # factor on the force everywhere
 _RIDGE, _BUMP = 0.15, 0.25  # share of the force at the middle of a shape that no form has
 _SHAPE = 0.04  # [m]; distance from its middle at which such a shape has fallen to 1/e
 
-_PREFIX = "c-"  # of the names of confirming states
 _MEASURE = (  # why no place has a speed, if further impacts can change that
     FindingKind.UNCONFIRMED,
     FindingKind.BELOW_MEASURED,
@@ -156,6 +155,8 @@ class ConfirmationPlan:
         The map to be confirmed.
     bound : Bound
         The bound that released the speeds.
+    pressed : bool
+        True if the speeds rest on pressures, too: then an impact without one confirms nothing.
     result : ConfirmationResult or None
         Whether the impacts confirm the map; None before `judged`, and before one is measured.
     """
@@ -178,12 +179,13 @@ class ConfirmationPlan:
     bump_detected: float
     force_map: ForceMap
     bound: Bound
+    pressed: bool = False
     result: ConfirmationResult | None = None
 
     @staticmethod
     def among(plan: MeasurementPlan) -> Mask:
         """Which runs of a plan confirm a map, shape (n,)."""
-        return np.asarray(np.char.startswith(plan.state_id, _PREFIX) & (plan.role == "test"))
+        return np.asarray(np.char.startswith(plan.state_id, CONFIRMING) & (plan.role == "test"))
 
     @property
     def more_helps(self) -> bool:
@@ -239,7 +241,7 @@ def _overall(plan: ConfirmationPlan, judged: list[ConfirmingImpact], missing: in
     if unknown := count[Confirmed.CANNOT_TELL]:
         return Confirmed.CANNOT_TELL, Finding.of(kind.IMPACTS_CANNOT_TELL, impacts=unknown, of=len(judged))
     passed = Finding.of(kind.IMPACTS_PASSED, impacts=len(judged), limit_N=plan.limit)
-    return Confirmed.PASSES, passed.and_(_force_alone(plan.force_map)) if plan.force_map.others else passed
+    return Confirmed.PASSES, passed
 
 
 def _judged(
@@ -261,6 +263,8 @@ def _judged(
             within = checked.get(recording, (None, Finding.of(FindingKind.RECORDING_NOT_CHECKED)))
             outcome, reason = _outcome(force, upper, within, bool(impacts.censored[row]))
             place = impacts.distance[row], impacts.height[row]
+            if outcome is Confirmed.PASSES and plan.pressed and math.isnan(impacts.peak_pressure[row]):
+                outcome, reason = Confirmed.CANNOT_TELL, Finding.of(FindingKind.CONFIRM_WITH_FILM)
             if outcome is Confirmed.PASSES and now - speed > impacts.tolerance.speed:
                 outcome = Confirmed.CANNOT_TELL
                 reason = Finding.of(FindingKind.SLOWER_THAN_RELEASED, speed_mps=speed, released_mps=now)
@@ -376,8 +380,9 @@ def confirm_plan(
     refusal = _refusal(released, plan, newtons)
     if refusal is None and len(plan) < count:
         warnings.append(Finding.of(FindingKind.FEWER_THAN_ASKED, impacts=len(plan), asked=count))
-    alone = [_force_alone(force_map)] if force_map.others else []
-    warnings = [*alone, *released.basis.warnings, *warnings, *_doubts(force_map, plan, states, upper, tolerance)]
+    pressed = isinstance(limit, ForceLimit) and force_map.other(Quantity.PRESSURE) is not None
+    film = [Finding.of(FindingKind.CONFIRM_WITH_FILM)] if pressed else []
+    warnings = [*film, *released.basis.warnings, *warnings, *_doubts(force_map, plan, states, upper, tolerance)]
     error = conditions.device.error_or_default
     most = np.minimum(newtons - error, upper)
     return ConfirmationPlan(
@@ -395,6 +400,7 @@ def confirm_plan(
         **_probabilities(force_map, places, states, most, upper),
         force_map=force_map,
         bound=bound,
+        pressed=pressed,
     )
 
 
@@ -449,13 +455,6 @@ class _PlannedBefore:
         return cls(valid, earlier, replaced, *at_contact)
 
 
-def _force_alone(force_map: ForceMap) -> Finding:
-    """That the impacts are judged by their force alone."""
-    return Finding.of(
-        FindingKind.FORCE_ALONE_CONFIRMED, quantities=tuple(each.quantity.words for each in force_map.others)
-    )
-
-
 def _without_tests(force_map: ForceMap) -> ForceMap:
     """A fitted map as if no state had role test."""
     fit = force_map.require_fit()
@@ -492,7 +491,7 @@ def _added_runs(force_map: ForceMap, states: FloatArray) -> MeasurementPlan:
     expected = np.asarray(force_map.predict(*states.T))
     stated = np.column_stack([states[:, :2], force_map.conditions.as_stated(states[:, 2])])
     source = Finding.of(FindingKind.MAP_NAMED, name=force_map.name)
-    return runs_of(stated, 1, expected, role="test", prefix=_PREFIX, expected_from=source)
+    return runs_of(stated, 1, expected, role="test", prefix=CONFIRMING, expected_from=source)
 
 
 def _refusal(released: SafeSpeed, plan: MeasurementPlan, limit: float) -> Finding | None:

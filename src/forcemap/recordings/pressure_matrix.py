@@ -27,6 +27,7 @@ _SPELLINGS = {unit.lower(): unit for unit in UNITS}
 _UNIT = re.compile(r"(?i)\b(n/cm\^?[2²]|n/mm\^?[2²]|[hkm]?pa|bar|psi)(?![a-z])")
 _PITCH = re.compile(r"(?i)\b(?:pitch|spacing|cell|raster|resolution)\b[^0-9\n]*([0-9]+(?:[.,][0-9]+)?)\s*(mm|um|µm)\b")
 _LENGTHS = {"mm": 1e-3, "um": 1e-6, "µm": 1e-6}
+_AT_RANGE = 0.98  # share of the range from which a cell counts as saturated: exports round, films end softly; a choice
 _EVEN = 1e-6  # share by which steps of an evenly rising row may differ: such a row holds positions
 
 
@@ -63,8 +64,16 @@ class PressureMatrix:
             expected = "0 for the largest cell, or an area of at most 1 cm^2"
             raise InputError(f"averaging: found none; state pressure.mean_over_cm2 in campaign.toml: {expected}")
         cells = np.maximum(self.pressure, np.nan_to_num(film.least))
-        above = bool(np.any(self.pressure >= film.range))
+        above = bool(np.any(self.pressure >= _AT_RANGE * film.range))
         return largest_mean(cells, self.pitch, film.mean_over), above
+
+    def most_force(self, film: Film) -> float:
+        """The largest force that the cells can have carried at one time [N]: each with its largest pressure.
+
+        Cells below what the film shows count as that much.
+        """
+        cells = np.maximum(self.pressure, np.nan_to_num(film.least))
+        return float(cells.sum() * (100 * self.pitch) ** 2)
 
 
 def largest_mean(pressure: FloatArray, pitch: float, area: float) -> float:

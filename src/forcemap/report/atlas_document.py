@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import datetime
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+from typing import Any
 
 from forcemap.assessment.assess_campaign import CampaignAssessment
 from forcemap.assessment.missing import Missing
@@ -12,7 +13,7 @@ from forcemap.maps.force_map import ForceMap
 from forcemap.maps.map_file import map_sha256
 from forcemap.paths.atlas import Atlas
 from forcemap.report.document import environment
-from forcemap.report.permission import headline
+from forcemap.report.permission import headline, point_permission
 from forcemap.words import of_maps, sentences
 
 
@@ -58,6 +59,8 @@ def atlas_html(
             atlas=atlas,
             c=atlas.conditions,
             rows=rows,
+            points=_points(assessed, reports),
+            without_points=[name for name, each in assessed if isinstance(each.points, Missing)],
             warnings=[
                 *sentences(atlas.warnings),
                 *of_maps((name, sentences(each.findings)) for name, each in assessed),
@@ -71,6 +74,21 @@ def atlas_html(
             hashes=[map_sha256(force_map) for force_map in atlas.force_maps],
         )
     )
+
+
+def _points(assessed: Iterable[tuple[str, CampaignAssessment]], reports: Mapping[str, str]) -> list[dict[str, Any]]:
+    """Every contact point of every campaign, with the sentence that permits it and its campaign's report."""
+    return [
+        {
+            "result": result,
+            "campaign": name,
+            "permission": point_permission(result, each.conditions, each.protocol),
+            "report": reports.get(name, ""),
+        }
+        for name, each in assessed
+        if not isinstance(each.points, Missing)
+        for result in each.points
+    ]
 
 
 def _range_words(force_map: ForceMap) -> str:

@@ -24,7 +24,7 @@ from forcemap.files import stated_date
 from forcemap.findings import Finding
 from forcemap.limits.force_limits import Contact
 from forcemap.report.curves import Curve, force_curves, highest_force
-from forcemap.report.permission import device_words, headline, permission, point_permissions
+from forcemap.report.permission import device_words, headline, permission, point_permissions, pressure_words
 from forcemap.report.pictures import Pictures
 from forcemap.report.seal import MARK, further_inputs, made_for, quoted, seal, seal_tag
 from forcemap.report.sheets import sheets
@@ -96,7 +96,7 @@ def environment() -> Environment:
         lstrip_blocks=True,
         finalize=_fit,
     )
-    filters = (_mps, _number, _stated, quoted, _words, _outcome_counts, _blocks, _plural, sentence)
+    filters = (_mps, _number, _stated, quoted, _words, _outcome_counts, _blocks, _plural, sentence, pressure_words)
     environment.filters |= {function.__name__.strip("_"): function for function in filters}
     environment.globals |= {
         enum.__name__: enum for enum in (Contact, Interpretation, VerdictOutcome, Use, PointOutcome, Matters)

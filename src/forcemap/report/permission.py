@@ -10,6 +10,7 @@ from forcemap.assessment.missing import Missing
 from forcemap.assessment.place_speeds import PlaceSpeeds
 from forcemap.assessment.point_results import PointOutcome, PointResult
 from forcemap.campaigns.conditions import Conditions
+from forcemap.campaigns.protocol import Protocol
 from forcemap.limits.force_limits import Contact, ForceLimit
 from forcemap.speeds.safe_speed import floor_speed
 from forcemap.words import sentence
@@ -26,10 +27,8 @@ def headline(results: PlaceSpeeds) -> dict[str, Any]:
     if isinstance(results.speeds, Missing):
         return shown | {"speeds": results.speeds.reason}
     shown["places"] = inside = sum(count for name, count in results.speeds.counts.items() if name != "outside")
-    if results.contradicted and results.confirmation:
-        return shown | {
-            "speeds": f"impacts that were to confirm the map do not: {sentence(results.confirmation.reason)}"
-        }
+    if results.not_released:
+        return shown | {"speeds": sentence(results.not_released)}
     if not results.confirmed:
         nowhere = "no place lies inside the measured range"
         return shown | {"speeds": results.open_places[0].reason if results.open_places else nowhere}
@@ -50,38 +49,47 @@ def permission(results: PlaceSpeeds, assessment: CampaignAssessment) -> str:
     return (
         f"At contact site {site}, {_limit(results.limit, results.contact)}: "
         f"{_state(results.confirmed_by)}; measured with {device_words(assessment.conditions)}; "
-        f"to be signed by {signer(assessment)}."
+        f"to be signed by {signer(assessment.protocol)}."
     )
 
 
-def point_permission(result: PointResult, assessment: CampaignAssessment) -> str:
+def pressure_words(result: PointResult) -> str:
+    """Whether the permission of a point holds for the pressure, and up to which."""
+    if not result.pressed:
+        return "pressure not assessed"
+    limits = {each.pressure.limit for each in result.impacts if each.pressure} if result.point.by_measurements else ()
+    allowed = f" of {min(limits):g} N/cm² by the film at this point" if limits else " by the map of the pressure"
+    return f"pressure within its limit{allowed}"
+
+
+def point_permission(result: PointResult, conditions: Conditions, protocol: Protocol) -> str:
     """The sentence that permits contact at a point; empty where it is not permitted."""
     if result.outcome is PointOutcome.NOT_PERMITTED:
         return ""
     point = result.point
     return (
         f"Contact point {point.name}, {_limit(point.limit, point.contact)}: at most {floor_speed(result.speed)} m/s to "
-        f"program, {_state(result.confirmed_by)}; measured with {device_words(assessment.conditions)}; pressure not "
-        f"assessed; to be signed by {signer(assessment)}."
+        f"program, {_state(result.confirmed_by)}; measured with {device_words(conditions)}; "
+        f"{pressure_words(result)}; to be signed by {signer(protocol)}."
     )
 
 
 def point_permissions(assessment: CampaignAssessment) -> list[str]:
     """The sentences that permit contact at points, one for all of a limit that rest on the same."""
     points = () if isinstance(assessment.points, Missing) else assessment.points
-    groups: dict[tuple[ForceLimit, Contact, tuple[str, ...]], list[str]] = {}
+    groups: dict[tuple[ForceLimit, Contact, tuple[str, ...], str], list[str]] = {}
     for result in points:
         if result.outcome is not PointOutcome.NOT_PERMITTED:
             point = result.point
             alone = result.confirmed_by if point.by_measurements else ()
             confirmed_by = ("",) if alone else result.confirmed_by
             named = f"{point.name} (at most {floor_speed(result.speed)} m/s{_counted(alone)})"
-            groups.setdefault((point.limit, point.contact, confirmed_by), []).append(named)
+            groups.setdefault((point.limit, point.contact, confirmed_by, pressure_words(result)), []).append(named)
     return [
         f"Contact points {', '.join(named)} to program, {_limit(limit, contact)}: {_state_of_all(confirmed_by)}; "
-        f"measured with {device_words(assessment.conditions)}; pressure not assessed; to be signed by "
-        f"{signer(assessment)}."
-        for (limit, contact, confirmed_by), named in groups.items()
+        f"measured with {device_words(assessment.conditions)}; {pressure}; to be signed by "
+        f"{signer(assessment.protocol)}."
+        for (limit, contact, confirmed_by, pressure), named in groups.items()
     ]
 
 
@@ -94,9 +102,9 @@ def _state_of_all(confirmed_by: tuple[str, ...]) -> str:
     return "confirmed by the impacts at each of them, named on its sheet" if own else _state(confirmed_by)
 
 
-def signer(assessment: CampaignAssessment) -> str:
+def signer(protocol: Protocol) -> str:
     """Who is to sign."""
-    return assessment.protocol.signed_by or "the safety officer of the cell (not named)"
+    return protocol.signed_by or "the safety officer of the cell (not named)"
 
 
 def device_words(conditions: Conditions) -> str:

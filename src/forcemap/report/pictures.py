@@ -71,7 +71,9 @@ class Pictures:
     def speeds(self, results: PlaceSpeeds) -> Markup:
         """A speed map."""
         what = f"safe speeds for {results.limit.name}, {results.contact} contact"
-        return self._picture(what, lambda _: figures.safe_speed_figure(present(results.speeds)))
+        return self._picture(
+            what, lambda _: figures.safe_speed_figure(present(results.speeds), standard=results.standard_speed)
+        )
 
     def to_measure(self, results: PlaceSpeeds) -> Markup:
         """Places without permission, and what to measure next."""

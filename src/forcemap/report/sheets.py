@@ -52,7 +52,8 @@ def sheets(assessment: CampaignAssessment) -> list[Sheet]:
         name = result.point.photograph
         if name not in shown:
             shown[name] = _photograph(result, digests.get(f"{PHOTOGRAPHS_FOLDER}/{name}", ""))
-        made.append(Sheet(result, point_permission(result, assessment), *shown[name], _curves(result)))
+        permission = point_permission(result, assessment.conditions, assessment.protocol)
+        made.append(Sheet(result, permission, *shown[name], _curves(result)))
     return made
 
 

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from forcemap.campaigns.dataset import (
+    CONFIRMING,
     Binding,
     BindingState,
     Conditions,
@@ -168,11 +169,16 @@ def basis_of(
     transfer = fit.transfer if fit else None
     weak, contradicted = weakness(bound, force_map), contradiction(force_map, bound)
     doubt = basis.conditions.speed_doubt
+    exceeded = None
+    if weak is None:
+        exceeded = exceeded_where_permitted(force_map, bound, basis.newtons, basis.raised * off_axis)
+        exceeded = exceeded or _confirming_above(force_map, bound)
     return replace(
         basis,
         raised=basis.raised * off_axis,
         refusals=basis.refusals or ((contradicted,) if contradicted else ()),
         warnings=(
+            *([exceeded] if exceeded else []),
             *([weak] if weak else []),
             *(transfer.warnings if transfer else ()),
             *basis.warnings,
@@ -187,7 +193,7 @@ def basis_of(
             direction,
             *map_notes(force_map, bound),
         ),
-        export_refusal=weak or basis.export_refusal,
+        export_refusal=exceeded or weak or basis.export_refusal,
         bound=bound,
         source=force_map.source,
     )
@@ -206,6 +212,55 @@ def _of_map(force_map: ForceMap, limit: ForceLimit | NewtonLimit, contact: Conta
         binding=force_map.binding,
         clamping_mapped=force_map.other(Quantity.CLAMPING_FORCE) is not None,
     )
+
+
+def exceeded_where_permitted(force_map: ForceMap, bound: Bound, limit: Any, raised: float) -> Finding | None:
+    """States that measured more than a limit although the bound permits their speed at their place; None without any.
+
+    Test states count, as those that were to confirm the map. That the bound allows for some of them is no reason to
+    release a speed at which a measurement exceeded the limit.
+
+    Parameters
+    ----------
+    force_map : ForceMap
+    bound : Bound
+        One that the map can carry.
+    limit : float or array
+        In the unit of the map's quantity; NaN where no contact is permitted.
+    raised : float
+        Factor on the bound.
+    """
+    limits = np.unique(np.asarray(limit, dtype=np.float64))
+    limits = limits[~np.isnan(limits)]
+    if force_map.fit is None or not limits.size:
+        return None
+    found = []
+    for group in (force_map.fit.states, force_map.fit.left_out, force_map.fit.test):
+        low, high = force_map.measured_range.speeds(group.distance, group.height)
+        inside = group.select(np.flatnonzero((low <= group.speed) & (group.speed <= high)))
+        measured = np.fmax(inside.highest, inside.at_least)
+        upper = raised * bound.upper(force_map, inside.distance, inside.height, inside.speed)
+        permitted = limits[np.minimum(np.searchsorted(limits, upper), limits.size - 1)]  # the lowest that permits it
+        for i in np.flatnonzero((upper <= permitted) & (measured > permitted)):
+            found.append((str(inside.name[i]), float(measured[i]), float(permitted[i])))
+    if not found:
+        return None
+    names, forces, allowed = zip(*sorted(found, key=lambda each: -each[1]), strict=True)
+    figures = {"names": names, "force_N": forces[0], "limit": allowed[0]}
+    unit = {} if force_map.quantity is Quantity.FORCE else {"unit": force_map.quantity.unit}
+    return Finding.of(FindingKind.EXCEEDED_WHERE_PERMITTED, **figures, **unit)
+
+
+def _confirming_above(force_map: ForceMap, bound: Bound) -> Finding | None:
+    """Impacts that were to confirm a map and lie above its bound, whatever the limit; None without any."""
+    if force_map.fit is None:
+        return None
+    test = force_map.fit.test
+    test = test.select(np.array([name.startswith(CONFIRMING) for name in test.name], dtype=np.bool_))
+    low, _ = force_map.measured_range.speeds(test.distance, test.height)
+    above = np.fmax(test.highest, test.at_least) > bound.upper(force_map, test.distance, test.height, test.speed)
+    names = tuple(np.array(test.name)[above & ~np.isnan(low)].tolist())
+    return Finding.of(FindingKind.CONFIRMING_ABOVE_BOUND, names=names) if names else None
 
 
 def doubts_of_fit(force_map: ForceMap) -> tuple[Finding, ...]:

@@ -16,7 +16,7 @@ from forcemap.limits.body_areas import PASCALS
 from forcemap.limits.force_limits import PHASE_TWO_SHARE, Contact, ForceLimit
 from forcemap.maps.bounds import Bound, contradiction, weakness
 from forcemap.maps.force_map import ForceMap
-from forcemap.speeds.basis import Basis, basis_of, doubts_of_fit, map_notes
+from forcemap.speeds.basis import Basis, basis_of, doubts_of_fit, exceeded_where_permitted, map_notes
 
 _ONCE = (FindingKind.PERSON_AT_REST, FindingKind.PRESSURE_NOT_ASSESSED, FindingKind.DEVICE_ERROR_NOT_STATED)
 
@@ -68,7 +68,8 @@ def together(of_force: Basis, force_map: ForceMap, others: Iterable[QuantityCase
         refusals.append(force_map.unmapped)
     for case in others:
         refusals += [_of(case.quantity, why) for why in case.basis.refusals]
-        warnings += [_of(case.quantity, why) for why in case.basis.warnings]
+        said = [_of(case.quantity, why) for why in case.basis.warnings]
+        warnings = [*said, *warnings] if case.basis.export_refusal else [*warnings, *said]
         if case.basis.export_refusal:
             export_refusal = export_refusal or _of(case.quantity, case.basis.export_refusal)
         if case.quantity is Quantity.PRESSURE:
@@ -116,15 +117,16 @@ def _other_basis(force_map: ForceMap, other: ForceMap, of_force: Basis) -> Basis
             _require_within(newtons, other, other.highest_force * of_force.raised / raised)
         refusals += [why] if (why := contradiction(other, bound)) else []
     weak = None if refusals else weakness(bound, other)
+    exceeded = None if refusals or weak else exceeded_where_permitted(other, bound, newtons, raised)
     notes = [] if refusals else [each for each in map_notes(other, bound) if each.kind not in _ONCE]
     return replace(
         of_force,
         newtons=newtons,
         raised=raised,
         refusals=tuple(refusals),
-        warnings=(*([weak] if weak else []), *doubts_of_fit(other)),
+        warnings=(*filter(None, (exceeded, weak)), *doubts_of_fit(other)),
         notes=(note, *notes),
-        export_refusal=weak,
+        export_refusal=exceeded or weak,
     )
 
 

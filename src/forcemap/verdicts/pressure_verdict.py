@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 
@@ -22,10 +23,10 @@ class PressureVerdict:
     Parameters
     ----------
     outcome : VerdictOutcome
-        Within only if the pressure and the film's error lie within the limit and no cell reached its range; exceeded
-        only if the pressure less the error does.
-    pressure, limit : float
-        Pressure and limit [N/cm^2].
+        Within only if the pressure and the film's error lie within the limit, its range is stated and no cell reached
+        it, and the film shows the force that went through it; exceeded only if the pressure less the error does.
+    pressure, limit, margin : float
+        Pressure, limit, and what is left of the limit above the pressure and the film's error [N/cm^2].
     contact : Contact
         The limit that was used.
     reason : Finding
@@ -35,6 +36,7 @@ class PressureVerdict:
     outcome: VerdictOutcome
     pressure: float
     limit: float
+    margin: float
     contact: Contact
     reason: Finding
 
@@ -71,11 +73,21 @@ def check_pressure(
     used = Contact.QUASI_STATIC if goes_on or contact is Contact.QUASI_STATIC else Contact.TRANSIENT
     allowed, error = limit.pressure(used) / PASCALS, film.error_or_default
     least, most = measured.pressure / (1 + error), measured.pressure * (1 + error)
-    saturated = measured.above_range or measured.pressure >= film.range
+    saturated = measured.above_range or not measured.pressure < film.range  # a range that is not stated tells nothing
+    force = max((impact.peak_force for impact in known), default=0.0)
+    too_little = measured.too_little_for(force)
     if least > allowed:
         outcome = VerdictOutcome.EXCEEDED
     else:
-        outcome = VerdictOutcome.WITHIN if most <= allowed and not saturated else VerdictOutcome.CANNOT_TELL
+        outcome = (
+            VerdictOutcome.WITHIN if most <= allowed and not (saturated or too_little) else VerdictOutcome.CANNOT_TELL
+        )
     figures = {"pressure": measured.pressure, "limit": allowed, "contact": str(used), "error": error}
-    reason = Finding.of(FindingKind.PRESSURE_CHECKED, **figures, at_least=measured.above_range, file=measured.file)
-    return PressureVerdict(outcome, measured.pressure, allowed, used, reason)
+    doubts: dict[str, float] = {
+        "at_least": measured.above_range,
+        "no_range": math.isnan(film.range),
+        "too_little": too_little,
+    }
+    doubts |= {"most_N": measured.most_force, "force_N": force} if too_little else {}
+    reason = Finding.of(FindingKind.PRESSURE_CHECKED, **figures, **doubts, file=measured.file)
+    return PressureVerdict(outcome, measured.pressure, allowed, allowed - most, used, reason)

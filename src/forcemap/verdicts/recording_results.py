@@ -13,7 +13,7 @@ from forcemap.arrays import FloatArray
 from forcemap.campaigns.campaign import Campaign, read_campaign
 from forcemap.campaigns.conditions import Conditions
 from forcemap.campaigns.impacts_table import read_dataset
-from forcemap.campaigns.pressures import measured_pressure
+from forcemap.campaigns.pressures import PRESSURES_FOLDER, measured_pressure
 from forcemap.campaigns.readout import Reader
 from forcemap.campaigns.recorded_impacts import RecordedImpacts, recorded_impacts
 from forcemap.campaigns.recordings_table import Entry
@@ -148,7 +148,8 @@ def check_file(
     conditions, name = conditions or Conditions(), name or Path(path).name
     asked = {"interpretation": interpretation, "contact": contact}
     measured = list(recorded_impacts(path, conditions, columns, name=name))
-    film = None if folder is None or len(measured) > 1 else (folder, conditions, Entry(file=Path(path).name))
+    films = None if folder is None or len(measured) > 1 else folder / PRESSURES_FOLDER
+    film = None if films is None else (films, conditions, Entry(file=Path(path).name))
     recordings = (
         CheckedRecording(
             recorded.recording.name,
@@ -227,7 +228,7 @@ def check_campaign(
         excluded, recorded, doubt = recording.excluded, recording.recorded, recording.doubt or mistaken
         verdicts = () if excluded else recording_verdicts(recorded, doubt, limit, **asked)
         name, why = recording.entry.name, None if excluded else doubt
-        film = (campaign.folder, campaign.conditions, recording.entry)
+        film = (campaign.folder / PRESSURES_FOLDER, campaign.conditions, recording.entry)
         pressure = None if excluded else recording_pressure(film, recorded, limit, contact)
         checked.append(CheckedRecording(name, recorded, verdicts, why, excluded, pressure))
     if not checked:
@@ -241,11 +242,11 @@ def recording_pressure(
     limit: ForceLimit | NewtonLimit,
     contact: Contact | None,
 ) -> PressureVerdict | None:
-    """The pressure of a recording of a folder beside the limit; None where none was measured, or the limit has none."""
+    """The pressure of a recording beside the limit, by a folder of films; None if there is none of either."""
     if film is None or not isinstance(limit, ForceLimit) or not limit.permitted:
         return None
-    folder, conditions, entry = film
-    if (measured := measured_pressure(folder, conditions.film, entry)) is None:
+    pressures, conditions, entry = film
+    if (measured := measured_pressure(pressures, conditions.film, entry)) is None:
         return None
     impacts = recorded.impacts if recorded else ()
     return check_pressure(measured, limit, film=conditions.film, impacts=impacts, contact=contact)

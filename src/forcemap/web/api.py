@@ -39,7 +39,7 @@ REFUSALS: dict[int | str, dict[str, Any]] = {
     421: {"model": ErrorAnswer, "description": "Another host name than 127.0.0.1 or localhost."},
     422: {"model": ErrorAnswer, "description": "What was sent cannot be used."},
 }
-_UPLOAD_REFUSALS: dict[int | str, dict[str, Any]] = {
+UPLOAD_REFUSALS: dict[int | str, dict[str, Any]] = {
     408: {"model": ErrorAnswer, "description": "The file did not arrive in time."},
     413: {"model": ErrorAnswer, "description": "The file is too large."},
     415: {
@@ -47,16 +47,16 @@ _UPLOAD_REFUSALS: dict[int | str, dict[str, Any]] = {
         "description": "Neither a recording nor a table by its name, or not sent as a plain body.",
     },
 }
-_BEARER = HTTPBearer(auto_error=False, description="The token in the address that forcemap serve prints.")
+BEARER = HTTPBearer(auto_error=False, description="The token in the address that forcemap serve prints.")
 """For the schema alone: `SecurityMiddleware` requires the token."""
 
 _FILE = {"schema": {"type": "string", "format": "binary", "minLength": 1}}
-_BODY = {"requestBody": {"required": True, "content": {"application/octet-stream": _FILE}}}
+FILE_BODY = {"requestBody": {"required": True, "content": {"application/octet-stream": _FILE}}}
 
 
 def api_router(site: Site) -> APIRouter:
     """The routes of the JSON answers and files of a site, by what they serve."""
-    router = APIRouter(prefix="/api", responses=REFUSALS, dependencies=[Depends(_BEARER)])
+    router = APIRouter(prefix="/api", responses=REFUSALS, dependencies=[Depends(BEARER)])
     for routes in (
         campaign_routes,
         recording_routes,
@@ -91,12 +91,12 @@ def recording_routes(site: Site) -> APIRouter:
     """The intake: recordings judged, added and collected."""
     router = APIRouter(tags=["recordings"])
 
-    @router.post("/campaigns/{name}/judge", responses=_UPLOAD_REFUSALS, openapi_extra=_BODY)
+    @router.post("/campaigns/{name}/judge", responses=UPLOAD_REFUSALS, openapi_extra=FILE_BODY)
     async def judge(request: Request, name: Name, upload: Annotated[Judged, Query()]) -> CheckAnswer | TableAnswer:
         """Judge a recording, as forcemap check does, or an impacts table; nothing is stored."""
         return await site.intake.judge(request, name, upload, drawn=upload.curves)
 
-    @router.post("/campaigns/{name}/recordings", responses=_UPLOAD_REFUSALS, openapi_extra=_BODY)
+    @router.post("/campaigns/{name}/recordings", responses=UPLOAD_REFUSALS, openapi_extra=FILE_BODY)
     async def add(request: Request, name: Name, addition: Annotated[Addition, Query()]) -> StoredAnswer:
         """Judge a recording, store it under the name of its run and collect the campaign."""
         return await site.intake.add(request, name, addition)

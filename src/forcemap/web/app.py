@@ -18,6 +18,7 @@ from forcemap.web.api import api_router
 from forcemap.web.folder import Folder
 from forcemap.web.intake import Intake
 from forcemap.web.pages import page_router, problem_page
+from forcemap.web.point_routes import point_router
 from forcemap.web.request_error import RequestError, status_of
 from forcemap.web.security import SecurityMiddleware
 from forcemap.web.site import Site
@@ -64,6 +65,7 @@ def create_app(
         redoc_url=None,
     )
     app.include_router(api_router(site))
+    app.include_router(point_router(site))
     app.include_router(page_router(site))
     if register is not None:
         from forcemap.web.register_pages import register_router  # needs an extra of its own

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import io
 import json
+import zipfile
 from collections.abc import Callable
 from dataclasses import replace
 from enum import StrEnum
@@ -88,6 +90,10 @@ def report_text(campaign: Path, question: Bounded, table: fm.LimitTable | None) 
     """
     from forcemap.report import report_html
 
+    return report_html(_assessment(campaign, question, table))
+
+
+def _assessment(campaign: Path, question: Bounded, table: fm.LimitTable | None) -> fm.CampaignAssessment:
     limits, stated = limits_of(campaign, table), campaign / "campaign.toml"
     conditions = fm.read_conditions(stated) if stated.exists() else fm.Conditions()
     assessment = fm.assess_campaign(
@@ -96,7 +102,19 @@ def report_text(campaign: Path, question: Bounded, table: fm.LimitTable | None) 
         bound=question.stated_bound(conditions.device.error_or_default),
         allowance=question.allowance,
     )
-    return report_html(replace(assessment, findings=(*map(in_words, limits.statements), *assessment.findings)))
+    return replace(assessment, findings=(*map(in_words, limits.statements), *assessment.findings))
+
+
+def report_zip(campaign: Path, question: Bounded, table: fm.LimitTable | None) -> bytes:
+    """The same report and the list of its inputs, report.html and report.sha256, as a zip; errors as `report_text`."""
+    assessment, packed = _assessment(campaign, question, table), io.BytesIO()
+    from forcemap.report import LIST_ENDING, inputs_list, report_html
+
+    parts = {"report.html": report_html(assessment), f"report{LIST_ENDING}": inputs_list(assessment.inputs)}
+    with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, text in parts.items():
+            archive.writestr(zipfile.ZipInfo(name), text, zipfile.ZIP_DEFLATED)
+    return packed.getvalue()
 
 
 def comparison_svg(campaign_map: CampaignMap, question: ComparisonQuestion) -> str:

@@ -9,8 +9,11 @@ from forcemap.campaigns.campaign import is_campaign
 from forcemap.errors import InputError
 from forcemap.web.request_error import RequestError
 
-_FILES = ("campaign.toml", "plan.csv", "recordings.csv", "impacts.csv")
-_FOLDERS = ("recordings", "maps")
+_FILES = (
+    *("campaign.toml", "plan.csv", "recordings.csv", "impacts.csv"),
+    *("contact_points.csv", "point_recordings.csv"),
+)
+_FOLDERS = ("recordings", "maps", "pressures", "points", "photographs")
 
 
 class Folder:

@@ -130,6 +130,18 @@ class Intake:
             judgement=judgement,
         )
 
+    @asynccontextmanager
+    async def staged(self, request: Request, name: str, suffix: str) -> AsyncIterator[tuple[Path, Path]]:
+        """The file of a request while it is looked at: the campaign's folder, and a hidden file in it."""
+        path = self._folder.campaign(name)
+        async with self._uploads, _received(request, path, suffix) as staged, self._judging:
+            yield path, staged
+
+    async def collected(self, campaign: Path) -> str:
+        """Collect a campaign; in words why that could not be done, empty if it was."""
+        problem = await self._collected(campaign)
+        return problem_words(problem) if problem else ""
+
     async def collect(self, name: str) -> CollectAnswer:
         """Read and judge all recordings of a campaign and write its impacts table, as forcemap collect does."""
         path = self._folder.campaign(name)

@@ -22,6 +22,7 @@ from forcemap.paths.atlas import Atlas
 from forcemap.web.admission import TOKEN, WHERE, is_page
 from forcemap.web.campaign_answers import campaign_answer, overview, problem_words
 from forcemap.web.campaign_map import CampaignMap
+from forcemap.web.contact_points import FILM_TYPES, PICTURE_TYPES, POINT_FIELDS, photograph, points_answer
 from forcemap.web.downloads import Export, Format, comparison_svg
 from forcemap.web.grids import slices_answer
 from forcemap.web.intake import LARGEST_UPLOAD, TYPES, Addition, Upload
@@ -64,7 +65,7 @@ OUTCOMES = {
 def page_router(site: Site) -> APIRouter:
     """The routes of the pages of a site, by what they show."""
     router = APIRouter(include_in_schema=False)
-    for routes in (campaign_pages, intake_pages, map_pages, together_pages):
+    for routes in (campaign_pages, point_pages, intake_pages, map_pages, together_pages):
         router.include_router(routes(site))
     return router
 
@@ -97,6 +98,28 @@ def campaign_pages(site: Site) -> APIRouter:
         question = _stated(request, Export, limits.otherwise)
         shown = {"formats": list(Format), "simulated": campaign_answer(name, path).simulated}
         return _campaign_html(site, request, "downloads.html", name, question, limits, **shown)
+
+    return router
+
+
+def point_pages(site: Site) -> APIRouter:
+    """The contact points of a campaign, and their photographs."""
+    router = APIRouter()
+
+    @router.get("/campaigns/{name}/points")
+    async def points_page(request: Request, name: str) -> Response:
+        path = site.folder.campaign(name)
+        limits = limits_of(path, site.table)
+        question = _stated(request, Area, limits.otherwise)
+        answer = await site.queue.run(request, lambda: points_answer(name, path, site.table))
+        shown = {"answer": answer, "pictures": ",".join(PICTURE_TYPES), "films": ",".join(FILM_TYPES)}
+        shown |= {"types": ",".join(TYPES), "largest": LARGEST_UPLOAD, "columns": POINT_FIELDS}
+        return _campaign_html(site, request, "points.html", name, question, limits, **shown)
+
+    @router.get("/campaigns/{name}/photographs/{file}")
+    def photograph_file(name: str, file: str) -> Response:
+        kind, content = photograph(site.folder.campaign(name), file)
+        return Response(content, media_type=kind)
 
     return router
 
@@ -326,6 +349,7 @@ _TEMPLATES.filters |= {
     "speed": lambda value: fm.floor_speed(math.nan if value is None else value),
     "words": _words,
     "query": urlencode,
+    "with_blanks": lambda cells, columns: dict.fromkeys(columns, "") | cells,
 }
 _TEMPLATES.globals |= {
     "version": fm.__version__,

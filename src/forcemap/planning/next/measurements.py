@@ -12,7 +12,7 @@ import numpy as np
 
 from forcemap.arrays import FloatArray, Mask
 from forcemap.campaigns.conditions import Conditions
-from forcemap.campaigns.dataset import Binding, ImpactDataset, PhaseTwo
+from forcemap.campaigns.dataset import Binding, ImpactDataset, PhaseTwo, Quantity
 from forcemap.campaigns.plan import MeasurementPlan
 from forcemap.campaigns.state import PLACE_SIZE, States, StateTolerance
 from forcemap.errors import BoundNotAvailable, FitError, InputError
@@ -232,7 +232,21 @@ def next_measurements(
         choice = _opening(aim, now, expected_force or StandardExpectation.of(conditions), no_bound)
     else:
         choice = _refinement(aim, now, force_map, known, seen, has_speed)
-    return choice if isinstance(choice, NextMeasurements) else choice.planned(repeats)
+    answer = choice if isinstance(choice, NextMeasurements) else choice.planned(repeats)
+    return replace(answer, warnings=(*_by_force_alone(force_map, limit, usable.contact), *answer.warnings))
+
+
+def _by_force_alone(
+    force_map: ForceMap | None, limit: ForceLimit | NewtonLimit | float, contact: Contact | None
+) -> tuple[Finding, ...]:
+    """That states are chosen, and places counted, by the force alone although speeds rest on other quantities, too."""
+    others = () if force_map is None else force_map.others
+    named = {
+        Quantity.PRESSURE: isinstance(limit, ForceLimit),
+        Quantity.CLAMPING_FORCE: contact is Contact.QUASI_STATIC,
+    }
+    words = tuple(each.quantity.words for each in others if named[each.quantity])
+    return (Finding.of(FindingKind.PLANNED_BY_FORCE, quantities=words),) if words else ()
 
 
 @dataclass(frozen=True, eq=False)

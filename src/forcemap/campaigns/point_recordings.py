@@ -1,0 +1,230 @@
+"""Recordings that were made at contact points alone, the files in `points/`, and the register that binds them.
+
+For every file `point_recordings.csv` holds its hash, the conditions under which it was first registered, how it was
+read, and what it gave: as the register of the campaign's own recordings does.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, fields, replace
+from pathlib import Path, PurePosixPath
+
+from forcemap.campaigns.binding import changed_conditions
+from forcemap.campaigns.conditions import CAMPAIGN_FILE, Conditions, read_campaign_file
+from forcemap.campaigns.pressures import PRESSURES_FOLDER, measured_pressure
+from forcemap.campaigns.recorded_impacts import RecordedImpacts, recorded_impacts
+from forcemap.campaigns.recordings_table import (
+    FIRST_READ,
+    MEASURED_ON,
+    PRESSURE_FROM,
+    READ_WITH,
+    Entry,
+    Use,
+    read_register,
+    register_text,
+    row_sha256,
+)
+from forcemap.errors import CampaignFileError, ForcemapError
+from forcemap.files import alone, file_sha256, read_bytes, write_atomically
+from forcemap.findings import Finding, FindingKind, in_words
+from forcemap.recordings.column_map import ColumnMap
+
+POINTS_FOLDER = "points"
+"""Folder of the recordings that were made at contact points alone, and belong to no plan."""
+
+POINT_REGISTER = "point_recordings.csv"
+"""What `forcemap collect` writes of them; a person may state in `exclude` why one does not count."""
+
+POINT_FILMS = f"{PRESSURES_FOLDER}/{POINTS_FOLDER}"
+"""Folder of the films of these recordings, each of the name of its recording, with any ending."""
+
+
+@dataclass(frozen=True, eq=False)
+class PointRecording:
+    """A file in points/ as it is now.
+
+    Parameters
+    ----------
+    name : str
+        Its name with the folder.
+    entry : Entry or None
+        As registered; None if it is not.
+    sha256 : str
+        Of the file; empty if it is gone.
+    recorded : tuple of RecordedImpacts
+        The recordings in it; none if it is gone or cannot be read.
+    doubt : Finding or None
+        Why it does not show that a limit was kept; None if it may.
+    """
+
+    name: str
+    entry: Entry | None
+    sha256: str
+    recorded: tuple[RecordedImpacts, ...] = ()
+    doubt: Finding | None = None
+
+    @property
+    def excluded(self) -> str:
+        """Why a person excluded it, as it was collected; empty if nobody did."""
+        return self.entry.exclude if self.entry and self.sha256 == self.entry.sha256 else ""
+
+
+def point_files(folder: Path) -> dict[str, Path]:
+    """The files in points/ by their names with the folder, sorted; hidden ones and links are left alone."""
+    root = folder / POINTS_FOLDER
+    paths = (path for path in root.rglob("*") if path.is_file() and not path.is_symlink())
+    inside = {f"{POINTS_FOLDER}/{path.relative_to(root).as_posix()}": path for path in paths}
+    return {name: inside[name] for name in sorted(inside) if "/." not in name}
+
+
+def register_points(folder: Path, conditions: Conditions, columns: ColumnMap | None) -> None:
+    """Register the files in points/ that are new, and seal what a person excluded; nothing if there are none.
+
+    A registered file that gave no impact may be replaced.
+
+    Raises
+    ------
+    TableError
+        The register cannot be used.
+    CampaignFileError
+        A film that belongs to none of them, or to several, or cannot be used.
+    """
+    register, files = folder / POINT_REGISTER, point_files(folder)
+    known = {entry.file: entry for entry in read_register(register)} if register.exists() else {}
+    _require_known_films(folder, [*files, *known])
+    if not files and not known:
+        return
+    for name, path in files.items():
+        then, digest = known.get(name), file_sha256(path)
+        if then is None or then.blank:
+            known[name] = _registered(folder, name, path, digest, conditions, columns)
+        elif then.sha256 == digest:  # of conditions whose cell a person emptied, what is stated now
+            known[name] = replace(then, conditions=_stated(name, conditions) | dict(then.conditions))
+    text = register_text(known.values())
+    with alone(folder):
+        if not register.exists() or read_bytes(register) != text.encode():
+            write_atomically(register, text)
+
+
+def _require_known_films(folder: Path, names: Sequence[str]) -> None:
+    """Refuse a film that would silently count for nothing, or for several recordings."""
+    films, stems = folder / POINT_FILMS, [PurePosixPath(name).stem for name in dict.fromkeys(names)]
+    for file in sorted(films.iterdir()) if films.is_dir() else ():
+        if file.is_file() and not file.name.startswith(".") and stems.count(file.stem) != 1:
+            expected = f"expected that of one file in {POINTS_FOLDER}/; rename it or move it away"
+            raise CampaignFileError(f"found the name {file.stem!r}, {expected}", file=str(file))
+
+
+def _stated(name: str, conditions: Conditions) -> dict[str, str]:
+    dated = {MEASURED_ON: conditions.date} if conditions.date else {}
+    return conditions.measured_under(name) | dated
+
+
+def _registered(
+    folder: Path, name: str, path: Path, digest: str, conditions: Conditions, columns: ColumnMap | None
+) -> Entry:
+    try:
+        read = tuple(recorded_impacts(path, conditions, columns, name=name))
+    except ForcemapError as error:
+        return Entry(file=name, sha256=digest, use=Use.UNREADABLE, reason=error.message)
+    impacts = [impact for each in read for impact in each.impacts]
+    entry = Entry(file=name, sha256=digest, size=path.stat().st_size, use=Use.USED if impacts else Use.DISCARDED)
+    if impacts:
+        entry = replace(entry, scenario=impacts[0].scenario, peak_force=max(each.peak_force for each in impacts))
+    else:
+        entry = replace(entry, reason="no impact found")
+    basis = _basis(folder, name, conditions, columns, read)
+    return replace(entry, conditions=_stated(name, conditions) | basis)
+
+
+def _basis(
+    folder: Path, name: str, conditions: Conditions, columns: ColumnMap | None, read: Sequence[RecordedImpacts]
+) -> dict[str, str]:
+    """How a file is read and what that gives, and its film."""
+    options = [(option, str(getattr(columns, option.name))) for option in (fields(columns) if columns else ())]
+    words = ", ".join(f"{option.name} = {text}" for option, text in options if text != str(option.default))
+    forces = ", ".join(f"{impact.raw_peak_force:.2f} N" for each in read for impact in each.impacts)
+    film = measured_pressure(folder / POINT_FILMS, conditions.film, Entry(file=name))
+    given = {PRESSURE_FROM: f"{film.file} {film.sha256[:16]}: {film.pressure:.2f} N/cm^2"} if film else {}
+    return {READ_WITH: words or "no entries", FIRST_READ: forces or "no impact", **given}
+
+
+def point_recordings(folder: Path, wanted: Sequence[str] | None = None) -> Iterator[PointRecording]:
+    """The files in points/ beside their register, those that are gone, too; nothing is written.
+
+    Parameters
+    ----------
+    folder : Path
+        Of the campaign.
+    wanted : sequence of str, optional
+        Names of the files to read; all if not given.
+
+    Raises
+    ------
+    TableError
+        The register cannot be used.
+    CampaignFileError
+        campaign.toml cannot be used.
+    """
+    register, files, stated = folder / POINT_REGISTER, point_files(folder), folder / CAMPAIGN_FILE
+    known = {entry.file: entry for entry in read_register(register)} if register.exists() else {}
+    conditions, columns = read_campaign_file(stated) if stated.exists() else (Conditions(), None)
+    for name in sorted({*files, *known}):
+        if wanted is not None and name not in wanted:
+            continue
+        entry = known.get(name)
+        if name not in files:
+            yield PointRecording(name, entry, "", doubt=Finding.of(FindingKind.FILE_GONE))
+            continue
+        digest = file_sha256(files[name])
+        try:
+            read = tuple(recorded_impacts(files[name], conditions, columns, name=name))
+        except ForcemapError as error:
+            words = error.message if error.row is None else f"row {error.row}, {error.message}"
+            yield PointRecording(name, entry, digest, doubt=in_words(words))
+            continue
+        doubt = _doubt(folder, entry, digest, conditions, columns, read)
+        yield PointRecording(name, entry, digest, read, doubt)
+
+
+def point_names(folder: Path) -> list[str]:
+    """Names of the files in points/ and of those that were registered, sorted; errors as `point_recordings`."""
+    register = folder / POINT_REGISTER
+    known = [entry.file for entry in read_register(register)] if register.exists() else []
+    return sorted({*point_files(folder), *known})
+
+
+def _doubt(
+    folder: Path,
+    entry: Entry | None,
+    digest: str,
+    conditions: Conditions,
+    columns: ColumnMap | None,
+    read: Sequence[RecordedImpacts],
+) -> Finding | None:
+    """What differs from when a file was registered; None if nothing does."""
+    if entry is None:
+        return Finding.of(FindingKind.POINT_NOT_COLLECTED)
+    if entry.row_sha256 != row_sha256(entry):
+        return Finding.of(FindingKind.REGISTER_EDITED, all=(entry.file,), register=POINT_REGISTER)
+    if entry.sha256 != digest:
+        return Finding.of(FindingKind.FILE_CHANGED)
+    if changed := changed_conditions([entry], conditions):
+        return Finding.of(changed.kind, **dict(changed.figures), register=POINT_REGISTER)
+    try:
+        now = _basis(folder, entry.file, conditions, columns, read)
+    except ForcemapError as error:
+        return in_words(error.message)
+    was, words = dict(entry.conditions), []
+    if was.get(READ_WITH, now[READ_WITH]) != now[READ_WITH] and was.get(FIRST_READ) != now[FIRST_READ]:
+        words.append(
+            f"{READ_WITH} was {was[READ_WITH]!r} and gave {was.get(FIRST_READ)}, [recordings] of {CAMPAIGN_FILE} now "
+            f"{now[READ_WITH]!r} gives {now[FIRST_READ]}"
+        )
+    if was.get(PRESSURE_FROM, now.get(PRESSURE_FROM)) != now.get(PRESSURE_FROM):
+        words.append(f"{PRESSURE_FROM} was {was[PRESSURE_FROM]!r}, now it is {now.get(PRESSURE_FROM, 'none')!r}")
+    if not words:
+        return None
+    changed_words = "; ".join(words)
+    return Finding.of(FindingKind.RECORDING_CHANGED, all=(entry.file,), changed=changed_words, register=POINT_REGISTER)

@@ -1,0 +1,115 @@
+"""forcemap figure: every figure as a file, for a paper, a page or a slide."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+from typer import Argument, Option
+
+import forcemap as fm
+from forcemap.cli.options import ContactKind, Json, MovingMass
+from forcemap.cli.output import emit
+from forcemap.cli.task_options import figures as numbers
+from forcemap.errors import UnknownName
+from forcemap.files import read_bytes, write_atomically
+
+_BEGINS = {".png": b"\x89PNG", ".svg": b"<?xml", ".pdf": b"%PDF"}
+"""Endings of names, and what a file of the kind begins with."""
+
+
+class Width(StrEnum):
+    """Where a figure goes."""
+
+    COLUMN = "column"
+    PAGE = "page"
+    SLIDE = "slide"
+
+
+DRAWN = {Width.COLUMN: (0.08, 1.0), Width.PAGE: (0.16, 1.0), Width.SLIDE: (0.16, 1.5)}
+"""Width that a figure is drawn at [m], and how many times as large its file is."""
+
+
+def figure(
+    kind: Annotated[
+        str,
+        Argument(
+            metavar="KIND",
+            help="grid, repeatability, profiles, heights, workspace, residuals, comparison, evolution, speeds, "
+            "to-measure, path, planar-postures or planar-mass (docs/drawing.md).",
+        ),
+    ],
+    source: Annotated[
+        list[str] | None,
+        Argument(
+            metavar="SOURCE...",
+            help="Campaign folder, impacts table, map file or published map; for evolution also recordings; for "
+            "heights, comparison and evolution several; for planar- none.",
+        ),
+    ] = None,
+    output: Annotated[str | None, Option("-o", "--output", help="File to write: .png (300 dpi), .svg or .pdf.")] = None,
+    width: Annotated[
+        Width, Option("--width", help="column (8 cm), page (16 cm) or slide (24 cm, larger letters).")
+    ] = Width.COLUMN,
+    grey: Annotated[bool, Option("--grey", help="In grey, for print without colours.")] = False,
+    area: Annotated[str | None, Option("--area", "--region", help="Body area or region that is hit.")] = None,
+    contact: ContactKind = None,
+    speeds: Annotated[str | None, Option("--speeds-mps", help="Speeds at contact to show, between commas.")] = None,
+    distance: Annotated[float | None, Option("--distance", help="Distance to cut at [m].")] = None,
+    height: Annotated[float | None, Option("--height", help="Height to cut at [m].")] = None,
+    moving_mass: MovingMass = None,
+    step: Annotated[float | None, Option("--step-m", help="Distance between places [m]; default 0.05.")] = None,
+    path: Annotated[str | None, Option("--path", help="For path: the file of the path (CSV).")] = None,
+    task: Annotated[str | None, Option("--task", help="For path: the task file.")] = None,
+    as_json: Json = False,
+) -> None:
+    """Draw one figure of a campaign, a table or a map into a file.
+
+    docs/drawing.md shows every kind, what it is drawn of and what it takes.
+
+    Example: forcemap figure heights kuka-iiwa7-30nm -o heights.pdf
+    """
+    from forcemap import figures
+    from forcemap.cli.drawings import Choices, Kind, Source, draw
+
+    if kind not in [*Kind]:
+        raise UnknownName("figure", kind, [each.value for each in Kind])
+    target = figure_target(output)
+    choices = Choices(
+        area=area,
+        contact=contact,
+        speeds=None if speeds is None else tuple(numbers("speeds", speeds)),
+        distance=distance,
+        height=height,
+        moving_mass=moving_mass,
+        step=step,
+        path=path,
+        task=task,
+    )
+    wide, larger = DRAWN[width]
+    drawn = draw(Kind(kind), [Source(name) for name in source or []], choices, width=wide)
+    data = figures.figure_file(figures.in_grey(drawn) if grey else drawn, target, larger=larger)
+    write_atomically(target, data)
+    size = [round(1000 * larger * side * 0.0254) for side in drawn.get_size_inches().tolist()]
+    said = {"file": str(target), "kind": kind, "width_mm": size[0], "height_mm": size[1], "grey": grey}
+    emit(said, [f"{target}: {kind}, {size[0]} x {size[1]} mm{', in grey' if grey else ''}"], as_json=as_json)
+
+
+def figure_target(output: str | None) -> Path:
+    """The file to write; an existing one is replaced only if it is a picture of the same kind.
+
+    Raises
+    ------
+    InputError
+        No name, another ending, or another file of that name.
+    """
+    if output is None:
+        raise fm.InputError("output: expected -o FILE, a name that ends in .png, .svg or .pdf")
+    target = Path(output)
+    begins = _BEGINS.get(target.suffix.lower())
+    if begins is None:
+        raise fm.InputError(f"found a name that ends otherwise, expected {', '.join(_BEGINS)}", file=output)
+    if target.exists() and not read_bytes(target).startswith(begins):
+        raise fm.InputError("this is another file, no picture; it is not overwritten, choose another name", file=output)
+    return target

@@ -1,0 +1,156 @@
+"""forcemap publication: a campaign as a folder to publish beside a paper."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Annotated, Any
+
+from typer import Argument, Option
+
+import forcemap as fm
+from forcemap.assessment.folder import campaign_inputs
+from forcemap.cli.drawings import Choices, Kind, Source, draw
+from forcemap.cli.figure import DRAWN, Width
+from forcemap.cli.options import Json, MovingMass
+from forcemap.cli.output import Progress, emit
+from forcemap.cli.publication_tables import tables_of
+from forcemap.files import new_folder, read_bytes, sha256, write_atomically
+from forcemap.maps.map_file import map_text
+from forcemap.words import sentence
+
+_PAPER = "3D Collision-Force-Map for Safe Human-Robot Collaboration"
+_PAPERS_AUTHORS = (("Svarny", "Petr"), ("Rozlivek", "Jakub"), ("Rustler", "Lukas"), ("Hoffmann", "Matej"))
+_NO_AUTHOR = "authors not stated: write them here"
+_KINDS = (Kind.GRID, Kind.HEIGHTS, Kind.PROFILES, Kind.WORKSPACE, Kind.RESIDUALS, Kind.REPEATABILITY)
+_SUMS = "SHA256SUMS"
+
+
+def publication(
+    folder: Annotated[str, Argument(help="Campaign folder.")],
+    output: Annotated[str | None, Option("-o", "--output", help="New folder to write.")] = None,
+    area: Annotated[
+        str | None, Option("--area", "--region", help="Body area: adds the standard's model and safe speeds.")
+    ] = None,
+    moving_mass: MovingMass = None,
+    author: Annotated[
+        list[str] | None, Option("--author", help="For CITATION.cff; several times. Default: the campaign's operator.")
+    ] = None,
+    width: Annotated[Width, Option("--width", help="Width of the figures.")] = Width.COLUMN,
+    grey: Annotated[bool, Option("--grey", help="Figures in grey.")] = False,
+    as_json: Json = False,
+) -> None:
+    """Write a campaign as a folder to publish: data, map, tables, figures, checksums, and how to cite it.
+
+    Example: forcemap publication my-campaign -o published --area back_of_hand
+    """
+    if output is None:
+        raise fm.InputError("output: expected -o FOLDER, a new one")
+    inputs = [file.path for file in campaign_inputs(folder)]
+    source = Source(folder)
+    dataset, force_map = source.impacts(Kind.GRID), source.force_map
+    target = new_folder(output)  # before anything is drawn
+    choices = Choices(area=area, moving_mass=moving_mass if area else None)
+    tables, left_out = tables_of(source, choices)
+    parts: dict[str, bytes] = {f"data/{name}": read_bytes(Path(folder, name)) for name in inputs}
+    parts["map.json"] = map_text(force_map).encode()
+    parts |= {f"tables/{name}.csv": text.encode() for name, text in tables.items()}
+    wanted = list(_figures(area))
+    with Progress("figures", len(wanted)) as progress:
+        for done, (name, kind, chosen) in enumerate(wanted):
+            progress.show(done)
+            try:
+                parts |= _figure_files(name, kind, source, chosen | _mass(kind, moving_mass), width, grey=grey)
+            except fm.ForcemapError as error:
+                left_out[f"figures/{name}"] = error.message
+    parts["CITATION.cff"] = _citation(dataset.conditions, dataset.simulated, author or []).encode()
+    first = sentence(dataset.binding.reason)
+    parts["README.md"] = _readme(dataset, first, left_out).encode()
+    parts[_SUMS] = "".join(f"{sha256(data)}  {name}\n" for name, data in sorted(parts.items())).encode()
+    for name, data in parts.items():
+        (target / name).parent.mkdir(parents=True, exist_ok=True)
+        write_atomically(target / name, data)
+    count = {kind: sum(name.startswith(f"{kind}/") for name in parts) for kind in ("data", "tables", "figures")}
+    said = {"folder": output, "files": sorted(parts), "left_out": left_out, "simulated": dataset.simulated}
+    lines = [
+        *([first] if first else []),
+        f"{target}: {count['data']} files of data, map.json, {count['tables']} tables, {count['figures']} figures, "
+        f"CITATION.cff, README.md; checksums in {_SUMS} (sha256sum -c {_SUMS})",
+        *(f"left out: {name}: {why}" for name, why in left_out.items()),
+    ]
+    lines += [f"CITATION.cff says: {_NO_AUTHOR}"] if _NO_AUTHOR in parts["CITATION.cff"].decode() else []
+    emit(said, lines, as_json=as_json)
+
+
+def _figures(area: str | None) -> Iterator[tuple[str, Kind, dict[str, Any]]]:
+    """Name, kind and choices of every figure."""
+    yield from ((kind.value, kind, {}) for kind in _KINDS)
+    yield "evolution", Kind.EVOLUTION, {"area": area} if area else {}
+    if area:
+        yield "comparison", Kind.COMPARISON, {"area": area}
+        for contact in fm.Contact:
+            yield f"speeds-{contact}", Kind.SPEEDS, {"area": area, "contact": contact}
+
+
+def _mass(kind: Kind, moving_mass: float | None) -> dict[str, float]:
+    return {"moving_mass": moving_mass} if moving_mass and kind in (Kind.COMPARISON, Kind.SPEEDS) else {}
+
+
+def _figure_files(
+    name: str, kind: Kind, source: Source, chosen: dict[str, Any], width: Width, *, grey: bool
+) -> dict[str, bytes]:
+    from forcemap.figures import figure_file, in_grey
+
+    wide, larger = DRAWN[width]
+    drawn = draw(kind, [source], Choices(**chosen), width=wide)
+    drawn = in_grey(drawn) if grey else drawn
+    files = [f"figures/{name}{ending}" for ending in (".pdf", ".png", ".svg")]
+    return {file: figure_file(drawn, file, larger=larger) for file in files}
+
+
+def _citation(conditions: fm.Conditions, simulated: bool, authors: list[str]) -> str:
+    """CITATION.cff, schema 1.2.0: the data, the software and the paper."""
+    names = authors or ([conditions.operator] if conditions.operator else [_NO_AUTHOR])
+    robot = conditions.robot or "robot not stated"
+    title = f"{'SIMULATED: ' if simulated else ''}Collision forces and collision-force map, {robot}"
+    lines = [
+        "cff-version: 1.2.0",
+        "message: Please cite these data, and the paper whose method they use.",
+        "type: dataset",
+    ]
+    lines += [f"title: {json.dumps(title)}", "authors:", *(f"  - name: {json.dumps(name)}" for name in names)]
+    lines += [f"date-released: {conditions.date}"] if conditions.date else []
+    lines += ["references:", "  - type: software", "    title: forcemap", f"    version: {json.dumps(fm.__version__)}"]
+    lines += ["    authors:", "      - name: The forcemap authors", "  - type: conference-paper"]
+    lines += [f"    title: {json.dumps(_PAPER)}", "    year: 2021", "    authors:"]
+    for family, given in _PAPERS_AUTHORS:
+        lines += [f"      - family-names: {family}", f"        given-names: {given}"]
+    lines += ["    conference:", "      name: IEEE International Conference on Robotics and Automation (ICRA)"]
+    return "\n".join(lines) + "\n"
+
+
+def _readme(dataset: fm.ImpactDataset, first: str, left_out: dict[str, str]) -> str:
+    """What is in the folder, and how each part is made again; `first` is what speaks against the table."""
+    conditions = dataset.conditions
+    lines = [f"# Collision forces: {conditions.robot or 'robot not stated'}", ""]
+    lines += ["**SIMULATED: not a measurement of any robot.**", ""] if dataset.simulated else []
+    lines += [f"**{first}**", ""] if first else []
+    lines += [
+        "Estimated from measurements; nothing here certifies a robot or a cell.",
+        "",
+        "| what | made by |",
+        "|---|---|",
+        "| `data/` | the campaign as it was measured: conditions, plan, recordings, impacts |",
+        "| `map.json` | `forcemap fit data -o map.json` |",
+        "| `tables/dataset.csv`, `states.csv`, `coefficients.csv` | `forcemap fit data --json` |",
+        "| `tables/accuracy.csv` | `forcemap evaluate data --json` and `forcemap compare data --json` |",
+        "| `tables/speeds-*.csv` | `forcemap speed-map data --area AREA --contact CONTACT -o FILE` |",
+        "| `figures/` | `forcemap figure KIND data -o FILE` |",
+        f"| `{_SUMS}` | `sha256sum -c {_SUMS}` |",
+        "",
+        f"Software: forcemap {fm.__version__}. Units stand in the names of columns. How to cite: `CITATION.cff`.",
+        "Choose a licence for the data before you publish them.",
+    ]
+    lines += ["", "Left out:", "", *(f"- `{name}`: {why}" for name, why in left_out.items())] if left_out else []
+    return "\n".join(lines) + "\n"

@@ -1,0 +1,110 @@
+"""The tables of a publication: the paper's, and what stands behind its figures, as CSV."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+
+import numpy as np
+
+import forcemap as fm
+from forcemap.assessment.assess_campaign import PLACES_APART, coefficient_intervals
+from forcemap.cli.drawings import Choices, Kind, Source
+from forcemap.cli.options import bound_from
+from forcemap.csv_table import csv_cell, csv_text
+from forcemap.exports.speed_table import speed_map_csv
+from forcemap.maps.map_file import map_sha256
+
+_ERRORS = {
+    "states": "states",
+    "max_underestimation_percent": "max_underestimation_percent",
+    "max_underestimation_N": "max_underestimation",
+    "mean_underestimation_percent": "mean_underestimation_percent",
+    "mean_underestimation_N": "mean_underestimation",
+    "max_overestimation_percent": "max_overestimation_percent",
+    "max_overestimation_N": "max_overestimation",
+    "mean_overestimation_percent": "mean_overestimation_percent",
+    "mean_overestimation_N": "mean_overestimation",
+    "rmse_N": "rmse",
+}
+"""Columns of accuracies (paper, Tables II and III) and the attributes they show."""
+
+
+def tables_of(source: Source, choices: Choices) -> tuple[dict[str, str], dict[str, str]]:
+    """The text of every table by its name, and of those that cannot be had why."""
+    dataset = source.impacts(Kind.GRID)
+    tables = {
+        "dataset": _csv(dataset, [_counts(dataset)]),
+        "states": _csv(dataset, list(_states(source.force_map, dataset))),
+        "coefficients": _csv(dataset, [vars(row) for row in coefficient_intervals(source.force_map)]),
+    }
+    left_out: dict[str, str] = {}
+    accuracies = [(source.force_map.form.name, each) for each in fm.map_accuracy(source.force_map, dataset)]
+    if choices.area is None:
+        left_out["comparison, speeds"] = "no body area was named (--area)"
+    else:
+        try:
+            compared = fm.compare_force_models(dataset, **source.model(choices).figures)
+            accuracies += [
+                (model.model, each) for model in compared.models[1:] for each in (model.accuracy, model.on_all)
+            ]
+        except fm.ForcemapError as error:
+            left_out["tables/accuracy.csv, other models"] = error.message
+        for contact in fm.Contact:
+            try:
+                tables[f"speeds-{contact}"] = _speeds(source.force_map, choices.limit(), contact)
+            except fm.ForcemapError as error:
+                left_out[f"tables/speeds-{contact}.csv"] = error.message
+    rows = [{"model": name, "on": each.on, **_errors(each)} for name, each in accuracies]
+    return {**tables, "accuracy": _csv(dataset, rows)}, left_out
+
+
+def _errors(accuracy: fm.Accuracy) -> dict[str, object]:
+    return {column: getattr(accuracy, attribute) for column, attribute in _ERRORS.items()}
+
+
+def _counts(dataset: fm.ImpactDataset) -> dict[str, object]:
+    """The row of a campaign in the paper's Table I."""
+    every = dataset.states
+    counts: dict[str, object] = {"most_repeats_of_a_state": int((every.impacts + every.censored).max())}
+    for role, part in (("training", dataset.train), ("testing", dataset.test)):
+        counts[f"{role}_states"] = len(part.states) if len(part) else 0
+        counts[f"{role}_impacts_used"] = int(np.sum(~part.censored))
+    return counts | {"impacts_above_device_range": int(dataset.censored.sum())}
+
+
+def _states(force_map: fm.ForceMap, dataset: fm.ImpactDataset) -> Iterator[dict[str, object]]:
+    """Every state with its mean force and the map's."""
+    scatter = dict(zip(*(getattr(fm.repeatability(dataset), name) for name in ("state", "sd")), strict=True))
+    roles = dict(zip(dataset.state.tolist(), dataset.role.tolist(), strict=True))
+    states = dataset.states
+    predicted = np.asarray(force_map.predict(*states.coordinates.T))
+    columns = (states.name, *states.coordinates.T, states.impacts, states.censored, states.force, predicted)
+    for name, d, h, v, impacts, censored, force, expected in zip(*columns, strict=True):
+        yield {
+            "state_id": name,
+            "role": roles[name],
+            "distance_m": float(d),
+            "height_m": float(h),
+            "speed_mps": float(v),
+            "impacts": int(impacts),
+            "above_device_range": int(censored),
+            "mean_peak_force_N": float(force),
+            "repeat_sd_N": float(scatter[name]),
+            "predicted_force_N": float(expected),
+            "error_percent": float(100 * (expected / force - 1)),
+        }
+
+
+def _speeds(force_map: fm.ForceMap, limit: fm.ForceLimit, contact: fm.Contact) -> str:
+    limit.require_permitted()
+    bound = bound_from(force_map)
+    grid = fm.measured_grid(force_map, PLACES_APART)
+    speeds = fm.speed_map(force_map, *grid, limit=limit, bound=bound, contact=contact)
+    basis = {"limit": f"{limit}, {contact}", "bound": str(bound), "map": force_map.source}
+    return speed_map_csv(speeds, basis=basis | {"map_sha256": map_sha256(force_map)})
+
+
+def _csv(dataset: fm.ImpactDataset, rows: Sequence[Mapping[str, object]]) -> str:
+    """Rows as CSV, each with whether it rests on simulated impacts."""
+    columns = {column: [csv_cell(row[column]) for row in rows] for column in rows[0]}
+    return csv_text(columns | {"simulated": [csv_cell(dataset.simulated)] * len(rows)})

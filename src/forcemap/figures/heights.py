@@ -1,0 +1,156 @@
+"""Force over distance for several heights in one picture (paper, section II-B)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from matplotlib import colormaps
+from matplotlib.axes import Axes
+from matplotlib.colors import to_hex
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from forcemap.arrays import FloatArray
+from forcemap.campaigns.dataset import ImpactDataset
+from forcemap.errors import InputError
+from forcemap.figures import style
+from forcemap.figures.canvas import finish, is_wide, new_figure, panels, plain, settings
+from forcemap.figures.measured import Measured, measured_often, near
+from forcemap.figures.names import labels
+from forcemap.figures.style import DISTANCE, FORCE, PAGE_WIDTH, QUANTITY, Look
+from forcemap.maps.force_map import ForceMap
+
+_MOST_HEIGHTS = 5
+_DARKEST, _LIGHTEST = 0.0, 0.8  # shades of the heights: the lightest is still seen on white
+_LINES = ("-", (0, (5, 1.5)), (0, (1, 1)), (0, (6, 1.5, 1, 1.5)), (0, (3, 1, 1, 1, 1, 1)))
+_MARKERS = ("o", "s", "^", "D", "v")
+_SAMPLES = 61  # of a line
+
+
+@dataclass(frozen=True)
+class Mapped:
+    """A map with the impacts it is shown beside, and its name.
+
+    Parameters
+    ----------
+    force_map : ForceMap
+        The map.
+    dataset : ImpactDataset or None
+        Measured states; those of a fitted map if None.
+    name : str
+        What it is called where its robot does not tell it from the others.
+    """
+
+    force_map: ForceMap
+    dataset: ImpactDataset | None = None
+    name: str = ""
+
+    @property
+    def measured(self) -> Measured:
+        """The measured states."""
+        return Measured.of(self.force_map, self.dataset)
+
+
+def names_of(shown: Sequence[Mapped]) -> list[str]:
+    """The label of each of several maps."""
+    return labels([(each.force_map.conditions, each.name) for each in shown])
+
+
+@settings()
+def force_heights_figure(
+    shown: Sequence[Mapped], *, speeds: Sequence[float] | None = None, width: float = PAGE_WIDTH
+) -> Figure:
+    """Force against distance, a line for each height: the map's, and the states measured at that height and speed.
+
+    Parameters
+    ----------
+    shown : sequence of Mapped
+        Maps and impacts; a column of panels for each.
+    speeds : sequence of float, optional
+        Speeds at contact [m/s], a row of panels for each; a speed that many states have if not given.
+    width : float
+        Width of the figure [m].
+
+    Raises
+    ------
+    InputError
+        No map.
+    """
+    if not shown:
+        raise InputError("found no map, expected at least one")
+    wide, names = is_wide(width), names_of(shown)
+    chosen = [_speeds(each, speeds) for each in shown]
+    rows = max(map(len, chosen))
+    columns = len(shown) if wide else 1
+    count = rows * len(shown)
+    down = rows if wide else count
+    figure = new_figure("Force against distance for several heights", width, 0.016 + down * (0.055 if wide else 0.052))
+    all_axes = panels(figure, count, columns, share_y=True)
+    for number, (axes, (row, column)) in enumerate(zip(all_axes, _cells(rows, len(shown), wide), strict=True)):
+        speed = chosen[column][min(row, len(chosen[column]) - 1)]
+        _draw_heights(axes, shown[column], speed)
+        axes.set_title(f"{names[column]}, {speed:.2f} m/s")
+        axes.set_xlabel(DISTANCE if number + columns >= count else "")
+        axes.set_ylabel(FORCE if number % columns == 0 else "")
+    all_axes[0].set_ylim(bottom=0)
+    return finish(figure, simulated=any(each.measured.simulated for each in shown), also=_roles(shown))
+
+
+def _cells(rows: int, columns: int, wide: bool) -> list[tuple[int, int]]:
+    """Row and column of each panel, in the order that they are drawn in."""
+    if wide:
+        return [(row, column) for row in range(rows) for column in range(columns)]
+    return [(row, column) for column in range(columns) for row in range(rows)]
+
+
+def _speeds(shown: Mapped, speeds: Sequence[float] | None) -> list[float]:
+    if speeds:
+        return list(speeds)
+    return [measured_often(shown.force_map.measured_range.points[:, 2], shown.measured.tolerance.speed)]
+
+
+def _draw_heights(axes: Axes, shown: Mapped, speed: float) -> None:
+    reach, measured = shown.force_map.measured_range, shown.measured
+    heights = _heights(measured.levels(reach.points)[1])
+    looks = [_look(number, len(heights), height) for number, height in enumerate(heights)]
+    distance = np.linspace(reach.lowest[0], reach.highest[0], _SAMPLES)
+    for look, height in zip(looks, heights, strict=True):
+        inside = reach.contains(distance, np.full(_SAMPLES, height), np.full(_SAMPLES, speed))
+        if inside.any():
+            force = np.where(inside, shown.force_map.predict(distance, height, speed), np.nan)
+            look.plot(axes, distance, force, marker="")
+    for role, states in measured.by_look:
+        at_speed = near(states.speed, speed, measured.tolerance.speed)
+        for look, height in zip(looks, heights, strict=True):
+            at = states.select(at_speed & near(states.height, height, measured.tolerance.place))
+            known = at.impacts > 0
+            face = look.colour if role is style.TRAIN else "#ffffff"
+            look.plot(axes, at.distance[known], at.force[known], "_", linestyle="none", markerfacecolor=face)
+            if (above := at.censored > 0).any():
+                style.CENSORED.plot(axes, at.distance[above], at.at_least[above])
+    axes.margins(y=0.1)
+
+
+def _roles(shown: Sequence[Mapped]) -> list[Line2D]:
+    """Legend's entries for the markers: filled training states, open test states."""
+    roles = dict.fromkeys(role for each in shown for role, _ in each.measured.by_look)
+    faces = {style.TRAIN: style.GREY, style.TEST: "#ffffff"}
+    look: dict[str, Any] = {"color": style.BLACK, "linestyle": "none", "marker": "o", "markersize": 3.6}
+    return [Line2D([], [], markerfacecolor=faces[role], label=role.words, **look) for role in roles]
+
+
+def _heights(levels: FloatArray) -> list[float]:
+    """At most `_MOST_HEIGHTS` of ascending heights, evenly picked, the lowest and the highest among them."""
+    picked = np.unique(np.linspace(0, levels.size - 1, min(_MOST_HEIGHTS, levels.size)).round().astype(int))
+    return [float(levels[i]) for i in picked]
+
+
+def _look(number: int, count: int, height: float) -> Look:
+    """The look of a height: shade, line and marker by its order from below."""
+    share = number / max(count - 1, 1)
+    colour = to_hex(colormaps[QUANTITY](_DARKEST + share * (_LIGHTEST - _DARKEST)))
+    look = number % len(_LINES)
+    return Look(plain(f"height {height:.2f} m"), colour, _LINES[look], 1.4, _MARKERS[look], colour, 3.6)

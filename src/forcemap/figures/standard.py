@@ -1,0 +1,103 @@
+"""Maps beside the 2D map and the standard's contact model, several robots in one picture (paper, section V-C)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from forcemap.errors import InputError
+from forcemap.figures import style
+from forcemap.figures.canvas import finish, is_wide, new_figure, panels, settings
+from forcemap.figures.heights import Mapped, names_of
+from forcemap.figures.maps import WORDS, draw_2d
+from forcemap.figures.measured import draw_map, draw_profile, measured_often
+from forcemap.figures.style import DISTANCE, FORCE, HEIGHT, PAGE_WIDTH
+from forcemap.limits.pfl import pfl_contact_force
+from forcemap.maps.bounds import Bound
+from forcemap.maps.force_map import ForceMap
+
+
+@settings()
+def standard_figure(
+    shown: Sequence[Mapped],
+    *,
+    models: Sequence[dict[str, Any]],
+    maps_2d: Sequence[Sequence[ForceMap]],
+    bound: Bound | None = None,
+    speed: float | None = None,
+    height: float | None = None,
+    distance: float | None = None,
+    width: float = PAGE_WIDTH,
+) -> Figure:
+    """Force at one speed against distance and against height: the map, the 2D maps and the standard, robot by robot.
+
+    Parameters
+    ----------
+    shown : sequence of Mapped
+        Maps and impacts; a column of panels for each.
+    models : sequence of dict
+        Of each the contact model's `robot_mass` [kg], `body_mass` [kg] and `stiffness` [N/m].
+    maps_2d : sequence of sequences of ForceMap
+        Of each the maps of form CFM_2D: of all heights, or of one.
+    bound : Bound, optional
+        Bound of the maps to draw dashed.
+    speed, height, distance : float, optional
+        Where to cut [m/s], [m], [m]; values that many states have if not given.
+    width : float
+        Width of the figure [m].
+
+    Raises
+    ------
+    InputError
+        No map.
+    BoundNotAvailable
+        A map cannot carry the bound.
+    """
+    if not shown:
+        raise InputError("found no map, expected at least one")
+    wide = is_wide(width)
+    columns = len(shown) if wide else 1
+    down = 2 if wide else 2 * len(shown)
+    figure = new_figure("Maps, 2D maps and the standard", width, 0.016 + down * (0.055 if wide else 0.05))
+    grid = np.array(panels(figure, 2 * len(shown), columns, share_y=True), dtype=object)
+    grid = grid.reshape(2, -1) if wide else grid.reshape(-1, 2).T
+    for i, (each, name) in enumerate(zip(shown, names_of(shown), strict=True)):
+        points, tolerances = each.force_map.measured_range.points, each.measured.tolerances
+        given = (distance, height, speed)
+        cut = [measured_often(points[:, j], tolerances[j]) if value is None else value for j, value in enumerate(given)]
+        standard = float(pfl_contact_force(cut[2], **models[i]))
+        for along, axes in enumerate(grid[:, i]):
+            _draw(axes, each, bound, along, cut, maps_2d[i], standard)
+            at = WORDS[1 - along].format(cut[1 - along])
+            axes.set_title(f"{name}\n{at}, {cut[2]:.2f} m/s")
+            axes.set_xlabel((DISTANCE, HEIGHT)[along])
+            axes.set_ylabel(FORCE if i == 0 or not wide else "")
+    grid[0, 0].set_ylim(bottom=0)
+    return finish(figure, simulated=any(each.measured.simulated for each in shown))
+
+
+def _draw(
+    axes: Axes,
+    shown: Mapped,
+    bound: Bound | None,
+    along: int,
+    cut: Sequence[float],
+    maps_2d: Sequence[ForceMap],
+    standard: float,
+) -> None:
+    """The models against distance (along 0) or height (1) at a cut of distance, height and speed."""
+    fixed = {1 - along: cut[1 - along], 2: cut[2]}
+    x, _ = draw_map(axes, shown.force_map, bound, along, fixed)
+    place = shown.measured.tolerance.place
+    draw_2d(axes, maps_2d, along, {0: cut[0], 1: cut[1]}, cut[2], place, x)
+    if shown.dataset is None:
+        for line in axes.get_lines():
+            if line.get_label() in (style.MAP_2D.words, style.MAP_2D_PER_HEIGHT.words):
+                line.set_label(f"{line.get_label()}, fitted to the 3D map")
+    style.STANDARD.plot(axes, [x[0], x[-1]], [standard, standard])
+    draw_profile(axes, shown.measured, along, fixed)
+    axes.margins(y=0.1)

@@ -1,0 +1,446 @@
+"""Figures as files: nothing outside, nothing over another, in colour and grey; PNG, SVG and PDF; the bundle."""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import itertools
+import math
+import re
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+import pypdf
+import pytest
+import yaml
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.text import Text
+from PIL import Image
+
+import forcemap as fm
+from forcemap import figures
+from forcemap.cli.drawings import Choices, Kind, Source, draw
+from forcemap.figures.names import label, labels
+
+HAND = {"area": "back_of_hand"}
+AT_PLACES = {**HAND, "contact": fm.Contact.TRANSIENT}
+KINDS = {
+    Kind.GRID: {},
+    Kind.REPEATABILITY: {},
+    Kind.PROFILES: {},
+    Kind.HEIGHTS: {},
+    Kind.WORKSPACE: {},
+    Kind.RESIDUALS: {},
+    Kind.COMPARISON: HAND,
+    Kind.SPEEDS: AT_PLACES,
+    Kind.TO_MEASURE: AT_PLACES,
+}
+WIDTHS = (figures.COLUMN_WIDTH, figures.PAGE_WIDTH)
+
+
+def random_campaign(seed, folder):
+    """A folder whose places, speeds, device range, scatter, names and roles are random: on grids and scattered."""
+    rng = np.random.default_rng(seed)
+    reach, height = rng.uniform(0.2, 0.6), rng.uniform(0.05, 0.4)
+    places = int(rng.integers(9, 20))
+    d, h = rng.uniform(reach, reach + rng.uniform(0.3, 0.8), places), rng.uniform(height, height + 0.5, places)
+    if seed % 3 == 0:  # on a grid
+        d, h = (
+            axis.ravel() for axis in np.meshgrid(np.linspace(d.min(), d.max(), 4), np.linspace(h.min(), h.max(), 3))
+        )
+    speeds = rng.uniform(0.05, 0.3) + np.arange(int(rng.integers(3, 6))) * rng.uniform(0.02, 0.1)
+    index = np.repeat(np.arange(d.size * speeds.size), repeats := int(rng.integers(2, 4)))
+    d, h, v = d[index // speeds.size], h[index // speeds.size], speeds[index % speeds.size]
+    scale = rng.uniform(5.0, 7.0)
+    force = np.exp(scale + 3 * v - 0.8 * d - 0.5 * h + np.repeat(rng.normal(0, 0.02, index.size // repeats), repeats))
+    force *= rng.normal(1, 0.005, force.size)
+    reached = float(np.quantile(force, rng.uniform(0.85, 1.0)))
+    censored = force >= reached
+    role = np.where(index % 4 == 3, "test", "train")
+    robot = ["UR10e", "KUKA LBR iiwa 7 R800", "A robot of a name that is much too long for a column", ""][seed % 4]
+    conditions = fm.Conditions(
+        robot=robot, moving_mass=rng.uniform(8, 40), device=fm.Device(range=reached, error=3.0, stiffness=75e3)
+    )
+    states = {"distance": d, "height": h, "speed": v, "peak_force": np.minimum(force, reached)}
+    dataset = fm.ImpactDataset.from_arrays(
+        **states, state=[f"s{i}" for i in index], role=role, censored=censored, conditions=conditions
+    )
+    folder.mkdir(parents=True)
+    fm.write_dataset(dataset, folder / "impacts.csv")
+    stated = f'robot.moving_mass_kg = {conditions.moving_mass}\nrobot.model = "{robot}"\n' if robot else ""
+    stated = stated or f"robot.moving_mass_kg = {conditions.moving_mass}\n"
+    device = f"device.range_N = {reached}\ndevice.error_N = 3.0\ndevice.stiffness_N_per_m = 75000.0\n"
+    (folder / "campaign.toml").write_text(f'schema = "forcemap-campaign/1"\n{stated}{device}')
+    return folder
+
+
+def shown_texts(figure):
+    """Every text that is drawn, with the box it covers [pixels]."""
+    canvas = FigureCanvasAgg(figure)
+    canvas.draw()
+    renderer, hidden = canvas.get_renderer(), set()
+    for axes in figure.axes:
+        for axis in (axes.xaxis, axes.yaxis, *([axes.zaxis] if axes.name == "3d" else [])):
+            low, high = sorted(axis.get_view_interval())
+            for tick in [*axis.get_major_ticks(), *axis.get_minor_ticks()]:
+                seen = low - 1e-9 <= tick.get_loc() <= high + 1e-9
+                hidden |= {tick.label2} if seen and tick.label1.get_visible() else {tick.label1, tick.label2}
+    texts = [text for text in figure.findobj(Text) if text.get_text().strip() and text.get_visible()]
+    return [(text, text.get_window_extent(renderer)) for text in texts if text not in hidden]
+
+
+def check_layout(figure):
+    """No text over another, none outside the figure, no marker outside its axes."""
+    boxes, wide, tall = shown_texts(figure), *figure.bbox.size
+    for text, box in boxes:
+        assert min(box.x0, box.y0, wide - box.x1, tall - box.y1) > -1, f"cut: {text.get_text()!r}"
+    for (one, first), (other, second) in itertools.combinations(boxes, 2):
+        apart = min(first.x1, second.x1) - max(first.x0, second.x0), min(first.y1, second.y1) - max(first.y0, second.y0)
+        assert min(apart) < 1, f"{one.get_text()!r} lies over {other.get_text()!r}"
+    for axes in figure.axes:
+        if axes.name == "3d":
+            continue
+        (left, right), (low, high) = sorted(axes.get_xlim()), sorted(axes.get_ylim())
+        for line in axes.get_lines():
+            if line.get_marker() not in ("", "None", None) and line.get_transform() == axes.transData:
+                x, y = (np.asarray(values, dtype=float) for values in line.get_data())
+                known = np.isfinite(x) & np.isfinite(y)
+                assert ((left <= x) & (x <= right) & (low <= y) & (y <= high))[known].all(), line.get_label()
+
+
+def test_nothing_is_cut_lies_outside_or_over_another_on_random_campaigns(full_size, tmp_path):
+    """With `full_size` both widths and twenty campaigns; grey changes colours alone."""
+    for seed in range(20 if full_size else 2):
+        source = Source(str(random_campaign(seed, tmp_path / f"campaign-{seed}")))
+        for (kind, chosen), width in itertools.product(KINDS.items(), WIDTHS if full_size else WIDTHS[seed : seed + 1]):
+            try:
+                figure = draw(kind, [source], Choices(**chosen), width=width)
+            except (fm.BoundNotAvailable, fm.FitError, fm.InputError):  # too few states, or a limit above the range
+                assert kind in (Kind.SPEEDS, Kind.TO_MEASURE, Kind.PROFILES)
+                continue
+            try:
+                check_layout(figures.in_grey(figure) if seed % 2 else figure)
+            except AssertionError as error:
+                raise AssertionError(f"campaign {seed}, {kind}, {width} m: {error}") from None
+
+
+@pytest.mark.parametrize("width", WIDTHS)
+def test_figures_of_published_maps_and_the_planar_arm_are_laid_out(width):
+    every = [Source(name) for name in fm.PUBLISHED_MAPS]
+    drawn = {
+        Kind.HEIGHTS: draw(Kind.HEIGHTS, every[::2], Choices(speeds=(0.2, 0.4)), width=width),
+        Kind.COMPARISON: draw(Kind.COMPARISON, every, Choices(**HAND, height=0.14), width=width),
+        Kind.PLANAR_POSTURES: draw(Kind.PLANAR_POSTURES, [], Choices(), width=width),
+        Kind.PLANAR_MASS: draw(Kind.PLANAR_MASS, [], Choices(), width=width),
+    }
+    for kind, figure in drawn.items():
+        if kind is not Kind.PLANAR_MASS:  # its contours break where their own figures stand
+            check_layout(figure)
+
+
+def line(axes, words):
+    (found,) = [each for each in axes.get_lines() if each.get_label() == words]
+    return np.array(found.get_data())
+
+
+def test_heights_shows_the_map_at_every_height_and_speed():
+    names = ("ur10e", "kuka-iiwa7-10nm")
+    figure = draw(Kind.HEIGHTS, [Source(name) for name in names], Choices(speeds=(0.2, 0.4)), width=0.16)
+    robots = ("Universal Robots UR10e", "KUKA LBR iiwa 7 R800, 10 Nm")
+    panels = list(itertools.product((0.2, 0.4), zip(names, robots, strict=True)))
+    for axes, (speed, (name, robot)) in zip(figure.axes, panels, strict=True):
+        assert axes.get_title("left") == f"{robot}, {speed:.2f} m/s"
+        for height in (0.14, 0.22, 0.30, 0.38, 0.46):
+            x, force = line(axes, f"height {height:.2f} m")
+            np.testing.assert_allclose(force, fm.published_map(name).predict(x, height, speed))
+
+
+def test_comparison_of_published_maps_is_the_papers_figure():
+    """Its green, its red: 318 and 260 N of the standard at 0.3 m/s (section V-C)."""
+    sources = [Source(name) for name in fm.PUBLISHED_MAPS]
+    figure = draw(Kind.COMPARISON, sources, Choices(**HAND, height=0.14, speeds=(0.3,)), width=0.16)
+    for i, (name, standard) in enumerate(zip(fm.PUBLISHED_MAPS, (318.2, 259.8, 259.8), strict=True)):
+        x, force = line(figure.axes[i], "3D map")
+        np.testing.assert_allclose(force, fm.published_map(name).predict(x, 0.14, 0.3))
+        np.testing.assert_allclose(line(figure.axes[i], "standard's contact model")[1], standard, atol=0.05)
+        x, force = line(figure.axes[i + 3], "3D map")
+        np.testing.assert_allclose(force, fm.published_map(name).predict((0.70, 0.71, 0.71)[i], x, 0.3), rtol=0.01)
+        x, force = line(figure.axes[i], "2D map, fitted to the 3D map")
+        two = np.log(force)
+        assert np.abs(two - np.polynomial.Polynomial.fit(x, two, 2)(x)).max() < 1e-9
+
+
+def test_a_map_beside_the_standard(ask):
+    """With the map's forces in the place of measured ones: against its own equation, point by point."""
+    code, found = ask("compare", "kuka-iiwa7-30nm", "--area", "back_of_hand")
+    assert code == 0
+    force_map = fm.published_map("kuka-iiwa7-30nm")
+    states = force_map.measured_range.points
+    force = force_map.predict(*states.T)
+    inside = force < 500
+    percent = 100 * (states[inside, 2] * math.sqrt(75e3 * 10) / force[inside] - 1)
+    standard = found["models"][-1]
+    assert standard["model"] == "contact model"
+    assert standard["accuracy"]["states"] == inside.sum()
+    assert standard["accuracy"]["max_underestimation_percent"] == pytest.approx(-percent.min())
+    assert standard["accuracy"]["mean_overestimation_percent"] == pytest.approx(percent[percent > 0].mean())
+    assert {each["model"] for each in found["allowed"]} == {"CFM_3D", "contact model"}
+    assert not any(each["confirmed_places"] for each in found["allowed"] if each["contact"] == "transient")  # it clamps
+    assert "the map's own forces stand for measured ones" in found["assumptions"][0]
+
+
+def test_every_model_is_compared_on_all_states_too(ask, examples, example_folders):
+    """The rows All of the paper's tables: of the map they are those of its accuracy."""
+    _, found = ask("compare", example_folders["ur10e"], "--area", "back_of_hand")
+    dataset = examples["ur10e"]
+    force_map, model_2d = fm.fit_force_map(dataset), fm.fit_force_map(dataset, form=fm.CFM_2D)
+    for model, expected in zip(found["models"], (force_map, model_2d), strict=False):
+        accuracy = fm.force_map_accuracy(expected, dataset)
+        assert model["accuracy_all"]["on"] == "all states"
+        assert model["accuracy_all"]["states"] == accuracy.states
+        assert model["accuracy_all"]["max_underestimation_percent"] == accuracy.max_underestimation_percent
+    for model in found["models"]:
+        assert model["accuracy_all"]["states"] >= model["accuracy"]["states"]
+
+
+@pytest.mark.parametrize(
+    ("robot", "settings", "words"),
+    [
+        ("KUKA LBR iiwa 7 R800", "external torque limit 30 Nm at any joint", "KUKA LBR iiwa 7 R800, 30 Nm"),
+        ("Universal Robots UR10e with Airskin (1.8 kg, not used)", "200 W, 10 kg m/s", "Universal Robots UR10e"),
+        ("", "", "my-campaign"),
+    ],
+)
+def test_labels_are_those_a_reader_knows(robot, settings, words):
+    conditions = fm.Conditions(robot=robot, safety_settings=settings)
+    assert label(conditions, "my-campaign") == words
+    assert labels([(conditions, "a"), (conditions, "b")])[1].endswith("b")
+
+
+@pytest.mark.parametrize(
+    ("width", "wide", "grey"), [("column", 80, ()), ("page", 160, ("--grey",)), ("slide", 240, ())]
+)
+def test_files_are_what_their_names_say(ask, tmp_path, width, wide, grey):
+    made = {}
+    for ending in ("png", "svg", "pdf"):
+        for again in (1, 2) if width == "column" else (1,):
+            file = tmp_path / f"{again}.{ending}"
+            code, found = ask("figure", "heights", "ur10e", "-o", file, "--width", width, *grey)
+            assert code == 0
+            assert found["width_mm"] == wide
+            assert made.setdefault(ending, file.read_bytes()) == file.read_bytes(), "not the same twice"
+    tall = found["height_mm"]
+    picture = Image.open(io.BytesIO(made["png"]))
+    assert picture.info["dpi"] == (pytest.approx(300, abs=0.5), pytest.approx(300, abs=0.5))
+    assert [25.4 * side / 300 for side in picture.size] == [pytest.approx(wide, abs=0.5), pytest.approx(tall, abs=1)]
+    colours = np.asarray(picture.convert("RGB")).astype(int)
+    assert (np.ptp(colours, axis=2).max() == 0) == bool(grey)
+    drawing = ElementTree.fromstring(made["svg"])
+    assert drawing.tag == "{http://www.w3.org/2000/svg}svg"
+    assert float(drawing.get("width").removesuffix("pt")) == pytest.approx(wide / 25.4 * 72, abs=1)
+    shades = re.findall(r"#([0-9a-f]{2})([0-9a-f]{2})([0-9a-f]{2})\b", made["svg"].decode())
+    assert all(len(set(shade)) == 1 for shade in shades) == bool(grey)
+    (page,) = pypdf.PdfReader(io.BytesIO(made["pdf"])).pages
+    assert float(page.mediabox.width) == pytest.approx(wide / 25.4 * 72, abs=1)
+    assert "Distance [m]" in page.extract_text()
+    fonts = [font.get_object() for font in page["/Resources"]["/Font"].values()]
+    assert {str(font["/Subtype"]) for font in fonts} == {"/Type0"}  # TrueType, embedded
+    assert b"CreationDate" not in made["pdf"]
+
+
+@pytest.fixture(scope="module")
+def grey_space():
+    """Surfaces in space with their greys, and the same in colour."""
+    source = Source("ur10e")
+    return [draw(Kind.WORKSPACE, [source], Choices(), width=0.08) for _ in range(2)]
+
+
+def test_nothing_keeps_a_colour_in_grey(examples, example_folders):
+    """SIMULATED in its box, hatches, markers, scales, surfaces in space."""
+    source = Source(str(example_folders["ur10e"]))
+    for kind in (Kind.SPEEDS, Kind.WORKSPACE, Kind.COMPARISON, Kind.TO_MEASURE):
+        picture = Image.open(
+            io.BytesIO(figures.png(figures.in_grey(draw(kind, [source], Choices(**KINDS[kind]), width=0.08)), 60))
+        )
+        assert np.ptp(np.asarray(picture.convert("RGB")).astype(int), axis=2).max() == 0, kind
+
+
+def test_grey_keeps_the_order_of_what_it_shows(grey_space):
+    """Brighter in colour is brighter in grey, pixel by pixel, on surfaces in space as well."""
+    colour, grey = grey_space
+    figures.in_grey(grey)
+    bright = np.asarray(Image.open(io.BytesIO(figures.png(colour, 100))).convert("L")).astype(int)
+    shown = np.asarray(Image.open(io.BytesIO(figures.png(grey, 100))).convert("L")).astype(int)
+    assert np.abs(bright - shown).max() <= 3
+
+
+REFUSED = {
+    "no file": (["heights", "ur10e"], "output: expected -o FILE"),
+    "another ending": (["heights", "ur10e", "-o", "a.gif"], "expected .png, .svg, .pdf"),
+    "unknown kind": (["height", "ur10e", "-o", "a.png"], "heights"),
+    "no source": (["heights", "-o", "a.png"], "found 0 sources, expected one to 3"),
+    "too many": (["workspace", "ur10e", "ur10e", "-o", "a.png"], "found 2 sources, expected one"),
+    "not taken": (["workspace", "ur10e", "--area", "chest", "-o", "a.png"], "area: workspace does not take it"),
+    "no area": (["comparison", "ur10e", "-o", "a.png"], "expected --area"),
+    "no contact": (["speeds", "ur10e", "--area", "chest", "-o", "a.png"], "expected --contact"),
+    "the head": (
+        ["speeds", "ur10e", "--area", "face", "--contact", "transient", "-o", "a.png"],
+        "contact with face is not permitted",
+    ),
+    "no impacts": (["residuals", "ur10e", "-o", "a.png"], "residuals shows impacts"),
+    "speed not measured": (["heights", "ur10e", "--speeds-mps", "0.9", "-o", "a.png"], "expected 0.2 to 0.4 m/s"),
+    "height not measured": (
+        ["comparison", "ur10e", "--area", "chest", "--height", "2", "-o", "a.png"],
+        "height: found 2 m, expected 0.14 to 0.46 m",
+    ),
+    "no states": (["grid", "ur10e", "-o", "a.png"], "grid shows impacts"),
+    "no impact": (["evolution", "flat.csv", "-o", "a.png"], "found no impact"),
+    "no such source": (["heights", "none.csv", "-o", "a.png"], "no such file"),
+    "no path": (["path", "ur10e", "-o", "a.png"], "expected --path"),
+    "another file": (["heights", "ur10e", "-o", "mine.png"], "this is another file"),
+}
+
+
+@pytest.mark.parametrize(("words", "said"), REFUSED.values(), ids=REFUSED)
+def test_what_cannot_be_drawn_says_so(forcemap, tmp_path, monkeypatch, words, said):
+    monkeypatch.chdir(tmp_path)
+    Path("mine.png").write_text("kept")
+    Path("flat.csv").write_text("time_ms,force_N\n" + "".join(f"{i},0.1\n" for i in range(500)))
+    code, out, err = forcemap("figure", *words)
+    assert (code, out) == (2, "")
+    assert said in err
+    assert err.count("\n") == 1
+    assert {path.name for path in tmp_path.iterdir()} == {"mine.png", "flat.csv"}
+    assert Path("mine.png").read_text() == "kept"
+
+
+def test_the_evolution_is_of_the_recording_and_named_by_robot_place_and_speed(simulated):
+    recordings = sorted((simulated / "recordings").glob("*.csv"))[:2]
+    figure = draw(Kind.EVOLUTION, [Source(str(file)) for file in recordings], Choices(**HAND), width=0.08)
+    entries = [text.get_text().replace("\n", " ") for text in figure.legends[0].get_texts()]
+    assert any("d 0.52 m, h 0.14 m, 0.20 m/s" in words for words in entries)
+    assert "transient limit 280 N" in entries
+    check_layout(figure)
+    whole = draw(Kind.EVOLUTION, [Source(str(simulated))], Choices(), width=0.16)
+    forces = [
+        np.max(line.get_ydata()) for line in whole.axes[0].get_lines() if "contact force" in str(line.get_label())
+    ]
+    dataset = fm.read_dataset(simulated)
+    assert forces == [pytest.approx(dataset.peak_force[~dataset.censored].max(), rel=0.02)]
+
+
+def test_the_planar_arm_has_its_command(ask):
+    reading = ["--link-mass", "uniform_rod", "--last-link", "down", "--wrist", "locked"]
+    code, found = ask("planar-arm", *reading, "--base-height-m", "0.18")
+    assert code == 0
+    assert found["standard_effective_mass_kg"] == 10.5
+    assert len(found["places"]) == 9
+    from forcemap.dynamics.mass_map import planar_effective_mass_at
+    from forcemap.dynamics.planar_arm import papers_arms
+
+    arm = papers_arms()["last link down, wrist locked"]
+    for place in found["places"]:
+        value = planar_effective_mass_at(arm, place["distance_m"], place["height_m"]).value
+        assert place["effective_mass_kg"] == pytest.approx(float(value))
+    code, found = ask("planar-arm", *reading)
+    assert code == 2
+    assert "--base-height-m" in found["error"]["message"]
+    reading[3] = "sideways"
+    assert "sideways" in ask("planar-arm", *reading, "--base-height-m", "0.18")[1]["error"]["message"]
+
+
+@pytest.fixture(scope="module")
+def published(simulated, tmp_path_factory):
+    from forcemap.cli.app import run
+
+    folder = tmp_path_factory.mktemp("published") / "bundle"
+    assert (
+        run(["publication", str(simulated), "-o", str(folder), "--area", "back_of_hand", "--author", "A. Author"]) == 0
+    )
+    return folder
+
+
+def test_a_publication_is_whole_and_its_checksums_hold(published, simulated):
+    sums = dict(reversed(line.split("  ")) for line in (published / "SHA256SUMS").read_text().splitlines())
+    files = {path.relative_to(published).as_posix() for path in published.rglob("*") if path.is_file()}
+    assert set(sums) == files - {"SHA256SUMS"}
+    assert all(hashlib.sha256((published / name).read_bytes()).hexdigest() == digest for name, digest in sums.items())
+    measured = [*simulated.rglob("recordings/*"), *(simulated / name for name in ("plan.csv", "impacts.csv"))]
+    for file in measured:
+        assert (published / "data" / file.relative_to(simulated)).read_bytes() == file.read_bytes()
+    drawn = {name.partition("/")[2] for name in files if name.startswith("figures/")}
+    kinds = {"grid", "heights", "profiles", "workspace", "residuals", "repeatability", "evolution", "comparison"}
+    kinds |= {"speeds-transient", "speeds-quasi-static"}
+    assert drawn == {f"{kind}.{ending}" for kind in kinds for ending in ("pdf", "png", "svg")}
+    assert "SIMULATED" in (published / "README.md").read_text()
+
+
+def test_a_publications_tables_and_map_are_those_of_the_campaign(published, simulated):
+    from forcemap.csv_table import read_table
+
+    def rows(name):
+        return read_table((published / "tables" / f"{name}.csv").read_bytes(), name, what="row").texts
+
+    dataset = fm.read_dataset(simulated)
+    force_map = fm.fit_force_map(dataset)
+    np.testing.assert_array_equal(fm.read_map(published / "map.json").coefficients, force_map.coefficients)
+    assert [float(row["value"]) for row in rows("coefficients")] == force_map.coefficients.tolist()
+    (counts,) = rows("dataset")
+    assert int(counts["training_states"]) == len(dataset.train.states)
+    assert int(counts["training_impacts_used"]) == int((~dataset.train.censored).sum())
+    expected = {each.on: each.rmse for each in fm.map_accuracy(force_map, dataset)}
+    found = {row["on"]: float(row["rmse_N"]) for row in rows("accuracy") if row["model"] == "CFM_3D"}
+    assert found == expected
+    assert {row["model"] for row in rows("accuracy")} >= {"CFM_2D", "contact model"}
+    assert len(rows("states")) == len(dataset.states)
+    assert {row["simulated"] for name in ("states", "accuracy", "dataset") for row in rows(name)} == {"true"}
+
+
+def test_a_publications_citation_names_data_software_and_paper(published):
+    cited = yaml.safe_load((published / "CITATION.cff").read_text())
+    assert cited["cff-version"] == "1.2.0"
+    assert cited["type"] == "dataset"
+    assert cited["title"].startswith("SIMULATED")
+    assert cited["authors"] == [{"name": "A. Author"}]
+    assert [reference["type"] for reference in cited["references"]] == ["software", "conference-paper"]
+    assert all(reference["title"] and reference["authors"] for reference in cited["references"])
+
+
+def test_a_publication_takes_a_new_folder_and_says_what_it_leaves_out(forcemap, example_folders, tmp_path):
+    (tmp_path / "there").mkdir()
+    (tmp_path / "there" / "mine.txt").write_text("kept")
+    code, _, err = forcemap("publication", example_folders["ur10e"], "-o", tmp_path / "there")
+    assert code == 2
+    assert "holds files already" in err
+    assert [path.name for path in (tmp_path / "there").iterdir()] == ["mine.txt"]
+    code, _, err = forcemap("publication", "ur10e", "-o", tmp_path / "new")
+    assert code == 2
+    assert not (tmp_path / "new").exists()
+
+
+def test_a_path_is_drawn_from_its_file(ask, tmp_path):
+    file = tmp_path / "path.csv"
+    file.write_text("x_m,y_m,z_m,segment\n0.8,0,0.44,down\n0.8,0,0.2,down\n0.8,0,0.44,up\n")
+    words = ["figure", "path", "ur10e", "--path", file, "--area", "back_of_hand", "--contact", "transient"]
+    code, found = ask(*words, "-o", tmp_path / "path.pdf")
+    assert code == 0, found
+    (page,) = pypdf.PdfReader(tmp_path / "path.pdf").pages
+    assert "Length along the path [m]" in page.extract_text()
+
+
+DOCS = Path(__file__).parents[1] / "docs"
+
+
+def test_every_kind_is_documented_and_the_papers_page_has_commands_that_are():
+    table = re.findall(r"^\| (`[^|]*) \|", (DOCS / "drawing.md").read_text(), re.M)
+    assert {name for cell in table for name in re.findall(r"`([\w-]+)`", cell)} == {*Kind}
+    page = (DOCS / "paper.md").read_text()
+    commands = [words.split() for words in re.findall(r"^    forcemap (.*)$", page, re.M)]
+    assert len(commands) >= 15
+    for words in commands:
+        if words[0] == "figure":
+            assert words[1] in {*Kind}
+            assert (DOCS / "pictures" / words[words.index("-o") + 1]).exists()
+    for number in (*range(3, 9), *("I", "II", "III")):
+        assert re.search(rf"^## (Figure|Table) {number}\b", page, re.M), number

@@ -1,0 +1,129 @@
+"""A measurement above the limit, or above the bound it was to confirm, is never passed over by a speed."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from oracle import DEVICE, full_grid, printed_force
+
+import forcemap as fm
+from forcemap.campaigns.quantity import Quantity
+from forcemap.recordings.film import Film
+
+GRID = full_grid("ur10e")
+HAND = fm.force_limit("back_of_hand")
+CASE = {"limit": HAND, "contact": fm.Contact.TRANSIENT, "bound": fm.ToleranceBound()}
+PLACE = (0.81, 0.41)
+FILM = Film(range=900.0, error=0.05, mean_over=1.0)
+
+
+def impacts(*tests, pressures=(), name=""):
+    """The full grid with its printed forces, and test impacts of (distance, height, speed, force)."""
+    rng = np.random.default_rng(4)
+    force = printed_force("ur10e", *GRID.T) * np.exp(rng.normal(0, 0.02, len(GRID)))
+    states = np.vstack([GRID, *[np.array(test[:3])[None] for test in tests]])
+    named = [f"s{i}" for i in range(len(GRID))] + [f"{name}t{i}" for i in range(len(tests))]
+    given = {}
+    if pressures:
+        given = {"peak_pressure": np.append(0.9 * force, pressures)}
+    return fm.ImpactDataset.from_arrays(
+        distance=states[:, 0],
+        height=states[:, 1],
+        speed=states[:, 2],
+        peak_force=np.append(force, [test[3] for test in tests]),
+        state=named,
+        role=["train"] * len(GRID) + ["test"] * len(tests),
+        conditions=fm.Conditions(device=replace(DEVICE, range=900.0), film=FILM, direction="down"),
+        **given,
+    )
+
+
+def of(*tests, **options):
+    force_map = fm.fit_force_map(impacts(*tests, **options))
+    return force_map, fm.safe_speed(force_map, 0.7, 0.3, **CASE)  # far from the impact
+
+
+@pytest.fixture(scope="module")
+def sound():
+    """A map without tests, and what it permits at the place of the tests."""
+    force_map = fm.fit_force_map(impacts())
+    return force_map, fm.safe_speed(force_map, *PLACE, **CASE)
+
+
+def said(speed):
+    return [fm.sentence(finding) for finding in speed.basis.warnings]
+
+
+@pytest.mark.parametrize("name", ["", "c-"])
+@pytest.mark.parametrize(
+    ("factor", "force", "noticed"),
+    [(0.72, 290.0, True), (0.75, 281.0, True), (1.02, 300.0, False), (0.7, 279.0, False)],
+)
+def test_an_impact_above_the_limit_at_a_permitted_speed_is_said_first_and_nothing_is_exported(
+    sound, factor, force, noticed, name
+):
+    _, there = sound
+    force_map, speed = of((*PLACE, factor * there.speed, force), name=name)
+    if name == "c-":  # that it was to confirm the map tells more: it must not lie above the bound either
+        upper = fm.ToleranceBound().upper(force_map, *PLACE, factor * there.speed)
+        noticed = noticed or force > upper
+    assert any("LIMIT AT A SPEED" in line or "ABOVE ITS BOUND" in line for line in said(speed)[:1]) is noticed
+    export = {"limits": [(HAND, fm.Contact.TRANSIENT)], "bound": fm.ToleranceBound(), "size": 0.1}
+    if noticed:
+        with pytest.raises(fm.NotReleasable, match=f"{name}t0"):
+            fm.robot_table(force_map, **export)
+    else:
+        fm.robot_table(force_map, **export)
+
+
+def test_an_impact_that_was_to_confirm_the_map_and_lies_above_its_bound(sound):
+    force_map, there = sound
+    upper = float(fm.ToleranceBound().upper(force_map, *PLACE, 0.8 * there.speed))
+    for name, noticed in (("", False), ("c-", True)):
+        _, speed = of((*PLACE, 0.8 * there.speed, 1.01 * upper), name=name)
+        assert ("ABOVE ITS BOUND: c-t0" in " ".join(said(speed))) is noticed
+        assert (speed.basis.export_refusal is not None) is noticed
+
+
+def test_a_larger_margin_permits_less_and_is_released(sound):
+    """As for a robot's table, whose motions are off the map's direction; else measure more."""
+    _, there = sound
+    dataset = impacts((*PLACE, 0.99 * there.speed, 290.0))
+    force_map = fm.fit_force_map(dataset)
+    wide = fm.safe_speed(force_map, *PLACE, **CASE | {"bound": fm.FixedMargin(0.2)})
+    assert wide.basis.export_refusal is None
+    assert fm.safe_speed(force_map, *PLACE, **CASE).basis.export_refusal is not None
+    assert fm.safe_speed(force_map, *PLACE, **CASE, angle=5.0).basis.export_refusal is None
+    assert wide.speed < there.speed
+
+
+def test_it_holds_for_pressures_alike():
+    """380 N/cm^2 transient; a film's error of 5 % raises the bound."""
+    force_map = fm.fit_force_map(impacts((0.66, 0.31, 0.22, 200.0), pressures=(390.0,)))
+    assert force_map.other(Quantity.PRESSURE) is not None
+    speed = fm.safe_speed(force_map, 0.8, 0.4, **CASE)
+    assert "peak pressure" in said(speed)[0]
+    assert "390.0 N/cm^2, limit 380 N/cm^2" in said(speed)[0]
+    with pytest.raises(fm.NotReleasable, match="t0"):
+        fm.robot_table(force_map, limits=[(HAND, fm.Contact.TRANSIENT)], bound=fm.ToleranceBound(), size=0.1)
+
+
+def test_a_report_of_such_a_map_permits_nothing(tmp_path):
+    from forcemap.campaigns.plan import write_plan
+    from forcemap.planning.runs import extend_plan, runs_of
+    from forcemap.report import report_html
+    from pulses import TOML, collect, pulse, save, truth, write_campaign
+
+    folder = write_campaign(tmp_path / "cell", toml=TOML)
+    state = np.array([[0.63, 0.26, 0.15]])
+    added = runs_of(state, 1, np.array([truth(*state[0])]), role="test", prefix="x-")
+    write_plan(extend_plan(fm.read_plan(folder), added), folder)
+    save(folder / "recordings" / f"{added.recording[0]}.csv", *pulse(330.0, rate=1000.0, seed=99))
+    collect(folder)
+    found = fm.assess_campaign(folder, limits=[HAND])
+    transient = found.speeds[0]
+    assert transient.confirmed == 0
+    page = report_html(found, date="2026-11-23")
+    assert "NO PERMISSION" in page
+    speeds = page.split('<section id="speeds">')[1].split("</section>")[0]
+    assert speeds.count("No speed: A MEASUREMENT EXCEEDED THE LIMIT AT A SPEED THAT THE BOUND PERMITS") == 2
