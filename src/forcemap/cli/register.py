@@ -280,7 +280,8 @@ def who(
         for each in found
     ]
     answer = WhoAnswer(asked=f"{kind} {printable(value)}", cells=cells)
-    lines = [f"{counted(len(cells), 'cell')} with {answer.asked}"]
+    lines = [SIMULATED] if any(release.simulated for each in cells for release in each.releases) else []
+    lines.append(f"{counted(len(cells), 'cell')} with {answer.asked}")
     for relying in cells:
         lines += [f"{relying.cell or 'NO CELL STATED'}: {relying.because}"]
         lines += [f"  - {_release_line(each)}" for each in relying.releases[:_FEW]]
