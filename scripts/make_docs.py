@@ -37,7 +37,7 @@ API_PAGES = {
     "Findings and errors": ("findings", "words", "errors"),
 }
 
-COMMANDS_HEAD = """# Commands
+OPTIONS_HEAD = """# Options of every command
 
 What `forcemap COMMAND --help` says. A unit is part of an option's name. {epilog} Errors are one line on
 stderr, and with `--json` one JSON object.
@@ -56,7 +56,7 @@ a name that is not here is not public. SI units; arrays broadcast; a scalar in g
 
 def pages() -> dict[str, str]:
     """Text of every generated page by its place in the site."""
-    made = {"commands.md": commands_page(), "examples.md": examples_page(), "figures.md": figures_page()}
+    made = {"options.md": options_page(), "examples.md": examples_page(), "figures.md": figures_page()}
     return {**made, **api_pages(), **project_pages()}
 
 
@@ -68,7 +68,7 @@ def command_group() -> Any:
     return typer.main.get_command(app)
 
 
-def commands_page() -> str:
+def options_page() -> str:
     """Every command with usage, arguments, options and example, from the command objects."""
     group = command_group()
     rows, sections = "", ""
@@ -87,7 +87,7 @@ def commands_page() -> str:
             record = parameter.get_help_record(context)
             if record and parameter.name != "help":
                 sections += f"| `{record[0]}` | {_prose(record[1])} |\n"
-    made = COMMANDS_HEAD.format(epilog=group.epilog) + rows + sections
+    made = OPTIONS_HEAD.format(epilog=group.epilog) + rows + sections
     return re.sub(r"\bdocs/(\w+\.md)", r"[\1](\1)", made)
 
 
@@ -194,6 +194,16 @@ def _shown(name: str) -> str:
     return name.removeprefix("forcemap.") if name in public_names() else name.rpartition(".")[2]
 
 
+def set_equations(markdown: str) -> str:
+    """Blocks of LaTeX as MathML, which browsers set by themselves; nothing is fetched."""
+    from latex2mathml.converter import convert
+
+    def equation(block: re.Match[str]) -> str:
+        return f'<div class="equation">{convert(block[1].strip(), display="block")}</div>\n'
+
+    return re.sub(r"^```math\n(.*?)^```\n", equation, markdown, flags=re.M | re.S)
+
+
 def linked(markdown: str) -> str:
     """Commands and public names in code spans become links; links out of docs/ lead to the generated pages."""
     markdown = re.sub(r"\]\(\.\./examples/(\w+)\.py\)", r"](examples.md#\1)", markdown)
@@ -255,5 +265,5 @@ def on_files(files: Any, config: Any) -> Any:
 
 def on_page_markdown(markdown: str, page: Any, **_: Any) -> str:
     """Link the words of a page (called by mkdocs)."""
-    generated = page.file.src_uri.startswith(("api/", "commands", "changelog", "examples", "figures"))
-    return markdown if generated else linked(markdown)
+    generated = page.file.src_uri.startswith(("api/", "options", "changelog", "examples", "figures"))
+    return markdown if generated else set_equations(linked(markdown))

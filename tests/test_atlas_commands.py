@@ -19,6 +19,7 @@ from forcemap.paths.atlas import is_atlas
 from test_web import client_of
 
 AREA = ("--area", "thigh_muscle", "--contact", "transient")
+AT = ("--distance", 0.72, "--height", 0.3)
 TASK = """schema = "forcemap-task/1"
 [campaign]
 tool = "none"
@@ -120,6 +121,19 @@ def test_path_takes_a_folder_of_campaigns(ask, forcemap, own):
     assert "  in, flange, none, 0 kg: 18 states for 0.060 m of the path" in out
     down = {piece["segment"]: piece["speed_mps"] for piece in alone[1]["pieces"]}
     assert down["press"] == {piece["segment"]: piece["speed_mps"] for piece in found["pieces"]}["press"]
+
+
+def test_assumptions_of_several_maps_stand_by_map(ask, forcemap, own):
+    for command in (("path", own, way(own), "--task", way(own, "task.toml")), ("speed", own, *AT, *AREA)):
+        _, found = ask(*command)
+        of_maps = found["assumptions_by_map"]
+        assert {line for lines in of_maps.values() for line in lines} == set(found["assumptions"])
+        assert sum(map(len, of_maps.values())) == len(set(found["assumptions"]))  # every line once
+        assert any("direction of motion: down" in line for line in of_maps["down"])
+        assert "person at rest" in of_maps[""]
+        text = forcemap(*command)[1]
+        assert [line for line in text.splitlines() if line.startswith("Assumes, of down alone: ")]
+        assert text.count("person at rest") == 1
 
 
 def test_a_bent_path_is_written_and_does_what_is_said(ask, forcemap, own):
@@ -229,7 +243,9 @@ def test_a_campaign_without_a_map_is_said_first_and_permits_nothing(ask, forcema
     (warning,) = [line for line in found["warnings"] if line.startswith("NO MAP of in")]
     assert "what it was to permit has no permission" in warning
     out = forcemap("path", own, way(own), "--task", way(own, "task.toml"))[1]
-    assert out.index("NO MAP of in") < out.index("NOT PERMITTED")
+    verdict, *doubts = out.split("\n  ! ")
+    assert verdict.startswith("NOT PERMITTED")
+    assert any(doubt.startswith("NO MAP of in") for doubt in doubts)
 
 
 ATLAS = 'schema = "forcemap-atlas/1"\nnote = "x"\nmaps = {maps}\n'

@@ -189,7 +189,7 @@ def test_a_package_that_is_missing_takes_no_row_out(tmp_path, ask, monkeypatch):
     monkeypatch.setitem(sys.modules, "nptdms", None)
     code, found = ask("collect", folder)
     assert (code, found["error"]["kind"]) == (2, "missing_extra")
-    assert "pip install 'forcemap[tdms]'" in found["error"]["message"]
+    assert "pip install '.[tdms]'" in found["error"]["message"]
     assert written(folder) == before
 
 

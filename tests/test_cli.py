@@ -38,6 +38,11 @@ def unwrapped(out):
     return " ".join(out.split())
 
 
+def unwrapped_lines(out):
+    """The lines that were printed, those that continue one added to it."""
+    return re.sub(r"\n    +(?=\S)", " ", out).splitlines()
+
+
 COMMANDS = ("demo", "fit", "evaluate", "compare", "limits", "speed", "speed-map")
 
 
@@ -195,17 +200,22 @@ def test_evaluate(ask, example_folders):
 
 
 def test_compare(ask, forcemap, example_folders, tmp_path, examples):
-    assert forcemap("compare", example_folders["ur10e"])[1].startswith("SIMULATED")
-    _, found = ask("compare", example_folders["ur10e"])
+    hand = ("compare", example_folders["ur10e"], "--area", "hand_fingers")
+    first, second = forcemap(*hand)[1].split("\n  ! ")
+    assert first.startswith("the standard's contact model underestimates")
+    assert first.endswith("SIMULATED")
+    assert second.startswith("SIMULATED impacts: ")
+    _, found = ask(*hand)
     assert [m["model"] for m in found["models"]] == ["CFM_3D", "CFM_2D", "CFM_2D per height", "contact model"]
     assert {"underestimated_share", "most_underestimated"} <= set(found["models"][-1])
-    _, free = ask("compare", example_folders["ur10e"], "--body", "free")
+    _, free = ask(*hand, "--body", "free")
     standard = [r["highest_speed_mps"] for r in free["allowed"] if r["model"] == "contact model"]
     assert standard == pytest.approx([1.35, 0.67], abs=0.01)
     fm.write_dataset(examples["ur10e"], tmp_path / "impacts.csv")
-    code, found = ask("compare", tmp_path / "impacts.csv")
-    assert code == 2
-    assert "--moving-mass-kg" in found["error"]["message"]
+    for options, missing in (((), "--area"), (("--area", "chest"), "--moving-mass-kg")):
+        code, found = ask("compare", tmp_path / "impacts.csv", *options)
+        assert code == 2
+        assert missing in found["error"]["message"]
 
 
 def test_limits(ask):
@@ -265,7 +275,7 @@ def test_speed_map_as_csv_and_json(ask, forcemap, tmp_path):
 def test_text_floors_what_json_carries(ask, forcemap):
     _, found = ask("speed", "ur10e", *AT, *HAND, "transient")
     _, out, _ = forcemap("speed", "ur10e", *AT, *HAND, "transient")
-    assert f"\nProgram at most {fm.floor_speed(found['speed_to_program_mps'])} m/s at d = " in out
+    assert out.startswith(f"Program at most {fm.floor_speed(found['speed_to_program_mps'])} m/s at d = ")
     assert f"\n  contact  {fm.floor_speed(found['speed_mps'])} m/s with 0.01 m/s overshoot: " in out
     assert "Assumes" in out
 
@@ -299,11 +309,13 @@ def test_demo(ask, forcemap, tmp_path, example):
     np.testing.assert_allclose(dataset.peak_force[whole], published[whole], rtol=0.17)
     summary = (folder / "summary.txt").read_text()
     lines = summary.splitlines()
-    assert lines[1] == "SIMULATED impacts: not a measurement of any robot"
-    assert lines[2:4] == ["READ THIS FIRST", "  - " + lines[3][4:]]
-    assert lines[3].startswith("  - SPEED COMMANDED")
+    verdict, *doubts = [unwrapped(part) for part in summary.partition("\nback_of_hand")[0].split("\n  ! ")]
     findings = fm.assess_campaign(folder, limits=[fm.force_limit("back_of_hand")]).findings
-    assert sum(line.startswith("  - ") for line in summary.partition("\nback_of_hand")[0].splitlines()) == len(findings)
+    many = "doubt" if len(findings) == 1 else f"{len(findings)} doubts"
+    assert verdict.endswith(f"; SIMULATED; first read the {many} below")
+    assert doubts[0] == "SIMULATED impacts: not a measurement of any robot"
+    assert doubts[1].startswith("SPEED COMMANDED")
+    assert len(doubts) == len(findings) + 1
     doubted = fm.FindingKind.FORM_DOUBTED in {each.kind for each in findings}
     assert doubted == (example == "ur10e")  # forces of the lab are of a form of their own
     assert "\nback_of_hand, transient, 280 N: " in summary
@@ -329,7 +341,9 @@ def test_as_a_program():
                             "--contact", "quasi-static"],
                            capture_output=True, text=True)  # fmt: skip
     assert found.returncode == 1
-    assert "\nNo speed to program at d = 0.8 m, h = 0.4 m: unconfirmed\n" in found.stdout
+    assert found.stdout.startswith(
+        "No speed to program at d = 0.8 m, h = 0.4 m: unconfirmed; first read the doubt below\n"
+    )
     assert found.stderr == ""
     assert subprocess.run([*script], capture_output=True, text=True).returncode == 2
     piped = subprocess.run(f"{sys.executable} -m forcemap limits | head -1",
@@ -342,7 +356,7 @@ def test_what_is_not_installed_is_said(missing, command, tmp_path):
     code = f"import sys; sys.modules[{missing!r}] = None; from forcemap.cli import main; main()"
     arguments = [command, *([str(tmp_path)] if command == "serve" else ["--json"])]
     found = subprocess.run([sys.executable, "-c", code, *arguments], capture_output=True, text=True)
-    words = f"this needs the package {missing}; install it with: pip install 'forcemap[app]'"
+    words = f"this needs the package {missing}; install it from the project's folder: pip install '.[app]'"
     assert (found.returncode, found.stderr) == (2, f"error: {words}\n")
     if command != "serve":
         error = json.loads(found.stdout)["error"]
@@ -521,8 +535,8 @@ def test_evaluate_against_an_older_map(ask, forcemap, examples, tmp_path):
     assert {"mean_ratio", "detectable_change_percent", "states", "left_out", "assumptions"} <= set(found)
     assert all(each["lowest_expected_N"] < each["predicted_N"] for each in found["states"])
     out = forcemap("evaluate", table, "--against", path)[1]
-    assert out.startswith("SIMULATED")
-    assert "HOLDS: no change found" in out
+    assert out.startswith("HOLDS: no change found")
+    assert "; SIMULATED\n" in out.replace("\n    ", " ").partition("\n  ! ")[0] + "\n"
     raised = frame.assign(peak_force_N=(1.1 * frame["peak_force_N"]).clip(upper=499))
     raised.to_csv(table, index=False)
     code, found = ask("evaluate", table, "--against", path)
@@ -579,7 +593,7 @@ def few(examples, tmp_path):
         "evaluate {few}",
         "evaluate {few} --map {few}",
         "evaluate {few} --against {few}",
-        "compare {few} --moving-mass-kg 30",
+        "compare {few} --area chest --moving-mass-kg 30",
     ],
 )
 def test_too_few_states_name_the_table_and_a_form_that_would_do(forcemap, few, command):
@@ -601,9 +615,11 @@ def test_a_form_that_would_do_is_one_that_fits(forcemap, paper_grids, tmp_path):
 def test_evaluate_forms_recommends_nothing_without_a_bound(forcemap, few):
     code, out, err = forcemap("evaluate", few, "--forms")
     assert (code, err) == (2, "")
-    assert "Recommended: none\n  CFM_3D cannot be fitted (found 6 measured states" in out
+    head, _, reasons = out.partition("\n  ! SIMULATED impacts: not a measurement of any robot\n")
+    assert head == "Recommended: none; SIMULATED"
+    assert reasons.startswith("  CFM_3D cannot be fitted (found 6 measured states")
     assert "EUCLIDEAN_2D: terms 1, v, r, r^2 with r = sqrt(d^2 + h^2)" in out
-    assert all(line.startswith("  ") for line in out.split("Recommended: none\n")[1].split("\n\n")[0].splitlines())
+    assert all(line.startswith("  ") for line in reasons.split("\n\n")[0].splitlines())
     code, out, _ = forcemap("evaluate", few, "--forms", "--json")
     found = json.loads(out)
     assert (code, found["recommended"]) == (2, None)
@@ -617,7 +633,7 @@ def test_forces_that_share_the_largest_value_are_pointed_out(ask, forcemap, exam
     frame.to_csv(path, index=False)
     sharing = frame[frame["peak_force_N"] == 400.0]
     words = f"{len(sharing)} impacts of {sharing['state_id'].nunique()} states share the largest force, 400 N"
-    assert f"{words}: was the device saturated? mark them censored\n" in forcemap("fit", path)[1]
+    assert f"  ! {words}: was the device saturated? mark them censored" in unwrapped_lines(forcemap("fit", path)[1])
     assert ask("fit", path)[1]["saturation_doubt"].startswith(words)
     force_map = fm.fit_force_map(fm.read_dataset(path))
     basis = fm.safe_speed(force_map, 0.7, 0.3, limit=300.0, bound=fm.ToleranceBound()).basis
@@ -680,7 +696,7 @@ def test_maps_that_are_compared_are_told_apart(ask, forcemap, example_folders, t
         assert f"{path}: CFM_3D fitted to impacts.csv, {words}, SHA-256 {sha256}" in out
     assert "-0.0 %" not in out
     out = forcemap("compare", one, example_folders["ur10e"])[1]
-    assert out.endswith("\nthe same map\n")
+    assert out.startswith("the same map; SIMULATED\n")
     assert ask("compare", one, one)[1]["same_map"] is True
     assert "-0.0 %" not in forcemap("compare", other, one)[1]
 
@@ -731,7 +747,7 @@ def test_the_answer_to_against_counts_and_groups_what_is_left_out(forcemap, exam
     out = forcemap("evaluate", table, "--against", path)[1]
     lines = re.sub(r"\n    +(?=\S)", " ", out).splitlines()
     out = unwrapped(out)
-    assert f", on {len(names) - 2} of {len(names)} states, 2 left out: no change found" in lines[1]
+    assert f", on {len(names) - 2} of {len(names)} states, 2 left out: no change found" in lines[0]
     assert lines[2].startswith("next: ")
     assert out.count("outside the measured range of the map") == 1
     assert "2 states outside the measured range of the map: " in out

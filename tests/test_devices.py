@@ -179,7 +179,7 @@ def test_plan_says_at_once_what_collecting_will_need(tmp_path, ask, forcemap):
     assert any("forcemap collect will need device.range_N" in each for each in warnings)
     assert any("without device.stiffness_N_per_m in campaign.toml" in each for each in warnings)
     out = forcemap("plan", tmp_path / "b", *RANGES)[1]
-    assert "WARNING: forcemap collect will need device.range_N" in out
+    assert "  ! forcemap collect will need device.range_N" in out
     stated = ("--device-range-N", 500, "--device-spring-N-per-mm", 75)
     warnings = ask("plan", tmp_path / "c", *RANGES, *stated)[1]["warnings"]
     assert not any("collect will need" in each or "stiffness" in each for each in warnings)

@@ -20,9 +20,9 @@ import forcemap.figures
 from forcemap.cli.app import app
 
 ROOT = Path(__file__).parents[1]
-NEEDED = ("mkdocs", "material", "mkdocstrings", "mkdocstrings_handlers")
+NEEDED = ("latex2mathml", "mkdocs", "material", "mkdocstrings", "mkdocstrings_handlers")
 missing = [name for name in NEEDED if importlib.util.find_spec(name) is None]
-builds = pytest.mark.skipif(bool(missing), reason=f"no {', '.join(missing)}: install with pip install 'forcemap[docs]'")
+builds = pytest.mark.skipif(bool(missing), reason=f"no {', '.join(missing)}: pip install '.[docs]'")
 
 
 class Page(HTMLParser):
@@ -74,6 +74,15 @@ def test_the_nav_names_every_page_once():
     assert written <= set(named)
 
 
+def test_every_how_to_starts_with_what_the_reader_wants_to_do():
+    (part,) = re.findall(r"^  - How to:\n((?:      .*\n)+)", (ROOT / "mkdocs.yml").read_text(), re.M)
+    names = part.replace("- ", "").split()
+    assert len(names) >= 16
+    for name in names:
+        _, first, *_ = (ROOT / "docs" / name).read_text().split("\n\n")
+        assert first.startswith("You want "), name
+
+
 @builds
 def test_every_page_of_the_nav_is_built(pages):
     assert {name.replace(".md", ".html") for name in in_nav()} | {"404.html"} == set(pages)
@@ -107,10 +116,10 @@ def test_no_page_loads_anything_from_elsewhere(site, pages):
 
 
 @builds
-def test_the_commands_page_has_every_command_with_all_its_options(pages):
-    words = pages["commands.html"].words
+def test_the_page_of_options_has_every_command_with_all_its_options(pages):
+    words = pages["options.html"].words
     for name, command in typer.main.get_command(app).commands.items():
-        assert f"forcemap-{name}" in pages["commands.html"].anchors
+        assert f"forcemap-{name}" in pages["options.html"].anchors
         for parameter in command.params:
             assert all(option in words for option in parameter.opts if option != "--help"), (name, parameter.opts)
 
@@ -140,7 +149,23 @@ def test_the_types_that_results_are_made_of_are_in_the_reference(pages, name):
 @builds
 def test_words_of_the_pages_lead_to_the_reference(pages):
     assert any(link.endswith("#forcemap.safe_speed") for link in pages["equations.html"].links)
-    assert any(link.endswith("commands.html#forcemap-fit") for link in pages["your_device_files.html"].links)
+    assert any(link.endswith("options.html#forcemap-fit") for link in pages["your_device_files.html"].links)
+
+
+@builds
+def test_equations_are_set_as_equations(site):
+    """Every block of LaTeX is MathML on its page, with all of its words, and none of the commands is left."""
+    source = (ROOT / "docs" / "equations.md").read_text()
+    page = (site / "equations.html").read_text()
+    blocks = re.findall(r"^```math\n(.*?)^```$", source, re.M | re.S)
+    made = re.findall(r'<div class="equation"><math .*?</math></div>', page, re.S)
+    assert len(blocks) == len(made) == 29
+    for latex, mathml in zip(blocks, made, strict=True):
+        assert "\\" not in mathml
+        assert "merror" not in mathml
+        words = " ".join(re.findall(r"\\text\{([^}]*)\}", latex)).split()
+        shown = re.sub(r"<[^>]*>", " ", mathml.replace("&#x000A0;", " ")).split()
+        assert set(words) <= set(shown)
 
 
 def test_the_equations_are_numbered_and_name_functions_that_exist():

@@ -390,11 +390,12 @@ WEAK = [
 @pytest.mark.parametrize(("weak", "asked"), WEAK if FULL_SIZE else WEAK[:2])
 def test_weak_bounds_are_said_first_and_not_exported(cell, ask, forcemap, weak, asked):
     at = ("--distance", 0.85, "--height", 0.25)
-    assert forcemap("speed", cell, *at, *OPTIONS, *weak)[1].startswith("WEAK BOUND")
-    assert forcemap("speed-map", cell, *OPTIONS, *weak)[1].startswith("WEAK BOUND")
+    asked_for = [("speed", cell, *at), ("speed-map", cell), ("path", cell, "press.csv")]
+    for command in (*asked_for, ("place", cell, "table.csv", "--step-m", 0.1)):
+        verdict, first, *_ = forcemap(*command, *OPTIONS, *weak)[1].split("\n  ! ")  # directly below the verdict
+        assert re.search(r";\s+first\s+read\s+the\s+([2-9]\s+doubts|doubt)\s+below$", verdict)
+        assert first.startswith("WEAK BOUND")
     assert ask("speed", cell, *at, *OPTIONS, *weak)[1]["warnings"][0].startswith("WEAK BOUND")
-    assert "WEAK BOUND" in forcemap("path", cell, "press.csv", *OPTIONS, *weak)[1].splitlines()[0]
-    assert "WEAK BOUND" in forcemap("place", cell, "table.csv", *OPTIONS, "--step-m", 0.1, *weak)[1].splitlines()[0]
     target = cell.parent / "out"
     code, _, err = forcemap("export", cell, "--format", "urscript", *OPTIONS, *weak, "-o", target)
     assert (code, target.exists()) == (2, False)

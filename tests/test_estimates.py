@@ -219,8 +219,11 @@ def test_what_no_estimate_is_made_of(make, part):
 
 def test_the_command_says_first_what_it_is_and_gives_no_speed_and_no_verdict(forcemap, ask):
     code, out, _ = forcemap(*FREE, "--area", "back_of_hand")
-    first, *rest = out.splitlines()
+    verdict, doubt, *rest = out.replace("\n    ", " ").splitlines()
+    first = doubt.removeprefix("  ! ")
     assert code == 0
+    assert verdict.startswith("ESTIMATED, no permission: 51.6 N for a free body part of 0.6 kg")
+    assert verdict.endswith("; first read the doubt below")
     assert first.startswith("MODEL ESTIMATE, never a permission")
     assert "forcemap plan other-contact" in out
     assert "0.6 kg" in out
@@ -270,7 +273,7 @@ def test_what_is_measured_instead_is_named_and_an_edited_table_said_first(forcem
     state = ("--distance", "0.7", "--height", "0.3", "--speed-mps", "0.3")
     code, out, _ = forcemap("estimate", folder, *state, "--payload-change-kg", "2")
     assert code == 0
-    assert "SIMULATED" in out.splitlines()[1]
+    assert "; SIMULATED; first read the doubt" in " ".join(out.split())
     assert "--transfer map.json" in out
     assert f"compare {folder}" in " ".join(out.split())
     table = folder / "impacts.csv"
@@ -278,7 +281,7 @@ def test_what_is_measured_instead_is_named_and_an_edited_table_said_first(forcem
     table.write_text("\n".join([head, *rows[:-1]]) + "\n")
     code, out, _ = forcemap("estimate", folder, *state, "--payload-change-kg", "2")
     assert code == 0
-    assert "is not what forcemap collect wrote" in " ".join(out.splitlines()[2:4])
+    assert "is not what forcemap collect wrote" in out.partition("\nread on ")[0].replace("\n    ", " ")
 
 
 def test_the_plan_to_measure_instead_can_be_run_as_it_is_printed(ask, tmp_path, monkeypatch):
@@ -298,7 +301,7 @@ def test_the_page_states_what_the_command_states_and_its_commands_run(capsys):
     assert stated == {what.value: LAB_RATIOS[what] for what in Altered}
     for _, low, high, *command in rows:
         assert float(command[0]) <= float(low) <= float(high) <= float(command[1])
-    commands = re.findall(r"^    \.venv/bin/forcemap (.*)$", PAGE, re.M)
+    commands = re.findall(r"^    forcemap (.*)$", PAGE, re.M)
     assert len(commands) >= 5
     for command in commands:
         assert run(shlex.split(command)) == 0

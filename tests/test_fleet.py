@@ -21,6 +21,7 @@ from pulses import TOML, pulse, save
 from sizes import FULL_SIZE
 
 DAY = "2026-06-01"
+HAND = ("--area", "hand_fingers")
 STATED = TOML.replace("[device]", 'date = "2026-02-01"\n[contact]\ndirection = "down"\nspeed = "measured"\n[device]')
 NEW = [(0.60, 0.20, 0.14), (0.66, 0.40, 0.26), (0.72, 0.25, 0.20), (0.78, 0.35, 0.15), (0.82, 0.30, 0.27)]
 
@@ -56,6 +57,7 @@ def contents(folder):
 def fleet(ask, folders, *options):
     """Exit code, and the campaigns by name."""
     home = folders[0].parent
+    options = options if "--area" in options else (*HAND, *options)
     code, answer = ask("fleet", *folders, "-o", home / "fleet.html", "--date", DAY, *options)
     rows = {Path(row["folder"]).name: row for row in answer["campaigns"]}
     assert answer["made_again"] == sum(row["made_again"] for row in rows.values())
@@ -77,7 +79,9 @@ def made(tmp_path_factory):
     (home / "notes.txt").write_text("no campaign")
     (home / "empty").mkdir()
     folders = [home / name for name in ("north", "notes.txt", "begun", "empty", "south")]
-    assert run(["fleet", *map(str, folders), "-o", str(home / "fleet.html"), "--date", DAY, "--workers", "2"]) == 1
+    assert (
+        run(["fleet", *map(str, folders), "-o", str(home / "fleet.html"), "--date", DAY, *HAND, "--workers", "2"]) == 1
+    )
     return folders
 
 
@@ -210,7 +214,19 @@ def test_another_version_makes_it_again_and_other_areas_are_refused(north, tmp_p
     source = Path(fm.__file__).parents[1]
     shutil.copytree(source, tmp_path / "src", ignore=shutil.ignore_patterns("__pycache__"))
     (tmp_path / "src" / "forcemap" / "_version.py").write_text('__version__ = "99.0"\n')
-    command = [sys.executable, "-m", "forcemap", "fleet", north, "-o", tmp_path / "f.html", "--date", DAY, "--json"]
+    command = [
+        sys.executable,
+        "-m",
+        "forcemap",
+        "fleet",
+        north,
+        "-o",
+        tmp_path / "f.html",
+        "--date",
+        DAY,
+        *HAND,
+        "--json",
+    ]
     done = subprocess.run(command, env={"PYTHONPATH": str(tmp_path / "src")}, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     (row,) = json.loads(done.stdout)["campaigns"]
@@ -275,7 +291,7 @@ def test_a_last_map_that_does_not_hold_fails_until_a_person_acts(north, ask):
     ],
 )
 def test_what_is_due_is_told_by_the_day_not_by_the_memory(made, ask, day, expected):
-    code, answer = ask("fleet", made[0], "-o", made[0].parent / "day.html", "--date", day)
+    code, answer = ask("fleet", made[0], "-o", made[0].parent / "day.html", "--date", day, *HAND)
     (row,) = answer["campaigns"]
     assert code == 0
     assert not row["made_again"]
@@ -285,9 +301,10 @@ def test_what_is_due_is_told_by_the_day_not_by_the_memory(made, ask, day, expect
 
 def test_slips_of_the_command_are_one_error(made, tmp_path, ask):
     assert "expected .html" in ask("fleet", made[0], "-o", tmp_path / "fleet.txt")[1]["error"]["message"]
+    assert "expected --area" in ask("fleet", made[0], "-o", tmp_path / "f.html")[1]["campaigns"][0]["failed"]
     assert "the nearest are" in fleet(ask, made[:1], "--area", "handd")["north"]["failed"]
     (tmp_path / "mine.html").write_text("mine")
-    assert "another file" in ask("fleet", made[0], "-o", tmp_path / "mine.html")[1]["error"]["message"]
+    assert "another file" in ask("fleet", made[0], *HAND, "-o", tmp_path / "mine.html")[1]["error"]["message"]
 
 
 def test_a_folder_whose_name_is_no_text(north, ask):

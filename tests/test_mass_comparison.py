@@ -202,7 +202,9 @@ class TestCommands:
         assert (code, found["moving_mass_kg"]) == (0, 7)
         assert "'lamp' hangs beside the chain and counts as a point mass" in found["findings"][0]
         assert run([*asked, "--tip", "tool"]) == 0
-        assert capsys.readouterr().out.startswith("link 'lamp'")
+        verdict, doubt = capsys.readouterr().out.split("\n  ! ")
+        assert verdict.endswith("; first read the doubt below")
+        assert doubt.startswith("link 'lamp'")
         code, refused = ask("compare", "ur10e", "--effective-mass", f"{file}:tip=lamp")
         assert (code, "principal value -9" in refused["error"]["message"]) == (2, True)
         _, compared = ask("compare", "ur10e", "--effective-mass", "ur10e", "--posture-deg", "14,-120,-100,-50,90,0")

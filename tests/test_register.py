@@ -961,8 +961,8 @@ def test_without_the_extra_one_line_says_how_to_install_it(tmp_path):
         [sys.executable, "-m", "forcemap", "register", "due"], capture_output=True, text=True, env=environment
     )
     assert done.returncode == 2
-    assert (
-        done.stderr == "error: this needs the package sqlalchemy; install it with: pip install 'forcemap[register]'\n"
+    assert done.stderr == (
+        "error: this needs the package sqlalchemy; install it from the project's folder: pip install '.[register]'\n"
     )
 
 

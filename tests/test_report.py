@@ -26,6 +26,7 @@ from forcemap.words import sentences
 from pulses import TOML, collect, pulse, save, write_campaign
 
 DATE = "2026-11-21"
+HAND = ("--area", "hand_fingers")
 SECTIONS = (
     "answer", "signatures", "sheets", "document", "basis", "robot", "points", "runs", "states", "repeatability", "map",
     "verdicts", "speeds", "standard", "open", "retest", "annex-recordings", "annex-inputs",
@@ -322,7 +323,7 @@ def test_verify_says_what_changed(written, ask, forcemap):
     assert found["vanished"] == ["recordings/d500-h200-v100-r1.csv"]
     assert found["new"] == ["recordings/more.csv"]
     _, out, _ = forcemap(*verify)
-    for line in ("Changed since", "Vanished since", "New since", "impacts.csv", "Write the report again"):
+    for line in ("WRITE IT AGAIN, something changed since", "\nChanged\n", "\nVanished\n", "\nNew\n", "impacts.csv"):
         assert line in out
 
 
@@ -378,7 +379,7 @@ def test_verify_by_the_digest_alone_and_with_another_list(written, ask):
     assert code == 1
     assert not found["inputs_hold"]
     (written / "report.sha256").write_text("my notes\n")
-    code, found = ask("report", written)
+    code, found = ask("report", written, *HAND)
     assert code == 2
     assert (written / "report.sha256").read_text() == "my notes\n"
 
@@ -407,7 +408,7 @@ def test_verify_that_cannot_tell(written, ask):
 def test_the_command_writes_report_and_list_and_changes_nothing_else(reports, ask, tmp_path):
     folder = shutil.copytree(reports("saturated")[0], tmp_path / "cell")
     before = {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
-    code, found = ask("report", folder, "--date", DATE)
+    code, found = ask("report", folder, *HAND, "--date", DATE)
     assert code == 0
     assert found["files"] == [str(folder / "report.html"), str(folder / "report.sha256")]
     assert {each["outcome"] for each in found["speeds"]} == {"unconfirmed"}
@@ -416,7 +417,7 @@ def test_the_command_writes_report_and_list_and_changes_nothing_else(reports, as
     assert after.keys() - before.keys() == {folder / "report.html", folder / "report.sha256"}
     assert {path: after[path] for path in before} == before
     first = (folder / "report.html").read_bytes()
-    assert ask("report", folder, "--date", DATE)[0] == 0
+    assert ask("report", folder, *HAND, "--date", DATE)[0] == 0
     assert (folder / "report.html").read_bytes() == first
 
 
@@ -424,13 +425,14 @@ def test_the_command_writes_report_and_list_and_changes_nothing_else(reports, as
     ("arguments", "part"),
     [
         (("-o", "impacts.csv"), "expected .html"),
-        (("-o", "mine.html"), "not overwritten"),
-        (("--date", "soon"), "YYYY-MM-DD"),
+        ((), "expected --area"),
+        ((*HAND, "-o", "mine.html"), "not overwritten"),
+        ((*HAND, "--date", "soon"), "YYYY-MM-DD"),
         (("--area", "hnad"), "nearest"),
-        (("--margin", 0.1), "--bound margin"),
+        ((*HAND, "--margin", 0.1), "--bound margin"),
         (("--bound", "margin", "--confidence", 0.9), "--bound tolerance"),
-        (("--limit-table", "mine.csv"), "--area or --region"),
-        (("--step-m", 0), "step"),
+        (("--limit-table", "mine.csv"), "goes with --area"),
+        ((*HAND, "--step-m", 0), "step"),
     ],
 )
 def test_errors_are_one_line(reports, ask, monkeypatch, tmp_path, arguments, part):

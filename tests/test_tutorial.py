@@ -9,7 +9,7 @@ from pathlib import Path
 from forcemap.cli.app import run
 
 TUTORIAL = Path(__file__).parents[1] / "docs" / "tutorial.md"
-PREFIX = r"    \.venv/bin/forcemap "
+PREFIX = r"    forcemap "
 PARTS = re.compile(rf"^{PREFIX}(?P<command>[^\n]*)$|^```(?P<kind>\w+)\n(?P<block>.*?)```$", re.M | re.S)
 NAMED = re.compile(r" as\s`([\w./]+)`")
 

@@ -32,7 +32,7 @@ from web_server import PATIENCE, TOKEN, bearer, client_of, contents, serving
 
 PLAIN = {"content-type": "application/octet-stream"}
 PLACE = {"distance_m": 0.8, "height_m": 0.4}
-PAGES = ["", "/map", "/speeds", "/compare", "/task", "/downloads"]
+PAGES = ["", "/map", "/speeds", "/compare", "/task", "/conditions", "/columns", "/downloads"]
 
 
 @pytest.fixture(scope="module")
@@ -782,8 +782,10 @@ def test_an_empty_plan_has_pages_that_say_so(tmp_path):
         page = client.get("/campaigns/new")
         assert page.status_code == 200
         assert "no impacts yet" in page.text
-        for part in PAGES[1:-1]:
+        assert "planned runs that are missing; the next is" in page.text
+        for part in ("/map", "/speeds", "/compare", "/task"):
             assert client.get(f"/campaigns/new{part}").status_code == 409
+        assert client.get("/campaigns/new/conditions").status_code == 200
 
 
 @pytest.mark.parametrize("host", ["0.0.0.0", "::", "192.168.1.7", "example.org"])

@@ -19,7 +19,7 @@ from web_server import PATIENCE, TOKEN, bearer, client_of, serving
 ADDRESSES = [
     "/", "/campaigns/kuka", "/campaigns/kuka/speeds?distance_m=0.8", "/campaigns/nothing", "/nothing", "/favicon.ico",
     "/api", "/api/campaigns", "/api/campaigns/kuka/map", "/api/campaigns/kuka/files/map.json", "/api/openapi.json",
-    "/static/page.css", "/static/nothing", "/plotly.min.js",
+    "/static/page.css", "/static/nothing", "/static/look.js",
 ]  # fmt: skip
 WRONG = ["", "wrong", TOKEN[:-1], TOKEN + "x", TOKEN.upper(), "t\u00f6ken"]
 

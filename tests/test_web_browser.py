@@ -9,6 +9,7 @@ import time
 from contextlib import closing
 from urllib.parse import urlsplit
 
+import numpy as np
 import pandas as pd
 import pytest
 
@@ -16,7 +17,8 @@ import forcemap as fm
 from sizes import FULL_SIZE
 from web_server import PATIENCE, contents, serving
 
-playwright = pytest.importorskip("playwright.sync_api", reason="playwright is missing: pip install 'forcemap[test]'")
+Axe = pytest.importorskip("axe_core_python.sync_playwright", reason="axe is missing: pip install '.[test]'").Axe
+playwright = pytest.importorskip("playwright.sync_api", reason="playwright is missing: pip install '.[test]'")
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="there is no browser; on Debian: apt-get install chromium")
@@ -29,6 +31,12 @@ QUIET = [
 
 
 DOWNLOADED = "net::ERR_ABORTED"  # what Chromium says of a visit that becomes a download
+FIRST = "recording=d520-h140-v200-r1.csv"
+SHIFTS = """
+window.shifted = 0;
+const seen = (entry) => (shifted += entry.hadRecentInput ? 0 : entry.value);
+new PerformanceObserver((list) => list.getEntries().forEach(seen)).observe({ type: "layout-shift", buffered: true });
+"""
 NOTED = """
 window.taken = [];
 for (const way of ["text", "json"]) {
@@ -122,7 +130,7 @@ def page(request, opened):
 @pytest.fixture
 def single(opened):
     """A page for what does not depend on its size; it notes which answers its scripts have taken."""
-    page = opened()
+    page = opened(viewport={"width": 1280, "height": 3000})  # the workspace is asked for where it is seen
     page.add_init_script(NOTED)
     return page
 
@@ -161,8 +169,12 @@ def place(page):
     return [float(page.input_value(f"#{name}")) for name in ("distance_m", "height_m")]
 
 
-@pytest.mark.parametrize("part", ["", "/map", "/speeds", "/compare", "/task", "/downloads"])
-def test_each_page_fits(page, part):
+@pytest.mark.parametrize(
+    "part", ["", "/map", "/speeds", "/compare", "/task", "/conditions", "/columns", "/downloads", f"/recording?{FIRST}"]
+)
+def test_each_page_fits_and_is_for_everybody(page, part):
+    """Within its window, every field named, and what axe finds of contrast, names and order."""
+    page.add_init_script(SHIFTS)
     page.goto(f"/campaigns/lab{part}")
     page.wait_for_selector("h1")
     page.wait_for_load_state("networkidle")
@@ -172,6 +184,13 @@ def test_each_page_fits(page, part):
     )
     names = page.evaluate("[...document.querySelectorAll('[id]')].map(each => each.id)")
     assert len(names) == len(set(names))
+    assert page.locator(".tabs [aria-current]").is_visible()
+    edges = page.evaluate(
+        "['.brand', '.tabs a', 'h1'].map(s => document.querySelector(s).getBoundingClientRect().left)"
+    )
+    assert max(edges) - min(edges) < 1  # one left edge
+    assert [f"{each['id']}: {each['nodes'][0]['html']}" for each in Axe().run(page)["violations"]] == []
+    assert page.evaluate("shifted") < 0.02
 
 
 @desk_will_do
@@ -190,7 +209,7 @@ def test_a_dropped_recording_is_judged_at_once(page, served):
     assert page.inner_text("#judgement") == verdict.outcome.replace("_", " ")
     assert page.inner_text("#scenario-1") == impact.scenario.words
     assert page.inner_text(".peak") == f"{impact.peak_force:.1f}"
-    page.wait_for_selector("#curve .scatterlayer .trace")
+    page.wait_for_selector("#curve polyline")
     assert contents(folder) == before
     page.select_option("[name=area]", "face")
     page.wait_for_selector("#judgement.not_permitted")
@@ -226,7 +245,7 @@ def test_each_slider_changes_the_speed_to_the_librarys(page, force_map):
         assert f"{at[0]:.3f} m from the base axis, {at[1]:.3f} m high" in page.inner_text("#verdict")
     speed = float(page.input_value("#speed_mps"))
     assert page.inner_text("#force") == f"{force_map.predict(*at, speed):.1f}"
-    page.wait_for_selector("#along_speed .scatterlayer .trace")
+    page.wait_for_selector("#along_speed polyline")
     page.fill("#distance_m", "3")
     answered(page)
     assert "Outside what was measured" in page.inner_text("#verdict")
@@ -313,7 +332,7 @@ def test_late_speeds_do_not_replace_newer_ones(single):
     single.select_option("[name=area]", "chest")
     until(single, lambda: held)
     assert "Asking" in single.inner_text("#counts")
-    assert single.locator("#plane g rect").count() == 0
+    assert single.locator("#plane canvas").count() == 0
     single.select_option("[name=area]", "face")
     playwright.expect(single.locator("#counts")).to_contain_text("contact not permitted")
     let_go(single, held[0])
@@ -335,13 +354,13 @@ def test_a_page_is_of_one_map(single, served, part):
         changed(folder, 0.8)
         held[0].continue_()
         single.wait_for_selector(legend)
-        assert single.inner_text(".basis code") == shown_map(folder)
+        assert single.text_content(".basis code") == shown_map(folder)
         before = single.inner_text(legend.split()[0])
         changed(folder, 0.8)
         with single.expect_navigation():
             single.fill("#distance_m", "0.7")
         single.wait_for_selector(legend)
-        assert single.inner_text(".basis code") == shown_map(folder)
+        assert single.text_content(".basis code") == shown_map(folder)
         assert single.inner_text(legend.split()[0]) != before
         assert single.input_value("#distance_m") == "0.7"
     finally:
@@ -371,6 +390,249 @@ def test_speeds_are_cut_like_the_librarys(single):
 
 
 @desk_will_do
+def test_a_campaign_opens_with_its_answer_and_the_next_step(page, served, force_map):
+    page.goto("/campaigns/lab")
+    where = fm.measured_grid(force_map, 0.05)
+    asked = {"limit": fm.force_limit("back_of_hand"), "contact": fm.Contact.TRANSIENT}
+    bound = fm.ToleranceBound(device_error=3.0)
+    program = fm.speed_map(force_map, *where, **asked, bound=bound, allowance=fm.Allowance()).speeds.speed_to_program
+    assert page.inner_text("#lowest") == fm.floor_speed(np.nanmin(program))
+    assert page.inner_text("#highest") == fm.floor_speed(np.nanmax(program))
+    opening, table = page.locator("#headline").bounding_box(), page.locator("#recordings").bounding_box()
+    assert opening["y"] < table["y"]
+    assert page.locator("#headline .basis > ul > li").count() == 3
+    assert not page.locator("#headline .basis details ul").is_visible()
+    page.click("#headline .basis summary")
+    assert "person at rest" in page.inner_text("#headline .basis details")
+    playwright.expect(page.locator("#next")).to_contain_text("1 planned runs that are missing")
+    page.select_option("[name=area]", "face")
+    playwright.expect(page.locator("#headline")).to_contain_text("not permitted")
+    assert page.locator("#lowest").count() == 0
+
+
+@desk_will_do
+def test_a_row_opens_with_its_curve(page):
+    page.goto("/campaigns/lab")
+    page.click("#recordings tbody tr:nth-child(3) td:nth-child(3)")
+    page.wait_for_selector("#opened .chart.curve polyline")
+    name = page.inner_text("#recordings tbody tr:nth-child(3) th")
+    assert page.inner_text("#opened h1") == name
+    verdicts = page.locator("#opened .outcome").all_inner_texts()
+    assert {"used", "exceeded", "within"} & {*verdicts}
+    for words in ("Phase I ends", "transient limit 280 N", "quasi-static limit 140 N"):
+        assert words in page.locator("#opened").inner_text() + page.locator("#opened .chart.curve").text_content()
+    page.hover("#opened .chart.curve")
+    playwright.expect(page.locator("#opened .readout")).to_contain_text("force")
+    page.click("#opened [name=after]")
+    playwright.expect(page.locator("#opened h1")).to_have_text(page.inner_text("#recordings tbody tr:nth-child(4) th"))
+    page.keyboard.press("Escape")
+    assert not page.locator("#opened").is_visible()
+    page.focus("#recordings tbody tr:nth-child(2) a")  # with the keyboard alone
+    page.keyboard.press("Enter")
+    page.wait_for_selector("#opened .chart.curve polyline")
+    tab_to(page, "#opened .chart.curve")
+    page.keyboard.press("ArrowRight")
+    first = page.inner_text("#opened .readout")
+    page.keyboard.press("ArrowRight")
+    assert page.inner_text("#opened .readout") != first != ""
+    page.keyboard.press("Escape")
+    assert page.evaluate("document.activeElement.closest('tr').rowIndex") == 2
+
+
+@desk_will_do
+def test_tables_are_sorted_searched_and_filtered(page):
+    page.goto("/campaigns/lab")
+    page.wait_for_selector("#recordings th button")
+    rows = page.locator("#recordings tbody tr:visible")
+    assert rows.count() == 89  # all of them, in no box
+    assert page.evaluate(
+        "document.getElementById('recordings').parentElement.scrollHeight <= "
+        "document.getElementById('recordings').parentElement.clientHeight + 2"
+    )
+    peaks = "[...document.querySelectorAll('#recordings tbody td:nth-child(4)')].map(each => Number(each.textContent))"
+    page.click("#recordings th:nth-child(4) button")
+    assert page.evaluate(peaks) == sorted(page.evaluate(peaks))
+    page.focus("#recordings th:nth-child(4) button")
+    page.keyboard.press("Enter")
+    assert page.evaluate(peaks) == sorted(page.evaluate(peaks), reverse=True)
+    assert page.get_attribute("#recordings th:nth-child(4)", "aria-sort") == "descending"
+    page.fill("[aria-label='Search the recordings']", "h140-v400 saturated")
+    assert rows.count() == 3
+    assert page.locator(".listed:has(#recordings) .shown").inner_text() == "3 of 89"
+    page.fill("[aria-label='Search the recordings']", "")
+    page.select_option(".listed:has(#recordings) select", "used")
+    assert rows.count() == 89
+    page.select_option(".listed:has(#states) select", "train")
+    assert {*page.locator("#states tbody tr:visible td:nth-child(2)").all_inner_texts()} == {"train"}
+
+
+@desk_will_do
+def test_the_plane_is_clicked_read_and_numbered(page, force_map):
+    page.goto("/campaigns/lab/speeds?distance_m=0.8&height_m=0.4")
+    page.wait_for_selector("#plane .contour")
+    box = page.locator("#plane").bounding_box()
+    page.mouse.click(box["x"] + 0.6 * box["width"], box["y"] + 0.3 * box["height"])
+    answered(page)
+    at = place(page)
+    assert at != [0.8, 0.4]
+    assert page.inner_text("#program") == fm.floor_speed(librarys_speed(force_map, *at).speed_to_program)
+    assert page.evaluate("document.activeElement.matches('.handle')")
+    page.mouse.move(box["x"] + 0.7 * box["width"], box["y"] + 0.25 * box["height"])
+    playwright.expect(page.locator(".readout")).to_contain_text("m/s to program")
+    numbers = [float(number) for number in page.locator("#plane .number").all_text_contents()]
+    assert len(numbers) >= 3
+    lowest, highest = min(numbers), max(numbers)
+    assert 0.1 < lowest < highest < 0.4
+    states = force_map.require_fit().states
+    places = {tuple(state) for state in np.round(states.coordinates[:, :2], 6).tolist()}
+    centre = "dots => dots.map(dot => `${dot.getAttribute('cx')},${dot.getAttribute('cy')}`)"
+    drawn = page.locator("#plane .state").evaluate_all(centre)
+    assert len({*drawn}) == len(places)
+
+
+@desk_will_do
+def test_a_wait_shows(page):
+    held = []
+    page.route("**/api/**/speeds?*", lambda route: held.append(route))
+    page.goto("/campaigns/lab/speeds")
+    until(page, lambda: held)
+    assert page.locator("#counts progress").count() == 1
+    page.wait_for_selector("#wait", state="visible")
+    held[0].continue_()
+    page.wait_for_selector("#counts svg")
+    page.wait_for_selector("#wait", state="hidden")
+    page.route("**/files/report.html*", lambda route: held.append(route))
+    page.goto("/campaigns/lab/downloads")
+    page.click("text=Download the report")
+    playwright.expect(page.locator("form[aria-label=Report] .state")).to_contain_text("judged again")
+    assert page.locator("form[aria-label=Report] button:has-text('Download')").is_disabled()
+    until(page, lambda: len(held) == 2)
+    page.wait_for_selector("#wait", state="visible")
+    file = {"content-disposition": 'attachment; filename="report.html"'}
+    held[1].fulfill(body="<p>report</p>", content_type="text/html", headers=file)
+    playwright.expect(page.locator("form[aria-label=Report] .state")).to_contain_text("report.html is made")
+
+
+def test_the_answer_stays_in_view(page):
+    page.goto("/campaigns/lab/speeds")
+    page.wait_for_selector("#counts svg")
+    page.locator("[name=overshoot_mps]").scroll_into_view_if_needed()
+    page.evaluate("scrollBy(0, 200)")
+    answer, field = page.locator("#verdict .figure").bounding_box(), page.locator("[name=overshoot_mps]").bounding_box()
+    assert 0 <= answer["y"] < 844 - answer["height"]
+    assert field["y"] < 844
+    page.goto("/campaigns/lab/task")
+    page.wait_for_selector("#counts svg")
+    page.locator("#less").scroll_into_view_if_needed()
+    assert 0 <= page.locator("#verdict .figure").bounding_box()["y"] < 844
+
+
+def test_several_campaigns_at_a_glance_and_together(browser, simulated, tmp_path):
+    """The overview with its states, and the path through the maps of two directions, drawn; for everybody."""
+    for name in ("down", "up"):
+        shutil.copytree(simulated, tmp_path / "cell" / name, ignore=shutil.ignore_patterns("recordings"))
+    stated = tmp_path / "cell" / "up" / "campaign.toml"
+    stated.write_text(stated.read_text().replace('direction = "down"', 'direction = "up"'))
+    with serving(tmp_path / "cell") as (_, address, token), closing(browser.new_context(base_url=address)) as context:
+        context.set_default_timeout(1000 * PATIENCE)
+        page = context.new_page()
+        page.goto(f"/?token={token}")
+        assert page.locator(".card h2 a").all_inner_texts() == ["down", "up"]
+        assert "of the measured workspace" in page.inner_text(".card >> nth=0")
+        assert Axe().run(page)["violations"] == []
+        page.click("text=A path through the maps")
+        page.wait_for_selector("#drawn svg[role=img]")
+        assert page.locator("#drawn svg[role=img]").count() == 2
+        before = page.locator("#drawn polyline").first.get_attribute("points")
+        page.fill("[name=points]", "0.7,0.1,0.4;0.7,0.1,0.2;0.8,0.1,0.2")
+        answered(page)
+        assert page.locator("#drawn polyline").first.get_attribute("points") != before
+        looks = page.locator("#drawn polyline").evaluate_all("all => all.map(each => each.className.baseVal)")
+        assert "no_map" in looks
+        page.click("text=by map")
+        groups = page.locator(".basis details h2").all_inner_texts()
+        assert groups[0] == "Of all maps"
+        assert {"down", "up"} >= {*groups[1:]}
+        assert Axe().run(page)["violations"] == []
+
+
+@desk_will_do
+def test_words_have_a_short_help(page):
+    page.goto("/campaigns/lab/map")
+    for term, words in (("contact", "clamped"), ("bound", "95 % confidence"), ("CFM_3D", "nine coefficients")):
+        assert not page.locator(f"#help-{term}").is_visible()
+        page.focus(f"[popovertarget=help-{term}] >> nth=0")
+        page.keyboard.press("Enter")
+        assert words in page.locator(f"#help-{term}").inner_text()
+        page.keyboard.press("Escape")
+        assert not page.locator(f"#help-{term}").is_visible()
+
+
+@desk_will_do
+def test_an_entry_is_changed_with_the_keyboard(page, served):
+    file = served[1] / "campaign.toml"
+    kept = file.read_text()
+    try:
+        page.goto("/campaigns/lab/conditions")
+        page.wait_for_selector("#save:disabled")
+        page.focus("[data-entry='robot.firmware']")
+        page.keyboard.type("5.15")
+        page.keyboard.press("Enter")
+        playwright.expect(page.locator("#said")).to_contain_text("Written to campaign.toml")
+        assert 'firmware = "5.15"  # version' in file.read_text()
+        page.fill("[data-entry='tool.name']", "gripper")
+        page.keyboard.press("Enter")
+        playwright.expect(page.locator("#said")).to_contain_text("tool.name was 'none' when 89 of the recordings")
+        assert "gripper" not in file.read_text()
+        assert page.evaluate("document.activeElement.id") == "confirm"
+        page.fill("[data-entry='tool.name']", "none")
+        assert not page.locator("#confirm").is_visible()
+    finally:
+        file.write_text(kept)
+
+
+def test_a_wrong_entry_is_named_and_nothing_written(opened, served):
+    page, kept = opened(), (served[1] / "campaign.toml").read_text()
+    page.goto("/campaigns/lab/conditions")
+    page.fill("[data-entry='date']", "yesterday")
+    page.click("#save")
+    playwright.expect(page.locator("#said")).to_contain_text("expected YYYY-MM-DD")
+    page.fill("[data-entry='date']", "")
+    page.fill("[data-entry='device.range_N']", "many")
+    page.click("#save")
+    playwright.expect(page.locator("#said")).to_contain_text("device.range_N: found 'many', expected a number")
+    assert page.evaluate("document.activeElement.dataset.entry") == "device.range_N"
+    assert (served[1] / "campaign.toml").read_text() == kept
+
+
+@desk_will_do
+def test_columns_are_clicked(page, served, tmp_path):
+    file, kept = served[1] / "campaign.toml", (served[1] / "campaign.toml").read_text()
+    rows = [line.split(",") for line in served[2].read_text().splitlines() if line[:1].isdigit()]
+    path = tmp_path / "run.csv"
+    path.write_text("t [ms];level;F\n" + "\n".join(f"{time};1.5;{force}" for time, force in rows) + "\n")
+    (impact,) = fm.find_impacts(fm.read_recording(served[2]))
+    try:
+        page.goto("/campaigns/lab/columns")
+        page.set_input_files("#file", path)
+        page.wait_for_selector("#table th.chosen")  # the time states its unit
+        assert page.locator("#table th.chosen").all_inner_texts()[0].split("\n")[0] == "t [ms]"
+        page.focus("#table th:nth-child(3) button")
+        playwright.expect(page.locator("#judged")).to_contain_text("Still missing: a force")
+        page.keyboard.press("Enter")
+        playwright.expect(page.locator("#judged")).to_contain_text(f"Phase I peak {impact.peak_force:.1f} N")
+        page.wait_for_selector("#curve polyline")
+        page.click("#save")
+        playwright.expect(page.locator("#said")).to_contain_text("were read with other entries")
+        assert file.read_text() == kept
+        page.click("#confirm")
+        playwright.expect(page.locator("#said")).to_contain_text("Written")
+        assert fm.read_campaign(served[1]).columns.force == "F"
+    finally:
+        file.write_text(kept)
+
+
+@desk_will_do
 def test_the_keyboard_is_enough(page, force_map):
     page.goto("/campaigns/lab/speeds")
     page.keyboard.press("Tab")
@@ -392,8 +654,8 @@ def test_the_keyboard_is_enough(page, force_map):
         answered(page)
     assert points(page) == [(0.785, 0.4)]
     page.goto("/campaigns/lab/map")
-    page.wait_for_selector("#workspace[data-points]")
     tab_to(page, "#workspace")
+    page.wait_for_selector("#workspace[data-points]")
     page.keyboard.press("ArrowLeft")
 
 
@@ -416,8 +678,10 @@ def test_the_report_and_the_map_are_taken_away(page, force_map, tmp_path):
 @desk_will_do
 def test_a_hundred_thousand_points_are_turned(page):
     page.goto("/campaigns/lab/map")
+    page.wait_for_selector("#along_speed polyline")
+    assert page.get_attribute("#workspace", "data-points") is None  # it comes when it is seen
+    page.locator("#workspace").scroll_into_view_if_needed()
     page.wait_for_selector("#workspace[data-points]")
-    page.wait_for_selector("#along_speed .scatterlayer .trace")
     assert int(page.get_attribute("#workspace", "data-points")) >= 100_000
     page.locator("#workspace").scroll_into_view_if_needed()
     box = page.locator("#workspace").bounding_box()

@@ -39,7 +39,7 @@ def test_every_answer_is_as_described(description):
     from schemathesis import GenerationMode
 
     operations = [found.ok() for found in description.get_all_operations()]
-    assert len(operations) == 28
+    assert len(operations) == 35
     for operation in operations:
         of_the_campaign = {"path_parameters": {"name": "lab"}} if "{name}" in operation.path else {}
         whole = [(GenerationMode.POSITIVE, {}), (GenerationMode.POSITIVE, of_the_campaign)]

@@ -169,7 +169,9 @@ class MissingExtra(ForcemapError):
     def of(cls, error: ModuleNotFoundError) -> MissingExtra:
         """The error of a command line or page that needs a package that is not installed."""
         extra = "register" if error.name in ("sqlalchemy", "alembic") else "app"
-        return cls(f"this needs the package {error.name}; install it with: pip install 'forcemap[{extra}]'")
+        return cls(
+            f"this needs the package {error.name}; install it from the project's folder: pip install '.[{extra}]'"
+        )
 
 
 _BREAKS = re.compile("[\n\r\v\f\x1c-\x1e\x85\u2028\u2029][\\s]*")

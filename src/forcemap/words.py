@@ -145,12 +145,26 @@ def warnings(bases: Iterable[Basis]) -> list[str]:
 
 def of_maps(said: Iterable[tuple[str, Iterable[str]]]) -> list[str]:
     """What several maps, by name, say: every line once, behind the names of those that say it if others do not."""
-    names: dict[str, list[str]] = {}
+    return [f"{of}: {line}" if of else line for line, of in _speakers(said).items()]
+
+
+def by_map(said: Iterable[tuple[str, Iterable[str]]]) -> dict[str, list[str]]:
+    """What several maps, by name, say: lines by the names of those that say them, first what all say, by no name."""
+    grouped: dict[str, list[str]] = {"": []}
+    for line, of in _speakers(said).items():
+        grouped.setdefault(of, []).append(line)
+    return {of: lines for of, lines in grouped.items() if lines}
+
+
+def _speakers(said: Iterable[tuple[str, Iterable[str]]]) -> dict[str, str]:
+    """Every line with the names of those that say it, none where all do."""
+    names: dict[str, dict[str, None]] = {}
     pairs = [(name, list(lines)) for name, lines in said]
     for name, lines in pairs:
         for line in lines:
-            names.setdefault(line, []).append(name)
-    return [line if len(of) == len(pairs) else f"{', '.join(of)}: {line}" for line, of in names.items()]
+            names.setdefault(line, {})[name] = None
+    every = len({name for name, _ in pairs})
+    return {line: "" if len(of) == every else ", ".join(of) for line, of in names.items()}
 
 
 def limit_words(basis: Basis) -> str:

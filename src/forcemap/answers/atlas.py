@@ -8,7 +8,7 @@ from forcemap.answers.answer import AllSaid, Answer, AtPlace, Bound, Figure
 from forcemap.answers.speed import SpeedAnswer
 from forcemap.maps.map_file import map_sha256
 from forcemap.paths.atlas import Atlas, AtlasMap
-from forcemap.words import of_maps, sentences
+from forcemap.words import by_map, of_maps, sentences
 
 
 class AtlasMapAnswer(Answer):
@@ -48,7 +48,7 @@ class AtlasSpeedAnswer(AtPlace):
 
     `speed_to_program_mps` is the lowest, whatever direction, contact site, tool and payload of the atlas; null if a map
     gives none there, or a campaign has no map. A warning that not every map gives begins with the names of those that
-    give it.
+    give it; `assumptions_by_map` has the assumptions by the names of their maps, those of all maps by no name.
     """
 
     speed_to_program_mps: Figure
@@ -57,6 +57,7 @@ class AtlasSpeedAnswer(AtPlace):
     simulated: bool
     warnings: AllSaid
     assumptions: AllSaid
+    assumptions_by_map: dict[str, AllSaid]
     bound: Bound
     maps: list[MapSpeed]
     map_sha256: str
@@ -70,6 +71,8 @@ class AtlasSpeedAnswer(AtPlace):
             answer = SpeedAnswer.of_place(force_map, place, None, **case)
             maps.append(MapSpeed(map=AtlasMapAnswer.of_map(campaign), speed=answer))
         lowest = min(maps, key=lambda each: each.speed.speed_to_program_mps or 0.0)
+        assumed = [(each.map.name, [str(line) for line in each.speed.assumptions]) for each in maps]
+        of_all = sentences(atlas.findings)
         without = [each.name for each in atlas.campaigns if each.force_map is None]
         return cls(
             distance_m=place[0],
@@ -79,7 +82,8 @@ class AtlasSpeedAnswer(AtPlace):
             without_map=without,
             simulated=atlas.simulated,
             warnings=[*sentences(atlas.warnings), *of_maps((each.map.name, each.speed.warnings) for each in maps)],
-            assumptions=[*sentences(atlas.findings), *(line for each in maps for line in each.speed.assumptions)],
+            assumptions=[*of_all, *dict.fromkeys(line for _, lines in assumed for line in lines)],
+            assumptions_by_map=by_map((name, [*of_all, *lines]) for name, lines in assumed),
             bound=case["bound"],
             maps=maps,
             map_sha256=atlas.sha256,

@@ -15,7 +15,7 @@ from forcemap.paths.gaps import map_gaps
 from forcemap.paths.path_speeds import PathSpeeds
 from forcemap.paths.table_positions import TaskPlaces
 from forcemap.speeds.basis import Basis
-from forcemap.words import assumptions, sentences, warnings
+from forcemap.words import assumptions, by_map, sentences, warnings
 
 RULES = ("allowed", "standard", "constant", "program")
 
@@ -91,7 +91,7 @@ class AlongAnswer(Answer):
     """What speeds along paths rest on, as `RestsOn`; warnings come first.
 
     Of several maps `map_sha256` is one hash over those of `maps`; `speed_kind` and `speed_error` are null where they
-    differ.
+    differ, and `assumptions_by_map` has the assumptions by the names of their maps, those of all maps by no name.
     """
 
     bound: Bound
@@ -100,6 +100,7 @@ class AlongAnswer(Answer):
     simulated: bool
     warnings: AllSaid
     assumptions: AllSaid
+    assumptions_by_map: dict[str, AllSaid]
     map_sha256: str
     maps: list[AtlasMapAnswer]
 
@@ -142,8 +143,7 @@ class PathAnswer(AlongAnswer):
             gaps=_gaps(speeds),
             suggestion=None if bent is None else Suggestion.of_bent(bent),
             pieces=pieces,
-            assumptions=[*notes, *assumptions(speeds.bases, speeds.notes)],
-            **_rests_on(speeds.atlas, bound, speeds.bases),
+            **_rests_on(speeds.atlas, bound, speeds.bases, [*notes, *sentences(speeds.notes)]),
         )
 
 
@@ -192,23 +192,36 @@ class PlacesAnswer(AlongAnswer):
             cycle_times=[] if best is None else [getattr(best, rule) for rule in RULES],
             refusals=[] if places.best is not None else _refusals(_pieces(closest), closest.refused.tolist()),
             positions=positions,
-            assumptions=assumptions((*(best.bases if best else ()), *places.bases), places.notes),
-            **_rests_on(closest.atlas, bound, (*(best.bases if best else ()), *closest.bases, *places.bases)),
+            **_rests_on(
+                closest.atlas,
+                bound,
+                (*(best.bases if best else ()), *closest.bases, *places.bases),
+                sentences(places.notes),
+            ),
         )
 
 
-def _rests_on(atlas: Atlas, bound: Any, bases: tuple[Basis, ...]) -> dict[str, Any]:
+def _rests_on(atlas: Atlas, bound: Any, bases: tuple[Basis, ...], notes: list[str]) -> dict[str, Any]:
+    """What speeds along a path rest on; `notes` are those of all maps."""
     conditions = [force_map.conditions for force_map in atlas.force_maps]
     kinds, errors = ({getattr(each, name) for each in conditions} for name in ("speed_kind", "speed_error"))
     return {
         "bound": bound,
         "warnings": [*sentences(atlas.warnings), *warnings(bases)],
+        "assumptions": list(dict.fromkeys([*assumptions(bases), *notes])),
+        "assumptions_by_map": by_map((_map_of(atlas, basis), [*assumptions([basis]), *notes]) for basis in bases),
         "simulated": atlas.simulated,
         "map_sha256": atlas.sha256,
         "maps": [AtlasMapAnswer.of_map(each) for each in atlas.maps],
         "speed_kind": kinds.pop() or None if len(kinds) == 1 else None,
         "speed_error": errors.pop() if len(errors) == 1 else math.nan,
     }
+
+
+def _map_of(atlas: Atlas, basis: Basis) -> str:
+    """Name of the map that speeds rest on: no two of an atlas were measured under the same conditions."""
+    pairs = zip(atlas.maps, atlas.force_maps, strict=True)
+    return next((each.name for each, force_map in pairs if force_map.conditions == basis.conditions), "")
 
 
 def _gaps(speeds: PathSpeeds) -> list[GapAnswer]:

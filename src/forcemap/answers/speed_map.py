@@ -8,8 +8,9 @@ from typing import Self
 import numpy as np
 
 from forcemap.answers.accuracy import AccuracyAnswer
-from forcemap.answers.answer import AtPlace, Figure, PlaceAndSpeed, Said, if_any
+from forcemap.answers.answer import Answer, AtPlace, Figure, PlaceAndSpeed, Said, if_any, of
 from forcemap.answers.basis import RestsOn, rests_on
+from forcemap.comparisons.beside_standard import beside_standard
 from forcemap.findings import Finding
 from forcemap.maps.accuracy import Accuracy
 from forcemap.maps.force_map import ForceMap
@@ -40,10 +41,24 @@ class PlaceToProgram(AtPlace):
     speed_to_program_mps: float
 
 
+class StandardAnswer(Answer):
+    """The standard's one speed at contact, and at how many places of the grid the map permits more than that.
+
+    The predicted forces are the map's at that speed, null where none was measured so fast.
+    """
+
+    speed_mps: float = of("speed")
+    places: int
+    places_with_more: int = of("faster")
+    highest_speed_of_map_mps: Figure = of("fastest")
+    lowest_predicted_force_N: Figure = of("lowest_predicted")
+    highest_predicted_force_N: Figure = of("highest_predicted")
+
+
 class SpeedMapAnswer(RestsOn):
     """Safe speeds on a grid, place by place in order of distance; outcome and reason are those of the fastest place.
 
-    `outcome`, `counts` and `fastest` refer to speeds at contact.
+    `outcome`, `counts` and `fastest` refer to speeds at contact; `standard` is null where the standard has no speed.
     """
 
     outcome: str
@@ -55,6 +70,7 @@ class SpeedMapAnswer(RestsOn):
     to_program_reason: Said
     places: list[PlaceAnswer]
     accuracy: AccuracyAnswer | None
+    standard: StandardAnswer | None
 
     @classmethod
     def of_speeds(
@@ -85,5 +101,6 @@ class SpeedMapAnswer(RestsOn):
             to_program_reason=quick.to_program_reason,
             places=places,
             accuracy=accuracy,
+            standard=beside_standard(force_map, speeds),
             **rests_on(force_map, result.basis, notes),
         )

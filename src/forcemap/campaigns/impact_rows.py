@@ -30,6 +30,7 @@ from forcemap.campaigns.walk import CampaignRecording
 from forcemap.csv_table import csv_cell
 from forcemap.impacts.quality import UNKNOWN_PEAK
 from forcemap.impacts.scenario import BARRING, ContactScenario
+from forcemap.recordings.column_map import ColumnMap
 
 Row = dict[str, str]
 """A row of the impacts table, a text for each column."""
@@ -137,17 +138,23 @@ def _assigned(campaign: Campaign, recording: CampaignRecording, entry: Entry, us
     return replace(entry, use=Use.DISCARDED, reason=reason) if reason else entry
 
 
+def columns_words(columns: ColumnMap | None) -> str:
+    """How files are read, as the register has it: the entries of [recordings] that are not at their default."""
+    stated = [(option, str(getattr(columns, option.name))) for option in (fields(columns) if columns else ())]
+    return (
+        ", ".join(f"{option.name} = {text}" for option, text in stated if text != str(option.default)) or "no entries"
+    )
+
+
 def _basis(campaign: Campaign, entry: Entry, film: FilmReading | None) -> dict[str, str]:
     """What the row of a recording depends on besides its file: its place in the plan, how it is read, its film."""
-    plan, columns = campaign.plan, campaign.columns
+    plan = campaign.plan
     i = plan.row_of.get((entry.state_id, entry.repeat), plan.first_row[entry.state_id])
     place = f"{plan.distance[i]:.12g} m, {plan.height[i]:.12g} m, {plan.speed[i]:.12g} m/s, {plan.role[i]}"
-    stated = [(option, str(getattr(columns, option.name))) for option in (fields(columns) if columns else ())]
-    words = ", ".join(f"{option.name} = {text}" for option, text in stated if text != str(option.default))
     phase2 = "" if math.isnan(entry.phase2_force) else f", {entry.phase2_force:.2f} N in Phase II"
     return {
         PLANNED: f"{entry.state_id}: {place}",
-        READ_WITH: words or "no entries",
+        READ_WITH: columns_words(campaign.columns),
         FIRST_READ: f"{entry.raw_peak_force:.2f} N, {entry.scenario}{phase2}",
         **({PRESSURE_FROM: film.origin} if film else {}),
     }

@@ -61,8 +61,15 @@ def read_dataset(
     if conditions is None:
         beside = table.parent / CAMPAIGN_FILE
         conditions = read_conditions(beside) if beside.exists() else Conditions()
-    if Path(path).is_dir() and not table.exists() and (Path(path) / PLAN_FILE).exists():
-        raise InputError(f"there is no {TABLE_FILE} yet; forcemap collect {path} writes it", file=str(path))
+    if table.name == TABLE_FILE and not table.exists():
+        if (table.parent / PLAN_FILE).exists():
+            message = f"there is no {TABLE_FILE} yet: not collected; forcemap collect {table.parent} writes it"
+            raise InputError(message, file=str(path))
+        if Path(path).is_dir():
+            message = (
+                f"there is neither {TABLE_FILE} nor {PLAN_FILE}, expected a campaign's folder; forcemap plan makes one"
+            )
+            raise InputError(message, file=str(path))
     content = read_bytes(table)
     cells = None
     try:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import math
+import re
+from collections.abc import Mapping
 from operator import attrgetter
 from typing import Any
 
@@ -66,6 +68,26 @@ def campaign_text(conditions: Conditions, columns: ColumnMap | None = None) -> s
         return "\n".join(lines) + "\n" + _COLUMN_HELP
     lines += ["", "[recordings]", *(f"{key} = {_toml(value)}" for key, value in columns.to_table().items())]
     return "\n".join(lines) + "\n"
+
+
+def completed_text(text: str, entries: Mapping[str, Any]) -> str:
+    """The text of a campaign.toml with entries that it does not state, nothing else changed.
+
+    An entry takes the place of the comment that stands for it, else it follows the head of its section, which is added
+    where there is none.
+    """
+    for entry, value in entries.items():
+        section, _, key = entry.rpartition(".")
+        head = re.search(rf"^\[{re.escape(section)}\][ \t]*(?:#.*)?$", text, re.M)
+        line = f"{key} = {_toml(value)}"
+        if head is None:
+            text = f"{text.rstrip()}\n\n[{section}]\n{line}\n"
+            continue
+        end = re.compile(r"^[ \t]*\[", re.M).search(text, head.end())
+        body = text[head.end() : end.start() if end else len(text)]
+        said, count = re.subn(rf"^# {re.escape(key)} = [^#\n]*?(?=[ ]*(?:#|$))", line, body, count=1, flags=re.M)
+        text = text[: head.end()] + (said if count else f"\n{line}{body}") + text[head.end() + len(body) :]
+    return text
 
 
 def _toml(value: Any) -> str:

@@ -20,6 +20,9 @@ from forcemap.errors import ForcemapError, InputError, MissingExtra
 
 _COMMA = re.compile(r"-?[0-9]+,[0-9]+")
 
+_REGION = re.compile("^--region(?==|$)")
+"""An earlier spelling of --area, which names regions, too."""
+
 _COMMANDS = {
     "demo": "Run the whole chain on a simulated campaign.",
     "plan": "Plan a campaign: its folder, states and run sheet.",
@@ -164,6 +167,7 @@ def options(
 def run(arguments: list[str]) -> int:
     """Run one command and return its exit code; every error becomes one line on stderr (and JSON if asked for)."""
     as_json = "--json" in arguments
+    arguments = [_REGION.sub("--area", argument) for argument in arguments]
     if not arguments:
         app(["--help"], standalone_mode=False)
         return 2

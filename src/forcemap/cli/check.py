@@ -26,7 +26,7 @@ from forcemap.cli.column_options import (
     described,
 )
 from forcemap.cli.options import DeviceSpring, Json, Limit, LimitSpring, QuasiStaticN, limit_from
-from forcemap.cli.output import Progress, emit, listing, table
+from forcemap.cli.output import Progress, counted, emit, listing, table, verdict_first
 from forcemap.impacts.impact import TRANSIENT_TIME
 from forcemap.verdicts.recording_results import recording_doubt
 
@@ -99,8 +99,6 @@ def inspect(
     emit(answer, inspect_lines(answer, recorded), as_json=as_json)
 
 
-SIMULATED = "SIMULATED recordings: not a measurement of any robot"
-
 SHOWN = 12
 """Lines of a list before it is cut; a choice, so that the outcome stays on the screen."""
 
@@ -109,7 +107,8 @@ _UNSTATED = "the device range is not stated, so saturation was judged by the sha
 
 def inspect_lines(answer: InspectAnswer, recorded: Sequence[RecordedImpacts]) -> list[str]:
     """What a file of recordings holds, every impact with its plot."""
-    lines = [SIMULATED] if answer.simulated else []
+    found = sum(len(measured.impacts) for measured in recorded)
+    lines = verdict_first(f"{counted(found, 'impact')} in {answer.file}", simulated=answer.simulated)
     for shown, measured in zip(answer.recordings, recorded, strict=True):
         rate = f"{shown.sampling_rate_Hz:.0f} Hz{'' if measured.recording.regular else ', irregular'}"
         lines.append(f"{shown.recording}: {shown.samples} samples in {shown.duration_s:.3f} s, {rate}")
@@ -175,15 +174,18 @@ def _plot(impact: fm.Impact) -> list[str]:
 
 
 def check_lines(answer: CheckAnswer) -> list[str]:
-    """A check: what must be said first, the outcome, what was not judged and why, the impacts it rests on."""
-    lines = [SIMULATED] if answer.simulated else []
-    lines += [*answer.warnings, f"{_words(answer.outcome).upper()}: {answer.limit}"]
-    judged = [impact for impact in answer.impacts if impact.interpretation]
-    if len(answer.impacts) + len(answer.unjudged) > 1:
+    """A check: the outcome, what must be read with it, what was not judged and why, the impacts it rests on."""
+    several, counted_as = len(answer.impacts) + len(answer.unjudged) > 1, ""
+    if several:
         counts = ", ".join(f"{count} {_words(name)}" for name, count in answer.counts.items() if name != "unjudged")
+        counted_as = f" ({counted(len(answer.impacts), 'impact')}: {counts})"
+    verdict = f"{_words(answer.outcome).upper()}{counted_as}: {answer.limit}"
+    lines = verdict_first(verdict, answer.warnings, simulated=answer.simulated)
+    judged = [impact for impact in answer.impacts if impact.interpretation]
+    if several:
         names = [flag.name for impact in answer.impacts for flag in impact.flags]
         flags = ", ".join(f"{name} {names.count(name)}" for name in sorted(set(names)))
-        lines += [f"{len(answer.impacts)} impacts: {counts}", *([f"flags: {flags}"] if flags else [])]
+        lines += [f"flags: {flags}"] if flags else []
         doubts = [impact for impact in answer.impacts if impact.outcome == "cannot_tell"]
         lines += _list("Why", [f"{impact.recording}: {impact.reason}" for impact in doubts])
         impacts = ["", *table(_HEADER, map(_verdict_row, judged))] if judged else []

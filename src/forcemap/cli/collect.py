@@ -13,9 +13,9 @@ from forcemap import Campaign, ForcemapError, ImpactDataset, InputError, collect
 from forcemap.answers.collect import AssignAnswer, CollectAnswer, ProposedRun, Repeatability
 from forcemap.campaigns.run_order import RecordingOrder, assign_runs, propose_runs
 from forcemap.campaigns.workers import processors
-from forcemap.cli.check import SHOWN, SIMULATED, shortened
+from forcemap.cli.check import SHOWN, shortened
 from forcemap.cli.options import Json
-from forcemap.cli.output import Progress, emit, emit_error, listing, table
+from forcemap.cli.output import Progress, emit, emit_error, listing, table, verdict_first
 from forcemap.errors import one_line
 
 _STEADY = 1.5
@@ -165,15 +165,15 @@ def _missing_words(missing: list[str]) -> str:
 
 
 def _lines(answer: CollectAnswer, folder: str) -> list[str]:
-    lines = [SIMULATED] * answer.simulated
-    lines += [f"NO SPEED from these impacts: {answer.no_speed}"] if answer.no_speed else []
-    lines += answer.contradictions
-    lines += [answer.drift.finding] if answer.drift and answer.drift.found else []
-    lines += [
+    verdict = (
         f"{answer.recordings} recordings: {answer.used} used, in {answer.states} states; {answer.censored} of them "
-        "reached the device range (censored)",
-        _missing_words(answer.missing).capitalize(),
-    ]
+        "reached the device range (censored)"
+    )
+    doubts = [f"NO SPEED from these impacts: {answer.no_speed}"] if answer.no_speed else []
+    doubts += answer.contradictions
+    doubts += [answer.drift.finding] if answer.drift and answer.drift.found else []
+    lines = verdict_first(verdict, doubts, simulated=answer.simulated)
+    lines.append(_missing_words(answer.missing).capitalize())
     if answer.discards:
         lines += listing(
             "Not used", shortened([f"{file.recording}: {file.use}, {file.reason}" for file in answer.discards])

@@ -19,11 +19,12 @@ from forcemap.cli.options import (
     Json,
     MovingMass,
     Payload,
+    areas_from,
     bound_from,
     force_map_from,
     too_few_states_named,
 )
-from forcemap.cli.output import SIMULATED, accuracy_lines, bound_words, change, emit, listing, shown, table
+from forcemap.cli.output import accuracy_lines, bound_words, change, emit, listing, shown, table, verdict_first
 from forcemap.cli.task_options import (
     ContactOffset,
     DriveInertiaOption,
@@ -51,7 +52,7 @@ def compare(
         str | None, Argument(help="Another map: then the two maps are compared, the other over the first.")
     ] = None,
     region: Annotated[
-        str | None, Option("--area", "--region", help="Body region or area hit; default: hand_fingers.")
+        str | None, Option("--area", help="Body area or region that is hit; default: that of the contact points.")
     ] = None,
     moving_mass: MovingMass = None,
     payload: Payload = None,
@@ -74,7 +75,7 @@ def compare(
     both have measured: compare MAP MAP. Or a map, or measured impacts, with what effective mass alone would give:
     compare ur10e --effective-mass ur10e.
 
-    Example: forcemap compare impacts.csv --moving-mass-kg 30 --body constrained
+    Example: forcemap compare impacts.csv --area back_of_hand --moving-mass-kg 30
     """
     if robot is not None:
         if any(option is not None for option in (other, region, moving_mass, body)):
@@ -91,9 +92,7 @@ def compare(
         )
     if other is not None:
         if any(option is not None for option in (region, moving_mass, payload, body)):
-            raise fm.InputError(
-                "compare: --region, --moving-mass-kg, --payload-kg and --body go with one impacts table"
-            )
+            raise fm.InputError("compare: --area, --moving-mass-kg, --payload-kg and --body go with one impacts table")
         _compare_two_maps(table, other, form, as_json=as_json)
         return
     masses = {"moving_mass": moving_mass, "payload": payload}
@@ -130,7 +129,10 @@ def _compare_models(
     as_json: bool,
 ) -> None:
     """A map, or the map of measured impacts, beside the 2D map and the standard's contact model."""
-    limit = fm.force_limit("hand_fingers" if region is None else region)
+    areas = areas_from(source, [region] if region else None)
+    if len(areas) > 1:
+        raise fm.InputError(f"area: expected --area, one of those of the contact points: {', '.join(areas)}")
+    limit = fm.force_limit(areas[0])
     usable = limit if limit.permitted else None
     if _is_map(source):
         force_map = force_map_from(source, form)[0]
@@ -175,7 +177,7 @@ def _for_impacts(impacts: str, source: str) -> str:
 def comparison_lines(answer: ComparisonAnswer) -> list[str]:
     """Where the standard's contact model is wrong, then the models and what they allow."""
     standard, variation = answer.models[-1], answer.variation
-    lines = [SIMULATED] * answer.simulated
+    lines: list[str] = []
     of, words = ("predicted", "by the map") if answer.on == BY_THE_MAP else ("measured", "measured")
     for share, side, extreme in (
         (standard.underestimated_share, "underestimates", standard.most_underestimated),
@@ -187,6 +189,7 @@ def comparison_lines(answer: ComparisonAnswer) -> list[str]:
             forces = f"{extreme.predicted_N:.0f} N for {extreme.measured_N:.0f} N {words}"
             most = f"; most by {abs(extreme.error_percent):.1f} % ({forces}) at {place}"
         lines.append(f"the standard's contact model {side} {100 * share:.0f} % of the states{most}")
+    lines[:1] = verdict_first(lines[0], simulated=answer.simulated)
     correlations = (variation.rank_correlation_distance, variation.rank_correlation_height)
     with_d, with_h = ("nan" if r is None else f"{r:.2f}" for r in correlations)
     lines += [
@@ -227,11 +230,13 @@ def maps_lines(answer: TwoMapsAnswer, names: tuple[str, str]) -> list[str]:
     low, high = answer.lowest, answer.highest
     maps = [f"one:   {names[0]}: {answer.one}", f"other: {names[1]}: {answer.other}"]
     if answer.same_map:
-        return [*[SIMULATED] * answer.simulated, *maps, "", "the same map"]
-    return [
-        *[SIMULATED] * answer.simulated,
+        return [*verdict_first("the same map", simulated=answer.simulated), *maps]
+    average = (
         f"force of the other over the one, on average: {change(answer.mean_ratio)} "
-        f"(geometric mean {change(answer.geometric_mean_ratio)})",
+        f"(geometric mean {change(answer.geometric_mean_ratio)})"
+    )
+    return [
+        *verdict_first(average, simulated=answer.simulated),
         _extreme("highest", answer.largest),
         _extreme("lowest", answer.smallest),
         f"the other is the higher one in {100 * answer.higher_share:.1f} % of the range",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 from typer import Option
@@ -14,10 +14,10 @@ from forcemap.answers.plan import ConfirmAnswer
 from forcemap.assessment.confirmation import checked_impacts
 from forcemap.cli import planned
 from forcemap.cli.options import ContactKind, FormName, Json, Limit, Source, bound_from, force_map_from, limit_from
-from forcemap.cli.output import emit, listing, table
+from forcemap.cli.output import emit, listing, table, verdict_first
 from forcemap.planning.confirm import ConfirmationPlan, ConfirmationResult, Confirmed
 from forcemap.planning.runs import extend_plan
-from forcemap.words import sentence, sentences, simulated_line
+from forcemap.words import sentence, sentences
 
 _EXIT = {Confirmed.PASSES: 0, Confirmed.DOES_NOT_PASS: 1, Confirmed.CANNOT_TELL: 2}
 
@@ -74,20 +74,17 @@ def confirm(
 
 
 def _lines(source: str, answer: ConfirmationPlan, files: list[str], again: str, more: str) -> list[str]:
-    simulated = simulated_line(answer.force_map.simulated)
-    warnings = [f"WARNING: {warning}" for warning in sentences(answer.warnings)]
+    said: dict[str, Any] = {"doubts": sentences(answer.warnings), "simulated": answer.force_map.simulated}
     old = "Taken out of the plan, planned for another speed and not measured"
     taken = listing(old, answer.replaced.recording.tolist()) if len(answer.replaced) else []
-    warnings += taken
     result, to_measure = answer.result, planned.measuring_lines(source, files, again)
     if result is not None:
         after = to_measure if files or result.outcome is Confirmed.CANNOT_TELL else []
         if result.outcome is Confirmed.DOES_NOT_PASS:
             after = _remedy(source, answer, again, more)
         return [
-            *simulated,
-            f"{result.outcome.replace('_', ' ').upper()}: {sentence(result.reason)}",
-            *warnings,
+            *verdict_first(f"{result.outcome.replace('_', ' ').upper()}: {sentence(result.reason)}", **said),
+            *taken,
             "",
             *_impacts_table(result),
             *(listing("Not measured yet", result.missing) if result.missing else []),
@@ -97,7 +94,8 @@ def _lines(source: str, answer: ConfirmationPlan, files: list[str], again: str, 
             *after,
         ]
     if answer.refusal:
-        return [*simulated, sentence(answer.refusal), *taken, *_remedy(source, answer, again, more)]
+        refused = verdict_first(sentence(answer.refusal), simulated=answer.force_map.simulated)
+        return [*refused, *taken, *_remedy(source, answer, again, more)]
     chances = "How often a sound map does not pass is not known: the map has no measured states"
     if not math.isnan(answer.not_passed):
         chances = (
@@ -109,9 +107,9 @@ def _lines(source: str, answer: ConfirmationPlan, files: list[str], again: str, 
         )
     before = "" if len(answer.added) else ", planned before and not measured yet"
     return [
-        *simulated,
-        f"{len(answer.plan)} impacts at the released speeds, at contact, slow to fast{before}",
-        *warnings,
+        *verdict_first(f"{len(answer.plan)} impacts at the released speeds, at contact, slow to fast{before}", **said),
+        *taken,
+        *([planned.time_words(answer.plan)] if len(answer.plan) else []),
         "",
         *planned.runs_table(answer.plan, answer.bound_force.tolist()),
         f"at most: {answer.bound}",

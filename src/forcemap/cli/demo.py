@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 import shutil
 import sys
 from pathlib import Path
@@ -23,8 +24,9 @@ from forcemap.cli.collect import contact_lines, scatter_lines
 from forcemap.cli.fit import impacts_words
 from forcemap.cli.options import Json
 from forcemap.cli.output import emit, listing, table, wrapped
+from forcemap.cli.planned import command_lines
 from forcemap.cli.report import REPORT_FILE, REPORT_LIST, answer_lines, write_report
-from forcemap.cli.speed import fastest_line, grid_lines, next_lines, speed_map_table
+from forcemap.cli.speed import fastest_line, grid_lines, next_lines, speed_map_table, standard_lines
 from forcemap.files import write_atomically
 from forcemap.words import sentence, sentences
 
@@ -47,7 +49,8 @@ def demo(
     from forcemap.lab.example_campaigns import simulate_example
 
     target = simulate_example(example, folder or _free_name()).folder
-    fm.build_dataset(fm.read_campaign(target))
+    (target / "maps").mkdir()
+    fm.write_map(fm.fit_force_map(fm.build_dataset(fm.read_campaign(target))), target / "maps" / "cfm_3d.json")
     assessment = fm.assess_campaign(target, limits=[fm.force_limit(_AREA)])
     force_map, dataset = present(assessment.force_map), present(assessment.dataset)
     accuracies = present(assessment.accuracy)
@@ -56,8 +59,6 @@ def demo(
     comparison = ComparisonAnswer.of_comparison(compared, limit, simulated=assessment.simulated)
     speeds = [SpeedMapAnswer.of_speeds(force_map, present(part.speeds), accuracies[0]) for part in assessment.speeds]
 
-    (target / "maps").mkdir()
-    fm.write_map(force_map, target / "maps" / "cfm_3d.json")
     results: dict[str, Answer] = {
         "accuracy": EvaluateAnswer.of_map(force_map, dataset, accuracies),
         "comparison": comparison,
@@ -76,14 +77,6 @@ def demo(
     files = [file for file in written if not file.startswith("recordings/")]
     files += [REPORT_FILE, REPORT_LIST, f"recordings/ ({len(written) - len(files)} files)"]
     report, _ = write_report(assessment, target / REPORT_FILE, None, pdf=False)
-    program = "forcemap" if shutil.which("forcemap") else sys.argv[0]
-    closing = [
-        "",
-        f"Written to {target}: {', '.join(files)}",
-        "(the map, accuracy, comparison and safe speeds as JSON and CSV; this text as summary.txt)",
-        f"The validation report, to open in a browser: {report}",
-        f"Next: {program} speed {target} --distance 0.8 --height 0.4 --area {_AREA} --contact transient",
-    ]
     shown = {
         "folder": str(target),
         "files": files,
@@ -92,7 +85,23 @@ def demo(
         "speed_maps": {str(part.contact): answer for part, answer in zip(assessment.speeds, speeds, strict=True)},
         "comparison": comparison,
     }
-    emit(shown, [*summary, *closing], as_json=as_json)
+    emit(shown, [*summary, *_closing(target, files, report)], as_json=as_json)
+
+
+def _closing(target: Path, files: list[str], report: str) -> list[str]:
+    """What was written, and what to do next."""
+    program = "forcemap" if shutil.which("forcemap") else sys.argv[0]
+    return [
+        "",
+        f"Written to {target}: {', '.join(files)}",
+        "(the map, accuracy, comparison and safe speeds as JSON and CSV; this text as summary.txt)",
+        f"The validation report, to open in a browser: {report}",
+        "Next:",
+        *command_lines(
+            f"{program} speed {shlex.quote(str(target))} --distance 0.8 --height 0.4 --area {_AREA} --contact transient"
+        ),
+        *command_lines(f"{program} serve {shlex.quote(str(target))}"),
+    ]
 
 
 def _free_name() -> str:
@@ -107,14 +116,15 @@ def _summary(assessment: fm.CampaignAssessment, fit: FitAnswer, speeds: list[Spe
     dataset, force_map = present(assessment.dataset), present(assessment.force_map)
     collected = CollectAnswer.of_campaign(present(assessment.campaign), dataset)
     comparison = present(assessment.comparisons[0])
-    lines = [f"forcemap demo: {assessment.conditions.robot}", *answer_lines(assessment)]
+    lines = answer_lines(assessment)
     for part, answer in zip(assessment.speeds, speeds, strict=True):
         lines += ["", answer.limit, *grid_lines(answer), fastest_line(answer)]
-        lines += [_standard(assessment, part), *next_lines(answer)]
+        lines += [*standard_lines(answer), *_against_standard(assessment, part), *next_lines(answer)]
     accuracies = [(accuracy.on, accuracy) for accuracy in present(assessment.accuracy)]
     accuracies += [(model.model, model.accuracy) for model in comparison.models[1:]]
     rows = [[name, str(errors.states), *_percent(errors), f"{errors.rmse:.1f} N"] for name, errors in accuracies]
     rests_on = [
+        f"robot: {assessment.conditions.robot}",
         f"{collected.recordings} recordings, of which {collected.used} gave an impact, in {collected.states} states; "
         f"{collected.censored} reached the device range of {assessment.conditions.device.range:g} N",
         *contact_lines(collected),
@@ -134,13 +144,11 @@ def _summary(assessment: fm.CampaignAssessment, fit: FitAnswer, speeds: list[Spe
     return lines
 
 
-def _standard(assessment: fm.CampaignAssessment, speeds: PlaceSpeeds) -> str:
-    """What the standard's contact model says, and what speaks against it."""
-    speed = fm.floor_speed(speeds.standard_speed)
-    words = f"the standard's contact model: {speed} m/s everywhere, not confirmed by any measurement"
+def _against_standard(assessment: fm.CampaignAssessment, speeds: PlaceSpeeds) -> list[str]:
+    """What speaks against the standard's speed for a transient contact, if something does."""
     error = assessment.conditions.device.error_or_default
     why = present(assessment.dataset).phase_two.transient_refusal(speeds.limit.quasi_static, error)
-    return f"{words}; {sentence(why)}" if why and speeds.contact is fm.Contact.TRANSIENT else words
+    return [f"  and {sentence(why)}"] if why and speeds.contact is fm.Contact.TRANSIENT else []
 
 
 def _percent(accuracy: fm.Accuracy) -> list[str]:

@@ -10,7 +10,7 @@ from typer import Argument, Exit, Option
 import forcemap as fm
 from forcemap.answers.effective_mass import MassAnswer, MassMapAnswer, PlaceMass, PlaceMassAnswer
 from forcemap.cli.options import Json
-from forcemap.cli.output import emit, grid, listing, table
+from forcemap.cli.output import emit, grid, listing, table, verdict_first
 from forcemap.cli.task_options import (
     Base,
     ContactOffset,
@@ -82,15 +82,15 @@ def effective_mass(
         f"with distance: {over.trend_with_distance}; with height: {over.trend_with_height}; "
         f"forces would vary by a factor of {over.force_ratio:.2f} if they followed sqrt(m_u)",
     ]
-    emit(answer, [*answer.findings, *lines, *_rests_on(answer)], as_json=as_json)
+    emit(answer, [*verdict_first(lines[0], answer.findings), *lines[1:], *_rests_on(answer)], as_json=as_json)
 
 
 def _show_place(place: PlaceMassAnswer, as_json: bool) -> NoReturn:
     where = f"at d = {place.distance_m:.6g} m, h = {place.height_m:.6g} m"
     regular = place.outcome is MassOutcome.REGULAR
     words = f"no effective mass {where}: {place.outcome.replace('_', ' ')}"
-    lines = [f"effective mass {place.effective_mass_kg:.3f} kg {where}" if regular else words]
-    emit(place, [*place.findings, *lines, *_rests_on(place)], as_json=as_json)
+    verdict = f"effective mass {place.effective_mass_kg:.3f} kg {where}" if regular else words
+    emit(place, [*verdict_first(verdict, place.findings), *_rests_on(place)], as_json=as_json)
     raise Exit(int(not regular))
 
 

@@ -13,7 +13,7 @@ import forcemap as fm
 from forcemap.answers.comparison import Body
 from forcemap.answers.estimate import EstimateAnswer
 from forcemap.cli.options import DeviceSpring, Json, bound_from, force_map_from, number, stiffness
-from forcemap.cli.output import SIMULATED, emit, listing
+from forcemap.cli.output import emit, listing, verdict_first
 from forcemap.findings import Finding
 from forcemap.limits.body_areas import body_region
 from forcemap.limits.covers import Cover
@@ -27,9 +27,7 @@ _Source = Annotated[
 _Force = Annotated[
     float | None, Option("--force-N", help="Largest force of a contact with a fixed device, in place of SOURCE.")
 ]
-_Area = Annotated[
-    str | None, Option("--area", "--region", help="Body area or region: its spring and, with --body free, its mass.")
-]
+_Area = Annotated[str | None, Option("--area", help="Body area or region: its spring and, with --body free, its mass.")]
 _BodyKind = Annotated[
     Body, Option("--body", help="constrained: the body part cannot move away; free: the mass of --area.")
 ]
@@ -204,16 +202,14 @@ def _lines(answer: EstimateAnswer) -> list[str]:
     at = "" if answer.speed_mps is None else f" at {answer.speed_mps:g} m/s"
     mass = f"{low:.1f}" if low == high else f"{low:.1f} to {high:.1f}"
     between = "" if low == high else f"{_up(answer.lowest_N)} to "
+    verdict = f"ESTIMATED, no permission: {between}{_up(answer.highest_N)} N for {_contact(answer)}"
+    if answer.lab_highest_N is not None:
+        verdict += f"; with the error found in the virtual lab up to {_up(answer.lab_highest_N)} N"
     lines = [
-        answer.estimate,
-        *[SIMULATED] * answer.simulated,
-        *answer.warnings,
+        *verdict_first(verdict, [answer.estimate, *answer.warnings], simulated=answer.simulated),
         f"read on a fixed device of {answer.device_spring_N_per_m / 1000:g} N/mm{at}: {_up(answer.force_N)} N "
         f"({answer.force_source})",
-        f"estimated for {_contact(answer)}: {between}{_up(answer.highest_N)} N",
     ]
-    if answer.lab_highest_N is not None:
-        lines.append(f"with the error found in the virtual lab: up to {_up(answer.lab_highest_N)} N")
     if answer.at_most_N is not None:
         lines.append(
             f"by the model at most {_up(answer.at_most_N)} N, whatever the robot's mass, while nothing else stops the "

@@ -12,7 +12,6 @@ from forcemap.answers.forms import FormAnswer, FormsAnswer
 from forcemap.answers.map_check import MapCheckAnswer, StateCheck
 from forcemap.cli.options import FormName, Json, Table, fitted, force_map_from, too_few_states_named
 from forcemap.cli.output import (
-    SIMULATED,
     accuracy_lines,
     change,
     counted,
@@ -22,6 +21,7 @@ from forcemap.cli.output import (
     listing,
     place_lines,
     table,
+    verdict_first,
 )
 
 _EXIT = {fm.MapOutcome.HOLDS: 0, fm.MapOutcome.DOES_NOT_HOLD: 1, fm.MapOutcome.CANNOT_TELL: 2}
@@ -84,11 +84,12 @@ def evaluate(
 def evaluate_lines(answer: EvaluateAnswer) -> list[str]:
     """How far a map is from measured forces: the largest underestimation first."""
     first = answer.accuracies[0]
-    return [
-        *[SIMULATED] * answer.simulated,
-        *fit_warnings(answer),
+    verdict = (
         f"predictions are at most {first.max_underestimation_percent:.1f} % too low, the dangerous side, and "
-        f"{first.max_overestimation_percent:.1f} % too high, on {first.on}",
+        f"{first.max_overestimation_percent:.1f} % too high, on {first.on}"
+    )
+    return [
+        *verdict_first(verdict, fit_warnings(answer), simulated=answer.simulated),
         f"{answer.form} {answer.map}",
         *accuracy_lines([(accuracy.on, accuracy) for accuracy in answer.accuracies]),
         *place_lines(answer),
@@ -101,8 +102,7 @@ def forms_lines(answer: FormsAnswer) -> list[str]:
     """A recommendation, its reasons, and the forms beside each other."""
     header = ["form", "error", "underest.", "max", "bound mean", "bound max", "rises inside", "rises above"]
     return [
-        *[SIMULATED] * answer.simulated,
-        f"Recommended: {answer.recommended or 'none'}",
+        *verdict_first(f"Recommended: {answer.recommended or 'none'}", simulated=answer.simulated),
         *(f"  {reason}" for reason in answer.reasons),
         "",
         f"Forms on {answer.states} states, each predicted from the others (RMS and largest error of the force)",
@@ -128,9 +128,9 @@ def check_lines(answer: MapCheckAnswer) -> list[str]:
     """Whether a map holds, what to do now, and every new state beside what was expected."""
     count, out = len(answer.states), len(answer.left_out)
     on = f", on {count} of {count + out} states, {out} left out" if out else ""
+    verdict = f"{answer.outcome.replace('_', ' ').upper()}{on}: {answer.reason}"
     lines = [
-        *[SIMULATED] * answer.simulated,
-        f"{answer.outcome.replace('_', ' ').upper()}{on}: {answer.reason}",
+        *verdict_first(verdict, simulated=answer.simulated),
         f"next: {answer.next_step}",
     ]
     if answer.states:

@@ -13,11 +13,10 @@ from typer import Argument, Option
 
 import forcemap as fm
 from forcemap.cli import options
-from forcemap.cli.output import emit, json_text, write_result
+from forcemap.cli.output import emit, json_text, verdict_first, write_result
 from forcemap.cli.task_options import Angle, PositionTolerance, limits_of, path_from, task_from
 from forcemap.errors import InputError
 from forcemap.exports.directed_tables import DirectedTables, directed_csv, directed_result, directed_tables
-from forcemap.exports.head import SIMULATED
 from forcemap.exports.krl import krl_along_data, krl_along_source, krl_data, krl_source
 from forcemap.exports.robot_table import Provenance, RobotTable
 from forcemap.exports.safety_proposal import safety_proposal
@@ -153,8 +152,9 @@ def write(
         print("\n".join(files.values()), end="")
         return
     words += "" if raised_off_axis(angle) > 1 else ", for motion straight along the map's direction ONLY"
-    lines = [*[SIMULATED] * provenance.simulated, *warnings(provenance.bases)]
-    lines += [f"{words}; not safety-rated, to be confirmed before use", *(f"written to {file}" for file in written)]
+    verdict = f"{words}; not safety-rated, to be confirmed before use"
+    lines = verdict_first(verdict, warnings(provenance.bases), simulated=provenance.simulated)
+    lines += [f"written to {file}" for file in written]
     emit(result | {"written": written}, lines, as_json=as_json)
 
 

@@ -53,7 +53,7 @@ def figure(
         Width, Option("--width", help="column (8 cm), page (16 cm) or slide (24 cm, larger letters).")
     ] = Width.COLUMN,
     grey: Annotated[bool, Option("--grey", help="In grey, for print without colours.")] = False,
-    area: Annotated[str | None, Option("--area", "--region", help="Body area or region that is hit.")] = None,
+    area: Annotated[str | None, Option("--area", help="Body area or region that is hit.")] = None,
     contact: ContactKind = None,
     speeds: Annotated[str | None, Option("--speeds-mps", help="Speeds at contact to show, between commas.")] = None,
     distance: Annotated[float | None, Option("--distance", help="Distance to cut at [m].")] = None,

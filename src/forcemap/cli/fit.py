@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from pathlib import Path
 from typing import Annotated
 
@@ -11,7 +12,6 @@ import forcemap as fm
 from forcemap.answers.map import CensoringAnswer, FitAnswer, Margins
 from forcemap.cli.options import DeviceSpring, FormName, Json, Table, fitted, too_few_states_named
 from forcemap.cli.output import (
-    SIMULATED,
     accuracy_lines,
     change,
     counted,
@@ -20,6 +20,7 @@ from forcemap.cli.output import (
     fit_warnings,
     place_lines,
     table,
+    verdict_first,
     write_result,
 )
 from forcemap.maps.bounds import PAPER_MARGIN
@@ -55,9 +56,14 @@ def fit(
     accuracies = fm.map_accuracy(force_map, dataset)
     if output:
         write_result(output, map_text(force_map), mark='"schema": "forcemap-map/')
-    written = f"map written to {output}" if output else "no file written; -o MAP.json writes the map"
+    written = [f"map written to {output}" if output else "no file written; -o MAP.json writes the map"]
+    if not force_map.binding.refusal:
+        written.append(
+            f"Next: forcemap speed-map {shlex.quote(output or table)} --area AREA --contact transient (or "
+            "quasi-static); forcemap limits lists the areas"
+        )
     answer = FitAnswer.of_fit(dataset, force_map, accuracies)
-    emit(answer, [*fit_lines(answer), "", written], as_json=as_json)
+    emit(answer, [*fit_lines(answer), "", *written], as_json=as_json)
 
 
 def fit_lines(answer: FitAnswer) -> list[str]:
@@ -67,20 +73,9 @@ def fit_lines(answer: FitAnswer) -> list[str]:
     few, most = answer.fewest_repeats, answer.repeats
     repeats = counted(most, "impact") if few == most else f"{few} to {most} impacts"
     effect = answer.discard_fit
-    lines = [SIMULATED] * answer.simulated
-    lines += [
-        words
-        for words in (
-            answer.binding.reason,
-            answer.pressure_not_mapped,
-            answer.saturation_doubt,
-            *answer.contradictions,
-        )
-        if words
-    ]
-    lines += fit_warnings(answer)
-    lines += [
-        _verdict(answer),
+    doubts = [answer.pressure_not_mapped, answer.saturation_doubt, *answer.contradictions, *fit_warnings(answer)]
+    lines = [
+        *verdict_first(_verdict(answer), filter(None, doubts), simulated=answer.simulated),
         f"{answer.form} {answer.source}",
         f"  {impacts_words(answer)}",
         f"  {repeats} a state; states found {answer.states_found}",
@@ -132,7 +127,7 @@ def other_lines(answer: FitAnswer) -> list[str]:
 
 def _verdict(answer: FitAnswer) -> str:
     if answer.binding.state == "broken":
-        return "NO SAFE SPEED follows from this map, because of that"
+        return f"NO SAFE SPEED follows from this map: {answer.binding.reason}"
     if answer.bound_margin_percent is None:
         return "NO SAFE SPEED follows from this map with a tolerance bound: too few states for one"
     low, high = answer.bound_margin_percent.lowest, answer.bound_margin_percent.highest

@@ -17,10 +17,9 @@ from typer import Argument, Option
 import forcemap as fm
 from forcemap._version import __version__
 from forcemap.answers.fleet import FleetAnswer, FleetCampaign, LastMapAnswer
-from forcemap.assessment.assess_campaign import DEFAULT_AREA
 from forcemap.assessment.fleet import LastMap, Memory, due, keep_map, last_map, made_from, named_limits, rests_on
 from forcemap.assessment.missing import Missing
-from forcemap.cli.options import Json
+from forcemap.cli.options import Json, areas_from
 from forcemap.cli.output import Progress, counted, emit, listing, write_result
 from forcemap.cli.report import REPORT_FILE, printable, report_result, write_report
 from forcemap.csv_table import csv_cell, csv_text
@@ -40,7 +39,7 @@ def fleet(
     ),
     area: Annotated[
         list[str] | None,
-        Option("--area", help="Body area or region; may be given several times. Default: hand_fingers."),
+        Option("--area", help="Body area or region; several times. Default: those of each campaign's contact points."),
     ] = None,
     workers: Annotated[int | None, Option("--workers", help="Processes; default: one for each processor.")] = None,
     date: Annotated[str | None, Option("--date", help="Today, YYYY-MM-DD, for reports and what is due.")] = None,
@@ -59,7 +58,7 @@ def fleet(
     if page.suffix.lower() not in (".html", ".htm"):
         raise fm.InputError("found a name that ends otherwise, expected .html", file=output)
     today = datetime.date.today() if date is None else stated_date("date", date)
-    ask = _Ask(tuple(dict.fromkeys(area or [DEFAULT_AREA])), today)
+    ask = _Ask(tuple(area or ()), today)
     rows = {folder: _known(folder, ask) for folder in folders}
     left = [folder for folder, row in rows.items() if row is None]
     with Progress("campaigns made again", len(left)) as progress:
@@ -90,7 +89,7 @@ def fleet(
 
 @dataclass(frozen=True)
 class _Ask:
-    """What is asked of every campaign: limits of these body areas, on this day."""
+    """What is asked of every campaign: limits of these body areas, or of its contact points', on this day."""
 
     areas: tuple[str, ...]
     today: datetime.date
@@ -104,7 +103,7 @@ def _known(folder: str, ask: _Ask) -> FleetCampaign | None:
         if memory is None or not report.exists() or file_sha256(report) != memory.report_sha256:
             return None
         conditions = _conditions(root)
-        if rests_on(root, *named_limits(root, conditions, ask.areas)) != memory.rests_on:
+        if rests_on(root, *named_limits(root, conditions, areas_from(folder, ask.areas))) != memory.rests_on:
             return None
     except fm.ForcemapError:  # said when it is made
         return None
@@ -179,7 +178,7 @@ def _make(folder: Path, conditions: fm.Conditions, ask: _Ask) -> FleetCampaign:
     memory, changed = Memory.read(folder), _changes(folder, report)
     if any((folder / "recordings").glob("*")) or (folder / "recordings.csv").exists():
         fm.collect_campaign(folder)
-    limits, _ = named_limits(folder, conditions, ask.areas)
+    limits, _ = named_limits(folder, conditions, areas_from(str(folder), ask.areas))
     assessment = fm.assess_campaign(folder, limits=limits)
     last = last_map(folder, assessment, memory)
     files = write_report(assessment, report, ask.today.isoformat(), pdf=False)
@@ -292,14 +291,17 @@ def _lines(answer: FleetAnswer) -> list[str]:
     failed = [f"{row.folder}: {row.failed}" for row in answer.campaigns if row.failed]
     due_of = [f"{row.folder}: {'; '.join(row.due)}" for row in answer.campaigns if row.due]
     changed = [f"{row.folder}: {_few(row.changed)}" for row in answer.campaigns if row.changed]
-    lines = listing("FAILED", failed) if failed else []
-    lines += listing("Due", due_of) if due_of else []
-    lines += listing("Made again", changed) if changed else []
-    lines.append(
+    verdict = (
         f"{counted(len(answer.campaigns), 'campaign')}: {answer.failed} failed, {answer.made_again} made again, "
         f"{answer.unchanged} unchanged"
     )
-    return [*lines, f"Written: {', '.join(answer.files)}; what every speed rests on stands in each folder's report"]
+    lists = (("FAILED", failed), ("Due", due_of), ("Made again", changed))
+    lines = [line for title, rows in lists if rows for line in listing(title, rows)]
+    return [
+        verdict,
+        *lines,
+        f"Written: {', '.join(answer.files)}; what every speed rests on stands in each folder's report",
+    ]
 
 
 def _few(words: list[str]) -> str:

@@ -91,7 +91,15 @@ def _speeds(limit: fm.ForceLimit, model: ContactModel, body: Body, contact_area:
 
 
 def _lines(answer: LimitsAnswer, regions: list[str], assumptions: list[str], modelled: bool) -> list[str]:
-    header = ["area or region", "region", "quasi-static", "transient", "pressure quasi-static", "transient", "spring"]
+    header = [
+        "area or region",
+        "region",
+        "quasi-static",
+        "transient",
+        "quasi-static N/cm^2",
+        "transient N/cm^2",
+        "spring N/mm",
+    ]
     rows = [[limit.name, region, *_cells(limit)] for limit, region in zip(answer.limits, regions, strict=True)]
     lines = table(header, rows)
     if modelled:
@@ -108,8 +116,8 @@ def _cells(limit: LimitAnswer) -> list[str]:
     if not limit.permitted:
         return ["not permitted", "-", "-", "-", "-"]
     pressures = (limit.quasi_static_N_per_cm2, limit.transient_N_per_cm2)
-    spring = "not known" if limit.spring_N_per_m is None else f"{limit.spring_N_per_m / 1000:g} N/mm"
-    return [f"{limit.quasi_static_N:g} N", f"{limit.transient_N:g} N", *(f"{p:g} N/cm^2" for p in pressures), spring]
+    spring = "not known" if limit.spring_N_per_m is None else f"{limit.spring_N_per_m / 1000:g}"
+    return [f"{limit.quasi_static_N:g} N", f"{limit.transient_N:g} N", *(f"{p:g}" for p in pressures), spring]
 
 
 def _model_line(limit: LimitAnswer) -> str:

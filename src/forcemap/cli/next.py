@@ -14,11 +14,11 @@ import forcemap as fm
 from forcemap.answers.plan import NextAnswer
 from forcemap.cli import planned
 from forcemap.cli.options import ContactKind, DeviceSpring, FormName, Json, Limit, force_map_from, limit_from
-from forcemap.cli.output import emit
+from forcemap.cli.output import emit, verdict_first
 from forcemap.cli.task_options import figures
 from forcemap.planning.confirm import ConfirmationPlan
 from forcemap.planning.runs import extend_plan
-from forcemap.words import sentence, sentences, simulated_line
+from forcemap.words import sentence, sentences
 
 _BATCH = 4
 """States at a time, if not stated; a choice: about an hour's work by the times that `plan` assumes."""
@@ -168,12 +168,12 @@ def _with_device(dataset: fm.ImpactDataset, stated: fm.Conditions) -> fm.ImpactD
 
 
 def _lines(folder: str, answer: fm.NextMeasurements, files: list[str], again: str) -> list[str]:
-    simulated, why = simulated_line(answer.simulated), "; ".join(sentences(answer.reasons))
+    why = "; ".join(sentences(answer.reasons))
     speed = "" if math.isnan(answer.speed) else f", mean speed {fm.floor_speed(answer.speed)} m/s"
     confirmed = f"{answer.confirmed} of {answer.places} places confirmed{speed}"
-    doubts = [f"WARNING: {warning}" for warning in sentences(answer.warnings)]
+    said: dict[str, Any] = {"doubts": sentences(answer.warnings), "simulated": answer.simulated}
     if answer.plan is None:
-        return [*simulated, *doubts, f"Stop ({answer.stop}): {why}", confirmed]
+        return [*verdict_first(f"Stop ({answer.stop}): {why}", **said), confirmed]
     if not math.isnan(answer.expected_speed):
         after = fm.floor_speed(answer.expected_speed)
         confirmed += f"; {answer.expected_confirmed} expected after these, mean speed {after} m/s"
@@ -184,10 +184,9 @@ def _lines(folder: str, answer: fm.NextMeasurements, files: list[str], again: st
         *planned.command_lines(again),
     ]
     return [
-        *simulated,
-        *doubts,
-        f"{len(answer.plan.states)} states to measure next, slow to fast",
-        why,
+        *verdict_first(f"{len(answer.plan.states)} states to measure next, slow to fast", **said),
+        f"why: {why}",
+        planned.time_words(answer.plan),
         confirmed,
         "",
         *planned.runs_table(answer.plan, answer.upper_force.tolist()),

@@ -34,7 +34,7 @@ FormName = Annotated[
     Option("--form", help="Form to fit: CFM_2D, CFM_3D (default), FULL_CUBIC or LOG_SPEED; see docs/forms.md."),
 ]
 LimitTable = Annotated[str | None, Option("--limit-table", help="Your own table of limits (CSV).")]
-_LIMIT = ("--area", "--region", "--limit-N", "--limit-table")
+_LIMIT = ("--area", "--limit-N", "--limit-table")
 _OWN_TABLE = "a CSV file is your own table of limits."
 Limit = Annotated[
     list[str] | None,
@@ -49,7 +49,6 @@ TaskOrLimit = Annotated[
     Option(
         "--task",
         "--area",
-        "--region",
         "--limit-table",
         metavar="TOML|NAME|CSV",
         help="Task file: segments, body areas, contact (docs/robot_program.md); or one body area or region for all of "
@@ -235,16 +234,37 @@ def limit_from(
     """The limit that the options name, and the kind of contact, which a body area's needs where speeds are asked."""
     given = stated(limit)
     if given.tasks or len(given.newtons) + len(given.names) != 1 or given.names == [""]:
-        raise fm.InputError("limit: expected one of --area, --region or --limit-N")
+        raise fm.InputError("limit: expected one of --area or --limit-N")
     if given.newtons:
         if given.tables:
-            raise fm.InputError("limit: --limit-table goes with --area or --region, not with --limit-N")
+            raise fm.InputError("limit: --limit-table goes with --area, not with --limit-N")
         return fm.NewtonLimit(given.newtons[0], quasi_static, stiffness(spring)), contact
     if quasi_static is not None or spring is not None:
         raise fm.InputError("limit: --quasi-static-limit-N and --limit-spring-N-per-mm go with --limit-N")
     if contact is None and contact_needed:
         raise fm.InputError("contact: expected --contact transient or --contact quasi-static")
     return fm.force_limit(given.names[0], table=given.table), contact
+
+
+def areas_from(source: str, named: Sequence[str] | None) -> list[str]:
+    """The body areas and regions that the options name; without any those of the contact points beside a table.
+
+    None is assumed: another area has another limit.
+    """
+    if named:
+        return list(dict.fromkeys(named))
+    from forcemap.assessment.contact_points import POINTS_FILE, read_contact_points  # most commands name their area
+
+    beside = (Path(source) if Path(source).is_dir() else Path(source).parent) / POINTS_FILE
+    areas: list[str] = []
+    with contextlib.suppress(fm.InputError):  # of a list that cannot be used no area is taken
+        areas = [point.limit.name for point in read_contact_points(beside)] if beside.exists() else []
+    if not areas:
+        raise fm.InputError(
+            "area: expected --area, the body area or region that can be hit, such as --area back_of_hand (forcemap "
+            f"limits lists them), or the contact points in {beside.name}: none is assumed"
+        )
+    return list(dict.fromkeys(areas))
 
 
 def require_as_spelled(arguments: Sequence[str]) -> None:
@@ -254,7 +274,7 @@ def require_as_spelled(arguments: Sequence[str]) -> None:
         value = value if equals else after
         kind = "newtons" if number(value) is not None else Path(value).suffix.lower()
         wanted = {"--limit-N": "newtons", "--limit-table": ".csv", "--task": ".toml"}.get(name, kind)
-        if kind != wanted or (name in ("--area", "--region") and kind in ("newtons", ".csv", ".toml")):
+        if kind != wanted or (name == "--area" and kind in ("newtons", ".csv", ".toml")):
             what = wanted if kind != wanted else "the name of a body area or region"
             hint = "; newtons are --limit-N" if kind == "newtons" else ""
             raise fm.InputError(f"{name.removeprefix('--')}: found {value}, expected {what}{hint}")

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import itertools
 import math
+import os
+import re
 import sys
 import textwrap
 import time
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TextIO
 
 from pydantic_core import to_json
 
@@ -35,6 +38,18 @@ WIDEST = 100
 _INDENT = 4
 """Columns by which what continues a line is indented, if the line is not; a choice."""
 
+_LABELLED = re.compile(r"  (?=[a-z]+ )[a-z ]{8} (?=\S)")
+"""A line with a label before its text, such as that of a bound; what continues it begins where the text does."""
+
+_MARK = re.compile(r" *(?:[-!] |\d\. )?")
+"""What stands before a line of a list: a dash, a number, an exclamation mark."""
+
+_DOUBT = "  ! "
+"""Before what must be read before the verdict is used."""
+
+_GAP = "  "
+"""Between the columns of a table."""
+
 _MOST_DISTANCES = 13
 """Columns of a grid of places that is printed; nine columns for the heights and seven for each fill a line."""
 
@@ -55,15 +70,27 @@ def emit(answer: Answer | dict[str, Any], lines: Iterable[str], *, as_json: bool
     """Print an answer as one JSON object, or as wrapped lines of text."""
     if as_json:
         print(answer.json_text() if isinstance(answer, Answer) else json_text(answer))
+    elif _coloured(sys.stdout):
+        shown = [one_line(line) for line in lines]
+        _print_in_colour([(line, "bold" if number == 0 else _style(line)) for number, line in enumerate(shown)])
     else:
         print("\n".join(wrapped(map(one_line, lines))))
+
+
+def verdict_first(verdict: str, doubts: Iterable[str] = (), *, simulated: bool = False) -> list[str]:
+    """The verdict, whose line says itself what must be read before it is used, and directly below it that."""
+    listed = list(doubts)
+    many = "doubt" if len(listed) == 1 else f"{len(listed)} doubts"
+    says = [verdict, *["SIMULATED"] * simulated, *[f"first read the {many} below"] * bool(listed)]
+    return ["; ".join(says), *(f"{_DOUBT}{doubt}" for doubt in [*[SIMULATED] * simulated, *listed])]
 
 
 def wrapped(lines: Iterable[str]) -> list[str]:
     """Lines of at most 100 columns, broken between words; continued lines are indented."""
     parts = []
     for line in lines:
-        indent = len(line) - len(line.lstrip(" -")) or _INDENT
+        label = _LABELLED.match(line)
+        indent = len((label or _MARK.match(line) or [""])[0]) or _INDENT
         parts += (
             textwrap.wrap(line, WIDEST, subsequent_indent=" " * indent, break_long_words=False, break_on_hyphens=False)
             if len(line) > WIDEST
@@ -72,9 +99,33 @@ def wrapped(lines: Iterable[str]) -> list[str]:
     return parts
 
 
+def _coloured(stream: TextIO) -> bool:
+    """True on a terminal, unless a person wants no colour (no-color.org) or the terminal has none."""
+    return stream.isatty() and not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb"
+
+
+def _style(line: str) -> str:
+    """How a line is set; no colour says that anything is permitted."""
+    return "yellow" if line.startswith(_DOUBT) else ""
+
+
+def _print_in_colour(styled: Iterable[tuple[str, str]], *, stderr: bool = False) -> None:
+    from rich.console import Console  # on a terminal only: it takes a while to load
+    from rich.text import Text
+
+    console = Console(stderr=stderr, highlight=False)
+    for line, style in styled:
+        for part in wrapped([line]):
+            console.print(Text(part, style), soft_wrap=True)
+
+
 def emit_error(error: ForcemapError, *, as_json: bool) -> None:
-    """Print an error as one line on stderr, and as JSON on stdout if asked for."""
-    print(f"error: {error}", file=sys.stderr)
+    """Print an error on stderr, as one line for programs, wrapped on a terminal, and as JSON if asked for."""
+    text = f"error: {error}"
+    if _coloured(sys.stderr):
+        _print_in_colour([(text, "red")], stderr=True)
+    else:
+        print("\n".join(wrapped([text])) if sys.stderr.isatty() else text, file=sys.stderr)
     if as_json:
         print(ErrorAnswer.of_error(error).model_dump_json())
 
@@ -125,10 +176,43 @@ def json_text(value: Any) -> str:
 
 
 def table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> list[str]:
-    """Lines of a text table, the first column left-aligned, the others right-aligned."""
-    cells = [list(header), *(list(row) for row in rows)]
-    first, *others = (max(map(len, column)) for column in zip(*cells, strict=True))
-    return ["  ".join([name.ljust(first), *map(str.rjust, row, others)]).rstrip() for name, *row in cells]
+    """Lines of a text table of at most 100 columns, the first column left-aligned, the others right-aligned.
+
+    Where it would be wider its heading, then its cells, are broken between words over several lines; no word is broken,
+    so that names can be copied.
+    """
+    cells = [list(row) for row in rows]
+    columns = list(zip(header, *cells, strict=True))
+    widths = [max(map(len, column)) for column in columns]
+    heads = [max(map(len, _parts(column[0]))) for column in columns]
+    words = [max((len(word) for cell in column[1:] for word in cell.split()), default=0) for column in columns]
+    for least in (
+        [max(head, *map(len, column[1:]), 0) for head, column in zip(heads, columns, strict=True)],
+        list(map(max, heads, words)),
+    ):
+        while sum(widths) + len(_GAP) * (len(widths) - 1) > WIDEST and widths != least:
+            spare = [width - narrowest for width, narrowest in zip(widths, least, strict=True)]
+            widths[spare.index(max(spare))] -= 1
+    return [line for row in (header, *cells) for line in _row_lines(row, widths, hyphens=row is header)]
+
+
+def _parts(heading: str) -> list[str]:
+    """What a heading may be broken into: its words, and their parts at hyphens."""
+    return heading.replace("-", "- ").split() or [""]
+
+
+def _row_lines(row: Sequence[str], widths: Sequence[int], *, hyphens: bool) -> list[str]:
+    """A row of a table as lines, one unless a cell is wider than its column."""
+    parts = [
+        [cell]
+        if len(cell) <= width
+        else textwrap.wrap(cell, max(width, 1), break_long_words=False, break_on_hyphens=hyphens)
+        for cell, width in zip(row, widths, strict=True)
+    ]
+    return [
+        _GAP.join([first.ljust(widths[0]), *map(str.rjust, others, widths[1:])]).rstrip()
+        for first, *others in itertools.zip_longest(*parts, fillvalue="")
+    ]
 
 
 def grid(cells: Mapping[tuple[float, float], str]) -> list[str]:
@@ -156,16 +240,21 @@ def change(ratio: float | None) -> str:
     return "-" if ratio is None else f"{round(100 * (ratio - 1), 1) + 0.0:+.1f} %"
 
 
-def first_lines(answer: RestsOn | AlongAnswer | AtlasSpeedAnswer) -> list[str]:
-    """What must be read before a speed."""
-    return [*[SIMULATED] * answer.simulated, *answer.warnings]
+def speed_first(verdict: str, answer: RestsOn | AlongAnswer | AtlasSpeedAnswer) -> list[str]:
+    """The verdict about speeds, and directly below it what must be read before it is used."""
+    return verdict_first(verdict, answer.warnings, simulated=answer.simulated)
 
 
 def assumes(answer: RestsOn | AlongAnswer | AtlasSpeedAnswer) -> list[str]:
-    """What an answer assumes, in a paragraph after it, without what already stands above."""
+    """What an answer assumes, in a paragraph after it, without what already stands above; of several maps one each."""
     above = {SIMULATED, f"bound: {bound_words(answer.bound)}"}
     above |= {f"limit: {answer.limit}"} if isinstance(answer, RestsOn) else set()
-    return ["", f"Assumes: {'; '.join(line for line in answer.assumptions if line not in above)}"]
+    grouped = {"": answer.assumptions} if isinstance(answer, RestsOn) else answer.assumptions_by_map
+    lines = []
+    for name, assumed in grouped.items():
+        said = "; ".join(line for line in assumed if line not in above)
+        lines += [f"Assumes{f', of {name} alone' * bool(name)}: {said}"] if said else []
+    return ["", *lines]
 
 
 def accuracy_words(accuracy: AccuracyAnswer) -> str:

@@ -18,9 +18,9 @@ from forcemap.cli.output import (
     bound_words,
     counted,
     emit,
-    first_lines,
     grid,
     shown,
+    speed_first,
     table,
     write_result,
 )
@@ -153,8 +153,7 @@ def path_lines(answer: PathAnswer, file: str, suggested: str | None = None) -> l
             reasons.append(f"{name}, {where}: no permission, {reason}")
     header = ["segment", "length m", "d, h m", "outcome", "to program m/s", "programmed", "governed by"]
     return [
-        *first_lines(answer),
-        _verdict(answer),
+        *speed_first(_verdict(answer), answer),
         *reasons,
         *_hints(answer.refusals),
         *gap_lines(answer.gaps),
@@ -234,9 +233,12 @@ def _verdict(answer: PathAnswer) -> str:
         return f"NOT PERMITTED on {share:.0f} % of the path; there the robot must not move with a person in reach"
     if answer.too_fast:
         return "TOO FAST where marked !: slow down to the allowed speed there"
+    allowed, standard, *_ = answer.cycle_times
+    times = "" if allowed.cycle_time_s is None else f", {allowed.cycle_time_s:.3f} s"
+    times += "" if standard.cycle_time_s is None else f" ({standard.cycle_time_s:.3f} s at the standard's one speed)"
     if not answer.programmed:
-        return "permitted at the allowed speeds; no programmed speed is stated everywhere, so none was compared there"
-    return "permitted as programmed"
+        return f"permitted at the allowed speeds{times}; not compared with a program, which is not stated everywhere"
+    return f"permitted as programmed; at the allowed speeds{times.removeprefix(',')}"
 
 
 def _hints(refusals: Iterable[Refused]) -> list[str]:
@@ -247,11 +249,10 @@ def _hints(refusals: Iterable[Refused]) -> list[str]:
 
 def places_lines(answer: PlacesAnswer) -> list[str]:
     """The best position of a table and what shifting it costs, or why none is permitted; then all positions."""
-    lines = first_lines(answer)
     if answer.best is None:
         most = answer.most_permitted
         share, place = 100 * most.permitted_share, f"d = {most.distance_m:g} m, h = {most.height_m:g} m"
-        lines.append(f"NO POSITION has permission for the whole path; most, {share:.0f} %, at {place}:")
+        lines = speed_first(f"NO POSITION has permission for the whole path; most, {share:.0f} %, at {place}", answer)
         lines += [
             f"  {part.segment}: {part.length_m:.3f} m {part.outcome.replace('_', ' ')}, {part.reason}"
             for part in answer.refusals
@@ -259,7 +260,11 @@ def places_lines(answer: PlacesAnswer) -> list[str]:
         lines += _hints(answer.refusals)
     else:
         best = answer.best
-        lines.append(f"best: {best.cycle_time_s:.3f} s at d = {best.distance_m:g} m, h = {best.height_m:g} m")
+        verdict = f"best: {best.cycle_time_s:.3f} s at d = {best.distance_m:g} m, h = {best.height_m:g} m"
+        _, standard, *_ = answer.cycle_times
+        if standard.cycle_time_s is not None:
+            verdict += f", {standard.cycle_time_s:.3f} s at the standard's one speed"
+        lines = speed_first(verdict, answer)
         for shift in answer.sensitivity:
             change = shift.cycle_time_change_s
             cost = "a part has no permission" if change is None else f"{change:+.3f} s"

@@ -14,7 +14,7 @@ import forcemap as fm
 from forcemap.answers.plan import PlanAnswer
 from forcemap.cli import planned
 from forcemap.cli.options import ContactKind, DeviceSpring, Json, Limit, force_map_from, limit_from, number
-from forcemap.cli.output import counted, emit, listing
+from forcemap.cli.output import counted, emit, listing, verdict_first
 from forcemap.cli.task_options import figures
 from forcemap.files import file_sha256, read_bytes, write_atomically
 from forcemap.findings import Finding, FindingKind
@@ -102,7 +102,7 @@ def plan(
     if Path(folder, "plan.csv").exists() and not carried:
         raise fm.InputError("the folder has a plan already; name a new folder, or move the plan away", file=folder)
     mass, source = planned.expected_of(expect)
-    conditions = planned.conditions_of(folder, device_range, device_spring, mass)
+    conditions, added = planned.completed_conditions(folder, device_range, device_spring, mass)
     newtons, doubts = _to_confirm(limit, contact, conditions.device.stiffness) if limit else (math.nan, [])
     ranges = [
         figures(name, text) if text else []
@@ -123,15 +123,17 @@ def plan(
     campaign_plan = dataclasses.replace(campaign_plan, warnings=warnings)
     minutes = campaign_plan.minutes(place_minutes, impact_minutes)
     whole = extend_plan(before, campaign_plan) if before else campaign_plan
+    completed = planned.complete(folder, conditions, added)
     files = planned.write_campaign(Path(folder), whole, campaign_plan, conditions)
+    files += ["campaign.toml"] * bool(completed)
     if carried:
         Path(folder, EARLIER_MAP).parent.mkdir(exist_ok=True)
         write_atomically(Path(folder, EARLIER_MAP), read_bytes(carried[0]).decode())
         files.append(EARLIER_MAP)
-    assumed = f"if a place takes {place_minutes:g} min and an impact {impact_minutes:g} min (assumed)"
-    time = f"{minutes // 60:.0f} h {minutes % 60:02.0f} min, {assumed}"
+    notes = [planned.time_words(campaign_plan, place_minutes, impact_minutes)]
+    notes += [f"campaign.toml was there; added to it: {', '.join(completed)}"] * bool(completed)
     answer = PlanAnswer.of_plan(campaign_plan, folder, files, minutes)
-    emit(answer, _lines(folder, campaign_plan, files, time, carried[0] if carried else None), as_json=as_json)
+    emit(answer, _lines(folder, campaign_plan, files, notes, carried[0] if carried else None), as_json=as_json)
 
 
 def _carried(design: str) -> tuple[str, float] | None:
@@ -205,7 +207,7 @@ def _needed(device: fm.Device, doubts: list[Finding]) -> list[Finding]:
     return [*needs, spring] if math.isnan(device.stiffness) and not said else needs
 
 
-def _lines(folder: str, plan: DesignedPlan, files: list[str], time: str, transfer: str | None) -> list[str]:
+def _lines(folder: str, plan: DesignedPlan, files: list[str], notes: list[str], transfer: str | None) -> list[str]:
     values = sorted(set(plan.speed.tolist()))
     speeds = ", ".join(f"{v:g}" for v in values) if len(values) <= _LISTED else f"{values[0]:g} to {values[-1]:g}"
     source = sentence(plan.expected_from) or "nothing (give --moving-mass-kg or --map)"
@@ -215,13 +217,13 @@ def _lines(folder: str, plan: DesignedPlan, files: list[str], time: str, transfe
     elif plan.by_place:
         order = "place by place, the corners first and the others in random order, slow to fast at each"
     again = f"; {counted(len(plan.again), 'state')} again at the end" if plan.again else ""
+    verdict = f"{len(plan)} impacts in {len(plan.states)} states, at {speeds} m/s, written to {folder}"
     return [
-        f"{len(plan)} impacts in {len(plan.states)} states, at {speeds} m/s, written to {folder}",
+        *verdict_first(verdict, sentences(plan.warnings)),
         *([sentence(plan.note)] if plan.note else []),
         order + again,
-        f"the device is put up {plan.set_ups} times: {time}",
+        *notes,
         f"expected forces from: {source}",
-        *(f"WARNING: {warning}" for warning in sentences(plan.warnings)),
         *(listing("Left out", sentences(plan.left_out)) if plan.left_out else []),
         "",
         f"Files: {', '.join(files)}",

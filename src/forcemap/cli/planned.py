@@ -6,20 +6,23 @@ import dataclasses
 import itertools
 import shlex
 import textwrap
+import tomllib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 from typer import Option
 
 import forcemap as fm
 from forcemap.arrays import Mask
-from forcemap.campaigns.template import campaign_text
+from forcemap.campaigns.conditions import CAMPAIGN_FILE
+from forcemap.campaigns.recordings_table import REGISTER_FILE
+from forcemap.campaigns.template import campaign_text, completed_text
 from forcemap.cli.options import number, stated, stiffness
 from forcemap.cli.output import WIDEST, table
 from forcemap.exports.run_sheet import run_sheet
-from forcemap.files import write_atomically
+from forcemap.files import read_bytes, write_atomically
 
 SHEET = "run_sheet.txt"
 Distances = Annotated[
@@ -63,7 +66,23 @@ def conditions_of(
     folder: str, device_range: float | None, device_spring: float | None, moving_mass: float | None
 ) -> fm.Conditions:
     """What the folder's campaign.toml states; without one what the options state."""
-    toml = Path(folder, "campaign.toml")
+    conditions, more = completed_conditions(folder, device_range, device_spring, moving_mass)
+    if more and Path(folder, CAMPAIGN_FILE).exists():
+        raise _stated_there(folder, more)
+    return conditions
+
+
+def completed_conditions(
+    folder: str, device_range: float | None, device_spring: float | None, moving_mass: float | None
+) -> tuple[fm.Conditions, dict[str, Any]]:
+    """What the folder's campaign.toml and the options state, and of that what is not in the file.
+
+    Raises
+    ------
+    InputError
+        The file states otherwise, or its campaign has recordings already, which were made under what it states.
+    """
+    toml = Path(folder, CAMPAIGN_FILE)
     conditions = fm.read_conditions(toml) if toml.exists() else fm.Conditions()
     device = conditions.with_device_stiffness(stiffness(device_spring)).device
     described = dataclasses.replace(
@@ -71,12 +90,36 @@ def conditions_of(
         device=device if device_range is None else dataclasses.replace(device, range=device_range),
         moving_mass=conditions.moving_mass if moving_mass is None else moving_mass,
     )
-    if toml.exists() and described.to_tables() != conditions.to_tables():
-        before = conditions.stated
-        lines = [f"{entry} = {value}" for entry, value in described.stated.items() if before.get(entry) != value]
-        message = f"this campaign.toml is there already; state it there ({', '.join(lines)}), not as options"
-        raise fm.InputError(message, file=str(toml))
-    return described
+    before = conditions.stated
+    more = {entry: value for entry, value in described.stated.items() if before.get(entry) != value}
+    if toml.exists() and more and (more.keys() & before.keys() or Path(folder, REGISTER_FILE).exists()):
+        raise _stated_there(folder, more)
+    return described, more
+
+
+def _stated_there(folder: str, entries: Mapping[str, Any]) -> fm.InputError:
+    lines = ", ".join(f"{entry} = {value}" for entry, value in entries.items())
+    return fm.InputError(
+        f"this campaign.toml is there already; state it there ({lines}), not as options",
+        file=str(Path(folder, CAMPAIGN_FILE)),
+    )
+
+
+def complete(folder: str, conditions: fm.Conditions, entries: Mapping[str, Any]) -> list[str]:
+    """Add entries to the folder's campaign.toml; what was added, nothing where there is no such file."""
+    toml = Path(folder, CAMPAIGN_FILE)
+    if not entries or not toml.exists():
+        return []
+    text = completed_text(read_bytes(toml).decode(), entries)
+    try:
+        tables = tomllib.loads(text)
+    except tomllib.TOMLDecodeError:  # a section in another form than under a head of its own
+        raise _stated_there(folder, entries) from None
+    others = ("schema", "protocol", "recordings")
+    if fm.Conditions.from_tables({name: part for name, part in tables.items() if name not in others}) != conditions:
+        raise _stated_there(folder, entries)
+    write_atomically(toml, text)
+    return [f"{entry} = {value}" for entry, value in entries.items()]
 
 
 def command_line(command: str, source: str, options: Mapping[str, object]) -> str:
@@ -123,6 +166,14 @@ def write_campaign(
     write_atomically(target / SHEET, "\n".join(sheet) + "\n")
     fm.write_plan(whole, target)
     return files
+
+
+def time_words(plan: fm.MeasurementPlan, place_minutes: float = 10.0, impact_minutes: float = 1.0) -> str:
+    """How long the runs of a plan take, by the minutes that putting up the device and an impact are assumed to take."""
+    minutes = plan.minutes(place_minutes, impact_minutes)
+    assumed = f"if a place takes {place_minutes:g} min and an impact {impact_minutes:g} min (assumed)"
+    times = "once" if plan.set_ups == 1 else f"{plan.set_ups} times"
+    return f"the device is put up {times}: {minutes // 60:.0f} h {minutes % 60:02.0f} min, {assumed}"
 
 
 def waiting_runs(campaign: fm.Campaign, *, but: Sequence[str] = ()) -> fm.MeasurementPlan:

@@ -30,9 +30,7 @@ _SUMS = "SHA256SUMS"
 def publication(
     folder: Annotated[str, Argument(help="Campaign folder.")],
     output: Annotated[str | None, Option("-o", "--output", help="New folder to write.")] = None,
-    area: Annotated[
-        str | None, Option("--area", "--region", help="Body area: adds the standard's model and safe speeds.")
-    ] = None,
+    area: Annotated[str | None, Option("--area", help="Body area: adds the standard's model and safe speeds.")] = None,
     moving_mass: MovingMass = None,
     author: Annotated[
         list[str] | None, Option("--author", help="For CITATION.cff; several times. Default: the campaign's operator.")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable
 from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated, Any
@@ -21,11 +20,12 @@ from forcemap.cli.options import (
     LimitTable,
     Margin,
     Overshoot,
+    areas_from,
     require_one_map,
     several_maps,
     stated_bound,
 )
-from forcemap.cli.output import Progress, emit, listing, write_result
+from forcemap.cli.output import Progress, counted, emit, listing, verdict_first, write_result
 from forcemap.files import read_bytes, write_atomically
 from forcemap.words import sentence, sentences
 
@@ -42,10 +42,12 @@ def report(
     ] = None,
     pdf: Annotated[bool, Option("--pdf", help="Write the same as a PDF beside it.")] = False,
     area: Annotated[
-        list[str] | None, Option("--area", help="Body area; may be given several times. Default: hand_fingers.")
-    ] = None,
-    region: Annotated[
-        list[str] | None, Option("--region", help="Body region: the lowest limit of its areas; several times.")
+        list[str] | None,
+        Option(
+            "--area",
+            help="Body area, or region (the lowest limit of its areas); may be given several times. Default: those of "
+            "the contact points, contact_points.csv.",
+        ),
     ] = None,
     limit_table: LimitTable = None,
     bound_kind: BoundOption = None,
@@ -71,7 +73,7 @@ def report(
     Example: forcemap report my-campaign --area back_of_hand
     """
     if verify is not None:
-        if pdf or output or area or region or limit_table or bound_kind or date or form or register:
+        if pdf or output or area or limit_table or bound_kind or date or form or register:
             raise fm.InputError("verify: --verify goes with the folder alone; it writes nothing")
         require_one_map(folder)
         return _verify(verify, folder, as_json=as_json)
@@ -79,16 +81,15 @@ def report(
     target = Path(output or default_file(folder, ATLAS_REPORT if several else REPORT_FILE))
     if target.suffix.lower() not in (".html", ".htm"):
         raise fm.InputError("found a name that ends otherwise, expected .html", file=str(target))
-    names = dict.fromkeys([*(area or []), *(region or [])])
-    if limit_table and not names:
-        raise fm.InputError("limit: --limit-table goes with --area or --region")
+    if limit_table and not area:
+        raise fm.InputError("limit: --limit-table goes with --area")
 
     case: dict[str, Any] = {
         "form": fm.form_named(form or fm.CFM_3D.name),
         "step": step,
         "allowance": fm.Allowance(speed=overshoot),
     }
-    case |= {"names": names, "limit_table": limit_table, "bound_kind": bound_kind, "margin": margin}
+    case |= {"areas": area, "limit_table": limit_table, "bound_kind": bound_kind, "margin": margin}
     if several:
         if register is not None:
             raise fm.InputError("register: --register goes with the folder of one campaign")
@@ -108,7 +109,7 @@ def report(
 def _assessment(
     campaign: str | Path,
     *,
-    names: Iterable[str],
+    areas: list[str] | None,
     limit_table: str | None,
     bound_kind: str | None,
     margin: float | None,
@@ -122,7 +123,7 @@ def _assessment(
     with Progress("recordings judged", recordings) as progress:
         return fm.assess_campaign(
             campaign,
-            limits=[fm.force_limit(name, table=table) for name in names],
+            limits=[fm.force_limit(name, table=table) for name in areas_from(str(campaign), areas)],
             limit_table=table,
             bound=stated_bound(bound_kind, margin, conditions.device.error_or_default),
             progress=lambda done, _: progress.show(done),
@@ -223,16 +224,16 @@ def _verify(file: str, folder: str, *, as_json: bool) -> int:
     changes = verify_report(file, folder)
     figures = asdict(changes)
     result = {"holds": changes.holds, "report_intact": figures.pop("intact"), **figures}
-    lines = [f"Report of {changes.date}, written by {changes.software}"]
+    verdict = "Nothing changed" if changes.holds else "WRITE IT AGAIN, something changed"
+    lines = [f"{verdict} since the report was written", f"Report of {changes.date}, written by {changes.software}"]
     lines += [] if changes.intact else ["ALTERED: the report file is not as it was written"]
     if changes.list_altered:
         lines.append("ALTERED: the list of inputs beside the report is not the one of its digest")
     groups = (("Changed", changes.changed), ("Vanished", changes.vanished), ("New", changes.new))
     for title, files in (*groups, ("Only line ends changed", changes.line_ends)):
-        lines += listing(f"{title} since", map(printable, files)) if files else []
+        lines += listing(title, map(printable, files)) if files else []
     if not (changes.inputs_hold or changes.listed):
         lines.append("The inputs are not those of the digest; which of them changed, the list beside the report tells")
-    lines.append("Nothing changed since" if changes.holds else "Write the report again")
     lines.append(f"{changes.unchanged} files as then")
     emit(result, lines, as_json=as_json)
     return 0 if changes.holds else 1
@@ -300,28 +301,47 @@ def _points(assessment: fm.CampaignAssessment) -> list[dict[str, Any]] | None:
 
 
 def answer_lines(assessment: fm.CampaignAssessment) -> list[str]:
-    """What is confirmed for every body area and contact, after what must be said first."""
-    lines = ["SIMULATED impacts: not a measurement of any robot"] if assessment.simulated else []
-    lines += listing("READ THIS FIRST", sentences(assessment.findings)) if assessment.findings else []
-    lines += _point_lines(assessment)
+    """What is confirmed: in a word, what must be read with it, then every contact point, body area and contact."""
+    return [
+        *verdict_first(_verdict(assessment), sentences(assessment.findings), simulated=assessment.simulated),
+        *_point_lines(assessment),
+        *map(_limit_line, assessment.speeds),
+    ]
+
+
+def _verdict(assessment: fm.CampaignAssessment) -> str:
+    """The speeds for every limit, for which there are none, and how many contact points are permitted."""
+    parts, without = [], []
     for part in assessment.speeds:
-        name = f"{part.limit.name}, {part.contact}"
-        if part.not_released:
-            lines.append(f"{name}: no place permitted: {sentence(part.not_released)}")
-            continue
-        if isinstance(part.speeds, Missing):
-            lines.append(f"{name}: no speed: {part.speeds.reason}")
-            continue
-        newtons = f"{name}, {part.limit.force(part.contact):g} N"
-        lines.append(
-            f"{newtons}: {part.confirmed} places {_permitted(part)}, program at most "
-            f"{fm.floor_speed(part.slowest_to_program)} to {fm.floor_speed(part.fastest_to_program)} m/s "
-            f"({fm.floor_speed(part.slowest)} to {fm.floor_speed(part.fastest)} m/s at contact), place by place; "
-            f"{part.unconfirmed} unconfirmed"
-            if part.confirmed
-            else f"{newtons}: no place permitted"
-        )
-    return lines
+        name = f"{part.limit.name} {part.contact}"
+        if part.confirmed and not part.not_released:
+            low, high = fm.floor_speed(part.slowest_to_program), fm.floor_speed(part.fastest_to_program)
+            parts.append(f"{name}: program {low} to {high} m/s, place by place")
+        else:
+            without.append(name)
+    parts += [f"NO SPEED for {', '.join(without)}"] if without else []
+    if not isinstance(assessment.points, Missing) and assessment.points:
+        count = sum(not result.lacks for result in assessment.points)
+        parts.append(f"{count} of {counted(len(assessment.points), 'contact point')} permitted")
+    return "; ".join(parts) or "NO SPEED: no limit was asked for"
+
+
+def _limit_line(part: PlaceSpeeds) -> str:
+    """What is permitted for a body area and contact, or why nothing is."""
+    name = f"{part.limit.name}, {part.contact}"
+    if part.not_released:
+        return f"{name}: no place permitted: {sentence(part.not_released)}"
+    if isinstance(part.speeds, Missing):
+        return f"{name}: no speed: {part.speeds.reason}"
+    newtons = f"{name}, {part.limit.force(part.contact):g} N"
+    if not part.confirmed:
+        return f"{newtons}: no place permitted"
+    return (
+        f"{newtons}: {part.confirmed} places {_permitted(part)}, program at most "
+        f"{fm.floor_speed(part.slowest_to_program)} to {fm.floor_speed(part.fastest_to_program)} m/s "
+        f"({fm.floor_speed(part.slowest)} to {fm.floor_speed(part.fastest)} m/s at contact), place by place; "
+        f"{part.unconfirmed} unconfirmed"
+    )
 
 
 def _permitted(part: PlaceSpeeds) -> str:

@@ -10,7 +10,7 @@ from typer import Argument
 import forcemap as fm
 from forcemap.answers.selection import SelectionAnswer
 from forcemap.cli.options import Json, require_one_map
-from forcemap.cli.output import SIMULATED, emit, listing, table
+from forcemap.cli.output import emit, listing, table, verdict_first
 from forcemap.comparisons.selection import selection_stability
 
 _CONCLUSIONS = {
@@ -70,8 +70,7 @@ def selection_lines(answer: SelectionAnswer, names: Sequence[str]) -> list[str]:
     short = [str(number) for number in range(1, len(names) + 1)] if len(names) > 1 else [""]
     header = [f"{figure} {number}".rstrip() for figure in ("RMSE", "R^2") for number in short]
     return [
-        *[SIMULATED] * answer.simulated,
-        f"Conclusion: {conclusion}",
+        *verdict_first(f"Conclusion: {conclusion}", simulated=answer.simulated),
         "Term selection as in the paper: a report only, no fit uses it",
         *(f"{number}: {name}" for number, name in zip(short, names, strict=True) if number),
         *table(["removed", "terms left", "change", *header], trace),

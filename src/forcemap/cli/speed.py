@@ -15,9 +15,9 @@ from forcemap.cli.output import (
     bound_words,
     counted,
     emit,
-    first_lines,
     grid,
     shown,
+    speed_first,
     table,
     write_result,
 )
@@ -106,8 +106,7 @@ def atlas_speed_lines(answer: AtlasSpeedAnswer) -> list[str]:
         for each in answer.maps
     ]
     return [
-        *first_lines(answer),
-        head,
+        *speed_first(head, answer),
         "",
         *table(["map", "direction", "contact site", "tool", "kg", "outcome", "to program m/s"], rows),
         "",
@@ -169,6 +168,9 @@ def speed_map_table(speeds: fm.SpeedMap, answer: SpeedMapAnswer, source: str) ->
 _SLOWEST_HINT = 0.02
 """Slowest speed to propose for a measurement [m/s]; a choice: no robot is measured slower."""
 
+_FARTHEST = 10.0
+"""Distance or height from which a person seems to mean millimetres [m]; a choice: no such robot reaches as far."""
+
 _HINTS = 3
 """Places proposed for a measurement; a choice: the most promising come first, --json has all."""
 
@@ -185,8 +187,7 @@ def speed_lines(answer: SpeedAnswer) -> list[str]:
         contact = f"contact  {shown(answer.speed_mps)} m/s with {answer.speed_overshoot_mps:g} m/s overshoot: "
         forces = f": {answer.bound_force_N:.1f} N at contact, predicted {answer.predicted_force_N:.1f} N"
     lines = [
-        *first_lines(answer),
-        f"{head} at {where}: {answer.to_program_outcome}",
+        *speed_first(f"{head} at {where}: {answer.to_program_outcome}", answer),
         f"  {contact}{answer.to_program_reason}",
         f"  limit    {answer.limit}",
         f"  bound    {bound_words(answer.bound)}{forces}",
@@ -195,6 +196,8 @@ def speed_lines(answer: SpeedAnswer) -> list[str]:
         ranges = answer.measured_distance_m, answer.measured_height_m
         distance, height = (f"{low:.3f} to {high:.3f} m" for low, high in ranges)
         lines.append(f"  measured distances {distance}, heights {height}")
+        if max(answer.distance_m, answer.height_m) >= _FARTHEST:
+            lines.append("  distances and heights are in m: 800 mm are 0.8")
     lines += [f"  {line}" for line in quantity_lines(answer)]
     if answer.lowest_measured_speed_mps is not None:
         low, high = shown(answer.lowest_measured_speed_mps), shown(answer.highest_measured_speed_mps)
@@ -226,8 +229,8 @@ def quantity_lines(answer: SpeedAnswer) -> list[str]:
 def speed_map_lines(answer: SpeedMapAnswer, written: str | None) -> list[str]:
     """Safe speeds on a grid: the fastest, the tables, what to measure next, what all rests on."""
     return [
-        *first_lines(answer),
-        fastest_line(answer),
+        *speed_first(fastest_line(answer), answer),
+        *standard_lines(answer),
         f"Safe speeds, {answer.limit}",
         f"bound: {bound_words(answer.bound)}",
         "",
@@ -252,6 +255,26 @@ def fastest_line(answer: SpeedMapAnswer) -> str:
     every = f"{shown(slow.speed_to_program_mps)} m/s at all {counted(len(program), 'place')} with a speed"
     where = f"{shown(fast.speed_to_program_mps)} m/s at d = {fast.distance_m:.4g} m, h = {fast.height_m:.4g} m"
     return f"Program at most {every}; up to {where}"
+
+
+def standard_lines(answer: SpeedMapAnswer) -> list[str]:
+    """The standard's one speed beside the map's; nothing where it has none."""
+    standard = answer.standard
+    if standard is None:
+        return []
+    low, high = standard.lowest_predicted_force_N, standard.highest_predicted_force_N
+    forces = "no impact was measured at that speed"
+    if low is not None and high is not None:
+        forces = f"the map predicts {low:.0f} to {high:.0f} N at it"
+    words = f"the standard's contact model: {shown(standard.speed_mps)} m/s everywhere, confirmed by no measurement"
+    if standard.highest_speed_of_map_mps is None:
+        return [f"{words}; {forces}"]
+    more, most = standard.places_with_more, shown(standard.highest_speed_of_map_mps)
+    return [
+        f"{words}; {forces}",
+        f"the map permits more at {more} of {standard.places} places{f', up to {most} m/s at contact' * bool(more)}, "
+        f"less or nothing at {standard.places - more}",
+    ]
 
 
 def grid_lines(answer: SpeedMapAnswer) -> list[str]:

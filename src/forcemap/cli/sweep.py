@@ -98,11 +98,11 @@ def _answer(study: Study, folder: str, done: Sweep) -> SweepAnswer:
 
 def _lines(answer: SweepAnswer, *, named: bool) -> list[str]:
     failed = [f"{each.block}: {each.reason}" for each in answer.failed]
-    lines = listing("NOTHING from these blocks", shortened(failed)) if failed else []
-    lines.append(
+    lines = [
         f"{answer.study}: {answer.computed} of {counted(answer.blocks, 'block')} computed, {answer.there_before} were "
-        f"there, {answer.left} left"
-    )
+        f"there, {answer.left} left",
+        *(listing("NOTHING from these blocks", shortened(failed)) if failed else []),
+    ]
     if answer.processor_s_per_block is not None:
         ahead = f", about {answer.left_processor_s:.0f} s for what is left" if answer.left else ""
         lines.append(

@@ -149,9 +149,9 @@ def task_from(
             raise fm.InputError("task: the task file states areas, contact and acceleration; give it alone")
         return fm.read_task(given.tasks[0], table=given.table)
     if given.newtons:
-        raise fm.InputError("limit: a path goes with --task, --area or --region, not with --limit-N")
+        raise fm.InputError("limit: a path goes with --task or --area, not with --limit-N")
     if len(given.names) != 1 or contact is None:
-        raise fm.InputError("task: expected --task, or one of --area and --region with --contact")
+        raise fm.InputError("task: expected --task, or --area with --contact")
     fm.force_limit(given.names[0], table=given.table)
     segments = tuple(fm.TaskSegment(name, (given.names[0],), contact, math.nan) for name in dict.fromkeys(names))
     return fm.Task(segments) if acceleration is None else fm.Task(segments, acceleration)

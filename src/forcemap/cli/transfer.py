@@ -10,7 +10,7 @@ from typer import Argument, Option
 import forcemap as fm
 from forcemap.answers.transfer import TransferAnswer
 from forcemap.cli.options import DeviceSpring, Json, Table, force_map_from, stiffness
-from forcemap.cli.output import SIMULATED, accuracy_words, counted, emit, table, write_result
+from forcemap.cli.output import accuracy_words, counted, emit, table, verdict_first, write_result
 from forcemap.maps.map_file import map_text
 from forcemap.maps.transfer import MORE_BELOW, REFUSED_BELOW
 
@@ -61,6 +61,7 @@ def transfer_lines(answer: TransferAnswer) -> list[str]:
     d, h, v = zip(carried.lowest_measured, carried.highest_measured, strict=True)
     span = carried.bound_margin_percent
     binding = [carried.binding.reason] if carried.binding.reason else []
+    doubts = [*binding, *answer.warnings]
     fits = "fits" if answer.misfit_p >= MORE_BELOW else "does not quite fit"
     rows = zip(
         carried.terms,
@@ -68,14 +69,12 @@ def transfer_lines(answer: TransferAnswer) -> list[str]:
         [f"{e:.4f}" for e in carried.standard_errors],
         strict=True,
     )
+    width = f"; the tolerance bound lies {span.lowest:.1f} to {span.highest:.1f} % above the prediction" if span else ""
+    verdict = (
+        f"CARRIED OVER: the shift {fits} (p = {answer.misfit_p:.2g}; below {REFUSED_BELOW:g} it is refused){width}"
+    )
     lines = [
-        *[SIMULATED] * carried.simulated,
-        *binding,
-        *answer.warnings,
-        f"CARRIED OVER: the shift {fits} (p = {answer.misfit_p:.2g}; below {REFUSED_BELOW:g} it is refused)"
-        + (
-            f"; the tolerance bound lies {span.lowest:.1f} to {span.highest:.1f} % above the prediction" if span else ""
-        ),
+        *verdict_first(verdict, doubts, simulated=carried.simulated),
         *(
             f"  from {earlier.name}, {counted(earlier.states, 'state')}, shifted by {', '.join(earlier.shift)}"
             for earlier in answer.earlier

@@ -39,6 +39,10 @@ _HEAD_WORD = re.compile(  # how words for parts of the head begin or end, Englis
 _PERMITTED_BY = re.compile(r"permitted by \S.*\S", re.IGNORECASE)
 
 
+_SHORTEST_WORD = 3
+"""Characters of a word that counts where a name is looked up; a choice: not "of"."""
+
+
 @dataclass(frozen=True)
 class BodyArea:
     """Limits of one body area.
@@ -132,6 +136,15 @@ class LimitTable:
         """Identifiers of the regions, in order of the table."""
         return list(dict.fromkeys(area.region for area in self.areas.values()))
 
+    def _like(self, wanted: str) -> list[str]:
+        """Names that hold a word of the one that is wanted, an area of both sides once; without any, all names."""
+        of_base = [area.base for area in self.areas.values()]
+        areas = [area.base if of_base.count(area.base) > 1 else area.area for area in self.areas.values()]
+        words = [word for word in wanted.split("_") if len(word) >= _SHORTEST_WORD]
+        named = list(dict.fromkeys([*areas, *self.regions]))
+        holding = [each for each in named if any(word in each for word in words)]
+        return holding or [*self.areas, *self.regions]
+
     def find(self, name: str) -> list[BodyArea]:
         """The areas a name stands for: one area, an area of both sides, or all areas of a region.
 
@@ -145,7 +158,7 @@ class LimitTable:
         wanted = identifier(name)
         areas = [area for area in self.areas.values() if wanted in (area.area, area.region, area.base)]
         if not areas:
-            raise UnknownName("body area or region", name, [*self.areas, *self.regions])
+            raise UnknownName("body area or region", name, self._like(wanted))
         for area in areas:
             sides = [side for side in _SIDES if area.area.endswith(side)]
             other = [area.base + side for side in _SIDES if side not in sides]

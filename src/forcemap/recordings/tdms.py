@@ -49,7 +49,9 @@ def read_tdms(content: bytes, columns: ColumnMap | None) -> list[Curve]:
     try:
         from nptdms import TdmsFile
     except ImportError:
-        raise MissingExtra("TDMS files need nptdms; install it with: pip install 'forcemap[tdms]'") from None
+        raise MissingExtra(
+            "TDMS files need nptdms; install it from the project's folder: pip install '.[tdms]'"
+        ) from None
     try:
         with _warnings_refused(), TdmsFile.open(io.BytesIO(content)) as tdms:
             return _curves(tdms, len(content), columns)

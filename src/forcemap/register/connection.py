@@ -237,14 +237,16 @@ def _postgresql(url: str) -> Register:
             pool_pre_ping=True,
         )
     except ModuleNotFoundError as error:
-        raise MissingExtra(f"this needs the package {error.name}; install it with: {POSTGRES}") from None
+        raise MissingExtra(
+            f"this needs the package {error.name}; install it from the project's folder: {POSTGRES}"
+        ) from None
     except exc.SQLAlchemyError:
         raise InputError("register: not a URL, expected postgresql://USER@HOST/DATABASE") from None
     event.listen(engine, "connect", _require_tls)
     return Register(url, engine)
 
 
-POSTGRES = "pip install 'forcemap[register,postgres]'"
+POSTGRES = "pip install '.[register,postgres]'"
 
 
 def is_local(host: str) -> bool:

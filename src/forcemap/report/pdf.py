@@ -22,7 +22,9 @@ def report_pdf(html: str) -> bytes:
         from weasyprint import HTML
         from weasyprint.urls import URLFetcher
     except ImportError:
-        raise MissingExtra("a PDF needs weasyprint; install it with: pip install 'forcemap[pdf]'") from None
+        raise MissingExtra(
+            "a PDF needs weasyprint; install it from the project's folder: pip install '.[pdf]'"
+        ) from None
     except OSError as error:
         raise MissingExtra(
             f"a PDF needs system libraries that weasyprint does not find ({str(error).splitlines()[0]}); on Debian or "

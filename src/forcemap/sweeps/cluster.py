@@ -79,7 +79,7 @@ def cluster(address: str, tls: TlsFiles) -> Iterator[Executor]:
         import distributed
     except ModuleNotFoundError:
         raise MissingExtra(
-            "a Dask cluster needs distributed; install it with: pip install 'forcemap[cluster]'"
+            "a Dask cluster needs distributed; install it from the project's folder: pip install '.[cluster]'"
         ) from None
     made: Any = distributed  # its functions have no types
     secure = address.startswith("tls:")

@@ -18,13 +18,37 @@ from forcemap.answers.path import PathAnswer
 from forcemap.answers.speed import SpeedAnswer
 from forcemap.answers.speed_map import SpeedMapAnswer
 from forcemap.maps.map_file import map_text
-from forcemap.web.campaign_answers import CampaignAnswer, Overview, campaign_answer, overview
+from forcemap.web.campaign_answers import CampaignAnswer, campaign_answer
+from forcemap.web.columns import ColumnsAnswer
+from forcemap.web.conditions import (
+    ChangeAnswer,
+    ColumnsChange,
+    ConditionsAnswer,
+    ConditionsChange,
+    change_columns,
+    change_conditions,
+    conditions_answer,
+)
 from forcemap.web.downloads import Export, export_text, report_text, scaling_text
 from forcemap.web.fitted_campaign import fitted_campaign
 from forcemap.web.grids import CubeAnswer, SlicesAnswer, SpeedGrid, cube_answer, slices_answer, speed_grid
-from forcemap.web.intake import Addition, Judged, StoredAnswer
+from forcemap.web.headline import Headline, NextStep, headline, next_step
+from forcemap.web.intake import Addition, Judged, StoredAnswer, Upload
 from forcemap.web.judgements import TableAnswer
-from forcemap.web.question import Bounded, ComparisonQuestion, PathQuestion, Place, Resolution, State, Steps
+from forcemap.web.limits import limits_of
+from forcemap.web.overview import Overview, overview
+from forcemap.web.question import (
+    Area,
+    Bounded,
+    ComparisonQuestion,
+    PathQuestion,
+    Place,
+    Question,
+    Resolution,
+    State,
+    Steps,
+)
+from forcemap.web.recording import RecordingAnswer, RecordingQuestion, recording_answer
 from forcemap.web.site import Site
 from forcemap.web.task_answers import TaskAnswer, task_answer
 from forcemap.web.together import TogetherAnswer, WayQuestion, together, together_answer, way_answer
@@ -59,6 +83,7 @@ def api_router(site: Site) -> APIRouter:
     router = APIRouter(prefix="/api", responses=REFUSALS, dependencies=[Depends(BEARER)])
     for routes in (
         campaign_routes,
+        condition_routes,
         recording_routes,
         map_routes,
         speed_routes,
@@ -75,14 +100,48 @@ def campaign_routes(site: Site) -> APIRouter:
     router = APIRouter(tags=["campaigns"])
 
     @router.get("/campaigns")
-    def campaigns() -> Overview:
+    async def campaigns(request: Request) -> Overview:
         """All campaigns of the folder."""
-        return overview(site.folder)
+        return await site.queue.run(request, lambda: overview(site.folder, site.table))
 
     @router.get("/campaigns/{name}")
     def campaign(name: Name) -> CampaignAnswer:
         """A campaign: conditions, states done and missing, recordings."""
         return campaign_answer(name, site.folder.campaign(name))
+
+    @router.get("/campaigns/{name}/headline")
+    async def of_campaign(request: Request, name: Name, question: Annotated[Area, Query()]) -> Headline:
+        """What the campaign permits, for each body area and contact."""
+        path = site.folder.campaign(name)
+        return await site.queue.run(request, lambda: headline(name, path, question, limits_of(path, site.table)))
+
+    @router.get("/campaigns/{name}/next")
+    async def to_do(request: Request, name: Name, question: Annotated[Question, Query()]) -> NextStep:
+        """What to measure next."""
+        path = site.folder.campaign(name)
+        return await site.queue.run(request, lambda: next_step(name, path, question, limits_of(path, site.table)))
+
+    return router
+
+
+def condition_routes(site: Site) -> APIRouter:
+    """The entries of campaign.toml, read and changed."""
+    router = APIRouter(prefix="/campaigns/{name}/conditions", tags=["conditions"])
+
+    @router.get("")
+    def conditions(name: Name) -> ConditionsAnswer:
+        """The entries, and the hash of the file as it was looked at."""
+        return conditions_answer(site.folder.campaign(name))
+
+    @router.post("")
+    def change(name: Name, wanted: ConditionsChange) -> ChangeAnswer:
+        """Change entries; what no longer fits the recordings is written only if that was confirmed."""
+        return change_conditions(site.folder.campaign(name), wanted)
+
+    @router.post("/recordings")
+    def change_reading(name: Name, wanted: ColumnsChange) -> ChangeAnswer:
+        """Change how the device's files are read, likewise."""
+        return change_columns(site.folder.campaign(name), wanted)
 
     return router
 
@@ -95,6 +154,19 @@ def recording_routes(site: Site) -> APIRouter:
     async def judge(request: Request, name: Name, upload: Annotated[Judged, Query()]) -> CheckAnswer | TableAnswer:
         """Judge a recording, as forcemap check does, or an impacts table; nothing is stored."""
         return await site.intake.judge(request, name, upload, drawn=upload.curves)
+
+    @router.get("/campaigns/{name}/recording")
+    async def recording(
+        request: Request, name: Name, question: Annotated[RecordingQuestion, Query()]
+    ) -> RecordingAnswer:
+        """A registered recording, judged again, with its curve."""
+        path = site.folder.campaign(name)
+        return await site.queue.run(request, lambda: recording_answer(path, question, limits_of(path, site.table)))
+
+    @router.post("/campaigns/{name}/columns", responses=UPLOAD_REFUSALS, openapi_extra=FILE_BODY)
+    async def columns(request: Request, name: Name, upload: Annotated[Upload, Query()]) -> ColumnsAnswer:
+        """The first lines of a file, cut into columns; nothing is stored."""
+        return await site.intake.columns(request, name, upload)
 
     @router.post("/campaigns/{name}/recordings", responses=UPLOAD_REFUSALS, openapi_extra=FILE_BODY)
     async def add(request: Request, name: Name, addition: Annotated[Addition, Query()]) -> StoredAnswer:

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from importlib.resources import files
 from pathlib import Path
 
 from fastapi import FastAPI, Request
 from fastapi.exceptions import RequestValidationError
-from fastapi.responses import FileResponse, JSONResponse, Response
+from fastapi.responses import JSONResponse, Response
 from fastapi.staticfiles import StaticFiles
 from starlette.exceptions import HTTPException
 
@@ -72,12 +71,6 @@ def create_app(
 
         app.include_router(register_router(register))
     app.mount("/static", StaticFiles(packages=[("forcemap.web", "static")]))
-
-    @app.get("/plotly.min.js", include_in_schema=False)
-    def plotly() -> FileResponse:
-        """The script of the installed plotly package."""
-        script = files("plotly").joinpath("package_data", "plotly.min.js")
-        return FileResponse(str(script), media_type="text/javascript", headers={"cache-control": "max-age=86400"})
 
     for kind in (ForcemapError, RequestValidationError, HTTPException):
         app.add_exception_handler(kind, _error_response)

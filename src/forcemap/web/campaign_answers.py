@@ -1,4 +1,4 @@
-"""Campaigns at a glance, and one with its states, recordings and what is missing."""
+"""A campaign with its states, recordings and what is missing."""
 
 from __future__ import annotations
 
@@ -11,9 +11,8 @@ from pydantic import Field
 import forcemap as fm
 from forcemap.answers.answer import Answer, Figure, PlannedState, Said, of
 from forcemap.answers.collect import Outlier
-from forcemap.campaigns.recordings_table import Use
-from forcemap.web.fitted_campaign import fitted_campaign, impacts_of
-from forcemap.web.folder import Folder
+from forcemap.campaigns.recordings_table import Entry, Use
+from forcemap.web.fitted_campaign import impacts_of
 from forcemap.words import sentence, sentences
 
 
@@ -39,29 +38,6 @@ class RecordingLine(Answer):
     peak_force_N: Figure = of("peak_force")
     phase2_force_N: Figure = of("phase2_force")
     flags: str
-
-
-class CampaignLine(Answer):
-    """A campaign in the overview."""
-
-    name: str
-    robot: str = ""
-    tool: str = ""
-    direction: str = ""
-    simulated: bool = False
-    planned_runs: int = 0
-    missing_runs: int = 0
-    recordings: int = 0
-    used: int = 0
-    states: int = 0
-    map: str = ""
-    problem: str = ""
-
-
-class Overview(Answer):
-    """The campaigns in the folder that is served."""
-
-    campaigns: list[CampaignLine]
 
 
 class Condition(Answer):
@@ -92,32 +68,7 @@ class CampaignAnswer(Answer):
     problem: str = ""
 
 
-def overview(folder: Folder) -> Overview:
-    """All campaigns; a problem of one stands in its line."""
-    return Overview(campaigns=[_line(folder, name) for name in folder.campaigns()])
-
-
-def _line(folder: Folder, name: str) -> CampaignLine:
-    figures: dict[str, Any] = {"name": name}
-    try:
-        path = folder.campaign(name)
-        if (path / "campaign.toml").exists():
-            conditions = fm.read_conditions(path / "campaign.toml")
-            figures |= {name: getattr(conditions, name) for name in ("robot", "tool", "direction", "simulated")}
-        if (path / "plan.csv").exists():
-            campaign = fm.read_campaign(path)
-            figures |= {"planned_runs": len(campaign.plan), "missing_runs": len(campaign.missing)}
-            figures |= {"recordings": len(campaign.entries), "used": _used(campaign).total()}
-        dataset = impacts_of(path)
-        figures |= {"states": len(dataset.states), "simulated": dataset.simulated, "problem": _doubt(dataset)}
-        force_map = fitted_campaign(path).force_map
-        figures["map"] = f"{force_map.form.name}, {len(force_map.require_fit().states)} states"
-    except fm.ForcemapError as error:
-        figures["problem"] = problem_words(error)
-    return CampaignLine(**figures)
-
-
-def _doubt(dataset: fm.ImpactDataset) -> str:
+def dataset_doubt(dataset: fm.ImpactDataset) -> str:
     """Why these impacts give no speed, or what every speed of them says first; empty if there is no doubt."""
     if dataset.no_speed:
         return f"No speed will be given: {sentence(dataset.no_speed)}"
@@ -142,10 +93,7 @@ def _planned(path: Path) -> dict[str, Any]:
         "simulated": campaign.conditions.simulated,
         "conditions": _conditions(campaign.conditions),
         "missing": campaign.missing,
-        "recordings": [
-            RecordingLine.from_result(entry, scenario=entry.scenario.words if entry.scenario else "")
-            for entry in campaign.entries
-        ],
+        "recordings": [recording_line(entry) for entry in campaign.entries],
         "used": _used(campaign).total(),
         "not_collected": [file for file in campaign.files() if file not in registered],
     }
@@ -165,10 +113,15 @@ def _planned(path: Path) -> dict[str, Any]:
     return content | {"states": states, "states_done": sum(not state.missing for state in states)}
 
 
+def recording_line(entry: Entry) -> RecordingLine:
+    """A recording as it is registered."""
+    return RecordingLine.from_result(entry, scenario=entry.scenario.words if entry.scenario else "")
+
+
 def _measured(dataset: fm.ImpactDataset) -> dict[str, Any]:
     return {
         "simulated": dataset.simulated,
-        "problem": _doubt(dataset),
+        "problem": dataset_doubt(dataset),
         "phase_two": dataset.phase_two.finding,
         "repeatability_sd_percent": fm.repeatability(dataset).mean_sd_percent,
     }

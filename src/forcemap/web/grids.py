@@ -10,11 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forcemap import SpeedOutcome, map_sha256, safe_speed
-from forcemap.answers.answer import AllSaid, Answer, Figure, figures
+from forcemap.answers.answer import AllSaid, Answer, Figure, PlaceAndSpeed, figures
 from forcemap.answers.basis import RestsOn, rests_on
 from forcemap.answers.speed import SpeedAnswer
 from forcemap.arrays import FloatArray
 from forcemap.web.campaign_map import CampaignMap
+from forcemap.web.contours import Contour, contours
 from forcemap.web.question import Resolution, State
 from forcemap.words import sentence, sentences
 
@@ -44,7 +45,7 @@ _OUTCOMES = tuple(outcome.value for outcome in SpeedOutcome)
 class SpeedGrid(RestsOn):
     """Safe speeds on a grid, rows along distance; outcomes and reasons are numbers of `outcomes` and `reasons`.
 
-    `outcome` and `reason` are of the speed at contact, `counts` of the speed to program.
+    `outcome` and `reason` are of the speed at contact, `counts` and `contours` of the speed to program.
     """
 
     distance_m: list[float]
@@ -58,6 +59,8 @@ class SpeedGrid(RestsOn):
     reason: list[list[int]]
     to_program_outcome: list[list[int]]
     to_program_reason: list[list[int]]
+    contours: list[Contour]
+    measured: list[PlaceAndSpeed]
 
 
 class Line(Answer):
@@ -81,6 +84,7 @@ class SlicesAnswer(Answer):
     distance_m: list[float]
     height_m: list[float]
     place_bound_N: list[list[float | None]]
+    contours: list[Contour]
     speed: SpeedAnswer
 
 
@@ -117,6 +121,8 @@ def speed_grid(campaign_map: CampaignMap, question: Resolution) -> SpeedGrid:
         reason=reason.tolist(),
         to_program_outcome=program.tolist(),
         to_program_reason=program_reason.tolist(),
+        contours=contours(d, h, speeds.speed_to_program),
+        measured=PlaceAndSpeed.of_columns(*force_map.require_fit().states.coordinates.T),
         **rests_on(force_map, speeds.basis, campaign_map.limits.statements),
     )
 
@@ -163,6 +169,7 @@ def slices_answer(campaign_map: CampaignMap, question: State) -> SlicesAnswer:
         distance_m=d.tolist(),
         height_m=h.tolist(),
         place_bound_N=_rounded_up(over_places, _FORCE_DECIMALS),
+        contours=contours(d, h, over_places, also=math.nan if speed.limit_N is None else speed.limit_N),
         speed=speed,
     )
 

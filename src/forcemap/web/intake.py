@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import json
 import os
 import threading
 from collections.abc import AsyncIterator, Iterator
@@ -20,7 +21,10 @@ from forcemap import Campaign, ForcemapError, InputError, LimitTable, collect_ca
 from forcemap.answers.check import CheckAnswer
 from forcemap.answers.collect import CollectAnswer
 from forcemap.files import file_sha256, flush_to_disk, hidden_file, sweep
+from forcemap.recordings.column_map import ColumnMap
 from forcemap.web.campaign_answers import problem_words
+from forcemap.web.columns import ColumnsAnswer, columns_answer
+from forcemap.web.conditions import stated_columns
 from forcemap.web.fitted_campaign import impacts_of
 from forcemap.web.folder import Folder
 from forcemap.web.judgements import TableAnswer, file_answer, is_table, table_answer
@@ -65,9 +69,29 @@ class Upload(Area):
 
 
 class Judged(Upload):
-    """A file to judge, with its curves or without."""
+    """A file to judge, with its curves or without, read as the campaign says or by columns that are tried."""
 
     curves: bool = Field(False, description="Also the curve of every recording, thinned to what can be drawn.")
+    columns: str = Field("", description="Entries of [recordings] as JSON, to try them.", max_length=4000)
+
+    @property
+    def tried(self) -> ColumnMap | None:
+        """The columns that are tried; None to read as the campaign says.
+
+        Raises
+        ------
+        InputError
+            No table as JSON, or one that cannot be used.
+        """
+        if not self.columns:
+            return None
+        try:
+            table = json.loads(self.columns)
+        except (ValueError, RecursionError):
+            table = None
+        if not isinstance(table, dict):
+            raise InputError("expected the entries of [recordings] as a JSON object", column="columns")
+        return stated_columns(table)
 
 
 class Addition(Upload):
@@ -108,7 +132,14 @@ class Intake:
         for campaign in folder.campaigns().values():
             sweep(campaign)
 
-    async def judge(self, request: Request, name: str, upload: Upload, *, drawn: bool) -> CheckAnswer | TableAnswer:
+    async def columns(self, request: Request, name: str, upload: Upload) -> ColumnsAnswer:
+        """The first lines of a file as a table, without storing it."""
+        campaign, suffix = self._folder.campaign(name), _suffix(upload.file)
+        async with self._uploads, _received(request, campaign, suffix) as staged, self._judging:
+            with _errors_naming(staged, upload.file):
+                return await asyncio.to_thread(columns_answer, staged, upload.file)
+
+    async def judge(self, request: Request, name: str, upload: Judged, *, drawn: bool) -> CheckAnswer | TableAnswer:
         """Judge a file without storing it; with its curves if they are to be drawn."""
         campaign, suffix = self._folder.campaign(name), _suffix(upload.file)
         async with self._uploads, _received(request, campaign, suffix) as staged, self._judging:
@@ -151,13 +182,14 @@ class Intake:
             raise problem
         return await asyncio.to_thread(lambda: CollectAnswer.of_campaign(read_campaign(path), impacts_of(path)))
 
-    def _judged(self, campaign: Path, staged: Path, upload: Upload, drawn: bool) -> CheckAnswer | TableAnswer:
+    def _judged(self, campaign: Path, staged: Path, upload: Judged, drawn: bool) -> CheckAnswer | TableAnswer:
+        columns, limits = upload.tried, limits_of(campaign, self._table)
         with _errors_naming(staged, upload.file):
             if is_table(staged):
                 if staged.stat().st_size > LARGEST_TABLE:
                     raise too_large(LARGEST_TABLE)
                 return table_answer(staged, upload.file, campaign)
-            return file_answer(staged, upload.file, campaign, upload, limits_of(campaign, self._table), drawn=drawn)
+            return file_answer(staged, upload.file, campaign, upload, limits, columns=columns, drawn=drawn)
 
     def _stored(self, path: Path, staged: Path, addition: Addition) -> tuple[str, CheckAnswer]:
         campaign, file_name = read_campaign(path), addition.file

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Literal
 
@@ -12,6 +13,8 @@ from forcemap.answers.accuracy import AccuracyAnswer
 from forcemap.answers.check import CheckAnswer
 from forcemap.answers.collect import Outlier
 from forcemap.campaigns.conditions import read_campaign_file
+from forcemap.findings import Finding
+from forcemap.recordings.column_map import ColumnMap
 from forcemap.verdicts.recording_results import recording_doubt
 from forcemap.web.fitted_campaign import fitted_campaign
 from forcemap.web.limits import Limits
@@ -47,9 +50,21 @@ def is_table(path: Path) -> bool:
 
 
 def file_answer(
-    path: Path, name: str, campaign: Path, question: Area, limits: Limits, *, drawn: bool = False
+    path: Path,
+    name: str,
+    campaign: Path,
+    question: Area,
+    limits: Limits,
+    *,
+    columns: ColumnMap | None = None,
+    curve: str = "",
+    doubt: Finding | None = None,
+    drawn: bool = False,
 ) -> CheckAnswer:
     """A file of recordings, read as its campaign says and called by a name; with its curves where they are drawn.
+
+    `columns` says how it is read if not as the campaign says; `curve` names the one recording of several that is
+    judged; `doubt` is what is known against it besides what is said against the whole campaign.
 
     Raises
     ------
@@ -57,9 +72,12 @@ def file_answer(
         Anything in the file that could be read wrongly.
     """
     stated = campaign / "campaign.toml"
-    conditions, columns = read_campaign_file(stated) if stated.exists() else (fm.Conditions(), None)
-    limit, doubt = limits.of(question.area), recording_doubt(campaign)
-    check = fm.check_file(path, limit, conditions=conditions, columns=columns, name=name, doubt=doubt)
+    conditions, of_campaign = read_campaign_file(stated) if stated.exists() else (fm.Conditions(), None)
+    limit, read_by = limits.of(question.area), columns or of_campaign
+    known = doubt or recording_doubt(campaign)
+    check = fm.check_file(path, limit, conditions=conditions, columns=read_by, name=name, doubt=known)
+    if curve in (found := [each.name for each in check.recordings]):
+        check = replace(check, recordings=(check.recordings[found.index(curve)],))
     return CheckAnswer.of_check(check, notes=limits.statements, drawn=drawn)
 
 

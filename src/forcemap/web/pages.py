@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from decimal import ROUND_CEILING, Decimal
+from pathlib import Path
 from types import MappingProxyType
 from typing import Any, TypeVar
 from urllib.parse import quote, urlencode
@@ -20,18 +21,24 @@ import forcemap as fm
 from forcemap.answers.comparison import Body
 from forcemap.paths.atlas import Atlas
 from forcemap.web.admission import TOKEN, WHERE, is_page
-from forcemap.web.campaign_answers import campaign_answer, overview, problem_words
+from forcemap.web.campaign_answers import campaign_answer, problem_words
 from forcemap.web.campaign_map import CampaignMap
+from forcemap.web.conditions import conditions_answer
 from forcemap.web.contact_points import FILM_TYPES, PICTURE_TYPES, POINT_FIELDS, photograph, points_answer
 from forcemap.web.downloads import Export, Format, comparison_svg
 from forcemap.web.grids import slices_answer
-from forcemap.web.intake import LARGEST_UPLOAD, TYPES, Addition, Upload
+from forcemap.web.headline import headline
+from forcemap.web.help import HELP
+from forcemap.web.intake import LARGEST_UPLOAD, TYPES, Addition, Judged
 from forcemap.web.limits import Limits, limits_of
+from forcemap.web.overview import overview
 from forcemap.web.question import Area, BoundKind, ComparisonQuestion, PathQuestion, Place, Question, State
+from forcemap.web.recording import RecordingQuestion, recording_answer
 from forcemap.web.request_error import RequestError, status_of
+from forcemap.web.route import views
 from forcemap.web.site import Site
 from forcemap.web.task_answers import task_answer
-from forcemap.web.together import WayQuestion, together, together_answer, way_answer
+from forcemap.web.together import WayQuestion, by_map, together, together_answer, way_answer
 
 _Question = TypeVar("_Question", bound=Area)
 
@@ -44,10 +51,14 @@ _BEYOND = 0.1
 _PATH_ROOM = 0.1
 """Share of the heights left free at both ends of the path that is shown first; a choice, for the position tolerance."""
 
+_TAKEN = {"types": ",".join(TYPES), "largest": LARGEST_UPLOAD}
+"""Which files are taken, and how large."""
+
 _MADE_OF = "made_of"
 """The parameter that carries the hashes of the map and limits that a page was made of."""
 
-_MODELS: tuple[type[Area], ...] = (State, PathQuestion, WayQuestion, ComparisonQuestion, Export, Addition)
+_QUESTIONS: tuple[type[Area], ...] = (State, PathQuestion, WayQuestion, ComparisonQuestion, Export)
+_MODELS: tuple[type[Area], ...] = (*_QUESTIONS, Addition, Judged, RecordingQuestion)
 _KNOWN = {_MADE_OF, *(name for model in _MODELS for name in model.model_fields)}
 
 OUTCOMES = {
@@ -62,10 +73,24 @@ OUTCOMES = {
 """What outcomes mean, in words."""
 
 
+_STATES = {
+    "permitted": "permitted everywhere",
+    "partly": "permitted at places",
+    "nowhere": "permitted nowhere",
+    "not_permitted": "not permitted",
+    "contradicted": "map contradicted",
+    "ready": "map ready",
+    "measuring": "being measured",
+    "empty": "not measured",
+    "refused": "no speeds",
+}
+"""What states of a case and of a campaign are called."""
+
+
 def page_router(site: Site) -> APIRouter:
     """The routes of the pages of a site, by what they show."""
     router = APIRouter(include_in_schema=False)
-    for routes in (campaign_pages, point_pages, intake_pages, map_pages, together_pages):
+    for routes in (campaign_pages, condition_pages, point_pages, intake_pages, map_pages, together_pages):
         router.include_router(routes(site))
     return router
 
@@ -75,21 +100,41 @@ def campaign_pages(site: Site) -> APIRouter:
     router = APIRouter()
 
     @router.get("/")
-    def overview_page(request: Request) -> Response:
+    async def overview_page(request: Request) -> Response:
         if site.folder.single:
             (name,) = site.folder.campaigns()
             return RedirectResponse(_address(name))
-        return html_page(request, "overview.html", answer=overview(site.folder), root=site.folder.root.name)
+
+        def page() -> Response:
+            found = overview(site.folder, site.table)
+            return html_page(request, "overview.html", answer=found, root=site.folder.root.name)
+
+        return await site.queue.run(request, page)
 
     @router.get("/campaigns/{name}")
-    def campaign_page(request: Request, name: str) -> Response:
+    async def campaign_page(request: Request, name: str) -> Response:
+        return await site.queue.run(request, lambda: _campaign_page(request, name))
+
+    def _campaign_page(request: Request, name: str) -> Response:
         path = site.folder.campaign(name)
         answer, limits = campaign_answer(name, path), Limits(site.table)
         with suppress(fm.ForcemapError):  # without a map, judging says it
             limits = limits_of(path, site.table)
-        taken = {"types": ",".join(TYPES), "largest": LARGEST_UPLOAD}
         question = _stated(request, Question, limits.otherwise)
-        return _campaign_html(site, request, "campaign.html", name, question, limits, answer=answer, taken=taken)
+        shown = {"answer": answer, "headline": headline(name, path, question, limits), "taken": _TAKEN}
+        shown["conditions"] = _conditions_of(path)
+        return _campaign_html(site, request, "campaign.html", name, question, limits, **shown)
+
+    @router.get("/campaigns/{name}/recording")
+    async def recording_page(request: Request, name: str) -> Response:
+        def page() -> Response:
+            path = site.folder.campaign(name)
+            limits = limits_of(path, site.table)
+            question = _stated(request, RecordingQuestion, limits.otherwise)
+            answer = recording_answer(path, question, limits)
+            return _campaign_html(site, request, "recording.html", name, question, limits, answer=answer)
+
+        return await site.queue.run(request, page)
 
     @router.get("/campaigns/{name}/downloads")
     def downloads_page(request: Request, name: str) -> Response:
@@ -98,6 +143,29 @@ def campaign_pages(site: Site) -> APIRouter:
         question = _stated(request, Export, limits.otherwise)
         shown = {"formats": list(Format), "simulated": campaign_answer(name, path).simulated}
         return _campaign_html(site, request, "downloads.html", name, question, limits, **shown)
+
+    return router
+
+
+def condition_pages(site: Site) -> APIRouter:
+    """The pages on which campaign.toml is changed."""
+    router = APIRouter()
+
+    def shown(request: Request, name: str, template: str) -> Response:
+        path, limits = site.folder.campaign(name), Limits(site.table)
+        with suppress(fm.ForcemapError):  # a table of limits that cannot be used is changed here, too
+            limits = limits_of(path, site.table)
+        question = _stated(request, Question, limits.otherwise)
+        answer = conditions_answer(path)
+        return _campaign_html(site, request, template, name, question, limits, answer=answer, taken=_TAKEN)
+
+    @router.get("/campaigns/{name}/conditions")
+    def conditions_page(request: Request, name: str) -> Response:
+        return shown(request, name, "conditions.html")
+
+    @router.get("/campaigns/{name}/columns")
+    def columns_page(request: Request, name: str) -> Response:
+        return shown(request, name, "columns.html")
 
     return router
 
@@ -130,7 +198,7 @@ def intake_pages(site: Site) -> APIRouter:
 
     @router.post("/campaigns/{name}/judge")
     async def judge(request: Request, name: str) -> Response:
-        answer = await site.intake.judge(request, name, _stated(request, Upload), drawn=True)
+        answer = await site.intake.judge(request, name, _stated(request, Judged), drawn=True)
         return html_page(request, "judged.html", answer=answer)
 
     @router.post("/campaigns/{name}/recordings")
@@ -191,7 +259,7 @@ def together_pages(site: Site) -> APIRouter:
             question = _stated(request, WayQuestion, limits.otherwise | _first_way(atlas))
             try:
                 answer, problem = way_answer(atlas, limits, question), ""
-            except fm.InputError as error:  # what the task leaves open is said beside the form that asks for it
+            except fm.ForcemapError as error:  # what the task leaves open is said beside the form that asks for it
                 answer, problem = None, problem_words(error)
             table = limits.table or fm.standard_limit_table()
             shown: dict[str, Any] = {
@@ -200,6 +268,9 @@ def together_pages(site: Site) -> APIRouter:
                 "areas": _areas(table),
             }
             shown |= {"answer": answer, "problem": problem, _MADE_OF: f"{atlas.sha256} {table.sha256}"}
+            if answer:
+                corners = [[float(x) for x in point.split(",")] for point in question.points.split(";")]
+                shown |= {"views": views(answer, corners), "groups": by_map(atlas, limits, question, answer)}
             return html_page(request, "together.html", question=question, **shown)
 
         return await site.queue.run(request, page)
@@ -229,8 +300,18 @@ def _answer_page(
     force_map, limits = campaign_map.fitted.force_map, campaign_map.limits
     question = _stated(request, model, limits.otherwise | otherwise(force_map))
     shown = {"axes": _axes(force_map), _MADE_OF: made_of, "answer": answer(campaign_map, question)}
+    shown["conditions"] = force_map.conditions
     template = f"{request.url.path.rpartition('/')[2]}.html"
     return _campaign_html(site, request, template, name, question, limits, campaign_map=campaign_map, **shown)
+
+
+def _conditions_of(campaign: Path) -> fm.Conditions:
+    """What campaign.toml states; nothing where it cannot be used, which is said elsewhere."""
+    stated = campaign / "campaign.toml"
+    try:
+        return fm.read_conditions(stated) if stated.exists() else fm.Conditions()
+    except fm.ForcemapError:
+        return fm.Conditions()
 
 
 def _map_with_hashes(site: Site, name: str) -> tuple[CampaignMap, str]:
@@ -357,4 +438,6 @@ _TEMPLATES.globals |= {
     "bounds": list(BoundKind),
     "bodies": list(Body),
     "outcomes": OUTCOMES,
+    "state_words": _STATES,
+    "help": HELP,
 }

@@ -34,7 +34,8 @@ POLICY = "; ".join(
         "frame-ancestors 'none'",
     )
 )
-"""The content security policy: scripts and connections of this server alone. plotly needs its inline style sheets."""
+"""The content security policy: scripts and connections of this server alone. the page without a
+token, and figures, bring their style with them."""
 
 _HEADERS = {
     "content-security-policy": POLICY,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import socket
+import threading
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -15,6 +16,8 @@ from forcemap import InputError, LimitTable
 from forcemap.web.admission import TOKEN, new_token
 from forcemap.web.app import create_app
 from forcemap.web.connection import Connection
+from forcemap.web.folder import Folder
+from forcemap.web.overview import overview
 
 LOOPBACK = "127.0.0.1"
 
@@ -60,6 +63,8 @@ def serve(
         raise InputError(f"host: found {host!r}, expected {LOOPBACK}; the page stays on this machine")
     token = new_token()
     app = create_app(folder, token=token, limit_table=limit_table, register=register)
+    served = Folder(folder)
+    threading.Thread(target=lambda: overview(served, limit_table), daemon=True).start()  # the first page waits for less
     with socket.socket() as listening:
         listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:

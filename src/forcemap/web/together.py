@@ -122,6 +122,24 @@ def together_answer(atlas: Atlas) -> TogetherAnswer:
     )
 
 
+def by_map(
+    atlas: Atlas, limits: Limits, question: WayQuestion, answer: PathAnswer
+) -> tuple[list[str], list[tuple[str, list[str]]]]:
+    """What a path rests on: what does not depend on the map, then by the name of each map what it alone says."""
+    own: list[tuple[str, list[str]]] = []
+    for campaign, force_map in zip(atlas.maps, atlas.force_maps, strict=True):
+        bound = question.stated_bound(force_map.conditions.device.error_or_default)
+        case: dict[str, Any] = {"bound": bound, "contact": question.contact, "limit": limits.of(question.area)}
+        place = (force_map.measured_range.lowest + force_map.measured_range.highest)[:2] / 2
+        basis = fm.safe_speed(force_map, *place.tolist(), **case, allowance=question.allowance).basis
+        own.append((campaign.name, sentences(basis.statements)))
+    shared = [line for line in answer.assumptions if all(line in lines for _, lines in own)]
+    of_one = {line for _, lines in own for line in lines} - {*shared}
+    common = [line for line in answer.assumptions if line not in of_one]
+    stated = {*answer.assumptions}
+    return common, [(name, [line for line in lines if line in of_one and line in stated]) for name, lines in own]
+
+
 def way_answer(atlas: Atlas, limits: Limits, question: WayQuestion) -> PathAnswer:
     """What a path through space is allowed, as `forcemap path --json`."""
     error = max(force_map.conditions.device.error_or_default for force_map in atlas.force_maps)

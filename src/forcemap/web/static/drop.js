@@ -1,12 +1,14 @@
 // The campaign page: a file is judged as soon as it is there, and stored only when that is asked for.
+import { refresh } from "./campaign.js";
+import { curve } from "./curve.js";
 import { fetched, put } from "./live.js";
-import { plotly } from "./plotly.js";
-import { COLOURS, CONFIG, layout, onThemeChange } from "./look.js";
+import { waited, waitingFor } from "./wait.js";
 
 const form = document.getElementById("drop");
-const [zone, chosen, judged, curve] = ["zone", "file", "judged", "curve"].map((id) => document.getElementById(id));
+const [zone, chosen, judged, place] = ["zone", "file", "judged", "curve"].map((id) => document.getElementById(id));
 const add = document.getElementById("add");
 const added = document.getElementById("added");
+const chartOf = document.getElementById("curve-of");
 const page = form.dataset.base;
 let [file, answer, request] = [null, null, 0];
 
@@ -15,7 +17,7 @@ async function send(way, more, body) {
   if (body.size > Number(form.dataset.largest)) return { problem: `${body.name}: too large` };
   try {
     const headers = { "content-type": "application/octet-stream", accept: "text/html" };
-    const response = await fetch(`${page}/${way}?${query}`, { method: "POST", headers, body });
+    const response = await waited(fetch(`${page}/${way}?${query}`, { method: "POST", headers, body }));
     const html = new DOMParser().parseFromString(await response.text(), "text/html");
     return response.ok ? { content: html.body } : { problem: html.getElementById("problem")?.textContent ?? "No answer" };
   } catch {
@@ -35,7 +37,7 @@ async function judge(next) {
   answer = null;
   draw();
   if (add) [add.hidden, added.textContent] = [true, ""];
-  judged.textContent = `Judging ${file.name} ...`;
+  judged.replaceChildren(waitingFor(`Judging ${file.name}`));
   const judgement = await send("judge", {}, file);
   if (own !== request) return; // another file or body area is being judged
   show(judged, judgement);
@@ -45,35 +47,22 @@ async function judge(next) {
   if (add && answer?.kind === "recording") add.hidden = false;
 }
 
-async function draw() {
-  curve.hidden = !answer?.curves;
-  if (curve.hidden) return;
-  const ink = layout().font.color;
-  const traces = answer.curves.map((recorded, i) => ({ x: recorded.time_s, y: recorded.force_N, name: answer.recordings[i].recording, line: { width: 1.5 } }));
-  traces[0].line.color = COLOURS.measured;
-  const shapes = [];
-  const annotations = [];
-  const level = (force, words, color, dash) => {
-    if (force === null) return;
-    shapes.push({ type: "line", xref: "paper", x0: 0, x1: 1, y0: force, y1: force, line: { color, dash, width: 1.5 } });
-    annotations.push({ xref: "paper", x: 1, y: force, xanchor: "right", yanchor: "bottom", showarrow: false, text: words, font: { color } });
-  };
-  level(answer.transient_limit_N, "transient limit", COLOURS.limit, "dash");
-  level(answer.quasi_static_limit_N, "quasi-static limit", COLOURS.quasi, "dashdot");
-  for (const impact of answer.impacts.filter((one) => one.recording === answer.recordings[0].recording)) {
-    const end = impact.phase1_end_s;
-    shapes.push({ type: "line", yref: "paper", y0: 0, y1: 1, x0: end, x1: end, line: { color: ink, dash: "dot", width: 1 } });
-    traces.push({ x: [impact.peak_time_s], y: [impact.peak_force_N], mode: "markers", name: `Phase I peak, impact ${impact.impact}`, marker: { symbol: "triangle-down", size: 11, color: "#F0E442", line: { color: ink, width: 1 } } });
-  }
-  const titles = { xaxis: { title: { text: "Time [s]" } }, yaxis: { title: { text: "Contact force [N]" } } };
-  const shown = answer;
-  const { react } = await plotly();
-  if (shown === answer) react(curve, traces, layout({ ...titles, shapes, annotations }), CONFIG);
+function draw() {
+  chartOf.hidden = !answer?.curves;
+  if (answer?.curves) curve(place, answer);
 }
 
 chosen.addEventListener("change", () => judge(chosen.files[0]));
 form.addEventListener("submit", (event) => event.preventDefault());
-form.elements.area.addEventListener("change", () => judge(file));
+form.elements.area.addEventListener("change", async () => {
+  judge(file);
+  const address = `${page}?${new URLSearchParams({ area: form.elements.area.value })}`;
+  const next = await fetched(address);
+  if (!next.answers) return;
+  history.replaceState(null, "", address);
+  put(next.document);
+  refresh();
+});
 for (const name of ["dragenter", "dragover"])
   zone.addEventListener(name, (event) => {
     event.preventDefault();
@@ -91,12 +80,12 @@ add?.addEventListener("submit", async (event) => {
   event.preventDefault();
   const run = add.elements.run.value.trim();
   const [body, own] = [file, request];
-  added.textContent = `Adding ${body.name} ...`;
+  added.replaceChildren(waitingFor(`Adding ${body.name}`));
   const result = await send("recordings", run ? { run } : {}, body);
   const { content, problem } = result;
   show(added, !problem || problem.includes(body.name) ? result : { problem: `${body.name}: ${problem}` });
   if (!content) return;
   if (own === request) add.hidden = true;
   put((await fetched(page)).document);
+  refresh();
 });
-onThemeChange(draw);

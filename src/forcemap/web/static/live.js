@@ -2,7 +2,9 @@
 // No answer is left standing that does not belong to the form, and a page is of one map: where an answer is of another,
 // the campaign's files have changed, and the whole page is asked again.
 
-const GONE = "The server does not answer. Is forcemap serve still running?";
+import { waited } from "./wait.js";
+
+export const GONE = "The server does not answer. Is forcemap serve still running?";
 
 export function live(shown = () => {}) {
   const form = document.querySelector("form[data-live]");
@@ -70,7 +72,7 @@ function rendered(form) {
 
 export async function fetched(address) {
   try {
-    const response = await fetch(address);
+    const response = await waited(fetch(address));
     const page = new DOMParser().parseFromString(await response.text(), "text/html");
     return response.ok ? { answers: true, document: page } : problem(page.getElementById("problem")?.textContent ?? GONE);
   } catch {

@@ -1,6 +1,4 @@
-// What charts look like: the colours of the figures, on the page's own ground.
-
-export const COLOURS = { predicted: "#009E73", measured: "#0072B2", limit: "#D55E00", quasi: "#b8629a", here: "#D55E00" };
+// What charts share: colours of values, axes, parts of a drawing.
 
 const VIRIDIS = ["#440154", "#482878", "#3e4989", "#31688e", "#26828e", "#1f9e89", "#35b779", "#6ece58", "#b5de2b", "#fde725"];
 
@@ -10,8 +8,6 @@ export function viridis(share) {
   const [a, b] = [from, from + 1].map((i) => [1, 3, 5].map((j) => parseInt(VIRIDIS[i].slice(j, j + 2), 16)));
   return `rgb(${a.map((low, i) => Math.round(low + (position - from) * (b[i] - low))).join(",")})`;
 }
-
-export const SCALE = VIRIDIS.map((colour, i) => [i / (VIRIDIS.length - 1), colour]);
 
 const SVG = "http://www.w3.org/2000/svg";
 
@@ -35,25 +31,20 @@ export function floored(speed) {
   return `${whole}.${part.padEnd(3, "0").slice(0, 3)}`;
 }
 
-export function layout(more = {}) {
-  const style = getComputedStyle(document.documentElement);
-  const [ink, line] = ["--ink", "--line"].map((name) => style.getPropertyValue(name).trim());
-  const axis = { gridcolor: line, linecolor: line, zerolinecolor: line, tickcolor: line, automargin: true };
-  const { xaxis, yaxis, ...rest } = more;
-  return {
-    paper_bgcolor: "rgba(0,0,0,0)",
-    plot_bgcolor: "rgba(0,0,0,0)",
-    font: { color: ink, family: style.getPropertyValue("--font").trim(), size: 12 },
-    margin: { l: 48, r: 12, t: 8, b: 40 },
-    showlegend: false,
-    hovermode: "closest",
-    xaxis: { ...axis, ...xaxis },
-    yaxis: { ...axis, ...yaxis },
-    ...rest,
-  };
+// Round values between two, about so many.
+export function ticks(low, high, count) {
+  if (!(high > low)) return [low];
+  const rough = (high - low) / count;
+  const ten = 10 ** Math.floor(Math.log10(rough));
+  const step = ten * [1, 2, 5, 10].find((factor) => ten * factor >= rough * (1 - 1e-9));
+  const first = Math.ceil(low / step - 1e-9);
+  return Array.from({ length: Math.floor(high / step + 1e-9) - first + 1 }, (_, i) => Number(((first + i) * step).toFixed(9)));
 }
 
-export const CONFIG = { displaylogo: false, responsive: true, displayModeBar: false };
+// The colour of text, for what is drawn without a style sheet.
+export function ink() {
+  return getComputedStyle(document.documentElement).getPropertyValue("--ink").trim();
+}
 
 export function onThemeChange(draw) {
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", draw);

@@ -1,6 +1,6 @@
 // The task page: a point or a path that is dragged.
 import { live } from "./live.js";
-import { plane } from "./plane.js";
+import { speedPlane } from "./speed_plane.js";
 import { question } from "./question.js";
 
 const form = document.querySelector("form[data-live]");
@@ -17,7 +17,7 @@ function state(list) {
   field.dispatchEvent(new Event("input", { bubbles: true }));
 }
 
-const drawn = plane(element, document.getElementById("counts"), axes, state);
+const drawn = speedPlane(element, document.getElementById("counts"), axes, state);
 
 function change(list) {
   state(list);

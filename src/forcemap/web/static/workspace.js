@@ -1,6 +1,6 @@
 // The workspace as a block of points that is turned by hand. The corner towards the viewer is cut away down to the state
 // of the sliders, so that the forces around it are seen. All points are drawn in every picture, without a graphics card.
-import { floored, layout, viridis } from "./look.js";
+import { floored, ink as inkOf, viridis } from "./look.js";
 
 const AXES = [["Distance", "m"], ["Height", "m"], ["Speed", "m/s"]];
 const PALETTE = Array.from({ length: 256 }, (_, i) => {
@@ -38,7 +38,7 @@ export function block(canvas, cube, states) {
     Object.assign(canvas, { width, height });
     Object.assign(layer, { width, height });
     const context = canvas.getContext("2d");
-    const ink = layout().font.color;
+    const ink = inkOf();
     const size = Math.min(width, height) * 0.27;
     const [ct, st, cp, sp] = [Math.cos(turn), Math.sin(turn), Math.cos(tilt), Math.sin(tilt)];
     // right, up and towards the viewer, each as a direction in distance, height, speed

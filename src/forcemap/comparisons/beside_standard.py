@@ -1,0 +1,71 @@
+"""The standard's one speed beside a map's safe speeds: where it is too fast, and where the map permits more."""
+
+from __future__ import annotations
+
+import contextlib
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from forcemap.comparisons.contact_model import ContactModel, contact_model
+from forcemap.errors import InputError
+from forcemap.limits.force_limits import Contact, ForceLimit
+from forcemap.maps.force_map import ForceMap
+from forcemap.speeds.safe_speed import SpeedOutcome
+from forcemap.speeds.speed_map import SpeedMap
+
+
+@dataclass(frozen=True)
+class BesideStandard:
+    """The standard's one speed, at contact, beside those of a map on a grid.
+
+    Parameters
+    ----------
+    speed : float
+        What the standard's contact model allows everywhere [m/s].
+    places, faster : int
+        Places of the grid within the measured range, and of these where the map permits more than that speed.
+    fastest : float
+        The highest speed at contact that the map permits [m/s]; NaN if it permits none.
+    lowest_predicted, highest_predicted : float
+        Forces that the map predicts at that speed where it was measured so fast [N]; NaN where it was nowhere.
+    """
+
+    speed: float
+    places: int
+    faster: int
+    fastest: float
+    lowest_predicted: float
+    highest_predicted: float
+
+
+def beside_standard(force_map: ForceMap, speeds: SpeedMap) -> BesideStandard | None:
+    """The standard's speed beside a speed map; None where it has none: newtons, the head, no moving mass stated."""
+    result, model = speeds.speeds, _model(force_map, speeds)
+    limit, contact = result.basis.limit, result.basis.contact
+    if model is None or contact is None or not isinstance(limit, ForceLimit):
+        return None
+    standard = model.speed_limit(limit, contact)
+    inside = np.asarray(result.outcome) != SpeedOutcome.OUTSIDE
+    measured = inside & (result.lowest_measured_speed <= standard) & (standard <= result.highest_measured_speed)
+    distance, height = (axis[measured] for axis in np.meshgrid(speeds.distance, speeds.height, indexing="ij"))
+    forces = force_map.predict(distance, height, standard)
+    known = result.speed[~np.isnan(result.speed)]
+    return BesideStandard(
+        speed=standard,
+        places=int(inside.sum()),
+        faster=int((result.speed > standard).sum()),
+        fastest=float(known.max()) if known.size else math.nan,
+        lowest_predicted=float(forces.min()) if forces.size else math.nan,
+        highest_predicted=float(forces.max()) if forces.size else math.nan,
+    )
+
+
+def _model(force_map: ForceMap, speeds: SpeedMap) -> ContactModel | None:
+    """The standard's contact model for the limit of a speed map; None where it says nothing."""
+    limit, contact = speeds.speeds.basis.limit, speeds.speeds.basis.contact
+    if isinstance(limit, ForceLimit) and limit.permitted and isinstance(contact, Contact):
+        with contextlib.suppress(InputError):  # no moving mass, or a region that is not the standard's
+            return contact_model(force_map.conditions, limit.name)
+    return None

@@ -1,0 +1,230 @@
+"""What a campaign permits at a glance, by body area and contact: the share of places, the speeds, the worst place."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import forcemap as fm
+from forcemap.answers.answer import Answer, Figure, Said
+from forcemap.answers.basis import RestsOn, rests_on
+from forcemap.assessment.assess_campaign import PLACES_APART
+from forcemap.assessment.contact_points import POINTS_FILE, read_contact_points
+from forcemap.assessment.missing import Missing, attempt, present
+from forcemap.assessment.point_results import confirmations
+from forcemap.comparisons.contact_model import contact_model
+from forcemap.files import file_sha256
+from forcemap.planning.confirm import Confirmed
+from forcemap.web.campaign_answers import problem_words
+from forcemap.web.fitted_campaign import FittedCampaign, fitted_campaign, impacts_of
+from forcemap.web.limits import Limits
+from forcemap.web.question import Area, Question
+from forcemap.words import sentence
+
+_IN_MEMORY = 64
+"""Cases that stay in memory; a choice: a few body areas of every campaign of a folder."""
+
+
+class WorstPlace(Answer):
+    """The place that permits least: its speed to program, null where there is none."""
+
+    distance_m: float
+    height_m: float
+    speed_mps: Figure
+    reason: Said
+
+
+class Case(Answer):
+    """What one body area and contact is permitted: at how many places of the measured range, and at which speeds.
+
+    Speeds are to program; the standard's is what its contact model allows everywhere, confirmed by no measurement.
+    `state` is `permitted`, `partly`, `nowhere`, `not_permitted` or `contradicted`.
+    """
+
+    area: str
+    contact: str
+    state: str
+    reason: Said
+    places: int
+    permitted: int
+    share: Figure
+    lowest_speed_mps: Figure
+    highest_speed_mps: Figure
+    standard_speed_mps: Figure
+    worst: WorstPlace | None
+    confirmed_by: int
+    rests_on: RestsOn | None
+
+
+class Headline(Answer):
+    """What a campaign permits, for the body area asked for and those of its contact points; or why nothing is known."""
+
+    cases: list[Case]
+    problem: str
+    places_apart_m: float
+
+
+class NextStep(Answer):
+    """What to measure next for a body area and contact: a plan, no permission."""
+
+    sentence: str
+    states: list[dict[str, float]]
+    command: str
+
+
+def headline(name: str, path: Path, question: Area, limits: Limits, *, points: bool = True) -> Headline:
+    """What a campaign permits, with the body areas of its contact points or without; one without a map says why."""
+    try:
+        listed = _areas_of_points(path, limits) if points else []
+        areas = dict.fromkeys([question.area, *listed])
+        cases = [_case(name, path, limits.of(area), contact, limits) for area in areas for contact in fm.Contact]
+        return Headline(cases=cases, problem="", places_apart_m=PLACES_APART)
+    except fm.ForcemapError as error:
+        return Headline(cases=[], problem=problem_words(error), places_apart_m=PLACES_APART)
+
+
+def next_step(name: str, path: Path, question: Question, limits: Limits) -> NextStep:
+    """What to do next: missing runs, what forbids every speed, states that confirm more places, the confirmation.
+
+    Raises
+    ------
+    RequestError
+        There are no impacts yet.
+    """
+    limit, contact = limits.of(question.area), question.contact
+    asked = f"{name} --area {limit.name} --contact {contact}"
+    if not limit.permitted:
+        return NextStep(sentence="nothing: the standard permits no contact, at no speed", states=[], command="")
+    campaign = attempt(lambda: fm.read_campaign(path))
+    if not isinstance(campaign, Missing) and campaign.missing:
+        runs = f"the {len(campaign.missing)} planned runs that are missing, the next is {campaign.missing[0]}"
+        return NextStep(sentence=f"measure {runs}", states=[], command=f"forcemap collect {name}")
+    if refusal := impacts_of(path).no_speed:  # more measurements would not help
+        return NextStep(sentence=sentence(refusal), states=[], command="")
+    case = _case(name, path, limit, contact, limits)
+    if case.state == "contradicted":
+        return NextStep(sentence=f"find out why: {case.reason}", states=[], command=f"forcemap confirm {asked}")
+    if case.places and case.permitted == case.places:
+        if case.confirmed_by:
+            said = f"release: {case.confirmed_by} impacts at released speeds confirm the map"
+            return NextStep(sentence=said, states=[], command=f"forcemap report {name} --area {limit.name}")
+        said = "confirm the map by impacts at the speeds to be released"
+        return NextStep(sentence=said, states=[], command=f"forcemap confirm {asked}")
+    found = _next(fitted_campaign(path), limit, contact)
+    if found.plan is None:
+        return NextStep(sentence="; ".join(map(sentence, found.reasons)), states=[], command="")
+    plan = found.plan
+    rows = np.unique(np.column_stack([plan.distance, plan.height, plan.speed]), axis=0).tolist()
+    states = [dict(zip(("distance_m", "height_m", "speed_mps"), row, strict=True)) for row in rows]
+    expected = f"a speed at {found.expected_confirmed} of {found.places} places"
+    said = f"measure {len(states)} further states; expected then: {expected}"
+    return NextStep(sentence=said, states=states, command=f"forcemap next {asked}")
+
+
+def _areas_of_points(path: Path, limits: Limits) -> list[str]:
+    """Body areas of the contact points that the campaign lists, if it lists any."""
+    if not (path / POINTS_FILE).exists():
+        return []
+    listed = attempt(lambda: read_contact_points(path / POINTS_FILE, table=limits.table))
+    return [] if isinstance(listed, Missing) else list(dict.fromkeys(point.limit.name for point in listed))
+
+
+def _case(name: str, path: Path, limit: fm.ForceLimit, contact: fm.Contact, limits: Limits) -> Case:
+    files = [path / file for file in ("plan.csv", "recordings.csv")]
+    hashes = tuple(file_sha256(file) if file.exists() else "" for file in files)
+    return _of(_Asked(name, path, hashes, fitted_campaign(path), limit, contact, limits.statements))
+
+
+@dataclass(frozen=True)
+class _Asked:
+    """All that a case rests on; the files by their hashes."""
+
+    name: str
+    path: Path
+    hashes: tuple[str, ...]
+    fitted: FittedCampaign
+    limit: fm.ForceLimit
+    contact: fm.Contact
+    notes: tuple[str, ...]
+
+
+@lru_cache(maxsize=_IN_MEMORY)
+def _of(asked: _Asked) -> Case:
+    limit, contact, force_map = asked.limit, asked.contact, asked.fitted.force_map
+    figures: dict[str, Any] = {"area": limit.name, "contact": contact, "places": 0, "permitted": 0, "share": None}
+    figures |= dict.fromkeys(("lowest_speed_mps", "highest_speed_mps", "standard_speed_mps", "worst", "rests_on"))
+    figures["confirmed_by"] = 0
+    if not limit.permitted:
+        reason = f"the standard permits no contact with {limit.name}, at no speed"
+        return Case(state="not_permitted", reason=reason, **figures)
+    bound = _bound(force_map)
+    allowance, places = fm.Allowance(), fm.measured_grid(force_map, PLACES_APART)
+    grid = fm.speed_map(force_map, *places, limit=limit, bound=bound, contact=contact, allowance=allowance)
+    speeds = grid.speeds
+    known = speeds.to_program_outcome != fm.SpeedOutcome.OUTSIDE
+    permitted = ~np.isnan(speeds.speed_to_program)
+    model = attempt(lambda: contact_model(force_map.conditions, limit.name))
+    if not isinstance(model, Missing):
+        figures["standard_speed_mps"] = model.speed_limit(limit, contact)
+    figures |= {"places": int(known.sum()), "rests_on": RestsOn(**rests_on(force_map, speeds.basis, asked.notes))}
+    confirmed = _confirmed(asked, force_map, bound)
+    if confirmed is not None and confirmed.outcome is Confirmed.DOES_NOT_PASS:
+        return Case(state="contradicted", reason=confirmed.reason, **figures)
+    passes = confirmed is not None and confirmed.outcome is Confirmed.PASSES
+    figures["confirmed_by"] = len(confirmed.impacts) if confirmed is not None and passes else 0
+    worst = _worst(grid, known)
+    figures |= {"permitted": int(permitted.sum()), "worst": worst}
+    figures["share"] = permitted.sum() / known.sum() if known.any() else None
+    if not permitted.any():
+        return Case(state="nowhere", reason=worst.reason if worst else "nothing was measured at any place", **figures)
+    figures["lowest_speed_mps"] = np.nanmin(speeds.speed_to_program)
+    figures["highest_speed_mps"] = np.nanmax(speeds.speed_to_program)
+    everywhere = permitted.sum() == known.sum()
+    return Case(
+        state="permitted" if everywhere else "partly",
+        reason=worst.reason if worst and not everywhere else "",
+        **figures,
+    )
+
+
+def _bound(force_map: fm.ForceMap) -> fm.ToleranceBound:
+    bound = fm.ToleranceBound(device_error=force_map.conditions.device.error_or_default)
+    bound.require(force_map)
+    return bound
+
+
+def _confirmed(asked: _Asked, force_map: fm.ForceMap, bound: fm.ToleranceBound) -> Any:
+    """The result of impacts at released speeds; None if none are planned."""
+    campaign = attempt(lambda: fm.read_campaign(asked.path))
+    of = confirmations(campaign, impacts_of(asked.path), force_map, bound)
+    found = attempt(lambda: of(asked.limit, asked.contact))
+    return None if isinstance(found, Missing) else found
+
+
+def _worst(grid: fm.SpeedMap, known: Any) -> WorstPlace | None:
+    """Of the places without a speed the one whose bound needs the slowest, else the slowest place."""
+    speeds = grid.speeds
+    refused = known & np.isnan(speeds.speed_to_program)
+    if not known.any():
+        return None
+    hint = np.where(np.isnan(speeds.extrapolated_speed), np.where(np.isnan(speeds.speed), 0.0, speeds.speed), 0.0)
+    hint = np.fmax(hint, np.nan_to_num(speeds.extrapolated_speed))
+    order = np.where(refused, hint, np.inf) if refused.any() else np.where(known, speeds.speed_to_program, np.inf)
+    i, j = np.unravel_index(np.argmin(order), order.shape)
+    return WorstPlace(
+        distance_m=float(grid.distance[i]),
+        height_m=float(grid.height[j]),
+        speed_mps=speeds.speed_to_program[i, j],
+        reason=speeds.to_program_reason[i, j],
+    )
+
+
+@lru_cache(maxsize=_IN_MEMORY)
+def _next(fitted: FittedCampaign, limit: fm.ForceLimit, contact: fm.Contact) -> fm.NextMeasurements:
+    bound = fm.ToleranceBound(device_error=fitted.force_map.conditions.device.error_or_default)
+    found = attempt(lambda: fm.next_measurements(fitted.dataset, limit, contact=contact, bound=bound))
+    return present(found)

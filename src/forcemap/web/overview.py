@@ -1,0 +1,108 @@
+"""The campaigns of a folder at a glance: state, last measurement, what is permitted, what is missing or due."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from datetime import UTC, date, datetime
+from pathlib import Path
+from typing import Any
+
+from pydantic import Field
+
+import forcemap as fm
+from forcemap.answers.answer import Answer
+from forcemap.assessment.fleet import due
+from forcemap.campaigns.recordings_table import Use
+from forcemap.web.campaign_answers import dataset_doubt, problem_words
+from forcemap.web.fitted_campaign import fitted_campaign, impacts_of
+from forcemap.web.folder import Folder
+from forcemap.web.headline import Case, headline
+from forcemap.web.limits import limits_of
+from forcemap.web.question import Area
+from forcemap.words import sentences
+
+
+class CampaignLine(Answer):
+    """A campaign in the overview; `state` is ready, measuring, refused or empty, `case` of transient contact."""
+
+    name: str
+    state: str = "empty"
+    robot: str = ""
+    tool: str = ""
+    direction: str = ""
+    simulated: bool = False
+    planned_runs: int = 0
+    missing_runs: int = 0
+    recordings: int = 0
+    used: int = 0
+    states: int = 0
+    map: str = ""
+    case: Case | None = None
+    last_measured: str = ""
+    date_stated: bool = False
+    due: list[str] = Field(default_factory=list)
+    problem: str = ""
+
+
+class Overview(Answer):
+    """The campaigns in the folder that is served, and the body area of their cases."""
+
+    area: str
+    campaigns: list[CampaignLine]
+
+
+def overview(folder: Folder, table: fm.LimitTable | None) -> Overview:
+    """All campaigns; a problem of one stands in its line."""
+    area = Area.model_validate({})
+    return Overview(area=area.area, campaigns=[_line(folder, name, area, table) for name in folder.campaigns()])
+
+
+def _line(folder: Folder, name: str, area: Area, table: fm.LimitTable | None) -> CampaignLine:
+    figures: dict[str, Any] = {"name": name, "due": []}
+    try:
+        path = folder.campaign(name)
+        conditions = fm.Conditions()
+        if (path / "campaign.toml").exists():
+            conditions = fm.read_conditions(path / "campaign.toml")
+            figures |= {key: getattr(conditions, key) for key in ("robot", "tool", "direction", "simulated")}
+            figures["due"] = [] if conditions.simulated else sentences(due(conditions, datetime.now(UTC).date()))
+        measured = _measured(path, conditions)
+        measured["due"] = [*measured.get("due", []), *figures["due"]]
+        figures |= measured | {"state": "measuring" if measured.get("recordings") else "empty"}
+        dataset = impacts_of(path)
+        figures |= {"states": len(dataset.states), "simulated": dataset.simulated, "problem": dataset_doubt(dataset)}
+        force_map = fitted_campaign(path).force_map
+        figures["map"] = f"{force_map.form.name}, {len(force_map.require_fit().states)} states"
+        if not figures.get("missing_runs"):
+            figures["state"] = "ready"
+        with suppress(fm.ForcemapError):  # a table of limits without this body area
+            limits = limits_of(path, table)
+            found = headline(name, path, Area(**limits.otherwise), limits, points=False)
+            figures["case"] = next((case for case in found.cases if case.contact == fm.Contact.TRANSIENT), None)
+            figures["problem"] = figures["problem"] or found.problem
+        case = figures.get("case")
+        if dataset.no_speed or case is None or case.state == "contradicted":
+            figures["state"] = "refused"
+    except fm.ForcemapError as error:
+        figures["problem"] = problem_words(error)
+    return CampaignLine(**figures)
+
+
+def _measured(path: Path, conditions: fm.Conditions) -> dict[str, Any]:
+    """Runs done, and when the last one was measured: as it is stated, else the date of the newest file."""
+    recordings = path / "recordings"
+    times = [file.stat().st_mtime for file in recordings.rglob("*") if file.is_file()] if recordings.is_dir() else []
+    newest = date.fromtimestamp(max(times)).isoformat() if times else ""
+    found: dict[str, Any] = {"last_measured": conditions.date or newest, "date_stated": bool(conditions.date)}
+    if (path / "plan.csv").exists():
+        campaign = fm.read_campaign(path)
+        registered = {entry.file for entry in campaign.entries}
+        waiting = sum(file not in registered for file in campaign.files())
+        found |= {"planned_runs": len(campaign.plan), "missing_runs": len(campaign.missing)}
+        found |= {"recordings": len(campaign.entries)}
+        found["used"] = sum(entry.use is Use.USED for entry in campaign.entries)
+        found["due"] = [
+            *([f"{len(campaign.missing)} runs to measure"] if campaign.missing else []),
+            *([f"{waiting} recordings to collect"] if waiting else []),
+        ]
+    return found

@@ -1,0 +1,159 @@
+"""What a campaign opens with, against the library; the lines, the route and the recordings that are drawn."""
+
+from __future__ import annotations
+
+import shutil
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+import forcemap as fm
+from forcemap.web.contours import contours, round_values
+from forcemap.web.route import views
+from web_server import client_of
+
+
+@pytest.fixture(scope="module")
+def root(simulated, tmp_path_factory):
+    """Two campaigns of one robot: down, and up with the same forces."""
+    root = tmp_path_factory.mktemp("served")
+    for name in ("down", "up"):
+        shutil.copytree(simulated, root / name)
+    (root / "up" / "recordings.csv").unlink()
+    table = (root / "up" / "impacts.csv").read_text()
+    (root / "up" / "impacts.csv").write_text(table)
+    stated = (root / "up" / "campaign.toml").read_text()
+    (root / "up" / "campaign.toml").write_text(stated.replace('direction = "down"', 'direction = "up"'))
+    return root
+
+
+@pytest.fixture(scope="module")
+def client(root):
+    with client_of(root) as client:
+        yield client
+
+
+@pytest.mark.parametrize("area", ["back_of_hand", "chest", "palm"])
+def test_the_headline_is_the_librarys(client, root, area):
+    force_map = fm.fit_force_map(fm.read_dataset(root / "down"))
+    bound, allowance = fm.ToleranceBound(device_error=3.0), fm.Allowance()
+    cases = client.get(f"/api/campaigns/down/headline?area={area}").json()["cases"]
+    assert [case["contact"] for case in cases] == ["transient", "quasi-static"]
+    for case in cases:
+        where = fm.measured_grid(force_map, 0.05)
+        asked = {"limit": fm.force_limit(area), "contact": fm.Contact(case["contact"])}
+        speeds = fm.speed_map(force_map, *where, **asked, bound=bound, allowance=allowance).speeds
+        program = speeds.speed_to_program
+        assert case["places"] == int(np.sum(speeds.to_program_outcome != fm.SpeedOutcome.OUTSIDE))
+        assert case["permitted"] == int(np.sum(~np.isnan(program)))
+        assert case["share"] == pytest.approx(case["permitted"] / case["places"])
+        if case["permitted"]:
+            found = (case["lowest_speed_mps"], case["highest_speed_mps"])
+            assert found == (np.nanmin(program), np.nanmax(program))
+        else:
+            assert (case["lowest_speed_mps"], case["state"]) == (None, "nowhere")
+        assert case["rests_on"]["limit_N"] == fm.force_limit(area).force(asked["contact"])
+        worst = fm.safe_speed(force_map, case["worst"]["distance_m"], case["worst"]["height_m"], **asked, bound=bound)
+        assert (case["worst"]["speed_mps"] is None) == (case["permitted"] < case["places"])
+        assert np.isnan(worst.speed_to_program) or case["permitted"] == case["places"]
+
+
+def test_the_page_says_it_with_limit_bound_and_doubts(client):
+    page = client.get("/campaigns/down").text
+    case = client.get("/api/campaigns/down/headline").json()["cases"][0]
+    opening = page.partition('id="headline"')[2].partition("</section>")[0]
+    assert f'id="lowest">{fm.floor_speed(case["lowest_speed_mps"])}<' in opening
+    assert f'id="highest">{fm.floor_speed(case["highest_speed_mps"])}<' in opening
+    assert "limit 280 N" in opening
+    assert "95 % of states with 95 % confidence" in page
+    for warning in case["rests_on"]["warnings"]:
+        assert warning in opening
+    face = client.get("/campaigns/down?area=face").text.partition('id="headline"')[2]
+    assert "No speed" in face.partition("</section>")[0]
+    assert 'id="lowest"' not in face
+
+
+def test_the_next_step_is_what_is_missing_then_the_librarys_plan(client, root):
+    asked = "/api/campaigns/down/next?area=back_of_hand"
+    answer = client.get(asked).json()
+    dataset, limit = fm.read_dataset(root / "down"), fm.force_limit("back_of_hand")
+    bound = fm.ToleranceBound(device_error=3.0)
+    plan = fm.next_measurements(dataset, limit, contact=fm.Contact.TRANSIENT, bound=bound).plan
+    expected = {tuple(row) for row in np.column_stack([plan.distance, plan.height, plan.speed]).tolist()}
+    assert {tuple(state.values()) for state in answer["states"]} == expected
+    assert answer["command"] == "forcemap next down --area back_of_hand --contact transient"
+    assert "no contact" in client.get("/api/campaigns/down/next?area=face").json()["sentence"]
+    register = (root / "down" / "recordings.csv").read_text()
+    (root / "down" / "recordings.csv").write_text("".join(register.splitlines(keepends=True)[:-1]))
+    assert "1 planned runs that are missing" in client.get(asked).json()["sentence"]
+    (root / "down" / "recordings.csv").write_text(register)
+    table = (root / "down" / "impacts.csv").read_text()
+    (root / "down" / "impacts.csv").write_text(table.replace("378.6", "178.6", 1))
+    answer = client.get(asked).json()
+    assert (answer["states"], answer["command"]) == ([], "")
+    assert "impacts.csv" in answer["sentence"]
+    (root / "down" / "impacts.csv").write_text(table)
+
+
+def test_the_overview_says_state_share_and_what_is_due(client):
+    lines = {line["name"]: line for line in client.get("/api/campaigns").json()["campaigns"]}
+    case = client.get("/api/campaigns/down/headline").json()["cases"][0]
+    assert lines["down"]["case"] == case
+    assert (lines["down"]["state"], lines["down"]["due"]) == ("ready", [])
+    assert lines["up"]["due"] == ["90 runs to measure", "90 recordings to collect"]
+    page = client.get("/").text
+    assert f"{100 * case['share']:.0f} % of the measured workspace" in page
+    assert "90 runs to measure" in page
+
+
+def test_a_recording_is_judged_as_check_judges_it(client, root):
+    limit = fm.force_limit("chest")
+    name = "d520-h140-v400-r1.csv"
+    answer = client.get("/api/campaigns/down/recording", params={"recording": name, "area": "chest"}).json()
+    campaign = fm.read_campaign(root / "down")
+    device = campaign.conditions.device
+    recording = fm.read_recording(campaign.recordings / name, columns=campaign.columns, device=device)
+    verdict = fm.check_impact(fm.find_impact(recording), limit)
+    assert answer["judgement"]["outcome"] == verdict.outcome
+    (curve,) = answer["judgement"]["curves"]
+    assert max(curve["force_N"]) == pytest.approx(answer["judgement"]["impacts"][0]["raw_peak_force_N"], abs=0.01)
+    assert answer["before"] < name < answer["after"]
+    page = client.get("/campaigns/down/recording", params={"recording": name, "area": "chest"})
+    assert verdict.outcome.replace("_", " ") in page.text
+    for wrong in ("../campaign.toml", "nothing.csv", ""):
+        found = client.get("/api/campaigns/down/recording", params={"recording": wrong})
+        assert found.status_code in (404, 422)
+
+
+def test_lines_lie_where_the_values_do():
+    distance, height = np.linspace(0.5, 0.9, 41), np.linspace(0.1, 0.5, 31)
+    values = np.add.outer(distance, 0.5 * height)
+    values[:10, :10] = np.nan
+    found = contours(distance, height, values, also=0.8125)
+    assert {round(line.at, 9) for line in found} == {*round_values(np.nanmin(values), np.nanmax(values)), 0.8125}
+    for line in found:
+        places = np.array([place for part in line.lines for place in part])
+        assert places @ [1, 0.5] == pytest.approx(line.at, abs=1e-3)
+        assert not ((places[:, 0] < distance[9]) & (places[:, 1] < height[9])).any()
+    assert contours(distance[:1], height, values[:1]) == contours(distance, height, np.full_like(values, np.nan)) == []
+
+
+def test_a_route_is_drawn_in_its_place_and_by_its_outcomes(client):
+    points = [[0.6, 0.1, 0.4], [0.6, 0.1, 0.2], [0.8, -0.1, 0.2]]
+    asked = {"points": ";".join(",".join(map(str, point)) for point in points), "contact_sites": "flange"}
+    answer = client.get("/api/together/path", params=asked)
+    path = SimpleNamespace(pieces=[SimpleNamespace(**piece) for piece in answer.json()["pieces"]])
+    for view in views(path, points):
+        outcomes = [stretch.outcome for stretch in view.stretches for _ in stretch.places[1:]]
+        assert outcomes == [piece.outcome for piece in path.pieces]
+        inside = np.array([*view.corners, *(place for each in view.stretches for place in each.places)])
+        assert (inside >= 0).all()
+        assert (inside <= [view.width, view.height]).all()
+        assert view.stretches[0].places[0] == view.corners[0]
+        assert view.stretches[-1].places[-1] == view.corners[-1]
+    page = client.get("/together", params=asked).text
+    assert page.count('<svg class="route" viewBox') == 2
+    stated = page.partition("Of all maps")[2]
+    for line in answer.json()["assumptions"]:
+        assert line.replace("'", "&#39;").replace('"', "&#34;") in stated
