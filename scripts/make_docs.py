@@ -72,9 +72,9 @@ def options_page() -> str:
     """Every command with usage, arguments, options and example, from the command objects."""
     group = command_group()
     rows, sections = "", ""
-    for name, command in group.commands.items():
+    for name, command in all_commands(group):
         summary, *further = inspect.cleandoc(command.help).split("\n\n")
-        rows += f"| [`forcemap {name}`](#forcemap-{name}) | {_prose(summary)} |\n"
+        rows += f"| [`forcemap {name}`](#forcemap-{name.replace(' ', '-')}) | {_prose(summary)} |\n"
         context = command.context_class(command, info_name=f"forcemap {name}")
         usage = " ".join(command.get_usage(context).removeprefix("Usage: ").split())
         sections += f"\n## forcemap {name}\n\n{_prose(summary)}\n\n```text\n{usage}\n```\n"
@@ -89,6 +89,13 @@ def options_page() -> str:
                 sections += f"| `{record[0]}` | {_prose(record[1])} |\n"
     made = OPTIONS_HEAD.format(epilog=group.epilog) + rows + sections
     return re.sub(r"\bdocs/(\w+\.md)", r"[\1](\1)", made)
+
+
+def all_commands(group: Any) -> Iterator[tuple[str, Any]]:
+    """Every command by its name, and those of a group behind it: `register`, `register init`."""
+    for name, command in group.commands.items():
+        yield name, command
+        yield from ((f"{name} {each}", below) for each, below in getattr(command, "commands", {}).items())
 
 
 def api_pages() -> dict[str, str]:

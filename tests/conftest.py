@@ -15,6 +15,9 @@ from pathlib import Path
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 # The secret that campaigns' memories are sealed with, not in the account's own folder.
 os.environ["XDG_STATE_HOME"] = tempfile.mkdtemp(prefix="forcemap-state-")
+# The register that is used if none is named, neither.
+os.environ["XDG_DATA_HOME"] = str(Path(os.environ["XDG_STATE_HOME"], "data"))
+os.environ.pop("FORCEMAP_REGISTER", None)
 
 import numpy as np
 import pytest

@@ -38,8 +38,9 @@ FACES = {
         *("campaigns", "impacts", "limits", "maps", "speeds", "comparisons", "verdicts", "paths"),  # result types
     },
     "sweeps": {"", "lab"},
-    "web": set(ROOMS) - {"lab"} | {"", "words", "answers", "report", "figures"},
-    "cli": set(ROOMS) | {"", "words", "answers", "report", "figures", "web", "sweeps"},
+    "register": {"", "words", "report", "assessment", "campaigns", "exports", "limits", "maps", "speeds"},
+    "web": set(ROOMS) - {"lab"} | {"", "words", "answers", "report", "figures", "register"},
+    "cli": set(ROOMS) | {"", "words", "answers", "report", "figures", "web", "sweeps", "register"},
 }
 ALLOWED = ROOMS | FACES
 FACE_PACKAGES = {"matplotlib", "jinja2", "fastapi", "uvicorn", "typer", "rich", "plotly", "starlette", "pydantic"}

@@ -39,12 +39,12 @@ def serving(folder):
 
 
 @contextmanager
-def client_of(folder):
+def client_of(folder, register=None):
     """A client of the page of a folder, served in a thread."""
     with socket.socket() as listening:
         listening.bind(("127.0.0.1", 0))
         listening.listen(64)
-        server = server_of(create_app(folder, token=TOKEN))
+        server = server_of(create_app(folder, token=TOKEN, register=register))
         thread = threading.Thread(target=server.run, kwargs={"sockets": [listening]})
         thread.start()
         address = f"http://127.0.0.1:{listening.getsockname()[1]}"

@@ -7,6 +7,7 @@
     │   │   └── ChangedMeanwhile         it was changed while it was used: try again
     │   ├── RecordingError               a file of recordings
     │   ├── MapFileError                 a map file
+    │   ├── RegisterError                the team's register: its database, or what it holds
     │   └── UnknownName                  no body area, map, form or term of that name
     ├── FitError                         the impacts do not determine the map
     │   ├── TooFewStates
@@ -92,6 +93,12 @@ class MapFileError(InputError):
     kind = "map_file"
 
 
+class RegisterError(InputError):
+    """The team's register cannot be used, or refuses what is to be entered."""
+
+    kind = "register"
+
+
 class UnknownName(InputError):
     """A name that is not known; `nearest` lists the names most like it."""
 
@@ -161,7 +168,10 @@ class MissingExtra(ForcemapError):
     @classmethod
     def of(cls, error: ModuleNotFoundError) -> MissingExtra:
         """The error of a command line or page that needs a package that is not installed."""
-        return cls(f"this needs the package {error.name}; install it from the project's folder: pip install '.[app]'")
+        extra = "register" if error.name in ("sqlalchemy", "alembic") else "app"
+        return cls(
+            f"this needs the package {error.name}; install it from the project's folder: pip install '.[{extra}]'"
+        )
 
 
 _BREAKS = re.compile("[\n\r\v\f\x1c-\x1e\x85\u2028\u2029][\\s]*")

@@ -6,7 +6,7 @@ from typing import Any
 
 from pydantic import Field
 
-from forcemap.answers.answer import Answer, Figure, Said
+from forcemap.answers.answer import Answer, Figure, Said, if_any
 
 
 class LastMapAnswer(Answer):
@@ -19,7 +19,10 @@ class LastMapAnswer(Answer):
 
 
 class FleetCampaign(Answer):
-    """A campaign; `report` is what `forcemap report --json` says of it, null where nothing could be made."""
+    """A campaign; `report` is what `forcemap report --json` says of it, null where nothing could be made.
+
+    With a register `entered` is true if it was new there.
+    """
 
     folder: str = ""
     made_again: bool
@@ -30,6 +33,7 @@ class FleetCampaign(Answer):
     missing_runs: int | None = None
     last_map: LastMapAnswer | None = None
     report: dict[str, Any] | None = None
+    entered: bool | None = if_any()
 
 
 class FleetAnswer(Answer):

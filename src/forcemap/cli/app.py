@@ -52,12 +52,16 @@ _COMMANDS = {
     "report": "Write the validation report of a campaign.",
     "sweep": "Compute a study of many blocks, on many machines.",
     "fleet": "Bring many campaigns up to date; one table of all.",
+    "register": "Keep cells and releases; say what is in force.",
     "serve": "Show campaigns as a web page on this machine.",
 }
 """What each command does; its function is found and loaded when it is used."""
 
 _TOGETHER = {"inspect": "check", "speed-map": "speed", "place": "path", "export-path": "export"}
 """Commands in the file of another."""
+
+_GROUPS = ("register",)
+"""Commands that have commands of their own: their file has an `app`."""
 
 _PLAN = {
     "--next": "is a command: forcemap next FOLDER",
@@ -88,12 +92,17 @@ _MOVED = {
 
 
 @cache
-def _command(name: str) -> TyperCommand:
+def _command(name: str) -> TyperCommand | TyperGroup:
     """A command, from its file."""
     gc.disable()  # of what is imported nothing is garbage: looking for some, now or at the end, takes time
     module = import_module(f"forcemap.cli.{_TOGETHER.get(name, name).replace('-', '_')}")
     gc.freeze()
     gc.enable()
+    if name in _GROUPS:
+        group = typer.main.get_command(module.app)
+        assert isinstance(group, TyperGroup)
+        group.name = name
+        return group
     alone = typer.Typer(add_completion=False, rich_markup_mode=None)
     alone.command(name=name)(getattr(module, {"next": "next_"}.get(name, name.replace("-", "_"))))
     command = typer.main.get_command(alone)
@@ -101,10 +110,10 @@ def _command(name: str) -> TyperCommand:
     return command
 
 
-class _Commands(Mapping[str, TyperCommand]):
+class _Commands(Mapping[str, TyperCommand | TyperGroup]):
     """The commands by name; the file of each is imported when it is asked for."""
 
-    def __getitem__(self, name: str) -> TyperCommand:
+    def __getitem__(self, name: str) -> TyperCommand | TyperGroup:
         if name not in _COMMANDS:
             raise KeyError(name)
         return _command(name)

@@ -43,6 +43,9 @@ def fleet(
     ] = None,
     workers: Annotated[int | None, Option("--workers", help="Processes; default: one for each processor.")] = None,
     date: Annotated[str | None, Option("--date", help="Today, YYYY-MM-DD, for reports and what is due.")] = None,
+    register: Annotated[
+        str | None, Option("--register", metavar="FILE|URL", help="The team's register, to enter the campaigns into.")
+    ] = None,
     as_json: Json = False,
 ) -> int:
     """Bring many campaigns up to date: what changed is collected, fitted, checked against its last map and reported.
@@ -62,6 +65,8 @@ def fleet(
         for done, (folder, row) in enumerate(_each(left, ask, workers or os.cpu_count() or 1), start=1):
             rows[folder] = row
             progress.show(done)
+    if register is not None:
+        rows |= _entered(rows, register)
     named = {folder: row.model_copy(update={"folder": printable(folder)}) for folder, row in rows.items() if row}
     campaigns = list(named.values())
     answer = FleetAnswer(
@@ -131,6 +136,24 @@ def _each(folders: list[str], ask: _Ask, workers: int) -> Iterator[tuple[str, Fl
                     yield folder, row or _failure(lost)
             except fm.ForcemapError as error:
                 yield folder, _failure(str(error))
+
+
+def _entered(rows: dict[str, FleetCampaign | None], register: str) -> dict[str, FleetCampaign]:
+    """The campaigns that were collected, entered into the register; one that cannot be has failed."""
+    from forcemap.register.enter import enter
+    from forcemap.register.schema import open_register
+
+    found = {}
+    with open_register(register) as opened:
+        for folder, row in rows.items():
+            if row is None or row.report is None:
+                continue
+            try:
+                found[folder] = row.model_copy(update={"entered": enter(opened, folder).new})
+            except fm.ForcemapError as error:
+                why = "; ".join(filter(None, (row.failed, f"not entered into the register: {one_line(str(error))}")))
+                found[folder] = row.model_copy(update={"failed": why})
+    return found
 
 
 def _failure(reason: str) -> FleetCampaign:

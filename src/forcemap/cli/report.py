@@ -59,6 +59,9 @@ def report(
     verify: Annotated[
         str | None, Option("--verify", help="Write nothing: say what changed since this report was written.")
     ] = None,
+    register: Annotated[
+        str | None, Option("--register", metavar="FILE|URL", help="Note the head of this register's audit trail in it.")
+    ] = None,
     as_json: Json = False,
 ) -> int:
     """Write the validation report of a campaign, one HTML file that needs nothing beside it; nothing else is changed.
@@ -70,7 +73,7 @@ def report(
     Example: forcemap report my-campaign --area back_of_hand
     """
     if verify is not None:
-        if pdf or output or area or limit_table or bound_kind or date or form:
+        if pdf or output or area or limit_table or bound_kind or date or form or register:
             raise fm.InputError("verify: --verify goes with the folder alone; it writes nothing")
         require_one_map(folder)
         return _verify(verify, folder, as_json=as_json)
@@ -88,9 +91,11 @@ def report(
     }
     case |= {"areas": area, "limit_table": limit_table, "bound_kind": bound_kind, "margin": margin}
     if several:
+        if register is not None:
+            raise fm.InputError("register: --register goes with the folder of one campaign")
         return _report_atlas(folder, target, case, date, pdf=pdf, as_json=as_json)
     assessment = _assessment(folder, **case)
-    files = write_report(assessment, target, date, pdf=pdf)
+    files = write_report(assessment, target, date, pdf=pdf, register=register)
     lines = [
         *answer_lines(assessment),
         f"Written: {', '.join(files)} ({os.path.getsize(files[0]) / 1e6:.1f} MB; an estimate from measurements, not a "
@@ -165,7 +170,9 @@ def _report_atlas(
     return 0
 
 
-def write_report(assessment: fm.CampaignAssessment, target: Path, date: str | None, *, pdf: bool) -> list[str]:
+def write_report(
+    assessment: fm.CampaignAssessment, target: Path, date: str | None, *, pdf: bool, register: str | None = None
+) -> list[str]:
     """Write a report with the list of its inputs beside it, and as a PDF if asked for; the names of the files."""
     from forcemap.report import LIST_ENDING, inputs_list, is_inputs_list, report_html, report_pdf
 
@@ -175,13 +182,21 @@ def write_report(assessment: fm.CampaignAssessment, target: Path, date: str | No
         raise fm.InputError("this is another file, no list of inputs; choose another name", file=str(listed))
     if pdf and beside.exists() and not read_bytes(beside).startswith(_PDF):
         raise fm.InputError("this is another file, not an earlier report; choose another name", file=str(beside))
-    html = report_html(assessment, date=date)
+    html = report_html(assessment, date=date, register_head="" if register is None else _register_head(register))
     printed = report_pdf(html) if pdf else b""  # before anything is written
     write_result(str(target), html, mark='name="forcemap-report"')
     write_atomically(listed, inputs_list(assessment.inputs))
     if pdf:
         write_atomically(beside, printed)
     return [str(target), str(listed), *([str(beside)] if pdf else [])]
+
+
+def _register_head(where: str) -> str:
+    from forcemap.register.audit import head
+    from forcemap.register.schema import open_register
+
+    with open_register(where) as opened, opened.reading() as connection:
+        return str(head(connection))
 
 
 def _require_same_areas(assessment: fm.CampaignAssessment, target: Path) -> None:

@@ -17,6 +17,9 @@ def serve(
     port: Annotated[int, Option("--port", min=0, max=65535, help="Port; 0 takes a free one.")] = 8000,
     host: Annotated[str, Option("--host", help="127.0.0.1; any other address is refused.")] = "127.0.0.1",
     limit_table: LimitTable = None,
+    register: Annotated[
+        str | None, Option("--register", metavar="FILE|URL", help="The team's register, shown at /register.")
+    ] = None,
 ) -> int:
     """Show campaigns as a web page on this machine: drop recordings, turn the map, move a task, take away a report.
 
@@ -29,8 +32,10 @@ def serve(
 
     def ready(address: str) -> None:
         print(f"Open {address} (Ctrl-C ends it)", file=sys.stderr, flush=True)
+        if register is not None:
+            print(f"Then the register: {address.partition('/?')[0]}/register", file=sys.stderr, flush=True)
 
     table = read_limit_table(limit_table) if limit_table else None
     with suppress(KeyboardInterrupt):
-        serve_page(folder, port=port, host=host, limit_table=table, ready=ready)
+        serve_page(folder, port=port, host=host, limit_table=table, register=register, ready=ready)
     return 0

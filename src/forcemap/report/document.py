@@ -42,7 +42,7 @@ _UNFIT = re.compile(
 )
 
 
-def report_html(assessment: CampaignAssessment, *, date: str | None = None) -> str:
+def report_html(assessment: CampaignAssessment, *, date: str | None = None, register_head: str = "") -> str:
     """The report of an assessment as one HTML page: no script, nothing fetched; the same page for the same inputs.
 
     Parameters
@@ -51,6 +51,8 @@ def report_html(assessment: CampaignAssessment, *, date: str | None = None) -> s
         As `assess_campaign` gives it.
     date : str, optional
         Date of the report, YYYY-MM-DD; today if not given.
+    register_head : str
+        Newest entry of the team's register, to be noted in print; empty without one.
 
     Raises
     ------
@@ -78,6 +80,7 @@ def report_html(assessment: CampaignAssessment, *, date: str | None = None) -> s
             curves=_curves(assessment),
             places=_places(assessment),
             calibration=_calibration(assessment),
+            register_head=register_head,
         )
     )
 

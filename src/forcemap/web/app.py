@@ -32,7 +32,9 @@ _LONGEST_SHOWN = 80
 """Characters of a wrong input that an error repeats; a choice: the error stays one line."""
 
 
-def create_app(folder: str | Path, *, token: str, limit_table: LimitTable | None = None) -> FastAPI:
+def create_app(
+    folder: str | Path, *, token: str, limit_table: LimitTable | None = None, register: str | None = None
+) -> FastAPI:
     """The web application for a campaign's folder, or a folder of such folders.
 
     Parameters
@@ -43,11 +45,13 @@ def create_app(folder: str | Path, *, token: str, limit_table: LimitTable | None
         What every request must carry.
     limit_table : LimitTable, optional
         Table of limits; if not given, the one that a campaign names, else that of ISO/TS 15066:2016.
+    register : str, optional
+        The team's register, whose pages are then there, too.
 
     Raises
     ------
     InputError
-        There is no such folder.
+        There is no such folder, or no such register.
     """
     served = Folder(folder)
     site = Site(served, Intake(served, limit_table), WorkQueue(), limit_table)
@@ -62,6 +66,10 @@ def create_app(folder: str | Path, *, token: str, limit_table: LimitTable | None
     app.include_router(api_router(site))
     app.include_router(point_router(site))
     app.include_router(page_router(site))
+    if register is not None:
+        from forcemap.web.register_pages import register_router  # needs an extra of its own
+
+        app.include_router(register_router(register))
     app.mount("/static", StaticFiles(packages=[("forcemap.web", "static")]))
 
     for kind in (ForcemapError, RequestValidationError, HTTPException):

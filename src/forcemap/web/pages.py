@@ -107,7 +107,7 @@ def campaign_pages(site: Site) -> APIRouter:
 
         def page() -> Response:
             found = overview(site.folder, site.table)
-            return _html(request, "overview.html", answer=found, root=site.folder.root.name)
+            return html_page(request, "overview.html", answer=found, root=site.folder.root.name)
 
         return await site.queue.run(request, page)
 
@@ -199,12 +199,12 @@ def intake_pages(site: Site) -> APIRouter:
     @router.post("/campaigns/{name}/judge")
     async def judge(request: Request, name: str) -> Response:
         answer = await site.intake.judge(request, name, _stated(request, Judged), drawn=True)
-        return _html(request, "judged.html", answer=answer)
+        return html_page(request, "judged.html", answer=answer)
 
     @router.post("/campaigns/{name}/recordings")
     async def add(request: Request, name: str) -> Response:
         answer = await site.intake.add(request, name, _stated(request, Addition))
-        return _html(request, "added.html", answer=answer)
+        return html_page(request, "added.html", answer=answer)
 
     return router
 
@@ -271,7 +271,7 @@ def together_pages(site: Site) -> APIRouter:
             if answer:
                 corners = [[float(x) for x in point.split(",")] for point in question.points.split(";")]
                 shown |= {"views": views(answer, corners), "groups": by_map(atlas, limits, question, answer)}
-            return _html(request, "together.html", question=question, **shown)
+            return html_page(request, "together.html", question=question, **shown)
 
         return await site.queue.run(request, page)
 
@@ -327,13 +327,13 @@ def _campaign_html(
     """A page of a campaign, with the choice of body areas that all of them offer."""
     areas = _areas(limits.table or fm.standard_limit_table())
     shown |= {"name": name, "base": _address(name), "question": question, "areas": areas, "single": site.folder.single}
-    return _html(request, template, **shown)
+    return html_page(request, template, **shown)
 
 
 def locked_page(request: Request) -> Response:
     """The page without the token: nothing of a campaign, and where to find it."""
     printed = f"http://{request.headers['host']}/?{TOKEN}=..."
-    return _html(request, "locked.html", 401, where=WHERE, printed=printed, page=is_page(request))
+    return html_page(request, "locked.html", 401, where=WHERE, printed=printed, page=is_page(request))
 
 
 def problem_page(request: Request, error: fm.ForcemapError) -> Response:
@@ -341,14 +341,15 @@ def problem_page(request: Request, error: fm.ForcemapError) -> Response:
     name = request.path_params.get("name")
     base = _address(name) if isinstance(name, str) else ""
     shown = {"name": name, "base": base, "message": problem_words(error), "kind": error.kind}
-    return _html(request, "problem.html", status_of(error), **shown)
+    return html_page(request, "problem.html", status_of(error), **shown)
 
 
 def _address(name: str) -> str:
     return f"/campaigns/{quote(name, safe='')}"
 
 
-def _html(request: Request, template: str, status: int = 200, **shown: Any) -> HTMLResponse:
+def html_page(request: Request, template: str, status: int = 200, **shown: Any) -> HTMLResponse:
+    """A page from its template."""
     return HTMLResponse(_TEMPLATES.get_template(template).render(path=request.url.path, **shown), status)
 
 

@@ -34,6 +34,7 @@ def serve(
     port: int,
     host: str,
     limit_table: LimitTable | None = None,
+    register: str | None = None,
     ready: Callable[[str], None] = lambda address: None,
 ) -> None:
     """Serve the page of a folder until it is interrupted.
@@ -48,18 +49,20 @@ def serve(
         127.0.0.1 or localhost; no other machine may reach the page.
     limit_table : LimitTable, optional
         Table of limits; if not given, the one that a campaign names, else that of ISO/TS 15066:2016.
+    register : str, optional
+        The team's register, to be shown as well.
     ready : callable, optional
         Called with the address of the page, which carries its token.
 
     Raises
     ------
     InputError
-        Another address, a port that is taken, or no such folder.
+        Another address, a port that is taken, no such folder or register.
     """
     if host not in (LOOPBACK, "localhost"):
         raise InputError(f"host: found {host!r}, expected {LOOPBACK}; the page stays on this machine")
     token = new_token()
-    app = create_app(folder, token=token, limit_table=limit_table)
+    app = create_app(folder, token=token, limit_table=limit_table, register=register)
     served = Folder(folder)
     threading.Thread(target=lambda: overview(served, limit_table), daemon=True).start()  # the first page waits for less
     with socket.socket() as listening:

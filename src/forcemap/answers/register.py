@@ -1,0 +1,231 @@
+"""The team's register: what its commands print, and what its pages show."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pydantic import Field
+
+from forcemap.answers.answer import AllSaid, Answer, Words
+
+
+class HeadAnswer(Answer):
+    """The newest entry of the audit trail; `noted` is what `verify --head` takes."""
+
+    number: int
+    sha256: str
+    at: str
+    noted: Words
+
+
+class RegisterMade(Answer):
+    """What `init` did; roles are those of PostgreSQL, null on SQLite."""
+
+    where: str
+    schema_before: str | None
+    schema_now: str
+    roles: bool | None
+
+
+class EnteredAnswer(Answer):
+    """A folder that was entered, or was there already."""
+
+    folder: str
+    name: str
+    sha256: str
+    cell: str
+    new: bool
+    recordings: int
+    new_recordings: int
+    new_impacts: int
+    facts: list[str]
+
+
+class NotEntered(Answer):
+    """A folder that was not entered, and why."""
+
+    folder: str
+    reason: str
+
+
+class EnterAnswer(Answer):
+    """All folders, in the order they were named."""
+
+    entered: list[EnteredAnswer]
+    failed: list[NotEntered]
+    head: HeadAnswer | None
+
+
+class ActionAnswer(Answer):
+    """What was done, and the head of the audit trail then."""
+
+    done: str
+    head: HeadAnswer
+
+
+class ReleaseMade(Answer):
+    """A release as it was entered; `new` is false if the same was released before."""
+
+    release: int
+    new: bool
+    replaces: int | None
+    head: HeadAnswer
+
+
+class FactAnswer(Answer):
+    """What holds of a cell since when; null: not known."""
+
+    kind: str
+    value: str | None
+    since: str
+
+
+class ReleaseAnswer(Answer):
+    """A release; its speeds are null unless it is in force."""
+
+    release: int
+    cell: str
+    in_force: bool
+    why_not: AllSaid
+    subject: str
+    areas: str
+    contact: str
+    limit_N: float | None
+    bound: str
+    speeds: dict[str, Any] | None
+    conditions: dict[str, str | None]
+    valid_until: str | None
+    at: str
+    person: str
+    map_sha256: str | None
+    report_sha256: str
+    replaces: int | None
+    simulated: bool
+
+    @classmethod
+    def of(cls, release: Any) -> ReleaseAnswer:
+        """The answer from a state of a release."""
+        speeds = release.speeds if release.in_force else None
+        also = {name: getattr(release, name) for name in cls.model_fields if name not in ("speeds", "why_not")}
+        return cls.model_validate({**also, "speeds": speeds, "why_not": release.failed})
+
+
+class EventAnswer(Answer):
+    """An entry of the audit trail."""
+
+    entry: int
+    at: str
+    person: str
+    action: str
+    subject: str
+    content: dict[str, Any]
+
+
+class CellAnswer(Answer):
+    """A cell: in force if there is a release that counts, and all that count are."""
+
+    cell: str
+    in_force: bool
+    facts: list[FactAnswer]
+    unknown: list[str]
+    releases: list[ReleaseAnswer]
+    history: list[EventAnswer] = Field(default_factory=list)
+
+    @classmethod
+    def of(cls, state: Any, events: Any = ()) -> CellAnswer:
+        """The answer from a cell's state and its history."""
+        return cls(
+            cell=state.cell,
+            in_force=state.in_force,
+            facts=[FactAnswer(kind=fact.kind, value=fact.value, since=fact.since) for fact in state.facts],
+            unknown=list(state.unknown),
+            releases=[ReleaseAnswer.of(release) for release in state.releases],
+            history=[EventAnswer.from_result(event) for event in events],
+        )
+
+
+class DueEntry(Answer):
+    """What is due of a cell, of a release of it if any, or of a device, whose cell is empty."""
+
+    cell: str
+    release: int | None
+    findings: AllSaid
+
+
+class DueAnswer(Answer):
+    """Everything that is due."""
+
+    within_days: int
+    due: list[DueEntry]
+
+
+class RelyingAnswer(Answer):
+    """A cell that relies on what was asked for."""
+
+    cell: str
+    because: str
+    releases: list[ReleaseAnswer]
+
+
+class WhoAnswer(Answer):
+    """All cells that do."""
+
+    asked: str
+    cells: list[RelyingAnswer]
+
+
+class ExceededEntry(Answer):
+    """Impacts of a campaign beside a limit."""
+
+    cell: str
+    campaign: str
+    folder: str
+    exceeded: int
+    cannot_tell: int
+    largest_N: float | None
+
+
+class LargeImpactAnswer(Answer):
+    """An impact above a limit."""
+
+    cell: str
+    campaign: str
+    file: str
+    state_id: str
+    largest_N: float
+    recording_sha256: str
+
+
+class ExceededAnswer(Answer):
+    """Where a force was exceeded, and the largest impacts."""
+
+    limit_N: float
+    exceeded: int
+    cannot_tell: int
+    campaigns: list[ExceededEntry]
+    largest: list[LargeImpactAnswer]
+
+
+class VerifyAnswer(Answer):
+    """Whether the register is as it was written."""
+
+    holds: bool
+    problems: list[str]
+    head: HeadAnswer
+
+
+class ExportAnswer(Answer):
+    """A table that was written."""
+
+    file: str
+    table: str
+    rows: int
+
+
+class SiteAnswer(Answer):
+    """All cells with their state, and what is due."""
+
+    where: str
+    cells: list[CellAnswer]
+    due: DueAnswer
+    head: HeadAnswer

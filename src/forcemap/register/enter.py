@@ -1,0 +1,355 @@
+"""Entering a campaign's folder, and what changed at a cell; what is there already is not entered again."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from sqlalchemy import Connection, Row, select
+
+from forcemap.campaigns.conditions import CAMPAIGN_FILE
+from forcemap.errors import CampaignFileError, InputError, RegisterError, one_line
+from forcemap.files import stated_date
+from forcemap.register.audit import Action, Head, head, stated
+from forcemap.register.connection import Register
+from forcemap.register.folder import CampaignContent, read_content
+from forcemap.register.in_force import DEVICE, KINDS, Fact
+from forcemap.register.tables import CAMPAIGNS, CELLS, CONTACT_POINTS, FACTS, IMPACTS, MAPS, RECORDINGS, USES
+
+_LONGEST = 500  # characters of a condition; a choice
+_AT_ONCE = 500  # values that are looked up together; a choice
+_IMPACT = tuple(c.name for c in IMPACTS.columns if c.name not in ("id", "campaign_id", "entry"))
+UNKNOWN = "?"
+"""What is written for a condition that is not known any more."""
+
+
+@dataclass(frozen=True)
+class Entered:
+    """What was entered of a folder.
+
+    Parameters
+    ----------
+    folder, name, sha256 : str
+        The folder, its bare name, the hash of its content.
+    cell : str
+        SITE/NAME of its cell; empty without one.
+    new : bool
+        False if all of it was there already.
+    recordings, new_recordings, new_impacts : int
+        How many it has, and how many the register did not know.
+    facts : tuple of str
+        Conditions of the cell that were entered, as `firmware: 5.12`.
+    head : Head
+        The newest entry of the audit trail.
+    """
+
+    folder: str
+    name: str
+    sha256: str
+    cell: str
+    new: bool
+    recordings: int
+    new_recordings: int
+    new_impacts: int
+    facts: tuple[str, ...]
+    head: Head
+
+
+def enter(register: Register, folder: str | Path, *, cell: str = "", person: str = "") -> Entered:
+    """Enter a campaign's folder as it is now: campaign, recordings, impacts, maps, contact points, conditions.
+
+    Parameters
+    ----------
+    register : Register
+    folder : str or Path
+        As `collect` left it.
+    cell : str
+        Its cell, SITE/NAME; if not given, what [protocol] states as site and cell; else it has none.
+    person : str
+        Who enters it; the account of this machine if not given.
+
+    Raises
+    ------
+    CampaignFileError
+        The folder is not as it was collected, or states no date although it has a cell.
+    RegisterError
+        The database refuses it; then nothing of it was entered.
+    """
+    content = read_content(folder)
+    protocol = content.protocol
+    site, name = split(cell) if cell else (protocol.site, protocol.cell)
+    if name:
+        site, name = (stated("site", site) if site else ""), stated("cell", name)
+        _require_date(content)
+    with register.reading() as connection:
+        site = _site(connection, site, name)
+        if found := _there(connection, content, site, name):
+            return _as_there(content, site, name, found, head(connection))
+    with register.writing() as connection:
+        site = _site(connection, site, name)
+        if found := _there(connection, content, site, name):  # another process was faster
+            return _as_there(content, site, name, found, head(connection))
+        action = Action(register, connection, person)
+        place = cell_number(connection, site, name) or action.add(CELLS, site=site, name=name) if name else None
+        campaign = _add_campaign(action, content, place)
+        recordings, impacts = _add_impacts(action, content, campaign, place)
+        facts = [] if place is None else _add_facts(action, place, campaign, content)
+        figures = {"folder": str(printable(str(Path(folder).resolve()))), "facts": facts}
+        now = action.done("enter", f"campaign {content.sha256}", cell=joined(site, name), **figures)
+    return Entered(
+        folder=str(folder),
+        name=_name(content),
+        sha256=content.sha256,
+        cell=joined(site, name),
+        new=True,
+        recordings=len(content.campaign.entries),
+        new_recordings=recordings,
+        new_impacts=impacts,
+        facts=tuple(facts),
+        head=now,
+    )
+
+
+def change(
+    register: Register,
+    cell: str,
+    conditions: Mapping[str, str],
+    *,
+    since: str = "",
+    new: bool = False,
+    person: str = "",
+) -> tuple[str, Head]:
+    """Enter what has changed at a cell.
+
+    Parameters
+    ----------
+    register : Register
+    cell : str
+        SITE/NAME; the site may be left out where only one has such a cell.
+    conditions : mapping of str to str
+        What holds now, by `KINDS`; `?` for what is not known.
+    since : str
+        Date, YYYY-MM-DD; now if not given.
+    new : bool
+        True to make a cell that the register does not know: a slip in its name would else leave its releases in force.
+    person : str
+        Who enters it; the account of this machine if not given.
+
+    Returns the cell as it is called, and the head of the audit trail.
+
+    Raises
+    ------
+    InputError
+        An unknown condition, no value, or a date that lies ahead.
+    RegisterError
+        There is no such cell, or there are several; the database refuses it.
+    """
+    if unknown := [kind for kind in conditions if kind not in KINDS]:
+        raise InputError(f"condition: found {one_line(unknown[0])[:100]!r}, expected one of {', '.join(KINDS)}")
+    if not conditions:
+        raise InputError(f"condition: expected at least one, such as firmware=5.12, of {', '.join(KINDS)}")
+    values = {kind: _value(kind, text) for kind, text in conditions.items()}
+    day = stated_date("since", since).isoformat() if since else ""
+    with register.writing() as connection:
+        action = Action(register, connection, person)
+        if day > action.at[:10]:
+            raise InputError(f"since: found {day}, which lies ahead; enter a change when it has happened")
+        number, named = _cell_or_new(action, cell) if new else require_cell(connection, cell)
+        begins = f"{day}T00:00:00.000000Z" if day else action.at
+        for kind, value in values.items():
+            action.add(FACTS, cell_id=number, campaign_id=None, kind=kind, since=begins, value=value)
+        return named, action.done("change", f"cell {named}", since=begins, facts=values)
+
+
+def _cell_or_new(action: Action, cell: str) -> tuple[int, str]:
+    site, name = split(cell)
+    site = _site(action.connection, site, name)
+    number = cell_number(action.connection, site, name) or action.add(CELLS, site=site, name=name)
+    return number, joined(site, name)
+
+
+def _site(connection: Connection, site: str, name: str) -> str:
+    """The site of a cell that may be named without it, where the register knows a cell of that name."""
+    if site or not name:
+        return site
+    known = connection.execute(select(CELLS.c.site).where(CELLS.c.name == name)).scalars().all()
+    if len(known) > 1 and "" not in known:
+        there = ", ".join(sorted(joined(each, name) for each in known)[:5])
+        raise RegisterError(f"there are several cells {name!r}: {there}; name the site, too")
+    return "" if "" in known or not known else str(known[0])
+
+
+def _value(kind: str, text: str) -> str | None:
+    if text.strip() == UNKNOWN:
+        return None
+    return stated(kind, text, longest=_LONGEST)
+
+
+def split(cell: str) -> tuple[str, str]:
+    """Site and name of a cell that is written as SITE/NAME, or as NAME where the site is not stated."""
+    site, slash, name = cell.rpartition("/")
+    return (stated("site", site) if slash else ""), stated("cell", name)
+
+
+def joined(site: str, name: str) -> str:
+    """A cell as it is written."""
+    return f"{site}/{name}" if site else name
+
+
+def cell_number(connection: Connection, site: str, name: str) -> int | None:
+    """The number of a cell; None if the register does not know it."""
+    found = connection.execute(select(CELLS.c.id).where(CELLS.c.site == site, CELLS.c.name == name)).scalar()
+    return None if found is None else int(found)
+
+
+def require_cell(connection: Connection, cell: str) -> tuple[int, str]:
+    """Number of a cell, and how it is written; its site may be left out where only one has such a cell.
+
+    Raises
+    ------
+    RegisterError
+        There is no such cell, or there are several.
+    """
+    site, name = split(cell)
+    query = select(CELLS.c.id, CELLS.c.site).where(CELLS.c.name == name)
+    rows = connection.execute(query.where(CELLS.c.site == site) if site else query).all()
+    if len(rows) == 1:
+        return rows[0].id, joined(rows[0].site, name)
+    if rows:
+        there = ", ".join(sorted(joined(row.site, name) for row in rows)[:5])
+        raise RegisterError(f"there are several cells {name!r}: {there}; name the site, too")
+    raise RegisterError(f"there is no cell {cell!r}; enter a campaign of it, or what is known of it (register change)")
+
+
+def facts_of(connection: Connection, cell: int) -> list[Fact]:
+    """What is known of a cell, as it was entered."""
+    columns = (FACTS.c.kind, FACTS.c.value, FACTS.c.since, FACTS.c.entry)
+    return [Fact(*row) for row in connection.execute(select(*columns).where(FACTS.c.cell_id == cell))]
+
+
+def current(facts: Iterable[Fact]) -> dict[str, Fact]:
+    """What holds now, by its kind: the latest of each."""
+    return {fact.kind: fact for fact in sorted(facts, key=lambda fact: (fact.since, fact.entry))}
+
+
+def printable(path: str) -> str:
+    """A path that may hold any byte, as text that every database takes."""
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in path)
+
+
+def _name(content: CampaignContent) -> str:
+    return printable(content.folder.resolve().name)
+
+
+def _require_date(content: CampaignContent) -> None:
+    if not content.campaign.conditions.date:
+        message = "the entry is missing: from when the conditions of its cell hold is not known without it"
+        raise CampaignFileError(message, file=str(content.folder / CAMPAIGN_FILE), column="date")
+
+
+def _there(connection: Connection, content: CampaignContent, site: str, name: str) -> Row[Any, Any] | None:
+    query = select(CAMPAIGNS.c.id, CAMPAIGNS.c.recordings).where(CAMPAIGNS.c.sha256 == content.sha256)
+    if not name:
+        return connection.execute(query.where(CAMPAIGNS.c.cell_id.is_(None))).first()
+    number = cell_number(connection, site, name)
+    return None if number is None else connection.execute(query.where(CAMPAIGNS.c.cell_id == number)).first()
+
+
+def _as_there(content: CampaignContent, site: str, name: str, found: Row[Any, Any], now: Head) -> Entered:
+    cell, named = joined(site, name), _name(content)
+    return Entered(str(content.folder), named, content.sha256, cell, False, found.recordings, 0, 0, (), now)
+
+
+def _add_campaign(action: Action, content: CampaignContent, cell: int | None) -> int:
+    conditions = content.campaign.conditions
+    calibrated, until = content.calibration
+    number = action.add(
+        CAMPAIGNS,
+        cell_id=cell,
+        sha256=content.sha256,
+        name=_name(content),
+        folder=printable(str(content.folder.resolve())),
+        binding=one_line(content.binding),
+        conditions=json.dumps(content.conditions, ensure_ascii=False),
+        device=printable(content.device),
+        measured_on=conditions.date or None,
+        calibrated=calibrated,
+        calibrated_until=until,
+        device_error_N=float(conditions.device.error_or_default),
+        simulated=int(conditions.simulated or (content.dataset is not None and content.dataset.simulated)),
+        recordings=len(content.campaign.entries),
+    )
+    for file, digest, form in content.maps:
+        action.add(MAPS, campaign_id=number, sha256=digest, file=printable(file), form=form)
+    for point in content.points:
+        words = {"name": point.name, "area": point.limit.name, "contact": str(point.contact)}
+        programmed = None if point.programmed != point.programmed else float(point.programmed)
+        words["rests_on"] = str(point.rests_on)
+        action.add(CONTACT_POINTS, campaign_id=number, **words, programmed_mps=programmed)
+    return number
+
+
+def _add_impacts(action: Action, content: CampaignContent, campaign: int, cell: int | None) -> tuple[int, int]:
+    """Add what is new of recordings and impacts; how many are."""
+    found = content.impacts()
+    known = _known_recordings(action.connection, list(dict.fromkeys(entry.sha256 for entry, _ in found)))
+    before = _known_impacts(action.connection, list(known.values()), cell)
+    new_recordings = new_impacts = 0
+    for entry, values in found:
+        if (recording := known.get(entry.sha256)) is None:
+            recording = action.add(RECORDINGS, sha256=entry.sha256, size_bytes=entry.size)
+            known[entry.sha256] = recording
+            new_recordings += 1
+        values = {**values, "recording_id": recording, "curve": printable(values["curve"])}
+        values |= {"state_id": printable(values["state_id"]), "flags": printable(values["flags"])}
+        key = tuple(values[name] for name in _IMPACT)
+        if (impact := before.get(key)) is None:
+            impact = before[key] = action.add(IMPACTS, campaign_id=campaign, **values)
+            new_impacts += 1
+        action.add(USES, campaign_id=campaign, impact_id=impact, file=printable(entry.file))
+    return new_recordings, new_impacts
+
+
+def _known_recordings(connection: Connection, digests: list[str]) -> dict[str, int]:
+    known: dict[str, int] = {}
+    for start in range(0, len(digests), _AT_ONCE):
+        part = RECORDINGS.c.sha256.in_(digests[start : start + _AT_ONCE])
+        known |= {row.sha256: row.id for row in connection.execute(select(RECORDINGS).where(part))}
+    return known
+
+
+def _known_impacts(connection: Connection, recordings: list[int], cell: int | None) -> dict[tuple[Any, ...], int]:
+    """Impacts of recordings by what is known of them, of campaigns of this cell: another cell has its own."""
+    same = CAMPAIGNS.c.cell_id.is_(None) if cell is None else CAMPAIGNS.c.cell_id == cell
+    query = select(IMPACTS).join(CAMPAIGNS, IMPACTS.c.campaign_id == CAMPAIGNS.c.id).where(same)
+    found: dict[tuple[Any, ...], int] = {}
+    for start in range(0, len(recordings), _AT_ONCE):
+        part = query.where(IMPACTS.c.recording_id.in_(recordings[start : start + _AT_ONCE]))
+        for row in connection.execute(part).mappings():
+            found[tuple(row[name] for name in _IMPACT)] = row["id"]
+    return found
+
+
+def _add_facts(action: Action, cell: int, campaign: int, content: CampaignContent) -> list[str]:
+    """Add what the campaign shows of its cell and the register does not know; what contradicts itself is not known."""
+    day = content.campaign.conditions.date
+    if day > action.at[:10]:
+        message = f"found {day}, which lies ahead of the clock; enter it when it was measured"
+        raise CampaignFileError(message, file=str(content.folder / CAMPAIGN_FILE), column="date")
+    since = min(f"{day}T23:59:59.999999Z", action.at)
+    until_then = current(fact for fact in facts_of(action.connection, cell) if fact.since <= since)
+    added = []
+    for kind, value in content.conditions.items():
+        before = until_then.get(kind)
+        if value is None or (before and before.value == value):
+            continue
+        same_day = before is not None and before.since[:10] == day and kind != DEVICE
+        if before and same_day and before.value is None:
+            continue
+        known = None if same_day else value
+        action.add(FACTS, cell_id=cell, campaign_id=campaign, kind=kind, since=since, value=known)
+        added.append(f"{kind}: {UNKNOWN if known is None else known}")
+    return added

@@ -1,0 +1,298 @@
+"""Releasing speeds of a cell, and withdrawing them: only what an export would give, and only what would be in force."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from sqlalchemy import Connection, func, select
+
+import forcemap as fm
+from forcemap.assessment.missing import present
+from forcemap.assessment.point_results import PointOutcome
+from forcemap.errors import InputError, NotReleasable, RegisterError
+from forcemap.exports.robot_table import require_exportable
+from forcemap.files import file_sha256, read_bytes, stated_date
+from forcemap.register.audit import Action, Head, head, stated
+from forcemap.register.connection import Register
+from forcemap.register.enter import facts_of, require_cell
+from forcemap.register.folder import CampaignContent, force_map_of, read_content
+from forcemap.register.in_force import Released, failed
+from forcemap.register.tables import CAMPAIGNS, RELEASES, WITHDRAWALS
+from forcemap.speeds.basis import Basis, limit_basis
+from forcemap.speeds.quantities import cases_of
+from forcemap.words import sentence, sentences
+
+REPORT_FILE = "report.html"
+_Limits = Sequence[tuple[fm.ForceLimit, fm.Contact]]
+
+
+@dataclass(frozen=True)
+class ReleaseEntered:
+    """A release as it was entered.
+
+    Parameters
+    ----------
+    release : int
+        Its number.
+    new : bool
+        False if the same was released already.
+    replaces : int or None
+        The release of the same whose place it takes.
+    head : Head
+        The newest entry of the audit trail.
+    """
+
+    release: int
+    new: bool
+    replaces: int | None
+    head: Head
+
+
+@dataclass(frozen=True, eq=False)
+class _Speeds:
+    """What is released: speeds with the limit and bound that they rest on."""
+
+    subject: str
+    limits: _Limits
+    bound: str
+    speeds: dict[str, Any]
+    map_sha256: str | None
+
+
+def release(
+    register: Register,
+    cell: str,
+    folder: str | Path,
+    *,
+    limits: _Limits = (),
+    point: str = "",
+    task: str = "",
+    valid_until: str,
+    report: str | Path | None = None,
+    person: str = "",
+) -> ReleaseEntered:
+    """Release the speeds of a campaign for its cell, with the conditions that they were measured under.
+
+    What an export would refuse is refused, and what would not be in force. It takes the place of an earlier release of
+    the same subject, body areas and contact; the same again, while it is in force, changes nothing.
+
+    Parameters
+    ----------
+    register : Register
+    cell : str
+        SITE/NAME.
+    folder : str or Path
+        The campaign, as it was entered.
+    limits : sequence of (ForceLimit, Contact)
+        Of whatever can be touched anywhere in the workspace; all of them hold.
+    point : str
+        In place of limits, a contact point of the campaign's list.
+    task : str
+        Name of the task that the limits are of.
+    valid_until : str
+        The last day on which it holds, YYYY-MM-DD.
+    report : str or Path, optional
+        The report that was written of it; report.html in the folder if not given.
+    person : str
+        Who releases; the account of this machine if not given.
+
+    Raises
+    ------
+    InputError
+        No limit, or both limits and a point; a date that is none, or is over.
+    NotReleasable
+        The report is not of the campaign as it is, nothing may be exported of it, no place has a speed, or it would
+        not be in force.
+    RegisterError
+        The campaign was not entered for this cell, or the database refuses it.
+    """
+    if bool(point) == bool(limits):
+        raise InputError("release: expected body areas with a contact, a task, or a contact point")
+    until = stated_date("valid until", valid_until).isoformat()
+    content = read_content(folder)
+    written = Path(report) if report else content.folder / REPORT_FILE
+    found = _of_point(content, point) if point else _of_workspace(content, limits, task)
+    _require_report(written, content, found.limits)
+    values = _values(content, found, file_sha256(written)) | {"valid_until": until}
+    with register.writing() as connection:
+        number, cell = require_cell(connection, cell)
+        action = Action(register, connection, person)
+        values |= {"cell_id": number, "campaign_id": _campaign(connection, content, number, cell)}
+        before = _before(connection, values)
+        facts = facts_of(connection, number)
+
+        def wrong_with(row: Any) -> tuple[fm.Finding, ...]:
+            return failed(released(row), facts, (), replaced_by=None, now=action.at)
+
+        same = before and not before["withdrawn"] and all(before[name] == value for name, value in values.items())
+        if same and not wrong_with(before):
+            return ReleaseEntered(before["id"], False, before["replaces"], head(connection))
+        values |= {"replaces": before["id"] if before else None, "person": action.person, "at": action.at}
+        if wrong := wrong_with({**values, "entry": action.entry}):
+            raise NotReleasable(f"nothing is released, it would not be in force: {'; '.join(sentences(wrong))}")
+        entered = action.add(RELEASES, **values)
+        done = action.done("release", f"release {entered}", cell=cell, of=found.subject, valid_until=until)
+    return ReleaseEntered(entered, True, values["replaces"], done)
+
+
+def withdraw(register: Register, number: int, reason: str, *, person: str = "") -> Head:
+    """Withdraw a release, at once and for good.
+
+    Parameters
+    ----------
+    register : Register
+    number : int
+        Of the release.
+    reason : str
+    person : str
+        Who withdraws it; the account of this machine if not given.
+
+    Raises
+    ------
+    RegisterError
+        There is no such release, or the database refuses it.
+    """
+    reason = stated("reason", reason, longest=500)
+    with register.writing() as connection:
+        if connection.execute(select(RELEASES.c.id).where(RELEASES.c.id == number)).first() is None:
+            raise RegisterError(f"there is no release {number}; forcemap register state CELL lists those of a cell")
+        action = Action(register, connection, person)
+        action.add(WITHDRAWALS, release_id=number, reason=reason, person=action.person, at=action.at)
+        return action.done("withdraw", f"release {number}", reason=reason)
+
+
+def released(row: Any) -> Released:
+    """What decides whether a release is in force, of its row."""
+    return Released(
+        entry=row["entry"],
+        at=row["at"],
+        valid_until=row["valid_until"],
+        conditions=json.loads(row["conditions"]),
+        areas=row["areas"],
+        measured_on=row["measured_on"],
+        calibrated=row["calibrated"],
+        calibrated_until=row["calibrated_until"],
+        device_spring=row["device_spring_N_per_m"],
+        area_spring=row["area_spring_N_per_m"],
+    )
+
+
+def _of_workspace(content: CampaignContent, limits: _Limits, task: str) -> _Speeds:
+    """The speeds of all places, as an export gives them."""
+    force_map = force_map_of(content)
+    bound = fm.ToleranceBound(device_error=force_map.conditions.device.error_or_default)
+    table = fm.robot_table(force_map, limits=limits, bound=bound)
+    if not table.permitted:
+        why = sentence(table.refusal) or sentence(table.reason.tolist()[0][0])
+        raise NotReleasable(f"nothing is released, no place has a speed: {why}")
+    permitted = table.speed_mmps[table.speed_mmps > 0]
+    speeds = {
+        "lowest_to_program_mps": int(permitted.min()) / 1000,
+        "highest_to_program_mps": int(permitted.max()) / 1000,
+        "zones": int(table.speed_mmps.size),
+        "zones_with_a_speed": table.permitted,
+        "distance_edges_m": table.distance_edges.tolist(),
+        "height_edges_m": table.height_edges.tolist(),
+        "speed_mmps": table.speed_mmps.tolist(),
+    }
+    subject = f"task {stated('task', task, longest=100)}" if task else "workspace"
+    return _Speeds(subject, limits, str(bound), speeds, fm.map_sha256(force_map))
+
+
+def _of_point(content: CampaignContent, name: str) -> _Speeds:
+    """The speed of a contact point, as the report judges it, behind the gate of exports."""
+    points = {point.name: point for point in content.points}
+    if name not in points:
+        raise InputError(f"point: found {name[:100]!r}, expected one of {', '.join(points) or 'contact_points.csv'}")
+    if refusal := points[name].limit.refusal:
+        raise NotReleasable(f"nothing is released of point {name}: {sentence(refusal)}")
+    assessment = fm.assess_campaign(content.folder)
+    result = next(result for result in present(assessment.points) if result.point.name == name)
+    point = result.point
+    if result.outcome is PointOutcome.NOT_PERMITTED:
+        raise NotReleasable(f"nothing is released of point {name}: {'; '.join(sentences(result.lacks))}")
+    bound, digest = "impacts at the point", None
+    if content.dataset is not None:
+        table = content.dataset
+        _gate(
+            limit_basis(point.limit, point.contact, table.conditions, phase_two=table.phase_two, binding=table.binding)
+        )
+    if point.by_map:
+        force_map, carried = present(assessment.force_map), present(assessment.bound)
+        _gate(cases_of(force_map, point.limit, bound=carried, contact=point.contact)[0].basis)
+        bound, digest = str(carried), fm.map_sha256(force_map)
+    speed = fm.floor_speed(result.speed)
+    ends = {"lowest_to_program_mps": float(speed), "highest_to_program_mps": float(speed)}
+    speeds = {**ends, "outcome": str(result.outcome), "confirmed_by": list(result.confirmed_by)}
+    return _Speeds(f"point {name}", ((point.limit, point.contact),), bound, speeds, digest)
+
+
+def _gate(basis: Basis) -> None:
+    require_exportable(basis)
+    if basis.refusal:
+        raise NotReleasable(f"nothing is released: {sentence(basis.refusal)}")
+
+
+def _require_report(report: Path, content: CampaignContent, limits: _Limits) -> None:
+    """Refuse a report that is not of the campaign as it is, or not of the body areas."""
+    from forcemap.report import read_seal, verify_report
+
+    if not report.is_file():
+        raise NotReleasable("there is no report of it; forcemap report writes it", file=str(report))
+    if not verify_report(str(report), str(content.folder)).holds:
+        raise NotReleasable("the report is not of the campaign as it is now; write it again", file=str(report))
+    made_for = read_seal(read_bytes(report), str(report)).made_for
+    for limit, _ in limits:
+        if f"{limit.name} (" not in made_for:
+            raise NotReleasable(
+                f"the report is not of {limit.name}; write it with --area {limit.name}", file=str(report)
+            )
+
+
+def _values(content: CampaignContent, found: _Speeds, report: str) -> dict[str, Any]:
+    """The columns of a release that follow from the campaign."""
+    conditions = content.campaign.conditions
+    calibrated, until = content.calibration
+    springs = [limit.stiffness for limit, _ in found.limits]
+    spring = max(springs) if springs and not any(map(math.isnan, springs)) else None
+    dataset = content.dataset
+    return {
+        "subject": found.subject,
+        "areas": ", ".join(dict.fromkeys(limit.name for limit, _ in found.limits)),
+        "contact": ", ".join(dict.fromkeys(str(contact) for _, contact in found.limits)),
+        "limit_N": min(float(limit.force(contact)) for limit, contact in found.limits),
+        "bound": found.bound,
+        "speeds": json.dumps(found.speeds, sort_keys=True),
+        "map_sha256": found.map_sha256,
+        "report_sha256": report,
+        "conditions": json.dumps(content.conditions, ensure_ascii=False, sort_keys=True),
+        "measured_on": conditions.date or None,
+        "calibrated": calibrated,
+        "calibrated_until": until,
+        "device_spring_N_per_m": None if math.isnan(conditions.device.stiffness) else conditions.device.stiffness,
+        "area_spring_N_per_m": spring,
+        "simulated": int(conditions.simulated or (dataset is not None and dataset.simulated)),
+    }
+
+
+def _campaign(connection: Connection, content: CampaignContent, cell: int, named: str) -> int:
+    query = select(CAMPAIGNS.c.id).where(CAMPAIGNS.c.sha256 == content.sha256, CAMPAIGNS.c.cell_id == cell)
+    found = connection.execute(query).scalar()
+    if found is None:
+        message = f"the campaign as it is now was not entered for the cell {named}; forcemap register enter"
+        raise RegisterError(message, file=str(content.folder))
+    return int(found)
+
+
+def _before(connection: Connection, values: dict[str, Any]) -> Any:
+    """The latest release of the same subject, body areas and contact: its row, with `withdrawn`; None without one."""
+    slot = [RELEASES.c[name] == values[name] for name in ("cell_id", "subject", "areas", "contact")]
+    latest = select(func.max(RELEASES.c.id)).where(*slot).scalar_subquery()
+    withdrawn = select(WITHDRAWALS.c.id).where(WITHDRAWALS.c.release_id == RELEASES.c.id).exists()
+    query = select(RELEASES, withdrawn.label("withdrawn")).where(RELEASES.c.id == latest)
+    return connection.execute(query).mappings().first()

@@ -1,0 +1,1011 @@
+"""The team's register on both databases: what is entered, asked, refused, lost, edited and migrated."""
+
+from __future__ import annotations
+
+import csv
+import datetime
+import json
+import multiprocessing
+import os
+import random
+import resource
+import shutil
+import signal
+import sqlite3
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from alembic.autogenerate import compare_metadata
+from alembic.migration import MigrationContext
+from sqlalchemy import func, inspect, select, text
+from sqlalchemy.exc import DBAPIError
+
+import forcemap as fm
+import postgres
+from forcemap.register.audit import Action, verify
+from forcemap.register.connection import connect, file_system, is_local, is_network
+from forcemap.register.enter import change, enter
+from forcemap.register.questions import cell_state
+from forcemap.register.release import withdraw
+from forcemap.register.schema import ROLES, make_register, open_register
+from forcemap.register.tables import METADATA, RELEASES
+from pulses import pulse, save
+from register_folders import DAY, collected, toml_of
+from sizes import FULL_SIZE
+from web_server import bearer, client_of
+
+DATABASES = ("sqlite", "postgresql")
+PROCESSES = multiprocessing.get_context("forkserver")
+PROCESSES.set_forkserver_preload(["forcemap.register.enter", "forcemap.register.schema", "register_folders", "psycopg"])
+UNTIL = (datetime.date.today() + datetime.timedelta(days=300)).isoformat()
+SHARED = "-c fsync=off -c max_connections=200 -c listen_addresses='' -c shared_buffers=64MB"
+
+
+@pytest.fixture(scope="module")
+def server():
+    if postgres.PROGRAMS is None:
+        pytest.skip(postgres.REASON)
+    started = postgres.Server()
+    yield started
+    started.close()
+
+
+@pytest.fixture(scope="module")
+def blank(server_or_none, tmp_path_factory):
+    """An empty register of each database, to be copied."""
+    home = tmp_path_factory.mktemp("blank")
+    make_register(str(home / "blank.sqlite"))[0].engine.dispose()
+    if server_or_none:
+        register, _, roles = make_register(server_or_none.new("blank"))
+        register.engine.dispose()
+        assert roles
+    return home / "blank.sqlite"
+
+
+@pytest.fixture(scope="module")
+def server_or_none(request):
+    return request.getfixturevalue("server") if postgres.PROGRAMS else None
+
+
+@pytest.fixture(params=DATABASES)
+def where(request, blank, server_or_none, tmp_path):
+    """A new register."""
+    if request.param == "sqlite":
+        return str(shutil.copy(blank, tmp_path / "register.sqlite"))
+    if server_or_none is None:
+        pytest.skip(postgres.REASON)
+    return new_database(server_or_none, "blank")
+
+
+_NAMES = iter(range(10**6))
+
+
+def new_database(server, template):
+    name = f"register{next(_NAMES)}"
+    server._run("createdb", "-h", server.home, "-U", "owner", "-T", template, name)
+    return server.url(name)
+
+
+@pytest.fixture
+def register(where):
+    opened = open_register(where)
+    yield opened
+    opened.engine.dispose()
+
+
+@pytest.fixture(scope="module")
+def folders(tmp_path_factory):
+    """Five campaigns of three cells, 40 recordings each, the first two of one cell."""
+    home = tmp_path_factory.mktemp("campaigns")
+    cells = ("cell-1", "cell-1", "cell-2", "cell-3", "cell-3")
+    stated = [{"cell": cell, "date": f"2026-02-0{1 + i}", "serial": f"D{i % 2}"} for i, cell in enumerate(cells)]
+    return [collected(home / f"c{i}", 40, i, **each) for i, each in enumerate(stated)]
+
+
+@pytest.fixture(scope="module")
+def measured(tmp_path_factory):
+    """A campaign with curves that were collected, its report and contact points."""
+    folder = tmp_path_factory.mktemp("measured") / "west"
+    folder.mkdir()
+    (folder / "campaign.toml").write_text(toml_of(calibrated="2026-01-05"))
+    fm.write_plan(fm.plan_measurements((0.56, 0.86), (0.14, 0.46), (0.1, 0.3), repeats=1, again=0), folder)
+    rng, plan = np.random.default_rng(1), fm.read_plan(folder)
+    peaks = fm.published_map("ur10e").predict(plan.distance, plan.height, plan.speed)
+    for name, peak in zip(plan.recording.tolist(), peaks.tolist(), strict=True):
+        save(
+            folder / "recordings" / f"{name}.csv", *pulse(0.6 * peak * np.exp(rng.normal(0, 0.02)), rate=1000.0, seed=1)
+        )
+    header = "point_id,body_area,contact,body,rests_on,distance_m,height_m,direction,contact_site"
+    (folder / "contact_points.csv").write_text(
+        f"{header}\nP1,chest,transient,free,map,0.7,0.3,down,flange\nP2,temple,transient,free,map,0.7,0.3,down,flange\n"
+    )
+    fm.build_dataset(fm.read_campaign(folder))
+    from forcemap.cli.app import run
+
+    assert run(["report", str(folder), "--area", "chest"]) == 0
+    return folder
+
+
+@pytest.fixture
+def asked(ask, where):
+    """A register's command with --json: (exit code, answer)."""
+    return lambda *arguments: ask("register", *arguments, "--register", where)
+
+
+def rows(register, table):
+    with register.reading() as connection:
+        return [dict(row) for row in connection.execute(select(METADATA.tables[table])).mappings()]
+
+
+def count(register, table):
+    with register.reading() as connection:
+        return connection.execute(select(func.count()).select_from(METADATA.tables[table])).scalar()
+
+
+def whole(register):
+    with register.reading() as connection:
+        return verify(connection) == ()
+
+
+# what is entered
+
+
+def test_what_is_entered_again_is_there_once(register, folders, where, asked):
+    code, answer = asked("enter", *folders)
+    assert code == 0
+    assert [each["new_recordings"] for each in answer["entered"]] == [40] * 5
+    before = {name: count(register, name) for name in METADATA.tables}
+    assert (before["recordings"], before["impacts"], before["campaigns"], before["cells"]) == (200, 200, 5, 3)
+    assert before["audit"] == 5
+    code, answer = asked("enter", *folders[::-1])
+    assert code == 0
+    assert not any(each["new"] for each in answer["entered"])
+    assert {name: count(register, name) for name in METADATA.tables} == before
+    found = {row["sha256"] for row in rows(register, "recordings")}
+    assert found == {entry.sha256 for folder in folders for entry in fm.read_campaign(folder).entries}
+    for row, entry in zip(rows(register, "impacts")[:40], fm.read_campaign(folders[0]).entries, strict=True):
+        assert (row["peak_force_N"], row["largest_N"], row["whole"]) == (entry.peak_force, entry.peak_force, 1)
+    code, answer = asked("verify")
+    assert (code, answer["holds"]) == (0, True)
+
+
+def test_a_campaign_that_has_grown_brings_what_is_new(register, tmp_path):
+    collected(tmp_path / "a", 30, 1)
+    collected(tmp_path / "b", 36, 1)
+    first = enter(register, tmp_path / "a")
+    second = enter(register, tmp_path / "b")
+    assert (first.new_recordings, second.recordings, second.new_recordings) == (30, 36, 6)
+    assert second.new_impacts < 36
+    elsewhere = enter(register, tmp_path / "b", cell="plant/another")
+    assert (elsewhere.new, elsewhere.new_recordings, elsewhere.new_impacts) == (True, 0, 36)
+    assert whole(register)
+
+
+DAMAGES = {
+    "a recording was changed": lambda f: (f / "recordings" / "s00-r1.csv").write_bytes(b"other"),
+    "one is gone": lambda f: (f / "recordings" / "s00-r1.csv").unlink(),
+    "one was not collected": lambda f: (f / "recordings" / "x.csv").write_bytes(b"x"),
+    "there is no date": lambda f: edit(f / "campaign.toml", f'date = "{DAY}"', ""),
+    "its date lies ahead": lambda f: edit(f / "campaign.toml", f'date = "{DAY}"', 'date = "2999-01-01"'),
+    "no campaign": lambda f: (f / "campaign.toml").unlink(),
+    "a map is none": lambda f: (f / "maps").mkdir() or (f / "maps" / "m.json").write_text("{}"),
+    "another encoding": lambda f: (f / "campaign.toml").write_bytes(b"\xff\xfe\x00"),
+}
+
+
+def edit(file, old, new):
+    assert old in file.read_text()
+    file.write_text(file.read_text().replace(old, new))
+
+
+@pytest.mark.parametrize("damage", DAMAGES)
+def test_a_bad_folder_is_one_line_and_stops_nothing(damage, blank, tmp_path, folders, ask):
+    where = shutil.copy(blank, tmp_path / "register.sqlite")
+    bad = collected(tmp_path / "bad", 30)
+    DAMAGES[damage](bad)
+    code, answer = ask("register", "enter", bad, folders[0], "--register", where)
+    assert code == 1
+    assert len(answer["failed"]) == len(answer["entered"]) == 1
+    code, answer = ask("register", "enter", bad, "--register", where)
+    assert code == 2
+    assert answer["error"]["message"]
+
+
+# what is in force
+
+
+def test_from_a_release_to_its_end(register, measured, asked):
+    release = ["release", "cell-1", measured, "--area", "chest", "--contact", "transient", "--valid-until", UNTIL]
+    assert asked(*release)[0] == 2  # the cell is not known
+    assert asked("enter", measured)[0] == 0
+    code, answer = asked("state", "cell-1")
+    assert (code, answer["in_force"], answer["releases"]) == (1, False, [])
+    code, made = asked(*release)
+    assert (code, made["release"], made["new"]) == (0, 1, True)
+    assert asked(*release)[1] | {"head": 0} == made | {"new": False, "head": 0}
+    code, answer = asked("state", "plant/cell-1")
+    (shown,) = answer["releases"]
+    assert (code, shown["in_force"], shown["areas"], shown["why_not"]) == (0, True, "chest", [])
+    table = fm.robot_table(
+        fm.fit_force_map(fm.read_dataset(measured)),
+        limits=[(fm.force_limit("chest"), fm.Contact.TRANSIENT)],
+        bound=fm.ToleranceBound(device_error=3.0),
+    )
+    assert shown["speeds"]["speed_mmps"] == table.speed_mmps.tolist()
+    assert shown["map_sha256"] == fm.map_sha256(fm.fit_force_map(fm.read_dataset(measured)))
+    assert asked("due")[1]["due"] == []
+    (ends,) = asked("due", "--days", "400")[1]["due"][:1]
+    assert UNTIL in ends["findings"][0]
+
+    if not register.postgresql or FULL_SIZE:  # a contact point needs the whole assessment, seconds each
+        point = ["release", "cell-1", measured, "--point", "P1", "--valid-until", UNTIL]
+        assert asked(*point)[1]["release"] == 2
+    assert asked("change", "plant/cel-1", "firmware=5.12")[0] == 2  # a slip changes nothing
+    assert asked("change", "cell-1", "device=PFMD, D9")[0] == 0
+    assert asked("state", "plant/cell-1")[0] == 0
+    assert asked("change", "plant/cell-1", "firmware=5.12")[0] == 0
+    code, answer = asked("state", "plant/cell-1")
+    assert (code, answer["in_force"]) == (1, False)
+    for shown in answer["releases"]:
+        assert shown["speeds"] is None
+        assert "firmware was 5.11 when measured, and is 5.12" in shown["why_not"][0]
+    code, answer = asked(*release)
+    assert code == 2
+    assert "firmware was 5.11" in answer["error"]["message"]
+    assert asked("change", "plant/cell-1", "firmware=5.11")[0] == 0
+    assert asked("state", "plant/cell-1")[0] == 1  # changed and changed back
+    assert asked(*release)[1]["replaces"] == 1
+    assert asked("state", "plant/cell-1")[1]["releases"][0]["in_force"]
+    assert asked("withdraw", "1", "--reason", "firmware")[0] == 0
+    assert "withdrawn" in asked("state", "plant/cell-1")[1]["releases"][-1]["why_not"][0]
+    assert asked("withdraw", "9", "--reason", "x")[0] == 2
+    done = [each["action"] for each in asked("state", "plant/cell-1")[1]["history"]]
+    assert list(dict.fromkeys(done)) == ["withdraw", "release", "change", "enter"]
+    assert whole(register)
+
+
+REFUSALS = {
+    "the report is gone": (lambda f: (f / "report.html").unlink(), (), "forcemap report writes it"),
+    "the report is of something else": (
+        lambda f: (f / "maps").mkdir() or (f / "maps/x.txt").write_text("x"),
+        (),
+        "again",
+    ),
+    "the report is of other areas": (lambda f: None, ("--area", "back_of_hand"), "not of back_of_hand"),
+    "no area and no point": (lambda f: None, None, "expected body areas"),
+    "no contact": (lambda f: None, ("--area", "chest"), "expected --contact"),
+    "the head": (lambda f: None, ("--area", "face", "--contact", "transient"), ""),
+    "a point of the head": (lambda f: None, ("--point", "P2"), "not permitted"),
+    "over already": (
+        lambda f: None,
+        ("--area", "chest", "--contact", "transient", "--valid-until", "2026-01-01"),
+        "valid",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", REFUSALS)
+def test_what_may_not_be_released_is_refused(case, blank, measured, tmp_path, ask):
+    where, folder = shutil.copy(blank, tmp_path / "r.sqlite"), Path(shutil.copytree(measured, tmp_path / "west"))
+    damage, options, words = REFUSALS[case]
+    damage(folder)
+    assert ask("register", "enter", folder, "--register", where)[0] == 0
+    options = [*(options if options is not None else ())]
+    if case.startswith("the report") and "--area" not in options:
+        options = ["--area", "chest"]
+    if case.startswith("the report"):
+        options += ["--contact", "transient"]
+    until = [] if "--valid-until" in options else ["--valid-until", UNTIL]
+    code, answer = ask("register", "release", "cell-1", folder, *options, *until, "--register", where)
+    assert code == 2
+    assert words in answer["error"]["message"]
+    assert sqlite3.connect(where).execute("select count(*) from releases").fetchone() == (0,)
+
+
+EDITS = {
+    "not calibrated then": ('calibrated = "2026-01-05"', 'calibrated = "2024-01-05"', "held"),
+    "calibration not stated": ('calibrated = "2026-01-05"', "", "is not known"),
+    "no checksum": ('safety_checksum = "A1B2"', "", "safety_checksum is not known"),
+    "no serial number of the device": ('device_serial_number = "D1"', "", "device is not known"),
+    "another firmware after it was measured": ('firmware = "5.11"', 'firmware = "5.12"', "nothing is exported"),
+    "a softer spring after it was measured": (
+        "stiffness_N_per_m = 75000.0",
+        "stiffness_N_per_m = 20000.0",
+        "nothing is",
+    ),
+    "no direction": ('direction = "down"', "", ""),
+}
+
+
+@pytest.mark.parametrize("case", EDITS)
+def test_what_would_not_be_in_force_or_exported_is_not_released(case, blank, measured, tmp_path, ask, monkeypatch):
+    where, folder = shutil.copy(blank, tmp_path / "r.sqlite"), Path(shutil.copytree(measured, tmp_path / "west"))
+    old, new, words = EDITS[case]
+    edit(folder / "campaign.toml", old, new)
+    monkeypatch.setattr("forcemap.register.release._require_report", lambda *_: None)  # made once for all: two seconds
+    assert ask("register", "enter", folder, "--register", where)[0] == 0
+    stated = ["--area", "chest", "--contact", "transient", "--valid-until", UNTIL]
+    code, answer = ask("register", "release", "cell-1", folder, *stated, "--register", where)
+    assert code == 2
+    assert words in answer["error"]["message"]
+
+
+def test_conditions_of_a_campaign_are_facts_of_its_day(register, tmp_path):
+    def now():
+        return {fact.kind: fact.value for fact in cell_state(register, "cell-1")[0].facts}
+
+    enter(register, collected(tmp_path / "b", 30, 2, firmware="5.12", date="2026-02-10"))
+    enter(register, collected(tmp_path / "a", 30, 1, firmware="5.10", date="2026-02-01"))  # an older one, later
+    assert now()["firmware"] == "5.12"
+    change(register, "plant/cell-1", {"tool": "hook"}, since="2026-03-01")
+    enter(register, collected(tmp_path / "c", 30, 3, firmware="5.12", date="2026-03-01"))
+    assert now()["tool"] is None  # of one day two tools are stated
+    enter(register, collected(tmp_path / "d", 30, 4, firmware="5.12", date="2026-03-02"))
+    assert now() == {
+        "robot": "UR10e, R-cell-1",
+        "controller": "CB5, C-cell-1",
+        "firmware": "5.12",
+        "safety_checksum": "A1B2",
+        "tool": "gripper",
+        "program": "pick 3",
+        "covers": "none",
+        "device": "PFMD, D1",
+    }
+    change(register, "plant/cell-1", {"covers": "?"})
+    assert now()["covers"] is None
+
+
+@pytest.mark.parametrize("words", [["firmware"], ["speed=1"], ["firmware="], ["tool=a", "tool=b"], ["tool=a\0b"]])
+def test_a_change_that_says_nothing_is_refused(words, blank, tmp_path, ask):
+    where = shutil.copy(blank, tmp_path / "r.sqlite")
+    code, answer = ask("register", "change", "plant/cell-1", *words, "--new", "--register", where)
+    assert (code, answer["error"]["kind"]) == (2, "input")
+    assert ask("register", "change", "plant/x", "tool=a", "--new", "--since", "2999-01-01", "--register", where)[0] == 2
+
+
+def add_release(register, cell=1, **stated):
+    """A release as a row, without the campaign that it would be made of."""
+    under = {fact.kind: fact.value for fact in cell_state(register, "cell-1")[0].facts}
+    values = {"subject": "workspace", "areas": "chest", "contact": "transient", "bound": "b"}
+    values["speeds"] = json.dumps({"lowest_to_program_mps": 0.1, "highest_to_program_mps": 0.2})
+    values |= {"report_sha256": "0" * 64, "map_sha256": "ab" * 32, "conditions": json.dumps(under), "simulated": 0}
+    values |= {"valid_until": UNTIL, "measured_on": DAY, "calibrated": None, "calibrated_until": "2026-12-31"}
+    values |= {"device_spring_N_per_m": 75e3, "area_spring_N_per_m": 25e3, "limit_N": 280.0, "replaces": None}
+    with register.writing() as connection:
+        action = Action(register, connection, "operator")
+        numbers = {"cell_id": cell, "campaign_id": cell, "person": "operator", "at": action.at}
+        number = action.add(RELEASES, **values | numbers | stated)
+        action.done("release", f"release {number}")
+    return number
+
+
+def test_a_clock_that_is_set_back_brings_nothing_into_force(register, folders):
+    from dataclasses import replace
+
+    enter(register, folders[0])
+    real = datetime.datetime.now(datetime.UTC)
+    ahead = replace(register, time=lambda: real + datetime.timedelta(days=2))
+    number = add_release(ahead)
+    assert cell_state(ahead, "cell-1")[0].in_force
+    change(register, "plant/cell-1", {"tool": "hook"})  # two days before the release, says this clock
+    assert not cell_state(ahead, "cell-1")[0].in_force
+    assert not cell_state(register, "cell-1")[0].in_force
+    withdraw(register, number, "x")
+    times = [row["at"] for row in rows(register, "audit")]
+    assert times == sorted(times)
+    short = add_release(register, valid_until=real.date().isoformat())
+    (found,) = [each for each in cell_state(register, "cell-1")[0].releases if each.release == short]
+    assert not found.in_force  # the newest entry is of a day when it was over
+    assert whole(register)
+
+
+# what is asked
+
+
+def test_questions_against_the_folders_themselves(register, folders, asked, tmp_path):
+    asked("enter", *folders)
+    add_release(register)
+    entries = {folder.name: fm.read_campaign(folder).entries for folder in folders}
+    limit = sorted(entry.peak_force for each in entries.values() for entry in each)[-30]
+    code, answer = asked("exceeded", "--limit-N", str(limit))
+    assert code == 1
+    expected = {name: sum(entry.peak_force > limit for entry in each) for name, each in entries.items()}
+    near = {name: sum(limit - 3 < entry.peak_force <= limit for entry in each) for name, each in entries.items()}
+    found = {each["campaign"]: each for each in answer["campaigns"]}
+    assert {name: each["exceeded"] for name, each in found.items()} == {
+        n: c for n, c in expected.items() if c or near[n]
+    }
+    assert all(each["cannot_tell"] == near[name] for name, each in found.items())
+    highest = max((entry.peak_force, name, entry.file) for name, each in entries.items() for entry in each)
+    assert tuple(answer["largest"][0][key] for key in ("largest_N", "campaign", "file")) == highest
+    assert asked("exceeded", "--limit-N", "5000")[0] == 0
+    assert asked("exceeded", "--limit-N", "0")[0] == 2
+
+    digest = entries["c1"][5].sha256
+    for word in (digest, digest[:10], str(folders[1] / "recordings" / entries["c1"][5].file)):
+        assert [each["cell"] for each in asked("who", "--recording", word)[1]["cells"]] == ["plant/cell-1"]
+    assert asked("who", "--recording", "f" * 64)[1]["cells"] == []
+    assert [each["cell"] for each in asked("who", "--device", "D1")[1]["cells"]] == ["plant/cell-1", "plant/cell-3"]
+    assert [each["cell"] for each in asked("who", "--map", "ab" * 32)[1]["cells"]] == ["plant/cell-1"]
+    asked("change", "plant/cell-2", "firmware=5.12")
+    assert [each["cell"] for each in asked("who", "--firmware", "5.12")[1]["cells"]] == ["plant/cell-2"]
+    assert len(asked("who", "--firmware", "5.11")[1]["cells"]) == 2
+    due = {each["cell"] for each in asked("due")[1]["due"]}
+    assert due == {"", "plant/cell-2", "plant/cell-3"}  # nothing released; the devices' calibrations are over
+    for ending, read in (
+        (".csv", lambda f: list(csv.DictReader(f.read_text().splitlines()))),
+        (".json", lambda f: json.loads(f.read_text())),
+    ):
+        assert asked("export", "impacts", "-o", tmp_path / f"x{ending}")[1]["rows"] == 200
+        written = read(tmp_path / f"x{ending}")
+        assert sum(float(row["largest_N"]) for row in written) == sum(
+            e.peak_force for each in entries.values() for e in each
+        )
+    assert asked("export", "impacts", "-o", tmp_path / "x.csv")[0] == 2
+    assert asked("export", "releases", "-o", tmp_path / "r.json")[0] == 0
+    (written,) = json.loads((tmp_path / "r.json").read_text())
+    assert (written["in_force"], written["why_not"]) == (1, "")
+
+
+# what keeps it as it is
+
+
+def filled(register, folders):
+    """A row in every table."""
+    folder = folders[0]
+    enter(register, folder)
+    with register.writing() as connection:
+        action = Action(register, connection, "operator")
+        action.add(METADATA.tables["maps"], campaign_id=1, sha256="ab" * 32, file="maps/a.json", form="CFM_3D")
+        words = {"name": "P1", "area": "chest", "contact": "transient", "rests_on": "map"}
+        action.add(METADATA.tables["contact_points"], campaign_id=1, **words, programmed_mps=0.25)
+        action.done("enter", "more")
+    withdraw(register, add_release(register), "x", person="operator")
+
+
+def owner(register, *statements):
+    """Run statements as the one that owns the database, in one transaction."""
+    with register.engine.connect() as connection, connection.begin():
+        for statement in statements:
+            connection.execute(text(statement))
+
+
+def test_no_row_is_changed_or_deleted(register, folders):
+    filled(register, folders)
+    before = {name: rows(register, name) for name in METADATA.tables}
+    assert all(before.values())
+    for name, there in before.items():
+        column = next(column for column in there[0] if column not in ("id", "entry"))
+        statements = [f'update {name} set "{column}" = "{column}"', f"delete from {name}"]
+        if register.postgresql:
+            statements.append(f"truncate {name} cascade")
+        elif name in ("audit", "recordings", "impacts", "releases", "withdrawals"):
+            statements.append(f"insert or replace into {name} select * from {name}")
+        for statement in statements:
+            with pytest.raises(Exception, match="never changed or deleted"):
+                owner(register, statement)
+    assert {name: rows(register, name) for name in METADATA.tables} == before
+
+
+TAMPERED = [*(name for name in METADATA.tables if name != "audit"), "an entry", "its words", "the newest entries"]
+
+
+@pytest.mark.parametrize("database", DATABASES)
+def test_a_changed_row_or_a_removed_entry_is_found(database, request, blank, server_or_none, folders, tmp_path):
+    if database == "postgresql" and server_or_none is None:
+        pytest.skip(postgres.REASON)
+    template = (
+        shutil.copy(blank, tmp_path / "t.sqlite") if database == "sqlite" else new_database(server_or_none, "blank")
+    )
+    register = open_register(str(template))
+    filled(register, folders)
+    unkept(register)
+    with register.reading() as connection:
+        assert verify(connection) == ()
+    head = newest(register)
+    register.engine.dispose()
+    for what in TAMPERED:
+        if database == "sqlite":
+            where = str(shutil.copy(template, tmp_path / f"{TAMPERED.index(what)}.sqlite"))
+        else:
+            where = new_database(server_or_none, template.partition("@/")[2].partition("?")[0])
+        opened = open_register(where)
+        tamper(opened, what)
+        with opened.reading() as connection:
+            problems = verify(connection, head)
+            assert problems, what
+            assert verify(connection) == () if what == "the newest entries" else verify(connection)
+        opened.engine.dispose()
+
+
+def newest(register):
+    with register.reading() as connection:
+        from forcemap.register.audit import head
+
+        return str(head(connection))
+
+
+def unkept(register):
+    """Take away the triggers, as whoever owns the database can."""
+    if register.postgresql:
+        owner(register, "drop function forcemap_keep() cascade")
+        keys = "select conrelid::regclass || ' drop constraint ' || conname from pg_constraint where contype = 'f'"
+        with register.reading() as connection:
+            found = [row[0] for row in connection.execute(text(keys))]
+        owner(register, *(f"alter table {each}" for each in found))
+        return
+    with register.reading() as connection:
+        found = [row[0] for row in connection.execute(text("select name from sqlite_master where type = 'trigger'"))]
+    owner(register, *(f"drop trigger {name}" for name in found))
+
+
+def tamper(register, what):
+    if not register.postgresql:
+        from sqlalchemy import event
+
+        event.listen(register.engine, "checkout", lambda raw, *_: raw.execute("pragma foreign_keys = off"))
+    if what == "an entry":
+        owner(register, "delete from audit where id = 2")
+    elif what == "its words":
+        owner(register, "update audit set person = 'somebody' where id = 2")
+    elif what == "the newest entries":
+        last = count(register, "audit")
+        owner(register, f"delete from withdrawals where entry = {last}", f"delete from audit where id = {last}")
+    else:
+        table = METADATA.tables[what]
+        column = next(c.name for c in table.columns if c.name not in ("id", "entry") and not c.foreign_keys)
+        value = "0.1" if "FLOAT" in str(table.c[column].type) or "INT" in str(table.c[column].type) else "'tampered'"
+        owner(register, f'update {what} set "{column}" = {value} where id = (select max(id) from {what})')
+
+
+# who may do what
+
+
+def test_every_role_against_every_table_and_statement(server, folders):
+    url = new_database(server, "blank")
+    register = open_register(url)
+    filled(register, folders)
+    owner(
+        register, *(f"create role {role}_1 login in role {role}" for role in ROLES if not known(register, f"{role}_1"))
+    )
+    owner(register, "create role outsider login") if not known(register, "outsider") else None
+    for role, own in {**ROLES, "outsider": None}.items():
+        user = f"{role}_1" if own is not None else role
+        other = connect(url.replace("owner@", f"{user}@"))
+        for name, table in METADATA.tables.items():
+            columns = ", ".join(f'"{column.name}"' for column in table.columns)
+            tried = {
+                f"select * from {name}": own is not None,
+                f"insert into {name} ({columns}) select {columns} from {name} where false": own is not None
+                and name in own,
+                f"update {name} set id = id": False,
+                f"delete from {name}": False,
+                f"truncate {name}": False,
+                f"drop table {name}": False,
+                f"alter table {name} disable trigger all": False,
+                f"create trigger mine before insert on {name} execute function forcemap_keep()": False,
+            }
+            for statement, allowed in tried.items():
+                assert may(other, statement) == allowed, (user, statement)
+        other.engine.dispose()
+    reader = connect(url.replace("owner@", "forcemap_reader_1@"))
+    with pytest.raises(fm.InputError, match="this account may not do that"):
+        change(reader, "plant/cell-1", {"tool": "hook"})
+    operator = connect(url.replace("owner@", "forcemap_operator_1@"))
+    change(operator, "plant/cell-1", {"tool": "hook"})
+    enter(operator, folders[2])
+    with pytest.raises(fm.InputError, match="this account may not do that"):
+        withdraw(operator, 1, "x")
+    releaser = connect(url.replace("owner@", "forcemap_releaser_1@"))
+    withdraw(releaser, 1, "x")
+    assert [row["login"] for row in rows(register, "audit")][-3:] == [
+        *("forcemap_operator_1", "forcemap_operator_1", "forcemap_releaser_1"),
+    ]
+    assert whole(reader)
+    for each in (reader, operator, releaser, register):
+        each.engine.dispose()
+
+
+def known(register, role):
+    with register.reading() as connection:
+        return connection.execute(text(f"select 1 from pg_roles where rolname = '{role}'")).first() is not None
+
+
+def may(register, statement):
+    """Whether this account may; a trigger that refuses it is none of its rights."""
+    with register.engine.connect() as connection:
+        transaction = connection.begin()
+        try:
+            connection.execute(text(statement))
+        except DBAPIError as error:
+            if error.orig.sqlstate == "42501":
+                return False
+            raise
+        finally:
+            transaction.rollback()
+    return True
+
+
+# what goes on at once, or ends in the middle
+
+
+def in_process(where, folders, order, waits):
+    opened = open_register(where)
+    for folder in random.Random(order).sample(folders, len(folders)):
+        start = time.perf_counter()
+        enter(opened, folder)
+        waits.put(time.perf_counter() - start)
+    opened.engine.dispose()
+
+
+def test_twenty_processes_enter_the_same(register, where, tmp_path):
+    many = 20 if FULL_SIZE else 6
+    folders = [collected(tmp_path / f"c{i}", 30, i, cell=f"cell-{i}") for i in range(20 if FULL_SIZE else 3)]
+    waits = PROCESSES.Queue()
+    workers = [PROCESSES.Process(target=in_process, args=(where, folders, i, waits)) for i in range(many)]
+    for each in workers:
+        each.start()
+    times = [waits.get(timeout=120) for _ in range(many * len(folders))]
+    for each in workers:
+        each.join(60)
+    assert [each.exitcode for each in workers] == [0] * many
+    assert count(register, "campaigns") == count(register, "audit") == len(folders)
+    assert count(register, "recordings") == count(register, "impacts") == 30 * len(folders)
+    assert whole(register)
+    if FULL_SIZE:
+        print(f"{register.engine.dialect.name}: 99 % of {len(times)} within {np.quantile(times, 0.99):.2f} s")
+        assert np.quantile(times, 0.99) < (1.0 if register.postgresql else 3.0)
+
+
+def going_on(where, folder, number, told):
+    """Enter, change and withdraw for ever; say what was acknowledged."""
+    opened, i = open_register(where), 0
+    while True:
+        i += 1
+        head = change(opened, f"plant/k{number}", {"tool": f"{i}"}, new=True, person="operator")[1]
+        told.send(head.number)
+        enter(opened, folder, cell=f"plant/k{number}-{i}", person="operator")
+        told.send(count(opened, "audit"))
+
+
+def test_killed_at_any_moment_nothing_is_half_and_nothing_acknowledged_is_lost(register, where, tmp_path):
+    folder, rng, newest_told = collected(tmp_path / "c", 30), random.Random(1), 0
+    for number in range(200 if FULL_SIZE else 4):
+        ours, theirs = PROCESSES.Pipe(duplex=False)
+        process = PROCESSES.Process(target=going_on, args=(where, folder, number, theirs))
+        process.start()
+        theirs.close()
+        for _ in range(rng.randrange(1, 5)):
+            newest_told = max(newest_told, ours.recv())
+        time.sleep(rng.uniform(0, 0.05))
+        os.kill(process.pid, signal.SIGKILL)
+        process.join(30)
+        while ours.poll():
+            try:
+                newest_told = max(newest_told, ours.recv())
+            except EOFError:
+                break
+    assert whole(register)
+    assert count(register, "audit") >= newest_told > 0
+    assert count(register, "recordings") == 30
+    assert count(register, "uses") == 30 * count(register, "campaigns")
+
+
+def test_a_server_that_is_killed_and_started_again(folders):
+    if postgres.PROGRAMS is None:
+        pytest.skip(postgres.REASON)
+    server = postgres.Server(SHARED.replace("fsync=off", "fsync=on"))
+    try:
+        url = server.new("register")
+        opened = make_register(url)[0]
+        for i in range(20 if FULL_SIZE else 2):
+            told = change(opened, "plant/cell-1", {"tool": f"t{i}"}, new=True)[1]
+            with pytest.raises(fm.InputError, match="no connection to the server") as caught:
+                lose(opened, server, f"h{i}")
+            assert str(caught.value).count("\n") == 0
+            with pytest.raises(fm.InputError, match="no connection to the server"):
+                change(opened, "plant/cell-1", {"tool": "x"})
+            server.start()
+            assert newest(opened) == str(told)
+        assert whole(opened)
+        assert [row["site"] for row in rows(opened, "cells")] == ["plant"]
+        opened.engine.dispose()
+    finally:
+        server.close()
+
+
+def lose(opened, server, name):
+    """Enter something, and kill the server in the middle of it."""
+    with opened.writing() as connection:
+        action = Action(opened, connection, "operator")
+        action.add(METADATA.tables["cells"], site="half", name=name)
+        server.stop()
+        action.done("change", "half")
+
+
+def test_a_full_disk_is_one_line_and_nothing_is_lost(blank, folders, tmp_path):
+    """A file may not grow beyond a size, as on a disk that is full."""
+    where = str(shutil.copy(blank, tmp_path / "r.sqlite"))
+    size = os.path.getsize(where) + 30_000
+
+    def limited():
+        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (size, size))
+
+    command = [sys.executable, "-m", "forcemap", "register", "enter", *map(str, folders), "--register", where]
+    done = subprocess.run(command, capture_output=True, text=True, preexec_fn=limited)
+    assert done.returncode == 1, done.stderr
+    assert "Traceback" not in done.stderr + done.stdout
+    assert "disk" in done.stdout
+    register = open_register(where)
+    assert whole(register)
+    assert enter(register, folders[0]).recordings == 40
+    register.engine.dispose()
+
+
+# what is typed
+
+
+ROUGH = ["'; drop table audit; --", 'a"b', "%s %(x)s :x ?", "naïve 東京 🤖", "x" * 200, "é"]
+
+
+@pytest.mark.parametrize("words", ROUGH)
+def test_rough_words_are_kept_as_they_are(words, register, asked):
+    assert asked("change", f"site/{words}", f"tool={words}", "--by", words[:100], "--new")[0] == 0
+    assert asked("change", "other/one", "firmware=5.1", "--new")[0] == 0
+    import unicodedata
+
+    plain = unicodedata.normalize("NFC", words)
+    (fact,) = asked("state", words)[1]["facts"]
+    assert fact["value"] == plain
+    assert asked("who", "--firmware", words)[1]["cells"] == []
+    assert asked("who", "--device", words)[1]["cells"] == []
+    assert asked("who", "--map", words)[0] == 2
+    assert whole(register)
+
+
+@pytest.mark.parametrize("words", ["", " ", "a\0b", "a\nb", "\u202eabc", "x" * 10_000_000, "\udcff"])
+def test_words_that_no_register_takes_are_one_line(words, blank, tmp_path, ask):
+    where = shutil.copy(blank, tmp_path / "r.sqlite")
+    for arguments in (
+        ["change", f"plant/{words}", "tool=a", "--new"],
+        ["change", "p/c", f"tool={words}", "--new"],
+        ["state", words],
+    ):
+        code, answer = ask("register", *arguments, "--register", where)
+        assert code == 2
+        assert len(answer["error"]["message"]) < 3000
+    assert sqlite3.connect(where).execute("select count(*) from audit").fetchone() == (0,)
+
+
+SECRETS = [
+    "postgresql://owner:s3cret@example.org/db",
+    "postgres://owner:s3cret@localhost/db",
+    "postgresql://owner@localhost/db?password=s3cret",
+    "postgresql://owner:s3c:ret@[::1/db",
+    "postgresql://owner:s3cret@x@y/db",
+    "mysql://owner:s3cret@localhost/db",
+]
+
+
+@pytest.mark.parametrize("url", SECRETS)
+def test_a_password_is_refused_and_not_repeated(url, forcemap):
+    for command in (["init"], ["due"], ["verify"]):
+        code, out, err = forcemap("register", *command, "--register", url)
+        assert code == 2
+        assert "s3c" not in out + err
+        assert err.count("\n") == 1
+
+
+def test_tls_is_required_unless_local(forcemap):
+    code, _, err = forcemap("register", "due", "--register", "postgresql://example.invalid/db?sslmode=disable")
+    assert (code, err.count("\n")) == (2, 1)
+    assert "expected one of require, verify-ca, verify-full" in err
+    assert [is_local(host) for host in ("/tmp", "localhost", "127.0.0.1", "::1", "example.org", "10.0.0.1")] == [
+        *(True, True, True, True, False, False),
+    ]
+
+
+def test_files_of_other_kinds_and_places(tmp_path, ask, folders):
+    (tmp_path / "text.sqlite").write_text("not a database, but long enough to be one" * 100)
+    other = sqlite3.connect(tmp_path / "other.sqlite")
+    other.execute("create table mine (x)")
+    other.commit()
+    before = {name: (tmp_path / name).read_bytes() for name in ("text.sqlite",)}
+    for name, words in {
+        "text.sqlite": "another file",
+        "other.sqlite": "register",
+        "missing.sqlite": "forcemap register init makes it",
+        "no/folder/a.sqlite": "forcemap register init makes it",
+        "": "",
+    }.items():
+        code, answer = ask("register", "due", "--register", tmp_path / name)
+        assert code == 2
+        assert words in answer["error"]["message"]
+    assert ask("register", "init", "--register", tmp_path / "other.sqlite")[0] == 2
+    assert ask("register", "init", "--register", tmp_path / "text.sqlite")[0] == 2
+    assert {name: (tmp_path / name).read_bytes() for name in before} == before
+    assert ask("register", "init", "--register", tmp_path / "a" / "b.sqlite")[1]["schema_before"] is None
+    assert ask("register", "init", "--register", tmp_path / "a" / "b.sqlite")[1]["schema_before"] == "v2"
+
+
+def test_network_file_systems_are_told_by_what_is_mounted():
+    mounts = (
+        "/dev/sda / ext4 rw 0 0\nserver:/x /srv nfs4 rw 0 0\n//s/y /srv/a\\040b cifs rw 0 0\ntmp /srv/own tmpfs rw\n"
+    )
+    kinds = {"/home/x": "ext4", "/srv/x/y": "nfs4", "/srv/a b/x": "cifs", "/srv/own/x": "tmpfs", "/srvx": "ext4"}
+    assert {path: file_system(Path(path), mounts) for path in kinds} == kinds
+    assert [is_network(kind) for kind in ("ext4", "tmpfs", "overlay", "nfs4", "cifs", "fuse.sshfs", "9p")] == [
+        *(False, False, False, True, True, True, True),
+    ]
+
+
+# migrations
+
+
+@pytest.mark.parametrize("database", DATABASES)
+def test_the_first_schema_is_migrated_with_its_data_and_triggers(database, server_or_none, tmp_path, folders, ask):
+    dump = Path(__file__).with_name(f"register_v1.{database}.sql")
+    if database == "sqlite":
+        where = str(tmp_path / "v1.sqlite")
+        with sqlite3.connect(where) as raw:
+            raw.executescript(dump.read_text())
+    else:
+        if server_or_none is None:
+            pytest.skip(postgres.REASON)
+        where = server_or_none.new("released")
+        server_or_none._run(
+            "psql", "-q", "-v", "ON_ERROR_STOP=1", "-h", server_or_none.home, "-U", "owner", "-f", dump, "released"
+        )
+    code, answer = ask("register", "due", "--register", where)
+    assert (code, answer["error"]["kind"]) == (2, "register")
+    assert "schema v1, expected v2" in answer["error"]["message"]
+    old = connect(where)
+    before = {n: rows(old, n) for n in METADATA.tables if n != "contact_points"}
+    assert all(before.values())
+    assert ask("register", "init", "--register", where)[1]["schema_before"] == "v1"
+    assert {name: rows(old, name) for name in before} == before
+    assert whole(old)
+    for name in before:
+        with pytest.raises(Exception, match="never changed or deleted"):
+            owner(old, f"delete from {name}")
+    enter(old, folders[3])
+    with old.engine.connect() as connection:
+        assert compare_metadata(MigrationContext.configure(connection), METADATA) == []
+    assert whole(old)
+    old.engine.dispose()
+
+
+def test_a_migration_that_fails_in_the_middle_leaves_the_schema_before(where, ask):
+    register = make_register(where)[0]
+    indexes = ("contact_points_campaign", "impacts_largest", "impacts_whole", "campaigns_device")
+    owner(register, *(f"drop index {name}" for name in indexes), "drop table contact_points")
+    owner(register, "update alembic_version set version_num = 'v1'", "create index impacts_whole on impacts (whole)")
+    code, answer = ask("register", "init", "--register", where)
+    assert (code, answer["error"]["kind"]) == (2, "register")
+    owner(register, "drop index impacts_whole")
+    with register.reading() as connection:
+        assert not inspect(connection).has_table("contact_points")
+    assert ask("register", "init", "--register", where)[1]["schema_before"] == "v1"
+    register.engine.dispose()
+
+
+def test_a_later_schema_is_not_touched(register, where, ask):
+    owner(register, "update alembic_version set version_num = 'v99'")
+    for command in ("init", "due"):
+        code, answer = ask("register", command, "--register", where)
+        assert code == 2
+        assert "v99" in answer["error"]["message"]
+
+
+def test_many_make_the_same_register_at_once(tmp_path):
+    workers = [PROCESSES.Process(target=make_register, args=(str(tmp_path / "r.sqlite"),)) for _ in range(4)]
+    for each in workers:
+        each.start()
+    for each in workers:
+        each.join(60)
+    assert [each.exitcode for each in workers] == [0] * 4
+    assert whole(open_register(str(tmp_path / "r.sqlite")))
+
+
+def test_a_backup_is_restored_whole(register, where, folders, tmp_path, server_or_none):
+    """As docs/register.md says, while somebody writes."""
+    filled(register, folders)
+    noted, before = newest(register), {name: rows(register, name) for name in METADATA.tables}
+    if register.postgresql:
+        dump, name = tmp_path / "register.dump", where.partition("@/")[2].partition("?")[0]
+        with register.writing() as connection:
+            Action(register, connection, "operator").add(METADATA.tables["cells"], site="a", name="b")
+            server = server_or_none
+            made = [
+                postgres.PROGRAMS / "pg_dump",
+                "-h",
+                server.home,
+                "-U",
+                "owner",
+                "--format=custom",
+                f"--file={dump}",
+                name,
+            ]
+            subprocess.run([str(each) for each in made], check=True)
+        again, restored = server.new(f"{name}_again"), postgres.PROGRAMS / "pg_restore"
+        arguments = [restored, "-h", server.home, "-U", "owner", f"--dbname={name}_again", dump]
+        subprocess.run([str(each) for each in arguments], check=True)
+    else:
+        again = str(tmp_path / "again.sqlite")
+        with register.writing() as connection:
+            Action(register, connection, "operator").add(METADATA.tables["cells"], site="a", name="b")
+            source, target = sqlite3.connect(where), sqlite3.connect(again)
+            source.backup(target)
+            source.close()
+            target.close()
+    with open_register(again) as copied:
+        assert {name: rows(copied, name) for name in METADATA.tables} == before
+        with copied.reading() as connection:
+            assert verify(connection, noted) == ()
+        with pytest.raises(Exception, match="never changed or deleted"):
+            owner(copied, "delete from audit")
+
+
+# what else names it
+
+
+def test_without_the_extra_one_line_says_how_to_install_it(tmp_path):
+    (tmp_path / "sqlalchemy.py").write_text("raise ModuleNotFoundError('none', name='sqlalchemy')")
+    environment = os.environ | {"PYTHONPATH": f"{tmp_path}:{os.environ.get('PYTHONPATH', '')}"}
+    done = subprocess.run(
+        [sys.executable, "-m", "forcemap", "register", "due"], capture_output=True, text=True, env=environment
+    )
+    assert done.returncode == 2
+    assert done.stderr == (
+        "error: this needs the package sqlalchemy; install it from the project's folder: pip install '.[register]'\n"
+    )
+
+
+def test_pages_show_the_register_and_only_read_it(blank, folders, tmp_path):
+    import html5lib
+
+    where = str(shutil.copy(blank, tmp_path / "r.sqlite"))
+    with open_register(where) as register:
+        enter(register, folders[0])
+        enter(register, folders[2], cell="a b/<i>")
+        add_release(register)
+    with client_of(folders[0].parent, register=where) as client:
+        for path in ("/register", "/register/cell?cell=plant/cell-1", "/register/cell?cell=a+b/%3Ci%3E"):
+            page = client.get(path)
+            assert page.status_code == 200, page.text
+            html5lib.HTMLParser(strict=True).parse(page.text)
+            assert "<i>" not in page.text
+        shown = client.get("/register/cell?cell=plant/cell-1").text
+        assert "In force until" in shown
+        assert "0.100 to 0.200 m/s" in shown
+        site = client.get("/api/register").json()
+        assert [cell["in_force"] for cell in site["cells"]] == [False, True]
+        assert client.get("/api/register/cell?cell=none").status_code >= 400
+        assert client.get("/register/cell?cell=none").status_code >= 400
+        assert client.get("/register", headers=bearer("another")).status_code == 401
+        for method in ("POST", "PUT", "DELETE"):
+            assert client.request(method, "/register").status_code in (403, 405)
+        with open_register(where) as register:
+            assert newest(register) == site["head"]["noted"]
+            change(register, "plant/cell-1", {"tool": "hook"})
+        shown = client.get("/register/cell?cell=plant/cell-1").text
+        assert "NOT IN FORCE: tool was gripper when measured" in shown
+        assert "0.100" not in shown
+    with client_of(folders[0].parent) as client:
+        assert client.get("/register").status_code == 404
+
+
+def test_fleet_enters_what_it_collected_and_a_report_names_the_head(blank, measured, tmp_path, ask):
+    where, folder = str(shutil.copy(blank, tmp_path / "r.sqlite")), shutil.copytree(measured, tmp_path / "west")
+    command = ["fleet", folder, "-o", tmp_path / "fleet.html", "--area", "chest", "--register", where]
+    assert [each["entered"] for each in ask(*command)[1]["campaigns"]] == [True]
+    assert [each["entered"] for each in ask(*command)[1]["campaigns"]] == [False]
+    with open_register(where) as register:
+        assert ask("report", folder, "--area", "chest", "-o", tmp_path / "r.html", "--register", where)[0] == 0
+        assert newest(register) in (tmp_path / "r.html").read_text()
+    assert ask("report", "--verify", tmp_path / "r.html", folder)[0] == 0
