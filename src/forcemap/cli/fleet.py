@@ -19,7 +19,7 @@ from forcemap._version import __version__
 from forcemap.answers.fleet import FleetAnswer, FleetCampaign, LastMapAnswer
 from forcemap.assessment.fleet import LastMap, Memory, due, keep_map, last_map, made_from, named_limits, rests_on
 from forcemap.assessment.missing import Missing
-from forcemap.cli.options import Json, areas_from
+from forcemap.cli.options import Json, TeamRegister, areas_from
 from forcemap.cli.output import Progress, counted, emit, listing, write_result
 from forcemap.cli.report import REPORT_FILE, printable, report_result, write_report
 from forcemap.csv_table import csv_cell, csv_text
@@ -43,9 +43,7 @@ def fleet(
     ] = None,
     workers: Annotated[int | None, Option("--workers", help="Processes; default: one for each processor.")] = None,
     date: Annotated[str | None, Option("--date", help="Today, YYYY-MM-DD, for reports and what is due.")] = None,
-    register: Annotated[
-        str | None, Option("--register", metavar="FILE|URL", help="The team's register, to enter the campaigns into.")
-    ] = None,
+    register: TeamRegister = None,
     as_json: Json = False,
 ) -> int:
     """Bring many campaigns up to date: what changed is collected, fitted, checked against its last map and reported.

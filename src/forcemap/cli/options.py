@@ -19,6 +19,9 @@ if TYPE_CHECKING:  # most commands take one map
     from forcemap.paths.atlas import Atlas
 
 Json = Annotated[bool, Option("--json", help="Print one JSON object.")]
+TeamRegister = Annotated[
+    str | None, Option("--register", metavar="FILE|URL", help="The team's register (docs/register.md).")
+]
 Table = Annotated[str, Argument(help="Impacts table (CSV) or campaign folder.")]
 Source = Annotated[str, Argument(help=f"Map file, impacts table, campaign folder, or {', '.join(fm.PUBLISHED_MAPS)}.")]
 Maps = Annotated[

@@ -20,6 +20,7 @@ from forcemap.cli.options import (
     LimitTable,
     Margin,
     Overshoot,
+    TeamRegister,
     areas_from,
     require_one_map,
     several_maps,
@@ -59,9 +60,7 @@ def report(
     verify: Annotated[
         str | None, Option("--verify", help="Write nothing: say what changed since this report was written.")
     ] = None,
-    register: Annotated[
-        str | None, Option("--register", metavar="FILE|URL", help="Note the head of this register's audit trail in it.")
-    ] = None,
+    register: TeamRegister = None,
     as_json: Json = False,
 ) -> int:
     """Write the validation report of a campaign, one HTML file that needs nothing beside it; nothing else is changed.

@@ -246,7 +246,7 @@ def _postgresql(url: str) -> Register:
     return Register(url, engine)
 
 
-POSTGRES = "pip install '.[register,postgres]'"
+POSTGRES = "install it from the project's folder: pip install '.[register,postgres]'"
 
 
 def is_local(host: str) -> bool:
