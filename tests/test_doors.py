@@ -407,7 +407,9 @@ def test_weak_bounds_are_said_first_and_not_exported(cell, ask, forcemap, weak, 
         answer = client.get(f"{base}/speed", params=QUESTION | PLACE | asked).json()
         assert answer["warnings"][0].startswith("WEAK BOUND")
         shown = client.get(f"/campaigns/{cell.name}/speeds", params=QUESTION | PLACE | asked).text
-        assert shown.index("WEAK BOUND") < shown.index('class="figure"')
+        verdict, _, below = shown.partition('class="figure"')[2].partition("</p>")
+        assert re.search(r"first read the (\d+ doubts|doubt) below", verdict)
+        assert re.search(r'<p class="problem">(.*?)</p>', below)[1].startswith("WEAK BOUND")
         assert client.get(f"{base}/files/speeds", params=QUESTION | asked).status_code == 409
         path = {"points": "0.85,0.3;0.85,0.22", "programmed_mps": 0.2}
         assert client.get(f"{base}/files/scaling.csv", params=QUESTION | asked | path).status_code == 409
