@@ -39,7 +39,7 @@ const seen = (entry) => {
   if (entry.hadRecentInput) return;
   shifted += entry.value;
   for (const { node, previousRect, currentRect } of entry.sources)
-    moved.push([entry.value, entry.startTime, node?.outerHTML?.slice(0, 90), previousRect.toJSON(), currentRect.toJSON()]);
+    moved.push([entry.startTime, node?.outerHTML?.slice(0, 90), previousRect.toJSON(), currentRect.toJSON()]);
 };
 new PerformanceObserver((list) => list.getEntries().forEach(seen)).observe({ type: "layout-shift", buffered: true });
 """
