@@ -410,9 +410,9 @@ def pages():
                     times.append(page.evaluate(painted) / 1000)
                 seen.append(min(times))
             page.goto("/campaigns/ur10e/map")
+            page.locator("#workspace").scroll_into_view_if_needed()  # it is asked for where it is seen
             page.wait_for_selector("#workspace[data-points]")
             page.wait_for_load_state("networkidle")
-            page.locator("#workspace").scroll_into_view_if_needed()
             box = page.locator("#workspace").bounding_box()
             x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
             longest = []
