@@ -76,6 +76,18 @@ def test_an_impact_above_the_limit_at_a_permitted_speed_is_said_first_and_nothin
         fm.robot_table(force_map, **export)
 
 
+@pytest.mark.parametrize("speed", [0.05, 0.15, 0.199])
+def test_an_impact_slower_than_any_that_was_fitted_there_counts(speed):
+    """A robot that is permitted 0.34 m/s may move at 0.15 m/s, too, where 300 N were measured."""
+    force_map, found = of((*PLACE, speed, 300.0))
+    assert force_map.measured_range.lowest[2] == 0.2
+    assert "LIMIT AT A SPEED" in said(found)[0]
+    with pytest.raises(fm.NotReleasable, match="t0"):
+        fm.robot_table(force_map, limits=[(HAND, fm.Contact.TRANSIENT)], bound=fm.ToleranceBound(), size=0.1)
+    force_map, found = of((*PLACE, speed, 270.0), (0.3, 0.3, speed, 300.0))  # below the limit; where nothing was fitted
+    assert found.basis.export_refusal is None
+
+
 def test_an_impact_that_was_to_confirm_the_map_and_lies_above_its_bound(sound):
     force_map, there = sound
     upper = float(fm.ToleranceBound().upper(force_map, *PLACE, 0.8 * there.speed))

@@ -217,8 +217,8 @@ def _of_map(force_map: ForceMap, limit: ForceLimit | NewtonLimit, contact: Conta
 def exceeded_where_permitted(force_map: ForceMap, bound: Bound, limit: Any, raised: float) -> Finding | None:
     """States that measured more than a limit although the bound permits their speed at their place; None without any.
 
-    Test states count, as those that were to confirm the map. That the bound allows for some of them is no reason to
-    release a speed at which a measurement exceeded the limit.
+    Test states count, as those that were to confirm the map, and those slower than any that was fitted there. That the
+    bound allows for some of them is no reason to release a speed at which a measurement exceeded the limit.
 
     Parameters
     ----------
@@ -236,10 +236,12 @@ def exceeded_where_permitted(force_map: ForceMap, bound: Bound, limit: Any, rais
         return None
     found = []
     for group in (force_map.fit.states, force_map.fit.left_out, force_map.fit.test):
-        low, high = force_map.measured_range.speeds(group.distance, group.height)
-        inside = group.select(np.flatnonzero((low <= group.speed) & (group.speed <= high)))
+        low, _ = force_map.measured_range.speeds(group.distance, group.height)
+        speed = np.maximum(group.speed, low)  # slower than was fitted there: permitted if the slowest fitted speed is
+        within = np.flatnonzero(force_map.measured_range.contains(group.distance, group.height, speed))
+        inside, speed = group.select(within), speed[within]
         measured = np.fmax(inside.highest, inside.at_least)
-        upper = raised * bound.upper(force_map, inside.distance, inside.height, inside.speed)
+        upper = raised * bound.upper(force_map, inside.distance, inside.height, speed)
         permitted = limits[np.minimum(np.searchsorted(limits, upper), limits.size - 1)]  # the lowest that permits it
         for i in np.flatnonzero((upper <= permitted) & (measured > permitted)):
             found.append((str(inside.name[i]), float(measured[i]), float(permitted[i])))
