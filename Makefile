@@ -9,9 +9,10 @@ demo: .venv/.app
 	rm -rf build/demo
 	$(BIN)/forcemap demo build/demo
 
-# One worker more than there are cores: many tests wait for another process or a browser.
+# One worker more than there are cores: many tests wait for another process or a browser. What is compiled is kept, also
+# where PYTHONDONTWRITEBYTECODE is set: every worker and every started process would compile it anew.
 test: .venv/.test
-	$(BIN)/python -m pytest -n $$($(BIN)/python -c "import os; print(1 + (os.cpu_count() or 1))") --dist loadfile
+	PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest -n $$($(BIN)/python -c "import os; print(1 + (os.cpu_count() or 1))") --dist loadfile
 
 check: .venv/.check
 	$(BIN)/ruff check .

@@ -22,7 +22,7 @@ from test_fleet import DAY, campaign  # noqa: E402
 DOCUMENT = Path(__file__).parents[1] / "docs" / "benchmarks.md"
 HEAD, END = "<!-- growth -->", "<!-- end of growth -->"
 FORCEMAP = [sys.executable, "-m", "forcemap"]
-UNCHANGED, MADE, BLOCKS, WORKERS = (10, 100, 1000), (10, 20), (25, 100, 400), (1, 2)
+UNCHANGED, MADE, BLOCKS, WORKERS = (10, 100, 1000, 10000), (10, 30, 100), (25, 100, 400), (1, 2)
 STUDY = """schema = "forcemap-study/1"
 kind = "impacts"
 speeds_mps = [0.1, 0.4]

@@ -20,12 +20,15 @@ from typing import Any
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 
 from forcemap.campaigns.recordings_table import _entries
-from forcemap.register import questions
 from forcemap.register.audit import Action, verify
 from forcemap.register.connection import Register
+from forcemap.register.due import what_is_due
 from forcemap.register.enter import change, enter
+from forcemap.register.exceeded import where_exceeded
 from forcemap.register.folder import read_content
+from forcemap.register.relying import relying_on_condition, relying_on_device, relying_on_map, relying_on_recording
 from forcemap.register.schema import make_register
+from forcemap.register.states import cell_state
 from forcemap.register.tables import RELEASES
 from postgres import Server
 from register_folders import collected
@@ -85,13 +88,13 @@ def questions_of(register: Register, content: Any) -> dict[str, Callable[[], obj
     """What is asked, by what it is called in the table."""
     digest, cell = content.campaign.entries[7].sha256, f"{content.protocol.site}/{content.protocol.cell}"
     return {
-        "state of a cell": lambda: questions.cell_state(register, cell),
-        "who has a recording": lambda: questions.relying_on_recording(register, digest),
-        "who has a map": lambda: questions.relying_on_map(register, content.sha256),
-        "who was measured with a device": lambda: questions.relying_on_device(register, "D7"),
-        "who has a firmware": lambda: questions.relying_on_condition(register, "firmware", "5.12"),
-        "what is due, all cells: changed conditions": lambda: questions.due(register),
-        "exceeded 280 N": lambda: questions.exceeded(register, 280.0),
+        "state of a cell": lambda: cell_state(register, cell),
+        "who has a recording": lambda: relying_on_recording(register, digest),
+        "who has a map": lambda: relying_on_map(register, content.sha256),
+        "who was measured with a device": lambda: relying_on_device(register, "D7"),
+        "who has a firmware": lambda: relying_on_condition(register, "firmware", "5.12"),
+        "what is due, all cells: changed conditions": lambda: what_is_due(register),
+        "exceeded 280 N": lambda: where_exceeded(register, 280.0),
     }
 
 

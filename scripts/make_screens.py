@@ -55,7 +55,7 @@ def main() -> None:
         subprocess.run([*FORCEMAP, "demo", str(folder)], check=True, stdout=subprocess.DEVNULL)
         browser = started.chromium.launch(executable_path=chromium, args=root)
         with served(folder) as address:
-            pictures = {"page": taken(browser, address, seen=PAGE)}
+            pictures = {"page": taken(browser, f"{address}&area=back_of_hand", seen=PAGE)}
         pictures["report"] = taken(browser, (folder / "report.html").as_uri(), seen=REPORT)
         browser.close()
     for name, picture in pictures.items():

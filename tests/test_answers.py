@@ -96,7 +96,7 @@ def test_a_command_and_the_page_answer_alike(forcemap, client, campaigns, name, 
     words = [word.format(folder=campaigns / name, path=campaigns / "path.csv") for word in command]
     code, out, _ = forcemap(*words, "--json")
     assert code in (0, 1)
-    served = client.get(f"/api/campaigns/{name}/{page}", params=query)
+    served = client.get(f"/api/campaigns/{name}/{page}", params={"area": "back_of_hand"} | query)
     assert served.status_code == 200, served.text
     assert served.json() == json.loads(out)
 

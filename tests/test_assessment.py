@@ -15,9 +15,10 @@ import forcemap as fm
 from forcemap.assessment.folder import campaign_limit_table
 from forcemap.assessment.missing import Missing
 from forcemap.campaigns.memory import MEMORY_FILE
+from forcemap.errors import CampaignFileError
 from forcemap.findings import FindingKind
 from forcemap.verdicts.recording_results import thinned
-from forcemap.words import sentence, sentences
+from forcemap.words import sentences
 from pulses import TOML, collect, pulse, save, write_campaign
 
 MASS = "[robot]\nmoving_mass_kg = 30.0\n"
@@ -173,11 +174,6 @@ def name_another_edition(folder):
     return "campaign.toml states the edition ISO 10218-2:2025"
 
 
-def name_a_table_elsewhere(folder):
-    (folder / "campaign.toml").write_text(TOML + '[standard]\nlimit_table = "../mine.csv"\n')
-    return "limit table '../mine.csv' of campaign.toml is no file of this folder"
-
-
 def simulate_a_recording(folder):
     path = folder / "recordings" / "d500-h200-v100-r1.csv"
     path.write_text("SIMULATED by hand\n" + path.read_text())
@@ -191,8 +187,7 @@ def simulate_a_recording(folder):
     "damage",
     [
         change_a_recording, remove_a_recording, add_a_recording, lower_a_force, remove_impacts, remove_the_table,
-        remove_the_conditions, let_calibration_expire, forget_the_range, name_another_edition, name_a_table_elsewhere,
-        simulate_a_recording,
+        remove_the_conditions, let_calibration_expire, forget_the_range, name_another_edition, simulate_a_recording,
     ],
     ids=lambda damage: damage.__name__,
 )  # fmt: skip
@@ -269,7 +264,7 @@ def test_the_table_that_campaign_toml_names(copied):
     assert other.figure("editions").startswith("ISO/TS 15066")
     assert "mine.csv" in [each.path for each in standard.inputs]
     own = campaign_limit_table(copied, fm.read_conditions(copied / "campaign.toml"))
-    assert (own.file, own.finding, own.table.edition) == ("mine.csv", None, "of our own")
+    assert (own.file, own.table.edition) == ("mine.csv", "of our own")
     assert any(
         "limit table that the campaign names: mine.csv" in line
         for line in sentences(found.force_map.conditions.findings)
@@ -314,8 +309,29 @@ def test_thinned_curves_keep_their_extremes():
 
 
 @pytest.mark.parametrize("name", ["a\0b.csv", "a" * 300 + ".csv", "../x.csv", "/etc/x.csv", "recordings/.csv"])
-def test_a_limit_table_that_is_no_file_of_the_folder_is_named_and_not_used(copied, name):
-    found = campaign_limit_table(copied, fm.Conditions(limit_table=name))
-    assert (found.table, found.file) == (fm.standard_limit_table(), "")
-    assert found.finding.kind is fm.FindingKind.OWN_LIMITS_MISSING
-    assert "is no file of this folder; it was not used" in sentence(found.finding)
+def test_a_limit_table_that_is_no_file_of_the_folder_is_refused(copied, name):
+    with pytest.raises(CampaignFileError, match=r"limit_table: found .* which is no file of this folder"):
+        campaign_limit_table(copied, fm.Conditions(limit_table=name))
+
+
+def test_speeds_by_the_standards_limits_say_first_that_the_campaign_names_its_own(copied, forcemap):
+    lines = ("# edition: of our own", "# version: 3", "# source: a test", _HEADER, "chest,Chest,chest,100,120,2")
+    (copied / "mine.csv").write_text("\n".join(lines) + "\n")
+    stated = copied / "campaign.toml"
+    stated.write_text(stated.read_text() + '\n[standard]\nlimit_table = "mine.csv"\n')
+    asked = ("speed", copied, "--distance", 0.7, "--height", 0.3, "--area", "chest", "--contact", "transient")
+    words = "names the limit table mine.csv, limits used are of ISO/TS 15066"
+    assert words in " ".join(forcemap(*asked)[1].partition("Assumes")[0].split())
+    assert words not in " ".join(forcemap(*asked, "--limit-table", copied / "mine.csv")[1].split())
+
+
+def test_limits_that_cannot_be_used_are_not_replaced_by_the_standards(copied, tmp_path):
+    stated = copied / "campaign.toml"
+    stated.write_text(stated.read_text() + '\n[standard]\nlimit_table = "own.csv"\n')
+    area = fm.force_limit("chest")
+    for content in (None, "area,name\nx,y\n"):
+        if content:
+            (copied / "own.csv").write_text(content)
+        with pytest.raises(CampaignFileError, match=r"standard\.limit_table"):
+            fm.assess_campaign(copied, limits=[area])
+    assert fm.assess_campaign(copied, limits=[area], limit_table=fm.standard_limit_table()).limits == (area,)

@@ -507,7 +507,7 @@ def test_programs_choose_the_table_by_the_motion_and_are_never_above_the_library
     assert [[site.contact_site for site in each] for each in tables.tools] == [["flange"], ["flange", "elbow"]]
     both, allowance, given = programs(tables), fm.Allowance(0.01, 0.005), {0.0: 0, 2.0: 0}
     lost = 0
-    for start, end in random_moves(2, 1000 if full_size else 250):
+    for start, end in random_moves(2, 1000 if full_size else 200):
         for code, load in zip(tables.codes, sites, strict=True):
             case = {"bound": BOUND, "allowance": allowance}
             library = fm.path_speeds(

@@ -87,6 +87,7 @@ def test_an_entry_is_checked_by_the_reader_and_written(served):
     client, folder = served
     before = contents(folder)
     for entries, column in (
+        *(({"device.range_N": text}, "device.range_N") for text in ("1_000", "\u0665\u0660", "nan", "inf", "1e400")),
         ({"date": "yesterday"}, "date"),
         ({"device.range_N": "many"}, "device.range_N"),
         ({"robot.speed_error": "7"}, "speed_error"),
@@ -129,12 +130,13 @@ def test_what_binds_recordings_is_not_changed_in_passing(served):
     answer = changed(client, entries={"robot.model": "another robot"}, confirmed=True).json()
     assert answer["written"]
     assert "another robot" in answer["binding"]
-    speed = client.get("/api/campaigns/lab/speed?distance_m=0.8&height_m=0.4").json()
+    speed = client.get("/api/campaigns/lab/speed?area=back_of_hand&distance_m=0.8&height_m=0.4").json()
     assert (speed["outcome"], speed["speed_mps"]) == ("unconfirmed", None)
     assert changed(client, entries={"operator": "C"}).json()["written"]  # what no longer fits was said, and stays
     answer = changed(client, entries={"robot.model": "virtual ur10e-like"}).json()
     assert (answer["written"], answer["binding"]) == (True, "")
-    assert client.get("/api/campaigns/lab/speed?distance_m=0.8&height_m=0.4").json()["outcome"] == "admissible"
+    speed = client.get("/api/campaigns/lab/speed?area=back_of_hand&distance_m=0.8&height_m=0.4").json()
+    assert speed["outcome"] == "admissible"
     file.write_text(kept)
 
 

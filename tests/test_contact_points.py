@@ -220,6 +220,10 @@ def test_a_pressure_that_is_not_within_forbids_the_point(cell, parts, tmp_path, 
     film = f"unit: N/cm2\npitch: 6 mm\n0;{pressure};0\n0;0;0\n0;0;0\n"
     (folder / "pressures" / "d700-h300-v100-r2.txt").write_text(film)
     write_list(folder, {**POINT, **PLACE, "rests_on": "measurements", "recordings": "d700-h300-v100"})
+    own = {**parts, "campaign": fm.read_campaign(folder), "folder": folder}
+    (before,) = point_results(read_contact_points(folder / "contact_points.csv"), allowance=fm.Allowance(), **own)
+    assert before.outcome is PointOutcome.NOT_PERMITTED  # a film that was not collected forbids the point
+    collect(folder)
     listed = read_contact_points(folder / "contact_points.csv")
     own = {**parts, "campaign": fm.read_campaign(folder), "folder": folder}
     (result,) = point_results(listed, allowance=fm.Allowance(), **own)
@@ -659,6 +663,26 @@ def test_films_of_a_point_are_held_against_the_limit_of_pressure(
     assert of_folder(measured_cell).outcome is PointOutcome.NOT_PERMITTED
 
 
+@pytest.mark.parametrize("then", ["changed", "gone"])
+def test_a_film_that_is_added_to_a_registered_recording_is_bound_to_it(measured_cell, of_folder, then):
+    """It counts once it is collected; one of a lower pressure in its place, or none, forbids the point."""
+    with open(measured_cell / "campaign.toml", "a") as toml:
+        toml.write("[pressure]\nrange_N_per_cm2 = 500.0\nmean_over_cm2 = 0.0\n")
+    (measured_cell / "point_recordings.csv").unlink()
+    registered_points(measured_cell)
+    films(measured_cell, [160, 165, 170])
+    assert "P1-1.txt is not collected" in said(of_folder(measured_cell))
+    registered_points(measured_cell)
+    assert of_folder(measured_cell).pressed
+    film = measured_cell / "pressures" / "points" / "P1-3.txt"
+    film.write_text(film.read_text().replace("170", "150")) if then == "changed" else film.unlink()
+    for _ in range(2):
+        result = of_folder(measured_cell)
+        assert result.outcome is PointOutcome.NOT_PERMITTED
+        assert "pressure_from was 'P1-3.txt" in said(result)
+        registered_points(measured_cell)
+
+
 def test_a_film_of_no_recording_is_refused(measured_cell):
     films(measured_cell, [160])
     (measured_cell / "pressures" / "points" / "P1-1.txt").rename(measured_cell / "pressures" / "points" / "P9.txt")
@@ -689,3 +713,271 @@ def test_recordings_of_points_that_nobody_names_are_said_first(measured_cell):
     assert "NO CONTACT POINT NAMES, and that count for nothing: points/Q1.csv" in " ".join(
         sentences(assess_points(measured_cell).findings)
     )
+
+
+# -- what is measured at a contact point, and the map's exports
+
+
+COUNTED = {**POINT, **PLACE, "recordings": "points/P1-*", "recorded_at_mps": "0.05"}
+
+
+def exported(folder):
+    table = {"limits": [(fm.force_limit("back_of_hand"), fm.Contact.TRANSIENT)], "size": 0.1}
+    return fm.robot_table(fm.fit_force_map(fm.read_dataset(folder)), **table, bound=fm.ToleranceBound(device_error=3.0))
+
+
+@pytest.fixture
+def exceeding(cell, tmp_path):
+    """A copy of the cell with recordings of a point, one of 300 N, where the map permits 280 N up to 0.3 m/s."""
+    folder = shutil.copytree(cell, tmp_path / "cell", ignore=shutil.ignore_patterns("point*", "contact_points.csv"))
+    of_point(folder, [110, 300, 105])
+    return folder
+
+
+@pytest.mark.parametrize(
+    ("cells", "counts"),
+    [
+        ({}, True),
+        ({"recorded_at_mps": ""}, True),
+        ({"direction": "downwards"}, True),
+        ({"contact_site": "Flange"}, True),
+        ({"recordings": "POINTS/p1-2.csv"}, True),
+        ({"distance_m": "0.3", "distance_to_m": "0.6"}, True),
+        ({"rests_on": "measurements", "body_area": "chest"}, True),
+        ({"recorded_at_mps": "0.9"}, False),
+        ({"direction": "out"}, False),
+        ({"direction": ""}, False),
+        ({"contact_site": "finger"}, False),
+        ({"contact_site": ""}, False),
+        ({"distance_m": "1.4"}, False),
+        ({"distance_m": "", "height_m": ""}, False),
+        ({"recordings": "points/P1-1.csv"}, False),
+    ],
+)
+def test_an_impact_at_a_point_that_contradicts_the_map_forbids_its_exports(exceeding, cells, counts):
+    """As one of the campaign's own impacts does; else the table is what it is without the point."""
+    write_list(exceeding, {**COUNTED, **cells})
+    if not counts:
+        with_point = exported(exceeding).speed_mmps
+        (exceeding / "contact_points.csv").unlink()
+        np.testing.assert_array_equal(with_point, exported(exceeding).speed_mmps)
+        return
+    with pytest.raises(fm.NotReleasable, match=r"points/P1-2\.csv; highest 299\.9 N"):
+        exported(exceeding)
+
+
+def test_it_counts_in_a_map_file_and_not_once_a_person_took_it_out(exceeding, tmp_path):
+    write_list(exceeding, COUNTED)
+    force_map = fm.fit_force_map(fm.read_dataset(exceeding))
+    fm.write_map(force_map, tmp_path / "map.json")
+    again = fm.read_map(tmp_path / "map.json")
+    assert again.fit.at_points.name == ("points/P1-1.csv", "points/P1-2.csv", "points/P1-3.csv")
+    case = {"limit": fm.force_limit("back_of_hand"), "bound": fm.ToleranceBound(), "contact": fm.Contact.TRANSIENT}
+    for each in (force_map, again):
+        assert "points/P1-2.csv" in fm.sentence(fm.safe_speed(each, 0.6, 0.25, **case).basis.export_refusal)
+    text = (exceeding / "point_recordings.csv").read_text()
+    cells = next(line for line in text.splitlines() if "P1-2" in line).split(",")
+    cells[text.partition("\n")[0].split(",").index("exclude")] = "slipped"
+    lines = [",".join(cells) if "P1-2" in line else line for line in text.splitlines()]
+    (exceeding / "point_recordings.csv").write_text("\n".join(lines) + "\n")
+    with pytest.raises(fm.NotReleasable):  # until it is collected
+        exported(exceeding)
+    registered_points(exceeding)
+    assert np.any(exported(exceeding).speed_mmps > 0)
+
+
+def test_a_force_that_goes_on_at_a_point_counts(cell, exceeding):
+    without_points(exceeding)
+    of_point(exceeding, [110, 110, 105], held=290.0)
+    write_list(exceeding, COUNTED)
+    with pytest.raises(fm.NotReleasable, match=r"points/P1-"):
+        exported(exceeding)
+
+
+def test_the_commands_and_the_page_know_of_it(exceeding, capsys, tmp_path):
+    from forcemap.cli.app import run
+    from web_server import client_of
+
+    write_list(exceeding, COUNTED)
+    asked = ["--area", "back_of_hand", "--contact", "transient"]
+    assert run(["export", str(exceeding), *asked, "--format", "csv", "-o", str(tmp_path / "speeds.csv")]) == 2
+    assert "points/P1-2.csv" in capsys.readouterr().err
+    assert not (tmp_path / "speeds.csv").exists()
+    with client_of(exceeding) as client:
+        for counts in (True, False, True):  # what the page keeps in memory follows the list
+            write_list(exceeding, COUNTED if counts else {**COUNTED, "contact_site": "finger"})
+            answer = client.get("/api/campaigns/cell/files/speeds", params={"area": "back_of_hand"})
+            assert ("points/P1-2.csv" in answer.text) is counts
+            assert answer.is_success is not counts
+    (result,) = assess_points(exceeding).points
+    assert result.outcome is PointOutcome.NOT_PERMITTED
+
+
+# recordings that are none of the point's, and films that are none of theirs
+
+
+def judged(folder, *points):
+    """Each point of a collected folder, as the page has it."""
+    write_list(folder, *({**POINT, **PLACE, **point} for point in points))
+    return assess_points(folder).points
+
+
+FILM = "[pressure]\nrange_N_per_cm2 = 1000.0\nmean_over_cm2 = 0.0\n"
+
+
+def film(folder, name, pressure):
+    (folder / "pressures").mkdir(exist_ok=True)
+    target = folder / "pressures" / name
+    target.parent.mkdir(parents=True, exist_ok=True)
+    target.write_text(f"unit: N/cm2\npitch: 6 mm\n0;{pressure};0\n0;0;0\n0;0;0\n")
+
+
+@pytest.fixture
+def copied_cell(cell, tmp_path):
+    """The campaign, without a list of points, with a film's range."""
+    folder = shutil.copytree(cell, tmp_path / "copy")
+    with open(folder / "campaign.toml", "a") as toml:
+        toml.write(FILM)
+    collect(folder)
+    return folder
+
+
+def test_a_folder_of_recordings_is_not_that_of_points(copied_cell):
+    below = copied_cell / "recordings" / "points"
+    below.mkdir()
+    for path in sorted((copied_cell / "recordings").glob("*.csv")):
+        path.rename(below / path.name)
+    collect(copied_cell)
+    elsewhere = {"distance_m": "0.5", "height_m": "0.2", "direction": "up", "contact_site": "gripper"}
+    (result,) = judged(copied_cell, {**elsewhere, "rests_on": "measurements", "recordings": "d900-h400-v100"})
+    assert result.outcome is PointOutcome.NOT_PERMITTED
+
+
+def test_an_impact_that_exceeds_at_the_point_counts_although_only_files_of_its_own_are_named(copied_cell):
+    of_point(copied_cell, [200.0, 202.0, 201.0])
+    own = {"rests_on": "measurements", "recordings": "points/P1-*", "recorded_at_mps": "0.3"}
+    (before,) = judged(copied_cell, own)
+    assert before.outcome is PointOutcome.CONFIRMED
+    for number in (1, 2, 3):
+        save(copied_cell / "recordings" / f"d700-h300-v200-r{number}.csv", *pulse(300.0 + number, seed=number))
+    (copied_cell / "recordings.csv").unlink()
+    collect(copied_cell)
+    (after,) = judged(copied_cell, own)
+    assert after.outcome is PointOutcome.NOT_PERMITTED
+
+
+def test_copies_and_what_was_not_collected_are_no_repeats(copied_cell):
+    point = {"rests_on": "measurements", "recordings": "d700-h300-v100"}
+    assert judged(copied_cell, point)[0].outcome is PointOutcome.CONFIRMED
+    first, *others = (copied_cell / "recordings" / f"d700-h300-v100-r{i}.csv" for i in (1, 2, 3))
+    kept = others[0].read_bytes()
+    for other in others:
+        other.write_bytes(first.read_bytes())
+    (copied_cell / "recordings.csv").unlink()
+    collect(copied_cell)
+    assert judged(copied_cell, point)[0].outcome is PointOutcome.NOT_PERMITTED
+    for other in others:
+        other.unlink()
+    (copied_cell / "recordings.csv").unlink()
+    collect(copied_cell)
+    others[0].write_bytes(kept)
+    (result,) = judged(copied_cell, point)
+    assert "not registered" in said(result)
+
+
+def test_a_film_that_was_replaced_or_added_after_collecting_forbids_the_point(copied_cell):
+    point = {"rests_on": "measurements", "recordings": "d700-h300-v100"}
+    for pressure in (450, 340):
+        for number in (1, 2, 3):
+            film(copied_cell, f"d700-h300-v100-r{number}.txt", pressure)
+        (result,) = judged(copied_cell, point)
+        assert result.outcome is PointOutcome.NOT_PERMITTED
+        assert pressure == 450 or "pressure_from was" in said(result)
+    collect(copied_cell)
+    (copied_cell / "recordings.csv").unlink()
+    collect(copied_cell)
+    assert judged(copied_cell, point)[0].pressed
+
+
+def test_films_that_would_count_for_nothing_or_are_elsewhere_are_refused(copied_cell, tmp_path):
+    of_point(copied_cell, [200.0, 202.0, 201.0])
+    film(copied_cell, "points/sub/P1-1.txt", 800)
+    with pytest.raises(CampaignFileError, match="found a folder"):
+        registered_points(copied_cell)
+    shutil.rmtree(copied_cell / "pressures" / "points")
+    film(tmp_path, "P1-1.txt", 120)
+    (copied_cell / "pressures" / "points").symlink_to(tmp_path / "pressures")
+    with pytest.raises(CampaignFileError, match="found a link"):
+        registered_points(copied_cell)
+
+
+def test_a_robot_that_clamps_at_a_contact_point_has_no_transient_limit_there(copied_cell):
+    def transient():
+        dataset = fm.read_dataset(copied_cell)
+        area, bound = fm.force_limit("back_of_hand"), fm.ToleranceBound(device_error=3.0)
+        return fm.safe_speed(fm.fit_force_map(dataset), 0.7, 0.3, limit=area, bound=bound, contact=fm.Contact.TRANSIENT)
+
+    own = {"rests_on": "measurements", "recordings": "points/P1-*", "recorded_at_mps": "0.2"}
+    of_point(copied_cell, [230.0, 231.0, 232.0])
+    judged(copied_cell, own)
+    assert not math.isnan(transient().speed_to_program)
+    for path in (copied_cell / "points").glob("P1-*"):
+        path.unlink()
+    (copied_cell / "point_recordings.csv").unlink()
+    of_point(copied_cell, [230.0, 231.0, 232.0], held=201.0)
+    for direction in ("down", "0, 0, -1"):  # the same in other words
+        judged(copied_cell, {**own, "direction": direction})
+        assert math.isnan(transient().speed_to_program), direction
+    judged(copied_cell, {**own, "direction": "out"})
+    assert not math.isnan(transient().speed_to_program)
+
+
+def test_what_exceeds_at_the_same_spot_counts_for_every_point_there(copied_cell):
+    of_point(copied_cell, [203.3, 204.3, 205.3])
+    for number in (1, 2, 3):
+        save(copied_cell / "points" / f"Q-{number}.csv", *pulse(300.0 + number, rate=1000.0, seed=number))
+    registered_points(copied_cell)
+    spot = {"contact_site": "finger", "direction": "in", "rests_on": "measurements", "recorded_at_mps": "0.25"}
+    first = {**spot, "recordings": "points/P1-*"}
+    second = {**spot, "point_id": "P2", "recordings": "points/Q-*", "recorded_at_mps": "0.1"}
+    alone, elsewhere = judged(copied_cell, first), judged(copied_cell, first, {**second, "distance_m": "0.9"})
+    assert [each[0].outcome for each in (alone, elsewhere)] == [PointOutcome.CONFIRMED] * 2, said(alone[0])
+    result, _ = judged(copied_cell, first, second)
+    assert result.outcome is PointOutcome.NOT_PERMITTED
+    assert "points/Q-1.csv" in said(result)
+
+
+def test_a_point_is_not_removed_while_its_recordings_would_count_for_another(copied_cell):
+    from forcemap.files import file_sha256
+    from forcemap.web.contact_points import remove_point
+    from forcemap.web.request_error import RequestError
+
+    for number in (1, 2, 3):
+        save(copied_cell / "points" / f"P1-2-{number}.csv", *pulse(200.0 + number, rate=1000.0, seed=number))
+    registered_points(copied_cell)
+    own = {"rests_on": "measurements", "recorded_at_mps": "0.2"}
+    far = {"point_id": "P1-2", "distance_m": "0.9", "recordings": "points/P1-2-*"}
+    both = judged(copied_cell, {**own, "recordings": "points/P1-*"}, {**own, **far})
+    assert [each.outcome for each in both] == [PointOutcome.NOT_PERMITTED] * 2
+    listed = copied_cell / "contact_points.csv"
+    with pytest.raises(RequestError, match="would then count for P1"):
+        remove_point(copied_cell, "P1-2", file_sha256(listed), None)
+    for path in (copied_cell / "points").glob("P1-2-*"):
+        path.unlink()
+    remove_point(copied_cell, "P1-2", file_sha256(listed), None)
+    assert "P1-2" not in listed.read_text()
+
+
+@pytest.mark.parametrize("cropped", [0, 2])
+def test_what_was_cut_off_a_film_counts_as_what_it_does_not_show(cropped, tmp_path):
+    """3 x 3 cells of 400 N/cm^2 in 5 x 5 of 2 mm, a mean over 1 cm^2, 50 N/cm^2 the least that is shown."""
+    from forcemap.recordings.film import Film
+    from forcemap.recordings.pressure_matrix import read_pressure_matrix
+
+    side = 7 - 2 * cropped
+    cells = [[400 if max(abs(i - side // 2), abs(j - side // 2)) <= 1 else 0 for j in range(side)] for i in range(side)]
+    text = "\n".join(";".join(map(str, row)) for row in cells)
+    (tmp_path / "f.txt").write_text(f"unit: N/cm2\npitch: 2 mm\n{text}\n")
+    stated = Film(range=1000.0, mean_over=1.0, least=50.0)
+    pressure, _ = read_pressure_matrix(tmp_path / "f.txt", stated).peak(stated)
+    assert pressure == pytest.approx((9 * 400 + 16 * 50) / 25)

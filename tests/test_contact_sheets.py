@@ -15,6 +15,7 @@ from PIL import Image, ImageFile
 import forcemap as fm
 from forcemap.errors import InputError, MissingExtra
 from forcemap.report import inputs_list, report_html, report_pdf
+from forcemap.report.curves import Curve, force_curves, highest_force
 from forcemap.report.photographs import reencoded
 from pulses import collect
 from test_contact_points import PLACE, POINT, of_point, registered_points, write_list
@@ -116,6 +117,17 @@ def test_every_permitting_sentence_names_point_limit_edition_device_and_who_sign
     assert "Contact points P1 (at most" in joined
 
 
+@pytest.mark.parametrize(("contact", "levels"), [("transient", (280, 140)), ("quasi-static", (140, 140))])
+def test_the_curves_of_a_point_are_drawn_with_the_limits_of_its_contact(contact, levels):
+    hand, kind = fm.force_limit("back_of_hand"), fm.Contact(contact)
+    curves = [Curve("a.csv", np.array([0.0, 0.02]), np.array([0.0, 100.0]))]
+    drawn = force_curves(curves, hand, highest_force(curves, hand, kind), kind)
+    start, then = re.search(r'd="M34 ([\d.]+)H\d+V([\d.]+)H', drawn).groups()
+    (highest,) = re.findall(r'points="\d+,\d+ \d+,(\d+)"', drawn)
+    per_newton = (100 - float(highest)) / 100
+    np.testing.assert_allclose([100 - float(start), 100 - float(then)], np.multiply(levels, per_newton), atol=1.5)
+
+
 def test_the_sheets(report):
     found, page = report
     table = {cells[0]: cells for cells in rows(page, "sheets") if re.fullmatch(r"P\d", cells[0])}
@@ -212,6 +224,14 @@ def pdf_of(page):
         pytest.skip(str(error))
 
 
+def test_print_page_one_holds_the_signatures_for_three_body_areas(cell):
+    limits = [fm.force_limit(name) for name in ("back_of_hand", "forearm_muscle", "sternum")]
+    page = report_html(fm.assess_campaign(cell, limits=limits), date=DATE)
+    first = pdf_of(page)[0].extract_text()
+    assert "Safety officer, releases" in first
+    assert "Who signs confirms" in first
+
+
 def test_print_page_one_is_whole_and_no_heading_is_left_alone(report):
     """The signed page holds verdict, signatures and digest; no page ends with a heading."""
     _, page = report
@@ -225,16 +245,19 @@ def test_print_page_one_is_whole_and_no_heading_is_left_alone(report):
         assert body[-1] not in headings, (number, body[-1])
 
 
+def report_of(demo):
+    return (demo / "cell" / "forcemap-demo-2" / "report.html").read_text()
+
+
 def test_the_demos_report_has_at_most_20_pages(demo):
-    page = (demo / "cell" / "forcemap-demo-2" / "report.html").read_text()
-    count = len(pdf_of(page))
+    count = len(pdf_of(report_of(demo)))
     print(f"{count} pages")
     assert count <= 20
 
 
 def test_many_points_with_photographs(cell, tmp_path, full_size):
     """300 at full size: below 60 s of processor time, on one thread, and 30 MB."""
-    count = 300 if full_size else 12
+    count = 300 if full_size else 6
     folder = shutil.copytree(cell, tmp_path / "cell")
     points = []
     for i in range(count):
@@ -251,10 +274,9 @@ def test_many_points_with_photographs(cell, tmp_path, full_size):
     assert taken < 60
 
 
-def test_without_a_list_or_with_one_that_cannot_be_used(simulated, tmp_path):
+def test_without_a_list_or_with_one_that_cannot_be_used(demo, simulated, tmp_path):
     folder = shutil.copytree(simulated, tmp_path / "cell")
-    page = report_html(fm.assess_campaign(folder), date=DATE)
-    assert "there is no list of contact points" in check(page)
+    assert "there is no list of contact points" in check(report_of(demo))
     (folder / "contact_points.csv").write_text("point_id\nP1\n")
     text = check(report_html(fm.assess_campaign(folder), date=DATE))
     assert "NO CONTACT POINT IS PERMITTED" in text

@@ -167,22 +167,29 @@ def rests(folder):
     return rests_on(folder, limits, own)
 
 
-@pytest.mark.parametrize("change", CHANGES)
-def test_one_hash_is_of_all_that_a_report_rests_on(north, change):
+@pytest.fixture(scope="module")
+def assessed(made, tmp_path_factory):
+    """A campaign with limits of its own, and the hash of what its assessment rests on."""
+    folder = Path(shutil.copytree(made[0], tmp_path_factory.mktemp("assessed") / "north"))
     table = next(Path(fm.__file__).parent.glob("limits/tables/body_areas.csv"))
-    shutil.copy(table, north / "limits.csv")
-    with (north / "campaign.toml").open("a") as stated:
+    shutil.copy(table, folder / "limits.csv")
+    with (folder / "campaign.toml").open("a") as stated:
         stated.write('[standard]\nlimit_table = "limits.csv"\n')
-    before, assessment = rests(north), fm.assess_campaign(north, limits=[named_chest(north)])
-    assert made_from(assessment) == before
-    there = contents(north)
-    CHANGES[change](north)
-    assert (rests(north) == before) == (change == "nothing but its date")
-    for name in contents(north):
-        (north / name).unlink()
+    return folder, made_from(fm.assess_campaign(folder, limits=[named_chest(folder)]))
+
+
+@pytest.mark.parametrize("change", CHANGES)
+def test_one_hash_is_of_all_that_a_report_rests_on(assessed, tmp_path, change):
+    there, before = contents(assessed[0]), assessed[1]
+    folder = Path(shutil.copytree(assessed[0], tmp_path / "north"))
+    assert rests(folder) == before
+    CHANGES[change](folder)
+    assert (rests(folder) == before) == (change == "nothing but its date")
+    for name in contents(folder):
+        (folder / name).unlink()
     for name, content in there.items():
-        (north / name).write_bytes(content)
-    assert rests(north) == before
+        (folder / name).write_bytes(content)
+    assert rests(folder) == before
 
 
 def named_chest(folder):

@@ -60,8 +60,8 @@ def test_the_headline_is_the_librarys(client, root, area):
 
 
 def test_the_page_says_it_with_limit_bound_and_doubts(client):
-    page = client.get("/campaigns/down").text
-    case = client.get("/api/campaigns/down/headline").json()["cases"][0]
+    page = client.get("/campaigns/down?area=back_of_hand").text
+    case = client.get("/api/campaigns/down/headline?area=back_of_hand").json()["cases"][0]
     opening = page.partition('id="headline"')[2].partition("</section>")[0]
     assert f'id="lowest">{fm.floor_speed(case["lowest_speed_mps"])}<' in opening
     assert f'id="highest">{fm.floor_speed(case["highest_speed_mps"])}<' in opening
@@ -97,12 +97,12 @@ def test_the_next_step_is_what_is_missing_then_the_librarys_plan(client, root):
 
 
 def test_the_overview_says_state_share_and_what_is_due(client):
-    lines = {line["name"]: line for line in client.get("/api/campaigns").json()["campaigns"]}
-    case = client.get("/api/campaigns/down/headline").json()["cases"][0]
+    lines = {line["name"]: line for line in client.get("/api/campaigns?area=back_of_hand").json()["campaigns"]}
+    case = client.get("/api/campaigns/down/headline?area=back_of_hand").json()["cases"][0]
     assert lines["down"]["case"] == case
     assert (lines["down"]["state"], lines["down"]["due"]) == ("ready", [])
     assert lines["up"]["due"] == ["90 runs to measure", "90 recordings to collect"]
-    page = client.get("/").text
+    page = client.get("/?area=back_of_hand").text
     assert f"{100 * case['share']:.0f} % of the measured workspace" in page
     assert "90 runs to measure" in page
 
@@ -142,6 +142,7 @@ def test_lines_lie_where_the_values_do():
 def test_a_route_is_drawn_in_its_place_and_by_its_outcomes(client):
     points = [[0.6, 0.1, 0.4], [0.6, 0.1, 0.2], [0.8, -0.1, 0.2]]
     asked = {"points": ";".join(",".join(map(str, point)) for point in points), "contact_sites": "flange"}
+    asked["area"] = "back_of_hand"
     answer = client.get("/api/together/path", params=asked)
     path = SimpleNamespace(pieces=[SimpleNamespace(**piece) for piece in answer.json()["pieces"]])
     for view in views(path, points):

@@ -35,15 +35,15 @@ GOOD = Released(
 KNOWN = [Fact(kind, "a", time(24), 1) for kind in KINDS]
 
 
-def kinds_of(release=GOOD, facts=KNOWN, withdrawals=(), replaced_by=None, now="2026-03-13T12:00:00.000000Z"):
-    return {finding.kind for finding in failed(release, facts, withdrawals, replaced_by=replaced_by, now=now)}
+def kinds_of(release=GOOD, facts=KNOWN, withdrawals=(), now="2026-03-13T12:00:00.000000Z", **also):
+    return {finding.kind for finding in failed(release, facts, withdrawals, now=now, **{"replaced_by": None} | also)}
 
 
 def test_it_is_in_force_where_nothing_speaks_against_it():
     assert kinds_of() == set()
     assert kinds_of(now="2026-03-20T23:59:59.999999Z") == set()
     assert kinds_of(facts=[*KNOWN, Fact(DEVICE, "another", time(260), 21)]) == set()
-    history = Fact("tool", "b", time(2), 22)  # entered later, of a time before the tool was the one that was released
+    history = Fact("tool", "b", "2026-02-28T12:00:00.000000Z", 22)  # entered later, of a day before it was measured
     assert kinds_of(facts=[*KNOWN, history]) == set()
 
 
@@ -62,6 +62,20 @@ ALONE = {
     ),
     "changed in the same moment": (K.RELEASE_CONDITION_CHANGED, {"more": [Fact("tool", "b", time(240), 21)]}),
     "another one then, told later": (K.RELEASE_CONDITION_CHANGED, {"more": [Fact("tool", "b", time(100), 21)]}),
+    "changed and back, stated of a day": (
+        K.RELEASE_CONDITION_CHANGED,
+        {"more": [Fact("tool", "b", time(240)[:11] + "00", 21), Fact("tool", "a", time(240)[:11] + "00", 22)]},
+    ),
+    "of the day of the measurements, told later": (
+        K.RELEASE_CONDITION_CHANGED,
+        {"more": [Fact("tool", "b", time(2), 21)]},
+    ),
+    "of one day, told last": (K.RELEASE_CONDITION_CHANGED, {"more": [Fact("tool", "b", time(24), 3)]}),
+    "of one day, told last but stated of its beginning": (
+        K.RELEASE_CONDITION_CHANGED,
+        {"more": [Fact("tool", "b", "2026-03-02T00:00:00.000000Z", 3)]},
+    ),
+    "entered again": (K.RELEASE_CAMPAIGN_CHANGED, {"entered_again": time(260)}),
     "two of one moment": (K.RELEASE_CONDITION_CHANGED, {"more": [Fact("tool", "b", time(24), 1)]}),
     "the same, read first": (K.RELEASE_CONDITION_CHANGED, {"facts": [Fact("tool", "b", time(24), 1), *KNOWN]}),
     "ahead of the clock": (K.RELEASE_CONDITION_CHANGED, {"more": [Fact("tool", "b", time(500), 21)]}),
@@ -85,7 +99,9 @@ def test_each_reason_alone_ends_it_and_is_said(case):
     expected, changes = ALONE[case]
     changes = dict(changes)
     facts = changes.pop("facts", KNOWN) + changes.pop("more", [])
-    asked = {name: changes.pop(name) for name in ("withdrawals", "replaced_by", "now") if name in changes}
+    asked = {
+        name: changes.pop(name) for name in ("withdrawals", "replaced_by", "entered_again", "now") if name in changes
+    }
     found = kinds_of(dataclasses.replace(GOOD, **changes), facts, **asked)
     assert found == {expected} or (expected in found and case == "time unknown")
 
@@ -131,21 +147,24 @@ def test_never_in_force_where_the_model_says_not():
 
 
 def modelled(release, facts, withdrawn, replaced_by, now):
-    """A second opinion: the cell is walked through moment by moment, and every question is answered by itself."""
+    """A second opinion: the audit trail is walked through as written; what was told of a day is kept by the day."""
     if withdrawn or replaced_by is not None or now < release.at:
         return False
     if release.valid_until is None or now[:10] > release.valid_until:
         return False
-    moments = sorted({(fact.since, fact.entry) for fact in facts} | {(release.at, release.entry)})
     for kind in CONDITIONS:
-        for moment in moments:
-            if moment < (release.at, release.entry):
+        days = {}  # what was told of each day before the release, the last told at the end
+        for number in range(42):
+            told = [fact for fact in facts if fact.kind == kind and fact.entry == number]
+            if number > release.entry:
+                told = [fact for fact in told if not (release.measured_on and fact.since[:10] < release.measured_on)]
+                if any(fact.value is None or fact.value != release.conditions[kind] for fact in told):
+                    return False
                 continue
-            known = [fact for fact in facts if fact.kind == kind and (fact.since, fact.entry) <= moment]
-            latest = max(((fact.since, fact.entry) for fact in known), default=None)
-            holds = {fact.value for fact in known if (fact.since, fact.entry) == latest}
-            if holds != {release.conditions[kind]} or None in holds:
-                return False
+            for day in {fact.since[:10] for fact in told}:
+                days[day] = {fact.value for fact in told if fact.since[:10] == day}
+        if not days or days[max(days)] != {release.conditions[kind]} or None in days[max(days)]:
+            return False
     if None in (release.measured_on, release.calibrated_until, release.device_spring, release.area_spring):
         return False
     if release.calibrated is not None and release.calibrated > release.measured_on:

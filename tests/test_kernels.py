@@ -205,12 +205,13 @@ def test_effective_mass_to_rounding(name, gantry):
     q[:20] = 0.0  # stretched out: singular, or without motion
     q[20:40, 1:] = 0.0
     q[40:60] *= 1e-5
+    by_numpy = np.arange(len(q)) if FULL_SIZE else np.r_[:100, 100 : len(q) : 5]
     outcomes = set()
     for direction in [(0, 0, -1), (1, 2, 3), (1, 0, 0)] if FULL_SIZE or name == "kuka-iiwa7" else [(1, 2, 3)]:
         found = robot_effective_mass(robot, q, direction)
-        value, outcome = in_parts(robot, q, direction)
-        np.testing.assert_array_equal(found.outcome, outcome)
-        np.testing.assert_allclose(found.value, value, rtol=1e-10)
+        value, outcome = in_parts(robot, q[by_numpy], direction)
+        np.testing.assert_array_equal(found.outcome[by_numpy], outcome)
+        np.testing.assert_allclose(found.value[by_numpy], value, rtol=1e-10)
         outcomes |= set(outcome)
         along = np.array(direction) / np.linalg.norm(direction)
         by_kernel = dynamics.many_masses(robot, q, along, 1e-5, 1e-14)
@@ -476,7 +477,7 @@ def test_where_nothing_can_be_written_every_process_compiles(copied, tmp_path):
 def test_processes_that_compile_at_once(copied):
     environment = {**os.environ, "PYTHONPATH": str(copied)}
     line = [sys.executable, "-W", "error", "-c", PREDICT]
-    started = [subprocess.Popen(line, env=environment, stdout=subprocess.PIPE, text=True) for _ in range(3)]
+    started = [subprocess.Popen(line, env=environment, stdout=subprocess.PIPE, text=True) for _ in range(2)]
     for each in started:
         assert each.communicate()[0].split()[0] == "True"
         assert each.returncode == 0

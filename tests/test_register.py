@@ -4,17 +4,25 @@ from __future__ import annotations
 
 import csv
 import datetime
+import itertools
 import json
 import multiprocessing
 import os
 import random
+import re
 import resource
 import shutil
 import signal
+import socket
 import sqlite3
+import ssl
+import struct
 import subprocess
 import sys
+import tempfile
+import threading
 import time
+from contextlib import closing
 from pathlib import Path
 
 import numpy as np
@@ -29,9 +37,10 @@ import postgres
 from forcemap.register.audit import Action, verify
 from forcemap.register.connection import connect, file_system, is_local, is_network
 from forcemap.register.enter import change, enter
-from forcemap.register.questions import cell_state
-from forcemap.register.release import withdraw
-from forcemap.register.schema import ROLES, make_register, open_register
+from forcemap.register.release import release, withdraw
+from forcemap.register.schema import ROLES, SCHEMA, make_register, open_register
+from forcemap.register.states import cell_state
+from forcemap.register.structure import altered
 from forcemap.register.tables import METADATA, RELEASES
 from pulses import pulse, save
 from register_folders import DAY, collected, toml_of
@@ -175,14 +184,35 @@ def test_what_is_entered_again_is_there_once(register, folders, where, asked):
 
 def test_a_campaign_that_has_grown_brings_what_is_new(register, tmp_path):
     collected(tmp_path / "a", 30, 1)
-    collected(tmp_path / "b", 36, 1)
+    collected(tmp_path / "b", 36, 1, site="", cell="")
     first = enter(register, tmp_path / "a")
-    second = enter(register, tmp_path / "b")
+    second = enter(register, tmp_path / "b", cell="plant/cell-1")
     assert (first.new_recordings, second.recordings, second.new_recordings) == (30, 36, 6)
     assert second.new_impacts < 36
     elsewhere = enter(register, tmp_path / "b", cell="plant/another")
     assert (elsewhere.new, elsewhere.new_recordings, elsewhere.new_impacts) == (True, 0, 36)
     assert whole(register)
+
+
+def test_recordings_at_contact_points_are_entered_with_what_they_show(register, measured, tmp_path, asked):
+    folder = shutil.copytree(measured, tmp_path / "c")
+    of_plan = len(fm.read_campaign(folder).entries)
+    save(folder / "points" / "P1-1.csv", *pulse(455.0, rate=1000.0, seed=3))
+    save(folder / "points" / "P1-2.csv", *pulse(150.0, rate=1000.0, held=452.0, seed=4))
+    (folder / "points" / "P1-3.csv").write_text("not a recording\n")
+    code, answer = asked("enter", folder)
+    assert code == 2
+    assert "points/P1-1.csv and 2 more" in str(answer)
+    fm.build_dataset(fm.read_campaign(folder))
+    assert asked("enter", folder)[1]["entered"][0]["new_recordings"] == of_plan + 3
+    code, answer = asked("exceeded", "--limit-N", "450")
+    assert code == 1
+    assert [each["file"] for each in answer["largest"]] == ["points/P1-1.csv", "points/P1-2.csv"]
+    assert [each["largest_N"] for each in answer["largest"]] == pytest.approx([455.0, 452.0], abs=3.0)
+    assert (answer["campaigns"][0]["exceeded"], answer["campaigns"][0]["cannot_tell"]) == (2, 1)
+    assert asked("who", "--recording", folder / "points" / "P1-1.csv")[1]["cells"][0]["cell"] == "plant/cell-1"
+    (folder / "points" / "P1-1.csv").unlink()
+    assert asked("enter", folder)[0] == 2  # gone: nothing of it is believed
 
 
 DAMAGES = {
@@ -332,6 +362,173 @@ def test_what_would_not_be_in_force_or_exported_is_not_released(case, blank, mea
     code, answer = ask("register", "release", "cell-1", folder, *stated, "--register", where)
     assert code == 2
     assert words in answer["error"]["message"]
+
+
+def released(asked, folder, cell="cell-1", areas=("chest",), *more):
+    """A release of the chest, and whether it is in force."""
+    named = [word for area in areas for word in ("--area", area)]
+    code, answer = asked("release", cell, folder, *named, "--contact", "transient", "--valid-until", UNTIL, *more)
+    return answer["release"] if code == 0 else answer["error"]["message"]
+
+
+def in_force(asked, cell="plant/cell-1"):
+    return [each["release"] for each in asked("state", cell)[1]["releases"] if each["in_force"]]
+
+
+TODAY = datetime.datetime.now(datetime.UTC).date().isoformat()
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        [("firmware=5.12", DAY)],  # of the day of the measurements, said later
+        [("firmware=5.12", TODAY)],
+        [("firmware=5.12", TODAY), ("firmware=5.11", TODAY)],  # and back on the day of the release
+        [("firmware=5.12", "2026-02-20"), ("firmware=5.11", "2026-02-21")],
+    ],
+)
+def test_what_is_said_of_a_day_after_the_release_ends_it(changes, register, measured, asked):
+    asked("enter", measured)
+    assert released(asked, measured) == 1
+    for words, day in changes:
+        assert asked("change", "cell-1", words, "--since", day)[0] == 0
+    assert in_force(asked) == []
+
+
+def test_what_is_stated_last_of_a_day_holds_and_an_older_change_says_what_holds_now(register, measured, asked):
+    asked("enter", measured)
+    for words in ("tool=hook", "tool=gripper"):
+        asked("change", "cell-1", words)
+    assert released(asked, measured) == 1
+    asked("change", "cell-1", "tool=hook", "--since", TODAY)
+    assert in_force(asked) == []
+    done = asked("change", "cell-1", "firmware=5.09", "--since", "2020-01-01")[1]["done"]
+    assert "firmware is 5.11 since 2026-02-01" in done
+
+
+@pytest.mark.parametrize("order", list(itertools.permutations(range(3))))
+@pytest.mark.parametrize("day", ["2026-03-01", "2026-02-20"])
+def test_campaigns_tell_the_same_in_whatever_order_they_are_entered(order, day, blank, tmp_path):
+    """The one of 1 March shows firmware 5.12, whatever those before it show; of one day two are not known."""
+    where = str(shutil.copy(blank, tmp_path / "r.sqlite"))
+    folders = [
+        collected(tmp_path / "a", 30, 5, firmware="5.12", date="2026-02-15"),
+        collected(tmp_path / "b", 30, 6, firmware="5.12", date="2026-03-01"),
+        collected(tmp_path / "c", 30, 7, firmware="5.11", date=day),
+    ]
+    with open_register(where) as opened:
+        for number in order:
+            enter(opened, folders[number])
+        (fact,) = [each for each in cell_state(opened, "cell-1")[0].facts if each.kind == "firmware"]
+    assert fact.since[:10] == "2026-03-01"
+    assert fact.value == ("5.12" if day < "2026-03-01" else None)
+
+
+def test_a_day_that_is_stated_otherwise_later_makes_no_calibration_valid(register, measured, tmp_path, asked, ask):
+    folder = shutil.copytree(measured, tmp_path / "c")
+    stated = folder / "campaign.toml"
+    for path in (folder / "recordings.csv", folder / "impacts.csv"):
+        path.unlink()
+    edit(stated, f'date = "{DAY}"', 'date = "2026-08-01"')
+    edit(stated, 'calibrated = "2026-01-05"', 'calibrated = "2025-07-01"')
+    fm.build_dataset(fm.read_campaign(folder))
+    edit(stated, 'date = "2026-08-01"', 'date = "2026-06-01"')
+    assert ask("report", folder, "--area", "chest")[0] == 0
+    asked("enter", folder)
+    assert "measured on 2026-08-01" in released(asked, folder)
+
+
+def test_one_release_of_each_subject_whatever_the_order_of_its_areas(register, tmp_path, measured, asked, ask):
+    folder = shutil.copytree(measured, tmp_path / "c")
+    (folder / "report.html").unlink()
+    assert ask("report", folder, "--area", "chest", "--area", "thigh_knee")[0] == 0
+    asked("enter", folder)
+    assert released(asked, folder, "cell-1", ("chest", "thigh_knee")) == 1
+    assert asked("withdraw", "1", "--reason", "x")[0] == 0
+    assert released(asked, folder, "cell-1", ("thigh_knee", "chest")) == 2
+    assert asked("state", "cell-1")[1]["releases"][0]["replaces"] == 1
+
+
+def test_a_report_of_other_limits_carries_no_release(register, tmp_path, measured, asked):
+    limits = tmp_path / "limits.csv"
+    assert asked("enter", measured)[0] == 0
+    rows = ["sternum,S,chest,120,240,2", "pectoral_muscle,P,chest,120,240,2", "est,E,chest,120,240,2"]
+    header = "area,name,region,quasi_static_pressure_N_per_cm2,quasi_static_force_N,transient_factor"
+    limits.write_text("\n".join(["# edition: ours", "# source: ours", "# version: 1", header, *rows, ""]))
+    for area in ("chest", "est"):
+        words = released(asked, measured, "cell-1", (area,), "--limit-table", limits)
+        assert f"the report is not of {area}" in str(words)
+
+
+def test_a_campaign_that_is_entered_again_has_to_be_released_again(register, tmp_path, measured, asked, ask):
+    folder = shutil.copytree(measured, tmp_path / "west")
+    asked("enter", folder)
+    assert released(asked, folder) == 1
+    assert in_force(asked) == [1]
+    edit(folder / "contact_points.csv", "P1,chest", "P1,thigh_knee")
+    asked("enter", folder)
+    assert in_force(asked) == []
+    assert any("entered again" in words for due in asked("due")[1]["due"] for words in due["findings"])
+    assert ask("report", folder, "--area", "chest")[0] == 0
+    assert released(asked, folder) == 2
+    assert in_force(asked) == [2]
+
+
+def test_a_cell_without_a_site_stays_reachable(register, tmp_path, asked, folders):
+    bare = collected(tmp_path / "bare", 30, 9, site="")
+    asked("enter", bare)
+    asked("enter", folders[0])
+    assert asked("state", "cell-1")[0] == 2
+    assert asked("state", "/cell-1")[1]["cell"] == "cell-1"
+    assert asked("change", "/cell-1", "firmware=5.12")[0] == 0
+    assert asked("state", "plant/cell-1")[1]["cell"] == "plant/cell-1"
+
+
+def test_a_cell_that_the_folder_does_not_state_is_refused(register, folders, asked):
+    code, answer = asked("enter", folders[0], "--cell", "plant/cell-9")
+    assert code == 2
+    assert "[protocol] states the cell 'plant/cell-1'" in answer["error"]["message"]
+    assert asked("enter", folders[0], "--cell", "plant/cell-1")[0] == 0
+
+
+def test_a_larger_device_error_that_is_stated_later_counts(register, folders, tmp_path, asked):
+    folder = shutil.copytree(folders[0], tmp_path / "c")
+    asked("enter", folder)
+    largest = max(entry.peak_force for entry in fm.read_campaign(folder).entries)
+    assert asked("exceeded", "--limit-N", str(largest + 10))[0] == 0
+    edit(folder / "campaign.toml", "error_N = 3.0", "error_N = 30.0")
+    asked("enter", folder)
+    code, answer = asked("exceeded", "--limit-N", str(largest + 10))
+    assert code == 2
+    assert answer["cannot_tell"] > 0
+
+
+def test_what_is_the_same_elsewhere_or_not_known_is_said(register, measured, tmp_path, asked, forcemap, where):
+    first, second = (shutil.copytree(measured, tmp_path / name) for name in ("c7", "c8"))
+    edit(second / "campaign.toml", 'cell = "cell-1"', 'cell = "cell-8"')
+    edit(second / "campaign.toml", 'firmware = "5.11"\n', "")
+    fm.build_dataset(fm.read_campaign(second))
+    assert asked("enter", first)[1]["entered"][0]["also_of"] == []
+    assert asked("enter", second)[1]["entered"][0]["also_of"] == ["plant/cell-1"]
+    told = forcemap("register", "enter", second, "--register", where)
+    assert "THE SAME RECORDINGS ARE THOSE OF plant/cell-1" in " ".join(told[1].split())
+    answer = asked("who", "--firmware", "5.11")[1]
+    assert ([each["cell"] for each in answer["cells"]], answer["not_known"]) == (["plant/cell-1"], ["plant/cell-8"])
+    asked("change", "cell-1", "firmware=?")
+    assert asked("who", "--firmware", "5.11")[1]["not_known"] == ["plant/cell-1", "plant/cell-8"]
+    assert asked("who", "--recording", "run7.csv")[1]["error"]["message"] == "there is no such file"
+    assert asked("due")[0] == 1
+    history = asked("state", "cell-1")[1]["history"]
+    assert history[0]["content"]["facts"] == {"firmware": None}
+    assert "firmware=?" in forcemap("register", "state", "cell-1", "--register", where)[1]
+
+
+def test_what_is_asked_for_otherwise_written_is_found_and_what_is_not_there_is_said(register, folders, asked):
+    asked("enter", *folders)
+    assert len(asked("who", "--firmware", " 5.11 ")[1]["cells"]) == 3
+    assert len(asked("who", "--device", "pfmd, d0")[1]["cells"]) == 3
+    answer = asked("who", "--firmware", "5.1l")[1]
+    assert (answer["cells"], answer["known"]) == ([], ["5.11"])
 
 
 def test_conditions_of_a_campaign_are_facts_of_its_day(register, tmp_path):
@@ -562,6 +759,266 @@ def tamper(register, what):
         owner(register, f'update {what} set "{column}" = {value} where id = (select max(id) from {what})')
 
 
+LAST = 2**63 - 1
+AN_ENTRY = (
+    "insert into audit select {id}, at, person, {login}, action, subject, content, {previous}, '{hash}' from audit"
+)
+AN_ENTRY += " where id = (select max(id) from audit)"
+NEXT = {"id": "id + 1", "login": "login", "previous": "sha256", "hash": "0" * 64}
+ROWS_THAT_DO_NOT_FOLLOW = {
+    "an entry at the end of all numbers": AN_ENTRY.format(**NEXT | {"id": LAST}),
+    "an entry before the first": AN_ENTRY.format(**NEXT | {"id": 0}),
+    "an entry that leaves one out": AN_ENTRY.format(**NEXT | {"id": "id + 2"}),
+    "an entry chained to another": AN_ENTRY.format(**NEXT | {"previous": "previous || 'x'"}),
+    "a row at the end of all numbers": f"insert into cells select {LAST}, site, 'x', entry from cells",
+    "a row of an earlier entry": "insert into cells select (select max(id) from cells) + 1, site, 'x', 1 from cells "
+    "where id = 1",
+}
+
+
+@pytest.mark.parametrize("case", ROWS_THAT_DO_NOT_FOLLOW)
+def test_a_row_that_does_not_follow_the_newest_is_refused(case, register, folders, asked):
+    filled(register, folders)
+    before = {name: rows(register, name) for name in METADATA.tables}
+    with pytest.raises(Exception, match="a new one follows the newest"):
+        owner(register, ROWS_THAT_DO_NOT_FOLLOW[case])
+    assert {name: rows(register, name) for name in METADATA.tables} == before
+    change(register, "plant/cell-1", {"tool": "hook"})
+    assert asked("verify")[1]["problems"] == []
+
+
+def test_an_entry_in_the_name_of_another_account_is_refused(server, folders):
+    url = new_database(server, "blank")
+    register = open_register(url)
+    filled(register, folders)
+    name = f"anna{next(_NAMES)}"
+    owner(register, f"create role {name} login in role forcemap_operator")
+    own = {"login": "session_user"}
+    rows_of = (
+        "insert into cells select (select max(id) from cells) + 1, site, 'x', (select max(id) from audit) from cells"
+    )
+    with connect(url.replace("owner@", f"{name}@")) as anna:
+        for before in (
+            (),
+            ("create temp table audit as select * from audit limit 0", "set search_path = pg_temp, public"),
+        ):
+            for entry in (AN_ENTRY.format(**NEXT), AN_ENTRY.format(**NEXT | own | {"id": LAST}), rows_of):
+                entry = entry.replace("into audit", "into public.audit").replace("from audit", "from public.audit")
+                with pytest.raises(Exception, match="of the account that enters it"):
+                    owner(anna, *before, entry)
+        owner(anna, AN_ENTRY.format(**NEXT | own))
+    register.engine.dispose()
+
+
+PARTIAL = "update sqlite_master set sql = sql || ' where id < 0' where name = '{0}'"
+RESTORED = "update sqlite_master set sql = replace(sql, ' where id < 0', '')"
+STRUCTURES = {  # what is done, of which database, and what verify says
+    "trigger dropped": ("sqlite", "drop trigger facts_kept_update", "trigger facts_kept_update is missing"),
+    "trigger of another": (
+        "sqlite",
+        "create trigger mine after insert on audit begin select 1\\; end",
+        "trigger mine is none",
+    ),
+    "trigger altered": (
+        "sqlite",
+        "drop trigger cells_kept_delete;create trigger cells_kept_delete before delete on cells begin select 1\\; end",
+        "trigger cells_kept_delete is not as it was made",
+    ),
+    "index partial": (
+        "sqlite",
+        PARTIAL.format("facts_cell") + ";reindex facts_cell",
+        "index facts_cell is not as it was made",
+    ),
+    "index without rows": (
+        "sqlite",
+        PARTIAL.format("facts_cell") + ";reindex facts_cell;" + RESTORED,
+        "the file is damaged: row 1 missing from index facts_cell",
+    ),
+    "index dropped": ("both", "drop index facts_cell", "facts_cell is missing"),
+    "table of another": ("both", "create table mine (x integer)", "table mine is none of the register's"),
+    "view of another": ("sqlite", "create view mine as select 1", "view mine is none"),
+    "column added": ("both", "alter table facts add column mine integer", "facts"),
+    "trigger dropped there": (
+        "postgresql",
+        "drop trigger facts_kept_row on facts",
+        "trigger facts_kept_row of facts is missing",
+    ),
+    "trigger disabled": (
+        "postgresql",
+        "alter table facts disable trigger facts_kept_row",
+        "trigger facts_kept_row of facts is not",
+    ),
+    "all disabled": ("postgresql", "alter table uses disable trigger all", "foreign keys of uses is switched off"),
+    "only sometimes": (
+        "postgresql",
+        "drop trigger maps_kept_row on maps;create trigger maps_kept_row before update or delete on maps for each row "
+        "when (old.id > 5) execute function forcemap_keep()",
+        "trigger maps_kept_row of maps is not",
+    ),
+    "function altered": (
+        "postgresql",
+        "create or replace function forcemap_keep() returns trigger language plpgsql as $$ begin return old\\; end $$",
+        "trigger facts_kept_row of facts is not",
+    ),
+    "trigger of another there": (
+        "postgresql",
+        "create trigger mine before insert on facts for each row execute function forcemap_keep()",
+        "trigger mine of facts is none",
+    ),
+    "index partial there": (
+        "postgresql",
+        "drop index facts_cell;create index facts_cell on facts (cell_id, kind) where id < 0",
+        "index facts_cell leaves out rows",
+    ),
+    "row security": ("postgresql", "alter table facts enable row level security", "table facts has rules"),
+    "rule": ("postgresql", "create rule mine as on insert to facts do instead nothing", "table facts has rules"),
+    "key dropped": ("postgresql", "alter table facts drop constraint facts_pkey", "table facts has rules"),
+    "heir": ("postgresql", "create table mine () inherits (facts)", "table facts has rules"),
+}
+
+
+@pytest.mark.parametrize(
+    ("where", "case"),
+    [(name, case) for case, (of, *_) in STRUCTURES.items() for name in (DATABASES if of == "both" else (of,))],
+    indirect=["where"],
+)
+def test_a_structure_that_is_not_as_it_was_made_is_found(case, register, folders, asked, where):
+    _, statements, words = STRUCTURES[case]
+    filled(register, folders)
+    assert asked("verify")[0] == 0
+    each = [statement.replace("\\;", ";") for statement in re.split(r"(?<!\\);", statements)]
+    if register.postgresql:
+        owner(register, *each)
+    for statement in [] if register.postgresql else each:
+        with closing(sqlite3.connect(where, isolation_level=None)) as raw:
+            raw.execute("pragma writable_schema = on")
+            raw.execute(statement)
+    code, answer = asked("verify", "--head", newest(register))
+    assert (code, answer["holds"]) == (1, False)
+    assert any(words in problem for problem in answer["problems"]), answer["problems"]
+
+
+def test_a_name_of_a_register_that_is_empty_is_refused(ask):
+    code, answer = ask("register", "state", "cell-1", "--register", "")
+    assert code == 2
+    assert "found no name" in answer["error"]["message"]
+
+
+NO_HEADS = [
+    "",
+    " ",
+    "0:" + "f" * 64,
+    "0",
+    "1:",
+    "1:" + "F" * 64,
+    "01:" + "0" * 64,
+    "\u0661:" + "0" * 64,
+    "-1:" + "0" * 64,
+]
+
+
+@pytest.mark.parametrize("head", NO_HEADS)
+def test_what_is_no_head_is_refused(head, where, asked):
+    code, answer = asked("verify", "--head", head)
+    assert (code, answer["error"]["kind"]) == (2, "input")
+    assert "expected NUMBER:SHA256" in answer["error"]["message"]
+    assert asked("verify", "--head", asked("verify")[1]["head"]["noted"])[0] == 0  # of an empty register
+
+
+# a file that is taken away
+
+
+def with_copy(where, *, also=False):
+    copy = f"{where}.copy"
+    with sqlite3.connect(where) as source, sqlite3.connect(copy) as target:
+        source.backup(target)
+    if also:
+        shutil.copyfile(copy, where)
+    else:
+        os.replace(copy, where)
+
+
+TAKEN_AWAY = {
+    "replaced": with_copy,
+    "deleted": os.unlink,
+    "moved": lambda where: os.rename(where, f"{where}.old"),
+    "its log deleted": lambda where: os.unlink(f"{where}-wal"),
+    "the log's index deleted": lambda where: os.unlink(f"{where}-shm"),
+    "all deleted": lambda where: [os.unlink(f"{where}{end}") for end in ("", "-wal", "-shm")],
+    "overwritten": lambda where: Path(where).write_bytes(b"rubbish"),
+    "overwritten, as long": lambda where: Path(where).write_bytes(b"rubbish " * (os.path.getsize(where) // 8)),
+    "its pages overwritten": lambda where: overwritten(where, 4096),
+    "no directory": lambda where: os.rename(Path(where).parent, Path(where).parent.with_name("gone")),
+}
+
+
+def overwritten(where, first):
+    size = os.path.getsize(where)
+    with open(where, "r+b") as file:
+        file.seek(first)
+        file.write(b"rubbish " * ((size - first) // 8))
+
+
+@pytest.mark.parametrize("case", TAKEN_AWAY)
+def test_a_file_that_was_taken_away_is_neither_shown_nor_written(case, blank, folders, tmp_path):
+    (tmp_path / "place").mkdir()
+    where = str(shutil.copy(blank, tmp_path / "place" / "r.sqlite"))
+    with open_register(where) as register:
+        enter(register, folders[0])
+        add_release(register)
+    with client_of(folders[0].parent, register=where) as client, open_register(where) as register:
+        assert "In force until" in client.get("/register/cell?cell=plant/cell-1").text
+        assert client.get("/register").status_code == 200
+        TAKEN_AWAY[case](where)
+        there = os.path.exists(where)
+        for path in (
+            "/register",
+            "/register/cell?cell=plant/cell-1",
+            "/api/register",
+            "/api/register/cell?cell=cell-1",
+        ):
+            for _ in range(2):
+                answer = client.get(path)
+                assert answer.status_code >= 400, (path, answer.text)
+                assert "0.100" not in answer.text
+        for _ in range(2):
+            with pytest.raises(fm.InputError) as caught:
+                change(register, "plant/cell-1", {"tool": "hook"})
+            assert str(caught.value).count("\n") == 0
+        assert os.path.exists(where) == there
+
+
+def test_a_file_that_is_taken_away_while_it_is_written_acknowledges_nothing(blank, tmp_path):
+    where = str(shutil.copy(blank, tmp_path / "r.sqlite"))
+    with open_register(where) as register:
+        change(register, "plant/cell-1", {"tool": "hook"}, new=True)
+        with pytest.raises(fm.InputError, match="replaced or deleted"):
+            moved_meanwhile(register, where)
+
+
+def moved_meanwhile(register, where):
+    with register.writing() as connection:
+        Action(register, connection, "operator").done("change", "plant/cell-1")
+        os.rename(where, f"{where}.old")
+
+
+@pytest.mark.skipif(not hasattr(os, "seteuid") or os.getuid() != 0, reason="takes another account")
+def test_a_file_that_may_not_be_read_any_more_is_not_shown(blank):
+    with tempfile.TemporaryDirectory() as home:
+        os.chmod(home, 0o777)
+        where = shutil.copy(blank, Path(home) / "r.sqlite")
+        os.chown(where, 65534, -1)
+        os.seteuid(65534)
+        try:
+            with open_register(str(where)) as register:
+                change(register, "plant/cell-1", {"tool": "hook"}, new=True)
+                os.chmod(where, 0)
+                with pytest.raises(fm.InputError, match="cannot be opened"):
+                    cell_state(register, "plant/cell-1")
+        finally:
+            os.seteuid(0)
+
+
 # who may do what
 
 
@@ -569,6 +1026,7 @@ def test_every_role_against_every_table_and_statement(server, folders):
     url = new_database(server, "blank")
     register = open_register(url)
     filled(register, folders)
+    second = add_release(register)
     owner(
         register, *(f"create role {role}_1 login in role {role}" for role in ROLES if not known(register, f"{role}_1"))
     )
@@ -599,13 +1057,15 @@ def test_every_role_against_every_table_and_statement(server, folders):
     change(operator, "plant/cell-1", {"tool": "hook"})
     enter(operator, folders[2])
     with pytest.raises(fm.InputError, match="this account may not do that"):
-        withdraw(operator, 1, "x")
+        withdraw(operator, second, "x")
     releaser = connect(url.replace("owner@", "forcemap_releaser_1@"))
-    withdraw(releaser, 1, "x")
+    withdraw(releaser, second, "x")
     assert [row["login"] for row in rows(register, "audit")][-3:] == [
         *("forcemap_operator_1", "forcemap_operator_1", "forcemap_releaser_1"),
     ]
     assert whole(reader)
+    with reader.reading() as connection:
+        assert altered(connection) == ()
     for each in (reader, operator, releaser, register):
         each.engine.dispose()
 
@@ -666,17 +1126,30 @@ def going_on(where, folder, number, told):
     opened, i = open_register(where), 0
     while True:
         i += 1
-        head = change(opened, f"plant/k{number}", {"tool": f"{i}"}, new=True, person="operator")[1]
+        head = change(opened, f"plant/k{number}", {"tool": f"{i}"}, new=True, person="operator").head
         told.send(head.number)
         enter(opened, folder, cell=f"plant/k{number}-{i}", person="operator")
         told.send(count(opened, "audit"))
 
 
-def test_killed_at_any_moment_nothing_is_half_and_nothing_acknowledged_is_lost(register, where, tmp_path):
-    folder, rng, newest_told = collected(tmp_path / "c", 30), random.Random(1), 0
+def releasing(where, folder, number, told):
+    """Release and withdraw for ever; say what was acknowledged."""
+    opened = open_register(where)
+    chest = [(fm.force_limit("chest"), fm.Contact.TRANSIENT)]
+    while True:
+        made = release(opened, "plant/cell-1", folder, limits=chest, valid_until=UNTIL, person="releaser")
+        told.send(made.head.number)
+        told.send(withdraw(opened, made.release, f"by {number}", person="releaser").number)
+
+
+def test_killed_at_any_moment_nothing_is_half_and_nothing_acknowledged_is_lost(register, where, tmp_path, measured):
+    folder, rng, newest_told = collected(tmp_path / "c", 30, site="", cell=""), random.Random(1), 0
+    enter(register, measured, person="operator")
+    of_measured = len(fm.read_campaign(measured).entries)
     for number in range(200 if FULL_SIZE else 4):
         ours, theirs = PROCESSES.Pipe(duplex=False)
-        process = PROCESSES.Process(target=going_on, args=(where, folder, number, theirs))
+        goes_on, content = (releasing, measured) if number % 4 == 3 else (going_on, folder)
+        process = PROCESSES.Process(target=goes_on, args=(where, content, number, theirs))
         process.start()
         theirs.close()
         for _ in range(rng.randrange(1, 5)):
@@ -691,8 +1164,11 @@ def test_killed_at_any_moment_nothing_is_half_and_nothing_acknowledged_is_lost(r
                 break
     assert whole(register)
     assert count(register, "audit") >= newest_told > 0
-    assert count(register, "recordings") == 30
-    assert count(register, "uses") == 30 * count(register, "campaigns")
+    assert count(register, "recordings") == 30 + of_measured
+    assert count(register, "uses") == 30 * (count(register, "campaigns") - 1) + of_measured
+    releases, withdrawn = rows(register, "releases"), rows(register, "withdrawals")
+    assert len({each["entry"] for each in (*releases, *withdrawn)}) == len(releases) + len(withdrawn) > 0
+    assert len(releases) - len(withdrawn) in (0, 1)
 
 
 def test_a_server_that_is_killed_and_started_again(folders):
@@ -703,7 +1179,7 @@ def test_a_server_that_is_killed_and_started_again(folders):
         url = server.new("register")
         opened = make_register(url)[0]
         for i in range(20 if FULL_SIZE else 2):
-            told = change(opened, "plant/cell-1", {"tool": f"t{i}"}, new=True)[1]
+            told = change(opened, "plant/cell-1", {"tool": f"t{i}"}, new=True).head
             with pytest.raises(fm.InputError, match="no connection to the server") as caught:
                 lose(opened, server, f"h{i}")
             assert str(caught.value).count("\n") == 0
@@ -801,13 +1277,132 @@ def test_a_password_is_refused_and_not_repeated(url, forcemap):
         assert err.count("\n") == 1
 
 
-def test_tls_is_required_unless_local(forcemap):
-    code, _, err = forcemap("register", "due", "--register", "postgresql://example.invalid/db?sslmode=disable")
+ELSEWHERE = {  # URL, service file and environment that lead to another machine with less than a verified certificate
+    "stated": ("postgresql://example.invalid/db?sslmode=disable", "", {}),
+    "not verified": ("postgresql://example.invalid/db?sslmode=require", "", {}),
+    "libpq's own": ("postgresql://example.invalid/db?sslmode=prefer", "", {}),
+    "one of two": ("postgresql://localhost,example.invalid/db?sslmode=allow", "", {}),
+    "service": ("postgresql:///?service=forcemap", "host=example.invalid\nsslmode=require", {}),
+    "service, URL": ("postgresql:///db?service=forcemap&sslmode=disable", "hostaddr=192.0.2.1", {}),
+    "service, local name": (
+        "postgresql:///?service=forcemap&sslmode=disable",
+        "host=localhost\nhostaddr=192.0.2.1",
+        {},
+    ),
+    "environment": ("postgresql:///db", "", {"PGHOST": "example.invalid", "PGSSLMODE": "disable"}),
+    "address": ("postgresql://localhost/db", "", {"PGHOSTADDR": "192.0.2.1", "PGSSLMODE": "allow"}),
+    "service of the environment": ("postgresql:///db", "host=192.0.2.1\nsslmode=allow", {"PGSERVICE": "forcemap"}),
+}
+
+
+@pytest.mark.parametrize("case", ELSEWHERE)
+def test_less_than_a_verified_certificate_is_refused_to_another_machine(case, forcemap, tmp_path, monkeypatch):
+    url, service, environment = ELSEWHERE[case]
+    monkeypatch.setenv("PGSERVICEFILE", str(tmp_path / "service"))
+    (tmp_path / "service").write_text(f"[forcemap]\n{service}\n")
+    for name, value in environment.items():
+        monkeypatch.setenv(name, value)
+    code, _, err = forcemap("register", "due", "--register", url)
     assert (code, err.count("\n")) == (2, 1)
-    assert "expected one of require, verify-ca, verify-full" in err
-    assert [is_local(host) for host in ("/tmp", "localhost", "127.0.0.1", "::1", "example.org", "10.0.0.1")] == [
-        *(True, True, True, True, False, False),
-    ]
+    assert "expected one of verify-ca, verify-full" in err
+
+
+def test_an_address_is_local_only_if_it_is_known_to_be():
+    local = ("", "/tmp", "@socket", "localhost", "127.0.0.1", "127.3.2.1", "::1")
+    other = ("example.org", "10.0.0.1", "127.1", "localhost.example.org", "127.0.0.1.example.org", "fe80::1%lo")
+    assert [each for each in (*local, *other) if is_local(each)] == list(local)
+
+
+@pytest.mark.parametrize("where", ["postgresql"], indirect=True)
+def test_a_service_file_names_the_server(server, where, tmp_path, monkeypatch, ask, forcemap):
+    name = where.partition("@/")[2].partition("?")[0]
+    monkeypatch.setenv("PGSERVICEFILE", str(tmp_path / "service"))
+    (tmp_path / "service").write_text(f"[forcemap]\nhost={server.home}\nuser=owner\ndbname={name}\npassword=s3cret\n")
+    for url in ("postgresql:///?service=forcemap", f"postgresql:///{name}?service=forcemap"):
+        assert ask("register", "verify", "--register", url)[1]["holds"]
+    code, out, err = forcemap("register", "due", "--register", "postgresql:///?service=other")
+    assert (code, out, err.count("\n")) == (2, "", 1)
+    assert 'definition of service "other" not found' in err
+    monkeypatch.setenv("PGSERVICE", "forcemap")
+    assert ask("register", "verify", "--register", "postgresql:///")[1]["holds"]
+
+
+def certificate(home, name):
+    """A certificate of a server of that name, which signs itself, and its key."""
+    made = ["openssl", "req", "-x509", "-newkey", "rsa:2048", "-nodes", "-days", "2", "-subj", f"/CN={name}"]
+    made += ["-addext", f"subjectAltName=DNS:{name}", "-keyout", home / "key.pem", "-out", home / "certificate.pem"]
+    subprocess.run([str(each) for each in made], check=True, capture_output=True)
+    return home / "certificate.pem", home / "key.pem"
+
+
+@pytest.mark.skipif(shutil.which("openssl") is None, reason="openssl makes the certificate")
+@pytest.mark.parametrize("named", ["URL", "service file", "environment"])
+def test_a_server_whose_certificate_is_not_verified_gets_no_password(named, tmp_path, forcemap, monkeypatch):
+    """127.1 is this machine, by a name that is not known to be: whoever answers there has a certificate of its own."""
+    tls = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+    tls.load_cert_chain(*certificate(tmp_path, "127.1"))
+    told = []
+
+    def answers(listening):
+        while True:
+            try:
+                asking, _ = listening.accept()
+            except OSError:
+                return
+            with asking:
+                asking.settimeout(5)
+                told.append(asking.recv(8))
+                asking.sendall(b"S")
+                try:
+                    with tls.wrap_socket(asking, server_side=True) as secret:
+                        told.append(secret.recv(1000))
+                except OSError:
+                    pass
+
+    with socket.create_server(("127.0.0.1", 0)) as listening:
+        thread = threading.Thread(target=answers, args=(listening,))
+        thread.start()
+        port = listening.getsockname()[1]
+        monkeypatch.setenv("PGPASSWORD", "s3cret")
+        monkeypatch.setenv("PGSERVICEFILE", str(tmp_path / "service"))
+        (tmp_path / "service").write_text(f"[forcemap]\nhost=127.1\nport={port}\n")
+        if named == "environment":
+            monkeypatch.setenv("PGHOST", "127.1")
+            monkeypatch.setenv("PGPORT", str(port))
+        url = {"URL": f"//anna@127.1:{port}/db", "service file": "//anna@/db?service=forcemap"}.get(named, "//anna@/db")
+        code, out, err = forcemap("register", "due", "--register", f"postgresql:{url}")
+        listening.shutdown(socket.SHUT_RDWR)
+        thread.join(10)
+    assert (code, err.count("\n")) == (2, 1)
+    assert "certificate verify failed" in err
+    assert "s3cret" not in out + err
+    assert set(told) == {struct.pack("!ii", 8, 80877103)}  # it asked for TLS, and said no more
+
+
+@pytest.mark.skipif(shutil.which("openssl") is None, reason="openssl makes the certificate")
+def test_a_server_whose_certificate_is_verified_is_used(tmp_path, ask, forcemap):
+    if postgres.PROGRAMS is None:
+        pytest.skip(postgres.REASON)
+    with socket.create_server(("127.0.0.1", 0)) as listening:
+        port = listening.getsockname()[1]
+    server = postgres.Server(f"-c fsync=off -c listen_addresses=127.0.0.1 -c port={port}")
+    try:
+        own, _ = certificate(tmp_path, "127.1")
+        for file in ("certificate.pem", "key.pem"):
+            shutil.copy(tmp_path / file, server.data)
+            shutil.chown(server.data / file, server.data.owner())
+            (server.data / file).chmod(0o600)
+        with (server.data / "postgresql.auto.conf").open("a") as settings:
+            settings.write("ssl = on\nssl_cert_file = 'certificate.pem'\nssl_key_file = 'key.pem'\n")
+        server.stop("fast")
+        server.start()
+        url = f"postgresql://owner@127.1:{port}/postgres"
+        assert "certificate verify failed" in forcemap("register", "init", "--register", url)[2]
+        assert ask("register", "init", "--register", f"{url}?sslrootcert={own}")[1]["schema_now"] == SCHEMA
+        assert ask("register", "verify", "--register", f"{url}?sslrootcert={own}&sslmode=verify-ca")[1]["holds"]
+        assert ask("register", "verify", "--register", url.replace("127.1", "127.0.0.1"))[1]["holds"]
+    finally:
+        server.close()
 
 
 def test_files_of_other_kinds_and_places(tmp_path, ask, folders):
@@ -830,7 +1425,7 @@ def test_files_of_other_kinds_and_places(tmp_path, ask, folders):
     assert ask("register", "init", "--register", tmp_path / "text.sqlite")[0] == 2
     assert {name: (tmp_path / name).read_bytes() for name in before} == before
     assert ask("register", "init", "--register", tmp_path / "a" / "b.sqlite")[1]["schema_before"] is None
-    assert ask("register", "init", "--register", tmp_path / "a" / "b.sqlite")[1]["schema_before"] == "v2"
+    assert ask("register", "init", "--register", tmp_path / "a" / "b.sqlite")[1]["schema_before"] == SCHEMA
 
 
 def test_network_file_systems_are_told_by_what_is_mounted():
@@ -847,44 +1442,56 @@ def test_network_file_systems_are_told_by_what_is_mounted():
 # migrations
 
 
+@pytest.mark.parametrize("schema", ["v1", "v2"])
 @pytest.mark.parametrize("database", DATABASES)
-def test_the_first_schema_is_migrated_with_its_data_and_triggers(database, server_or_none, tmp_path, folders, ask):
-    dump = Path(__file__).with_name(f"register_v1.{database}.sql")
+def test_an_earlier_schema_is_migrated_with_its_data_and_triggers(
+    database, schema, server_or_none, tmp_path, folders, ask
+):
+    dump = Path(__file__).with_name(f"register_{schema}.{database}.sql")
+    where = an_empty_database(database, server_or_none, tmp_path)
     if database == "sqlite":
-        where = str(tmp_path / "v1.sqlite")
         with sqlite3.connect(where) as raw:
             raw.executescript(dump.read_text())
     else:
-        if server_or_none is None:
-            pytest.skip(postgres.REASON)
-        where = server_or_none.new("released")
+        name = where.partition("@/")[2].partition("?")[0]
         server_or_none._run(
-            "psql", "-q", "-v", "ON_ERROR_STOP=1", "-h", server_or_none.home, "-U", "owner", "-f", dump, "released"
+            "psql", "-q", "-v", "ON_ERROR_STOP=1", "-h", server_or_none.home, "-U", "owner", "-f", dump, name
         )
     code, answer = ask("register", "due", "--register", where)
     assert (code, answer["error"]["kind"]) == (2, "register")
-    assert "schema v1, expected v2" in answer["error"]["message"]
+    assert f"schema {schema}, expected {SCHEMA}" in answer["error"]["message"]
     old = connect(where)
-    before = {n: rows(old, n) for n in METADATA.tables if n != "contact_points"}
+    before = {n: rows(old, n) for n in METADATA.tables if schema != "v1" or n != "contact_points"}
     assert all(before.values())
-    assert ask("register", "init", "--register", where)[1]["schema_before"] == "v1"
+    assert ask("register", "init", "--register", where)[1]["schema_before"] == schema
     assert {name: rows(old, name) for name in before} == before
-    assert whole(old)
+    assert ask("register", "verify", "--register", where)[1]["problems"] == []
     for name in before:
         with pytest.raises(Exception, match="never changed or deleted"):
             owner(old, f"delete from {name}")
+    for statement in ROWS_THAT_DO_NOT_FOLLOW.values():
+        with pytest.raises(Exception, match="a new one follows the newest"):
+            owner(old, statement)
     enter(old, folders[3])
     with old.engine.connect() as connection:
         assert compare_metadata(MigrationContext.configure(connection), METADATA) == []
-    assert whole(old)
+    assert ask("register", "verify", "--register", where)[0] == 0
     old.engine.dispose()
 
 
-def test_a_migration_that_fails_in_the_middle_leaves_the_schema_before(where, ask):
-    register = make_register(where)[0]
-    indexes = ("contact_points_campaign", "impacts_largest", "impacts_whole", "campaigns_device")
-    owner(register, *(f"drop index {name}" for name in indexes), "drop table contact_points")
-    owner(register, "update alembic_version set version_num = 'v1'", "create index impacts_whole on impacts (whole)")
+def an_empty_database(database, server_or_none, tmp_path):
+    if database == "sqlite":
+        return str(tmp_path / "empty.sqlite")
+    if server_or_none is None:
+        pytest.skip(postgres.REASON)
+    return server_or_none.new(f"register{next(_NAMES)}")
+
+
+@pytest.mark.parametrize("database", DATABASES)
+def test_a_migration_that_fails_in_the_middle_leaves_the_schema_before(database, server_or_none, tmp_path, ask):
+    where = an_empty_database(database, server_or_none, tmp_path)
+    register = make_register(where, schema="v1")[0]
+    owner(register, "create index impacts_whole on impacts (whole)")
     code, answer = ask("register", "init", "--register", where)
     assert (code, answer["error"]["kind"]) == (2, "register")
     owner(register, "drop index impacts_whole")
@@ -972,7 +1579,8 @@ def test_pages_show_the_register_and_only_read_it(blank, folders, tmp_path):
     where = str(shutil.copy(blank, tmp_path / "r.sqlite"))
     with open_register(where) as register:
         enter(register, folders[0])
-        enter(register, folders[2], cell="a b/<i>")
+        enter(register, collected(tmp_path / "bare", 30, 8, site="", cell=""), cell="a b/<i>")
+        change(register, "plant/unknown", {"program": "x"}, new=True)
         add_release(register)
     with client_of(folders[0].parent, register=where) as client:
         for path in ("/register", "/register/cell?cell=plant/cell-1", "/register/cell?cell=a+b/%3Ci%3E"):
@@ -984,7 +1592,7 @@ def test_pages_show_the_register_and_only_read_it(blank, folders, tmp_path):
         assert "In force until" in shown
         assert "0.100 to 0.200 m/s" in shown
         site = client.get("/api/register").json()
-        assert [cell["in_force"] for cell in site["cells"]] == [False, True]
+        assert [cell["in_force"] for cell in site["cells"]] == [False, True, False]
         assert client.get("/api/register/cell?cell=none").status_code >= 400
         assert client.get("/register/cell?cell=none").status_code >= 400
         assert client.get("/register", headers=bearer("another")).status_code == 401

@@ -227,6 +227,14 @@ def test_numbers_are_those_of_the_library(reports):
     accuracy = fm.map_accuracy(force_map, dataset)[0]
     (row,) = [row for row in rows(page, "map") if row[0] == accuracy.on]
     assert row[2].startswith(f"{accuracy.max_underestimation_percent:.2f} %")
+    compared = fm.assess_campaign(folder, limits=[limit]).comparisons[0].models
+    body = parts(page, "standard", "tbody")[0]
+    standard = {text_of(row[0]): [text_of(cell) for cell in row[1:6]] for row in body.iter("tr")}
+    for model in compared:
+        for name, of in ((model.model, model.accuracy), (f"{model.model}, all states", model.on_all)):
+            errors = (of.max_underestimation_percent, of.mean_underestimation_percent)
+            errors += (of.max_overestimation_percent, of.mean_overestimation_percent)
+            assert standard[name] == [str(of.states), *(f"{error:.1f} %" for error in errors)]
 
 
 def test_assumptions_stand_beside_every_speed(reports):

@@ -31,6 +31,7 @@ from forcemap.words import assumptions, sentence
 from web_server import PATIENCE, TOKEN, bearer, client_of, contents, serving
 
 PLAIN = {"content-type": "application/octet-stream"}
+HAND = {"area": "back_of_hand"}
 PLACE = {"distance_m": 0.8, "height_m": 0.4}
 PAGES = ["", "/map", "/speeds", "/compare", "/task", "/conditions", "/columns", "/downloads"]
 
@@ -70,7 +71,7 @@ def upload(half_done):
     with client_of(half_done[0].parent) as client:
 
         def post(way, content, file, headers=PLAIN, **more):
-            address = f"/api/campaigns/half/{way}?{urlencode({'file': file, **more})}"
+            address = f"/api/campaigns/half/{way}?{urlencode(HAND | {'file': file} | more)}"
             return client.post(address, content=content, headers=headers)
 
         post.base = f"http://{client.base_url.netloc.decode()}"
@@ -78,7 +79,8 @@ def upload(half_done):
 
 
 def asked(client, path, **query):
-    answer = client.get(f"/api/campaigns/{path}", params=query)
+    """An answer, for the back of the hand if the question names no body area."""
+    answer = client.get(f"/api/campaigns/{path}", params=HAND | query)
     assert answer.status_code == 200, answer.text
     return answer.json()
 
@@ -86,7 +88,7 @@ def asked(client, path, **query):
 @pytest.mark.parametrize("page", PAGES)
 @pytest.mark.parametrize("name", ["ur10e", "kuka"])
 def test_every_page_opens_and_has_a_json_twin(client, name, page):
-    found = client.get(f"/campaigns/{name}{page}")
+    found = client.get(f"/campaigns/{name}{page}", params=HAND)
     assert found.status_code == 200
     assert found.headers["content-type"] == "text/html; charset=utf-8"
     twins = re.findall(r'href="(/api/[^"]*)"', found.text.partition('id="twin"')[2])
@@ -184,7 +186,7 @@ def test_bounds_are_never_rounded_down(client, measured):
     rows = [(i, j) for i in range(len(places)) for j in range(len(places[0])) if places[i][j] is not None]
     for i, j in rows[::20]:
         assert bound.upper(force_map, answer["distance_m"][i], answer["height_m"][j], 0.3) <= places[i][j]
-    shown = client.get("/campaigns/ur10e/map", params=PLACE | {"speed_mps": 0.3}).text
+    shown = client.get("/campaigns/ur10e/map", params=HAND | PLACE | {"speed_mps": 0.3}).text
     assert float(re.search(r'id="bound">([\d.]+)<', shown)[1]) >= answer["bound_N"]
 
 
@@ -252,7 +254,7 @@ def test_reasons_of_permitted_pieces_are_shown(client):
     reasons = {f"{piece['outcome']}: {piece['reason']}" for piece in answer["pieces"]}
     assert answer["permitted"]
     assert reasons
-    page = client.get("/campaigns/ur10e/task?points=0.8,0.44;0.8,0.2").text
+    page = client.get("/campaigns/ur10e/task?area=back_of_hand&points=0.8,0.44;0.8,0.2").text
     verdict = page.partition('id="verdict"')[2].partition('id="facts"')[0]
     assert all(reason in verdict for reason in reasons)
 
@@ -268,8 +270,13 @@ def test_the_comparison_is_the_librarys(client, measured):
     )
     found = [model["accuracy"]["max_underestimation_percent"] for model in answer["models"]]
     assert found == [model.accuracy.max_underestimation_percent for model in expected.models]
+    page = client.get("/campaigns/ur10e/compare", params=HAND).text
+    for model in expected.models:
+        for row, of in (("<", model.accuracy), (", all states<", model.on_all)):
+            line = page.partition(f'<th scope="row">{model.model}{row}')[2].partition("</tr>")[0]
+            assert f'"n">{of.max_underestimation_percent:.1f} %<' in line
     assert [each["limit_source"] for each in answer["allowed"]] == [each.limit_source for each in expected.allowed]
-    assert client.get("/campaigns/ur10e/compare.svg").text.startswith("<svg")
+    assert client.get("/campaigns/ur10e/compare.svg", params=HAND).text.startswith("<svg")
 
 
 def test_what_is_taken_away_is_what_the_library_writes(client, measured, tmp_path):
@@ -282,9 +289,9 @@ def test_what_is_taken_away_is_what_the_library_writes(client, measured, tmp_pat
     assert "SIMULATED" in report.text
     assert "Chest" in report.text or "chest" in report.text
     for form in Format:
-        text = client.get(f"{files}/speeds", params={"format": form}).text
+        text = client.get(f"{files}/speeds", params=HAND | {"format": form}).text
         assert "SIMULATED" in text.upper()
-    assert "factor" in client.get(f"{files}/scaling.csv?points=0.8,0.44;0.8,0.2&programmed_mps=0.3").text
+    assert "factor" in client.get(f"{files}/scaling.csv?area=palm&points=0.8,0.44;0.8,0.2&programmed_mps=0.3").text
 
 
 @pytest.mark.parametrize("form", Format)
@@ -320,7 +327,7 @@ def test_judging_says_what_it_leaves_open(upload, half_done):
     notes = upload("judge", content, f"{name}.csv").json()["notes"]
     unstated = "device range not stated: saturation was judged by the shape of the curves alone"
     assert notes == [unstated, "pressure is not assessed"]
-    address = f"{upload.base}/campaigns/half/judge?file={name}.csv"
+    address = f"{upload.base}/campaigns/half/judge?area=chest&file={name}.csv"
     headers = PLAIN | bearer(TOKEN)
     page = httpx.post(address, content=content, headers=headers, timeout=PATIENCE, trust_env=False).text
     assert all(note in page for note in notes)
@@ -354,17 +361,27 @@ def test_the_limit_table_of_the_campaign_is_used_or_named(measured, tmp_path):
                 *(client.get(f"/campaigns/ur10e/{page}?area=chest").text for page in ("speeds", "map", "task")),
             ]
 
-        for table, ways in (("../own.csv", ("speeds", "workspace", "compare")), ("house rules", ())):
-            named(table)
-            unused = f"campaign.toml names the limit table {table}, which is not used here: start with --limit-table"
-            assert all(unused in text for text in said(*ways)), table
+        named("house rules")
+        unused = "campaign.toml names the limit table house rules, which is not used here: start with --limit-table"
+        assert all(unused in text for text in said("speeds", "workspace", "compare"))
+        named("../own.csv")
+        for way in ("speed", "speeds", "workspace", "compare"):  # the standard's limits could be higher
+            refused = client.get(
+                f"/api/campaigns/ur10e/{way}", params={"area": "chest"} | (PLACE if way == "speed" else {})
+            )
+            assert (refused.status_code, "which is no file of this folder" in refused.text) == (422, True), way
         write(folder / "own.csv", own.encode())
         named("own.csv")
         assert all("of the house" in text and "not used here" not in text for text in said("speeds"))
         for page in PAGES:  # the usual area is not in this table
             assert client.get(f"/campaigns/ur10e{page}").status_code == 200
         write(folder / "own.csv", b"area,name\nx,y\n")
-        assert all("cannot be used" in text and "which is not used here" in text for text in said())
+        refused = client.get("/api/campaigns/ur10e/speeds", params={"area": "chest"})
+        assert (refused.status_code, "the table cannot be used" in refused.text) == (422, True)
+        for page in PAGES:
+            shown = client.get(f"/campaigns/ur10e{page}?area=chest")
+            assert "m/s to program" not in shown.text
+        assert client.get("/campaigns/ur10e/conditions").status_code == 200  # where it is mended
 
 
 def test_a_dropped_table_is_held_against_the_map(client, measured, tmp_path):
@@ -538,7 +555,8 @@ def test_other_sites_cannot_ask_but_may_link(client, site):
     for path in ("/", "/campaigns/ur10e/speeds"):
         assert client.get(path, headers=link).status_code == 200
         assert client.get(path, headers=image).status_code == client.get(path, headers=frame).status_code == 403
-    for path in ("/api/campaigns", "/api/campaigns/ur10e/speed?distance_m=0.8&height_m=0.4", "/static/page.css"):
+    speed = "/api/campaigns/ur10e/speed?area=palm&distance_m=0.8&height_m=0.4"
+    for path in ("/api/campaigns", speed, "/static/page.css"):
         for headers in (link, image, frame, {"origin": "http://evil.example"}):
             answer = client.get(path, headers=headers)
             assert (answer.status_code, answer.json()["error"]["kind"]) == (403, "origin")
@@ -553,7 +571,7 @@ def test_light_answers_do_not_wait_behind_heavy_ones(measured):
 
         def ask(way, **query):
             connection = stack.enter_context(socket.create_connection((host.hostname, host.port), timeout=PATIENCE))
-            head = f"GET /api/campaigns/ur10e/{way}?{urlencode(query)} HTTP/1.1\r\nhost: {host.netloc}\r\n"
+            head = f"GET /api/campaigns/ur10e/{way}?{urlencode(HAND | query)} HTTP/1.1\r\nhost: {host.netloc}\r\n"
             connection.sendall(f"{head}authorization: Bearer {token}\r\n\r\n".encode())
             return connection
 
@@ -571,7 +589,7 @@ def test_light_answers_do_not_wait_behind_heavy_ones(measured):
 def test_long_paths_are_refused(client):
     far = ";".join(f"0.8,{0.44 if i % 2 else -9}" for i in range(10))
     for path in ("/api/campaigns/ur10e/task", "/campaigns/ur10e/task", "/api/campaigns/ur10e/files/scaling.csv"):
-        answer = client.get(path, params={"points": far, "programmed_mps": 0.3})
+        answer = client.get(path, params=HAND | {"points": far, "programmed_mps": 0.3})
         assert answer.status_code == 422
         assert "found a path of 85.0 m, expected at most 20 m" in answer.text
 
@@ -587,7 +605,7 @@ def test_large_files_do_not_fill_the_memory(half_done):
         def memory(key):
             return int(re.search(rf"{key}:\s+(\d+) kB", Path(f"/proc/{process.pid}/status").read_text())[1]) / 1000
 
-        send = f"{address}/api/campaigns/half/judge?file=large.csv"
+        send = f"{address}/api/campaigns/half/judge?file=large.csv&area=chest"
         as_ours = {"headers": PLAIN | bearer(token), "timeout": PATIENCE, "trust_env": False}
         assert httpx.get(f"{address}/api/campaigns/half", **as_ours).status_code == 200
         before = memory("VmRSS")
@@ -677,7 +695,7 @@ def test_unknown_parameters_are_refused(client, page, query):
 
 @pytest.mark.parametrize("value", ["0_8", "1_0e-1", "%D9%A0.8", "%200.8", "0.8%0a", "nan", "0x1"])
 def test_numbers_are_written_plainly(client, value):
-    for address in ("/campaigns/ur10e/speeds?", "/api/campaigns/ur10e/speed?height_m=0.4&"):
+    for address in ("/campaigns/ur10e/speeds?", "/api/campaigns/ur10e/speed?area=chest&height_m=0.4&"):
         assert client.get(f"{address}distance_m={value}").status_code == 422
         assert client.get(f"{address}distance_m=8e-1").status_code == 200
     assert client.get(f"/api/campaigns/ur10e/task?points={value},0.4").status_code == 422

@@ -31,6 +31,7 @@ QUIET = [
 
 
 DOWNLOADED = "net::ERR_ABORTED"  # what Chromium says of a visit that becomes a download
+HAND = "area=back_of_hand"
 FIRST = "recording=d520-h140-v200-r1.csv"
 SHIFTS = """
 window.shifted = 0;
@@ -176,7 +177,11 @@ def place(page):
 
 
 @pytest.mark.parametrize(
-    "part", ["", "/map", "/speeds", "/compare", "/task", "/conditions", "/columns", "/downloads", f"/recording?{FIRST}"]
+    "part",
+    [
+        *(f"{part}?{HAND}" for part in ("", "/map", "/speeds", "/compare", "/task", "/downloads")),
+        *("/conditions", "/columns", f"/recording?{FIRST}&{HAND}", "", "/map", "/task", f"/recording?{FIRST}"),
+    ],
 )
 def test_each_page_fits_and_is_for_everybody(page, part):
     """Within its window, every field named, and what axe finds of contrast, names and order."""
@@ -187,7 +192,8 @@ def test_each_page_fits_and_is_for_everybody(page, part):
     page.wait_for_function("!document.querySelector('.waiting')")
     assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
     assert page.evaluate(
-        "[...document.querySelectorAll('input,select,textarea')].every(f => f.labels.length || f.ariaLabel)"
+        "[...document.querySelectorAll('input:not([type=hidden]),select,textarea')]"
+        ".every(field => field.labels.length || field.ariaLabel)"
     )
     names = page.evaluate("[...document.querySelectorAll('[id]')].map(each => each.id)")
     assert len(names) == len(set(names))
@@ -201,10 +207,57 @@ def test_each_page_fits_and_is_for_everybody(page, part):
 
 
 @desk_will_do
+def test_a_body_area_is_asked_for_and_kept(page):
+    """Choosing it answers at once; it goes along from tab to tab, and whoever uses the keyboard is not cut short."""
+    page.goto("/campaigns/lab")
+    assert page.locator("#share, #lowest, #speed").count() == 0
+    page.click(".opens tbody tr >> nth=0")
+    page.wait_for_selector("#opened .chart.curve polyline")  # a curve needs none
+    assert page.locator("#opened .outcome.within, #opened .outcome.exceeded").count() == 0
+    page.keyboard.press("Escape")
+    asked = page.locator("#headline .area-asked select")
+    asked.focus()
+    page.keyboard.press("ArrowDown")
+    assert asked.input_value() != ""
+    assert page.locator("#share").count() == 0
+    asked.select_option("")
+    asked.dispatch_event("pointerdown")
+    asked.select_option("chest")
+    page.wait_for_selector("#share")
+    assert "Chest" in page.inner_text("#headline .cap")
+    for tab, answer in (("Safe speeds", "#verdict .figure"), ("Map", "#bound"), ("Task", "#verdict .figure")):
+        page.click(f".tabs a:has-text('{tab}')")
+        page.wait_for_selector(answer)
+        assert page.locator("[name=area]").input_value() == "chest"
+    page.wait_for_load_state()
+    page.select_option("[name=area]", "palm")
+    playwright.expect(page.locator(".tabs a >> nth=0")).to_have_attribute("href", re.compile("area=palm"))
+    page.click(".place")
+    page.wait_for_selector("#headline .cap")
+    assert "Palm" in page.inner_text("#headline .cap")
+    page.wait_for_load_state()  # its scripts are there
+    page.select_option("#drop [name=area]", "chest")
+    playwright.expect(page.locator("#headline .cap")).to_contain_text("chest")
+    page.click(".brand")
+    page.wait_for_selector("#headline .cap")
+    assert "Chest" in page.inner_text("#headline .cap")
+
+
+@desk_will_do
+def test_a_dropped_recording_waits_for_its_body_area(page, served):
+    page.goto("/campaigns/lab")
+    page.set_input_files("#file", served[2])
+    playwright.expect(page.locator("#judged")).to_contain_text("no body area was chosen")
+    page.select_option("#drop [name=area]", "back_of_hand")
+    page.wait_for_selector("#judgement")
+    page.wait_for_selector("#headline #share")
+
+
+@desk_will_do
 def test_a_dropped_recording_is_judged_at_once(page, served):
     _, folder, kept, _ = served
     before = contents(folder)
-    page.goto("/campaigns/lab")
+    page.goto("/campaigns/lab?area=back_of_hand")
     carried = page.evaluate_handle(
         "([text, name]) => { const d = new DataTransfer(); d.items.add(new File([text], name)); return d }",
         [kept.read_text(), kept.name],
@@ -225,7 +278,7 @@ def test_a_dropped_recording_is_judged_at_once(page, served):
 @desk_will_do
 def test_a_recording_is_added_on_request(page, served):
     _, folder, kept, _ = served
-    page.goto("/campaigns/lab")
+    page.goto("/campaigns/lab?area=back_of_hand")
     assert "89 of 89" in page.inner_text("#swap-state")
     page.set_input_files("#file", kept)
     page.click("#add button")
@@ -240,7 +293,7 @@ def test_a_recording_is_added_on_request(page, served):
 
 @desk_will_do
 def test_each_slider_changes_the_speed_to_the_librarys(page, force_map):
-    page.goto("/campaigns/lab/map")
+    page.goto("/campaigns/lab/map?area=back_of_hand")
     for name, value in (("distance_m", 0.8), ("height_m", 0.4), ("distance_m", 0.55), ("speed_mps", 0.25)):
         page.locator(f"[data-for={name}]").evaluate(
             "(range, value) => { range.value = value; range.dispatchEvent(new Event('input', {bubbles: true})) }", value
@@ -260,7 +313,7 @@ def test_each_slider_changes_the_speed_to_the_librarys(page, force_map):
 
 
 def test_the_head_is_refused_with_the_reason(page):
-    page.goto("/campaigns/lab/speeds")
+    page.goto("/campaigns/lab/speeds?area=back_of_hand")
     page.wait_for_selector("#speed")
     page.select_option("[name=area]", "face")
     page.wait_for_selector("#verdict .outcome.not_permitted")
@@ -271,7 +324,7 @@ def test_the_head_is_refused_with_the_reason(page):
 
 @desk_will_do
 def test_a_task_is_dragged_and_outside_is_said(page, force_map):
-    page.goto("/campaigns/lab/task?points=0.8,0.4")
+    page.goto("/campaigns/lab/task?points=0.8,0.4&area=back_of_hand")
     assert page.inner_text("#speed") == fm.floor_speed(tasks_speed(force_map, 0.8, 0.4))
     drag(page, 0, 30, 20)
     answered(page)
@@ -282,7 +335,7 @@ def test_a_task_is_dragged_and_outside_is_said(page, force_map):
     answered(page)
     assert "outside" in page.inner_text("#verdict")
     assert page.locator("#speed").count() == 0
-    page.goto("/campaigns/lab/task?points=0.8,0.44;0.8,0.2&programmed_mps=0.3")
+    page.goto("/campaigns/lab/task?points=0.8,0.44;0.8,0.2&programmed_mps=0.3&area=back_of_hand")
     assert page.locator("#speed").count() == 1
     drag(page, 1, 0, 300)
     answered(page)
@@ -295,7 +348,7 @@ def test_a_task_is_dragged_and_outside_is_said(page, force_map):
 
 def test_an_answer_never_outlives_its_question(opened):
     page = opened()
-    page.goto("/campaigns/lab/speeds")
+    page.goto("/campaigns/lab/speeds?area=back_of_hand")
     page.wait_for_selector("#speed")
     page.fill("#distance_m", "")
     answered(page)
@@ -315,7 +368,7 @@ def test_an_answer_never_outlives_its_question(opened):
 def test_a_late_judgement_does_not_replace_a_newer_one(single, served):
     held = []
     single.route("**/judge?*area=back_of_hand*", lambda route: held.append(route))
-    single.goto("/campaigns/lab")
+    single.goto("/campaigns/lab?area=back_of_hand")
     single.set_input_files("#file", served[2])
     until(single, lambda: held)
     single.select_option("[name=area]", "face")
@@ -334,7 +387,7 @@ def test_a_late_judgement_does_not_replace_a_newer_one(single, served):
 def test_late_speeds_do_not_replace_newer_ones(single):
     held = []
     single.route("**/api/**/speeds?*area=chest*", lambda route: held.append(route))
-    single.goto("/campaigns/lab/speeds")
+    single.goto("/campaigns/lab/speeds?area=back_of_hand")
     single.wait_for_selector("#counts svg")
     single.select_option("[name=area]", "chest")
     until(single, lambda: held)
@@ -356,7 +409,7 @@ def test_a_page_is_of_one_map(single, served, part):
     held = []
     try:
         single.route(f"**/api/**/{plane}*", lambda route: held.append(route), times=1)
-        single.goto(f"/campaigns/lab/{part}?distance_m=0.8&height_m=0.4")
+        single.goto(f"/campaigns/lab/{part}?area=back_of_hand&distance_m=0.8&height_m=0.4")
         until(single, lambda: held)
         changed(folder, 0.8)
         held[0].continue_()
@@ -376,11 +429,11 @@ def test_a_page_is_of_one_map(single, served, part):
 
 
 def test_going_back_shows_no_answer_to_another_question(single, force_map):
-    single.goto("/campaigns/lab/speeds?distance_m=0.8&height_m=0.4")
+    single.goto("/campaigns/lab/speeds?distance_m=0.8&height_m=0.4&area=back_of_hand")
     single.fill("#distance_m", "")
     answered(single)
     assert single.locator("#speed").count() == 0
-    single.goto("/campaigns/lab")
+    single.goto("/campaigns/lab?area=back_of_hand")
     single.go_back()
     single.wait_for_load_state()
     answered(single)
@@ -390,7 +443,7 @@ def test_going_back_shows_no_answer_to_another_question(single, force_map):
 
 
 def test_speeds_are_cut_like_the_librarys(single):
-    single.goto("/campaigns/lab")
+    single.goto("/campaigns/lab?area=back_of_hand")
     speeds = [0.29, 0.57, 0.1599999, 0.2999999999, 0.0005, 1e-9, 0.001, 1.25, 2.0]
     found = single.evaluate("speeds => import('/static/look.js').then(look => speeds.map(look.floored))", speeds)
     assert found == [fm.floor_speed(speed) for speed in speeds]
@@ -398,7 +451,7 @@ def test_speeds_are_cut_like_the_librarys(single):
 
 @desk_will_do
 def test_a_campaign_opens_with_its_answer_and_the_next_step(page, served, force_map):
-    page.goto("/campaigns/lab")
+    page.goto("/campaigns/lab?area=back_of_hand")
     where = fm.measured_grid(force_map, 0.05)
     asked = {"limit": fm.force_limit("back_of_hand"), "contact": fm.Contact.TRANSIENT}
     bound = fm.ToleranceBound(device_error=3.0)
@@ -419,7 +472,7 @@ def test_a_campaign_opens_with_its_answer_and_the_next_step(page, served, force_
 
 @desk_will_do
 def test_a_row_opens_with_its_curve(page):
-    page.goto("/campaigns/lab")
+    page.goto("/campaigns/lab?area=back_of_hand")
     page.click("#recordings tbody tr:nth-child(3) td:nth-child(3)")
     page.wait_for_selector("#opened .chart.curve polyline")
     name = page.inner_text("#recordings tbody tr:nth-child(3) th")
@@ -448,7 +501,7 @@ def test_a_row_opens_with_its_curve(page):
 
 @desk_will_do
 def test_tables_are_sorted_searched_and_filtered(page):
-    page.goto("/campaigns/lab")
+    page.goto("/campaigns/lab?area=back_of_hand")
     page.wait_for_selector("#recordings th button")
     rows = page.locator("#recordings tbody tr:visible")
     assert rows.count() == 89  # all of them, in no box
@@ -475,7 +528,7 @@ def test_tables_are_sorted_searched_and_filtered(page):
 
 @desk_will_do
 def test_the_plane_is_clicked_read_and_numbered(page, force_map):
-    page.goto("/campaigns/lab/speeds?distance_m=0.8&height_m=0.4")
+    page.goto("/campaigns/lab/speeds?distance_m=0.8&height_m=0.4&area=back_of_hand")
     page.wait_for_selector("#plane .contour")
     box = page.locator("#plane").bounding_box()
     page.mouse.click(box["x"] + 0.6 * box["width"], box["y"] + 0.3 * box["height"])
@@ -501,7 +554,7 @@ def test_the_plane_is_clicked_read_and_numbered(page, force_map):
 def test_a_wait_shows(page):
     held = []
     page.route("**/api/**/speeds?*", lambda route: held.append(route))
-    page.goto("/campaigns/lab/speeds")
+    page.goto("/campaigns/lab/speeds?area=back_of_hand")
     until(page, lambda: held)
     assert page.locator("#counts progress").count() == 1
     page.wait_for_selector("#wait", state="visible")
@@ -509,7 +562,7 @@ def test_a_wait_shows(page):
     page.wait_for_selector("#counts svg")
     page.wait_for_selector("#wait", state="hidden")
     page.route("**/files/report.html*", lambda route: held.append(route))
-    page.goto("/campaigns/lab/downloads")
+    page.goto("/campaigns/lab/downloads?area=back_of_hand")
     page.click("text=Download the report")
     playwright.expect(page.locator("form[aria-label=Report] .state")).to_contain_text("judged again")
     assert page.locator("form[aria-label=Report] button:has-text('Download')").is_disabled()
@@ -521,14 +574,14 @@ def test_a_wait_shows(page):
 
 
 def test_the_answer_stays_in_view(page):
-    page.goto("/campaigns/lab/speeds")
+    page.goto("/campaigns/lab/speeds?area=back_of_hand")
     page.wait_for_selector("#counts svg")
     page.locator("[name=overshoot_mps]").scroll_into_view_if_needed()
     page.evaluate("scrollBy(0, 200)")
     answer, field = page.locator("#verdict .figure").bounding_box(), page.locator("[name=overshoot_mps]").bounding_box()
     assert 0 <= answer["y"] < 844 - answer["height"]
     assert field["y"] < 844
-    page.goto("/campaigns/lab/task")
+    page.goto("/campaigns/lab/task?area=back_of_hand")
     page.wait_for_selector("#counts svg")
     page.locator("#less").scroll_into_view_if_needed()
     assert 0 <= page.locator("#verdict .figure").bounding_box()["y"] < 844
@@ -545,7 +598,11 @@ def test_several_campaigns_at_a_glance_and_together(browser, simulated, tmp_path
         page = context.new_page()
         page.goto(f"/?token={token}")
         assert page.locator(".card h2 a").all_inner_texts() == ["down", "up"]
+        assert "of the measured workspace" not in page.inner_text(".cards")
+        page.select_option(".area-asked select", "back_of_hand")  # one choice for all
+        page.wait_for_selector(".card .share")
         assert "of the measured workspace" in page.inner_text(".card >> nth=0")
+        assert all("back of hand" in card for card in page.locator(".card").all_inner_texts())
         assert Axe().run(page)["violations"] == []
         page.click("text=A path through the maps")
         page.wait_for_selector("#drawn svg[role=img]")
@@ -565,7 +622,7 @@ def test_several_campaigns_at_a_glance_and_together(browser, simulated, tmp_path
 
 @desk_will_do
 def test_words_have_a_short_help(page):
-    page.goto("/campaigns/lab/map")
+    page.goto("/campaigns/lab/map?area=back_of_hand")
     for term, words in (("contact", "clamped"), ("bound", "95 % confidence"), ("CFM_3D", "nine coefficients")):
         assert not page.locator(f"#help-{term}").is_visible()
         page.focus(f"[popovertarget=help-{term}] >> nth=0")
@@ -641,7 +698,7 @@ def test_columns_are_clicked(page, served, tmp_path):
 
 @desk_will_do
 def test_the_keyboard_is_enough(page, force_map):
-    page.goto("/campaigns/lab/speeds")
+    page.goto("/campaigns/lab/speeds?area=back_of_hand")
     page.keyboard.press("Tab")
     assert page.evaluate("document.activeElement.className") == "skip"
     for selector, key in (("[data-for=distance_m]", "ArrowRight"), ("[data-for=height_m]", "ArrowUp")):
@@ -653,14 +710,14 @@ def test_the_keyboard_is_enough(page, force_map):
         assert place(page) != before
     expected = librarys_speed(force_map, *place(page))
     assert page.inner_text("#speed") == fm.floor_speed(expected.speed)
-    page.goto("/campaigns/lab/task?points=0.8,0.4")
+    page.goto("/campaigns/lab/task?points=0.8,0.4&area=back_of_hand")
     page.wait_for_selector(".handle")
     tab_to(page, ".handle")
     for _ in range(3):
         page.keyboard.press("ArrowLeft")
         answered(page)
     assert points(page) == [(0.785, 0.4)]
-    page.goto("/campaigns/lab/map")
+    page.goto("/campaigns/lab/map?area=back_of_hand")
     tab_to(page, "#workspace")
     page.wait_for_selector("#workspace[data-points]")
     page.keyboard.press("ArrowLeft")
@@ -668,7 +725,7 @@ def test_the_keyboard_is_enough(page, force_map):
 
 @desk_will_do
 def test_the_report_and_the_map_are_taken_away(page, force_map, tmp_path):
-    page.goto("/campaigns/lab/downloads")
+    page.goto("/campaigns/lab/downloads?area=back_of_hand")
     with page.expect_download() as taken:
         page.click("text=map.json")
     taken.value.save_as(tmp_path / "map.json")
@@ -684,7 +741,7 @@ def test_the_report_and_the_map_are_taken_away(page, force_map, tmp_path):
 
 @desk_will_do
 def test_a_hundred_thousand_points_are_turned(page):
-    page.goto("/campaigns/lab/map")
+    page.goto("/campaigns/lab/map?area=back_of_hand")
     page.wait_for_selector("#along_speed polyline")
     assert page.get_attribute("#workspace", "data-points") is None  # it comes when it is seen
     page.locator("#workspace").scroll_into_view_if_needed()
@@ -707,11 +764,42 @@ def test_a_hundred_thousand_points_are_turned(page):
     assert workspace(page) == turned
 
 
+def test_a_long_table_is_shown_page_by_page(browser, tmp_path):
+    """Every row can be reached, sorted and found, and what stands below is a few keys away; for everybody."""
+    places = [(d, h, v) for v in (0.1, 0.2, 0.3) for d in np.linspace(0.5, 0.9, 10) for h in np.linspace(0.1, 0.5, 9)]
+    lines = [f"{d:.3f},{h:.3f},{v},{1000 * v * (1 - d * h):.1f}" for d, h, v in places]
+    (tmp_path / "impacts.csv").write_text("\n".join(["distance_m,height_m,speed_mps,peak_force_N", *lines]) + "\n")
+    with serving(tmp_path) as (_, address, token), closing(browser.new_context(base_url=address)) as context:
+        context.set_default_timeout(1000 * PATIENCE)
+        page = context.new_page()
+        page.goto(f"/?token={token}")
+        seen, rows = set(), page.locator("#states tbody tr:visible th")
+        for number, place in enumerate(("1 to 100 of 270", "101 to 200 of 270", "201 to 270 of 270")):
+            playwright.expect(page.locator(".pages span")).to_have_text(place)
+            assert rows.count() == (70 if number == 2 else 100)
+            seen |= {*rows.all_inner_texts()}
+            if number < 2:
+                page.focus("text=Next rows")
+                page.keyboard.press("Enter")
+        assert len(seen) == 270
+        assert page.evaluate("document.activeElement.textContent") == "Rows before"  # the focus is not lost
+        assert Axe().run(page)["violations"] == []
+        page.click("#states th button >> nth=6")  # by force, the highest first
+        page.click("#states th button >> nth=6")
+        playwright.expect(page.locator(".pages span")).to_have_text("1 to 100 of 270")
+        forces = [float(text) for text in page.locator("#states tbody tr:visible td:nth-child(7)").all_inner_texts()]
+        assert forces == sorted(forces, reverse=True)
+        assert forces[0] == max(float(line.split(",")[3]) for line in lines)
+        page.fill("[aria-label='Search the states']", rows.last.inner_text())
+        assert rows.count() >= 1
+        assert not page.locator(".pages").is_visible()
+
+
 def test_light_and_dark_differ(opened):
     grounds = []
     for scheme in ("light", "dark"):
         page = opened(color_scheme=scheme)
-        page.goto("/campaigns/lab")
+        page.goto("/campaigns/lab?area=back_of_hand")
         colour = page.evaluate("getComputedStyle(document.body).backgroundColor")
         grounds.append(sum(map(int, re.findall(r"\d+", colour)[:3])))
     assert grounds[0] > 600
@@ -725,7 +813,7 @@ def test_without_the_token_the_page_says_where_it_is(browser, served, width):
     with closing(browser.new_context(base_url=address, viewport={"width": width, "height": 844})) as context:
         context.set_default_timeout(1000 * PATIENCE)
         page = context.new_page()
-        asked = "/campaigns/lab/speeds?distance_m=0.8&height_m=0.4"
+        asked = "/campaigns/lab/speeds?distance_m=0.8&height_m=0.4&area=back_of_hand"
         assert page.goto(asked).status == 401
         assert "forcemap serve printed where it was started" in page.inner_text("#problem")
         assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")

@@ -39,6 +39,7 @@ class EnteredAnswer(Answer):
     new_recordings: int
     new_impacts: int
     facts: list[str]
+    also_of: list[str]
 
 
 class NotEntered(Answer):
@@ -69,6 +70,7 @@ class ReleaseMade(Answer):
     release: int
     new: bool
     replaces: int | None
+    also_of: list[str]
     head: HeadAnswer
 
 
@@ -119,6 +121,13 @@ class EventAnswer(Answer):
     action: str
     subject: str
     content: dict[str, Any]
+
+    @property
+    def stated(self) -> list[str]:
+        """The conditions that were stated, as `firmware=5.12`."""
+        facts = self.content.get("facts")
+        pairs = facts.items() if isinstance(facts, dict) else ()
+        return [f"{kind}={'?' if value is None else value}" for kind, value in pairs]
 
 
 class CellAnswer(Answer):
@@ -172,6 +181,8 @@ class WhoAnswer(Answer):
 
     asked: str
     cells: list[RelyingAnswer]
+    not_known: list[str]
+    known: list[str]
 
 
 class ExceededEntry(Answer):
@@ -180,6 +191,7 @@ class ExceededEntry(Answer):
     cell: str
     campaign: str
     folder: str
+    simulated: bool
     exceeded: int
     cannot_tell: int
     largest_N: float | None

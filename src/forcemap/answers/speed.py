@@ -14,6 +14,9 @@ from forcemap.maps.bounds import FixedMargin
 from forcemap.maps.force_map import ForceMap
 from forcemap.speeds.safe_speed import SafeSpeed, SpeedOutcome, safe_speed
 
+SLOWEST_HINT = 0.02
+"""Slowest speed to propose for a measurement [m/s]; a choice: no robot is measured slower."""
+
 _MARGIN_10 = FixedMargin(0.10)  # the 10 % in the keys' names
 
 
@@ -76,7 +79,7 @@ class SpeedAnswer(RestsOn):
         with_margin = safe_speed(force_map, *place, **case | {"bound": _MARGIN_10})
         coordinates = {"distance_m": place[0], "height_m": place[1]}
         low, high = force_map.measured_range.lowest.tolist(), force_map.measured_range.highest.tolist()
-        hint = speed.outcome is SpeedOutcome.UNCONFIRMED and speed.extrapolated_speed > 0
+        hint = speed.outcome is SpeedOutcome.UNCONFIRMED and speed.extrapolated_speed > SLOWEST_HINT
         return cls.from_result(
             speed,
             **coordinates,

@@ -13,7 +13,14 @@ import numpy as np
 
 from forcemap._version import __version__
 from forcemap.assessment.contact_points import POINTS_FILE, ContactPoint, read_contact_points
-from forcemap.assessment.folder import InputFile, campaign_inputs, campaign_limit_table, file_findings, stated_findings
+from forcemap.assessment.folder import (
+    CampaignLimitTable,
+    InputFile,
+    campaign_inputs,
+    campaign_limit_table,
+    file_findings,
+    stated_findings,
+)
 from forcemap.assessment.missing import Missing, attempt, present
 from forcemap.assessment.place_speeds import PlaceSpeeds, place_speeds
 from forcemap.assessment.point_impacts import unnamed_files
@@ -31,7 +38,7 @@ from forcemap.campaigns.repeatability import Repeatability, repeatability
 from forcemap.campaigns.summary import CampaignSummary, campaign_summary
 from forcemap.comparisons.contact_model import ContactModel, contact_model
 from forcemap.comparisons.force_models import Comparison, compare_force_models
-from forcemap.errors import InputError, UnknownName
+from forcemap.errors import CampaignFileError, InputError, UnknownName
 from forcemap.findings import Finding, FindingKind
 from forcemap.limits.body_areas import LimitTable
 from forcemap.limits.force_limits import Contact, ForceLimit, force_limit
@@ -317,8 +324,12 @@ def _stated(folder: Path, limits: Sequence[ForceLimit], table: LimitTable | None
     has_conditions = (folder / CAMPAIGN_FILE).exists()
     conditions = read_conditions(folder / CAMPAIGN_FILE) if has_conditions else Conditions()
     findings = [] if has_conditions else [Finding.of(FindingKind.CONDITIONS_MISSING, file=CAMPAIGN_FILE)]
-    own = campaign_limit_table(folder, conditions)
-    findings += [own.finding] if own.finding else []
+    try:
+        own = campaign_limit_table(folder, conditions)
+    except CampaignFileError:
+        if table is None:
+            raise
+        own = CampaignLimitTable(table, "")
     chosen = "given by the user"
     there = folder / POINTS_FILE
     listed: tuple[ContactPoint, ...] | Missing

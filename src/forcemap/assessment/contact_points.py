@@ -10,14 +10,16 @@ from enum import StrEnum
 from pathlib import Path
 from typing import Any
 
-from forcemap.csv_table import Table, csv_text, read_table
+from forcemap.campaigns.point_list import COLUMNS, NUMBERS, POINTS_FILE, REQUIRED, point_table
+from forcemap.csv_table import csv_text
 from forcemap.errors import InputError, UnknownName
 from forcemap.files import read_bytes
 from forcemap.limits.body_areas import LimitTable
 from forcemap.limits.force_limits import Contact, ForceLimit, force_limit
 from forcemap.maps.direction import direction_vector
 
-POINTS_FILE = "contact_points.csv"
+__all__ = ["COLUMNS", "NUMBERS", "POINTS_FILE", "REQUIRED"]  # what others take from here beside the points
+
 PHOTOGRAPHS_FOLDER = "photographs"
 PICTURE_ENDINGS = (".jpg", ".jpeg", ".png")
 
@@ -25,14 +27,7 @@ _NAME = re.compile(r"[\w.-]{1,36}", re.ASCII)
 _PHOTOGRAPH = re.compile(r"[\w. -]{1,100}")
 _LONGEST = 500  # characters of a cell of words; a choice
 _MOST_POINTS = 2000  # of a cell; a choice
-NUMBERS = ("distance_m", "distance_to_m", "height_m", "height_to_m", "recorded_at_mps", "programmed_mps")
 _WORDS = ("hazard", "contact_site", "direction", "recordings", "photograph", "remark")
-REQUIRED = ("point_id", "body_area", "contact", "body", "rests_on")
-COLUMNS = (
-    *("point_id", "hazard", "contact_site", "distance_m", "distance_to_m", "height_m", "height_to_m", "direction"),
-    *("body_area", "contact", "body", "rests_on", "recordings", "recorded_at_mps", "programmed_mps"),
-    *("photograph", "remark"),
-)
 
 
 class Body(StrEnum):
@@ -137,7 +132,7 @@ def read_contact_points(path: str | Path, *, table: LimitTable | None = None) ->
 
 def parse_contact_points(content: bytes, file: str, *, table: LimitTable | None = None) -> tuple[ContactPoint, ...]:
     """The list of contact points in the content of a file, which errors name; else as `read_contact_points`."""
-    read = _table(content, file)
+    read = point_table(content, file)
     if not read.rows or len(read.rows) > _MOST_POINTS:
         raise read.error(f"found {len(read.rows)} contact points, expected 1 to {_MOST_POINTS}")
     numbers = {name: read.numbers(name, required=False) for name in NUMBERS if name in read.columns}
@@ -155,18 +150,12 @@ def parse_contact_points(content: bytes, file: str, *, table: LimitTable | None 
 
 def listed_cells(content: bytes, file: str) -> list[dict[str, str]]:
     """The cells of every row by column, numbers with decimal points; errors as `read_contact_points`."""
-    return [{name: cells.get(name, "") for name in COLUMNS} for cells in _table(content, file).texts]
+    return [{name: cells.get(name, "") for name in COLUMNS} for cells in point_table(content, file).texts]
 
 
 def list_text(rows: Sequence[Mapping[str, str]]) -> str:
     """A list of contact points as CSV, with all columns."""
     return csv_text({name: [row.get(name, "") for row in rows] for name in COLUMNS})
-
-
-def _table(content: bytes, file: str) -> Table:
-    read = read_table(content, file, what="contact point")
-    read.require_columns(REQUIRED, COLUMNS)
-    return read.with_decimal_points(NUMBERS)
 
 
 def _point(cells: dict[str, str], numbers: dict[str, float], row: int, table: LimitTable | None) -> ContactPoint:

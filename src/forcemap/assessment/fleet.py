@@ -6,6 +6,7 @@ import json
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from datetime import date
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +21,7 @@ from forcemap.campaigns.dataset import ImpactDataset
 from forcemap.campaigns.seal import is_sealed, seal
 from forcemap.comparisons.map_check import MapCheck, MapOutcome, check_map, known_states
 from forcemap.errors import InputError
-from forcemap.files import read_bytes, sha256, write_atomically
+from forcemap.files import file_sha256, read_bytes, sha256, write_atomically
 from forcemap.findings import Finding, FindingKind
 from forcemap.limits.force_limits import ForceLimit, force_limit
 from forcemap.maps.carry_over import EARLIER_MAP
@@ -52,7 +53,16 @@ def made_from(assessment: CampaignAssessment) -> str:
 
 def _hash(inputs: Iterable[InputFile], limits: Iterable[ForceLimit]) -> str:
     asked = [(limit.name, limit.sha256) for limit in limits]
-    return sha256(json.dumps([__version__, asked, inputs_sha256(inputs)]))
+    return sha256(json.dumps([__version__, _source(), asked, inputs_sha256(inputs)]))
+
+
+@cache
+def _source() -> str:
+    """The software by its source: what judges otherwise is asked again, whatever version it calls itself."""
+    root = Path(__file__).parents[1]
+    return sha256(
+        "\n".join(f"{path.relative_to(root).as_posix()} {file_sha256(path)}" for path in sorted(root.rglob("*.py")))
+    )
 
 
 @dataclass(frozen=True)

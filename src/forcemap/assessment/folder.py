@@ -15,11 +15,11 @@ from forcemap.campaigns.campaign import RECORDINGS_FOLDER, Campaign
 from forcemap.campaigns.conditions import CAMPAIGN_FILE, Conditions
 from forcemap.campaigns.impacts_table import TABLE_FILE
 from forcemap.campaigns.plan import PLAN_FILE
-from forcemap.campaigns.point_recordings import POINT_REGISTER, POINTS_FOLDER
+from forcemap.campaigns.point_list import POINT_REGISTER, POINTS_FOLDER
 from forcemap.campaigns.pressures import PRESSURES_FOLDER
 from forcemap.campaigns.readout import Reader
 from forcemap.campaigns.recordings_table import REGISTER_FILE
-from forcemap.errors import ForcemapError, InputError
+from forcemap.errors import CampaignFileError, ForcemapError, InputError
 from forcemap.files import file_sha256, read_bytes, sha256
 from forcemap.findings import Finding, FindingKind
 from forcemap.limits.body_areas import LimitTable, read_limit_table, standard_limit_table
@@ -103,17 +103,14 @@ class CampaignLimitTable:
         That of the campaign, else the standard's.
     file : str
         Its file in the campaign's folder; empty for the standard's.
-    finding : Finding or None
-        Why a table that campaign.toml names was not used; None if it was, or if none is named.
     """
 
     table: LimitTable
     file: str
-    finding: Finding | None = None
 
 
 def campaign_limit_table(folder: str | Path, conditions: Conditions) -> CampaignLimitTable:
-    """The table that campaign.toml names, if it is a file of the folder, else the standard's.
+    """The table of the folder that campaign.toml names, else the standard's: its limits could be higher.
 
     Parameters
     ----------
@@ -121,6 +118,11 @@ def campaign_limit_table(folder: str | Path, conditions: Conditions) -> Campaign
         The campaign's folder; a file outside it is not read.
     conditions : Conditions
         Of the campaign.
+
+    Raises
+    ------
+    CampaignFileError
+        The file that is named is none of the folder, or cannot be used.
     """
     standard, name = standard_limit_table(), conditions.limit_table
     if not name.lower().endswith(".csv"):  # a name in words
@@ -129,12 +131,14 @@ def campaign_limit_table(folder: str | Path, conditions: Conditions) -> Campaign
     with contextlib.suppress(OSError, ValueError):  # a name that no file can have
         file = (root / name).resolve()
         inside = file.is_relative_to(root) and file.is_file()
+    stated, column = str(Path(folder, CAMPAIGN_FILE)), "standard.limit_table"
     if not inside:
-        return CampaignLimitTable(standard, "", Finding.of(FindingKind.OWN_LIMITS_MISSING, table=name))
+        message = f"found {name[:200]!r}, which is no file of this folder; put it there, or name it with --limit-table"
+        raise CampaignFileError(message, file=stated, column=column)
     try:
         return CampaignLimitTable(read_limit_table(file), file.relative_to(root).as_posix())
     except ForcemapError as error:
-        return CampaignLimitTable(standard, "", Finding.of(FindingKind.OWN_LIMITS_UNUSABLE, error=error_words(error)))
+        raise CampaignFileError(f"the table cannot be used: {error_words(error)}", file=stated, column=column) from None
 
 
 def stated_findings(conditions: Conditions, limits: Sequence[ForceLimit]) -> list[Finding]:

@@ -15,21 +15,17 @@ from forcemap.assessment.contact_points import ContactPoint
 from forcemap.assessment.originals import Originals
 from forcemap.campaigns.campaign import Campaign
 from forcemap.campaigns.conditions import CAMPAIGN_FILE, Conditions, normalised, pattern_fits, read_campaign_file
-from forcemap.campaigns.point_recordings import (
-    POINT_FILMS,
-    POINTS_FOLDER,
-    PointRecording,
-    point_names,
-    point_recordings,
-)
-from forcemap.campaigns.pressures import PRESSURES_FOLDER
+from forcemap.campaigns.point_list import POINTS_FOLDER
+from forcemap.campaigns.point_recordings import POINT_FILMS, PointRecording, point_names, point_recordings
+from forcemap.campaigns.pressures import PRESSURES_FOLDER, Films, films_in, measured_pressure
 from forcemap.campaigns.recorded_impacts import RecordedImpacts
-from forcemap.campaigns.recordings_table import Entry
+from forcemap.campaigns.recordings_table import PRESSURE_FROM, REGISTER_FILE, Entry, Use
 from forcemap.campaigns.state import StateTolerance
-from forcemap.campaigns.walk import CampaignRecording, mistaken_unit, walk
+from forcemap.campaigns.walk import CampaignRecording, FileState, mistaken_unit, walk
 from forcemap.findings import Finding, FindingKind, in_words
 from forcemap.impacts.scenario import ContactScenario
 from forcemap.limits.force_limits import Contact
+from forcemap.maps.direction import same_direction
 from forcemap.verdicts.pressure_verdict import PressureVerdict
 from forcemap.verdicts.recording_results import recording_doubt, recording_pressure, recording_verdicts, thinned
 from forcemap.verdicts.verdict import Judgement, Verdict, VerdictOutcome
@@ -64,6 +60,8 @@ class PointImpact:
         Time after onset [s] and contact force [N], thinned out, extremes kept; empty without an impact.
     simulated : bool
         True if the file says so.
+    own : bool
+        True if its file lies in points/, and is no recording of the campaign.
     """
 
     recording: str
@@ -80,11 +78,7 @@ class PointImpact:
     time: FloatArray = field(default_factory=lambda: np.empty(0))
     force: FloatArray = field(default_factory=lambda: np.empty(0))
     simulated: bool = False
-
-    @property
-    def own(self) -> bool:
-        """True if it lies in points/."""
-        return self.recording.startswith(f"{POINTS_FOLDER}/")
+    own: bool = False
 
     @property
     def outcome(self) -> VerdictOutcome:
@@ -117,7 +111,8 @@ def point_impacts(
     found: dict[str, dict[str, tuple[PointImpact, ...]]] = {point.name: {} for point in points}
     own = _own(folder, campaign, [(point, pattern) for point, pattern in named if _of_point(pattern)])
     planned = [(point, pattern) for point, pattern in named if not _of_point(pattern)]
-    for point, pattern, impacts in (*own, *(_planned(campaign, planned) if campaign and planned else ())):
+    looked_at = campaign is not None and (planned or _may_exceed(campaign, points))
+    for point, pattern, impacts in (*own, *(_planned(campaign, points, planned) if campaign and looked_at else ())):
         there = found[point.name]
         there[pattern] = (*there.get(pattern, ()), *impacts)
     return found
@@ -129,6 +124,15 @@ def unnamed_files(folder: Path, points: Sequence[ContactPoint]) -> tuple[str, ..
     return tuple(name for name in point_names(folder) if not any(fnmatchcase(name.casefold(), p) for p in patterns))
 
 
+def _may_exceed(campaign: Campaign, points: Sequence[ContactPoint]) -> bool:
+    """Whether a registered recording comes near the lowest limit of any point, has a film, or is unregistered."""
+    lowest = min((p.limit.force(Contact.QUASI_STATIC) for p in points if p.limit.permitted), default=math.inf)
+    forces = [f for entry in campaign.entries for f in (entry.peak_force, entry.raw_peak_force, entry.phase2_force)]
+    unknown = {*campaign.files()} - {entry.file for entry in campaign.entries}
+    filmed = any(PRESSURE_FROM in entry.conditions for entry in campaign.entries)
+    return bool(unknown) or filmed or any(force > _NEAR * lowest for force in forces)
+
+
 def _of_point(pattern: str) -> bool:
     return pattern.startswith(f"{POINTS_FOLDER}/")
 
@@ -136,8 +140,11 @@ def _of_point(pattern: str) -> bool:
 PASSED_OVER = ""
 """In place of a pattern: recordings of the campaign at a point that exceed its limit, and that it does not name."""
 
+_NEAR = 0.8
+"""Share of a limit from which on registered forces are looked at again: further than devices' springs raise them."""
+
 _Named = tuple[ContactPoint, str, tuple[PointImpact, ...]]
-Film = tuple[Path, Conditions, Entry]  # where films lie, which film, of which recording
+Film = tuple[Films, Conditions, Entry]  # the films, under which conditions, of which recording
 
 
 def _own(folder: Path, campaign: Campaign | None, named: Sequence[tuple[ContactPoint, str]]) -> Iterator[_Named]:
@@ -154,7 +161,7 @@ def _own(folder: Path, campaign: Campaign | None, named: Sequence[tuple[ContactP
     }
     stated = folder / CAMPAIGN_FILE
     conditions = read_campaign_file(stated)[0] if stated.exists() else Conditions()
-    doubt, originals = recording_doubt(folder), Originals(campaign)
+    doubt, originals, films = recording_doubt(folder), Originals(campaign), films_in(folder / POINT_FILMS)
     for recording in point_recordings(folder, [name for name, points in whose.items() if points]):
         points = list(dict.fromkeys(point for point, _ in whose[recording.name]))
         original = originals.of(recording)
@@ -165,7 +172,7 @@ def _own(folder: Path, campaign: Campaign | None, named: Sequence[tuple[ContactP
             else [Finding.of(FindingKind.POINT_FILE_SHARED, names=tuple(point.name for point in points))]
         )
         why = next(iter([*copied, *shared, *filter(None, [recording.doubt])]), None)
-        film = (folder / POINT_FILMS, conditions, Entry(file=recording.name))
+        film = (films, conditions, Entry(file=recording.name))
         for point, pattern in whose[recording.name]:
             yield point, pattern, tuple(_of_file(point, recording, film, why, doubt))
 
@@ -182,35 +189,43 @@ def _of_file(
     """The recordings of a file in points/ beside the limit of a point."""
     if recording.excluded:
         excluded = Finding.of(FindingKind.EXCLUDED_BY_PERSON)
-        yield PointImpact(recording.name, point.recorded_at, not_judged=why or excluded, excluded=why is None)
+        yield PointImpact(recording.name, point.recorded_at, not_judged=why or excluded, excluded=why is None, own=True)
         return
     if not recording.recorded:
-        yield PointImpact(recording.name, point.recorded_at, not_judged=why)
+        yield PointImpact(recording.name, point.recorded_at, not_judged=why, own=True)
     for each in recording.recorded:
         pressure = recording_pressure(film, each, point.limit, point.contact)
-        yield _impact(
-            point, each.recording.name, each, why or each.doubt or doubt, point.recorded_at, pressure=pressure
-        )
+        several = in_words("one film of a file with several recordings, expected a file for each recording")
+        unclear = several if pressure and len(recording.recorded) > 1 else None
+        doubts = why or unclear or each.doubt or doubt
+        yield _impact(point, each.recording.name, each, doubts, point.recorded_at, pressure=pressure, own=True)
 
 
-def _planned(campaign: Campaign, named: Sequence[tuple[ContactPoint, str]]) -> Iterator[_Named]:
+def _planned(
+    campaign: Campaign, every: Sequence[ContactPoint], named: Sequence[tuple[ContactPoint, str]]
+) -> Iterator[_Named]:
     """Recordings of the campaign, in one walk over them; those that a point passes over although they exceed, too."""
     found: dict[tuple[str, str], list[PointImpact]] = {}
     measured, passed_over = [], dict[str, list[PointImpact]]()
-    points = {point.name: (point, [each for whose, each in named if whose is point]) for point, _ in named}
+    films = films_in(campaign.folder / PRESSURES_FOLDER)
+    points = {
+        point.name: (point, patterns)
+        for point in every
+        if (patterns := [each for whose, each in named if whose is point]) or _hit_alike(point, campaign.conditions)
+    }
     tolerance = StateTolerance.stated(campaign.conditions.place_tolerance, campaign.conditions.speed_tolerance)
     for recording in walk(campaign):
         measured += [recording.measured] if recording.measured else []
         state = recording.run[0] if recording.run else recording.entry.state_id
         for point, pattern in named:
             if pattern_fits(pattern, state, recording.entry.name):
-                found.setdefault((point.name, pattern), []).append(_of_campaign(campaign, point, recording))
+                found.setdefault((point.name, pattern), []).append(_of_campaign(campaign, point, recording, films))
         for point, patterns in points.values():
             if not _is_at(point, _place(campaign, recording), tolerance):
                 continue
             if any(pattern_fits(pattern, state, recording.entry.name) for pattern in patterns):
                 continue
-            there = _of_campaign(campaign, point, recording)
+            there = _of_campaign(campaign, point, recording, films)
             if there.outcome is VerdictOutcome.EXCEEDED:
                 passed_over.setdefault(point.name, []).append(there)
     mistaken = mistaken_unit(campaign, measured)
@@ -222,6 +237,12 @@ def _planned(campaign: Campaign, named: Sequence[tuple[ContactPoint, str]]) -> I
         named_speeds = [impact.speed for pattern in patterns for impact in found.get((name, pattern), [])]
         fastest = max((speed for speed in named_speeds if not math.isnan(speed)), default=math.inf)
         yield point, PASSED_OVER, tuple(i for i in impacts if not i.speed > fastest + tolerance.speed)
+
+
+def _hit_alike(point: ContactPoint, conditions: Conditions) -> bool:
+    """Whether a point is of the campaign's contact site and direction."""
+    site = normalised(point.contact_site) == normalised(conditions.contact_site)
+    return site and same_direction(point.direction, conditions.direction)
 
 
 def _is_at(point: ContactPoint, place: tuple[float, float], tolerance: StateTolerance) -> bool:
@@ -246,17 +267,33 @@ def _place(campaign: Campaign, recording: CampaignRecording) -> tuple[float, flo
     return float(campaign.plan.distance[row]), float(campaign.plan.height[row])
 
 
-def _of_campaign(campaign: Campaign, point: ContactPoint, recording: CampaignRecording) -> PointImpact:
+def _of_campaign(campaign: Campaign, point: ContactPoint, recording: CampaignRecording, films: Films) -> PointImpact:
     speed, place, row = recording.entry.speed, _place(campaign, recording), _row(campaign, recording)
     if row is not None:
         speed = float(campaign.plan.speed[row]) if math.isnan(speed) else speed
     at_contact = float(campaign.conditions.at_contact(np.array(speed)))
-    doubt = Finding.of(FindingKind.EXCLUDED_BY_PERSON) if recording.excluded else recording.doubt
     name = recording.entry.name
-    film = (campaign.folder / PRESSURES_FOLDER, campaign.conditions, recording.entry)
+    film = (films, campaign.conditions, recording.entry)
     pressure = recording_pressure(film, recording.recorded, point.limit, point.contact)
+    doubt = Finding.of(FindingKind.EXCLUDED_BY_PERSON) if recording.excluded else recording.doubt
+    doubt = doubt or _not_as_collected(recording, film)
     excluded = bool(recording.excluded)
     return _impact(point, name, recording.recorded, doubt, at_contact, place, excluded=excluded, pressure=pressure)
+
+
+def _not_as_collected(recording: CampaignRecording, film: Film) -> Finding | None:
+    """Why a recording of the campaign is not one that was collected and used, with its film; None if it is."""
+    entry, (films, conditions, _) = recording.entry, film
+    if recording.state is FileState.NEW:
+        return Finding.of(FindingKind.POINT_NOT_COLLECTED)
+    if entry.use is Use.DISCARDED:
+        return in_words(entry.reason)
+    was, measured = dict(entry.conditions).get(PRESSURE_FROM, ""), measured_pressure(films, conditions.film, entry)
+    now = f"{measured.file} {measured.sha256[:16]}" if measured else ""
+    if was.partition(": ")[0] == now:
+        return None
+    words = f"{PRESSURE_FROM} was {was or 'none'!r}, now it is {now or 'none'!r}; forcemap collect"
+    return Finding.of(FindingKind.RECORDING_CHANGED, all=(entry.file,), changed=words, register=REGISTER_FILE)
 
 
 def _impact(
@@ -269,11 +306,12 @@ def _impact(
     *,
     excluded: bool = False,
     pressure: PressureVerdict | None = None,
+    own: bool = False,
 ) -> PointImpact:
     """A recording beside the limit of a point; of several impacts the gravest."""
     if recorded is None or not recorded.impacts or excluded:
         shown = None if excluded else pressure
-        return PointImpact(name, speed, place, pressure=shown, not_judged=doubt, excluded=excluded)
+        return PointImpact(name, speed, place, pressure=shown, not_judged=doubt, excluded=excluded, own=own)
     whole = point.contact if point.contact is Contact.QUASI_STATIC else None
     verdicts = recording_verdicts(recorded, doubt, point.limit, contact=whole)
     verdict = max(verdicts, key=_gravity, default=None)
@@ -293,6 +331,7 @@ def _impact(
         time=time,
         force=force,
         simulated=recorded.recording.simulated,
+        own=own,
     )
 
 

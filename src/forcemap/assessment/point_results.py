@@ -22,7 +22,7 @@ from forcemap.errors import ForcemapError, InputError
 from forcemap.findings import Finding, FindingKind, in_words
 from forcemap.limits.force_limits import Contact, ForceLimit
 from forcemap.maps.bounds import Bound
-from forcemap.maps.direction import ON_AXIS, WIDEST_ANGLE, angle_between, direction_vector
+from forcemap.maps.direction import ON_AXIS, WIDEST_ANGLE, angle_between, direction_vector, same_direction
 from forcemap.maps.force_map import ForceMap
 from forcemap.planning.confirm import ConfirmationResult, Confirmed
 from forcemap.speeds.allowance import Allowance
@@ -83,6 +83,12 @@ class PointResult:
         return any(finding.kind is FindingKind.POINT_NOT_MEASURED for finding in self.lacks)
 
     @property
+    def program_at_most(self) -> float:
+        """Speed that the program may have [m/s], also where it has more; NaN if there is none."""
+        too_fast = [finding for finding in self.lacks if finding.kind is FindingKind.POINT_TOO_FAST]
+        return float(too_fast[0].figure("permitted_mps")) if too_fast else self.speed
+
+    @property
     def gravest(self) -> PointImpact | None:
         """The impact with the gravest verdict, None without any."""
         judged = [impact for impact in self.impacts if impact.governing]
@@ -132,7 +138,7 @@ def point_results(
     """
     impacts = point_impacts(folder, None if isinstance(campaign, Missing) else campaign, points)
     mapped = _by_map([point for point in points if point.by_map], conditions, force_map, bound, confirmed, allowance)
-    return tuple(
+    results = tuple(
         _result(
             point,
             folder,
@@ -142,6 +148,36 @@ def point_results(
         )
         for point in points
     )
+    return tuple(_not_contradicted_by(result, results, _tolerance(conditions)) for result in results)
+
+
+def _not_contradicted_by(result: PointResult, others: Sequence[PointResult], tolerance: StateTolerance) -> PointResult:
+    """A result, unless impacts of another point at the same spot exceeded a limit no lower, at a speed no higher."""
+    if result.lacks:
+        return result
+    limit = result.point.limit.force(result.point.contact)
+    against = [
+        Finding.of(FindingKind.POINT_SPEED_EXCEEDED, impact.reason, recording=impact.recording, speed_mps=impact.speed)
+        for other in others
+        if _one_spot(result.point, other.point, tolerance.place)
+        for impact in other.impacts
+        if impact.own and not impact.speed > result.speed + tolerance.speed
+        if impact.outcome is VerdictOutcome.EXCEEDED and limit <= other.point.limit.force(other.point.contact)
+    ]
+    if not against:
+        return result
+    refused = replace(result, outcome=PointOutcome.NOT_PERMITTED, speed=math.nan, lacks=tuple(against))
+    return replace(refused, confirmed_by=(), pressed=False)
+
+
+def _one_spot(one: ContactPoint, other: ContactPoint, tolerance: float) -> bool:
+    """Whether two points state the same contact site and direction, and places that meet."""
+    site = normalised(one.contact_site)
+    alike = site and site == normalised(other.contact_site) and same_direction(one.direction, other.direction)
+    ends = [(point.distance, point.distance_to, point.height, point.height_to) for point in (one, other)]
+    (d, d_to, h, h_to), (d2, d2_to, h2, h2_to) = ends
+    meets = d <= d2_to + tolerance and d2 <= d_to + tolerance and h <= h2_to + tolerance and h2 <= h_to + tolerance
+    return bool(one is not other and alike and meets)
 
 
 def _result(

@@ -15,7 +15,7 @@ from forcemap.campaigns.impacts_table import TABLE_FILE, read_dataset
 from forcemap.campaigns.memory import remembering
 from forcemap.campaigns.phase_two import OLD_COLUMN, unused_cells
 from forcemap.campaigns.point_recordings import register_points
-from forcemap.campaigns.pressures import require_known
+from forcemap.campaigns.pressures import PRESSURES_FOLDER, films_in, require_known
 from forcemap.campaigns.readout import Reader
 from forcemap.campaigns.recordings_table import Entry, register_text
 from forcemap.campaigns.walk import CampaignRecording, FileState, Progress, walk
@@ -129,15 +129,15 @@ def collected(
         message = "found no recording; put the device's files there, named as plan.csv says"
         raise CampaignFileError(message, file=str(campaign.recordings))
     judged: list[tuple[Entry, Row | None]] = []
-    used = UsedRecordings()
+    used, films = UsedRecordings(), films_in(campaign.folder / PRESSURES_FOLDER)
     for recording in walk(campaign, progress=progress, reader=reader):
         if recording.state is FileState.GONE and recording.entry.blank:
             continue
         if recording.missing_extra:  # what is not installed here must not take its row out of the table
             raise MissingExtra(recording.unreadable, file=str(campaign.recordings / recording.entry.file))
         _require_unchanged(campaign, recording)
-        judged.append(registered(campaign, recording, used))
-    require_known(campaign, (entry for entry, _ in judged))
+        judged.append(registered(campaign, recording, used, films))
+    require_known(films, (entry for entry, _ in judged))
     return [entry for entry, _ in judged], [row for _, row in judged if row]
 
 

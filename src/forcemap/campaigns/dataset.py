@@ -19,6 +19,7 @@ from forcemap.campaigns.contradictions import contradictions, opposite_base_angl
 from forcemap.campaigns.drift import Drift, measured_again
 from forcemap.campaigns.one_campaign import require_one_campaign
 from forcemap.campaigns.phase_two import PhaseTwo, including_unused
+from forcemap.campaigns.point_list import AtPoint, phase_two_of
 from forcemap.campaigns.quantity import LEAST, Quantity
 from forcemap.campaigns.state import CONFIRMING, States, StateTolerance, identify_states
 from forcemap.campaigns.units import unit_finding
@@ -31,8 +32,22 @@ if TYPE_CHECKING:
 
 # what other rooms take from here beside ImpactDataset
 __all__ = [
-    "CONFIRMING", "Binding", "BindingState", "Conditions", "ContactScenario", "Drift", "PhaseTwo", "Quantity",
-    "StateTolerance", "States", "contradictions", "in_stated_units", "measured_again", "unit_finding",
+    "CONFIRMING",
+    "AtPoint",
+    "Binding",
+    "BindingState",
+    "Conditions",
+    "ContactScenario",
+    "Drift",
+    "PhaseTwo",
+    "Quantity",
+    "StateTolerance",
+    "States",
+    "contradictions",
+    "in_stated_units",
+    "measured_again",
+    "phase_two_of",
+    "unit_finding",
 ]  # fmt: skip
 
 
@@ -100,6 +115,9 @@ class ImpactDataset:
         What `peak_force`, `censored` and `device_range` are of: the force, unless it was asked for another (`of`).
     without : int
         Impacts that were left out because they do not have that quantity.
+    at_points : tuple of AtPoint
+        What was measured at contact points alone, of the campaign's contact site: not fitted, but it may contradict a
+        speed.
     """
 
     distance: FloatArray
@@ -128,6 +146,7 @@ class ImpactDataset:
     binding: Binding = field(default_factory=Binding)
     quantity: Quantity = Quantity.FORCE
     without: int = 0
+    at_points: tuple[AtPoint, ...] = ()
 
     @classmethod
     def from_arrays(

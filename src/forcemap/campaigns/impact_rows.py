@@ -14,7 +14,7 @@ from forcemap.campaigns.columns import COLUMNS, RAW_PEAK
 from forcemap.campaigns.conditions import CAMPAIGN_FILE
 from forcemap.campaigns.contradictions import SPEEDS_APART
 from forcemap.campaigns.plan import PLAN_FILE
-from forcemap.campaigns.pressures import FilmReading, film_reading
+from forcemap.campaigns.pressures import FilmReading, Films, film_reading
 from forcemap.campaigns.readout import Readout
 from forcemap.campaigns.recordings_table import (
     FIRST_READ,
@@ -44,7 +44,9 @@ class UsedRecordings:
     forces: dict[str, str] = field(default_factory=dict)  # SHA-256 of all samples -> recording
 
 
-def registered(campaign: Campaign, recording: CampaignRecording, used: UsedRecordings) -> tuple[Entry, Row | None]:
+def registered(
+    campaign: Campaign, recording: CampaignRecording, used: UsedRecordings, films: Films
+) -> tuple[Entry, Row | None]:
     """The sealed entry of a recording whose file exists, and its row if it is used.
 
     Parameters
@@ -54,6 +56,8 @@ def registered(campaign: Campaign, recording: CampaignRecording, used: UsedRecor
         Neither changed nor gone.
     used : UsedRecordings
         Those used so far; this recording is added if it is used.
+    films : Films
+        Of the campaign.
     """
     entry = _fresh(recording)
     if entry.use is Use.USED:
@@ -67,7 +71,7 @@ def registered(campaign: Campaign, recording: CampaignRecording, used: UsedRecor
         given_before = recording.entry.impact_sha256 if entry.use is Use.UNREADABLE else ""
         return replace(entry, impact_sha256=given_before, conditions=now | dict(entry.conditions)), None
     assert recording.readout is not None
-    film = film_reading(campaign, entry)
+    film = film_reading(films, campaign, entry)
     row = _row(campaign, recording.readout, entry) | (film.cells if film else _NO_PRESSURE)
     used.runs[entry.state_id, entry.repeat] = used.forces[recording.readout.force_sha256] = entry.name
     return _sealed(entry, row, now | _basis(campaign, entry, film), several=bool(campaign.conditions.devices)), row

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,7 @@ from forcemap.campaigns.conditions import CAMPAIGN_FILE, Conditions, read_condit
 from forcemap.campaigns.dataset import ImpactDataset, StateTolerance
 from forcemap.campaigns.one_campaign import require_one_scenario, require_one_series
 from forcemap.campaigns.plan import PLAN_FILE
+from forcemap.campaigns.point_list import measured_at_points
 from forcemap.csv_table import Table, csv_cell, csv_text, read_table
 from forcemap.errors import InputError, TableError
 from forcemap.files import read_bytes, sha256, write_atomically
@@ -53,7 +55,7 @@ def read_dataset(
     ------
     TableError
         The file is empty, not text or not a table; a column is missing; a cell cannot be used; the impacts are of
-        several campaigns.
+        several campaigns; the list of contact points, where something was measured at them, cannot be used.
     CampaignFileError
         The campaign.toml beside the table cannot be used.
     """
@@ -97,7 +99,9 @@ def read_dataset(
         broken = cells is not None and binding_of(table, cells.texts, conditions).refusal is not None
         message = f"{error.message}; and the table is not what forcemap collect wrote" if broken else error.message
         raise TableError(message, file=str(table), row=error.row, column=error.column) from None
-    return dataset.bound_by(binding_of(table, cells.texts, dataset.conditions)).with_unused(str(table))
+    bound = dataset.bound_by(binding_of(table, cells.texts, dataset.conditions)).with_unused(str(table))
+    at_points = measured_at_points(table.parent, dataset.conditions) if table.name == TABLE_FILE else ()
+    return replace(bound, at_points=at_points)
 
 
 def write_dataset(dataset: ImpactDataset, path: str | Path) -> None:

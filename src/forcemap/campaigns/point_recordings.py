@@ -6,13 +6,16 @@ read, and what it gave: as the register of the campaign's own recordings does.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+import math
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path, PurePosixPath
 
 from forcemap.campaigns.binding import changed_conditions
 from forcemap.campaigns.conditions import CAMPAIGN_FILE, Conditions, read_campaign_file
-from forcemap.campaigns.pressures import PRESSURES_FOLDER, measured_pressure
+from forcemap.campaigns.point_list import POINT_REGISTER, POINTS_FOLDER
+from forcemap.campaigns.pressures import PRESSURES_FOLDER, Films, films_in, measured_pressure
 from forcemap.campaigns.recorded_impacts import RecordedImpacts, recorded_impacts
 from forcemap.campaigns.recordings_table import (
     FIRST_READ,
@@ -28,13 +31,8 @@ from forcemap.campaigns.recordings_table import (
 from forcemap.errors import CampaignFileError, ForcemapError
 from forcemap.files import alone, file_sha256, read_bytes, write_atomically
 from forcemap.findings import Finding, FindingKind, in_words
+from forcemap.impacts.quality import DOUBTFUL
 from forcemap.recordings.column_map import ColumnMap
-
-POINTS_FOLDER = "points"
-"""Folder of the recordings that were made at contact points alone, and belong to no plan."""
-
-POINT_REGISTER = "point_recordings.csv"
-"""What `forcemap collect` writes of them; a person may state in `exclude` why one does not count."""
 
 POINT_FILMS = f"{PRESSURES_FOLDER}/{POINTS_FOLDER}"
 """Folder of the films of these recordings, each of the name of its recording, with any ending."""
@@ -65,9 +63,40 @@ class PointRecording:
     doubt: Finding | None = None
 
     @property
+    def shown(self) -> tuple[tuple[Entry, bool], ...]:
+        """Of each recording its row with the largest forces of all its impacts, and whether these are all that acted.
+
+        Not so if it has a doubt, a quality flag of a peak that is not known, no impact, or was not used.
+        """
+        if self.entry is None:
+            return ()
+        return tuple((_with_forces(self.entry, each), self._whole(self.entry, each)) for each in self.recorded)
+
+    def _whole(self, entry: Entry, recorded: RecordedImpacts) -> bool:
+        doubtful = any(flag.name in DOUBTFUL for impact in recorded.impacts for flag in impact.flags)
+        return entry.use is Use.USED and not (self.doubt or recorded.doubt or doubtful)
+
+    @property
     def excluded(self) -> str:
         """Why a person excluded it, as it was collected; empty if nobody did."""
         return self.entry.exclude if self.entry and self.sha256 == self.entry.sha256 else ""
+
+
+def _with_forces(entry: Entry, recorded: RecordedImpacts) -> Entry:
+    impacts = recorded.impacts
+    return replace(
+        entry,
+        curve=recorded.recording.curve,
+        flags="; ".join(dict.fromkeys(str(flag) for impact in impacts for flag in impact.flags)),
+        peak_force=_largest(impact.peak_force for impact in impacts),
+        raw_peak_force=_largest(impact.raw_peak_force for impact in impacts),
+        phase2_force=_largest(impact.phase2_force for impact in impacts),
+    )
+
+
+def _largest(forces: Iterable[float]) -> float:
+    """The largest force that is known [N]; NaN if none is."""
+    return max((force for force in forces if force == force), default=math.nan)
 
 
 def point_files(folder: Path) -> dict[str, Path]:
@@ -92,28 +121,30 @@ def register_points(folder: Path, conditions: Conditions, columns: ColumnMap | N
     """
     register, files = folder / POINT_REGISTER, point_files(folder)
     known = {entry.file: entry for entry in read_register(register)} if register.exists() else {}
-    _require_known_films(folder, [*files, *known])
+    films = films_in(folder / POINT_FILMS)
+    _require_known_films(films, [*files, *known])
     if not files and not known:
         return
     for name, path in files.items():
         then, digest = known.get(name), file_sha256(path)
         if then is None or then.blank:
-            known[name] = _registered(folder, name, path, digest, conditions, columns)
+            known[name] = _registered(films, name, path, digest, conditions, columns)
         elif then.sha256 == digest:  # of conditions whose cell a person emptied, what is stated now
-            known[name] = replace(then, conditions=_stated(name, conditions) | dict(then.conditions))
+            now = _stated(name, conditions) | _film(films, name, conditions)  # a film may be added later
+            known[name] = replace(then, conditions=now | dict(then.conditions))
     text = register_text(known.values())
     with alone(folder):
         if not register.exists() or read_bytes(register) != text.encode():
             write_atomically(register, text)
 
 
-def _require_known_films(folder: Path, names: Sequence[str]) -> None:
+def _require_known_films(films: Films, names: Iterable[str]) -> None:
     """Refuse a film that would silently count for nothing, or for several recordings."""
-    films, stems = folder / POINT_FILMS, [PurePosixPath(name).stem for name in dict.fromkeys(names)]
-    for file in sorted(films.iterdir()) if films.is_dir() else ():
-        if file.is_file() and not file.name.startswith(".") and stems.count(file.stem) != 1:
+    stems = Counter(PurePosixPath(name).stem for name in dict.fromkeys(names))
+    for stem in sorted(films):
+        if stems[stem] != 1:
             expected = f"expected that of one file in {POINTS_FOLDER}/; rename it or move it away"
-            raise CampaignFileError(f"found the name {file.stem!r}, {expected}", file=str(file))
+            raise CampaignFileError(f"found the name {stem!r}, {expected}", file=str(films[stem][0]))
 
 
 def _stated(name: str, conditions: Conditions) -> dict[str, str]:
@@ -122,7 +153,7 @@ def _stated(name: str, conditions: Conditions) -> dict[str, str]:
 
 
 def _registered(
-    folder: Path, name: str, path: Path, digest: str, conditions: Conditions, columns: ColumnMap | None
+    films: Films, name: str, path: Path, digest: str, conditions: Conditions, columns: ColumnMap | None
 ) -> Entry:
     try:
         read = tuple(recorded_impacts(path, conditions, columns, name=name))
@@ -131,23 +162,28 @@ def _registered(
     impacts = [impact for each in read for impact in each.impacts]
     entry = Entry(file=name, sha256=digest, size=path.stat().st_size, use=Use.USED if impacts else Use.DISCARDED)
     if impacts:
-        entry = replace(entry, scenario=impacts[0].scenario, peak_force=max(each.peak_force for each in impacts))
+        peak, held = (_largest(getattr(each, name) for each in impacts) for name in ("peak_force", "phase2_force"))
+        entry = replace(entry, scenario=impacts[0].scenario, peak_force=peak, phase2_force=held)
     else:
         entry = replace(entry, reason="no impact found")
-    basis = _basis(folder, name, conditions, columns, read)
+    basis = _basis(films, name, conditions, columns, read)
     return replace(entry, conditions=_stated(name, conditions) | basis)
 
 
 def _basis(
-    folder: Path, name: str, conditions: Conditions, columns: ColumnMap | None, read: Sequence[RecordedImpacts]
+    films: Films, name: str, conditions: Conditions, columns: ColumnMap | None, read: Sequence[RecordedImpacts]
 ) -> dict[str, str]:
     """How a file is read and what that gives, and its film."""
     options = [(option, str(getattr(columns, option.name))) for option in (fields(columns) if columns else ())]
     words = ", ".join(f"{option.name} = {text}" for option, text in options if text != str(option.default))
     forces = ", ".join(f"{impact.raw_peak_force:.2f} N" for each in read for impact in each.impacts)
-    film = measured_pressure(folder / POINT_FILMS, conditions.film, Entry(file=name))
-    given = {PRESSURE_FROM: f"{film.file} {film.sha256[:16]}: {film.pressure:.2f} N/cm^2"} if film else {}
-    return {READ_WITH: words or "no entries", FIRST_READ: forces or "no impact", **given}
+    return {READ_WITH: words or "no entries", FIRST_READ: forces or "no impact", **_film(films, name, conditions)}
+
+
+def _film(films: Films, name: str, conditions: Conditions) -> dict[str, str]:
+    """The film of a file and what it gives; empty without one."""
+    film = measured_pressure(films, conditions.film, Entry(file=name))
+    return {PRESSURE_FROM: f"{film.file} {film.sha256[:16]}: {film.pressure:.2f} N/cm^2"} if film else {}
 
 
 def point_recordings(folder: Path, wanted: Sequence[str] | None = None) -> Iterator[PointRecording]:
@@ -170,6 +206,7 @@ def point_recordings(folder: Path, wanted: Sequence[str] | None = None) -> Itera
     register, files, stated = folder / POINT_REGISTER, point_files(folder), folder / CAMPAIGN_FILE
     known = {entry.file: entry for entry in read_register(register)} if register.exists() else {}
     conditions, columns = read_campaign_file(stated) if stated.exists() else (Conditions(), None)
+    films = films_in(folder / POINT_FILMS)
     for name in sorted({*files, *known}):
         if wanted is not None and name not in wanted:
             continue
@@ -184,7 +221,7 @@ def point_recordings(folder: Path, wanted: Sequence[str] | None = None) -> Itera
             words = error.message if error.row is None else f"row {error.row}, {error.message}"
             yield PointRecording(name, entry, digest, doubt=in_words(words))
             continue
-        doubt = _doubt(folder, entry, digest, conditions, columns, read)
+        doubt = _doubt(films, entry, digest, conditions, columns, read)
         yield PointRecording(name, entry, digest, read, doubt)
 
 
@@ -196,7 +233,7 @@ def point_names(folder: Path) -> list[str]:
 
 
 def _doubt(
-    folder: Path,
+    films: Films,
     entry: Entry | None,
     digest: str,
     conditions: Conditions,
@@ -213,10 +250,12 @@ def _doubt(
     if changed := changed_conditions([entry], conditions):
         return Finding.of(changed.kind, **dict(changed.figures), register=POINT_REGISTER)
     try:
-        now = _basis(folder, entry.file, conditions, columns, read)
+        now = _basis(films, entry.file, conditions, columns, read)
     except ForcemapError as error:
         return in_words(error.message)
     was, words = dict(entry.conditions), []
+    if PRESSURE_FROM in now and PRESSURE_FROM not in was:
+        return Finding.of(FindingKind.POINT_FILM_NOT_COLLECTED, film=now[PRESSURE_FROM].partition(" ")[0])
     if was.get(READ_WITH, now[READ_WITH]) != now[READ_WITH] and was.get(FIRST_READ) != now[FIRST_READ]:
         words.append(
             f"{READ_WITH} was {was[READ_WITH]!r} and gave {was.get(FIRST_READ)}, [recordings] of {CAMPAIGN_FILE} now "

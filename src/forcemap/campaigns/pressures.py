@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
 from forcemap.campaigns.campaign import Campaign
+from forcemap.campaigns.point_list import POINTS_FOLDER
 from forcemap.campaigns.recordings_table import Entry
 from forcemap.csv_table import csv_cell
 from forcemap.errors import CampaignFileError, InputError
@@ -17,6 +18,9 @@ from forcemap.recordings.pressure_matrix import read_pressure_matrix
 
 PRESSURES_FOLDER = "pressures"
 """Folder of a campaign; its files bear the names of the runs, or of their recordings, with any ending."""
+
+Films = Mapping[str, Sequence[Path]]
+"""The files of a folder of films, by the names that they bear without their endings."""
 
 _LEAST_SHARE = 0.5
 """Share of the peak force that all cells together, each with its largest pressure, have to show at least. A choice: a
@@ -68,7 +72,33 @@ class FilmReading:
     origin: str
 
 
-def require_known(campaign: Campaign, entries: Iterable[Entry]) -> None:
+def films_in(folder: Path) -> Films:
+    """The films of a folder, listed once for all recordings of a walk; hidden files are left alone.
+
+    Raises
+    ------
+    CampaignFileError
+        A link, whose file no list of inputs has, or a folder, whose films would silently count for nothing.
+    """
+    films: dict[str, list[Path]] = {}
+    if folder.is_symlink():
+        raise CampaignFileError("found a link, expected the folder of the films itself", file=str(folder))
+    for file in sorted(folder.iterdir()) if folder.is_dir() else ():
+        if file.name.startswith("."):
+            continue
+        if file.is_symlink():
+            raise CampaignFileError("found a link, expected the film itself; put the file here", file=str(file))
+        if file.is_file():
+            films.setdefault(file.stem, []).append(file)
+        elif folder.name != PRESSURES_FOLDER or file.name != POINTS_FOLDER:
+            expected = (
+                f"expected films, and {POINTS_FOLDER}/ with those of contact points; put its films beside the others"
+            )
+            raise CampaignFileError(f"found a folder, {expected}", file=str(file))
+    return films
+
+
+def require_known(films: Films, entries: Iterable[Entry]) -> None:
     """Refuse a file of a pressure that bears the name of no run and no recording: it would silently count for nothing.
 
     Raises
@@ -76,21 +106,21 @@ def require_known(campaign: Campaign, entries: Iterable[Entry]) -> None:
     CampaignFileError
         There is such a file.
     """
-    folder, names = campaign.folder / PRESSURES_FOLDER, {name for entry in entries for name in _names(entry)}
-    for file in sorted(folder.iterdir()) if folder.is_dir() else ():
-        if file.is_file() and not file.name.startswith(".") and file.stem not in names:
-            expected = "expected that of a run or recording, such as d890-h140-v100-r1.csv; rename it or move it away"
-            raise CampaignFileError(f"found the name {file.stem!r}, {expected}", file=str(file))
+    names = {name for entry in entries for name in _names(entry)}
+    for name in sorted(films.keys() - names):
+        expected = "expected that of a run or recording, such as d890-h140-v100-r1.csv; rename it or move it away"
+        raise CampaignFileError(f"found the name {name!r}, {expected}", file=str(films[name][0]))
 
 
 def _names(entry: Entry) -> set[str]:
     """Names that a file of its pressure may bear; of a file with several recordings only that of the run."""
-    return {f"{entry.state_id}-r{entry.repeat}", *([] if entry.curve else [PurePosixPath(entry.file).stem])}
+    of_run = [f"{entry.state_id}-r{entry.repeat}"] if entry.state_id else []
+    return {*of_run, *([] if entry.curve else [PurePosixPath(entry.file).stem])}
 
 
-def film_reading(campaign: Campaign, entry: Entry) -> FilmReading | None:
+def film_reading(films: Films, campaign: Campaign, entry: Entry) -> FilmReading | None:
     """The cells of a recording that is used; None if no file bears its name. Errors as `usable_film`."""
-    file = _film_of(campaign.folder / PRESSURES_FOLDER, entry)
+    file = _film_of(films, entry)
     if file is None:
         return None
     measured = usable_film(file, campaign.conditions.film, entry.peak_force)
@@ -121,8 +151,8 @@ def usable_film(file: Path, film: Film, force: float) -> MeasuredPressure:
     return measured
 
 
-def measured_pressure(pressures: Path, film: Film, entry: Entry) -> MeasuredPressure | None:
-    """The pressure of a recording, by a folder of films; None if no file bears its name or that of its run.
+def measured_pressure(films: Films, film: Film, entry: Entry) -> MeasuredPressure | None:
+    """The pressure of a recording; None if no file bears its name or that of its run.
 
     Raises
     ------
@@ -131,17 +161,15 @@ def measured_pressure(pressures: Path, film: Film, entry: Entry) -> MeasuredPres
     RecordingError
         The file cannot be used.
     """
-    file = _film_of(pressures, entry)
+    file = _film_of(films, entry)
     return None if file is None else _measured(file, film)
 
 
-def _film_of(pressures: Path, entry: Entry) -> Path | None:
-    if not pressures.is_dir():
-        return None
-    files = sorted(file for file in pressures.iterdir() if file.is_file() and file.stem in _names(entry))
+def _film_of(films: Films, entry: Entry) -> Path | None:
+    files = sorted(file for name in _names(entry) for file in films.get(name, ()))
     if len(files) > 1:
         found = " and ".join(file.name for file in files)
-        raise CampaignFileError(f"found {found} for one run, expected one file", file=str(pressures))
+        raise CampaignFileError(f"found {found} for one run, expected one file", file=str(files[0].parent))
     return files[0] if files else None
 
 

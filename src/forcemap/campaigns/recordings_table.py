@@ -138,9 +138,9 @@ def read_register(path: str | Path) -> tuple[Entry, ...]:
     return _entries(read_bytes(path), str(path))
 
 
-@lru_cache(maxsize=2)
+@lru_cache(maxsize=4)
 def _entries(content: bytes, file: str) -> tuple[Entry, ...]:
-    """The entries of a register's content, which a campaign asks for again: as it was, and as it was written."""
+    """The entries of a content, asked for again: of both registers as they were, and as they were written."""
     table = read_table(content, file, what="recording")
     table.require_columns(("file",), _KNOWN)
     table = table.with_decimal_points(_NUMBERS)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -114,6 +115,14 @@ class States:
             highest=_largest(force, index, n),
         )
         return states.select(np.lexsort((states.speed, states.height, states.distance)))
+
+    @classmethod
+    def single(cls, name: Iterable[str], coordinates: FloatArray, force: FloatArray) -> States:
+        """Impacts, none of them censored, each a state of its own; coordinates as in `of`."""
+        n, unknown = len(force), np.full(len(force), np.nan)
+        once, none = np.ones(n, dtype=np.int64), np.zeros(n, dtype=np.int64)
+        distance, height, speed = coordinates.reshape(n, 3).T
+        return cls(tuple(name), distance, height, speed, force, np.log(force), once, none, unknown, force)
 
     def __len__(self) -> int:
         return len(self.name)

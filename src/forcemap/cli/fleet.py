@@ -19,6 +19,7 @@ from forcemap._version import __version__
 from forcemap.answers.fleet import FleetAnswer, FleetCampaign, LastMapAnswer
 from forcemap.assessment.fleet import LastMap, Memory, due, keep_map, last_map, made_from, named_limits, rests_on
 from forcemap.assessment.missing import Missing
+from forcemap.assessment.point_results import PointResult
 from forcemap.cli.options import Json, TeamRegister, areas_from
 from forcemap.cli.output import Progress, counted, emit, listing, write_result
 from forcemap.cli.report import REPORT_FILE, printable, report_result, write_report
@@ -26,6 +27,7 @@ from forcemap.csv_table import csv_cell, csv_text
 from forcemap.errors import one_line
 from forcemap.files import file_sha256, stated_date
 from forcemap.sweeps.pool import pool, results
+from forcemap.verdicts.verdict import VerdictOutcome
 from forcemap.words import sentence, sentences
 
 _TABLE_MARK = "folder,made_again,failed,"
@@ -227,9 +229,17 @@ def _failed(assessment: fm.CampaignAssessment, last: LastMap) -> str | None:
     for part in ("dataset", "force_map", "bound"):
         if isinstance(found := getattr(assessment, part), Missing):
             return f"no {part.replace('_', ' ')}: {found.reason}"
+    if isinstance(assessment.points, Missing):
+        return f"no contact point is permitted: {assessment.points.reason}"
+    if above := [each.point.name for each in assessment.points if each.lacks and _exceeds(each)]:
+        return f"measured above the limit at contact {'points' if len(above) > 1 else 'point'} {', '.join(above)}"
     if isinstance(last.check, Missing) or last.check is None or last.check.outcome is not fm.MapOutcome.DOES_NOT_HOLD:
         return None
     return f"the last map does not hold: {sentence(last.check.reason)}"
+
+
+def _exceeds(result: PointResult) -> bool:
+    return any(impact.outcome is VerdictOutcome.EXCEEDED for impact in result.impacts)
 
 
 def _due(row: FleetCampaign, conditions: fm.Conditions, ask: _Ask) -> list[str]:
@@ -237,6 +247,12 @@ def _due(row: FleetCampaign, conditions: fm.Conditions, ask: _Ask) -> list[str]:
     words = sentences(due(conditions, ask.today))
     if row.missing_runs:
         words.append(sentence(fm.Finding.of(fm.FindingKind.RUNS_LEFT, runs=row.missing_runs)))
+    refused = [
+        each["point_id"]
+        for each in (row.report or {}).get("contact_points") or ()
+        if each["outcome"] == "not_permitted"
+    ]
+    words += [f"contact {'points' if len(refused) > 1 else 'point'} not permitted: {_few(refused)}"] if refused else []
     if row.last_map and row.last_map.outcome != fm.MapOutcome.HOLDS.value and row.last_map.next_step:
         words.append(row.last_map.next_step)
     return words

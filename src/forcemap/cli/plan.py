@@ -93,7 +93,7 @@ def plan(
 ) -> None:
     """Plan a campaign: write its folder with campaign.toml, plan.csv and a run sheet to print.
 
-    Example: forcemap plan my-campaign --distances-m 0.52,0.89 --heights-m 0.14,0.46 --speeds-mps 0.1,0.4
+    Example: forcemap plan my-campaign --distances-m 0.52,0.89 --heights-m 0.14,0.46 --speeds-mps 0.2,0.4
     --device-range-N 500 --moving-mass-kg 30 --area back_of_hand --contact transient
     """
     carried = _carried(design)

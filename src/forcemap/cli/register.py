@@ -35,12 +35,25 @@ from forcemap.cli.options import ContactKind, Json, LimitTable
 from forcemap.cli.output import SIMULATED, Progress, counted, emit, listing, shown
 from forcemap.errors import ForcemapError
 from forcemap.files import file_sha256
-from forcemap.register import audit, questions
+from forcemap.register import audit
 from forcemap.register.connection import Register
+from forcemap.register.due import DUE_WITHIN, what_is_due
 from forcemap.register.enter import change as enter_change, enter as enter_folder, printable
+from forcemap.register.exceeded import where_exceeded
 from forcemap.register.export import TABLES, export as export_table
 from forcemap.register.release import release as enter_release, withdraw as enter_withdrawal
+from forcemap.register.relying import (
+    Relying,
+    known_of,
+    not_known_of,
+    relying_on_condition,
+    relying_on_device,
+    relying_on_map,
+    relying_on_recording,
+)
 from forcemap.register.schema import SCHEMA, make_register, open_register
+from forcemap.register.states import cell_state, cell_states
+from forcemap.register.structure import altered
 
 Where = Annotated[
     str | None,
@@ -82,7 +95,8 @@ def init(where: Where = None, as_json: Json = False) -> int:
         schema_now=SCHEMA,
         roles=roles if made.postgresql else None,
     )
-    lines = [f"Register {made.name}: schema {SCHEMA}, {f'it was {before}' if before else 'new'}"]
+    was = "new" if not before else "as it was" if before == SCHEMA else f"it was {before}"
+    lines = [f"Register {made.name}: schema {SCHEMA}, {was}"]
     if made.postgresql and not roles:
         lines.append("NO ROLES: this account may make none; an administrator makes them (docs/register.md)")
     emit(answer, lines, as_json=as_json)
@@ -122,6 +136,7 @@ def enter(
         what = f"{each.new_recordings} new recordings, {each.new_impacts} new impacts" if each.new else "there already"
         lines.append(f"{each.folder}, {f'cell {each.cell}' if each.cell else 'NO CELL STATED'}: {what}")
         lines += [f"  now {fact}" for fact in each.facts]
+        lines += _shared(each.also_of)
     lines += [f"and {counted(len(entered) - _FEW, 'folder')} more"] if len(entered) > _FEW else []
     emit(answer, [*lines, *([_head_line(last)] if last else [])], as_json=as_json)
     return 1 if failed else 0
@@ -150,8 +165,10 @@ def change(
     if len(stated) < len(pairs):
         raise fm.InputError("condition: found one twice, expected each once")
     with open_register(where) as opened:
-        named, head = enter_change(opened, cell, stated, since=since, new=new, person=person)
-    return _done(f"{named}: {', '.join(conditions)}", head, as_json=as_json)
+        done = enter_change(opened, cell, stated, since=since, new=new, person=person)
+    others = [f"{fact.kind} is {fact.value or 'not known'} since {fact.since[:10]}" for fact in done.others]
+    but = f"; WHAT HOLDS NOW IS ANOTHER, stated of a later day: {', '.join(others)}" if others else ""
+    return _done(f"{done.cell}: {', '.join(conditions)}{but}", done.head, as_json=as_json)
 
 
 @app.command()
@@ -163,7 +180,7 @@ def state(cell: Cell, where: Where = None, as_json: Json = False) -> int:
     Example: forcemap register state cell-7
     """
     with open_register(where) as opened:
-        found, events = questions.cell_state(opened, cell)
+        found, events = cell_state(opened, cell)
     answer = CellAnswer.of(found, events)
     lines = [SIMULATED] if any(release.simulated for release in answer.releases) else []
     lines.append(f"{answer.cell}: {'in force' if answer.in_force else 'NOT IN FORCE'}")
@@ -173,7 +190,8 @@ def state(cell: Cell, where: Where = None, as_json: Json = False) -> int:
     lines += listing(
         "History",
         [
-            f"{each.entry}, {each.at[:16]}Z, {each.person}: {each.action} {each.subject}"
+            f"{each.entry}, {each.at[:16]}Z, {each.person}: {each.action} {each.subject}{': ' if each.stated else ''}"
+            f"{', '.join(each.stated)}"
             for each in answer.history[:_FEW]
         ],
     )
@@ -185,7 +203,9 @@ def state(cell: Cell, where: Where = None, as_json: Json = False) -> int:
 def release(
     cell: Cell,
     folder: Annotated[str, Argument(help="Campaign folder, as it was entered.")],
-    valid_until: Annotated[str, Option("--valid-until", help="Last day on which it holds, YYYY-MM-DD.")],
+    valid_until: Annotated[
+        str, Option("--valid-until", help="Last day on which it holds, YYYY-MM-DD; it ends at midnight UTC.")
+    ],
     area: Annotated[
         list[str] | None, Option("--area", "--region", help="Body area or region; may be given several times.")
     ] = None,
@@ -211,10 +231,14 @@ def release(
     stated: dict[str, Any] = {"point": point, "task": task, "report": report, "person": person}
     with open_register(where) as opened:
         made = enter_release(opened, cell, folder, limits=limits, valid_until=valid_until, **stated)
-    answer = ReleaseMade(release=made.release, new=made.new, replaces=made.replaces, head=_head(made.head))
+        shown = next(each for each in cell_state(opened, made.cell)[0].releases if each.release == made.release)
+    answer = ReleaseMade(
+        release=made.release, new=made.new, replaces=made.replaces, also_of=list(made.also_of), head=_head(made.head)
+    )
     line = f"Release {made.release} {'is entered' if made.new else 'is the same, there already'}"
     line += f"; it replaces release {made.replaces}" if made.replaces else ""
-    emit(answer, [line, _head_line(made.head)], as_json=as_json)
+    lines = [line, f"  {_release_line(ReleaseAnswer.of(shown))}", *_shared(made.also_of)]
+    emit(answer, [*lines, _head_line(made.head)], as_json=as_json)
     return 0
 
 
@@ -237,27 +261,36 @@ def withdraw(
 
 @app.command()
 def due(
-    within: Annotated[int, Option("--days", min=0, help="Also what ends within so many days.")] = questions.DUE_WITHIN,
+    within: Annotated[int, Option("--days", min=0, help="Also what ends within so many days.")] = DUE_WITHIN,
     where: Where = None,
     as_json: Json = False,
 ) -> int:
     """Show what is due: releases that no longer hold, or end soon, cells without one, calibrations.
 
+    Exit code: 0 nothing is due, 1 something is.
+
     Example: forcemap register due
     """
     with open_register(where) as opened:
-        found = questions.due(opened, within=within)
+        found = what_is_due(opened, within=within)
+        cells = bool(found) or bool(cell_states(opened))
     answer = DueAnswer(within_days=within, due=[DueEntry.from_result(each) for each in found])
-    lines = listing("Due", map(_due_line, answer.due)) if found else ["Nothing is due"]
+    lines = (
+        listing("Due", map(_due_line, answer.due))
+        if found
+        else ["Nothing is due" if cells else "There are no cells yet: forcemap register enter"]
+    )
     emit(answer, lines, as_json=as_json)
-    return 0
+    return 1 if found else 0
 
 
 @app.command()
 def who(
     firmware: Annotated[str | None, Option("--firmware", help="Firmware of the robot.")] = None,
     map_: Annotated[str | None, Option("--map", help="Map file, or its SHA-256 or the beginning of it.")] = None,
-    device: Annotated[str | None, Option("--device", help="Serial number of a measuring device.")] = None,
+    device: Annotated[
+        str | None, Option("--device", help="Measuring device, by a part of its model and serial number.")
+    ] = None,
     recording: Annotated[
         str | None, Option("--recording", help="File of a recording, or its SHA-256 or the beginning of it.")
     ] = None,
@@ -275,13 +308,21 @@ def who(
     ((kind, value),) = given.items()
     with open_register(where) as opened:
         found = _relying(opened, kind, value)
+        known = () if found else known_of(opened, kind)
+        not_known = not_known_of(opened, kind)
     cells = [
         RelyingAnswer(cell=each.cell, because=each.because, releases=[ReleaseAnswer.of(r) for r in each.releases])
         for each in found
     ]
-    answer = WhoAnswer(asked=f"{kind} {printable(value)}", cells=cells)
+    answer = WhoAnswer(asked=f"{kind} {printable(value)}", cells=cells, not_known=list(not_known), known=list(known))
     lines = [SIMULATED] if any(release.simulated for each in cells for release in each.releases) else []
     lines.append(f"{counted(len(cells), 'cell')} with {answer.asked}")
+    lines += (
+        [f"  known are {', '.join(map(repr, known[:_FEW]))}{', ...' if len(known) > _FEW else ''}"] if known else []
+    )
+    if not_known:
+        few = f"{', '.join(not_known[:_FEW])}{', ...' if len(not_known) > _FEW else ''}"
+        lines.append(f"NOT KNOWN of {counted(len(not_known), 'cell')}: {few}")
     for relying in cells:
         lines += [f"{relying.cell or 'NO CELL STATED'}: {relying.because}"]
         lines += [f"  - {_release_line(each)}" for each in relying.releases[:_FEW]]
@@ -302,7 +343,7 @@ def exceeded(
     Example: forcemap register exceeded --limit-N 280
     """
     with open_register(where) as opened:
-        campaigns, largest = questions.exceeded(opened, limit)
+        campaigns, largest = where_exceeded(opened, limit)
     answer = ExceededAnswer(
         limit_N=limit,
         exceeded=sum(each.exceeded for each in campaigns),
@@ -310,34 +351,40 @@ def exceeded(
         campaigns=[ExceededEntry.from_result(each) for each in campaigns],
         largest=[LargeImpactAnswer.from_result(each) for each in largest],
     )
-    lines = [
+    lines = [SIMULATED] if any(each.simulated for each in campaigns) else []
+    lines += [
         f"{limit:g} N: exceeded by {counted(answer.exceeded, 'impact')}, cannot tell of {answer.cannot_tell} (within "
         "the device's error, or it may have been more than was read)"
     ]
     for each in answer.campaigns[:_FEW]:
         most = "" if each.largest_N is None else f", the largest read {each.largest_N:.1f} N"
         told = f"{each.exceeded} exceed it, {each.cannot_tell} cannot be told{most}"
-        lines.append(f"  - {each.cell or 'NO CELL STATED'}, {each.campaign}: {told}")
+        simulated = " (simulated)" if each.simulated else ""
+        lines.append(f"  - {each.cell or 'NO CELL STATED'}, {each.campaign}{simulated}: {told}")
     lines += [f"  and {len(campaigns) - _FEW} campaigns more: --json"] if len(campaigns) > _FEW else []
-    lines += [f"  {each.largest_N:.1f} N: {each.cell}, {each.campaign}, {each.file}" for each in answer.largest[:3]]
+    named = [f"{x.largest_N:.1f} N: {x.cell or 'NO CELL STATED'}, {x.campaign}, {x.file}" for x in answer.largest[:3]]
+    lines += listing("The largest", named) if named else []
     emit(answer, lines, as_json=as_json)
     return 1 if answer.exceeded else 2 if answer.cannot_tell else 0
 
 
 @app.command()
 def verify(
-    head: Annotated[str, Option("--head", help="Head that was noted elsewhere, NUMBER:SHA256, as on a report.")] = "",
+    head: Annotated[
+        str | None, Option("--head", help="Head that was noted elsewhere, NUMBER:SHA256, as on a report.")
+    ] = None,
     where: Where = None,
     as_json: Json = False,
 ) -> int:
     """Find out whether the register is as it was written: every row, every entry of the audit trail and their order.
 
-    What was removed at its end is found by a head that was noted elsewhere. Exit code: 0 it is, 1 it is not.
+    Also whether tables, indexes and triggers are those of this version, and a file is undamaged. What was removed at
+    the end is found by a head that was noted elsewhere. Exit code: 0 it is, 1 it is not.
 
     Example: forcemap register verify
     """
     with open_register(where) as opened, opened.reading() as connection:
-        problems, now = audit.verify(connection, head), audit.head(connection)
+        problems, now = (*altered(connection), *audit.verify(connection, head)), audit.head(connection)
     answer = VerifyAnswer(holds=not problems, problems=list(problems), head=_head(now))
     lines = listing("NOT AS IT WAS WRITTEN", problems[:_FEW]) if problems else ["The register is as it was written"]
     lines += [f"  and {len(problems) - _FEW} more"] if len(problems) > _FEW else []
@@ -363,15 +410,24 @@ def export(
     return 0
 
 
-def _relying(opened: Register, kind: str, value: str) -> tuple[questions.Relying, ...]:
+def _relying(opened: Register, kind: str, value: str) -> tuple[Relying, ...]:
     is_file = Path(value[:4096]).is_file() if "\0" not in value else False
+    if kind in ("map", "recording") and not is_file and Path(value[:4096].strip()).suffix:
+        raise fm.InputError("there is no such file", file=printable(value[:200]))
     if kind == "firmware":
-        return questions.relying_on_condition(opened, kind, value)
+        return relying_on_condition(opened, kind, value)
     if kind == "map":
-        return questions.relying_on_map(opened, fm.map_sha256(fm.read_map(value)) if is_file else value)
+        return relying_on_map(opened, fm.map_sha256(fm.read_map(value)) if is_file else value)
     if kind == "device":
-        return questions.relying_on_device(opened, value)
-    return questions.relying_on_recording(opened, file_sha256(value) if is_file else value)
+        return relying_on_device(opened, value)
+    return relying_on_recording(opened, file_sha256(value) if is_file else value)
+
+
+def _shared(cells: Sequence[str]) -> list[str]:
+    """What is said where other cells have the same recordings."""
+    if not cells:
+        return []
+    return [f"  THE SAME RECORDINGS ARE THOSE OF {', '.join(cells)}: were they measured here?"]
 
 
 def _done(what: str, head: audit.Head, *, as_json: bool) -> int:

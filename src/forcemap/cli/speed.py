@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from typer import Option
 
 import forcemap as fm
-from forcemap.answers.speed import SpeedAnswer
+from forcemap.answers.speed import SLOWEST_HINT, SpeedAnswer
 from forcemap.cli import options
 from forcemap.cli.output import (
     accuracy_words,
@@ -165,9 +165,6 @@ def speed_map_table(speeds: fm.SpeedMap, answer: SpeedMapAnswer, source: str) ->
     return speed_map_csv(speeds, basis=basis | {"map_sha256": answer.map_sha256})
 
 
-_SLOWEST_HINT = 0.02
-"""Slowest speed to propose for a measurement [m/s]; a choice: no robot is measured slower."""
-
 _FARTHEST = 10.0
 """Distance or height from which a person seems to mean millimetres [m]; a choice: no such robot reaches as far."""
 
@@ -294,7 +291,7 @@ def next_lines(answer: SpeedMapAnswer) -> list[str]:
     unconfirmed = [place for place in answer.places if place.to_program_outcome == "unconfirmed"]
     reasons = [place.to_program_reason for place in unconfirmed]
     lines = [f"unconfirmed: {reason} ({counted(reasons.count(reason), 'place')})" for reason in dict.fromkeys(reasons)]
-    hints = [place for place in unconfirmed if (place.extrapolated_speed_mps or 0.0) > _SLOWEST_HINT]
+    hints = [place for place in unconfirmed if (place.extrapolated_speed_mps or 0.0) > SLOWEST_HINT]
     for place in sorted(hints, key=lambda hint: -(hint.extrapolated_speed_mps or 0.0))[:_HINTS]:
         lines.append(
             f"measure next: d = {place.distance_m:.3f} m, h = {place.height_m:.3f} m at about "

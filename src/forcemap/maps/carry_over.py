@@ -14,7 +14,7 @@ from forcemap.errors import BoundNotAvailable, FitError, InputError, TransferRef
 from forcemap.findings import Finding, FindingKind
 from forcemap.maps.bounds import FEW_STATES, ToleranceBound, contradiction
 from forcemap.maps.direction import same_direction
-from forcemap.maps.fit import CensoredImpacts, fit_force_map, repeat_variance
+from forcemap.maps.fit import CensoredImpacts, fit_force_map, phase_two_with_points, repeat_variance, states_at_points
 from forcemap.maps.force_map import Fit, ForceMap
 from forcemap.maps.forms import CFM_3D, Form
 from forcemap.maps.map_file import map_sha256, read_map
@@ -137,6 +137,7 @@ def transfer_map(old_map: ForceMap, dataset: ImpactDataset, *, shift: Form | Non
         fit=Fit(
             states=new,
             test=dataset.test.states,
+            at_points=states_at_points(dataset),
             left_out=left_out,
             between_states=joint.regression,
             place_effect=joint.place_effect,
@@ -145,7 +146,7 @@ def transfer_map(old_map: ForceMap, dataset: ImpactDataset, *, shift: Form | Non
             table_sha256=dataset.sha256,
             transfer=transfer,
         ),
-        phase_two=dataset.phase_two.and_(old_map.phase_two),
+        phase_two=phase_two_with_points(dataset).and_(old_map.phase_two),
         conditions=conditions.with_device_of(old_map.conditions),
         device_range=float(np.min([old_map.device_range, dataset.device_range])),
         binding=dataset.binding.weaker(old_map.binding),

@@ -7,10 +7,19 @@ from enum import StrEnum
 
 import numpy as np
 
-from forcemap.campaigns.dataset import ImpactDataset, Quantity, States, StateTolerance
+from forcemap.campaigns.dataset import (
+    AtPoint,
+    ImpactDataset,
+    PhaseTwo,
+    Quantity,
+    States,
+    StateTolerance,
+    phase_two_of,
+)
 from forcemap.errors import FitError, RankDeficient
 from forcemap.findings import Finding, FindingKind
 from forcemap.maps.censored import censored_regression, state_data
+from forcemap.maps.direction import same_direction
 from forcemap.maps.force_map import Fit, ForceMap
 from forcemap.maps.forms import CFM_3D, Form
 from forcemap.maps.measured_range import MeasuredRange
@@ -148,6 +157,7 @@ def _fitted(dataset: ImpactDataset, form: Form, impacts: CensoredImpacts) -> For
     fit = Fit(
         states=states,
         test=dataset.test.states,
+        at_points=states_at_points(dataset),
         left_out=left_out,
         between_states=between_states,
         place_effect=effect,
@@ -162,7 +172,7 @@ def _fitted(dataset: ImpactDataset, form: Form, impacts: CensoredImpacts) -> For
         coefficients=between_states.coefficients,
         measured_range=MeasuredRange(states.coordinates),
         fit=fit,
-        phase_two=dataset.phase_two,
+        phase_two=phase_two_with_points(dataset),
         conditions=replace(dataset.conditions, simulated=dataset.simulated),
         device_range=dataset.device_range,
         binding=dataset.binding,
@@ -170,6 +180,23 @@ def _fitted(dataset: ImpactDataset, form: Form, impacts: CensoredImpacts) -> For
         without=dataset.without,
         source=f"fitted to {dataset.source or 'arrays'}",
     )
+
+
+def states_at_points(dataset: ImpactDataset) -> States:
+    """The impacts at contact points alone that were made in the campaign's direction; of another quantity none."""
+    made = _along(dataset) if dataset.quantity is Quantity.FORCE else []
+    coordinates = np.array([(each.distance, each.height, each.speed) for each in made])
+    return States.single([each.recording for each in made], coordinates, np.array([each.force for each in made]))
+
+
+def phase_two_with_points(dataset: ImpactDataset) -> PhaseTwo:
+    """What is known of Phase II along the campaign's direction, at contact points alone, too."""
+    made = _along(dataset)
+    return dataset.phase_two.and_(phase_two_of(made)) if made else dataset.phase_two
+
+
+def _along(dataset: ImpactDataset) -> list[AtPoint]:
+    return [each for each in dataset.at_points if same_direction(each.direction, dataset.conditions.direction)]
 
 
 def effect_of_places(form: Form, states: States) -> PlaceEffect:

@@ -42,6 +42,8 @@ class Fit:
         carried over, those outside the earlier map's range.
     test : States
         States with role test: not fitted, but what they measured may contradict a speed.
+    at_points : States
+        Impacts at contact points alone, along the map's direction: not fitted either, each a state of its own.
     between_states : Regression
         Fit of the state means of ln F: the honest standard errors and p values.
     place_effect : PlaceEffect
@@ -67,6 +69,12 @@ class Fit:
     table: str = ""
     table_sha256: str = ""
     transfer: Transfer | None = None
+    at_points: States = field(default_factory=lambda: States.single((), np.empty((0, 3)), np.empty(0)))
+
+    @property
+    def measured(self) -> tuple[States, ...]:
+        """All that may contradict a speed."""
+        return (self.states, self.left_out, self.test, self.at_points)
 
     @property
     def samples(self) -> int:

@@ -80,7 +80,7 @@ _ROUNDING = 1e-9  # share by which means and logarithms in the file may contradi
 _TEXTS = {"schema", "name", "source", "software", "form", "terms", "state_id", "states_found"}
 _TEXTS |= {"impacts_table", "impacts_table_sha256", "map_sha256"}
 
-_TABLES = {"phase_two", "scenarios", "measured_states", "states_left_out", "test_states", "fit"}
+_TABLES = {"phase_two", "scenarios", "measured_states", "states_left_out", "test_states", "impacts_at_points", "fit"}
 _LISTS = {"terms", "coefficients", "standard_errors", "state_weights"}
 
 # column of the file -> field of States
@@ -232,6 +232,8 @@ def _to_content(force_map: ForceMap) -> dict[str, Any]:
         censored["repeat_variance_ln"] = between_states.repeat_variance
     if fit.transfer:
         content["carried_over"] = _transfer_to_content(fit.transfer)
+    if len(fit.at_points):
+        content["impacts_at_points"] = _states_to_columns(fit.at_points)
     return content | {
         "measured_states": _states_to_columns(fit.states),
         "states_left_out": _states_to_columns(fit.left_out),
@@ -310,6 +312,7 @@ def _from_content(content: dict[str, Any]) -> ForceMap:
             states=states,
             left_out=_states_from_columns(content["states_left_out"]),
             test=_states_from_columns(content["test_states"]),
+            at_points=_states_from_columns(content.get("impacts_at_points", {name: [] for name in _STATE_COLUMNS})),
             between_states=replace(transfer.joint.regression, coefficients=coefficients)
             if transfer
             else _regression(form, states, coefficients, effect, statistics),

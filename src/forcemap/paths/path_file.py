@@ -124,7 +124,7 @@ def _joint_path(
 ) -> ToolPath:
     """The path of the contact point, cut where joint motion would bend away from a straight piece."""
     if robot is None:
-        raise InputError("joints: the path holds joint positions, name their robot (--robot or --urdf)")
+        raise InputError("joints: the path holds joint positions, name their robot (--robot, a preset or a URDF file)")
     n = len(robot.joints)
     units = {name.rpartition("_")[2] for name in joints}
     if len(units) > 1 or sorted(int(name.split("_")[1]) for name in joints) != list(range(1, n + 1)):

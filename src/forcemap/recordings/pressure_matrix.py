@@ -65,6 +65,8 @@ class PressureMatrix:
             raise InputError(f"averaging: found none; state pressure.mean_over_cm2 in campaign.toml: {expected}")
         cells = np.maximum(self.pressure, np.nan_to_num(film.least))
         above = bool(np.any(self.pressure >= _AT_RANGE * film.range))
+        beyond = int(math.sqrt(film.mean_over) / (100 * self.pitch))  # what was cut off may show as much as is not seen
+        cells = np.pad(cells, beyond, constant_values=float(np.nan_to_num(film.least)))
         return largest_mean(cells, self.pitch, film.mean_over), above
 
     def most_force(self, film: Film) -> float:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import getpass
 import hashlib
 import json
+import re
 import unicodedata
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -16,10 +17,9 @@ from forcemap.errors import InputError
 from forcemap.files import sha256
 from forcemap.register.connection import Register
 from forcemap.register.tables import AUDIT, ROWS
+from forcemap.register.triggers import FIRST
 
-FIRST = "0" * 64
-"""What stands in place of the entry before the first."""
-
+_HEAD = re.compile(f"0:{FIRST}|[1-9][0-9]*:[0-9a-f]{{{len(FIRST)}}}")
 _AT_ONCE = 5000  # rows that a statement enters, or that are fetched together; a choice
 _SIGNED = ("id", "at", "person", "login", "action", "subject", "content", "previous")
 
@@ -133,16 +133,23 @@ def stated(what: str, words: str, *, longest: int = 200) -> str:
     return plain
 
 
-def verify(connection: Connection, noted: str = "") -> tuple[str, ...]:
+def verify(connection: Connection, noted: str | None = None) -> tuple[str, ...]:
     """What shows that the register is not as it was written; empty if nothing does.
 
     Parameters
     ----------
     connection : Connection
-    noted : str
+    noted : str, optional
         Head of the chain that was noted elsewhere, `NUMBER:SHA256` as reports print it: entries that were removed at
         the end of the chain leave no other trace.
+
+    Raises
+    ------
+    InputError
+        What was noted is no head.
     """
+    if noted is not None and not _HEAD.fullmatch(noted.strip()):
+        raise InputError("head: expected NUMBER:SHA256, as the report and forcemap register verify print it")
     problems, entries = [], list(connection.execute(select(AUDIT).order_by(AUDIT.c.id)).mappings())
     before, vouched = FIRST, dict[tuple[str, int], list[Any]]()
     for number, entry in enumerate(entries, start=1):
@@ -161,15 +168,13 @@ def verify(connection: Connection, noted: str = "") -> tuple[str, ...]:
         for number in sorted(there.keys() | expected.keys()):
             if there.get(number) != expected.get(number):
                 problems.append(f"{table.name}: rows of entry {number} of the audit trail are not as they were entered")
-    if noted:
+    if noted is not None:
         problems += _differs(noted, {str(entry["id"]): str(entry["sha256"]) for entry in entries})
     return tuple(problems)
 
 
 def _differs(noted: str, chain: Mapping[str, str]) -> list[str]:
     number, _, digest = noted.strip().partition(":")
-    if not number.isdecimal() or len(digest) != len(FIRST):
-        raise InputError("head: expected NUMBER:SHA256, as the report and forcemap register verify print it")
     if number == "0":
         return []
     if number not in chain:

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import ipaddress
 import os
 import re
+import socket
 import sqlite3
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from itertools import zip_longest
 from pathlib import Path
 from typing import Any, Self
-from urllib.parse import parse_qsl, urlsplit
+from urllib.parse import urlsplit
 
 from sqlalchemy import Connection, Engine, QueuePool, create_engine, event, exc, text
 
@@ -26,8 +29,7 @@ _NETWORK = {
     *("beegfs", "orangefs", "pvfs2", "ocfs2", "gfs2", "davfs", "coda", "vboxsf", "vmhgfs", "prl_fs", "drvfs", "acfs"),
 }
 _SCHEME = re.compile(r"postgres(ql)?(\+\w+)?://", re.IGNORECASE)
-_TLS = ("require", "verify-ca", "verify-full")
-_LOOPBACK = ("localhost", "127.0.0.1", "::1")
+_TLS = ("verify-ca", "verify-full")
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,11 +137,14 @@ def connect(where: str | None = None, *, new: bool = False) -> Register:
     Raises
     ------
     InputError
-        A password in the URL, no TLS to another machine, a file that is not there or lies on a network file system.
+        A password in the URL, no verified certificate of another machine, a file that is not there or lies on a network
+        file system.
     MissingExtra
         PostgreSQL's driver is not installed.
     """
-    name = where or default_register()
+    name = default_register() if where is None else where
+    if not name:
+        raise InputError("register: found no name, expected a file or postgresql://HOST/DATABASE")
     if _SCHEME.match(name):
         return _postgresql(name)
     if "://" in name:
@@ -159,24 +164,62 @@ def connect(where: str | None = None, *, new: bool = False) -> Register:
     return Register(name, _sqlite(path, new=new))
 
 
+class _Opened(sqlite3.Connection):
+    """A connection to a file, and which log (-wal) and index of it (-shm) it has open beside it."""
+
+    files: tuple[tuple[Path, tuple[int, int] | None], ...] = ()
+
+
 def _sqlite(path: Path, *, new: bool) -> Engine:
     settings = ["foreign_keys = on", "synchronous = full", "recursive_triggers = on", "cache_size = -65536"]
     settings += ["journal_mode = wal"] if new else []
+    settings += ["schema_version"]  # reads, so that the log is open
+    path = path.absolute()
+    register, beside = _identity(path), [Path(f"{os.path.realpath(path)}-{each}") for each in ("wal", "shm")]
 
     def connected() -> sqlite3.Connection:
-        connection = sqlite3.connect(path, timeout=_PATIENCE, isolation_level=None, check_same_thread=False)
+        uri = f"{path.as_uri()}?mode=rw"  # a file that is gone is not made
+        connection = sqlite3.connect(
+            uri, timeout=_PATIENCE, isolation_level=None, check_same_thread=False, factory=_Opened, uri=True
+        )
         for setting in settings:
             connection.execute(f"pragma {setting}").fetchone()
+        connection.files = tuple((each, _identity(each)) for each in beside)
         return connection
 
     engine = create_engine("sqlite://", creator=connected, poolclass=QueuePool, hide_parameters=True)
 
+    def same(connection: Connection) -> None:
+        opened = getattr(connection.connection.dbapi_connection, "files", ())
+        if _identity(path) != register or any(each and each != _identity(of) for of, each in opened):
+            raise RegisterError(_REPLACED, file=str(path))
+        if not os.access(path, os.R_OK, effective_ids=os.access in os.supports_effective_ids):
+            raise RegisterError("the file cannot be opened", file=str(path))
+
     @event.listens_for(engine, "begin")
     def _begin(connection: Connection) -> None:  # the driver's own would begin late, and never before a new table
+        same(connection)
+        connection.exec_driver_sql("pragma shrink_memory")  # what was read before may be overwritten since
         alone = connection.get_execution_options().get("alone", False)
         connection.exec_driver_sql("begin immediate" if alone else "begin")
 
+    event.listen(engine, "commit", same)
     return engine
+
+
+_REPLACED = (
+    "the file, or its -wal or -shm, was replaced or deleted while it was open, and nothing is read or entered; restore "
+    "it (docs/register.md), and start again"
+)
+
+
+def _identity(path: Path) -> tuple[int, int] | None:
+    """Which file it is; None if there is none, or it cannot be told."""
+    try:
+        found = path.stat()
+    except OSError:
+        return None
+    return found.st_dev, found.st_ino
 
 
 def file_system(path: Path, mounts: str | None = None) -> str:
@@ -209,57 +252,97 @@ def is_network(kind: str) -> bool:
 
 
 def _postgresql(url: str) -> Register:
-    try:
-        parts = urlsplit(url)
-        query = dict(parse_qsl(parts.query, keep_blank_values=True))
-        host, secret = parts.hostname or "", parts.password
-        _ = parts.port
-    except ValueError:
-        raise InputError("register: not a URL, expected postgresql://HOST/DATABASE") from None
-    if secret is not None or {"password", "sslpassword"} & query.keys():  # it would stand in the shell's history
-        remedy = "put it into a password file (~/.pgpass), a service file (?service=NAME) or PGPASSWORD"
-        raise InputError(f"register: found a password in the URL; {remedy}")
-    if "@" in parts.path or "/" in parts.path.strip("/"):
-        raise InputError("register: not a URL, expected postgresql://USER@HOST/DATABASE")
-    named = f"{query.get('host') or host or os.environ.get('PGHOST', '')},{query.get('hostaddr', '')}".split(",")
-    remote = any(each and not is_local(each) for each in named)
-    mode = query.get("sslmode")
-    if remote and mode is not None and mode not in _TLS:
-        raise InputError(f"register: found sslmode={mode}, expected one of {', '.join(_TLS)} to another machine")
-    if remote and mode is None:
-        query["sslmode"] = "verify-full"
-        query.setdefault("sslrootcert", os.environ.get("PGSSLROOTCERT", "system"))
-    try:
-        engine = create_engine(
-            _SCHEME.sub("postgresql+psycopg://", parts._replace(query="").geturl(), count=1),
-            connect_args={"connect_timeout": "10", "application_name": "forcemap"} | query,
-            hide_parameters=True,
-            pool_pre_ping=True,
+    stated = _stated(url)
+    _secured(stated)
+    engine = create_engine("postgresql+psycopg://", hide_parameters=True, pool_pre_ping=True)
+
+    @event.listens_for(engine, "do_connect")
+    def _connect(dialect: Any, _: Any, __: Any, settings: dict[str, Any]) -> Any:  # service file and names may change
+        return dialect.connect(
+            **settings | {"connect_timeout": "10", "application_name": "forcemap"} | _secured(stated)
         )
-    except ModuleNotFoundError as error:
-        raise MissingExtra(
-            f"this needs the package {error.name}; install it from the project's folder: {POSTGRES}"
-        ) from None
-    except exc.SQLAlchemyError:
-        raise InputError("register: not a URL, expected postgresql://USER@HOST/DATABASE") from None
-    event.listen(engine, "connect", _require_tls)
+
     return Register(url, engine)
 
 
 POSTGRES = "install it from the project's folder: pip install '.[register,postgres]'"
 
 
+def _stated(url: str) -> dict[str, str]:
+    """What a URL states, by libpq's names."""
+    wrong = InputError("register: not a URL, expected postgresql://USER@HOST/DATABASE or postgresql:///?service=NAME")
+    try:
+        parts = urlsplit(url)
+        secret = parts.password is not None
+    except ValueError:
+        raise wrong from None
+    if "@" in parts.path or "/" in parts.path.strip("/"):
+        raise wrong
+    try:
+        from psycopg import OperationalError, pq
+    except ModuleNotFoundError as error:
+        raise MissingExtra(f"this needs the package {error.name}; {POSTGRES}") from None
+    try:
+        found = [each for each in pq.Conninfo.parse(_SCHEME.sub("postgresql://", url, count=1).encode()) if each.val]
+    except (OperationalError, UnicodeError):
+        raise wrong from None
+    if secret or any(
+        each.dispchar == b"*" or each.keyword.startswith(b"scram_") for each in found
+    ):  # it would stand in the shell's history
+        remedy = "put it into a password file (~/.pgpass), a service file (?service=NAME) or PGPASSWORD"
+        raise InputError(f"register: found a password in the URL; {remedy}")
+    stated = {each.keyword.decode(): each.val.decode() for each in found if each.val}
+    if "@" in stated.get("host", "")[1:]:
+        raise wrong
+    return stated
+
+
+def _secured(stated: dict[str, str]) -> dict[str, str]:
+    """What to connect with, as libpq reads URL, service file and environment: a verified certificate if not local.
+
+    Raises
+    ------
+    InputError
+        No such service, or a weaker sslmode is stated for another machine.
+    """
+    from psycopg import pq
+    from psycopg.conninfo import make_conninfo
+
+    stop = {"target_session_attrs": "none"}  # which there is not: libpq reads all settings, and connects to nothing
+    asked = pq.PGconn.connect_start(make_conninfo(**stated | stop).encode())
+    found = {each.keyword.decode(): each.val.decode() for each in asked.info if each.val is not None}
+    said = asked.error_message.decode(errors="replace")
+    asked.finish()
+    if found.get("target_session_attrs") != "none":
+        raise InputError(f"register: {one_line(said).strip()}")
+    settings = stated | {name: found[name] for name in ("host", "hostaddr", "port") if found.get(name)}
+    places = zip_longest(*(found.get(name, "").split(",") for name in ("hostaddr", "host")), fillvalue="")
+    if all(is_local(address or host) for address, host in places):
+        return settings
+    mode = stated.get("sslmode", found["sslmode"])
+    if mode in _TLS:
+        return settings | {"gssencmode": "disable"}
+    if "sslmode" in stated or mode != "prefer":  # which is libpq's own if none is stated
+        remedy = "sslrootcert=FILE names the authority of its certificate"
+        raise InputError(
+            f"register: found sslmode={mode}, expected one of {', '.join(_TLS)} to another machine; {remedy}"
+        )
+    return settings | {
+        "gssencmode": "disable",
+        "sslmode": "verify-full",
+        "sslrootcert": found.get("sslrootcert", "system"),
+    }
+
+
 def is_local(host: str) -> bool:
-    """True for a socket of this machine, or its loopback."""
-    return host.startswith(("/", "@")) or host in _LOOPBACK
-
-
-def _require_tls(connection: Any, _: Any) -> None:
-    """Refuse a connection without TLS to another machine, wherever its host came from."""
-    info = connection.info
-    if not (connection.pgconn.ssl_in_use or is_local(info.hostaddr or info.host)):
-        connection.close()
-        raise InputError("register: the connection to another machine has no TLS; state sslmode=verify-full")
+    """True for a socket of this machine, or its loopback; a name is one only if it is localhost."""
+    if not host or host.startswith(("/", "@")):
+        return True
+    try:
+        addresses = {str(each[4][0]) for each in socket.getaddrinfo(host, None)} if host == "localhost" else {host}
+        return all(ipaddress.ip_address(each.partition("%")[0]).is_loopback for each in addresses)
+    except (OSError, ValueError):
+        return False
 
 
 _SAID = {  # of what PostgreSQL (SQLSTATE) or SQLite (part of its message) says

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from sqlalchemy import Connection, Row, select
 
@@ -16,10 +16,10 @@ from forcemap.files import stated_date
 from forcemap.register.audit import Action, Head, head, stated
 from forcemap.register.connection import Register
 from forcemap.register.folder import CampaignContent, read_content
-from forcemap.register.in_force import DEVICE, KINDS, Fact
+from forcemap.register.in_force import DEVICE, KINDS, Fact, order
 from forcemap.register.tables import CAMPAIGNS, CELLS, CONTACT_POINTS, FACTS, IMPACTS, MAPS, RECORDINGS, USES
 
-_LONGEST = 500  # characters of a condition; a choice
+LONGEST = 500  # characters of a condition; a choice
 _AT_ONCE = 500  # values that are looked up together; a choice
 _IMPACT = tuple(c.name for c in IMPACTS.columns if c.name not in ("id", "campaign_id", "entry"))
 UNKNOWN = "?"
@@ -42,6 +42,8 @@ class Entered:
         How many it has, and how many the register did not know.
     facts : tuple of str
         Conditions of the cell that were entered, as `firmware: 5.12`.
+    also_of : tuple of str
+        Other cells that have campaigns with these recordings.
     head : Head
         The newest entry of the audit trail.
     """
@@ -55,6 +57,15 @@ class Entered:
     new_recordings: int
     new_impacts: int
     facts: tuple[str, ...]
+    also_of: tuple[str, ...]
+    head: Head
+
+
+class Changed(NamedTuple):
+    """What was entered at a cell: its name, conditions that hold now and are others, of later days, and the head."""
+
+    cell: str
+    others: tuple[Fact, ...]
     head: Head
 
 
@@ -81,22 +92,27 @@ def enter(register: Register, folder: str | Path, *, cell: str = "", person: str
     content = read_content(folder)
     protocol = content.protocol
     site, name = split(cell) if cell else (protocol.site, protocol.cell)
+    if cell and protocol.cell and (name != protocol.cell or protocol.site not in ("", site or protocol.site)):
+        stated_there = joined(protocol.site, protocol.cell)
+        message = f"[protocol] states the cell {stated_there!r}, expected that of --cell, {cell!r}; change one of them"
+        raise CampaignFileError(message, file=str(content.folder / CAMPAIGN_FILE), column="protocol.cell")
     if name:
         site, name = (stated("site", site) if site else ""), stated("cell", name)
         _require_date(content)
     with register.reading() as connection:
         site = _site(connection, site, name)
         if found := _there(connection, content, site, name):
-            return _as_there(content, site, name, found, head(connection))
+            return _as_there(connection, content, site, name, found)
     with register.writing() as connection:
         site = _site(connection, site, name)
         if found := _there(connection, content, site, name):  # another process was faster
-            return _as_there(content, site, name, found, head(connection))
+            return _as_there(connection, content, site, name, found)
         action = Action(register, connection, person)
         place = cell_number(connection, site, name) or action.add(CELLS, site=site, name=name) if name else None
         campaign = _add_campaign(action, content, place)
         recordings, impacts = _add_impacts(action, content, campaign, place)
         facts = [] if place is None else _add_facts(action, place, campaign, content)
+        also_of = cells_with(connection, [entry.sha256 for entry in content.campaign.entries], place)
         figures = {"folder": str(printable(str(Path(folder).resolve()))), "facts": facts}
         now = action.done("enter", f"campaign {content.sha256}", cell=joined(site, name), **figures)
     return Entered(
@@ -109,6 +125,7 @@ def enter(register: Register, folder: str | Path, *, cell: str = "", person: str
         new_recordings=recordings,
         new_impacts=impacts,
         facts=tuple(facts),
+        also_of=also_of,
         head=now,
     )
 
@@ -121,7 +138,7 @@ def change(
     since: str = "",
     new: bool = False,
     person: str = "",
-) -> tuple[str, Head]:
+) -> Changed:
     """Enter what has changed at a cell.
 
     Parameters
@@ -137,8 +154,6 @@ def change(
         True to make a cell that the register does not know: a slip in its name would else leave its releases in force.
     person : str
         Who enters it; the account of this machine if not given.
-
-    Returns the cell as it is called, and the head of the audit trail.
 
     Raises
     ------
@@ -159,9 +174,12 @@ def change(
             raise InputError(f"since: found {day}, which lies ahead; enter a change when it has happened")
         number, named = _cell_or_new(action, cell) if new else require_cell(connection, cell)
         begins = f"{day}T00:00:00.000000Z" if day else action.at
+        facts = _Facts.of(action, number)
         for kind, value in values.items():
-            action.add(FACTS, cell_id=number, campaign_id=None, kind=kind, since=begins, value=value)
-        return named, action.done("change", f"cell {named}", since=begins, facts=values)
+            facts.add(kind, value, begins, None)
+        now = current(facts.known)
+        others = tuple(now[kind] for kind, value in values.items() if now[kind].value != value)
+        return Changed(named, others, action.done("change", f"cell {named}", since=begins, facts=values))
 
 
 def _cell_or_new(action: Action, cell: str) -> tuple[int, str]:
@@ -185,13 +203,13 @@ def _site(connection: Connection, site: str, name: str) -> str:
 def _value(kind: str, text: str) -> str | None:
     if text.strip() == UNKNOWN:
         return None
-    return stated(kind, text, longest=_LONGEST)
+    return stated(kind, text, longest=LONGEST)
 
 
 def split(cell: str) -> tuple[str, str]:
-    """Site and name of a cell that is written as SITE/NAME, or as NAME where the site is not stated."""
-    site, slash, name = cell.rpartition("/")
-    return (stated("site", site) if slash else ""), stated("cell", name)
+    """Site and name of a cell: SITE/NAME, NAME where the site is not stated, /NAME of one that has none."""
+    site, _, name = cell.rpartition("/")
+    return (stated("site", site) if site else ""), stated("cell", name)
 
 
 def joined(site: str, name: str) -> str:
@@ -215,13 +233,14 @@ def require_cell(connection: Connection, cell: str) -> tuple[int, str]:
     """
     site, name = split(cell)
     query = select(CELLS.c.id, CELLS.c.site).where(CELLS.c.name == name)
-    rows = connection.execute(query.where(CELLS.c.site == site) if site else query).all()
+    rows = connection.execute(query.where(CELLS.c.site == site) if "/" in cell else query).all()
     if len(rows) == 1:
         return rows[0].id, joined(rows[0].site, name)
     if rows:
-        there = ", ".join(sorted(joined(row.site, name) for row in rows)[:5])
+        there = ", ".join(sorted(f"{row.site}/{name}" for row in rows)[:5])
         raise RegisterError(f"there are several cells {name!r}: {there}; name the site, too")
-    raise RegisterError(f"there is no cell {cell!r}; enter a campaign of it, or what is known of it (register change)")
+    remedy = "enter a campaign of it, or what is known of it: forcemap register change ... --new"
+    raise RegisterError(f"there is no cell {cell!r}; {remedy}")
 
 
 def facts_of(connection: Connection, cell: int) -> list[Fact]:
@@ -232,7 +251,7 @@ def facts_of(connection: Connection, cell: int) -> list[Fact]:
 
 def current(facts: Iterable[Fact]) -> dict[str, Fact]:
     """What holds now, by its kind: the latest of each."""
-    return {fact.kind: fact for fact in sorted(facts, key=lambda fact: (fact.since, fact.entry))}
+    return {fact.kind: fact for fact in sorted(facts, key=order)}
 
 
 def printable(path: str) -> str:
@@ -258,9 +277,32 @@ def _there(connection: Connection, content: CampaignContent, site: str, name: st
     return None if number is None else connection.execute(query.where(CAMPAIGNS.c.cell_id == number)).first()
 
 
-def _as_there(content: CampaignContent, site: str, name: str, found: Row[Any, Any], now: Head) -> Entered:
-    cell, named = joined(site, name), _name(content)
-    return Entered(str(content.folder), named, content.sha256, cell, False, found.recordings, 0, 0, (), now)
+def _as_there(connection: Connection, content: CampaignContent, site: str, name: str, found: Row[Any, Any]) -> Entered:
+    digests = [entry.sha256 for entry in content.campaign.entries]
+    return Entered(
+        folder=str(content.folder),
+        name=_name(content),
+        sha256=content.sha256,
+        cell=joined(site, name),
+        new=False,
+        recordings=found.recordings,
+        new_recordings=0,
+        new_impacts=0,
+        facts=(),
+        also_of=cells_with(connection, digests, cell_number(connection, site, name) if name else None),
+        head=head(connection),
+    )
+
+
+def cells_with(connection: Connection, digests: Sequence[str], cell: int | None) -> tuple[str, ...]:
+    """Other cells that have campaigns with some of these recordings, by the hashes of their files."""
+    known = list(_known_recordings(connection, list(dict.fromkeys(digests))).values())
+    columns = select(CELLS.c.site, CELLS.c.name).join_from(IMPACTS, CAMPAIGNS).join(CELLS)
+    found = set()
+    for start in range(0, len(known), _AT_ONCE):
+        query = columns.where(IMPACTS.c.recording_id.in_(known[start : start + _AT_ONCE]), CELLS.c.id != (cell or 0))
+        found |= {joined(*row) for row in connection.execute(query.distinct())}
+    return tuple(sorted(found))
 
 
 def _add_campaign(action: Action, content: CampaignContent, cell: int | None) -> int:
@@ -275,7 +317,7 @@ def _add_campaign(action: Action, content: CampaignContent, cell: int | None) ->
         binding=one_line(content.binding),
         conditions=json.dumps(content.conditions, ensure_ascii=False),
         device=printable(content.device),
-        measured_on=conditions.date or None,
+        measured_on=content.measured_on,
         calibrated=calibrated,
         calibrated_until=until,
         device_error_N=float(conditions.device.error_or_default),
@@ -335,21 +377,55 @@ def _known_impacts(connection: Connection, recordings: list[int], cell: int | No
 
 def _add_facts(action: Action, cell: int, campaign: int, content: CampaignContent) -> list[str]:
     """Add what the campaign shows of its cell and the register does not know; what contradicts itself is not known."""
-    day = content.campaign.conditions.date
+    day = str(content.measured_on)
     if day > action.at[:10]:
         message = f"found {day}, which lies ahead of the clock; enter it when it was measured"
         raise CampaignFileError(message, file=str(content.folder / CAMPAIGN_FILE), column="date")
-    since = min(f"{day}T23:59:59.999999Z", action.at)
-    until_then = current(fact for fact in facts_of(action.connection, cell) if fact.since <= since)
-    added = []
+    facts, added = _Facts.of(action, cell), []
     for kind, value in content.conditions.items():
-        before = until_then.get(kind)
-        if value is None or (before and before.value == value):
-            continue
+        if value is not None and facts.shown(kind, value, day, campaign):
+            known = current(fact for fact in facts.known if fact.since[:10] <= day)[kind].value
+            added.append(f"{kind}: {UNKNOWN if known is None else known}")
+    return added
+
+
+@dataclass
+class _Facts:
+    """The facts of a cell while some are added, and what its campaigns show: day, number, conditions, by the day."""
+
+    action: Action
+    cell: int
+    known: list[Fact]
+    campaigns: list[tuple[str, int, dict[str, str | None]]]
+
+    @classmethod
+    def of(cls, action: Action, cell: int) -> _Facts:
+        columns = (CAMPAIGNS.c.measured_on, CAMPAIGNS.c.id, CAMPAIGNS.c.conditions)
+        query = select(*columns).where(CAMPAIGNS.c.cell_id == cell).order_by(*columns[:2])
+        campaigns = [(row[0], row[1], json.loads(row[2])) for row in action.connection.execute(query)]
+        return cls(action, cell, facts_of(action.connection, cell), campaigns)
+
+    def add(self, kind: str, value: str | None, since: str, campaign: int | None) -> None:
+        """Add a fact, and what the next campaign after it shows: it was not added where nothing had changed."""
+        fact = Fact(kind, value, since, self.action.entry)
+        self.action.add(FACTS, cell_id=self.cell, campaign_id=campaign, kind=kind, since=since, value=value)
+        self.known.append(fact)
+        day = since[:10]
+        for measured_on, number, conditions in self.campaigns:
+            # what a person states of a day was found after measuring
+            later = measured_on > day or (measured_on == day and campaign is not None)
+            if later and (shown := conditions.get(kind)) is not None:
+                self.shown(kind, shown, measured_on, number)
+                return
+
+    def shown(self, kind: str, value: str, day: str, campaign: int) -> bool:
+        """Add what a campaign shows if it is not what is known; what two of one day show otherwise is not known."""
+        before = current(fact for fact in self.known if fact.since[:10] <= day).get(kind)
+        if before and before.value == value:
+            return False
         same_day = before is not None and before.since[:10] == day and kind != DEVICE
         if before and same_day and before.value is None:
-            continue
-        known = None if same_day else value
-        action.add(FACTS, cell_id=cell, campaign_id=campaign, kind=kind, since=since, value=known)
-        added.append(f"{kind}: {UNKNOWN if known is None else known}")
-    return added
+            return False
+        end = min(f"{day}T23:59:59.999999Z", self.action.at)
+        self.add(kind, None if same_day else value, end, campaign)
+        return True

@@ -15,12 +15,12 @@ from sqlalchemy import Connection, select
 from forcemap.errors import InputError, MissingExtra
 from forcemap.files import flush_to_disk, hidden_file
 from forcemap.register.connection import Register
-from forcemap.register.questions import cell_states
+from forcemap.register.states import cell_states
 from forcemap.register.tables import METADATA, RELEASES
 from forcemap.words import sentences
 
 _AT_ONCE = 10_000  # rows that are fetched together; a choice
-_STATE = ("in_force", "why_not")
+_STATE = ("cell", "in_force", "why_not")
 
 TABLES = tuple(sorted(METADATA.tables))
 """The tables that can be exported."""
@@ -79,7 +79,7 @@ def _standing(register: Register) -> dict[int, Mapping[str, Any]]:
     """Whether each release is in force, and why not."""
     releases = (release for state in cell_states(register) for release in state.releases)
     return {
-        each.release: dict(zip(_STATE, (int(each.in_force), "; ".join(sentences(each.failed))), strict=True))
+        each.release: dict(zip(_STATE, (each.cell, int(each.in_force), "; ".join(sentences(each.failed))), strict=True))
         for each in releases
     }
 

@@ -13,8 +13,10 @@ from forcemap.assessment.folder import campaign_inputs, campaign_limit_table, in
 from forcemap.campaigns.campaign import RECORDINGS_FOLDER, Campaign
 from forcemap.campaigns.conditions import CAMPAIGN_FILE
 from forcemap.campaigns.impacts_table import TABLE_FILE
+from forcemap.campaigns.point_list import POINT_REGISTER
+from forcemap.campaigns.point_recordings import point_files, point_recordings
 from forcemap.campaigns.protocol import Protocol, read_protocol
-from forcemap.campaigns.recordings_table import Entry, Use
+from forcemap.campaigns.recordings_table import MEASURED_ON, Entry, Use, read_register
 from forcemap.errors import CampaignFileError, one_line
 from forcemap.words import sentence
 
@@ -80,6 +82,19 @@ class CampaignContent:
         return max(device.calibrated for device in devices) or None, min(d.expires for d in devices).isoformat()
 
     @property
+    def measured_on(self) -> str | None:
+        """The latest day of the measurements, as it stood when they were registered; None if none is stated.
+
+        If the calibration did not hold on one of their days, that day.
+        """
+        used = [entry for entry in self.campaign.entries if entry.use is Use.USED]
+        stated = {self.campaign.conditions.date, *(entry.conditions.get(MEASURED_ON, "") for entry in used)}
+        days = sorted(stated - {""})
+        since, until = self.calibration
+        outside = [day for day in days if (since and day < since) or (until and day > until)]
+        return max(outside or days, default=None)
+
+    @property
     def binding(self) -> str:
         """Whether the impacts table is what its recordings gave, and why not."""
         if self.dataset is None:
@@ -88,7 +103,10 @@ class CampaignContent:
         return ": ".join(filter(None, (str(binding.state), sentence(binding.reason))))
 
     def impacts(self) -> list[tuple[Entry, dict[str, Any]]]:
-        """Every recording, and what was found in it, by the columns of the register's impacts."""
+        """Every recording, those at contact points, too, and what was found in it, by the register's columns."""
+        return [*self._planned(), *self._at_points()]
+
+    def _planned(self) -> list[tuple[Entry, dict[str, Any]]]:
         places: dict[str, tuple[Any, ...]] = {}
         if (table := self.dataset) is not None:
             columns = (table.distance, table.height, table.stated_speed, table.censored)
@@ -97,14 +115,18 @@ class CampaignContent:
         found = []
         for entry in self.campaign.entries:
             distance, height, speed, censored = places.get(entry.name, (None, None, entry.speed, True))
-            forces = [force for force in (entry.peak_force, entry.raw_peak_force, entry.phase2_force) if force == force]
-            values: dict[str, Any] = {"curve": entry.curve, "state_id": entry.state_id, "repeat": entry.repeat}
-            values |= {"use": str(entry.use), "flags": entry.flags}
-            values |= {"distance_m": distance, "height_m": height, "speed_mps": _figure(speed)}
-            values |= {"peak_force_N": _figure(entry.peak_force), "phase2_force_N": _figure(entry.phase2_force)}
-            values["largest_N"] = max(forces, default=None)
-            values["whole"] = int(entry.use is Use.USED and not censored)
-            found.append((entry, values))
+            whole = entry.use is Use.USED and not censored
+            found.append((entry, _values(entry, whole) | {"distance_m": distance, "height_m": height}))
+            found[-1][1]["speed_mps"] = _figure(speed)
+        return found
+
+    def _at_points(self) -> list[tuple[Entry, dict[str, Any]]]:
+        """Each recording of a file in points/; of a file without an impact that it cannot be told."""
+        found = []
+        for file in point_recordings(self.folder):
+            assert file.entry is not None  # `_require_collected`
+            shown = file.shown or ((file.entry, False),)
+            found += [(entry, _values(entry, whole)) for entry, whole in shown]
         return found
 
 
@@ -140,11 +162,13 @@ def read_content(folder: str | Path) -> CampaignContent:
 
 
 def _require_collected(campaign: Campaign, there: dict[str, str]) -> None:
-    """Refuse a folder whose recordings are not those of its register of recordings."""
-    below = f"{RECORDINGS_FOLDER}/"
+    """Refuse a folder whose recordings, or files in points/, are not those that were registered."""
+    below, points = f"{RECORDINGS_FOLDER}/", campaign.folder / POINT_REGISTER
     stated = {below + entry.file: entry.sha256 for entry in campaign.entries}
-    differing = [name for name, digest in stated.items() if there.get(name) != digest or not digest]
+    of_points = {entry.file: entry.sha256 for entry in read_register(points)} if points.exists() else {}
+    differing = [name for name, digest in (stated | of_points).items() if there.get(name) != digest or not digest]
     differing += [name for name in there if name.startswith(below) and name not in stated]
+    differing += [name for name in point_files(campaign.folder) if name not in of_points]
     if differing:
         more = f" and {len(differing) - 1} more" if len(differing) > 1 else ""
         message = f"found recordings that are not as they were collected ({one_line(differing[0])}{more})"
@@ -170,6 +194,23 @@ def force_map_of(content: CampaignContent) -> fm.ForceMap:
 
 def _together(*texts: str) -> str:
     return ", ".join(filter(None, texts))
+
+
+def _values(entry: Entry, whole: bool) -> dict[str, Any]:
+    """What a recording shows, by the columns of the register's impacts; where and how fast is not known."""
+    forces = [force for force in (entry.peak_force, entry.raw_peak_force, entry.phase2_force) if force == force]
+    return {
+        "curve": entry.curve,
+        "state_id": entry.state_id,
+        "repeat": entry.repeat,
+        "use": str(entry.use),
+        "flags": entry.flags,
+        "whole": int(whole),
+        **dict.fromkeys(("distance_m", "height_m", "speed_mps")),
+        "peak_force_N": _figure(entry.peak_force),
+        "phase2_force_N": _figure(entry.phase2_force),
+        "largest_N": max(forces, default=None),
+    }
 
 
 def _figure(value: float | None) -> float | None:

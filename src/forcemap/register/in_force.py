@@ -86,14 +86,15 @@ def failed(
     withdrawals: Sequence[Withdrawal],
     *,
     replaced_by: int | None,
+    entered_again: str | None = None,
     now: str,
 ) -> tuple[Finding, ...]:
     """Why a release is not in force; empty if it is.
 
-    It is in force only if it is neither withdrawn nor replaced, its time is not over and not ahead, every condition is
-    known, was so at its release and has not changed since, the calibration held when it was measured, and the device
-    suits the body areas. What is not known fails as what is wrong does; a withdrawal counts whatever its time, and a
-    condition that has changed and changed back has changed.
+    It is in force only if it is neither withdrawn nor replaced, its campaign was not entered again with other content,
+    its time is not over and not ahead, every condition is known, was so at its release and has not changed since, the
+    calibration held when it was measured, and the device suits the body areas. What is not known fails as what is wrong
+    does; a withdrawal counts whatever its time, and a condition that has changed and changed back has changed.
 
     Parameters
     ----------
@@ -104,6 +105,8 @@ def failed(
         Those of this release.
     replaced_by : int or None
         Number of the release that replaces it.
+    entered_again : str or None
+        When its campaign was entered again with other content; None if it was not.
     now : str
         The time, as the register keeps it.
     """
@@ -111,6 +114,8 @@ def failed(
     found = [of(kind.RELEASE_WITHDRAWN, person=w.person, at=w.at[:10], reason=w.reason) for w in withdrawals]
     if replaced_by is not None:
         found.append(of(kind.RELEASE_REPLACED, release=replaced_by))
+    if entered_again is not None:
+        found.append(of(kind.RELEASE_CAMPAIGN_CHANGED, at=entered_again[:10]))
     if not release.at or release.at > now:
         found.append(of(kind.RELEASE_AHEAD, at=release.at))
     if not release.valid_until:
@@ -128,16 +133,25 @@ def failed(
     return (*found, *([unsuited] if unsuited else []))
 
 
+def order(fact: Fact) -> tuple[str, int]:
+    """What comes after what: by the day from which it holds, of one day as it was entered."""
+    return fact.since[:10], fact.entry
+
+
 def _changed(name: str, release: Released, facts: Sequence[Fact]) -> list[Finding]:
-    """Why a condition is not the one of the release; empty if it is."""
-    was, released = release.conditions.get(name), (release.at, release.entry)
+    """Why a condition is not the one of the release; empty if it is.
+
+    What was entered before the release counts as it stood then; what was entered after it must be the same, unless it
+    is of a day before the measurements.
+    """
+    was, measured = release.conditions.get(name), release.measured_on or ""
     if was is not None and name == DEVICE:
         return []
-    ordered = sorted(facts, key=lambda fact: (fact.since, fact.entry))
-    before = [fact for fact in ordered if (fact.since, fact.entry) <= released]
-    # of one moment and entry all count, in whatever order they were read
-    then = [fact for fact in before if (fact.since, fact.entry) == (before[-1].since, before[-1].entry)]
-    since = [fact for fact in ordered if (fact.since, fact.entry) > released]
+    ordered = sorted(facts, key=order)
+    before = [fact for fact in ordered if fact.entry <= release.entry]
+    # of one day and entry all count, in whatever order they were read
+    then = [fact for fact in before if order(fact) == order(before[-1])]
+    since = [fact for fact in ordered if fact.entry > release.entry and fact.since[:10] >= measured]
     if was is None or not then or any(fact.value is None for fact in (*then, *since)):
         return [Finding.of(FindingKind.RELEASE_CONDITION_UNKNOWN, entry=name)]
     other = next((fact for fact in (*then, *since) if fact.value != was), None)

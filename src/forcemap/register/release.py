@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from sqlalchemy import Connection, func, select
+from sqlalchemy import ColumnElement, Connection, func, select
 
 import forcemap as fm
 from forcemap.assessment.missing import present
@@ -19,15 +19,16 @@ from forcemap.exports.robot_table import require_exportable
 from forcemap.files import file_sha256, read_bytes, stated_date
 from forcemap.register.audit import Action, Head, head, stated
 from forcemap.register.connection import Register
-from forcemap.register.enter import facts_of, require_cell
+from forcemap.register.enter import cells_with, facts_of, require_cell
 from forcemap.register.folder import CampaignContent, force_map_of, read_content
 from forcemap.register.in_force import Released, failed
-from forcemap.register.tables import CAMPAIGNS, RELEASES, WITHDRAWALS
+from forcemap.register.tables import AUDIT, CAMPAIGNS, RELEASES, WITHDRAWALS
 from forcemap.speeds.basis import Basis, limit_basis
 from forcemap.speeds.quantities import cases_of
 from forcemap.words import sentence, sentences
 
 REPORT_FILE = "report.html"
+_POINT = "point "  # with which the subject of a contact point's release begins
 _Limits = Sequence[tuple[fm.ForceLimit, fm.Contact]]
 
 
@@ -43,6 +44,10 @@ class ReleaseEntered:
         False if the same was released already.
     replaces : int or None
         The release of the same whose place it takes.
+    cell : str
+        SITE/NAME of its cell.
+    also_of : tuple of str
+        Other cells that have campaigns with its recordings.
     head : Head
         The newest entry of the audit trail.
     """
@@ -50,6 +55,8 @@ class ReleaseEntered:
     release: int
     new: bool
     replaces: int | None
+    cell: str
+    also_of: tuple[str, ...]
     head: Head
 
 
@@ -123,21 +130,22 @@ def release(
         number, cell = require_cell(connection, cell)
         action = Action(register, connection, person)
         values |= {"cell_id": number, "campaign_id": _campaign(connection, content, number, cell)}
+        also_of = cells_with(connection, [entry.sha256 for entry in content.campaign.entries], number)
         before = _before(connection, values)
         facts = facts_of(connection, number)
 
-        def wrong_with(row: Any) -> tuple[fm.Finding, ...]:
-            return failed(released(row), facts, (), replaced_by=None, now=action.at)
+        def wrong_with(row: Any, again: str | None = None) -> tuple[fm.Finding, ...]:
+            return failed(released(row), facts, (), replaced_by=None, entered_again=again, now=action.at)
 
         same = before and not before["withdrawn"] and all(before[name] == value for name, value in values.items())
-        if same and not wrong_with(before):
-            return ReleaseEntered(before["id"], False, before["replaces"], head(connection))
+        if same and not wrong_with(before, entered_again(connection, RELEASES.c.id == before["id"]).get(before["id"])):
+            return ReleaseEntered(before["id"], False, before["replaces"], cell, also_of, head(connection))
         values |= {"replaces": before["id"] if before else None, "person": action.person, "at": action.at}
         if wrong := wrong_with({**values, "entry": action.entry}):
             raise NotReleasable(f"nothing is released, it would not be in force: {'; '.join(sentences(wrong))}")
         entered = action.add(RELEASES, **values)
         done = action.done("release", f"release {entered}", cell=cell, of=found.subject, valid_until=until)
-    return ReleaseEntered(entered, True, values["replaces"], done)
+    return ReleaseEntered(entered, True, values["replaces"], cell, also_of, done)
 
 
 def withdraw(register: Register, number: int, reason: str, *, person: str = "") -> Head:
@@ -161,6 +169,9 @@ def withdraw(register: Register, number: int, reason: str, *, person: str = "") 
     with register.writing() as connection:
         if connection.execute(select(RELEASES.c.id).where(RELEASES.c.id == number)).first() is None:
             raise RegisterError(f"there is no release {number}; forcemap register state CELL lists those of a cell")
+        query = select(WITHDRAWALS.c.at, WITHDRAWALS.c.person).where(WITHDRAWALS.c.release_id == number)
+        if before := connection.execute(query).first():
+            raise RegisterError(f"release {number} was withdrawn already, on {before.at[:10]} by {before.person}")
         action = Action(register, connection, person)
         action.add(WITHDRAWALS, release_id=number, reason=reason, person=action.person, at=action.at)
         return action.done("withdraw", f"release {number}", reason=reason)
@@ -180,6 +191,17 @@ def released(row: Any) -> Released:
         device_spring=row["device_spring_N_per_m"],
         area_spring=row["area_spring_N_per_m"],
     )
+
+
+def entered_again(connection: Connection, *which: ColumnElement[bool]) -> dict[int, str]:
+    """When campaigns of releases were entered again after these, for the same cell under the same name."""
+    later = CAMPAIGNS.alias()
+    same = (later.c.cell_id == CAMPAIGNS.c.cell_id) & (later.c.name == CAMPAIGNS.c.name)
+    query = select(RELEASES.c.id, func.max(AUDIT.c.at))
+    query = query.join_from(RELEASES, CAMPAIGNS, RELEASES.c.campaign_id == CAMPAIGNS.c.id)
+    query = query.join(later, same & (later.c.entry > RELEASES.c.entry))
+    query = query.join(AUDIT, AUDIT.c.id == later.c.entry).where(*which).group_by(RELEASES.c.id)
+    return {row[0]: row[1] for row in connection.execute(query)}
 
 
 def _of_workspace(content: CampaignContent, limits: _Limits, task: str) -> _Speeds:
@@ -227,9 +249,11 @@ def _of_point(content: CampaignContent, name: str) -> _Speeds:
         _gate(cases_of(force_map, point.limit, bound=carried, contact=point.contact)[0].basis)
         bound, digest = str(carried), fm.map_sha256(force_map)
     speed = fm.floor_speed(result.speed)
-    ends = {"lowest_to_program_mps": float(speed), "highest_to_program_mps": float(speed)}
+    ends: dict[str, Any] = {"lowest_to_program_mps": float(speed), "highest_to_program_mps": float(speed)}
+    if point.placed:
+        ends |= {"distance_m": [point.distance, point.distance_to], "height_m": [point.height, point.height_to]}
     speeds = {**ends, "outcome": str(result.outcome), "confirmed_by": list(result.confirmed_by)}
-    return _Speeds(f"point {name}", ((point.limit, point.contact),), bound, speeds, digest)
+    return _Speeds(f"{_POINT}{name}", ((point.limit, point.contact),), bound, speeds, digest)
 
 
 def _gate(basis: Basis) -> None:
@@ -240,18 +264,19 @@ def _gate(basis: Basis) -> None:
 
 def _require_report(report: Path, content: CampaignContent, limits: _Limits) -> None:
     """Refuse a report that is not of the campaign as it is, or not of the body areas."""
-    from forcemap.report import read_seal, verify_report
+    from forcemap.report import area_made_for, read_seal, verify_report
 
     if not report.is_file():
         raise NotReleasable("there is no report of it; forcemap report writes it", file=str(report))
     if not verify_report(str(report), str(content.folder)).holds:
-        raise NotReleasable("the report is not of the campaign as it is now; write it again", file=str(report))
-    made_for = read_seal(read_bytes(report), str(report)).made_for
+        again = " ".join(["forcemap report", str(content.folder), *(f"--area {limit.name}" for limit, _ in limits)])
+        message = f"the report is not of the campaign as it is now; move it away and write it again: {again}"
+        raise NotReleasable(message, file=str(report))
+    made_for = f", {read_seal(read_bytes(report), str(report)).made_for}"
     for limit, _ in limits:
-        if f"{limit.name} (" not in made_for:
-            raise NotReleasable(
-                f"the report is not of {limit.name}; write it with --area {limit.name}", file=str(report)
-            )
+        if f", {area_made_for(limit)}" not in made_for:
+            which = f"{limit.name} with its limits of {limit.edition}"
+            raise NotReleasable(f"the report is not of {which}; write it with --area {limit.name}", file=str(report))
 
 
 def _values(content: CampaignContent, found: _Speeds, report: str) -> dict[str, Any]:
@@ -263,15 +288,15 @@ def _values(content: CampaignContent, found: _Speeds, report: str) -> dict[str, 
     dataset = content.dataset
     return {
         "subject": found.subject,
-        "areas": ", ".join(dict.fromkeys(limit.name for limit, _ in found.limits)),
-        "contact": ", ".join(dict.fromkeys(str(contact) for _, contact in found.limits)),
+        "areas": ", ".join(sorted({limit.name for limit, _ in found.limits})),
+        "contact": ", ".join(sorted({str(contact) for _, contact in found.limits})),
         "limit_N": min(float(limit.force(contact)) for limit, contact in found.limits),
         "bound": found.bound,
         "speeds": json.dumps(found.speeds, sort_keys=True),
         "map_sha256": found.map_sha256,
         "report_sha256": report,
         "conditions": json.dumps(content.conditions, ensure_ascii=False, sort_keys=True),
-        "measured_on": conditions.date or None,
+        "measured_on": content.measured_on,
         "calibrated": calibrated,
         "calibrated_until": until,
         "device_spring_N_per_m": None if math.isnan(conditions.device.stiffness) else conditions.device.stiffness,
@@ -290,8 +315,14 @@ def _campaign(connection: Connection, content: CampaignContent, cell: int, named
 
 
 def _before(connection: Connection, values: dict[str, Any]) -> Any:
-    """The latest release of the same subject, body areas and contact: its row, with `withdrawn`; None without one."""
-    slot = [RELEASES.c[name] == values[name] for name in ("cell_id", "subject", "areas", "contact")]
+    """The latest release of the same subject, body areas and contact: its row, with `withdrawn`; None without one.
+
+    A contact point is the same whatever its body area: there is one program there.
+    """
+    names = (
+        ("cell_id", "subject") if values["subject"].startswith(_POINT) else ("cell_id", "subject", "areas", "contact")
+    )
+    slot = [RELEASES.c[name] == values[name] for name in names]
     latest = select(func.max(RELEASES.c.id)).where(*slot).scalar_subquery()
     withdrawn = select(WITHDRAWALS.c.id).where(WITHDRAWALS.c.release_id == RELEASES.c.id).exists()
     query = select(RELEASES, withdrawn.label("withdrawn")).where(RELEASES.c.id == latest)

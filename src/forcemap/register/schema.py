@@ -1,4 +1,4 @@
-"""The schema of a register: made and migrated by Alembic, with the triggers and roles that keep rows as they are."""
+"""The schema of a register: made and migrated by Alembic, with the roles of PostgreSQL."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from forcemap.errors import RegisterError
 from forcemap.register.connection import Register, connect
 from forcemap.register.tables import METADATA
 
-SCHEMA = "v2"
+SCHEMA = "v3"
 """The schema of this version: the last of migrations/versions."""
 
 ROLES = {
@@ -21,9 +21,6 @@ ROLES = {
     "forcemap_releaser": ("audit", "releases", "withdrawals"),
 }
 """Roles on PostgreSQL, and the tables that each may add rows to; all of them may read."""
-
-_UNIQUE = {"audit": "id", "recordings": "sha256", "releases": "id", "impacts": "id", "withdrawals": "id"}
-_MADE_UP = "a row of the register is never changed or deleted; enter what is new"
 
 
 def make_register(where: str | None = None, *, schema: str = SCHEMA) -> tuple[Register, str, bool]:
@@ -44,7 +41,7 @@ def make_register(where: str | None = None, *, schema: str = SCHEMA) -> tuple[Re
                 raise RegisterError("this is another database, not a register", file=register.name)
             if _number(before) > _number(SCHEMA):
                 raise _later(register, before)
-            _migrate(connection, schema)
+            migrate(connection, schema)
         return register, before, register.postgresql and schema == SCHEMA and _with_roles(register)
     except BaseException:
         register.engine.dispose()
@@ -87,7 +84,8 @@ def _number(schema: str) -> int:
     return int(schema.removeprefix("v") or 0)
 
 
-def _migrate(connection: Connection, schema: str) -> None:
+def migrate(connection: Connection, schema: str) -> None:
+    """Bring a database from the schema it has to this one."""
     from alembic import command
     from alembic.config import Config
 
@@ -102,35 +100,6 @@ def _later(register: Register, found: str) -> RegisterError:
     return RegisterError(
         f"the register has the schema {found}, this version knows {SCHEMA}; {remedy}", file=register.name
     )
-
-
-def keep_rows(connection: Connection, *tables: str) -> None:
-    """Make the triggers that refuse a change of rows of these tables; for migrations."""
-    if connection.dialect.name == "postgresql":
-        connection.execute(
-            text(
-                "create or replace function forcemap_keep() returns trigger language plpgsql as "
-                f"$$ begin raise exception '{_MADE_UP}'; end $$"
-            )
-        )
-        for name in tables:
-            for event, each in (("update or delete", "row"), ("truncate", "statement")):
-                trigger = f"{name}_kept_{each}"
-                connection.execute(
-                    text(
-                        f"create trigger {trigger} before {event} on {name} for each {each} "
-                        "execute function forcemap_keep()"
-                    )
-                )
-        return
-    for name in tables:
-        for event in ("update", "delete"):
-            refuse = f"begin select raise(abort, '{_MADE_UP}'); end"
-            connection.execute(text(f"create trigger {name}_kept_{event} before {event} on {name} {refuse}"))
-        if key := _UNIQUE.get(name):  # insert or replace would delete, unseen by the trigger
-            there = f"exists (select 1 from {name} where {key} = new.{key})"
-            refuse = f"when {there} begin select raise(abort, '{_MADE_UP}'); end"
-            connection.execute(text(f"create trigger {name}_kept_insert before insert on {name} {refuse}"))
 
 
 def _with_roles(register: Register) -> bool:

@@ -131,7 +131,7 @@ USES = Table(
     Index("uses_campaign", "campaign_id"),
     Index("uses_impact", "impact_id"),
 )
-"""Which campaign has which impact, and in which file below its folder of recordings."""
+"""Which campaign has which impact, and in which file below its folder of recordings, or in points/ with that folder."""
 
 MAPS = Table(
     "maps",

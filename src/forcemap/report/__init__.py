@@ -6,6 +6,7 @@ from forcemap.report.pdf import report_pdf
 from forcemap.report.seal import (
     LIST_ENDING,
     Verification,
+    area_made_for,
     inputs_list,
     is_inputs_list,
     made_for,
@@ -16,6 +17,7 @@ from forcemap.report.seal import (
 __all__ = [
     "LIST_ENDING",
     "Verification",
+    "area_made_for",
     "atlas_html",
     "inputs_list",
     "is_inputs_list",

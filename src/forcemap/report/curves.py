@@ -11,7 +11,7 @@ from markupsafe import Markup, escape
 from forcemap.arrays import FloatArray
 from forcemap.figures.style import BLUE, GREEN, PURPLE, SKY, VERMILLION
 from forcemap.impacts.impact import TRANSIENT_TIME
-from forcemap.limits.force_limits import ForceLimit
+from forcemap.limits.force_limits import Contact, ForceLimit
 
 _WIDTH, _HEIGHT = 340, 120
 _LEFT, _BREAK, _RIGHT, _TOP, _BOTTOM = 34, 206, 334, 8, 100
@@ -33,14 +33,16 @@ class Curve:
     used: bool = True
 
 
-def highest_force(curves: Sequence[Curve], limit: ForceLimit | None) -> float:
+def highest_force(curves: Sequence[Curve], limit: ForceLimit | None, contact: Contact = Contact.TRANSIENT) -> float:
     """The force at the top of all curves' drawings [N]."""
     forces = [float(curve.force.max()) for curve in curves if curve.force.size]
-    limits = [limit.transient] if limit is not None else []
+    limits = [limit.force(contact)] if limit is not None else []
     return _HEADROOM * max([*forces, *limits, 1.0])
 
 
-def force_curves(curves: Sequence[Curve], limit: ForceLimit | None, top: float) -> Markup:
+def force_curves(
+    curves: Sequence[Curve], limit: ForceLimit | None, top: float, contact: Contact = Contact.TRANSIENT
+) -> Markup:
     """The curves of recordings in one drawing, with the limits by time; empty if no recording has one.
 
     The axis of time is broken at 0.1 s. Recordings that are not used are grey.
@@ -52,13 +54,15 @@ def force_curves(curves: Sequence[Curve], limit: ForceLimit | None, top: float) 
         Limits to draw; None for none.
     top : float
         Force at the top of the drawing [N].
+    contact : Contact, optional
+        Quasi-static: its limit holds from the onset on.
     """
     drawn = [curve for curve in curves if curve.force.size]
     if not drawn:
         return Markup("")
     parts = [_axes(top)]
     if limit is not None:
-        parts.append(_limits(limit, top))
+        parts.append(_limits(limit, top, contact))
     used = 0
     for curve in drawn:
         colour, dashes = _STROKES[used % len(_STROKES)] if curve.used else ("#999999", "")
@@ -92,13 +96,13 @@ def _axes(top: float) -> str:
         lines.append(f"M{x:.0f} {_BOTTOM}v3")
         words.append(f'<text x="{x:.0f}" y="{_BOTTOM + 13}" text-anchor="{anchor}">{text}</text>')
     text = f'<g font-family="sans-serif" font-size="9" fill="#444">{"".join(words)}'
-    text += f'<text x="{_LEFT + 3}" y="{_TOP + 6}">N</text></g>'
+    text += f'<text x="{_LEFT + 3}" y="{_TOP - 1}">N</text></g>'
     return f'<path d="{"".join(lines)}" fill="none" stroke="#888" stroke-width="0.7"/>{text}'
 
 
-def _limits(limit: ForceLimit, top: float) -> str:
-    """The transient limit up to 0.5 s, then the quasi-static one."""
+def _limits(limit: ForceLimit, top: float, contact: Contact) -> str:
+    """The limit of the contact up to 0.5 s, then the quasi-static one."""
     middle, end = _x(np.array([TRANSIENT_TIME, _SLOW])).tolist()
-    high, low = _y(np.array([limit.transient, limit.quasi_static]), top).tolist()
+    high, low = _y(np.array([limit.force(contact), limit.quasi_static]), top).tolist()
     path = f"M{_LEFT} {high:.1f}H{middle:.0f}V{low:.1f}H{end:.0f}"
     return f'<path d="{path}" fill="none" stroke="#000" stroke-width="1.2" stroke-dasharray="6 3"/>'

@@ -21,10 +21,17 @@ from forcemap.assessment.state_results import StateResult
 from forcemap.campaigns.not_stated import Matters
 from forcemap.campaigns.recordings_table import Use
 from forcemap.files import stated_date
-from forcemap.findings import Finding
+from forcemap.findings import Finding, FindingKind
 from forcemap.limits.force_limits import Contact
 from forcemap.report.curves import Curve, force_curves, highest_force
-from forcemap.report.permission import device_words, headline, permission, point_permissions, pressure_words
+from forcemap.report.permission import (
+    device_words,
+    headline,
+    permission,
+    permissions,
+    point_permissions,
+    pressure_words,
+)
 from forcemap.report.pictures import Pictures
 from forcemap.report.seal import MARK, further_inputs, made_for, quoted, seal, seal_tag
 from forcemap.report.sheets import sheets
@@ -71,10 +78,12 @@ def report_html(assessment: CampaignAssessment, *, date: str | None = None, regi
             pictures=Pictures(assessment),
             findings=sentences(assessment.findings),
             headlines=[headline(results) for results in assessment.speeds],
-            permissions=[permission(results, assessment) for results in assessment.speeds],
+            permissions=permissions(assessment),
+            permission_of=[permission(results, assessment) for results in assessment.speeds],
             point_permissions=point_permissions(assessment),
             sheets=sheets(assessment),
             rests_on=_rests_on(assessment),
+            straight=_straight(assessment),
             device_words=device_words(assessment.conditions),
             further_inputs=further_inputs(assessment.inputs),
             curves=_curves(assessment),
@@ -83,6 +92,16 @@ def report_html(assessment: CampaignAssessment, *, date: str | None = None, regi
             register_head=register_head,
         )
     )
+
+
+def _straight(assessment: CampaignAssessment) -> Finding | None:
+    """That speeds hold straight along the direction of the map alone; None if none is given."""
+    for results in assessment.speeds:
+        if not isinstance(results.speeds, Missing):
+            for finding in results.speeds.speeds.basis.statements:
+                if finding.kind is FindingKind.ALONG_ONLY:
+                    return finding
+    return None
 
 
 @cache

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 from forcemap.assessment.assess_campaign import CampaignAssessment
@@ -43,14 +44,28 @@ def headline(results: PlaceSpeeds) -> dict[str, Any]:
 
 def permission(results: PlaceSpeeds, assessment: CampaignAssessment) -> str:
     """The sentence that permits the speeds of a headline; empty where it permits none."""
-    if headline(results)["kind"] == "refused":
-        return ""
+    return " ".join(_at_site([results], assessment))
+
+
+def permissions(assessment: CampaignAssessment) -> list[str]:
+    """The same of all headlines, one for all that rest on the same."""
+    return _at_site(assessment.speeds, assessment)
+
+
+def _at_site(found: Sequence[PlaceSpeeds], assessment: CampaignAssessment) -> list[str]:
+    groups: dict[tuple[tuple[str, ...], str], list[str]] = {}
+    for results in found:
+        if headline(results)["kind"] != "refused":
+            limit = results.limit
+            within = f"{_contact(limit, results.contact)}, within the limit of {limit.force(results.contact):g} N"
+            groups.setdefault((results.confirmed_by, _edition(limit)), []).append(within)
     site = assessment.conditions.contact_site or "not stated"
-    return (
-        f"At contact site {site}, {_limit(results.limit, results.contact)}: "
-        f"{_state(results.confirmed_by)}; measured with {device_words(assessment.conditions)}; "
-        f"to be signed by {signer(assessment.protocol)}."
-    )
+    return [
+        f"At contact site {site}: {'; '.join(within)}{', all' if len(within) > 1 else ''} of {edition}: "
+        f"{_state(confirmed_by)}; "
+        f"measured with {device_words(assessment.conditions)}; to be signed by {signer(assessment.protocol)}."
+        for (confirmed_by, edition), within in groups.items()
+    ]
 
 
 def pressure_words(result: PointResult) -> str:
@@ -86,9 +101,9 @@ def point_permissions(assessment: CampaignAssessment) -> list[str]:
             named = f"{point.name} (at most {floor_speed(result.speed)} m/s{_counted(alone)})"
             groups.setdefault((point.limit, point.contact, confirmed_by, pressure_words(result)), []).append(named)
     return [
-        f"Contact points {', '.join(named)} to program, {_limit(limit, contact)}: {_state_of_all(confirmed_by)}; "
-        f"measured with {device_words(assessment.conditions)}; {pressure}; to be signed by "
-        f"{signer(assessment.protocol)}."
+        f"Contact {'points' if len(named) > 1 else 'point'} {', '.join(named)} to program, {_limit(limit, contact)}: "
+        f"{_state_of_all(confirmed_by)}; measured with {device_words(assessment.conditions)}; {pressure}; "
+        f"to be signed by {signer(assessment.protocol)}."
         for (limit, contact, confirmed_by, pressure), named in groups.items()
     ]
 
@@ -118,10 +133,15 @@ def device_words(conditions: Conditions) -> str:
 
 
 def _limit(limit: ForceLimit, contact: Contact) -> str:
-    return (
-        f"{limit.name.replace('_', ' ')}, {contact} contact, within the limit of {limit.force(contact):g} N of "
-        f"{limit.edition} (table version {limit.version})"
-    )
+    return f"{_contact(limit, contact)}, within the limit of {limit.force(contact):g} N of {_edition(limit)}"
+
+
+def _contact(limit: ForceLimit, contact: Contact) -> str:
+    return f"{limit.name.replace('_', ' ')}, {contact} contact"
+
+
+def _edition(limit: ForceLimit) -> str:
+    return f"{limit.edition} (table version {limit.version})"
 
 
 def _state(confirmed_by: tuple[str, ...]) -> str:

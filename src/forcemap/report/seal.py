@@ -15,6 +15,7 @@ from forcemap.assessment.folder import InputFile, campaign_inputs, inputs_sha256
 from forcemap.assessment.missing import Missing
 from forcemap.errors import InputError
 from forcemap.files import read_bytes, sha256
+from forcemap.limits.force_limits import ForceLimit
 
 MARK = "forcemap-report/1"
 """Schema of the page, within its first 4000 bytes."""
@@ -56,9 +57,14 @@ class Sealed:
 
 def made_for(assessment: CampaignAssessment) -> str:
     """The body areas of a report, each with the version of its table of limits, and its bound."""
-    areas = sorted(f"{limit.name} ({limit.edition}, {limit.sha256[:12]})" for limit in assessment.limits)
+    areas = sorted(area_made_for(limit) for limit in assessment.limits)
     bound = assessment.bound
     return f"{', '.join(areas)}; {'no bound' if isinstance(bound, Missing) else bound}"
+
+
+def area_made_for(limit: ForceLimit) -> str:
+    """A body area with the version of its table of limits, as `made_for` has it."""
+    return f"{limit.name} ({limit.edition}, {limit.sha256[:12]})"
 
 
 def seal_tag() -> str:

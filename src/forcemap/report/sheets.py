@@ -69,5 +69,5 @@ def _photograph(result: PointResult, digest: str) -> tuple[Markup, Finding | Non
 
 def _curves(result: PointResult) -> Markup:
     curves = [Curve(i.recording, i.time, i.force, not i.excluded) for i in result.impacts]
-    limit = result.point.limit if result.point.limit.permitted else None
-    return force_curves(curves, limit, highest_force(curves, limit))
+    contact, limit = result.point.contact, result.point.limit if result.point.limit.permitted else None
+    return force_curves(curves, limit, highest_force(curves, limit, contact), contact)

@@ -27,7 +27,7 @@ from forcemap.campaigns.dataset import (
 )
 from forcemap.errors import InputError
 from forcemap.findings import Finding, FindingKind
-from forcemap.limits.body_areas import MAX_TRANSIENT_FACTOR
+from forcemap.limits.body_areas import MAX_TRANSIENT_FACTOR, standard_limit_table
 from forcemap.limits.device_spring import DeviceSuitability, device_suitability
 from forcemap.limits.force_limits import Contact, ForceLimit, NewtonLimit
 from forcemap.maps.bounds import PAPER_MARGIN, Bound, ToleranceBound, contradiction, margins, weakness
@@ -183,6 +183,7 @@ def basis_of(
             *(transfer.warnings if transfer else ()),
             *basis.warnings,
             *([doubt] if doubt else []),
+            *_own_limits_unused(limit, force_map.conditions),
             *_unchecked_units(force_map),
             *(contradictions(_as_stated(fit.states, force_map.conditions)) if fit else ()),
             *doubts_of_fit(force_map),
@@ -197,6 +198,15 @@ def basis_of(
         bound=bound,
         source=force_map.source,
     )
+
+
+def _own_limits_unused(limit: ForceLimit | NewtonLimit, conditions: Conditions) -> list[Finding]:
+    """That the limits are the standard's although the campaign names a file of its own, whose limits may be lower."""
+    if not (isinstance(limit, ForceLimit) and conditions.limit_table.lower().endswith(".csv")):
+        return []
+    if limit.sha256 != standard_limit_table().sha256:
+        return []
+    return [Finding.of(FindingKind.OTHER_LIMITS, table=conditions.limit_table, editions=limit.edition)]
 
 
 def _of_map(force_map: ForceMap, limit: ForceLimit | NewtonLimit, contact: Contact | None) -> Basis:
@@ -217,8 +227,9 @@ def _of_map(force_map: ForceMap, limit: ForceLimit | NewtonLimit, contact: Conta
 def exceeded_where_permitted(force_map: ForceMap, bound: Bound, limit: Any, raised: float) -> Finding | None:
     """States that measured more than a limit although the bound permits their speed at their place; None without any.
 
-    Test states count, as those that were to confirm the map, and those slower than any that was fitted there. That the
-    bound allows for some of them is no reason to release a speed at which a measurement exceeded the limit.
+    Test states count, as those that were to confirm the map, and those slower than any that was fitted there; so do
+    impacts at contact points alone. That the bound allows for some of them is no reason to release a speed at which a
+    measurement exceeded the limit.
 
     Parameters
     ----------
@@ -234,8 +245,8 @@ def exceeded_where_permitted(force_map: ForceMap, bound: Bound, limit: Any, rais
     limits = limits[~np.isnan(limits)]
     if force_map.fit is None or not limits.size:
         return None
-    found = []
-    for group in (force_map.fit.states, force_map.fit.left_out, force_map.fit.test):
+    found: dict[str, tuple[float, float]] = {}
+    for group in force_map.fit.measured:
         low, _ = force_map.measured_range.speeds(group.distance, group.height)
         speed = np.maximum(group.speed, low)  # slower than was fitted there: permitted if the slowest fitted speed is
         within = np.flatnonzero(force_map.measured_range.contains(group.distance, group.height, speed))
@@ -244,11 +255,13 @@ def exceeded_where_permitted(force_map: ForceMap, bound: Bound, limit: Any, rais
         upper = raised * bound.upper(force_map, inside.distance, inside.height, speed)
         permitted = limits[np.minimum(np.searchsorted(limits, upper), limits.size - 1)]  # the lowest that permits it
         for i in np.flatnonzero((upper <= permitted) & (measured > permitted)):
-            found.append((str(inside.name[i]), float(measured[i]), float(permitted[i])))
+            name, above = str(inside.name[i]), (float(measured[i]), float(permitted[i]))
+            found[name] = max(found.get(name, above), above)
     if not found:
         return None
-    names, forces, allowed = zip(*sorted(found, key=lambda each: -each[1]), strict=True)
-    figures = {"names": names, "force_N": forces[0], "limit": allowed[0]}
+    names = tuple(sorted(found, key=lambda name: -found[name][0]))
+    force, allowed = found[names[0]]
+    figures = {"names": names, "force_N": force, "limit": allowed}
     unit = {} if force_map.quantity is Quantity.FORCE else {"unit": force_map.quantity.unit}
     return Finding.of(FindingKind.EXCEEDED_WHERE_PERMITTED, **figures, **unit)
 

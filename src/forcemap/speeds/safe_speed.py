@@ -421,7 +421,7 @@ def states_above(force_map: ForceMap, force: str, limit: float) -> Iterator[tupl
     """
     if force_map.fit is None:
         return
-    for group in (force_map.fit.states, force_map.fit.left_out, force_map.fit.test):
+    for group in force_map.fit.measured:
         for i in np.flatnonzero(getattr(group, force) > limit).tolist():
             figures = (group.distance[i], group.height[i], group.speed[i], getattr(group, force)[i])
             yield str(group.name[i]), *map(float, figures)  # type: ignore[misc]

@@ -13,7 +13,7 @@ from forcemap.arrays import FloatArray
 from forcemap.campaigns.campaign import Campaign, read_campaign
 from forcemap.campaigns.conditions import Conditions
 from forcemap.campaigns.impacts_table import read_dataset
-from forcemap.campaigns.pressures import PRESSURES_FOLDER, measured_pressure
+from forcemap.campaigns.pressures import PRESSURES_FOLDER, Films, films_in, measured_pressure
 from forcemap.campaigns.readout import Reader
 from forcemap.campaigns.recorded_impacts import RecordedImpacts, recorded_impacts
 from forcemap.campaigns.recordings_table import Entry
@@ -148,7 +148,7 @@ def check_file(
     conditions, name = conditions or Conditions(), name or Path(path).name
     asked = {"interpretation": interpretation, "contact": contact}
     measured = list(recorded_impacts(path, conditions, columns, name=name))
-    films = None if folder is None or len(measured) > 1 else folder / PRESSURES_FOLDER
+    films = None if folder is None or len(measured) > 1 else films_in(folder / PRESSURES_FOLDER)
     film = None if films is None else (films, conditions, Entry(file=Path(path).name))
     recordings = (
         CheckedRecording(
@@ -223,12 +223,12 @@ def check_campaign(
     asked = {"interpretation": interpretation, "contact": contact}
     recordings = list(walk(campaign, progress=progress))
     mistaken = mistaken_unit(campaign, filter(None, (recording.measured for recording in recordings)))
-    checked = []
+    checked, films = [], films_in(campaign.folder / PRESSURES_FOLDER)
     for recording in recordings:
         excluded, recorded, doubt = recording.excluded, recording.recorded, recording.doubt or mistaken
         verdicts = () if excluded else recording_verdicts(recorded, doubt, limit, **asked)
         name, why = recording.entry.name, None if excluded else doubt
-        film = (campaign.folder / PRESSURES_FOLDER, campaign.conditions, recording.entry)
+        film = (films, campaign.conditions, recording.entry)
         pressure = None if excluded else recording_pressure(film, recorded, limit, contact)
         checked.append(CheckedRecording(name, recorded, verdicts, why, excluded, pressure))
     if not checked:
@@ -237,16 +237,16 @@ def check_campaign(
 
 
 def recording_pressure(
-    film: tuple[Path, Conditions, Entry] | None,
+    film: tuple[Films, Conditions, Entry] | None,
     recorded: RecordedImpacts | None,
     limit: ForceLimit | NewtonLimit,
     contact: Contact | None,
 ) -> PressureVerdict | None:
-    """The pressure of a recording beside the limit, by a folder of films; None if there is none of either."""
+    """The pressure of a recording beside the limit; None if there is none of either."""
     if film is None or not isinstance(limit, ForceLimit) or not limit.permitted:
         return None
-    pressures, conditions, entry = film
-    if (measured := measured_pressure(pressures, conditions.film, entry)) is None:
+    films, conditions, entry = film
+    if (measured := measured_pressure(films, conditions.film, entry)) is None:
         return None
     impacts = recorded.impacts if recorded else ()
     return check_pressure(measured, limit, film=conditions.film, impacts=impacts, contact=contact)

@@ -8,7 +8,6 @@ from fastapi import APIRouter, Depends, Path, Query, Request
 from fastapi.responses import Response
 from fastapi.security import HTTPBearer
 
-from forcemap.answers.check import CheckAnswer
 from forcemap.answers.collect import CollectAnswer
 from forcemap.answers.comparison import ComparisonAnswer
 from forcemap.answers.error import ErrorAnswer
@@ -33,8 +32,7 @@ from forcemap.web.downloads import Export, export_text, report_text, scaling_tex
 from forcemap.web.fitted_campaign import fitted_campaign
 from forcemap.web.grids import CubeAnswer, SlicesAnswer, SpeedGrid, cube_answer, slices_answer, speed_grid
 from forcemap.web.headline import Headline, NextStep, headline, next_step
-from forcemap.web.intake import Addition, Judged, StoredAnswer, Upload
-from forcemap.web.judgements import TableAnswer
+from forcemap.web.intake import Addition, Judged, Judgement, StoredAnswer, Upload
 from forcemap.web.limits import limits_of
 from forcemap.web.overview import Overview, overview
 from forcemap.web.question import (
@@ -100,9 +98,9 @@ def campaign_routes(site: Site) -> APIRouter:
     router = APIRouter(tags=["campaigns"])
 
     @router.get("/campaigns")
-    async def campaigns(request: Request) -> Overview:
+    async def campaigns(request: Request, question: Annotated[Area, Query()]) -> Overview:
         """All campaigns of the folder."""
-        return await site.queue.run(request, lambda: overview(site.folder, site.table))
+        return await site.queue.run(request, lambda: overview(site.folder, site.table, question))
 
     @router.get("/campaigns/{name}")
     def campaign(name: Name) -> CampaignAnswer:
@@ -113,7 +111,9 @@ def campaign_routes(site: Site) -> APIRouter:
     async def of_campaign(request: Request, name: Name, question: Annotated[Area, Query()]) -> Headline:
         """What the campaign permits, for each body area and contact."""
         path = site.folder.campaign(name)
-        return await site.queue.run(request, lambda: headline(name, path, question, limits_of(path, site.table)))
+        limits = limits_of(path, site.table)
+        limits.area(question.area)
+        return await site.queue.run(request, lambda: headline(name, path, question, limits))
 
     @router.get("/campaigns/{name}/next")
     async def to_do(request: Request, name: Name, question: Annotated[Question, Query()]) -> NextStep:
@@ -151,7 +151,7 @@ def recording_routes(site: Site) -> APIRouter:
     router = APIRouter(tags=["recordings"])
 
     @router.post("/campaigns/{name}/judge", responses=UPLOAD_REFUSALS, openapi_extra=FILE_BODY)
-    async def judge(request: Request, name: Name, upload: Annotated[Judged, Query()]) -> CheckAnswer | TableAnswer:
+    async def judge(request: Request, name: Name, upload: Annotated[Judged, Query()]) -> Judgement:
         """Judge a recording, as forcemap check does, or an impacts table; nothing is stored."""
         return await site.intake.judge(request, name, upload, drawn=upload.curves)
 

@@ -80,7 +80,7 @@ class CampaignMap:
         """
         return contact_model(
             self.fitted.dataset.conditions,
-            question.area,
+            self.limits.area(question.area),
             moving_mass=question.moving_mass_kg,
             payload=question.payload_kg,
             constrained=question.body is Body.CONSTRAINED,
@@ -104,7 +104,7 @@ class CampaignMap:
         if length > LONGEST_PATH:
             expected = f"expected at most {LONGEST_PATH:g} m; ask in parts"
             raise fm.InputError(f"points: found a path of {length:.1f} m, {expected}")
-        segment = fm.TaskSegment("path", (question.area,), question.contact, question.programmed)
+        segment = fm.TaskSegment("path", (self.limits.area(question.area),), question.contact, question.programmed)
         return fm.path_speeds(
             self.fitted.force_map,
             path,

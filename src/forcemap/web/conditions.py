@@ -23,6 +23,7 @@ from forcemap.errors import CampaignFileError, InputError
 from forcemap.files import hidden_file, read_bytes, sha256, toml_tables, write_atomically
 from forcemap.recordings.column_map import ColumnMap
 from forcemap.web.campaign_file import Entries, with_entries
+from forcemap.web.question import NUMBER
 from forcemap.web.request_error import RequestError
 from forcemap.words import sentence
 
@@ -217,8 +218,9 @@ def _named(hidden: Path) -> Iterator[None]:
     try:
         yield
     except CampaignFileError as error:
-        error.file = CAMPAIGN_FILE if error.file == str(hidden) else error.file
-        raise
+        if error.file != str(hidden):
+            raise
+        raise CampaignFileError(error.message, file=CAMPAIGN_FILE, row=error.row, column=error.column) from None
 
 
 def _entries() -> dict[str, tuple[str, Literal["text", "number", "date", "choice"]]]:
@@ -249,7 +251,6 @@ def _value(entry: str, text: str, kind: str) -> Any:
         return None
     if kind != "number":
         return text
-    try:
-        return float(text)
-    except ValueError:
-        raise InputError(f"found {text!r}, expected a number such as 0.25", column=entry) from None
+    if not NUMBER.fullmatch(text):
+        raise InputError(f"found {text!r}, expected a number such as 0.25", column=entry)
+    return float(text)

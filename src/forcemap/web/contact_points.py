@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from fnmatch import fnmatchcase
 from pathlib import Path, PurePosixPath
 
@@ -24,7 +24,8 @@ from forcemap.assessment.contact_points import (
 from forcemap.assessment.missing import Missing
 from forcemap.assessment.point_results import PointResult
 from forcemap.campaigns.campaign import Campaign
-from forcemap.campaigns.point_recordings import POINT_FILMS, POINTS_FOLDER, point_files
+from forcemap.campaigns.point_list import POINTS_FOLDER
+from forcemap.campaigns.point_recordings import POINT_FILMS, point_files
 from forcemap.campaigns.pressures import PRESSURES_FOLDER, usable_film
 from forcemap.files import alone, read_bytes, sha256, write_atomically
 from forcemap.web.intake import TYPES
@@ -214,11 +215,25 @@ def change_point(folder: Path, change: PointChange, table: LimitTable | None) ->
 
 
 def remove_point(folder: Path, point: str, list_sha256: str, table: LimitTable | None) -> None:
-    """Write the list without a point, whose recordings and photographs stay; errors as `change_point`."""
+    """Write the list without a point, whose recordings and photographs stay; errors as `change_point`.
+
+    Refused while another point's patterns fit recordings of it, which would then count for that one.
+    """
     with alone(folder):
         rows = _looked_at(folder, list_sha256)
         at = _row_of(rows, point)
+        of_it = _files_of(folder, rows[at])
+        for row in (*rows[:at], *rows[at + 1 :]):
+            if shared := sorted(of_it & _files_of(folder, row)):
+                message = f"{shared[0]} would then count for {row['point_id']}; move the files of {point} away first"
+                raise RequestError(409, "shared", message)
         _write(folder, [*rows[:at], *rows[at + 1 :]], table)
+
+
+def _files_of(folder: Path, row: Mapping[str, str]) -> set[str]:
+    """Files in points/ that the patterns of a point fit."""
+    patterns = [pattern.strip().casefold() for pattern in row["recordings"].split(";") if pattern.strip()]
+    return {name for name in point_files(folder) if any(fnmatchcase(name.casefold(), each) for each in patterns)}
 
 
 def store_photograph(folder: Path, point: str, list_sha256: str, content: bytes, file: str) -> PictureAnswer:

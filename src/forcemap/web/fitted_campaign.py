@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TypeVar
 
 from forcemap import Accuracy, ForceMap, ImpactDataset, map_accuracy, read_dataset
+from forcemap.campaigns.point_list import POINT_REGISTER, POINTS_FILE
 from forcemap.files import file_sha256
 from forcemap.maps.carry_over import EARLIER_MAP, campaign_map
 from forcemap.web.request_error import RequestError
@@ -73,7 +74,8 @@ def fitted_campaign(campaign: Path) -> FittedCampaign:
 
 _Contents = tuple[str, ...]
 
-_FILES = ("impacts.csv", "campaign.toml", "recordings.csv", EARLIER_MAP)  # what a map rests on
+_FILES = ("impacts.csv", "campaign.toml", "recordings.csv", EARLIER_MAP, POINTS_FILE, POINT_REGISTER)
+"""What a map rests on."""
 
 
 def _contents(campaign: Path) -> _Contents:

@@ -188,7 +188,7 @@ def cube_answer(campaign_map: CampaignMap, question: Resolution) -> CubeAnswer:
         simulated=force_map.simulated,
         assumptions=sentences([*campaign_map.limits.statements, *force_map.conditions.findings]),
         map_sha256=map_sha256(force_map),
-        limits_sha256=campaign_map.limits.of(question.area).sha256,
+        limits_sha256=campaign_map.limits.used.sha256,
     )
 
 

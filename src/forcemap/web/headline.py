@@ -13,7 +13,6 @@ import forcemap as fm
 from forcemap.answers.answer import Answer, Figure, Said
 from forcemap.answers.basis import RestsOn, rests_on
 from forcemap.assessment.assess_campaign import PLACES_APART
-from forcemap.assessment.contact_points import POINTS_FILE, read_contact_points
 from forcemap.assessment.missing import Missing, attempt, present
 from forcemap.assessment.point_results import confirmations
 from forcemap.comparisons.contact_model import contact_model
@@ -61,7 +60,10 @@ class Case(Answer):
 
 
 class Headline(Answer):
-    """What a campaign permits, for the body area asked for and those of its contact points; or why nothing is known."""
+    """What a campaign permits, for the body area asked for and those of its contact points; or why nothing is known.
+
+    Without cases and without a problem nobody chose a body area.
+    """
 
     cases: list[Case]
     problem: str
@@ -79,8 +81,8 @@ class NextStep(Answer):
 def headline(name: str, path: Path, question: Area, limits: Limits, *, points: bool = True) -> Headline:
     """What a campaign permits, with the body areas of its contact points or without; one without a map says why."""
     try:
-        listed = _areas_of_points(path, limits) if points else []
-        areas = dict.fromkeys([question.area, *listed])
+        fitted_campaign(path)  # that there is no map is said without a body area, too
+        areas = dict.fromkeys(filter(None, [question.area, *(limits.areas if points else ())]))
         cases = [_case(name, path, limits.of(area), contact, limits) for area in areas for contact in fm.Contact]
         return Headline(cases=cases, problem="", places_apart_m=PLACES_APART)
     except fm.ForcemapError as error:
@@ -123,14 +125,6 @@ def next_step(name: str, path: Path, question: Question, limits: Limits) -> Next
     expected = f"a speed at {found.expected_confirmed} of {found.places} places"
     said = f"measure {len(states)} further states; expected then: {expected}"
     return NextStep(sentence=said, states=states, command=f"forcemap next {asked}")
-
-
-def _areas_of_points(path: Path, limits: Limits) -> list[str]:
-    """Body areas of the contact points that the campaign lists, if it lists any."""
-    if not (path / POINTS_FILE).exists():
-        return []
-    listed = attempt(lambda: read_contact_points(path / POINTS_FILE, table=limits.table))
-    return [] if isinstance(listed, Missing) else list(dict.fromkeys(point.limit.name for point in listed))
 
 
 def _case(name: str, path: Path, limit: fm.ForceLimit, contact: fm.Contact, limits: Limits) -> Case:

@@ -27,7 +27,7 @@ from forcemap.web.columns import ColumnsAnswer, columns_answer
 from forcemap.web.conditions import stated_columns
 from forcemap.web.fitted_campaign import impacts_of
 from forcemap.web.folder import Folder
-from forcemap.web.judgements import TableAnswer, file_answer, is_table, table_answer
+from forcemap.web.judgements import MeasuredAnswer, TableAnswer, file_answer, is_table, read_answer, table_answer
 from forcemap.web.limits import limits_of
 from forcemap.web.question import Area
 from forcemap.web.request_error import RequestError
@@ -58,6 +58,10 @@ _DIGESTS = 20_000
 
 _NAME_DIGITS = 12
 """Digits of a hash in the name of a recording that belongs to no run; a choice: 48 bits, no two alike in a campaign."""
+
+
+Judgement = CheckAnswer | MeasuredAnswer | TableAnswer
+"""What a file that is judged is answered with."""
 
 
 class Upload(Area):
@@ -107,7 +111,7 @@ class StoredAnswer(BaseModel):
     use: str
     reason: str
     problem: str
-    judgement: CheckAnswer
+    judgement: CheckAnswer | MeasuredAnswer
 
 
 @dataclass
@@ -139,7 +143,7 @@ class Intake:
             with _errors_naming(staged, upload.file):
                 return await asyncio.to_thread(columns_answer, staged, upload.file)
 
-    async def judge(self, request: Request, name: str, upload: Judged, *, drawn: bool) -> CheckAnswer | TableAnswer:
+    async def judge(self, request: Request, name: str, upload: Judged, *, drawn: bool) -> Judgement:
         """Judge a file without storing it; with its curves if they are to be drawn."""
         campaign, suffix = self._folder.campaign(name), _suffix(upload.file)
         async with self._uploads, _received(request, campaign, suffix) as staged, self._judging:
@@ -182,22 +186,23 @@ class Intake:
             raise problem
         return await asyncio.to_thread(lambda: CollectAnswer.of_campaign(read_campaign(path), impacts_of(path)))
 
-    def _judged(self, campaign: Path, staged: Path, upload: Judged, drawn: bool) -> CheckAnswer | TableAnswer:
+    def _judged(self, campaign: Path, staged: Path, upload: Judged, drawn: bool) -> Judgement:
         columns, limits = upload.tried, limits_of(campaign, self._table)
         with _errors_naming(staged, upload.file):
             if is_table(staged):
                 if staged.stat().st_size > LARGEST_TABLE:
                     raise too_large(LARGEST_TABLE)
                 return table_answer(staged, upload.file, campaign)
-            return file_answer(staged, upload.file, campaign, upload, limits, columns=columns, drawn=drawn)
+            answer = read_answer if columns else file_answer  # how a file is read is tried without a verdict, too
+            return answer(staged, upload.file, campaign, upload, limits, columns=columns, drawn=drawn)
 
-    def _stored(self, path: Path, staged: Path, addition: Addition) -> tuple[str, CheckAnswer]:
+    def _stored(self, path: Path, staged: Path, addition: Addition) -> tuple[str, CheckAnswer | MeasuredAnswer]:
         campaign, file_name = read_campaign(path), addition.file
         if is_table(staged):
             message = "this is an impacts table; only recordings are added, the impacts table is made from them"
             raise RequestError(422, "table", message, file=file_name)
         with _errors_naming(staged, file_name):
-            judgement = file_answer(staged, file_name, path, addition, limits_of(path, self._table))
+            judgement = read_answer(staged, file_name, path, addition, limits_of(path, self._table))
         digest = file_sha256(staged)
         with self._intakes.setdefault(path, _CampaignIntake()).storing:
             target = campaign.recordings / _stored_name(campaign, addition, staged.suffix, digest)

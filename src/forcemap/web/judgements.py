@@ -4,15 +4,18 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 from pydantic import BaseModel
 
 import forcemap as fm
 from forcemap.answers.accuracy import AccuracyAnswer
+from forcemap.answers.answer import Answer
 from forcemap.answers.check import CheckAnswer
 from forcemap.answers.collect import Outlier
+from forcemap.answers.impacts import Curve, ImpactFigures, RecordingAnswer, curves
 from forcemap.campaigns.conditions import read_campaign_file
+from forcemap.campaigns.recorded_impacts import recorded_impacts
 from forcemap.findings import Finding
 from forcemap.recordings.column_map import ColumnMap
 from forcemap.verdicts.recording_results import recording_doubt
@@ -23,6 +26,23 @@ from forcemap.words import sentences
 
 _HEADER_BYTES = 4000
 """Where the column names of a table must stand; a choice, several times a header with all columns and notes."""
+
+
+class MeasuredImpact(ImpactFigures):
+    """An impact that is held against no limit."""
+
+    recording: str
+
+
+class MeasuredAnswer(Answer):
+    """A file of recordings with its curves, held against no limit: nobody chose a body area."""
+
+    kind: Literal["measured"] = "measured"
+    file: str
+    simulated: bool
+    impacts: list[MeasuredImpact]
+    recordings: list[RecordingAnswer]
+    curves: list[Curve]
 
 
 class TableAnswer(BaseModel):
@@ -71,14 +91,49 @@ def file_answer(
     RecordingError
         Anything in the file that could be read wrongly.
     """
-    stated = campaign / "campaign.toml"
-    conditions, of_campaign = read_campaign_file(stated) if stated.exists() else (fm.Conditions(), None)
+    conditions, of_campaign = _stated(campaign)
     limit, read_by = limits.of(question.area), columns or of_campaign
     known = doubt or recording_doubt(campaign)
     check = fm.check_file(path, limit, conditions=conditions, columns=read_by, name=name, doubt=known)
     if curve in (found := [each.name for each in check.recordings]):
         check = replace(check, recordings=(check.recordings[found.index(curve)],))
     return CheckAnswer.of_check(check, notes=limits.statements, drawn=drawn)
+
+
+def read_answer(
+    path: Path,
+    name: str,
+    campaign: Path,
+    question: Area,
+    limits: Limits,
+    *,
+    columns: ColumnMap | None = None,
+    curve: str = "",
+    **judged: Any,
+) -> CheckAnswer | MeasuredAnswer:
+    """The same, without a verdict where nobody chose a body area."""
+    if question.area or limits.areas:
+        return file_answer(path, name, campaign, question, limits, columns=columns, curve=curve, **judged)
+    conditions, of_campaign = _stated(campaign)
+    recorded = recorded_impacts(path, conditions, columns or of_campaign, name=name)
+    recorded = [each for each in recorded if each.recording.name == curve] or recorded
+    return MeasuredAnswer(
+        file=name,
+        simulated=conditions.simulated or any(each.recording.simulated for each in recorded),
+        impacts=[
+            MeasuredImpact.from_result(impact, recording=each.recording.name)
+            for each in recorded
+            for impact in each.impacts
+        ],
+        recordings=[RecordingAnswer.from_result(each.recording) for each in recorded],
+        curves=curves(recorded),
+    )
+
+
+def _stated(campaign: Path) -> tuple[fm.Conditions, ColumnMap | None]:
+    """What campaign.toml states, and how it reads files, if there is one."""
+    stated = campaign / "campaign.toml"
+    return read_campaign_file(stated) if stated.exists() else (fm.Conditions(), None)
 
 
 def table_answer(path: Path, name: str, campaign: Path) -> TableAnswer:

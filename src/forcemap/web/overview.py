@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from contextlib import suppress
 from datetime import UTC, date, datetime
 from pathlib import Path
 from typing import Any
@@ -45,19 +44,19 @@ class CampaignLine(Answer):
 
 
 class Overview(Answer):
-    """The campaigns in the folder that is served, and the body area of their cases."""
+    """The campaigns in the folder that is served, and the body area of all; empty if each campaign's own is taken."""
 
     area: str
     campaigns: list[CampaignLine]
 
 
-def overview(folder: Folder, table: fm.LimitTable | None) -> Overview:
+def overview(folder: Folder, table: fm.LimitTable | None, question: Area) -> Overview:
     """All campaigns; a problem of one stands in its line."""
-    area = Area.model_validate({})
-    return Overview(area=area.area, campaigns=[_line(folder, name, area, table) for name in folder.campaigns()])
+    lines = [_line(folder, name, question, table) for name in folder.campaigns()]
+    return Overview(area=question.area, campaigns=lines)
 
 
-def _line(folder: Folder, name: str, area: Area, table: fm.LimitTable | None) -> CampaignLine:
+def _line(folder: Folder, name: str, question: Area, table: fm.LimitTable | None) -> CampaignLine:
     figures: dict[str, Any] = {"name": name, "due": []}
     try:
         path = folder.campaign(name)
@@ -73,16 +72,15 @@ def _line(folder: Folder, name: str, area: Area, table: fm.LimitTable | None) ->
         figures |= {"states": len(dataset.states), "simulated": dataset.simulated, "problem": dataset_doubt(dataset)}
         force_map = fitted_campaign(path).force_map
         figures["map"] = f"{force_map.form.name}, {len(force_map.require_fit().states)} states"
-        if not figures.get("missing_runs"):
-            figures["state"] = "ready"
-        with suppress(fm.ForcemapError):  # a table of limits without this body area
-            limits = limits_of(path, table)
-            found = headline(name, path, Area(**limits.otherwise), limits, points=False)
-            figures["case"] = next((case for case in found.cases if case.contact == fm.Contact.TRANSIENT), None)
-            figures["problem"] = figures["problem"] or found.problem
-        case = figures.get("case")
-        if dataset.no_speed or case is None or case.state == "contradicted":
+        limits = limits_of(path, table)
+        asked = Area.model_validate(limits.otherwise | ({"area": question.area} if question.area else {}))
+        found = headline(name, path, asked, limits, points=False)
+        case = next((case for case in found.cases if case.contact == fm.Contact.TRANSIENT), None)
+        figures |= {"case": case, "problem": figures["problem"] or found.problem}
+        if dataset.no_speed or found.problem or (case and case.state == "contradicted"):
             figures["state"] = "refused"
+        elif not figures.get("missing_runs"):
+            figures["state"] = "ready"
     except fm.ForcemapError as error:
         figures["problem"] = problem_words(error)
     return CampaignLine(**figures)

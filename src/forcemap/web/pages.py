@@ -101,13 +101,20 @@ def campaign_pages(site: Site) -> APIRouter:
 
     @router.get("/")
     async def overview_page(request: Request) -> Response:
+        question = _stated(request, Area)
         if site.folder.single:
             (name,) = site.folder.campaigns()
-            return RedirectResponse(_address(name))
+            return RedirectResponse(f"{_address(name)}?{question.query}".rstrip("?"))
 
         def page() -> Response:
-            found = overview(site.folder, site.table)
-            return html_page(request, "overview.html", answer=found, root=site.folder.root.name)
+            found, areas = overview(site.folder, site.table, question), _areas(site.table or fm.standard_limit_table())
+            shown: dict[str, Any] = {
+                "answer": found,
+                "question": question,
+                "areas": areas,
+                "root": site.folder.root.name,
+            }
+            return html_page(request, "overview.html", **shown)
 
         return await site.queue.run(request, page)
 
@@ -257,17 +264,17 @@ def together_pages(site: Site) -> APIRouter:
         def page() -> Response:
             atlas, limits = together(site)
             question = _stated(request, WayQuestion, limits.otherwise | _first_way(atlas))
+            answer, problem = None, ""
             try:
-                answer, problem = way_answer(atlas, limits, question), ""
+                answer = way_answer(atlas, limits, question) if question.area else None
             except fm.ForcemapError as error:  # what the task leaves open is said beside the form that asks for it
-                answer, problem = None, problem_words(error)
-            table = limits.table or fm.standard_limit_table()
+                problem = problem_words(error)
             shown: dict[str, Any] = {
                 "maps": together_answer(atlas),
                 "robot": atlas.conditions.robot,
-                "areas": _areas(table),
+                "areas": _areas(limits.used),
             }
-            shown |= {"answer": answer, "problem": problem, _MADE_OF: f"{atlas.sha256} {table.sha256}"}
+            shown |= {"answer": answer, "problem": problem, _MADE_OF: f"{atlas.sha256} {limits.used.sha256}"}
             if answer:
                 corners = [[float(x) for x in point.split(",")] for point in question.points.split(";")]
                 shown |= {"views": views(answer, corners), "groups": by_map(atlas, limits, question, answer)}
@@ -299,7 +306,8 @@ def _answer_page(
     campaign_map, made_of = _map_with_hashes(site, name)
     force_map, limits = campaign_map.fitted.force_map, campaign_map.limits
     question = _stated(request, model, limits.otherwise | otherwise(force_map))
-    shown = {"axes": _axes(force_map), _MADE_OF: made_of, "answer": answer(campaign_map, question)}
+    shown: dict[str, Any] = {"axes": _axes(force_map), _MADE_OF: made_of}
+    shown["answer"] = answer(campaign_map, question) if question.area else None
     shown["conditions"] = force_map.conditions
     template = f"{request.url.path.rpartition('/')[2]}.html"
     return _campaign_html(site, request, template, name, question, limits, campaign_map=campaign_map, **shown)
@@ -317,17 +325,18 @@ def _conditions_of(campaign: Path) -> fm.Conditions:
 def _map_with_hashes(site: Site, name: str) -> tuple[CampaignMap, str]:
     """Map and limits of a campaign, and the hashes of both."""
     campaign_map = site.campaign_map(name)
-    table = campaign_map.limits.table or fm.standard_limit_table()
-    return campaign_map, f"{fm.map_sha256(campaign_map.fitted.force_map)} {table.sha256}"
+    return campaign_map, f"{fm.map_sha256(campaign_map.fitted.force_map)} {campaign_map.limits.used.sha256}"
 
 
 def _campaign_html(
     site: Site, request: Request, template: str, name: str, question: Area, limits: Limits, **shown: Any
 ) -> Response:
-    """A page of a campaign, with the choice of body areas that all of them offer."""
-    areas = _areas(limits.table or fm.standard_limit_table())
+    """A page of a campaign, with the choice of body areas that all of them offer; its links keep what was chosen."""
+    areas, kept = _areas(limits.used), question.query
+    if not request.query_params.get("area"):  # that of a contact point is nobody's choice for other campaigns
+        kept = question.model_copy(update={"area": ""}).query
     shown |= {"name": name, "base": _address(name), "question": question, "areas": areas, "single": site.folder.single}
-    return html_page(request, template, **shown)
+    return html_page(request, template, kept=kept, **shown)
 
 
 def locked_page(request: Request) -> Response:
@@ -341,6 +350,8 @@ def problem_page(request: Request, error: fm.ForcemapError) -> Response:
     name = request.path_params.get("name")
     base = _address(name) if isinstance(name, str) else ""
     shown = {"name": name, "base": base, "message": problem_words(error), "kind": error.kind}
+    area = request.query_params.get("area", "") if status_of(error) == 409 else ""  # else it may be what is wrong
+    shown |= {"chosen": area, "kept": urlencode({"area": area}) if area else ""}
     return html_page(request, "problem.html", status_of(error), **shown)
 
 
@@ -350,7 +361,8 @@ def _address(name: str) -> str:
 
 def html_page(request: Request, template: str, status: int = 200, **shown: Any) -> HTMLResponse:
     """A page from its template."""
-    return HTMLResponse(_TEMPLATES.get_template(template).render(path=request.url.path, **shown), status)
+    shown = {"path": request.url.path, "chosen": request.query_params.get("area", "")} | shown
+    return HTMLResponse(_TEMPLATES.get_template(template).render(**shown), status)
 
 
 def _stated(request: Request, model: type[_Question], otherwise: Mapping[str, Any] = MappingProxyType({})) -> _Question:
@@ -429,7 +441,7 @@ _TEMPLATES.filters |= {
     "raised": _rounded_up,
     "speed": lambda value: fm.floor_speed(math.nan if value is None else value),
     "words": _words,
-    "query": urlencode,
+    "query": lambda stated: urlencode({name: value for name, value in stated.items() if value not in ("", None)}),
     "with_blanks": lambda cells, columns: dict.fromkeys(columns, "") | cells,
 }
 _TEMPLATES.globals |= {

@@ -22,10 +22,12 @@ from forcemap.maps.bounds import Bound
 Metres = Annotated[float, Field(ge=-10, le=10, allow_inf_nan=False)]
 MetresPerSecond = Annotated[float, Field(gt=0, le=10, allow_inf_nan=False)]
 
+NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
+"""A number as a page or a program states it: digits, a point, an exponent. 1_0 is a slip, not ten."""
+
 DRAWN_PLACES = 2500
 """Places of a drawn grid, if not stated; a choice: 50 by 50."""
 
-_NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
 _POINT = r"[0-9]{1,2}(\.[0-9]{1,6})?,-?[0-9]{1,2}(\.[0-9]{1,6})?"
 
 
@@ -41,7 +43,9 @@ class Area(BaseModel):
 
     model_config = ConfigDict(extra="forbid")
 
-    area: str = Field("back_of_hand", description="Body area or body region.", min_length=1, max_length=60)
+    area: str = Field(
+        "", description="Body area or body region; if not given, the first of the contact points.", max_length=60
+    )
 
     @field_validator("*", mode="before")
     @classmethod
@@ -49,14 +53,15 @@ class Area(BaseModel):
         """A number is digits, a point and an exponent; 1_0 is a slip, not ten."""
         kind = cls.model_fields[str(info.field_name)].annotation
         text = any(isinstance(option, type) and issubclass(option, str | bool) for option in (kind, *get_args(kind)))
-        if isinstance(value, str) and not text and not _NUMBER.fullmatch(value):
+        if isinstance(value, str) and not text and not NUMBER.fullmatch(value):
             raise ValueError("expected a number such as 0.25")
         return value
 
     @property
     def query(self) -> str:
         """The parameters as they stand in an address, without those of the place."""
-        return urlencode(self.model_dump(mode="json", include={*Question.model_fields} & {*type(self).model_fields}))
+        stated = self.model_dump(mode="json", include={*Question.model_fields} & {*type(self).model_fields})
+        return urlencode({name: value for name, value in stated.items() if value != ""})
 
 
 class Bounded(Area):

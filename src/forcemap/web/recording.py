@@ -11,7 +11,7 @@ from forcemap.answers.answer import Answer
 from forcemap.answers.check import CheckAnswer
 from forcemap.verdicts.recording_results import recording_doubt
 from forcemap.web.campaign_answers import RecordingLine, problem_words, recording_line
-from forcemap.web.judgements import file_answer
+from forcemap.web.judgements import MeasuredAnswer, read_answer
 from forcemap.web.limits import Limits
 from forcemap.web.question import Area
 from forcemap.web.request_error import RequestError
@@ -28,7 +28,7 @@ class RecordingAnswer(Answer):
 
     registered: RecordingLine
     excluded: str
-    judgement: CheckAnswer | None
+    judgement: CheckAnswer | MeasuredAnswer | None
     problem: str
     before: str
     after: str
@@ -54,7 +54,7 @@ def recording_answer(folder: Path, question: RecordingQuestion, limits: Limits) 
         if entry.file not in campaign.files():
             raise fm.InputError("there is no such file any more", file=entry.file)
         doubt = recording_doubt(folder, path)
-        judgement = file_answer(path, entry.file, folder, question, limits, curve=entry.name, doubt=doubt, drawn=True)
+        judgement = read_answer(path, entry.file, folder, question, limits, curve=entry.name, doubt=doubt, drawn=True)
     except fm.ForcemapError as error:
         problem = problem_words(error)
     return RecordingAnswer(

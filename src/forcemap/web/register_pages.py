@@ -8,10 +8,11 @@ from fastapi import APIRouter, Query, Request
 from fastapi.responses import Response
 
 from forcemap.answers.register import CellAnswer, DueAnswer, DueEntry, HeadAnswer, SiteAnswer
-from forcemap.register import questions
 from forcemap.register.audit import head
 from forcemap.register.connection import Register
+from forcemap.register.due import DUE_WITHIN, what_is_due
 from forcemap.register.schema import open_register
+from forcemap.register.states import cell_state, cell_states
 from forcemap.web.api import REFUSALS
 from forcemap.web.pages import html_page
 
@@ -51,17 +52,17 @@ def register_router(where: str) -> APIRouter:
 
 def site_answer(register: Register) -> SiteAnswer:
     """All cells, and what is due."""
-    found = questions.due(register)
+    found = what_is_due(register)
     with register.reading() as connection:
         newest = head(connection)
     return SiteAnswer(
         where=register.name,
-        cells=[CellAnswer.of(state) for state in questions.cell_states(register)],
-        due=DueAnswer(within_days=questions.DUE_WITHIN, due=[DueEntry.from_result(each) for each in found]),
+        cells=[CellAnswer.of(state) for state in cell_states(register)],
+        due=DueAnswer(within_days=DUE_WITHIN, due=[DueEntry.from_result(each) for each in found]),
         head=HeadAnswer(number=newest.number, sha256=newest.sha256, at=newest.at, noted=str(newest)),
     )
 
 
 def cell_answer(register: Register, cell: str) -> CellAnswer:
     """A cell with its history."""
-    return CellAnswer.of(*questions.cell_state(register, cell))
+    return CellAnswer.of(*cell_state(register, cell))

@@ -6,6 +6,7 @@ import errno
 import socket
 import threading
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +19,7 @@ from forcemap.web.app import create_app
 from forcemap.web.connection import Connection
 from forcemap.web.folder import Folder
 from forcemap.web.overview import overview
+from forcemap.web.question import Area
 
 LOOPBACK = "127.0.0.1"
 
@@ -64,7 +66,8 @@ def serve(
     token = new_token()
     app = create_app(folder, token=token, limit_table=limit_table, register=register)
     served = Folder(folder)
-    threading.Thread(target=lambda: overview(served, limit_table), daemon=True).start()  # the first page waits for less
+    warmed = partial(overview, served, limit_table, Area.model_validate({}))
+    threading.Thread(target=warmed, daemon=True).start()  # the first page waits for less
     with socket.socket() as listening:
         listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:

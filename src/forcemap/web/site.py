@@ -34,4 +34,6 @@ class Site:
     def campaign_map(self, name: str) -> CampaignMap:
         """The fitted map of a campaign with its limits."""
         path = self.folder.campaign(name)
-        return CampaignMap(fitted_campaign(path), limits_of(path, self.table))
+        limits = limits_of(path, self.table)
+        limits.required()
+        return CampaignMap(fitted_campaign(path), limits)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 from pydantic import Field
@@ -57,13 +58,12 @@ class WayQuestion(Allowing):
             raise fm.InputError(f"points: found a path of {length:.1f} m, {expected}")
         return path
 
-    @property
-    def task(self) -> fm.Task:
-        """The task: one segment with everything that can hit on it."""
+    def task(self, area: str) -> fm.Task:
+        """The task: one segment with everything that can hit on it, and the body area that it can hit."""
         sites = tuple(site.strip() for site in self.contact_sites.split(";") if site.strip())
         speed = math.nan if self.programmed_mps is None else self.programmed_mps
         payload = math.nan if self.payload_kg is None else self.payload_kg
-        segment = fm.TaskSegment("path", (self.area,), self.contact, speed, sites, self.tool.strip(), payload)
+        segment = fm.TaskSegment("path", (area,), self.contact, speed, sites, self.tool.strip(), payload)
         return fm.Task((segment,), self.acceleration_mps2)
 
 
@@ -90,7 +90,7 @@ def together(site: Site) -> tuple[Atlas, Limits]:
         _ = [] if site.folder.single else campaign_folders(root)
     except fm.InputError as error:
         raise RequestError(409, "not_together", error.message) from None
-    found, tables = [], {}
+    found, tables, areas = [], {}, set[str]()
     for name, folder in site.folder.campaigns().items():
         try:
             fitted = fitted_campaign(site.folder.campaign(name))
@@ -101,7 +101,8 @@ def together(site: Site) -> tuple[Atlas, Limits]:
             campaign = AtlasMap(name, conditions, None, error)
         found.append(campaign)
         limits = limits_of(folder, site.table)
-        tables[(limits.table or fm.standard_limit_table()).sha256] = limits
+        tables[limits.used.sha256] = limits
+        areas |= {*limits.areas}
     if len(tables) > 1:
         message = "the campaigns name different tables of limits; start with --limit-table"
         raise RequestError(409, "not_together", message)
@@ -109,7 +110,8 @@ def together(site: Site) -> tuple[Atlas, Limits]:
         atlas = Atlas(tuple(found))
     except fm.InputError as error:
         raise RequestError(409, "not_together", f"these campaigns make no atlas: {error.message}") from None
-    return atlas, next(iter(tables.values()), Limits(site.table))
+    own = tuple(areas) if len(areas) == 1 else ()  # of several none is the first
+    return atlas, replace(next(iter(tables.values()), Limits(site.table)), areas=own)
 
 
 def together_answer(atlas: Atlas) -> TogetherAnswer:
@@ -144,5 +146,6 @@ def way_answer(atlas: Atlas, limits: Limits, question: WayQuestion) -> PathAnswe
     """What a path through space is allowed, as `forcemap path --json`."""
     error = max(force_map.conditions.device.error_or_default for force_map in atlas.force_maps)
     bound = question.stated_bound(error)
-    case: dict[str, Any] = {"bound": bound, "allowance": question.allowance, "table": limits.table}
-    return PathAnswer.of_path(fm.path_speeds(atlas, question.path, question.task, **case), bound, limits.statements)
+    case: dict[str, Any] = {"bound": bound, "allowance": question.allowance, "table": limits.required()}
+    speeds = fm.path_speeds(atlas, question.path, question.task(limits.area(question.area)), **case)
+    return PathAnswer.of_path(speeds, bound, limits.statements)

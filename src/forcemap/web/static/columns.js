@@ -2,6 +2,7 @@
 import { curve } from "./curve.js";
 import { GONE } from "./live.js";
 import { waited, waitingFor } from "./wait.js";
+import { dropZone } from "./zone.js";
 
 const form = document.getElementById("map");
 const [zone, chosen, table, judged, chartOf, place, said, save, confirm, choices] = ["zone", "file", "table", "judged", "curve-of", "curve", "said", "save", "confirm", "choices"].map((id) => document.getElementById(id));
@@ -118,12 +119,12 @@ async function judge() {
   const query = new URLSearchParams({ file: file.name, curves: "true", columns: JSON.stringify(wanted) });
   const { answer, problem } = await post("judge", file, "application/octet-stream", `?${query}`);
   if (own !== request) return;
-  if (problem || answer.kind !== "recording") {
+  if (problem || answer.kind === "table") {
     judged.replaceChildren(Object.assign(document.createElement("p"), { className: "problem", textContent: problem ?? "This is an impacts table, no recording" }));
     return;
   }
   const [first] = answer.impacts;
-  const words = first ? `${answer.impacts.length} impact${answer.impacts.length === 1 ? "" : "s"}, Phase I peak ${first.peak_force_N.toFixed(1)} N, ${first.scenario_words}` : answer.reason;
+  const words = first ? `${answer.impacts.length} impact${answer.impacts.length === 1 ? "" : "s"}, Phase I peak ${first.peak_force_N.toFixed(1)} N, ${first.scenario_words}` : (answer.reason ?? "no impact was found");
   judged.replaceChildren(Object.assign(document.createElement("p"), { textContent: `Read by these columns: ${words}. Does the curve look like your impact?` }));
   chartOf.hidden = false;
   curve(place, answer);
@@ -147,18 +148,7 @@ async function write(confirmed) {
 }
 
 chosen.addEventListener("change", () => take(chosen.files[0]));
-for (const name of ["dragenter", "dragover"])
-  zone.addEventListener(name, (event) => {
-    event.preventDefault();
-    zone.classList.add("over");
-  });
-for (const name of ["dragleave", "drop"]) zone.addEventListener(name, () => zone.classList.remove("over"));
-zone.addEventListener("drop", (event) => {
-  event.preventDefault();
-  take(event.dataTransfer.files[0]);
-});
-addEventListener("dragover", (event) => event.preventDefault());
-addEventListener("drop", (event) => event.preventDefault());
+dropZone(zone, (files) => take(files[0]));
 choices.addEventListener("input", () => columns && judge());
 choices.addEventListener("submit", (event) => {
   event.preventDefault();

@@ -6,7 +6,7 @@ export function curve(place, answer, number = 0) {
   const { time_s, force_N } = answer.curves[number];
   const name = answer.recordings[number].recording;
   const impacts = answer.impacts.filter((impact) => impact.recording === name);
-  const level = (y, name, look) => (y === null ? [] : [{ y, name: `${name} ${y.toFixed(0)} N`, look }]);
+  const level = (y, name, look) => (y == null ? [] : [{ y, name: `${name} ${y.toFixed(0)} N`, look }]);
   const second = impacts.filter((impact) => impact.phase2_force_N !== null).map((impact) => impact.onset_s + 0.5);
   place.draw ??= chart(place);
   place.draw({

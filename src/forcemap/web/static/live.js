@@ -83,7 +83,7 @@ export async function fetched(address) {
 export function put(page) {
   for (const part of document.querySelectorAll("[data-swap]")) {
     const fresh = page.getElementById(part.id);
-    if (fresh?.innerHTML === part.innerHTML || (!fresh && part.tagName === "NAV")) continue;
+    if (fresh?.innerHTML === part.innerHTML || (!fresh && ["NAV", "HEADER"].includes(part.tagName))) continue;
     const open = [...part.querySelectorAll("details")].map((details) => details.open);
     part.replaceChildren(...(fresh?.childNodes ?? []));
     part.querySelectorAll("details").forEach((details, i) => (details.open = open[i] ?? details.open));

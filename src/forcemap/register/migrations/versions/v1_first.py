@@ -7,7 +7,7 @@ from typing import Any
 import sqlalchemy as sa
 from alembic import op
 
-from forcemap.register.schema import keep_rows
+from forcemap.register.triggers import keep_rows
 
 revision, down_revision = "v1", None
 branch_labels = depends_on = None

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sqlalchemy as sa
 from alembic import op
 
-from forcemap.register.schema import keep_rows
+from forcemap.register.triggers import keep_rows
 
 revision, down_revision = "v2", "v1"
 branch_labels = depends_on = None

@@ -1,0 +1,127 @@
+"""The list of contact points as a table, and what was measured at them where the campaign's map may cover it."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterable, Iterator
+from fnmatch import fnmatchcase
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from forcemap.campaigns.conditions import Conditions, normalised
+from forcemap.campaigns.phase_two import PhaseTwo
+from forcemap.campaigns.recordings_table import Entry, read_register, row_sha256
+from forcemap.csv_table import Table, read_table
+from forcemap.files import read_bytes
+from forcemap.impacts.scenario import ContactScenario
+
+POINTS_FILE = "contact_points.csv"
+"""The list of contact points."""
+
+POINTS_FOLDER = "points"
+"""Folder of the recordings that were made at contact points alone, and belong to no plan."""
+
+POINT_REGISTER = "point_recordings.csv"
+"""What `forcemap collect` writes of them; a person may state in `exclude` why one does not count."""
+
+NUMBERS = ("distance_m", "distance_to_m", "height_m", "height_to_m", "recorded_at_mps", "programmed_mps")
+REQUIRED = ("point_id", "body_area", "contact", "body", "rests_on")
+COLUMNS = (
+    *("point_id", "hazard", "contact_site", "distance_m", "distance_to_m", "height_m", "height_to_m", "direction"),
+    *("body_area", "contact", "body", "rests_on", "recordings", "recorded_at_mps", "programmed_mps"),
+    *("photograph", "remark"),
+)
+
+_NOT_STATED = 1e-3
+"""In place of a speed that is not stated [m/s]: slower than any that is fitted, so that it speaks against all."""
+
+_LEAST = 1.0  # N; noise around nothing
+
+
+class AtPoint(NamedTuple):
+    """A recording made at a contact point, with the largest force that it shows [N], at a place [m] and speed [m/s]."""
+
+    recording: str
+    direction: str
+    distance: float
+    height: float
+    speed: float
+    force: float
+    peak: float
+    phase2: float
+    scenario: ContactScenario | None
+
+
+def point_table(content: bytes, file: str) -> Table:
+    """The rows of a list of contact points.
+
+    Raises
+    ------
+    TableError
+        Not a table; a column that is missing or unknown.
+    """
+    read = read_table(content, file, what="contact point")
+    read.require_columns(REQUIRED, COLUMNS)
+    return read.with_decimal_points(NUMBERS)
+
+
+def measured_at_points(folder: Path, conditions: Conditions) -> tuple[AtPoint, ...]:
+    """What the collected files in points/ show at the places that the list states, of the campaign's contact site.
+
+    Those that a person took out, and without a force, are left out. A zone does not say where in it a recording was
+    made, so all of its corners count.
+
+    Raises
+    ------
+    TableError
+        List or register cannot be used.
+    """
+    register, listed = folder / POINT_REGISTER, folder / POINTS_FILE
+    if not (register.exists() and listed.exists()):
+        return ()
+    shown = {entry.file: entry for entry in read_register(register) if _force(entry) >= _LEAST}
+    table = point_table(read_bytes(listed), str(listed))
+    numbers = {name: table.numbers(name, required=False) for name in NUMBERS if name in table.columns}
+    found: dict[AtPoint, None] = {}
+    for i, cells in enumerate(table.texts):
+        if not (site := cells.get("contact_site", "")) or normalised(site) != normalised(conditions.contact_site):
+            continue
+        row = {name: float(column[i]) for name, column in numbers.items()}
+        stated = row.get("recorded_at_mps", math.nan)
+        speed = _NOT_STATED if math.isnan(stated) else float(conditions.at_contact(np.array(stated)))
+        patterns = [pattern.strip().casefold() for pattern in cells.get("recordings", "").split(";")]
+        named = [name for name in shown if any(fnmatchcase(name.casefold(), pattern) for pattern in patterns)]
+        for name, (distance, height) in itertools.product(named, _corners(row)):
+            entry = shown[name]
+            of_file = (_force(entry), entry.peak_force, entry.phase2_force, entry.scenario)
+            found[AtPoint(name, cells.get("direction", ""), distance, height, speed, *of_file)] = None
+    return tuple(found)
+
+
+def phase_two_of(at_points: Iterable[AtPoint]) -> PhaseTwo:
+    """What recordings at contact points show of Phase II, each once: a robot that clamps there clamps all the same."""
+    found = PhaseTwo()
+    for each in {each.recording: each for each in at_points}.values():
+        above = each.phase2 > np.fmax(each.peak, 0.0)
+        kinds = {each.scenario: 1} if each.scenario else {}
+        unused = each.phase2 if above else math.nan
+        found = found.and_(PhaseTwo(kinds, 0, each.phase2, int(above), 0, unused))
+    return found
+
+
+def _force(entry: Entry) -> float:
+    """The largest force of a file [N]; NaN without one, or if a person took it out, as it was collected."""
+    if entry.exclude and entry.row_sha256 == row_sha256(entry):
+        return math.nan
+    return float(np.fmax(entry.peak_force, entry.phase2_force))
+
+
+def _corners(row: dict[str, float]) -> Iterator[tuple[float, float]]:
+    """Distance and height of a point, or of the corners of a zone [m]; none where they are not stated."""
+    d, d_to, h, h_to = (row.get(f"{end}_m", math.nan) for end in ("distance", "distance_to", "height", "height_to"))
+    if not (math.isnan(d) or math.isnan(h)):
+        far, high = d if math.isnan(d_to) else d_to, h if math.isnan(h_to) else h_to
+        yield from dict.fromkeys([(d, h), (d, high), (far, h), (far, high)])
