@@ -824,6 +824,16 @@ def test_an_interrupt_ends_it_and_a_taken_port_is_said(measured, capsys):
     assert "there is no such folder" in capsys.readouterr().err
 
 
+def test_the_page_opens_with_a_body_area_that_was_named(measured, capsys):
+    assert run(["serve", str(measured), "--area", "hand"]) == 2
+    assert "back_of_hand" in capsys.readouterr().err
+    browsing = httpx.Client(trust_env=False, timeout=PATIENCE, follow_redirects=True)
+    with serving(measured, "--area", "back_of_hand") as (_, address, opening), browsing as browser:
+        page = browser.get(f"{address}/?token={opening}")
+    assert page.url.params["area"] == "back_of_hand"
+    assert "of the measured workspace" in page.text
+
+
 def test_parallel_uploads_lose_nothing(half_done, full_size):
     folder, later = half_done
     number = 200 if full_size else 25

@@ -23,9 +23,18 @@ def bearer(token):
 
 
 @contextmanager
-def serving(folder):
+def serving(folder, *options):
     """Process, address and token of a server, killed afterwards."""
-    command = [sys.executable, "-c", "from forcemap.cli import main; main()", "serve", str(folder), "--port", "0"]
+    command = [
+        sys.executable,
+        "-c",
+        "from forcemap.cli import main; main()",
+        "serve",
+        str(folder),
+        "--port",
+        "0",
+        *options,
+    ]
     process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
     try:
         said = process.stderr.readline()

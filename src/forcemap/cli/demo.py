@@ -100,7 +100,7 @@ def _closing(target: Path, files: list[str], report: str) -> list[str]:
         *command_lines(
             f"{program} speed {shlex.quote(str(target))} --distance 0.8 --height 0.4 --area {_AREA} --contact transient"
         ),
-        *command_lines(f"{program} serve {shlex.quote(str(target))}"),
+        *command_lines(f"{program} serve {shlex.quote(str(target))} --area {_AREA}"),
     ]
 
 

@@ -16,6 +16,9 @@ def serve(
     folder: Annotated[str, Argument(help="Campaign folder, or a folder of campaign folders.")],
     port: Annotated[int, Option("--port", min=0, max=65535, help="Port; 0 takes a free one.")] = 8000,
     host: Annotated[str, Option("--host", help="127.0.0.1; any other address is refused.")] = "127.0.0.1",
+    area: Annotated[
+        str | None, Option("--area", help="Body area or region to open the page with; default: it asks.")
+    ] = None,
     limit_table: LimitTable = None,
     register: Annotated[
         str | None, Option("--register", metavar="FILE|URL", help="The team's register, shown at /register.")
@@ -26,7 +29,7 @@ def serve(
     Nothing is reached over the network and no other machine can reach it; the printed address carries a token, without
     which nothing is answered. Ends with Ctrl-C.
 
-    Example: forcemap serve my-campaign --port 8000
+    Example: forcemap serve my-campaign --area back_of_hand
     """
     from forcemap.web.server import serve as serve_page
 
@@ -37,5 +40,5 @@ def serve(
 
     table = read_limit_table(limit_table) if limit_table else None
     with suppress(KeyboardInterrupt):
-        serve_page(folder, port=port, host=host, limit_table=table, register=register, ready=ready)
+        serve_page(folder, port=port, host=host, area=area, limit_table=table, register=register, ready=ready)
     return 0

@@ -9,11 +9,12 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import Any
+from urllib.parse import urlencode
 
 import uvicorn
 from fastapi import FastAPI
 
-from forcemap import InputError, LimitTable
+from forcemap import InputError, LimitTable, force_limit
 from forcemap.web.admission import TOKEN, new_token
 from forcemap.web.app import create_app
 from forcemap.web.connection import Connection
@@ -35,6 +36,7 @@ def serve(
     *,
     port: int,
     host: str,
+    area: str | None = None,
     limit_table: LimitTable | None = None,
     register: str | None = None,
     ready: Callable[[str], None] = lambda address: None,
@@ -49,6 +51,8 @@ def serve(
         Port; 0 takes a free one.
     host : str
         127.0.0.1 or localhost; no other machine may reach the page.
+    area : str, optional
+        Body area or region with which the page opens; if not given, that of the first contact point, or it asks.
     limit_table : LimitTable, optional
         Table of limits; if not given, the one that a campaign names, else that of ISO/TS 15066:2016.
     register : str, optional
@@ -59,14 +63,15 @@ def serve(
     Raises
     ------
     InputError
-        Another address, a port that is taken, no such folder or register.
+        Another address, a port that is taken, no such folder, body area or register.
     """
+    opened = {} if area is None else {"area": force_limit(area, table=limit_table).name}
     if host not in (LOOPBACK, "localhost"):
         raise InputError(f"host: found {host!r}, expected {LOOPBACK}; the page stays on this machine")
     token = new_token()
     app = create_app(folder, token=token, limit_table=limit_table, register=register)
     served = Folder(folder)
-    warmed = partial(overview, served, limit_table, Area.model_validate({}))
+    warmed = partial(overview, served, limit_table, Area.model_validate(opened))
     threading.Thread(target=warmed, daemon=True).start()  # the first page waits for less
     with socket.socket() as listening:
         listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
@@ -77,7 +82,7 @@ def serve(
             message = "it is taken; choose another with --port" if taken else f"cannot be used ({error.strerror})"
             raise InputError(f"port {port}: {message}") from error
         listening.listen(_BACKLOG)
-        ready(f"http://{LOOPBACK}:{listening.getsockname()[1]}/?{TOKEN}={token}")
+        ready(f"http://{LOOPBACK}:{listening.getsockname()[1]}/?{urlencode({TOKEN: token} | opened)}")
         server_of(app).run(sockets=[listening])
 
 
