@@ -53,6 +53,12 @@ def test_the_headline_is_the_librarys(client, root, area):
             assert found == (np.nanmin(program), np.nanmax(program))
         else:
             assert (case["lowest_speed_mps"], case["state"]) == (None, "nowhere")
+        standard = case["standard"]
+        assert standard["places_with_more"] == int(np.sum(speeds.speed > case["standard_speed_mps"]))
+        if case["contact"] == "transient":
+            less = case["places"] - standard["places_with_more"]
+            words = f"more at {standard['places_with_more']} of {case['places']} places, less or nothing at {less}"
+            assert (words in client.get(f"/campaigns/down?area={area}").text) == bool(case["permitted"])
         assert case["rests_on"]["limit_N"] == fm.force_limit(area).force(asked["contact"])
         worst = fm.safe_speed(force_map, case["worst"]["distance_m"], case["worst"]["height_m"], **asked, bound=bound)
         assert (case["worst"]["speed_mps"] is None) == (case["permitted"] < case["places"])
