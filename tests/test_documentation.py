@@ -153,6 +153,18 @@ def test_the_documented_python_runs(monkeypatch, capsys, example_folders):
     assert "admissible" in capsys.readouterr().out
 
 
+def test_the_documented_figures_are_all_there_are_and_are_drawn(monkeypatch, demo, tmp_path):
+    from forcemap import figures
+    from forcemap.cli.drawings import Kind
+
+    monkeypatch.chdir(tmp_path)
+    shutil.copytree(demo / "cell" / "forcemap-demo-2", "forcemap-demo")
+    (code,) = re.findall(r"```python\n(.*?)```", page("docs/drawing.md"), re.S)
+    exec(code, {})
+    assert {path.stem for path in Path().glob("*.pdf")} == {*map(str, Kind), "comparison-of-maps"}
+    assert {name for name in figures.__all__ if name.endswith("_figure") and name not in code} == set()
+
+
 def test_the_documented_demo_is_what_the_demo_prints(demo):
     printed = (demo / "printed.txt").read_text()
     (shown,) = re.findall(r"<!-- demo:start -->\n\n(.*?)\n\n<!-- demo:end -->", page("docs/commands.md"), re.S)
