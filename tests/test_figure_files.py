@@ -285,7 +285,10 @@ REFUSED = {
     "no source": (["heights", "-o", "a.png"], "found 0 sources, expected one to 3"),
     "too many": (["workspace", "ur10e", "ur10e", "-o", "a.png"], "found 2 sources, expected one"),
     "not taken": (["workspace", "ur10e", "--area", "chest", "-o", "a.png"], "area: workspace does not take it"),
-    "no area": (["comparison", "ur10e", "-o", "a.png"], "expected --area"),
+    "no area": (
+        ["comparison", "ur10e", "-o", "a.png"],
+        "such as --area back_of_hand: none is assumed; regions are skull_forehead, face, neck,",
+    ),
     "no width": (["heights", "ur10e", "-o", "a.png", "--width", "85"], "such as 85mm"),
     "too narrow": (["heights", "ur10e", "-o", "a.png", "--width", "40mm"], "found '40mm', expected column, page"),
     "no contact": (["speeds", "ur10e", "--area", "chest", "-o", "a.png"], "expected --contact"),

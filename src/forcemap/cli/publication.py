@@ -30,7 +30,9 @@ _SUMS = "SHA256SUMS"
 def publication(
     folder: Annotated[str, Argument(help="Campaign folder.")],
     output: Annotated[str | None, Option("-o", "--output", help="New folder to write.")] = None,
-    area: Annotated[str | None, Option("--area", help="Body area: adds the standard's model and safe speeds.")] = None,
+    area: Annotated[
+        str | None, Option("--area", help="Body area; without it neither the standard's model nor safe speeds.")
+    ] = None,
     moving_mass: MovingMass = None,
     author: Annotated[
         list[str] | None, Option("--author", help="For CITATION.cff; several times. Default: the campaign's operator.")
@@ -40,6 +42,8 @@ def publication(
     as_json: Json = False,
 ) -> None:
     """Write a campaign as a folder to publish: data, map, tables, figures, checksums, and how to cite it.
+
+    The standard's model (the paper's Table III) and safe speeds need a body area, which is never assumed: --area.
 
     Example: forcemap publication my-campaign -o published --area back_of_hand
     """
