@@ -98,8 +98,8 @@ ITEMS = (
     ),
     Item(
         "Table I: the data sets",
-        "In `tables/dataset.csv` of a bundle to publish. `--area`, the body area that is hit, adds the standard's model\n"
-        "(Table III) and safe speeds; without it the bundle is written without them, and says so.",
+        "In `tables/dataset.csv` of a bundle to publish. `--area`, the body area that is hit, adds the standard's "
+        "model\n(Table III) and safe speeds; without it the bundle is written without them, and says so.",
         "forcemap publication ur10e-impacts -o published --area back_of_hand",
     ),
     Item(
