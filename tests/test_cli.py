@@ -297,7 +297,7 @@ def test_demo(ask, forcemap, tmp_path, example):
     raw = sorted((folder / "recordings").iterdir())
     assert set(found["files"]) == {
         "accuracy.json", "campaign.toml", "comparison.json", "impacts.csv", "maps/cfm_3d.json", "plan.csv",
-        "recordings.csv", "report.html", "report.sha256",
+        "recordings.csv", "report.html", "report.sha256", "path.csv", "table_path.csv", "task.toml",
         "speeds-quasi-static.csv", "speeds-quasi-static.json", "speeds-transient.csv",
         "speeds-transient.json", "summary.txt", "truth.csv", f"recordings/ ({len(raw)} files)",
     }  # fmt: skip

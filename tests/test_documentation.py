@@ -86,13 +86,13 @@ def page(name):
 
 
 @pytest.fixture
-def workplace(tmp_path, monkeypatch):
-    """A folder with what a person at the robot has: impacts, their campaign.toml, a recording, an atlas of one map."""
+def workplace(tmp_path, monkeypatch, demo):
+    """A folder with what a person at the robot has: impacts, their campaign.toml, a recording, an atlas of one map.
+
+    The example brings a path, a task and a table's path along; beside them lies what `forcemap demo` left.
+    """
     monkeypatch.chdir(forcemap.copy_example("ur10e", tmp_path / "campaigns" / "work"))
-    program = page("docs/robot_program.md")
-    Path("path.csv").write_text(re.findall(r"```csv\n(.*?)```", program, re.S)[0])
-    Path("task.toml").write_text(re.findall(r"```toml\n(.*?)```", program, re.S)[0])
-    Path("table_path.csv").write_text("x_m,y_m,z_m\n0,0,0.06\n0,0,0\n")
+    shutil.copytree(demo / "cell" / "forcemap-demo-2", "forcemap-demo")
     Path("study.toml").write_text(re.findall(r"```toml\n(.*?)```", page("docs/sweeps.md"), re.S)[0])
     write_recording(Path("run7.csv"), 300.0, np.random.default_rng(7))
     forcemap.copy_example("ur10e", "cell-7/down")
@@ -150,6 +150,18 @@ def test_the_documented_python_runs(monkeypatch, capsys, example_folders):
     (code,) = re.findall(r"```python\n(.*?)```", page("docs/commands.md"), re.S)
     exec(code, {})
     assert "admissible" in capsys.readouterr().out
+
+
+def test_the_documented_figures_are_all_there_are_and_are_drawn(monkeypatch, demo, tmp_path):
+    from forcemap import figures
+    from forcemap.cli.drawings import Kind
+
+    monkeypatch.chdir(tmp_path)
+    shutil.copytree(demo / "cell" / "forcemap-demo-2", "forcemap-demo")
+    (code,) = re.findall(r"```python\n(.*?)```", page("docs/drawing.md"), re.S)
+    exec(code, {})
+    assert {path.stem for path in Path().glob("*.pdf")} == {*map(str, Kind), "comparison-of-maps"}
+    assert {name for name in figures.__all__ if name.endswith("_figure") and name not in code} == set()
 
 
 def test_the_documented_demo_is_what_the_demo_prints(demo):
@@ -285,6 +297,12 @@ def test_every_entry_of_task_toml_is_documented(tmp_path):
     (text,) = re.findall(r"```toml\n(.*?)```", page("docs/robot_program.md"), re.S)
     (tmp_path / "task.toml").write_text(text)
     assert len(forcemap.read_task(tmp_path / "task.toml").segments) == 4
+
+
+def test_the_path_and_the_task_of_the_examples_are_those_that_are_shown(demo):
+    program, made = page("docs/robot_program.md"), demo / "cell" / "forcemap-demo-2"
+    for kind, name in (("csv", "path.csv"), ("toml", "task.toml")):
+        assert (made / name).read_text() == re.search(rf"```{kind}\n(.*?)```", program, re.S)[1]
 
 
 def test_every_entry_of_campaign_toml_is_documented():

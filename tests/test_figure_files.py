@@ -37,6 +37,7 @@ KINDS = {
     Kind.TO_MEASURE: AT_PLACES,
 }
 WIDTHS = (figures.COLUMN_WIDTH, figures.PAGE_WIDTH)
+ALL_WIDTHS = (0.075, figures.COLUMN_WIDTH, 0.089, 0.12, 0.135, 0.14, figures.PAGE_WIDTH)
 
 
 def random_campaign(seed, folder):
@@ -110,10 +111,11 @@ def check_layout(figure):
 
 
 def test_nothing_is_cut_lies_outside_or_over_another_on_random_campaigns(full_size, tmp_path):
-    """With `full_size` both widths and twenty campaigns; grey changes colours alone."""
+    """With `full_size` all widths and twenty campaigns; grey changes colours alone."""
     for seed in range(20 if full_size else 2):
         source = Source(str(random_campaign(seed, tmp_path / f"campaign-{seed}")))
-        for (kind, chosen), width in itertools.product(KINDS.items(), WIDTHS if full_size else WIDTHS[seed : seed + 1]):
+        widths = ALL_WIDTHS if full_size else ALL_WIDTHS[seed::5]
+        for (kind, chosen), width in itertools.product(KINDS.items(), widths):
             try:
                 figure = draw(kind, [source], Choices(**chosen), width=width)
             except (fm.BoundNotAvailable, fm.FitError, fm.InputError):  # too few states, or a limit above the range
@@ -219,7 +221,8 @@ def test_labels_are_those_a_reader_knows(robot, settings, words):
 
 
 @pytest.mark.parametrize(
-    ("width", "wide", "grey"), [("column", 80, ()), ("page", 160, ("--grey",)), ("slide", 240, ())]
+    ("width", "wide", "grey"),
+    [("column", 80, ()), ("page", 160, ("--grey",)), ("slide", 240, ()), ("88.9mm", 88.9, ()), ("181 mm", 181, ())],
 )
 def test_files_are_what_their_names_say(ask, tmp_path, width, wide, grey):
     made = {}
@@ -282,7 +285,12 @@ REFUSED = {
     "no source": (["heights", "-o", "a.png"], "found 0 sources, expected one to 3"),
     "too many": (["workspace", "ur10e", "ur10e", "-o", "a.png"], "found 2 sources, expected one"),
     "not taken": (["workspace", "ur10e", "--area", "chest", "-o", "a.png"], "area: workspace does not take it"),
-    "no area": (["comparison", "ur10e", "-o", "a.png"], "expected --area"),
+    "no area": (
+        ["comparison", "ur10e", "-o", "a.png"],
+        "such as --area back_of_hand: none is assumed; regions are skull_forehead, face, neck,",
+    ),
+    "no width": (["heights", "ur10e", "-o", "a.png", "--width", "85"], "such as 85mm"),
+    "too narrow": (["heights", "ur10e", "-o", "a.png", "--width", "40mm"], "found '40mm', expected column, page"),
     "no contact": (["speeds", "ur10e", "--area", "chest", "-o", "a.png"], "expected --contact"),
     "the head": (
         ["speeds", "ur10e", "--area", "face", "--contact", "transient", "-o", "a.png"],

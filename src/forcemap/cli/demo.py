@@ -19,6 +19,7 @@ from forcemap.answers.map import FitAnswer
 from forcemap.answers.speed_map import SpeedMapAnswer
 from forcemap.assessment.missing import present
 from forcemap.assessment.place_speeds import PlaceSpeeds
+from forcemap.campaigns.examples import copy_task
 from forcemap.campaigns.memory import MEMORY_FILE
 from forcemap.cli.collect import contact_lines, scatter_lines
 from forcemap.cli.fit import impacts_words
@@ -49,6 +50,7 @@ def demo(
     from forcemap.lab.example_campaigns import simulate_example
 
     target = simulate_example(example, folder or _free_name()).folder
+    copy_task(target)
     (target / "maps").mkdir()
     fm.write_map(fm.fit_force_map(fm.build_dataset(fm.read_campaign(target))), target / "maps" / "cfm_3d.json")
     assessment = fm.assess_campaign(target, limits=[fm.force_limit(_AREA)])
@@ -91,15 +93,18 @@ def demo(
 def _closing(target: Path, files: list[str], report: str) -> list[str]:
     """What was written, and what to do next."""
     program = "forcemap" if shutil.which("forcemap") else sys.argv[0]
+    path, task = (shlex.quote(str(target / name)) for name in ("path.csv", "task.toml"))
     return [
         "",
         f"Written to {target}: {', '.join(files)}",
-        "(the map, accuracy, comparison and safe speeds as JSON and CSV; this text as summary.txt)",
+        "(the map, accuracy, comparison and safe speeds as JSON and CSV; this text as summary.txt; path.csv and "
+        "task.toml: a robot's path and task to try and to change)",
         f"The validation report, to open in a browser: {report}",
         "Next:",
         *command_lines(
             f"{program} speed {shlex.quote(str(target))} --distance 0.8 --height 0.4 --area {_AREA} --contact transient"
         ),
+        *command_lines(f"{program} path {shlex.quote(str(target))} {path} --task {task}"),
         *command_lines(f"{program} serve {shlex.quote(str(target))} --area {_AREA}"),
     ]
 

@@ -20,7 +20,7 @@ from forcemap.assessment.place_speeds import PlaceSpeeds, place_speeds
 from forcemap.campaigns.campaign import Campaign
 from forcemap.campaigns.recorded_impacts import recorded_impacts
 from forcemap.cli.column_options import campaign_of, described
-from forcemap.cli.options import bound_from, fitted, force_map_from, require_one_map, stated
+from forcemap.cli.options import bound_from, fitted, force_map_from, no_area, require_one_map, stated
 from forcemap.cli.task_options import path_from, task_from
 from forcemap.comparisons.contact_model import ContactModel, contact_model
 from forcemap.comparisons.force_models import maps_per_height
@@ -93,7 +93,7 @@ class Choices:
             None is chosen.
         """
         if self.area is None:
-            raise fm.InputError("area: expected --area, the body area that is hit; forcemap limits lists them")
+            raise no_area()
         return fm.force_limit(self.area)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from enum import StrEnum
+import re
 from pathlib import Path
 from typing import Annotated
 
@@ -19,16 +19,32 @@ _BEGINS = {".png": b"\x89PNG", ".svg": b"<?xml", ".pdf": b"%PDF"}
 """Endings of names, and what a file of the kind begins with."""
 
 
-class Width(StrEnum):
-    """Where a figure goes."""
+_WIDTHS = {"column": 80.0, "page": 160.0, "slide": 240.0}
+"""Widths with a name [mm]."""
 
-    COLUMN = "column"
-    PAGE = "page"
-    SLIDE = "slide"
+_NARROWEST, _WIDEST_DRAWN, _WIDEST = 75.0, 160.0, 1000.0
+"""Widths [mm]: letters have room from the first on, all grows with the figure beyond the second, and none is wider than
+the third: choices, the first two as far as every kind was tried."""
+
+WidthOption = Annotated[
+    str, Option("--width", help="column (80mm), page (160mm), slide (240mm, larger letters), or a width such as 85mm.")
+]
 
 
-DRAWN = {Width.COLUMN: (0.08, 1.0), Width.PAGE: (0.16, 1.0), Width.SLIDE: (0.16, 1.5)}
-"""Width that a figure is drawn at [m], and how many times as large its file is."""
+def drawn_width(text: str) -> tuple[float, float]:
+    """Width that a figure is drawn at [m], and how many times as large its file is.
+
+    Raises
+    ------
+    InputError
+        Neither a name nor a width in millimetres, or one at which letters have no room.
+    """
+    stated = re.fullmatch(r"([0-9]+(?:\.[0-9]+)?) ?mm", text)
+    width = float(stated[1]) if stated else _WIDTHS.get(text, 0.0)
+    if not _NARROWEST <= width <= _WIDEST:
+        expected = f"expected {', '.join(_WIDTHS)}, or {_NARROWEST:g}mm to {_WIDEST:g}mm, such as 85mm"
+        raise fm.InputError(f"width: found {text!r}, {expected}")
+    return min(width, _WIDEST_DRAWN) / 1000, max(width / _WIDEST_DRAWN, 1.0)
 
 
 def figure(
@@ -49,9 +65,7 @@ def figure(
         ),
     ] = None,
     output: Annotated[str | None, Option("-o", "--output", help="File to write: .png (300 dpi), .svg or .pdf.")] = None,
-    width: Annotated[
-        Width, Option("--width", help="column (8 cm), page (16 cm) or slide (24 cm, larger letters).")
-    ] = Width.COLUMN,
+    width: WidthOption = "column",
     grey: Annotated[bool, Option("--grey", help="In grey, for print without colours.")] = False,
     area: Annotated[str | None, Option("--area", help="Body area or region that is hit.")] = None,
     contact: ContactKind = None,
@@ -75,7 +89,7 @@ def figure(
 
     if kind not in [*Kind]:
         raise UnknownName("figure", kind, [each.value for each in Kind])
-    target = figure_target(output)
+    target, (wide, larger) = figure_target(output), drawn_width(width)
     choices = Choices(
         area=area,
         contact=contact,
@@ -87,13 +101,12 @@ def figure(
         path=path,
         task=task,
     )
-    wide, larger = DRAWN[width]
     drawn = draw(Kind(kind), [Source(name) for name in source or []], choices, width=wide)
     data = figures.figure_file(figures.in_grey(drawn) if grey else drawn, target, larger=larger)
     write_atomically(target, data)
-    size = [round(1000 * larger * side * 0.0254) for side in drawn.get_size_inches().tolist()]
+    size = [round(1000 * larger * side * 0.0254, 1) for side in drawn.get_size_inches().tolist()]
     said = {"file": str(target), "kind": kind, "width_mm": size[0], "height_mm": size[1], "grey": grey}
-    emit(said, [f"{target}: {kind}, {size[0]} x {size[1]} mm{', in grey' if grey else ''}"], as_json=as_json)
+    emit(said, [f"{target}: {kind}, {size[0]:g} x {size[1]:g} mm{', in grey' if grey else ''}"], as_json=as_json)
 
 
 def figure_target(output: str | None) -> Path:

@@ -263,11 +263,16 @@ def areas_from(source: str, named: Sequence[str] | None) -> list[str]:
     with contextlib.suppress(fm.InputError):  # of a list that cannot be used no area is taken
         areas = [point.limit.name for point in read_contact_points(beside)] if beside.exists() else []
     if not areas:
-        raise fm.InputError(
-            "area: expected --area, the body area or region that can be hit, such as --area back_of_hand (forcemap "
-            f"limits lists them), or the contact points in {beside.name}: none is assumed"
-        )
+        raise no_area(f", or the contact points in {beside.name}")
     return list(dict.fromkeys(areas))
+
+
+def no_area(otherwise: str = "") -> fm.InputError:
+    """The error where no body area is named; `otherwise` is what would do as well."""
+    return fm.InputError(
+        f"area: expected --area, the body area or region that can be hit, such as --area back_of_hand{otherwise}: none "
+        f"is assumed; regions are {', '.join(fm.standard_limit_table().regions)}; forcemap limits lists their areas"
+    )
 
 
 def require_as_spelled(arguments: Sequence[str]) -> None:

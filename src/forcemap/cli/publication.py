@@ -12,7 +12,7 @@ from typer import Argument, Option
 import forcemap as fm
 from forcemap.assessment.folder import campaign_inputs
 from forcemap.cli.drawings import Choices, Kind, Source, draw
-from forcemap.cli.figure import DRAWN, Width
+from forcemap.cli.figure import WidthOption, drawn_width
 from forcemap.cli.options import Json, MovingMass
 from forcemap.cli.output import Progress, emit
 from forcemap.cli.publication_tables import tables_of
@@ -30,22 +30,26 @@ _SUMS = "SHA256SUMS"
 def publication(
     folder: Annotated[str, Argument(help="Campaign folder.")],
     output: Annotated[str | None, Option("-o", "--output", help="New folder to write.")] = None,
-    area: Annotated[str | None, Option("--area", help="Body area: adds the standard's model and safe speeds.")] = None,
+    area: Annotated[
+        str | None, Option("--area", help="Body area; without it neither the standard's model nor safe speeds.")
+    ] = None,
     moving_mass: MovingMass = None,
     author: Annotated[
         list[str] | None, Option("--author", help="For CITATION.cff; several times. Default: the campaign's operator.")
     ] = None,
-    width: Annotated[Width, Option("--width", help="Width of the figures.")] = Width.COLUMN,
+    width: WidthOption = "column",
     grey: Annotated[bool, Option("--grey", help="Figures in grey.")] = False,
     as_json: Json = False,
 ) -> None:
     """Write a campaign as a folder to publish: data, map, tables, figures, checksums, and how to cite it.
 
+    The standard's model (the paper's Table III) and safe speeds need a body area, which is never assumed: --area.
+
     Example: forcemap publication my-campaign -o published --area back_of_hand
     """
     if output is None:
         raise fm.InputError("output: expected -o FOLDER, a new one")
-    inputs = [file.path for file in campaign_inputs(folder)]
+    size, inputs = drawn_width(width), [file.path for file in campaign_inputs(folder)]
     source = Source(folder)
     dataset, force_map = source.impacts(Kind.GRID), source.force_map
     target = new_folder(output)  # before anything is drawn
@@ -59,7 +63,7 @@ def publication(
         for done, (name, kind, chosen) in enumerate(wanted):
             progress.show(done)
             try:
-                parts |= _figure_files(name, kind, source, chosen | _mass(kind, moving_mass), width, grey=grey)
+                parts |= _figure_files(name, kind, source, chosen | _mass(kind, moving_mass), size, grey=grey)
             except fm.ForcemapError as error:
                 left_out[f"figures/{name}"] = error.message
     parts["CITATION.cff"] = _citation(dataset.conditions, dataset.simulated, author or []).encode()
@@ -96,11 +100,11 @@ def _mass(kind: Kind, moving_mass: float | None) -> dict[str, float]:
 
 
 def _figure_files(
-    name: str, kind: Kind, source: Source, chosen: dict[str, Any], width: Width, *, grey: bool
+    name: str, kind: Kind, source: Source, chosen: dict[str, Any], size: tuple[float, float], *, grey: bool
 ) -> dict[str, bytes]:
     from forcemap.figures import figure_file, in_grey
 
-    wide, larger = DRAWN[width]
+    wide, larger = size
     drawn = draw(kind, [source], Choices(**chosen), width=wide)
     drawn = in_grey(drawn) if grey else drawn
     files = [f"figures/{name}{ending}" for ending in (".pdf", ".png", ".svg")]

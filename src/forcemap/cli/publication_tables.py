@@ -40,7 +40,7 @@ def tables_of(source: Source, choices: Choices) -> tuple[dict[str, str], dict[st
     left_out: dict[str, str] = {}
     accuracies = [(source.force_map.form.name, each) for each in fm.map_accuracy(source.force_map, dataset)]
     if choices.area is None:
-        left_out["comparison, speeds"] = "no body area was named (--area)"
+        left_out["comparison, speeds"] = "no body area was named; they need one, such as --area back_of_hand"
     else:
         try:
             compared = fm.compare_force_models(dataset, **source.model(choices).figures)

@@ -20,9 +20,10 @@ from matplotlib.patches import Patch, Rectangle
 
 from forcemap.arrays import FloatArray, Mask
 from forcemap.figures.layout import POINTS_PER_INCH, Room, lay_out
-from forcemap.figures.style import COLUMN_WIDTH, PAGE_WIDTH, YELLOW, Look
+from forcemap.figures.style import YELLOW, Look
 
 SIMULATED = "SIMULATED: not a measurement of any robot"
+_BESIDE = 0.14  # width from which panels fit beside each other [m]: tried from 75 to 160 mm
 _ALONE = 0.05  # width at which a single place is drawn [m]
 _LONGEST_NAME = 60  # characters of a name from a file
 _LONGEST_LINE = 400  # characters of a line above a figure
@@ -47,7 +48,7 @@ def settings() -> Iterator[None]:
 
 def is_wide(width: float) -> bool:
     """True if panels of a figure of that width [m] fit beside each other."""
-    return width > (COLUMN_WIDTH + PAGE_WIDTH) / 2
+    return width >= _BESIDE
 
 
 def points(width: float) -> float:

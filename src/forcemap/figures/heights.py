@@ -54,6 +54,20 @@ class Mapped:
         return Measured.of(self.force_map, self.dataset)
 
 
+def mapped(shown: ForceMap | Mapped | Sequence[ForceMap | Mapped]) -> list[Mapped]:
+    """One map or several, each alone or beside its impacts.
+
+    Raises
+    ------
+    InputError
+        No map.
+    """
+    several = [shown] if isinstance(shown, ForceMap | Mapped) else shown
+    if not several:
+        raise InputError("found no map, expected at least one")
+    return [Mapped(each) if isinstance(each, ForceMap) else each for each in several]
+
+
 def names_of(shown: Sequence[Mapped]) -> list[str]:
     """The label of each of several maps."""
     return labels([(each.force_map.conditions, each.name) for each in shown])
@@ -61,14 +75,18 @@ def names_of(shown: Sequence[Mapped]) -> list[str]:
 
 @settings()
 def force_heights_figure(
-    shown: Sequence[Mapped], *, speeds: Sequence[float] | None = None, width: float = PAGE_WIDTH
+    shown: ForceMap | Mapped | Sequence[ForceMap | Mapped],
+    *,
+    speeds: Sequence[float] | None = None,
+    width: float = PAGE_WIDTH,
 ) -> Figure:
     """Force against distance, a line for each height: the map's, and the states measured at that height and speed.
 
     Parameters
     ----------
-    shown : sequence of Mapped
-        Maps and impacts; a column of panels for each.
+    shown : ForceMap or Mapped, or a sequence of them
+        Maps, a column of panels for each. A fitted map shows its own states; `Mapped(force_map, dataset, name)` shows
+        others, and names the map where its robot does not.
     speeds : sequence of float, optional
         Speeds at contact [m/s], a row of panels for each; a speed that many states have if not given.
     width : float
@@ -78,25 +96,31 @@ def force_heights_figure(
     ------
     InputError
         No map.
+
+    Examples
+    --------
+    >>> from forcemap import published_map
+    >>> figure = force_heights_figure([published_map("ur10e"), published_map("kuka-iiwa7-10nm")], speeds=[0.2, 0.4])
+    >>> len(figure.axes)
+    4
     """
-    if not shown:
-        raise InputError("found no map, expected at least one")
-    wide, names = is_wide(width), names_of(shown)
-    chosen = [_speeds(each, speeds) for each in shown]
+    maps = mapped(shown)
+    wide, names = is_wide(width), names_of(maps)
+    chosen = [_speeds(each, speeds) for each in maps]
     rows = max(map(len, chosen))
-    columns = len(shown) if wide else 1
-    count = rows * len(shown)
+    columns = len(maps) if wide else 1
+    count = rows * len(maps)
     down = rows if wide else count
     figure = new_figure("Force against distance for several heights", width, 0.016 + down * (0.055 if wide else 0.052))
     all_axes = panels(figure, count, columns, share_y=True)
-    for number, (axes, (row, column)) in enumerate(zip(all_axes, _cells(rows, len(shown), wide), strict=True)):
+    for number, (axes, (row, column)) in enumerate(zip(all_axes, _cells(rows, len(maps), wide), strict=True)):
         speed = chosen[column][min(row, len(chosen[column]) - 1)]
-        _draw_heights(axes, shown[column], speed)
+        _draw_heights(axes, maps[column], speed)
         axes.set_title(f"{names[column]}, {speed:.2f} m/s")
         axes.set_xlabel(DISTANCE if number + columns >= count else "")
         axes.set_ylabel(FORCE if number % columns == 0 else "")
     all_axes[0].set_ylim(bottom=0)
-    return finish(figure, simulated=any(each.measured.simulated for each in shown), also=_roles(shown))
+    return finish(figure, simulated=any(each.measured.simulated for each in maps), also=_roles(maps))
 
 
 def _cells(rows: int, columns: int, wide: bool) -> list[tuple[int, int]]:

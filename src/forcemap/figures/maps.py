@@ -227,7 +227,7 @@ def model_comparison_figure(
     Parameters
     ----------
     comparison : Comparison
-        The models compared; its bound is drawn.
+        The models compared (`compare_force_models`); its bound is drawn.
     dataset : ImpactDataset
         The impacts that were compared.
     force_map : ForceMap
@@ -235,7 +235,8 @@ def model_comparison_figure(
     maps_2d : sequence of ForceMap
         Maps of form CFM_2D: one for all heights, or one for each height.
     robot_mass, body_mass, stiffness : float
-        Of the contact model, as for `compare_force_models` [kg], [kg], [N/m].
+        Of the contact model, as for `compare_force_models` [kg], [kg], [N/m]: as
+        `contact_model(dataset.conditions, area).figures` gives them (forcemap.comparisons.contact_model).
     speed, height, distance : float, optional
         Where to cut [m/s], [m], [m]; values that many states have if not given.
     width : float

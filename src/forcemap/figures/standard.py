@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from forcemap.errors import InputError
 from forcemap.figures import style
 from forcemap.figures.canvas import finish, is_wide, new_figure, panels, settings
-from forcemap.figures.heights import Mapped, names_of
+from forcemap.figures.heights import Mapped, mapped, names_of
 from forcemap.figures.maps import WORDS, draw_2d
 from forcemap.figures.measured import draw_map, draw_profile, measured_often
 from forcemap.figures.style import DISTANCE, FORCE, HEIGHT, PAGE_WIDTH
@@ -23,10 +23,10 @@ from forcemap.maps.force_map import ForceMap
 
 @settings()
 def standard_figure(
-    shown: Sequence[Mapped],
+    shown: ForceMap | Mapped | Sequence[ForceMap | Mapped],
     *,
     models: Sequence[dict[str, Any]],
-    maps_2d: Sequence[Sequence[ForceMap]],
+    maps_2d: Sequence[Sequence[ForceMap]] = (),
     bound: Bound | None = None,
     speed: float | None = None,
     height: float | None = None,
@@ -37,12 +37,13 @@ def standard_figure(
 
     Parameters
     ----------
-    shown : sequence of Mapped
-        Maps and impacts; a column of panels for each.
+    shown : ForceMap or Mapped, or a sequence of them
+        Maps, a column of panels for each, as in `force_heights_figure`.
     models : sequence of dict
-        Of each the contact model's `robot_mass` [kg], `body_mass` [kg] and `stiffness` [N/m].
+        Of each the contact model's `robot_mass` [kg], `body_mass` [kg] and `stiffness` [N/m], as
+        `contact_model(force_map.conditions, area).figures` gives them (forcemap.comparisons.contact_model).
     maps_2d : sequence of sequences of ForceMap
-        Of each the maps of form CFM_2D: of all heights, or of one.
+        Of each the maps of form CFM_2D: of all heights, or of one; none if not given.
     bound : Bound, optional
         Bound of the maps to draw dashed.
     speed, height, distance : float, optional
@@ -53,31 +54,41 @@ def standard_figure(
     Raises
     ------
     InputError
-        No map.
+        No map, or not one model for each, or 2D maps for some alone.
     BoundNotAvailable
         A map cannot carry the bound.
+
+    Examples
+    --------
+    >>> from forcemap import published_map
+    >>> hand = {"robot_mass": 15.0, "body_mass": float("inf"), "stiffness": 75e3}
+    >>> len(standard_figure(published_map("ur10e"), models=[hand], speed=0.3).axes)
+    2
     """
-    if not shown:
-        raise InputError("found no map, expected at least one")
+    maps = mapped(shown)
+    flat = maps_2d or [()] * len(maps)
+    if not len(maps) == len(models) == len(flat):
+        found = f"found {len(models)} models and {len(maps_2d)} groups of 2D maps for {len(maps)} maps"
+        raise InputError(f"{found}, expected one model each, and 2D maps of each or of none")
     wide = is_wide(width)
-    columns = len(shown) if wide else 1
-    down = 2 if wide else 2 * len(shown)
+    columns = len(maps) if wide else 1
+    down = 2 if wide else 2 * len(maps)
     figure = new_figure("Maps, 2D maps and the standard", width, 0.016 + down * (0.055 if wide else 0.05))
-    grid = np.array(panels(figure, 2 * len(shown), columns, share_y=True), dtype=object)
+    grid = np.array(panels(figure, 2 * len(maps), columns, share_y=True), dtype=object)
     grid = grid.reshape(2, -1) if wide else grid.reshape(-1, 2).T
-    for i, (each, name) in enumerate(zip(shown, names_of(shown), strict=True)):
+    for i, (each, name) in enumerate(zip(maps, names_of(maps), strict=True)):
         points, tolerances = each.force_map.measured_range.points, each.measured.tolerances
         given = (distance, height, speed)
         cut = [measured_often(points[:, j], tolerances[j]) if value is None else value for j, value in enumerate(given)]
         standard = float(pfl_contact_force(cut[2], **models[i]))
         for along, axes in enumerate(grid[:, i]):
-            _draw(axes, each, bound, along, cut, maps_2d[i], standard)
+            _draw(axes, each, bound, along, cut, flat[i], standard)
             at = WORDS[1 - along].format(cut[1 - along])
             axes.set_title(f"{name}\n{at}, {cut[2]:.2f} m/s")
             axes.set_xlabel((DISTANCE, HEIGHT)[along])
             axes.set_ylabel(FORCE if i == 0 or not wide else "")
     grid[0, 0].set_ylim(bottom=0)
-    return finish(figure, simulated=any(each.measured.simulated for each in shown))
+    return finish(figure, simulated=any(each.measured.simulated for each in maps))
 
 
 def _draw(

@@ -1,4 +1,4 @@
-"""Bundled example campaigns, all simulated (scripts/make_examples.py)."""
+"""Bundled example campaigns, all simulated (scripts/make_examples.py), and a robot's task that fits them."""
 
 from __future__ import annotations
 
@@ -11,10 +11,11 @@ from forcemap.files import new_folder, write_atomically
 EXAMPLE_CAMPAIGNS = ("ur10e", "kuka-iiwa7-30nm", "kuka-iiwa7-10nm")
 
 _FILES = ("campaign.toml", "impacts.csv")
+_TASK_FILES = ("path.csv", "task.toml", "table_path.csv")
 
 
 def copy_example(name: str, folder: str | Path) -> Path:
-    """Copy an example campaign into a new or empty folder, and return the folder.
+    """Copy an example campaign, and `copy_task`'s files, into a new or empty folder, and return the folder.
 
     Raises
     ------
@@ -28,4 +29,11 @@ def copy_example(name: str, folder: str | Path) -> Path:
     target = new_folder(folder)
     for file in _FILES:
         write_atomically(target / file, resources.files(__name__).joinpath(name, file).read_text(encoding="utf-8"))
+    copy_task(target)
     return target
+
+
+def copy_task(folder: str | Path) -> None:
+    """Write a robot's path, its task, and a path in the frame of a table, for places that every example measured."""
+    for file in _TASK_FILES:
+        write_atomically(Path(folder, file), resources.files(__name__).joinpath(file).read_text(encoding="utf-8"))
