@@ -24,10 +24,11 @@ from forcemap.cli.output import (
     table,
     write_result,
 )
-from forcemap.maps.direction import DIRECTIONS, WIDEST_ANGLE, angle_between, direction_vector
+from forcemap.maps.direction import DIRECTIONS, WIDEST_ANGLE, angle_between, direction_vector, raised_off_axis
 from forcemap.paths.bent_path import bent_path
 from forcemap.paths.path_file import PATH_COLUMNS, path_csv
 from forcemap.paths.table_positions import table_positions
+from forcemap.words import sentence
 
 
 def path(
@@ -74,7 +75,7 @@ def path(
     if suggest and bent and bent.bent:
         write_result(suggest, path_csv(bent.path), mark=PATH_COLUMNS)
     answer = PathAnswer.of_path(speeds, used, bent=bent)
-    emit(answer, path_lines(answer, file, suggest), as_json=as_json)
+    emit(answer, path_lines(answer, file, suggest, angle=angle), as_json=as_json)
     return 1 if speeds.too_fast.any() else 0
 
 
@@ -133,7 +134,9 @@ _HINTS = {
 }
 
 
-def path_lines(answer: PathAnswer, file: str, suggested: str | None = None) -> list[str]:
+def path_lines(
+    answer: PathAnswer, file: str, suggested: str | None = None, *, angle: float = WIDEST_ANGLE
+) -> list[str]:
     """Whether a path may be driven as programmed, if not why, its stretches of equal outcome, and cycle times.
 
     `suggested` is the file of the bent path, if one was asked for.
@@ -161,6 +164,7 @@ def path_lines(answer: PathAnswer, file: str, suggested: str | None = None) -> l
         "",
         f"Speeds to program along {file}: {len(answer.pieces)} pieces, {answer.length_m:.3f} m; at contact "
         f"{answer.speed_overshoot_mps:g} m/s overshoot is added",
+        *([sentence(task_options.path_raised())] if raised_off_axis(angle) > 1 else []),
         *table(header, rows),
         "",
         *_cycle_lines(answer.cycle_times, refused=not answer.permitted),

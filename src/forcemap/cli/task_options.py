@@ -13,6 +13,7 @@ from typer import Option
 import forcemap as fm
 from forcemap.cli.options import Stated, number
 from forcemap.dynamics.robots import ROBOTS, identified_drive_inertia
+from forcemap.maps.direction import RAISED_OFF_AXIS
 
 DriveInertiaOption = Annotated[
     str | None,
@@ -163,3 +164,8 @@ def limits_of(
     """Every limit that holds somewhere in a task, with its kind of contact."""
     pairs = dict.fromkeys((area, segment.contact) for segment in task.segments for area in segment.areas)
     return [(fm.force_limit(area, table=table), contact) for area, contact in pairs]
+
+
+def path_raised() -> fm.Finding:
+    """On which pieces of a path the bound is raised, and that an export raises it everywhere."""
+    return fm.Finding.of(fm.FindingKind.PATH_RAISED, raised=RAISED_OFF_AXIS - 1)

@@ -23,7 +23,7 @@ from forcemap.web.campaign_answers import problem_words
 from forcemap.web.fitted_campaign import FittedCampaign, fitted_campaign, impacts_of
 from forcemap.web.limits import Limits
 from forcemap.web.question import Area, Question
-from forcemap.words import sentence
+from forcemap.words import sentence, sentences
 
 _IN_MEMORY = 64
 """Cases that stay in memory; a choice: a few body areas of every campaign of a folder."""
@@ -79,6 +79,7 @@ class NextStep(Answer):
     sentence: str
     states: list[dict[str, float]]
     command: str
+    warnings: tuple[str, ...] = ()
 
 
 def headline(name: str, path: Path, question: Area, limits: Limits, *, points: bool = True) -> Headline:
@@ -121,13 +122,14 @@ def next_step(name: str, path: Path, question: Question, limits: Limits) -> Next
         return NextStep(sentence=said, states=[], command=f"forcemap confirm {asked}")
     found = _next(fitted_campaign(path), limit, contact)
     if found.plan is None:
-        return NextStep(sentence="; ".join(map(sentence, found.reasons)), states=[], command="")
+        said = "; ".join(map(sentence, (*found.reasons, found.progress)))
+        return NextStep(sentence=said, states=[], command="", warnings=tuple(sentences(found.warnings)))
     plan = found.plan
     rows = np.unique(np.column_stack([plan.distance, plan.height, plan.speed]), axis=0).tolist()
     states = [dict(zip(("distance_m", "height_m", "speed_mps"), row, strict=True)) for row in rows]
-    expected = f"a speed at {found.expected_confirmed} of {found.places} places"
-    said = f"measure {len(states)} further states; expected then: {expected}"
-    return NextStep(sentence=said, states=states, command=f"forcemap next {asked}")
+    said = f"measure {len(states)} further states; {sentence(found.progress)}"
+    warnings = tuple(sentences(found.warnings))
+    return NextStep(sentence=said, states=states, command=f"forcemap next {asked}", warnings=warnings)
 
 
 def _case(name: str, path: Path, limit: fm.ForceLimit, contact: fm.Contact, limits: Limits) -> Case:
