@@ -357,6 +357,13 @@ def test_as_a_program():
     piped = subprocess.run(f"{sys.executable} -m forcemap limits | head -1",
                            shell=True, capture_output=True, text=True)  # fmt: skip
     assert piped.stderr == ""
+    for options in ((), ("--json",)):  # closed before anything is printed: what a reader has not read is no answer
+        with subprocess.Popen(
+            [*script, "limits", *options], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        ) as gone:
+            gone.stdout.close()
+            assert gone.stderr.read() == ""
+        assert gone.returncode == 141
 
 
 @pytest.mark.parametrize(("missing", "command"), [("typer", "limits"), ("pydantic", "limits"), ("uvicorn", "serve")])
