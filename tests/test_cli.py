@@ -320,8 +320,7 @@ def test_demo(ask, forcemap, tmp_path, example):
     lines = summary.splitlines()
     verdict, *doubts = [unwrapped(part) for part in summary.partition("\nback_of_hand")[0].split("\n  ! ")]
     findings = fm.assess_campaign(folder, limits=[fm.force_limit("back_of_hand")]).findings
-    many = "doubt" if len(findings) == 1 else f"{len(findings)} doubts"
-    assert verdict.endswith(f"; SIMULATED; first read the {many} below")
+    assert verdict.endswith(f"; SIMULATED; first read the {len(findings) + 1} doubts below")
     assert doubts[0] == "SIMULATED impacts: not a measurement of any robot"
     assert doubts[1].startswith("SPEED COMMANDED")
     assert len(doubts) == len(findings) + 1
@@ -358,6 +357,13 @@ def test_as_a_program():
     piped = subprocess.run(f"{sys.executable} -m forcemap limits | head -1",
                            shell=True, capture_output=True, text=True)  # fmt: skip
     assert piped.stderr == ""
+    for options in ((), ("--json",)):  # closed before anything is printed: what a reader has not read is no answer
+        with subprocess.Popen(
+            [*script, "limits", *options], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        ) as gone:
+            gone.stdout.close()
+            assert gone.stderr.read() == ""
+        assert gone.returncode == 141
 
 
 @pytest.mark.parametrize(("missing", "command"), [("typer", "limits"), ("pydantic", "limits"), ("uvicorn", "serve")])

@@ -274,13 +274,17 @@ def test_many_points_with_photographs(cell, tmp_path, full_size):
     assert taken < 60
 
 
-def test_without_a_list_or_with_one_that_cannot_be_used(demo, simulated, tmp_path):
+def test_without_a_list_or_with_one_that_cannot_be_used(demo, simulated, tmp_path, forcemap):
     folder = shutil.copytree(simulated, tmp_path / "cell")
     assert "there is no list of contact points" in check(report_of(demo))
     (folder / "contact_points.csv").write_text("point_id\nP1\n")
     text = check(report_html(fm.assess_campaign(folder), date=DATE))
     assert "NO CONTACT POINT IS PERMITTED" in text
     assert "THE LIST OF CONTACT POINTS CANNOT BE USED" in text
+    assert forcemap("report", folder, "--area", "back_of_hand")[0] == 1
+    refused = forcemap("report", folder, "--area", "back_of_hand", "--bound", "margin")[2]
+    assert "made for tolerance bound" in refused
+    assert refused.count("back_of_hand") == 0
 
 
 def test_confirming_impacts_that_fail_take_all_speeds_away(tmp_path):

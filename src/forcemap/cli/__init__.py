@@ -14,6 +14,19 @@ _COLLECT_EVERY = 50_000
 into looking through the packages that were loaded."""
 
 
+def _flushed(code: int) -> int:
+    """The exit code after all that was printed is written; another one where its reader has gone."""
+    from forcemap.cli.app import READER_GONE
+
+    try:
+        sys.stdout.flush()
+    except BrokenPipeError:
+        code = READER_GONE
+    if code == READER_GONE:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # what is left goes nowhere, without a word
+    return code
+
+
 def main() -> None:
     """Run the command line and exit with its code; without the packages that it needs it says so, as any error."""
     # Matrices here are small: threads of numpy's would cost time at every start and save none.
@@ -22,7 +35,7 @@ def main() -> None:
     try:
         from forcemap.cli.app import run
 
-        code = run(sys.argv[1:])
+        code = _flushed(run(sys.argv[1:]))
     except ModuleNotFoundError as error:
         missing = MissingExtra.of(error)
         print(f"error: {missing}", file=sys.stderr)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import gc
 import re
-import sys
 from collections.abc import Iterator, Mapping
 from functools import cache
 from importlib import import_module
@@ -17,6 +16,9 @@ from typer.exceptions import TyperException
 
 from forcemap._version import __version__
 from forcemap.errors import ForcemapError, InputError, MissingExtra
+
+READER_GONE = 141
+"""Exit code where whoever read the output has closed it, as `| head` does: that of other tools, and no answer."""
 
 _COMMA = re.compile(r"-?[0-9]+,[0-9]+")
 
@@ -186,8 +188,8 @@ def run(arguments: list[str]) -> int:
         _emit_error(InputError(words), as_json=as_json)
     except ModuleNotFoundError as error:
         _emit_error(MissingExtra.of(error), as_json=as_json)
-    except BrokenPipeError:
-        sys.stdout = None  # the reader has gone; nothing is left to flush
+    except (BrokenPipeError, SystemExit):  # typer makes the second of the first
+        return READER_GONE
     except (KeyboardInterrupt, typer.Abort):
         _emit_error(ForcemapError("interrupted"), as_json=as_json)
         return 130

@@ -78,11 +78,14 @@ def emit(answer: Answer | dict[str, Any], lines: Iterable[str], *, as_json: bool
 
 
 def verdict_first(verdict: str, doubts: Iterable[str] = (), *, simulated: bool = False) -> list[str]:
-    """The verdict, whose line says itself what must be read before it is used, and directly below it that."""
-    listed = list(doubts)
+    """The verdict, whose line says itself what must be read before it is used, and directly below it that.
+
+    The doubts it counts are the lines below it, that impacts are simulated among them; alone, its one word says it.
+    """
+    listed = [*[SIMULATED] * simulated, *doubts]
     many = "doubt" if len(listed) == 1 else f"{len(listed)} doubts"
-    says = [verdict, *["SIMULATED"] * simulated, *[f"first read the {many} below"] * bool(listed)]
-    return ["; ".join(says), *(f"{_DOUBT}{doubt}" for doubt in [*[SIMULATED] * simulated, *listed])]
+    says = [verdict, *["SIMULATED"] * simulated, *[f"first read the {many} below"] * (len(listed) > simulated)]
+    return ["; ".join(says), *(f"{_DOUBT}{doubt}" for doubt in listed)]
 
 
 def wrapped(lines: Iterable[str]) -> list[str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import os
 from dataclasses import asdict
 from pathlib import Path
@@ -67,7 +68,8 @@ def report(
 
     Of an atlas, the report of every campaign and atlas.html, which shows what they confirm together.
 
-    Exit code: 0 written; with --verify 0 nothing changed, 1 changed, 2 cannot tell.
+    Exit code: 0 written; 1 written, but the list of contact points cannot be used; with --verify 0 nothing changed,
+    1 changed, 2 cannot tell.
 
     Example: forcemap report my-campaign --area back_of_hand
     """
@@ -102,7 +104,7 @@ def report(
         f"Later: forcemap report --verify {files[0]} {folder}",
     ]
     emit(report_result(assessment, files), lines, as_json=as_json)
-    return 0
+    return int(isinstance(assessment.points, Missing))
 
 
 def _assessment(
@@ -166,7 +168,7 @@ def _report_atlas(
         "campaigns": {name: report_result(each, [reports[name]]) for name, each in assessments.items()},
     }
     emit(result, [*lines, f"Written: {', '.join(files)}"], as_json=as_json)
-    return 0
+    return int(any(isinstance(each.points, Missing) for each in assessments.values()))
 
 
 def write_report(
@@ -210,9 +212,11 @@ def _require_same_areas(assessment: fm.CampaignAssessment, target: Path) -> None
         return
     wanted = made_for(assessment)
     if earlier != wanted:
+        pairs = itertools.zip_longest(earlier.split("; "), wanted.split("; "), fillvalue="")
+        was, now = (" with ".join(filter(None, part)) for part in zip(*(p for p in pairs if p[0] != p[1]), strict=True))
         raise fm.InputError(
-            f"this report was made for {earlier or 'body areas that it does not state'}, not for {wanted}; "
-            "it is not replaced, name another file with -o or move it away",
+            f"this report was made for {was or 'what it does not state'}, not for {now}: it is not replaced, name "
+            "another file with -o or move it away",
             file=str(target),
         )
 

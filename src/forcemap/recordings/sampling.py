@@ -125,7 +125,8 @@ def check_sampling(time: FloatArray, rows: Sequence[int], column: str) -> tuple[
         return ()
     usual = float(np.median(steps))
     if not _SHORTEST_INTERVAL <= usual <= _LONGEST_INTERVAL:
-        problem = f"found samples {usual:g} s apart (median), expected between 1e-07 s and 1 s"
+        than = "faster" if usual < _SHORTEST_INTERVAL else "slower"
+        problem = f"found samples {usual:g} s apart (median), {than} than any force measuring device"
         raise RecordingError(f"{problem}; is time_unit in the column map right?", column=column)
     if usual < _FAST and (lasts := float(time[-1] - time[0])) < _WHOLE:
         problem = f"found a recording of {lasts:g} s at {1 / usual:g} Hz, expected at least {_WHOLE:g} s of it"
