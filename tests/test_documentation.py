@@ -154,6 +154,18 @@ def test_the_documented_python_runs(monkeypatch, capsys, example_folders):
     assert "admissible" in capsys.readouterr().out
 
 
+@pytest.mark.parametrize("name", ["universal_robots", "kuka"])
+def test_the_commands_for_a_controller_run_in_the_folder_that_they_name(name, monkeypatch, demo, tmp_path, capsys):
+    monkeypatch.chdir(tmp_path)
+    shutil.copytree(demo / "cell" / "forcemap-demo-2", "my-campaign")
+    commands = re.findall(r"^ +forcemap (.*)$", page(f"docs/{name}.md"), re.M)
+    assert len(commands) >= 2
+    for command in commands:
+        assert run(shlex.split(command)) in (0, 1), (command, capsys.readouterr().err)
+        written = Path(command.rpartition(" -o ")[2])
+        assert written.exists(), command
+
+
 def test_the_documented_figures_are_all_there_are_and_are_drawn(monkeypatch, demo, tmp_path):
     from forcemap import figures
     from forcemap.cli.drawings import Kind
