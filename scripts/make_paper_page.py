@@ -34,7 +34,8 @@ run. The three published maps are the paper's equations. Its impacts are not par
 needed, the commands use the bundled example campaigns, which are SIMULATED, drawn from those maps with scatter of the
 size the paper states. Yours, or [a published data set](published_data.md), take their place.
 
-The folders of the commands, in Python:
+The folders of the commands, in the Python of an environment that forcemap is installed in (`.venv/bin/python`; pipx
+and uv keep theirs apart):
 
 ```python
 import forcemap
@@ -99,7 +100,8 @@ ITEMS = (
     Item(
         "Table I: the data sets",
         "In `tables/dataset.csv` of a bundle to publish. `--area`, the body area that is hit, adds the standard's "
-        "model\n(Table III) and safe speeds; without it the bundle is written without them, and says so.",
+        "model\n(Table III) and safe speeds; without it the bundle is written without them, and says so.\n"
+        "Figure 8 is left out of this one: these impacts have no recordings.",
         "forcemap publication ur10e-impacts -o published --area back_of_hand",
     ),
     Item(

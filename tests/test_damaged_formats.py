@@ -55,6 +55,12 @@ URDF = """<?xml version="1.0"?><robot name="arm">
 RECORDINGS_TOML = '\n[robot]\nmodel = "UR10e"\n[recordings]\ntime = "time_ms"\ntime_unit = "ms"\nforce = "force_N"\n'
 
 
+LOG = (
+    "Log 4711\nt;X;Y;Z;RX\nms;mm;mm;mm;rad\n" + "".join(f"{8 * i};{500 + i},5;{i},0;200,0;3,14\n" for i in range(40))
+).encode()
+LOG_COLUMNS = {"position": ["X", "Y", "Z"], "length_unit": "mm", "time": "t", "time_unit": "ms"}
+
+
 @pytest.fixture(scope="module")
 def formats(tmp_path_factory):
     """Name of a format -> (ending, reader, whole files with what else the reader takes)."""
@@ -74,6 +80,7 @@ def formats(tmp_path_factory):
         "register of recordings": (".csv", read_register, [(text("recordings.csv"), {})]),
         "table of limits": (".csv", fm.read_limit_table, [(LIMITS.encode(), {})]),
         "path": (".csv", fm.read_path, [(path.encode(), {})]),
+        "pose log": (".csv", fm.read_path, [(LOG, {"columns": LOG_COLUMNS})]),
         "campaign.toml": (".toml", read_campaign_file, [((TOML + RECORDINGS_TOML).encode(), {})]),
         "task.toml": (".toml", fm.read_task, [(TASK.encode(), {})]),
         "map file": (".json", fm.read_map, [(text("map.json"), {})]),

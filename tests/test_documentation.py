@@ -93,6 +93,7 @@ def workplace(tmp_path, monkeypatch, demo):
     """
     monkeypatch.chdir(forcemap.copy_example("ur10e", tmp_path / "campaigns" / "work"))
     shutil.copytree(demo / "cell" / "forcemap-demo-2", "forcemap-demo")
+    Path("log.csv").write_text(re.findall(r"```csv\n(.*?)```", page("docs/robot_program.md"), re.S)[1])
     Path("study.toml").write_text(re.findall(r"```toml\n(.*?)```", page("docs/sweeps.md"), re.S)[0])
     write_recording(Path("run7.csv"), 300.0, np.random.default_rng(7))
     forcemap.copy_example("ur10e", "cell-7/down")
@@ -150,6 +151,18 @@ def test_the_documented_python_runs(monkeypatch, capsys, example_folders):
     (code,) = re.findall(r"```python\n(.*?)```", page("docs/commands.md"), re.S)
     exec(code, {})
     assert "admissible" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("name", ["universal_robots", "kuka"])
+def test_the_commands_for_a_controller_run_in_the_folder_that_they_name(name, monkeypatch, demo, tmp_path, capsys):
+    monkeypatch.chdir(tmp_path)
+    shutil.copytree(demo / "cell" / "forcemap-demo-2", "my-campaign")
+    commands = re.findall(r"^ +forcemap (.*)$", page(f"docs/{name}.md"), re.M)
+    assert len(commands) >= 2
+    for command in commands:
+        assert run(shlex.split(command)) in (0, 1), (command, capsys.readouterr().err)
+        written = Path(command.rpartition(" -o ")[2])
+        assert written.exists(), command
 
 
 def test_the_documented_figures_are_all_there_are_and_are_drawn(monkeypatch, demo, tmp_path):
@@ -303,6 +316,12 @@ def test_the_path_and_the_task_of_the_examples_are_those_that_are_shown(demo):
     program, made = page("docs/robot_program.md"), demo / "cell" / "forcemap-demo-2"
     for kind, name in (("csv", "path.csv"), ("toml", "task.toml")):
         assert (made / name).read_text() == re.search(rf"```{kind}\n(.*?)```", program, re.S)[1]
+
+
+def test_every_entry_of_a_logs_column_map_is_documented():
+    from forcemap.paths.pose_log import LOG_ENTRIES
+
+    assert set(first_cells("docs/robot_program.md", "A controller's log")) == {*LOG_ENTRIES} - {"sampling_rate_Hz"}
 
 
 def test_every_entry_of_campaign_toml_is_documented():

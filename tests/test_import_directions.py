@@ -24,7 +24,7 @@ ROOMS: dict[str, set[str]] = {
     "verdicts": {"recordings", "impacts", "campaigns", "limits"},
     "planning": {"campaigns", "maps", "limits", "speeds"},
     "comparisons": {"campaigns", "maps", "limits", "dynamics", "speeds"},
-    "paths": {"campaigns", "maps", "limits", "dynamics", "speeds"},
+    "paths": {"recordings", "campaigns", "maps", "limits", "dynamics", "speeds"},
     "lab": {"recordings", "campaigns", "dynamics"},  # never what it checks
     "exports": {"campaigns", "maps", "limits", "speeds", "paths", "words"},
 }

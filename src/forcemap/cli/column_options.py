@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -55,7 +56,7 @@ def described(
         raise InputError("there is no campaign.toml in this folder", file=campaign)
     conditions, columns = read_campaign_file(file) if file.exists() else (Conditions(), None)
     if entries:
-        columns = ColumnMap.from_table(dict(_entry(entry) for entry in entries))
+        columns = ColumnMap.from_table(entries_of(entries))
     conditions = conditions.with_device_stiffness(stiffness(device_spring))
     figures = {"range": device_range, "error": device_error}
     stated: dict[str, Any] = {name: figure for name, figure in figures.items() if figure is not None}
@@ -83,6 +84,11 @@ def _campaign_folder(file: Path) -> Path:
     return file.absolute().parent.parent
 
 
+def entries_of(entries: Sequence[str]) -> dict[str, Any]:
+    """The options KEY=VALUE as a table of entries."""
+    return dict(_entry(entry) for entry in entries)
+
+
 def _entry(text: str) -> tuple[str, Any]:
     """key=value of the option as the value of campaign.toml it stands for."""
     key, sign, value = text.partition("=")
@@ -97,9 +103,9 @@ def _entry(text: str) -> tuple[str, Any]:
     except ValueError:
         numbers = "three numbers such as direction=0,0,-1" if key == "direction" else f"a number after {key}="
         raise InputError(f"column: found {text!r}, expected {numbers}") from None
-    if (key == "force" and "," in value) or (key == "runs" and value != "all"):
+    if (key in ("force", "position") and "," in value) or (key == "runs" and value != "all"):
         return key, [_column(part) for part in value.split(",")]
-    return key, _column(value) if key in ("time", "force", "curve") else value
+    return key, _column(value) if key in ("time", "force", "curve", "segment") else value
 
 
 def _column(text: str) -> str | int:

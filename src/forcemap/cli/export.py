@@ -14,7 +14,15 @@ from typer import Argument, Option
 import forcemap as fm
 from forcemap.cli import options
 from forcemap.cli.output import emit, json_text, verdict_first, write_result
-from forcemap.cli.task_options import Angle, PositionTolerance, limits_of, path_from, path_raised, task_from
+from forcemap.cli.task_options import (
+    Angle,
+    LogColumns,
+    PositionTolerance,
+    limits_of,
+    path_from,
+    path_raised,
+    task_from,
+)
 from forcemap.errors import InputError
 from forcemap.exports.directed_tables import DirectedTables, directed_csv, directed_result, directed_tables
 from forcemap.exports.krl import krl_along_data, krl_along_source, krl_data, krl_source
@@ -238,6 +246,7 @@ def export_path(
     bound: options.BoundOption = None,
     margin: options.Margin = None,
     device_spring: options.DeviceSpring = None,
+    column: LogColumns = None,
     output: Annotated[str | None, Option("-o", "--output", help="File to write, in a folder that exists.")] = None,
     as_json: options.Json = False,
 ) -> int:
@@ -249,7 +258,7 @@ def export_path(
     used, given = options.bound_from(maps, bound, margin), options.stated(task)
     if output is not None:
         require_folder(Path(output).parent)
-    tool_path = path_from(file)
+    tool_path = path_from(file, column=column)
     if given.tasks:
         task_of(given, maps, contact)
     whole_task = task_from(given, tool_path.names, contact)

@@ -11,6 +11,7 @@ from typing import Annotated
 from typer import Option
 
 import forcemap as fm
+from forcemap.cli.column_options import entries_of
 from forcemap.cli.options import Stated, number
 from forcemap.dynamics.robots import ROBOTS, identified_drive_inertia
 from forcemap.maps.direction import RAISED_OFF_AXIS
@@ -128,8 +129,20 @@ RobotOption = Annotated[
 ]
 
 
-def path_from(file: str, robot: Sequence[str] | None = None) -> fm.ToolPath:
-    """The path of a file, with the robot that moves it if it holds joints, and the robot's contact point."""
+LogColumns = Annotated[
+    list[str] | None,
+    Option(
+        "--column",
+        help="How a controller's log is written, one entry each: --column position=X,Y,Z --column length_unit=mm "
+        "--column time=Timestamp --column time_unit=ms; as in [recordings] of campaign.toml also sampling_rate_Hz, "
+        "delimiter, decimal, header_lines; and segment.",
+    ),
+]
+
+
+def path_from(file: str, robot: Sequence[str] | None = None, column: Sequence[str] | None = None) -> fm.ToolPath:
+    """The path of a file: a controller's log with its columns, or joints with their robot and its contact point."""
+    columns = entries_of(column) if column else None
     offsets = [text for text in robot or () if all(number(part) is not None for part in text.split(","))]
     names = [text for text in robot or () if text not in offsets]
     if len(names) > 1 or len(offsets) > 1:
@@ -137,8 +150,9 @@ def path_from(file: str, robot: Sequence[str] | None = None) -> fm.ToolPath:
     if not names:
         if offsets:
             raise fm.InputError("path: --contact-offset-m goes with --robot")
-        return fm.read_path(file)
-    return fm.read_path(file, robot=robot_from(names[0], contact_offset=offsets[0] if offsets else None))
+        return fm.read_path(file, columns=columns)
+    arm = robot_from(names[0], contact_offset=offsets[0] if offsets else None)
+    return fm.read_path(file, robot=arm, columns=columns)
 
 
 def task_from(

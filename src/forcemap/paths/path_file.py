@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -14,13 +16,16 @@ from forcemap.dynamics.kinematics import forward_kinematics
 from forcemap.dynamics.robot import JointKind, Robot
 from forcemap.errors import InputError, TableError
 from forcemap.files import read_bytes
+from forcemap.paths.pose_log import read_pose_log
 from forcemap.paths.tool_path import MOST_PIECES, ToolPath
+from forcemap.recordings.column_map import listed
 
 PATH_COLUMNS = "x_m,y_m,z_m,segment"
 """Columns of the paths that are written."""
 
 _LAYOUTS = (("x_m", "y_m", "z_m"), ("distance_m", "height_m"))
 _OPTIONAL = ("time_s", "segment")
+_LOG = "a log as a controller writes it needs a column map (--column position=X,Y,Z --column length_unit=mm)"
 _OTHER_UNIT = re.compile(r"(x|y|z|distance|height)(_(mm|cm|in|inch))?|(time|t)(_(ms|min))?", re.ASCII)
 _JOINT = re.compile(r"joint_(\d+)_(rad|deg)", re.ASCII)
 
@@ -34,7 +39,7 @@ _JOINT_ROUNDING = 1e-6  # [rad], [m]; by which a rounded position may exceed the
 _FULL_TURNS = 4 * np.pi  # [rad]; a larger figure is in degrees
 
 
-def read_path(path: str | Path, *, robot: Robot | None = None) -> ToolPath:
+def read_path(path: str | Path, *, robot: Robot | None = None, columns: Mapping[str, Any] | None = None) -> ToolPath:
     """Read a path: a row for each point, with columns in one of three layouts.
 
     `x_m, y_m, z_m` in the frame of the base; or `distance_m, height_m`, a path in a vertical plane; or `joint_1_rad,
@@ -47,6 +52,10 @@ def read_path(path: str | Path, *, robot: Robot | None = None) -> ToolPath:
         The CSV file.
     robot : Robot, optional
         The robot, for a joint trajectory.
+    columns : mapping, optional
+        How a controller's log of positions is written, as {"position": ["X", "Y", "Z"], "length_unit": "mm", "time":
+        "Timestamp", "time_unit": "ms"}; also `segment`, and `sampling_rate_Hz`, `delimiter`, `decimal` and
+        `header_lines` as for `ColumnMap`. Other columns are left alone.
 
     Returns
     -------
@@ -58,9 +67,18 @@ def read_path(path: str | Path, *, robot: Robot | None = None) -> ToolPath:
         Not a table, an unknown or missing column, a unit other than metres, seconds, radians or degrees, or a cell
         that cannot be used.
     InputError
-        What the table holds is no path, or joints without their robot.
+        What the table holds is no path, joints without their robot, or a column map that cannot be used.
     """
-    table = read_table(read_bytes(path), str(path), what="point")
+    if columns is not None:
+        if robot is not None:
+            raise InputError("path: a column map is one of positions; joints are named joint_1_rad, joint_2_rad, ...")
+        points, clock, labels = read_pose_log(read_bytes(path), str(path), columns)
+        return _path_through(points, tuple(labels or ["path"] * len(points)), clock, str(path))
+    try:
+        table = read_table(read_bytes(path), str(path), what="point")
+    except TableError as error:
+        hint = f"; {_LOG}" if error.row else ""
+        raise TableError(f"{error.message}{hint}", file=error.file, row=error.row, column=error.column) from None
     joints = [name for name in table.columns if _JOINT.fullmatch(name)]
     layout = tuple(joints) or next((columns for columns in _LAYOUTS if set(columns) <= set(table.columns)), ())
     _check_columns(table, layout)
@@ -79,13 +97,21 @@ def read_path(path: str | Path, *, robot: Robot | None = None) -> ToolPath:
         points = values if len(layout) == 3 else np.column_stack([values[:, 0], np.zeros(len(values)), values[:, 1]])
         if len(layout) == 2 and np.any(values[:, 0] < 0):
             raise InputError("distance_m: found a negative distance, expected at least 0")
-        if time is not None:
-            return ToolPath.timed(points, (*names, ""), time, str(path))
-        return ToolPath(points, tuple(names), None, str(path))
     except TableError:
         raise
     except InputError as error:
         raise InputError(error.message, file=str(path)) from None
+    return _path_through(points, (*names, ""), time, str(path))
+
+
+def _path_through(points: FloatArray, names: tuple[str, ...], time: FloatArray | None, file: str) -> ToolPath:
+    """The path through points [m], with the name of the segment that begins at each."""
+    if len(points) < 2:
+        raise TableError(f"found {len(points)} points, expected at least two", file=file)
+    try:
+        return ToolPath(points, names[:-1], None, file) if time is None else ToolPath.timed(points, names, time, file)
+    except InputError as error:
+        raise InputError(error.message, file=file) from None
 
 
 def path_csv(path: ToolPath) -> str:
@@ -101,13 +127,15 @@ def _check_columns(table: Table, layout: tuple[str, ...]) -> None:
     if unknown and _OTHER_UNIT.fullmatch(unknown[0]):
         raise TableError(
             "found a column without its unit, or in another one; expected metres (x_m, y_m, z_m, or distance_m, "
-            "height_m) and seconds (time_s)",
+            f"height_m) and seconds (time_s); {_LOG}",
             file=table.file,
             row=table.header_row,
             column=unknown[0],
         )
     if unknown and (layout or not set(unknown) & {name for columns in _LAYOUTS for name in columns}):
-        message = f"unknown column; expected x_m, y_m, z_m, or distance_m, height_m, and {', '.join(_OPTIONAL)}"
+        found = listed(list(table.columns))
+        expected = f"expected x_m, y_m, z_m, or distance_m, height_m, and {', '.join(_OPTIONAL)}"
+        message = f"unknown column; found {found}, {expected}; {_LOG}"
         raise TableError(message, file=table.file, row=table.header_row, column=unknown[0])
     if not layout:
         message = "found no positions, expected the columns x_m, y_m, z_m, or distance_m, height_m, or joint_1_rad, ..."

@@ -1,0 +1,101 @@
+"""Logs of poses as a controller writes them, by a column map: any columns, units, delimiter and decimal sign."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+
+from forcemap.arrays import FloatArray
+from forcemap.errors import InputError, RecordingError, TableError, nearest_names
+from forcemap.recordings.cells import cells_of
+from forcemap.recordings.column_map import ColumnMap
+from forcemap.recordings.layout import Layout, find_layout
+from forcemap.recordings.numbers import read_numbers, refuse_doubtful_decimal
+from forcemap.recordings.sampling import in_seconds
+from forcemap.recordings.text import lines_of
+
+LENGTHS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254}
+"""Units of positions [m]."""
+
+_SAME = ("time", "time_unit", "sampling_rate_Hz", "delimiter", "decimal", "header_lines")
+_CALLED = {"position": "force", "segment": "curve"}
+"""Entries that a column map of recordings has as well, and under another name: three components beside a time."""
+
+LOG_ENTRIES = ("position", "length_unit", *_SAME, "segment")
+_IN_BRACKETS = re.compile(r".*[\[(]\s*([a-zµ]+)\s*[\])]\s*", re.IGNORECASE)
+_AT_END = re.compile(r"(?:.*[\s_.,/-])?(m|cm|mm|µm|um|in|inch|ft|km)\s*", re.IGNORECASE)
+
+
+def read_pose_log(
+    content: bytes, file: str, columns: Mapping[str, Any]
+) -> tuple[FloatArray, FloatArray | None, list[str] | None]:
+    """Positions [m], shape (n, 3), times [s] or None, and the name of the segment that begins at each, or None.
+
+    Raises
+    ------
+    InputError
+        A column map that cannot be used; `column` names the entry.
+    TableError
+        Anything in the log that could be read wrongly.
+    """
+    known = _column_map(columns)
+    try:
+        lines = lines_of(content)
+        layout = find_layout(lines, known)
+        _refuse_other_lengths(layout, columns["length_unit"])
+        block = read_numbers(lines, layout)
+        refuse_doubtful_decimal(lines, layout)
+        if block.notes:  # a path that ends too early hides what comes after
+            raise RecordingError(f"{block.notes[0]}: expected a whole log; take it out, or export the log again")
+        time = None
+        if layout.selection.time is not None:
+            rows = range(layout.row, layout.row + len(block.values))
+            time, _ = in_seconds(block.values[:, 0], known, rows, layout.name(layout.selection.time))
+        elif "sampling_rate_Hz" in columns:
+            time = np.arange(len(block.values)) / known.sampling_rate
+    except RecordingError as error:
+        raise TableError(error.message, file=file, row=error.row, column=error.column) from None
+    return block.values[:, -3:] * known.newtons_per_count, time, block.labels or None
+
+
+def _column_map(columns: Mapping[str, Any]) -> ColumnMap:
+    """The column map of recordings that reads the same columns; units of length and time have to be stated."""
+    for key in columns:
+        if key not in LOG_ENTRIES:
+            near = ", ".join(nearest_names(key, LOG_ENTRIES, 3))
+            raise InputError(f"unknown entry; the nearest known ones are {near}", column=key)
+    position, unit = columns.get("position"), columns.get("length_unit")
+    if not isinstance(position, list | tuple) or len(position) != 3:
+        raise InputError(f"found {position!r}, expected three columns such as position=X,Y,Z", column="position")
+    if unit not in LENGTHS:
+        raise InputError(f"found {unit!r}, expected one of {', '.join(LENGTHS)}", column="length_unit")
+    if "time" in columns and "time_unit" not in columns:  # milliseconds taken for seconds look slow
+        raise InputError("expected the unit of the time column: s, ms, us or ns", column="time_unit")
+    entries = {_CALLED.get(key, key): value for key, value in columns.items() if key != "length_unit"}
+    untimed = {} if {"time", "sampling_rate_Hz"} & columns.keys() else {"sampling_rate_Hz": 1.0}
+    try:
+        return ColumnMap.from_table(
+            {**entries, **untimed, "force": list(position), "force_unit": "counts", "newtons_per_count": LENGTHS[unit]}
+        )
+    except InputError as error:
+        own = {theirs: name for name, theirs in _CALLED.items()}
+        raise InputError(error.message, column=own.get(error.column or "", error.column)) from None
+
+
+def _refuse_other_lengths(layout: Layout, stated: str) -> None:
+    """Refuse a unit above a position that is not the one stated."""
+    for line in (layout.names, *(cells_of(text, layout.delimiter) for text in layout.metadata.values())):
+        for column in layout.selection.forces[0]:
+            unit = next(_units(line[column]), stated) if len(line) == layout.width else stated
+            if unit != stated:
+                problem = f"the file says {unit!r}, the column map length_unit = {stated!r}"
+                raise RecordingError(f"{problem}; correct the one that is wrong", column=layout.name(column))
+
+
+def _units(text: str) -> Iterator[str]:
+    for pattern in (_IN_BRACKETS, _AT_END):
+        if found := pattern.fullmatch(text):
+            yield found[1].lower().replace("inch", "in")

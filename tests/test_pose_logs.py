@@ -1,0 +1,125 @@
+"""Logs as controllers write them: read by a column map as the path they hold, or refused where in doubt."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+import forcemap as fm
+from forcemap.cli.app import run
+
+POINTS = np.array([[0.8, -0.1, 0.44], [0.8, -0.1, 0.4205], [0.8, -0.1, 0.4], [0.8, -0.1, 0.38]])
+TIMES = np.array([0.0, 0.2, 0.4, 0.6])
+XYZ = {"position": ["X", "Y", "Z"], "length_unit": "mm"}
+CLOCK = {"time": "t", "time_unit": "ms"}
+
+
+def log(head, separator, form, *, scale=1000.0, sign=".", since=0.0):
+    """A log: its header, then time, position and orientation."""
+    rows = [[f"{since + 1000 * t:.0f}", *(form.format(scale * x) for x in p), "3.14", "0.0", "0.0"]
+            for t, p in zip(TIMES, POINTS, strict=True)]  # fmt: skip
+    return head + "".join(separator.join(row).replace(".", sign) + "\n" for row in rows)
+
+
+LOGS = {
+    "semicolons and commas": (log("t;X;Y;Z;RX;RY;RZ\n", ";", "{:.1f}", sign=","), XYZ | CLOCK),
+    "lines of header and units": (
+        log("Log 4711\nrobot: r\n\nt;X;Y;Z;A;B;C\nms;mm;mm;mm;rad;rad;rad\n", ";", "{:.2f}"), XYZ | CLOCK),
+    "units in names": (
+        log("t [ms],X [mm],Y [mm],Z [mm],A,B,C\n", ",", "{:.2f}"),
+        {"position": ["X [mm]", "Y [mm]", "Z [mm]"], "length_unit": "mm", "time": "t [ms]", "time_unit": "ms"}),
+    "blanks": (log("t X Y Z A B C\n", "  ", "{:.2f}"), XYZ | CLOCK),
+    "tabs, in metres": (log("t\tX\tY\tZ\tA\tB\tC\n", "\t", "{:.4f}", scale=1.0), XYZ | CLOCK | {"length_unit": "m"}),
+    "by number, without names": (
+        log("", ",", "{:.2f}"), {"position": [2, 3, 4], "length_unit": "mm", "time": 1, "time_unit": "ms"}),
+    "inches": (log("t,X,Y,Z,A,B,C\n", ",", "{:.9f}", scale=1 / 0.0254), XYZ | CLOCK | {"length_unit": "in"}),
+    "since 1970": (log("t,X,Y,Z,A,B,C\n", ",", "{:.2f}", since=1.7e12), XYZ | CLOCK),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", LOGS)
+def test_a_log_is_the_path_that_it_holds(tmp_path, name):
+    text, columns = LOGS[name]
+    (tmp_path / "log.csv").write_text(text)
+    path = fm.read_path(tmp_path / "log.csv", columns=columns)
+    np.testing.assert_allclose(path.points, POINTS, atol=1e-9)
+    np.testing.assert_allclose(path.time - path.time[0], TIMES, atol=1e-6)
+    assert path.names == ("path",) * 3
+
+
+def test_a_log_without_times_or_of_a_known_rate(tmp_path):
+    (tmp_path / "log.csv").write_text(LOGS["blanks"][0])
+    assert fm.read_path(tmp_path / "log.csv", columns=XYZ).time is None
+    path = fm.read_path(tmp_path / "log.csv", columns=XYZ | {"sampling_rate_Hz": 125.0})
+    np.testing.assert_allclose(path.time, np.arange(4) / 125)
+
+
+def test_a_column_names_the_segments(tmp_path):
+    (tmp_path / "log.csv").write_text("X,Y,Z,step\n800,0,440,down\n800,0,400,up\n800,0,440,up\n")
+    assert fm.read_path(tmp_path / "log.csv", columns=XYZ | {"segment": "step"}).names == ("down", "up")
+
+
+ROWS = "t,X,Y,Z\n0,800,0,440\n100,800,0,420\n"
+REFUSED = {
+    "unit of length": (ROWS, {"position": ["X", "Y", "Z"]}, "length_unit: found None, expected one of m, cm, mm, in"),
+    "unit of time": (ROWS, XYZ | {"time": "t"}, "expected the unit of the time column"),
+    "one column": (ROWS, XYZ | {"position": "X"}, "position: found 'X', expected three columns such as position=X,Y,Z"),
+    "no such entry": (ROWS, XYZ | {"force": "X"}, "force: unknown entry"),
+    "no such column": (ROWS, XYZ | {"position": ["X", "Y", "H"]}, "column H: no column has that name; found 't', 'X'"),
+    "a column twice": (ROWS, XYZ | {"position": ["X", "Y", "Y"]}, "found a column in two places"),
+    "metres in mm": (ROWS, XYZ | {"length_unit": "m"}, "at most 10 m; positions are in metres"),
+    "names say otherwise": (
+        ROWS.replace("X,Y,Z", "X [m],Y [m],Z [m]"),
+        {"position": ["X [m]", "Y [m]", "Z [m]"], "length_unit": "mm"},
+        "column X [m]: the file says 'm', the column map length_unit = 'mm'"),
+    "a line says otherwise": (
+        ROWS.replace("Z\n", "Z\ns,in,in,in\n"), XYZ, "column X: the file says 'in', the column map length_unit = 'mm'"),
+    "the time's name says otherwise": (
+        ROWS.replace("t,", "t_s,"), XYZ | {"time": "t_s", "time_unit": "ms"}, "the file says 's'"),
+    "no number": (ROWS + "200,800,x,400\n300,800,0,380\n", XYZ, "row 4, column Y: found 'x', expected a number"),
+    "cut off": (ROWS + "200,800,0,400\n300,80", XYZ | CLOCK, "row 5, is cut off and left out: expected a whole log"),
+    "more below": (ROWS + "200,800,0,400\nend of log\n", XYZ | CLOCK, "left out: expected a whole log"),
+    "thousands": ("X;Y;Z\n1,100;0,100;0,440\n1,200;0,100;0,440\n".replace("0,", "1,"), XYZ, "state decimal"),
+    "one point": ("X,Y,Z\n800,0,440\n", XYZ, "found 1 points, expected at least two"),
+    "back in time": ("t,X,Y,Z\n100,800,0,440\n0,800,0,420\n", XYZ | CLOCK, "times that are finite and rise"),
+    "no log": ("", XYZ, "the file is empty"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_what_could_be_read_wrongly_is_refused(tmp_path, name):
+    text, columns, said = REFUSED[name]
+    (tmp_path / "log.csv").write_text(text)
+    with pytest.raises(fm.InputError) as error:
+        fm.read_path(tmp_path / "log.csv", columns=columns)
+    assert said in str(error.value)
+
+
+def test_commands_read_a_log(capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "log.csv").write_text(LOGS["lines of header and units"][0])
+    (tmp_path / "path.csv").write_text("time_s,x_m,y_m,z_m\n" + "".join(
+        f"{t},{x},{y},{z}\n" for t, (x, y, z) in zip(TIMES, POINTS, strict=True)))  # fmt: skip
+    hand = ["--area", "back_of_hand", "--contact", "transient"]
+    words = ["position=X,Y,Z", "length_unit=mm", "time=t", "time_unit=ms"]
+    columns = [each for word in words for each in ("--column", word)]
+    answers = []
+    for file in (["log.csv", *columns], ["path.csv"]):
+        code = run(["path", "ur10e", *file, *hand, "--json"])
+        answers.append((code, json.loads(capsys.readouterr().out)["pieces"]))
+        assert run(["export-path", "ur10e", *file, *hand, "-o", f"{file[0]}.scaling"]) == 0
+        capsys.readouterr()
+    assert answers[0][0] == answers[1][0]
+    for one, other in zip(answers[0][1], answers[1][1], strict=True):
+        assert one["speed_mps"] == pytest.approx(other["speed_mps"])
+        assert one["programmed_speed_mps"] == pytest.approx(other["programmed_speed_mps"])
+    capsys.readouterr()
+    assert run(["path", "ur10e", "log.csv", *hand]) == 2
+    assert "needs a column map (--column position=X,Y,Z --column length_unit=mm)" in capsys.readouterr().err
+    (tmp_path / "other.csv").write_text("X,Y,Z\n800,0,440\n800,0,400\n")
+    assert run(["path", "ur10e", "other.csv", *hand]) == 2
+    assert "found 'X', 'Y', 'Z', expected x_m, y_m, z_m" in capsys.readouterr().err
+    assert run(["path", "ur10e", "other.csv", *hand, *columns[:4], "--robot", "ur10e"]) == 2
+    assert "a column map is one of positions" in capsys.readouterr().err
