@@ -201,11 +201,20 @@ def test_evaluate(ask, example_folders):
 
 def test_compare(ask, forcemap, example_folders, tmp_path, examples):
     hand = ("compare", example_folders["ur10e"], "--area", "hand_fingers")
-    first, second = forcemap(*hand)[1].split("\n  ! ")
-    assert first.startswith("the standard's contact model underestimates")
-    assert first.endswith("SIMULATED")
-    assert second.startswith("SIMULATED impacts: ")
+    lines = unwrapped_lines(forcemap(*hand)[1])
+    first, second, *doubts = [lines[0], *(line[4:] for line in lines if line.startswith("  ! "))]
     _, found = ask(*hand)
+    of_map, standard = found["allowed"][0], found["allowed"][2]
+    permitted = forcemap("speed-map", example_folders["ur10e"], *hand[2:], "--contact", "transient")[1]
+    assert set(doubts) <= {line[4:] for line in unwrapped_lines(permitted)}
+    assert len(doubts) == len(found["warnings"]) > 0
+    assert first.startswith(f"The map beside the standard: transient, {of_map['limit_N']:g} N: permits more than ")
+    assert f" at {of_map['places_with_more']} of {of_map['places']} measured places (" in first
+    assert of_map["places_with_more"] + of_map["places_with_less"] == of_map["confirmed_places"]
+    assert (of_map["places_with_more"] > 0) == (of_map["highest_speed_mps"] > standard["highest_speed_mps"])
+    assert standard["places_with_more"] is None
+    assert "SIMULATED" in first
+    assert second.startswith("SIMULATED impacts: ")
     assert [m["model"] for m in found["models"]] == ["CFM_3D", "CFM_2D", "CFM_2D per height", "contact model"]
     assert {"underestimated_share", "most_underestimated"} <= set(found["models"][-1])
     _, free = ask(*hand, "--body", "free")

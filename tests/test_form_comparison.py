@@ -161,6 +161,31 @@ def test_a_form_that_falls_inside_the_measured_range_is_not_recommended():
     assert "falls with speed inside the measured range" in why(comparison)
 
 
+def test_a_default_that_falls_with_speed_gives_way_to_a_form_that_rises():
+    """A truth that falls above 0.57 m/s: the nearest form falls, too, and is not recommended for all that."""
+    d, h, v = log_speed_truth(0).states.coordinates.T
+    force = np.exp(4.5 - d - h**2 + 4 * v - 3.5 * v**2) * np.exp(np.random.default_rng(0).normal(0, 0.02, v.size))
+    dataset = ImpactDataset.from_arrays(distance=d, height=h, speed=v, peak_force=force)
+    comparison = compare_forms(dataset)
+    found = by_name(comparison)
+    assert [found[name].rises_inside for name in ("CFM_3D", "FULL_CUBIC", "LOG_SPEED")] == [False, False, True]
+    assert found["FULL_CUBIC"].p_better < 0.01
+    assert comparison.recommended is LOG_SPEED
+    assert "LOG_SPEED in place of CFM_3D, whose force falls with speed" in why(comparison)
+    assert "do not quite fit LOG_SPEED" in why(comparison)
+    falling = fit_force_map(dataset)
+    slope = [falling.predict(*falling.steepest_fall[:2], falling.steepest_fall[2] + step) for step in (-1e-3, 1e-3)]
+    assert slope[1] < slope[0]
+
+
+def test_where_every_form_falls_with_speed_none_is_recommended():
+    d, h, v = log_speed_truth(0).states.coordinates.T
+    force = np.exp(6 - d - h**2 - v)
+    comparison = compare_forms(ImpactDataset.from_arrays(distance=d, height=h, speed=v, peak_force=force))
+    assert comparison.recommended is None
+    assert "every form falls with speed inside the measured range (CFM_3D, " in why(comparison)
+
+
 def test_one_height_has_no_default_and_says_so():
     points = np.array([(d, 0.30, v) for d in np.linspace(0.56, 0.86, 7) for v in (0.2, 0.3, 0.4)])
     comparison = compare_forms(campaign(points=points))

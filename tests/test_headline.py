@@ -11,6 +11,7 @@ import pytest
 import forcemap as fm
 from forcemap.web.contours import contours, round_values
 from forcemap.web.route import views
+from forcemap.words import sentences
 from web_server import client_of
 
 
@@ -53,6 +54,12 @@ def test_the_headline_is_the_librarys(client, root, area):
             assert found == (np.nanmin(program), np.nanmax(program))
         else:
             assert (case["lowest_speed_mps"], case["state"]) == (None, "nowhere")
+        standard = case["standard"]
+        assert standard["places_with_more"] == int(np.sum(speeds.speed > case["standard_speed_mps"]))
+        if case["contact"] == "transient":
+            less = case["places"] - standard["places_with_more"]
+            words = f"more at {standard['places_with_more']} of {case['places']} places, less or nothing at {less}"
+            assert (words in client.get(f"/campaigns/down?area={area}").text) == bool(case["permitted"])
         assert case["rests_on"]["limit_N"] == fm.force_limit(area).force(asked["contact"])
         worst = fm.safe_speed(force_map, case["worst"]["distance_m"], case["worst"]["height_m"], **asked, bound=bound)
         assert (case["worst"]["speed_mps"] is None) == (case["permitted"] < case["places"])
@@ -79,7 +86,11 @@ def test_the_next_step_is_what_is_missing_then_the_librarys_plan(client, root):
     answer = client.get(asked).json()
     dataset, limit = fm.read_dataset(root / "down"), fm.force_limit("back_of_hand")
     bound = fm.ToleranceBound(device_error=3.0)
-    plan = fm.next_measurements(dataset, limit, contact=fm.Contact.TRANSIENT, bound=bound).plan
+    measure = fm.next_measurements(dataset, limit, contact=fm.Contact.TRANSIENT, bound=bound)
+    plan, counted = measure.plan, f"at contact {measure.confirmed} of {measure.places} places have a speed now"
+    assert counted in answer["sentence"]
+    assert f", and {measure.expected_confirmed} are expected to after these" in answer["sentence"]
+    assert answer["warnings"] == sentences(measure.warnings)
     expected = {tuple(row) for row in np.column_stack([plan.distance, plan.height, plan.speed]).tolist()}
     assert {tuple(state.values()) for state in answer["states"]} == expected
     assert answer["command"] == "forcemap next down --area back_of_hand --contact transient"

@@ -94,7 +94,9 @@ def test_joint_paths_need_their_robot(capsys, tmp_path):
     rows = [",".join(map(str, q)), ",".join(map(str, [q[0], q[1] + 0.1, *q[2:]]))]
     (tmp_path / "joints.csv").write_text("\n".join([header, *rows]))
     assert run(["path", "ur10e", "joints.csv", *HAND, "--robot", "ur10e", "--contact-offset-m", "0,0,0.1"]) in (0, 1)
-    assert "Speeds to program along" in capsys.readouterr().out
+    out = " ".join(capsys.readouterr().out.split())
+    assert "Speeds to program along" in out
+    assert "others off it raised by 14 %; export raises it everywhere, unless with --angle-deg 0" in out
     assert run(["path", "ur10e", "joints.csv", *HAND]) == 2
 
 
@@ -156,6 +158,10 @@ def test_export_writes_what_it_prints(form, capsys, tmp_path, monkeypatch):
     assert run([*command, "-o", "out.txt"]) == 0
     said = capsys.readouterr().out
     assert "20 of 56 zones permitted, up to 0.052 m/s slower than their fastest corner; not safety-rated" in said
+    assert "the bound is raised by 14 % everywhere" in " ".join(said.split())
+    assert "--angle-deg 0 exports these" in " ".join(said.split())
+    assert run([*command, "--angle-deg", "0", "-o", "out0.txt"]) == 0
+    assert "14 %" not in capsys.readouterr().out
     assert run([*command, "--angle-deg", "0"]) == 0  # motion along the map's direction alone
     assert "forces raised by 14 %" not in capsys.readouterr().out
     assert "forces raised by 14 %" in printed

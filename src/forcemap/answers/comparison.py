@@ -46,7 +46,10 @@ class Body(StrEnum):
 
 
 class AllowedSpeed(Answer):
-    """Speeds that a model allows at the measured places; null where it confirms none."""
+    """Speeds that a model allows at the measured places; null where it confirms none.
+
+    A map's also at how many places it permits more than the standard's contact model, and a speed but no more.
+    """
 
     model: str
     limit_N: float = of("limit")
@@ -56,6 +59,8 @@ class AllowedSpeed(Answer):
     lowest_speed_mps: Figure = of("lowest")
     median_speed_mps: Figure = of("median")
     highest_speed_mps: Figure = of("highest")
+    places_with_more: int | None = of("more")
+    places_with_less: int | None = of("less")
     contact: str
     note: Said
 
@@ -83,6 +88,7 @@ class ComparisonAnswer(Answer):
     allowed: list[AllowedSpeed]
     variation: Variation
     bound: Bound
+    warnings: AllSaid
     assumptions: AllSaid = of("statements")
 
     @classmethod

@@ -18,6 +18,7 @@ from forcemap.maps.bounds import ToleranceBound, margins
 from forcemap.maps.force_map import ForceMap
 from forcemap.maps.map_file import map_sha256
 from forcemap.maps.saturation import saturation_doubt
+from forcemap.speeds.basis import doubts_of_fit
 
 
 class OverSamples(Answer):
@@ -140,6 +141,7 @@ class FitAnswer(PlaceFigures):
     accuracies: list[AccuracyAnswer]
     form_test: FormTestAnswer
     drift: DriftAnswer | None = of("fit", "drift")
+    doubts: AllSaid
     binding: BindingAnswer
     disagreeing_repeats: list[str]
     saturation_doubt: SaidIfAny
@@ -176,6 +178,7 @@ class FitAnswer(PlaceFigures):
             disagreeing_repeats=dataset.disagreeing_repeats,
             saturation_doubt=saturation_doubt(dataset.peak_force, dataset.state, censored=int(dataset.censored.sum())),
             contradictions=dataset.contradictions,
+            doubts=doubts_of_fit(force_map),
             measured_states=_states(force_map),
             map_sha256=map_sha256(force_map),
             assumptions=[*force_map.conditions.findings, force_map.phase_two.finding],

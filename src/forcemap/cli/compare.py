@@ -24,7 +24,7 @@ from forcemap.cli.options import (
     force_map_from,
     too_few_states_named,
 )
-from forcemap.cli.output import accuracy_lines, bound_words, change, emit, listing, shown, table, verdict_first
+from forcemap.cli.output import accuracy_lines, bound_words, change, counted, emit, listing, shown, table, verdict_first
 from forcemap.cli.task_options import (
     ContactOffset,
     DriveInertiaOption,
@@ -175,9 +175,9 @@ def _for_impacts(impacts: str, source: str) -> str:
 
 
 def comparison_lines(answer: ComparisonAnswer) -> list[str]:
-    """Where the standard's contact model is wrong, then the models and what they allow."""
+    """Whether one gains by the map, and where the standard's contact model is wrong; then the models in figures."""
     standard, variation = answer.models[-1], answer.variation
-    lines: list[str] = []
+    lines = verdict_first(_gain(answer), answer.warnings, simulated=answer.simulated)
     of, words = ("predicted", "by the map") if answer.on == BY_THE_MAP else ("measured", "measured")
     for share, side, extreme in (
         (standard.underestimated_share, "underestimates", standard.most_underestimated),
@@ -189,7 +189,6 @@ def comparison_lines(answer: ComparisonAnswer) -> list[str]:
             forces = f"{extreme.predicted_N:.0f} N for {extreme.measured_N:.0f} N {words}"
             most = f"; most by {abs(extreme.error_percent):.1f} % ({forces}) at {place}"
         lines.append(f"the standard's contact model {side} {100 * share:.0f} % of the states{most}")
-    lines[:1] = verdict_first(lines[0], simulated=answer.simulated)
     correlations = (variation.rank_correlation_distance, variation.rank_correlation_height)
     with_d, with_h = ("nan" if r is None else f"{r:.2f}" for r in correlations)
     lines += [
@@ -212,9 +211,26 @@ def comparison_lines(answer: ComparisonAnswer) -> list[str]:
         lines += ["", *table(header, rows)]
         lines += [f"maps with {bound_words(answer.bound)}", *sources]
         lines += [f"{model.model} at {model.limit_N:g} N: {model.note}" for model in answer.allowed if model.note]
-    elif not answer.permitted:
-        lines.append(f"no speeds: contact with {answer.area} is not permitted")
     return [*lines, "", *listing("Assumes", answer.assumptions)]
+
+
+def _gain(answer: ComparisonAnswer) -> str:
+    """At how many measured places the map permits more than the standard's one speed, for each contact."""
+    if not answer.allowed:
+        return f"no speeds: contact with {answer.area} is not permitted"
+    parts = []
+    for contact in dict.fromkeys(row.contact for row in answer.allowed):
+        of_map, *_, standard = (row for row in answer.allowed if row.contact == contact)
+        one, places = f"{shown(standard.highest_speed_mps)} m/s", counted(of_map.places, "measured place")
+        counts = f"permits nothing at any of {places} (standard: {one})"
+        if of_map.confirmed_places:
+            counts = (
+                f"permits more than the standard's {one} at {of_map.places_with_more} of {places} (up to "
+                f"{shown(of_map.highest_speed_mps)} m/s at contact), less at {of_map.places_with_less}, nothing at "
+                f"{of_map.places - of_map.confirmed_places}"
+            )
+        parts.append(f"{contact}, {of_map.limit_N:g} N: {counts}")
+    return f"The map beside the standard: {'; '.join(parts)}"
 
 
 def _accuracies(answer: ComparisonAnswer) -> Iterator[tuple[str, AccuracyAnswer]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from typing import Annotated
 
 from typer import Option
@@ -17,7 +18,6 @@ from forcemap.cli.output import (
     counted,
     emit,
     fit_notes,
-    fit_warnings,
     listing,
     place_lines,
     table,
@@ -45,8 +45,7 @@ def evaluate(
     each place left out in turn, and with all. Says whether the form fits, and whether states measured again show a
     drift.
 
-    With --against: exit code 0 the map holds, 1 it does not hold, 2 cannot tell. With --forms: 2 too few states to
-    recommend any.
+    With --against: exit code 0 the map holds, 1 it does not hold, 2 cannot tell. With --forms: 2 none is recommended.
 
     Example: forcemap evaluate impacts.csv --map ur10e
     """
@@ -65,7 +64,7 @@ def evaluate(
     if forms:
         dataset = fm.read_dataset(table)
         compared = FormsAnswer.from_result(fm.compare_forms(dataset), simulated=dataset.simulated)
-        emit(compared, forms_lines(compared), as_json=as_json)
+        emit(compared, forms_lines(compared, table), as_json=as_json)
         return 2 if compared.recommended is None else 0
     if map_source:
         dataset = fm.read_dataset(table)
@@ -89,7 +88,7 @@ def evaluate_lines(answer: EvaluateAnswer) -> list[str]:
         f"{first.max_overestimation_percent:.1f} % too high, on {first.on}"
     )
     return [
-        *verdict_first(verdict, fit_warnings(answer), simulated=answer.simulated),
+        *verdict_first(verdict, answer.doubts, simulated=answer.simulated),
         f"{answer.form} {answer.map}",
         *accuracy_lines([(accuracy.on, accuracy) for accuracy in answer.accuracies]),
         *place_lines(answer),
@@ -98,12 +97,13 @@ def evaluate_lines(answer: EvaluateAnswer) -> list[str]:
     ]
 
 
-def forms_lines(answer: FormsAnswer) -> list[str]:
+def forms_lines(answer: FormsAnswer, source: str) -> list[str]:
     """A recommendation, its reasons, and the forms beside each other."""
     header = ["form", "error", "underest.", "max", "bound mean", "bound max", "rises inside", "rises above"]
     return [
         *verdict_first(f"Recommended: {answer.recommended or 'none'}", simulated=answer.simulated),
         *(f"  {reason}" for reason in answer.reasons),
+        *_next(answer.recommended, source),
         "",
         f"Forms on {answer.states} states, each predicted from the others (RMS and largest error of the force)",
         *table(header, [_form_row(form) for form in answer.forms]),
@@ -114,6 +114,16 @@ def forms_lines(answer: FormsAnswer) -> list[str]:
         *(f"{form.form} not compared: {form.reason}" for form in answer.refused),
         "",
         *listing("Assumes", answer.assumptions),
+    ]
+
+
+def _next(form: str | None, source: str) -> list[str]:
+    """How a form is used that is recommended and not the default."""
+    if form in (None, fm.CFM_3D.name):
+        return []
+    return [
+        f"Next: forcemap fit {shlex.quote(source)} --form {form} -o map.json; then name map.json in place of "
+        f"{shlex.quote(source)}"
     ]
 
 

@@ -14,7 +14,15 @@ from typer import Argument, Option
 import forcemap as fm
 from forcemap.cli import options
 from forcemap.cli.output import emit, json_text, verdict_first, write_result
-from forcemap.cli.task_options import Angle, LogColumns, PositionTolerance, limits_of, path_from, task_from
+from forcemap.cli.task_options import (
+    Angle,
+    LogColumns,
+    PositionTolerance,
+    limits_of,
+    path_from,
+    path_raised,
+    task_from,
+)
 from forcemap.errors import InputError
 from forcemap.exports.directed_tables import DirectedTables, directed_csv, directed_result, directed_tables
 from forcemap.exports.krl import krl_along_data, krl_along_source, krl_data, krl_source
@@ -23,7 +31,7 @@ from forcemap.exports.safety_proposal import safety_proposal
 from forcemap.exports.scaling import scaling_csv, scaling_result
 from forcemap.exports.urscript import urscript, urscript_along
 from forcemap.exports.zones import zones_csv, zones_result
-from forcemap.maps.direction import WIDEST_ANGLE, raised_off_axis
+from forcemap.maps.direction import RAISED_OFF_AXIS, WIDEST_ANGLE, raised_off_axis
 from forcemap.paths.atlas import Atlas
 from forcemap.words import sentence, warnings
 
@@ -94,8 +102,14 @@ def export(
     price = f", up to {spread.max():.3f} m/s slower than their fastest corner" if spread.size else ""
     words = f"{zones.permitted} of {whole} zones permitted{price}"
     files = _files(format, zones, task) if isinstance(zones, RobotTable) else _files_by_direction(format, zones)
-    write(_result(zones), files, words, zones.provenance, angle=angle, output=output, as_json=as_json)
+    raised = zones_raised(angle, one=isinstance(maps, fm.ForceMap))
+    write(_result(zones), files, words, zones.provenance, angle=angle, raised=raised, output=output, as_json=as_json)
     return 0 if zones.permitted else 1
+
+
+def zones_raised(angle: float, *, one: bool) -> fm.Finding:
+    """How far the bound of zones is raised, since a program that looks them up knows no direction."""
+    return fm.Finding.of(fm.FindingKind.ZONES_RAISED, angle_deg=angle, raised=RAISED_OFF_AXIS - 1, one=one)
 
 
 def task_of(given: options.Stated, maps: fm.ForceMap | Atlas, *others: fm.Contact | float | None) -> fm.Task:
@@ -139,10 +153,14 @@ def write(
     provenance: Provenance,
     *,
     angle: float,
+    raised: fm.Finding,
     output: str | None,
     as_json: bool,
 ) -> None:
-    """Write the files, or print them, and say what is permitted; `files` are texts by their names in a folder."""
+    """Write the files, or print them, and say what is permitted; `files` are texts by their names in a folder.
+
+    `raised` says which motions count a raised bound, if the angle leaves any.
+    """
     written = []
     for name, text in files.items() if output else ():
         file = str(Path(output or "") / name) if name else output or ""
@@ -154,6 +172,7 @@ def write(
     words += "" if raised_off_axis(angle) > 1 else ", for motion straight along the map's direction ONLY"
     verdict = f"{words}; not safety-rated, to be confirmed before use"
     lines = verdict_first(verdict, warnings(provenance.bases), simulated=provenance.simulated)
+    lines += [sentence(raised)] if raised_off_axis(angle) > 1 else []
     lines += [f"written to {file}" for file in written]
     emit(result | {"written": written}, lines, as_json=as_json)
 
@@ -239,7 +258,7 @@ def export_path(
     used, given = options.bound_from(maps, bound, margin), options.stated(task)
     if output is not None:
         require_folder(Path(output).parent)
-    tool_path = path_from(file, column=column)
+    tool_path = path_from(file, column)
     if given.tasks:
         task_of(given, maps, contact)
     whole_task = task_from(given, tool_path.names, contact)
@@ -254,14 +273,16 @@ def export_path(
         words = f"{zones.permitted} of {zones.speed_mmps.size} zones permitted"
         result = zones_result(zones)
         text = safety_proposal(zones, task=whole_task if given.tasks else None, speeds=speeds)
+        raised = zones_raised(angle, one=True)
         permitted = zones.permitted > 0
     else:
         provenance = provenance.of_path(speeds)
         slowed = int(((speeds.commanded < speeds.programmed) & ~speeds.refused).sum())
         words = f"{int((~speeds.refused).sum())} of {len(speeds.path)} pieces permitted, {slowed} of them slowed down"
         result, text = scaling_result(speeds, provenance), scaling_csv(speeds, provenance)
+        raised = path_raised()
         permitted = not speeds.refused.any()
-    write(result, {"": text}, words, provenance, angle=angle, output=output, as_json=as_json)
+    write(result, {"": text}, words, provenance, angle=angle, raised=raised, output=output, as_json=as_json)
     return 0 if permitted else 1
 
 

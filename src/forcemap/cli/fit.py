@@ -17,7 +17,6 @@ from forcemap.cli.output import (
     counted,
     emit,
     fit_notes,
-    fit_warnings,
     place_lines,
     table,
     verdict_first,
@@ -73,7 +72,7 @@ def fit_lines(answer: FitAnswer) -> list[str]:
     few, most = answer.fewest_repeats, answer.repeats
     repeats = counted(most, "impact") if few == most else f"{few} to {most} impacts"
     effect = answer.discard_fit
-    doubts = [answer.pressure_not_mapped, answer.saturation_doubt, *answer.contradictions, *fit_warnings(answer)]
+    doubts = [answer.pressure_not_mapped, answer.saturation_doubt, *answer.contradictions, *answer.doubts]
     lines = [
         *verdict_first(_verdict(answer), filter(None, doubts), simulated=answer.simulated),
         f"{answer.form} {answer.source}",
@@ -103,7 +102,6 @@ def fit_lines(answer: FitAnswer) -> list[str]:
         f"state-to-state SD {answer.state_sd_percent:.2f} % ({answer.degrees_of_freedom:.1f} degrees of freedom), "
         f"RMSE {answer.rmse_N:.2f} N, R^2 {answer.r_squared:.4f}, condition number {answer.condition_number:.0f}",
         *place_lines(answer),
-        *([] if answer.rises_with_speed else ["the prediction falls with speed in part of the measured range"]),
         *other_lines(answer),
         "",
         "Accuracy",

@@ -169,14 +169,10 @@ def _with_device(dataset: fm.ImpactDataset, stated: fm.Conditions) -> fm.ImpactD
 
 def _lines(folder: str, answer: fm.NextMeasurements, files: list[str], again: str) -> list[str]:
     why = "; ".join(sentences(answer.reasons))
-    speed = "" if math.isnan(answer.speed) else f", mean speed {fm.floor_speed(answer.speed)} m/s"
-    confirmed = f"{answer.confirmed} of {answer.places} places confirmed{speed}"
+    confirmed = sentence(answer.progress)
     said: dict[str, Any] = {"doubts": sentences(answer.warnings), "simulated": answer.simulated}
     if answer.plan is None:
         return [*verdict_first(f"Stop ({answer.stop}): {why}", **said), confirmed]
-    if not math.isnan(answer.expected_speed):
-        after = fm.floor_speed(answer.expected_speed)
-        confirmed += f"; {answer.expected_confirmed} expected after these, mean speed {after} m/s"
     table_file = str(Path(folder, "impacts.csv")) if Path(folder).is_dir() else folder
     unwritten = [
         "Nothing written: there is no plan.csv, and forcemap collect would replace the table by new recordings alone",

@@ -288,16 +288,10 @@ def accuracy_lines(accuracies: Sequence[tuple[str, AccuracyAnswer]]) -> list[str
     return lines
 
 
-def fit_warnings(answer: FitAnswer | EvaluateAnswer) -> list[str]:
-    """What the states of a map say against it, to be read first."""
-    drift = [answer.drift.finding] if answer.drift and answer.drift.found else []
-    return [*(answer.form_test.warnings if answer.form_test else []), *drift]
-
-
 def fit_notes(answer: FitAnswer | EvaluateAnswer) -> list[str]:
     """Whether the form fits and forces have not drifted, where nothing speaks against it."""
     notes = [test.finding for test in (answer.form_test, answer.drift) if test]
-    return [note for note in notes if note not in fit_warnings(answer)]
+    return [note for note in notes if note not in answer.doubts]
 
 
 def place_lines(answer: PlaceFigures) -> list[str]:

@@ -24,10 +24,11 @@ from forcemap.cli.output import (
     table,
     write_result,
 )
-from forcemap.maps.direction import DIRECTIONS, WIDEST_ANGLE, angle_between, direction_vector
+from forcemap.maps.direction import DIRECTIONS, WIDEST_ANGLE, angle_between, direction_vector, raised_off_axis
 from forcemap.paths.bent_path import bent_path
 from forcemap.paths.path_file import PATH_COLUMNS, path_csv
 from forcemap.paths.table_positions import table_positions
+from forcemap.words import sentence
 
 
 def path(
@@ -40,8 +41,7 @@ def path(
     angle: task_options.Angle = WIDEST_ANGLE,
     overshoot: options.Overshoot = 0.01,
     tolerance: task_options.PositionTolerance = 0.005,
-    robot: task_options.RobotOption = None,
-    column: task_options.LogColumns = None,
+    stated: task_options.PathOptions = None,
     bound: options.BoundOption = None,
     margin: options.Margin = None,
     device_spring: options.DeviceSpring = None,
@@ -66,7 +66,7 @@ def path(
     """
     maps = options.maps_from(source, device_spring)
     used, given = options.bound_from(maps, bound, margin), options.stated(task)
-    tool_path = task_options.path_from(file, robot, column)
+    tool_path = task_options.path_from(file, stated)
     whole_task = task_options.task_from(given, tool_path.names, contact, acceleration)
     allowance = Allowance(speed=overshoot, position=tolerance)
     case: dict[str, Any] = {"bound": used, "allowance": allowance, "step": step, "angle": angle, "table": given.table}
@@ -75,7 +75,7 @@ def path(
     if suggest and bent and bent.bent:
         write_result(suggest, path_csv(bent.path), mark=PATH_COLUMNS)
     answer = PathAnswer.of_path(speeds, used, bent=bent)
-    emit(answer, path_lines(answer, file, suggest), as_json=as_json)
+    emit(answer, path_lines(answer, file, suggest, angle=angle), as_json=as_json)
     return 1 if speeds.too_fast.any() else 0
 
 
@@ -134,7 +134,9 @@ _HINTS = {
 }
 
 
-def path_lines(answer: PathAnswer, file: str, suggested: str | None = None) -> list[str]:
+def path_lines(
+    answer: PathAnswer, file: str, suggested: str | None = None, *, angle: float = WIDEST_ANGLE
+) -> list[str]:
     """Whether a path may be driven as programmed, if not why, its stretches of equal outcome, and cycle times.
 
     `suggested` is the file of the bent path, if one was asked for.
@@ -162,6 +164,7 @@ def path_lines(answer: PathAnswer, file: str, suggested: str | None = None) -> l
         "",
         f"Speeds to program along {file}: {len(answer.pieces)} pieces, {answer.length_m:.3f} m; at contact "
         f"{answer.speed_overshoot_mps:g} m/s overshoot is added",
+        *([sentence(task_options.path_raised())] if raised_off_axis(angle) > 1 else []),
         *table(header, rows),
         "",
         *_cycle_lines(answer.cycle_times, refused=not answer.permitted),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import itertools
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
@@ -20,6 +21,7 @@ from forcemap.maps.bounds import Bound, ToleranceBound
 from forcemap.maps.fit import fit_force_map
 from forcemap.maps.force_map import ForceMap
 from forcemap.maps.forms import CFM_2D, CFM_3D, Form
+from forcemap.speeds.basis import doubts_of_fit
 from forcemap.speeds.safe_speed import SpeedOutcome, safe_speed
 
 ALL_STATES = "all states"
@@ -105,8 +107,13 @@ class AllowedSpeed:
         Number of measured places, and of those with a confirmed speed.
     lowest, median, highest : float
         Of the confirmed speeds [m/s]; NaN if there is none.
+    more, less : int or None
+        Number of places where it permits more than the standard's contact model, and a speed but no more; None for the
+        standard itself.
     note : Finding or None
         A remark on it.
+    warnings : tuple of Finding
+        What must be said before its speeds.
     """
 
     model: str
@@ -118,7 +125,10 @@ class AllowedSpeed:
     lowest: float
     median: float
     highest: float
+    more: int | None
+    less: int | None
     note: Finding | None
+    warnings: tuple[Finding, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -166,6 +176,8 @@ class Comparison:
         How forces vary over the workspace.
     bound : Bound
         The bound behind the maps' speeds.
+    warnings : tuple of Finding
+        What must be said before the measured map is used.
     statements : tuple of Finding
         What the comparison depends on.
     """
@@ -175,6 +187,7 @@ class Comparison:
     allowed: tuple[AllowedSpeed, ...]
     variation: WorkspaceVariation
     bound: Bound
+    warnings: tuple[Finding, ...]
     statements: tuple[Finding, ...]
 
 
@@ -312,12 +325,15 @@ class Models:
     ) -> Comparison:
         """The comparison, with what `maps` and the standard allow at the places of a dataset."""
         masses = {"robot_mass_kg": body["robot_mass"], "body_mass_kg": body["body_mass"]}
+        allowed = () if limit is None else tuple(_allowed(maps, dataset, limit, bound, body))
+        of_map = (each.warnings for each in allowed if each.model == maps[0].form.name)
         return Comparison(
             on=self.on,
             models=tuple(self.compared),
-            allowed=() if limit is None else tuple(_allowed(maps, dataset, limit, bound, body)),
+            allowed=allowed,
             variation=_variation(dataset),
             bound=bound,
+            warnings=tuple(dict.fromkeys(itertools.chain(*of_map, doubts_of_fit(maps[0])))),
             statements=(
                 *maps[0].conditions.findings,
                 maps[0].phase_two.finding,
@@ -351,24 +367,28 @@ def _allowed(
         cases = [(limit, Contact.QUASI_STATIC, "given in newtons, counted as quasi-static", len(places))]
     for case in cases:
         newtons, contact = case[:2]
+        standard = pfl_speed_limit(newtons, **body)
         for force_map in maps:
             try:
                 speeds = safe_speed(force_map, *places.T, limit=limit, bound=bound, contact=contact)
             except (InputError, BoundNotAvailable) as error:
-                yield AllowedSpeed(force_map.form.name, *case, 0, *nothing, in_words(error.message))
+                yield AllowedSpeed(force_map.form.name, *case, 0, *nothing, 0, 0, in_words(error.message))
                 continue
             confirmed = speeds.speed[~np.isnan(speeds.speed)]
             lowest, median, highest = np.quantile(confirmed, (0.0, 0.5, 1.0)).tolist() if confirmed.size else nothing
             refused = [r for r, o in zip(speeds.reason, speeds.outcome, strict=True) if o is SpeedOutcome.UNCONFIRMED]
             why = max(refused, key=refused.count) if refused and not confirmed.size else None
-            yield AllowedSpeed(force_map.form.name, *case, confirmed.size, lowest, median, highest, why)
-        standard = pfl_speed_limit(newtons, **body)
+            more = int((confirmed > standard).sum())
+            less, said = confirmed.size - more, speeds.basis.warnings
+            yield AllowedSpeed(
+                force_map.form.name, *case, confirmed.size, lowest, median, highest, more, less, why, said
+            )
         note = Finding.of(FindingKind.FORMULA)
         if isinstance(limit, ForceLimit) and contact is Contact.TRANSIENT:
             device_error = maps[0].conditions.device.error_or_default
             if refusal := maps[0].phase_two.transient_refusal(limit.quasi_static, device_error):
                 note = note.and_(refusal)
-        yield AllowedSpeed("contact model", *case, 0, standard, standard, standard, note)
+        yield AllowedSpeed("contact model", *case, 0, standard, standard, standard, None, None, note)
 
 
 def _variation(dataset: ImpactDataset) -> WorkspaceVariation:

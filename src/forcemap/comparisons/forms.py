@@ -16,6 +16,7 @@ from forcemap.maps.accuracy import Accuracy, left_out_predictions
 from forcemap.maps.bounds import Bound, ToleranceBound, margins
 from forcemap.maps.fit import fit_force_map
 from forcemap.maps.force_map import ForceMap
+from forcemap.maps.form_test import MOST_SCATTER
 from forcemap.maps.forms import CFM_2D, CFM_3D, FULL_CUBIC, LOG_SPEED, Form
 from forcemap.maps.measured_range import MeasuredRange
 
@@ -117,8 +118,8 @@ class FormComparison:
     refused : tuple of RefusedForm
         The others.
     recommended : Form or None
-        The default unless another is clearly better; None if no form carries the bound, so that no safe speed follows
-        from any.
+        The default unless it falls with speed or another is clearly better; None if no form carries the bound, so that
+        no safe speed follows from any, or every form falls with speed.
     reasons : tuple of Finding
         Why.
     states : int
@@ -158,9 +159,10 @@ def compare_forms(
     The default CFM_3D (the first of the forms where it is not among them or cannot be fitted) is recommended unless
     another form is clearly better: a root-mean-square left-out error of ln F at least 10 % lower, a lower one on the
     dangerous side too, wholly censored states not underestimated more, a one-sided paired t test over the states of
-    the squared errors significant at 1 % divided by the number of other forms, no fall with speed inside the measured
-    range where the default has none, and a bound where the default has one. If no form carries the bound, none is
-    recommended. A form is not compared where half of its states or more cannot be left out.
+    the squared errors significant at 1 % divided by the number of other forms, and a bound where the default has one.
+    A form that falls with speed inside the measured range is never recommended: in place of such a default stands the
+    form with the lowest error among those that rise, with a bound if any has one. If no form rises, or none carries the
+    bound, none is recommended. A form is not compared where half of its states or more cannot be left out.
 
     Parameters
     ----------
@@ -270,8 +272,9 @@ def _result(
         mean_bound = max_bound = math.nan
         notes.append(Finding.of(FindingKind.NO_BOUND, in_words(refusal.message)))
     if isinstance(fitted.form, Form) and (tested := force_map.form_test):
-        notes += [tested.finding] if tested.significant else []
-        notes += tested.scatter
+        notes += [departure.finding for departure in tested.significant]
+        figures = {"state_sd": tested.state_sd, "most": MOST_SCATTER}
+        notes += [Finding.of(FindingKind.FORM_SCATTERS, **figures)] if tested.scatter else []
     points = force_map.measured_range.points
     further = MeasuredRange(np.vstack([points, points * (1.0, 1.0, ABOVE)]))
     return FormResult(
@@ -320,28 +323,34 @@ def _recommend(
         tried = tuple(result.form.name for result in (standard, *others))
         why = Finding.of(kind.NOTE_OF_FORM, *standard.notes, form=name)
         return None, (*reasons, Finding.of(kind.NO_FORM_CARRIES_BOUND, forms=tried), why)
+    rising = [result for result in (standard, *others) if result.rises_inside]
+    if not rising:
+        fall = tuple(result.form.name for result in (standard, *others))
+        return None, (*reasons, Finding.of(kind.FORMS_FALL, forms=fall))
     level = SIGNIFICANCE / max(1, len(others))
     better = [result for result in others if _clearly_better(result, standard, level)]
-    if better:
-        best = min(better, key=lambda result: result.error_percent)
+    if better or standard not in rising:
+        best = min(better or rising, key=lambda result: (not _bounded(result), result.error_percent))
         assert isinstance(best.form, Form)
         errors = {"error_percent": best.error_percent, "against_percent": standard.error_percent}
-        reasons.append(Finding.of(kind.FORM_CLEARLY_BETTER, form=best.form.name, than=name, **errors, p=best.p_better))
-        return best.form, (*reasons, *_unbounded(best))
+        figures = {"form": best.form.name, "than": name, **errors}
+        better_by = Finding.of(kind.FORM_CLEARLY_BETTER, **figures, p=best.p_better)
+        reasons.append(better_by if better else Finding.of(kind.FORM_RISES, **figures))
+        return best.form, (*reasons, *_doubts(best))
     is_default = reference == CFM_3D
     reasons.append(Finding.of(kind.FORM_KEPT, form=name, default=is_default, error_percent=standard.error_percent))
-    reasons += _unbounded(standard)
+    reasons += _doubts(standard)
     for result in others:
         compared = {
             "lower": result.error_percent < standard.error_percent,
-            "falls": result.rises_inside < standard.rises_inside,
+            "falls": not result.rises_inside,
             "censored_worse": not _censored_no_worse(result, standard),
             "unbounded": _bounded(result) < _bounded(standard),
         }
         figures = {"form": result.form.name, "error_percent": result.error_percent, "p": result.p_better}
         reasons.append(Finding.of(kind.FORM_COMPARED, **figures, **compared))
     if not standard.rises_above:
-        reasons.append(Finding.of(kind.FORM_FALLS_ABOVE, form=name, inside=not standard.rises_inside))
+        reasons.append(Finding.of(kind.FORM_FALLS_ABOVE, form=name))
     return reference, tuple(reasons)
 
 
@@ -349,8 +358,12 @@ def _bounded(result: FormResult) -> bool:
     return math.isfinite(result.mean_bound_percent)
 
 
-def _unbounded(result: FormResult) -> list[Finding]:
-    return [] if _bounded(result) else [Finding.of(FindingKind.FORM_UNBOUNDED, form=result.form.name)]
+def _doubts(result: FormResult) -> list[Finding]:
+    """What is to be known of a form that is recommended: it carries no bound, or the states do not quite fit it."""
+    kind, name = FindingKind, result.form.name
+    off = [note for note in result.notes if note.kind in (kind.FORM_DEPARTURE, kind.FORM_SCATTERS)]
+    unbounded = [] if _bounded(result) else [Finding.of(kind.FORM_UNBOUNDED, form=name)]
+    return [*unbounded, *([Finding.of(kind.FORM_OFF, *off, form=name)] if off else [])]
 
 
 def _censored_no_worse(result: FormResult, standard: FormResult) -> bool:
@@ -367,6 +380,6 @@ def _clearly_better(result: FormResult, standard: FormResult, level: float) -> b
         and result.underestimation_percent < standard.underestimation_percent
         and _censored_no_worse(result, standard)
         and result.p_better < level
-        and result.rises_inside >= standard.rises_inside
+        and result.rises_inside
         and _bounded(result) >= _bounded(standard)
     )

@@ -319,11 +319,21 @@ class ForceMap:
 
         Checked at `_GRID` points along each axis; exact for a form that is linear in ln v and bilinear in place.
         """
+        return math.isnan(self.steepest_fall[0])
+
+    @cached_property
+    def steepest_fall(self) -> tuple[float, float, float]:
+        """Distance [m], height [m] and speed [m/s] at which ln F falls most with speed in that box; NaN if nowhere."""
         box = zip(self.measured_range.lowest, self.measured_range.highest, strict=True)
         axes = [np.linspace(low, high, _GRID) for low, high in box]
         distance, height, speed = np.meshgrid(*axes, indexing="ij", sparse=True)
         (profile,) = self.form.speed_profiles(self.coefficients[None], distance, height)
-        return bool(np.all(profile.slope(speed) >= 0))
+        slope = np.asarray(profile.slope(speed))
+        lowest = np.unravel_index(int(np.argmin(slope)), slope.shape)
+        if slope[lowest] >= 0:
+            return math.nan, math.nan, math.nan
+        first, second, third = (float(values[i]) for values, i in zip(axes, lowest, strict=True))
+        return first, second, third
 
     def _force(self, distance: FloatArray, height: FloatArray, speed: FloatArray) -> FloatArray:
         (profile,) = self.form.speed_profiles(self.coefficients[None], distance, height)

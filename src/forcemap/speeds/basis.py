@@ -279,9 +279,21 @@ def _confirming_above(force_map: ForceMap, bound: Bound) -> Finding | None:
 
 
 def doubts_of_fit(force_map: ForceMap) -> tuple[Finding, ...]:
-    """Doubts about the form of a fitted map, and the drift that states measured again show."""
+    """Doubts about the form of a map, and the drift that states measured again show."""
     tested, drift = force_map.form_test, force_map.fit.drift if force_map.fit else None
-    return (*(tested.warnings if tested else ()), *([drift.finding] if drift and drift.significant else []))
+    return (
+        *_falls(force_map),
+        *(tested.warnings if tested else ()),
+        *([drift.finding] if drift and drift.significant else []),
+    )
+
+
+def _falls(force_map: ForceMap) -> tuple[Finding, ...]:
+    """Where the prediction falls most with speed; nothing of a map that rises."""
+    if force_map.rises_with_speed:
+        return ()
+    where = zip(("distance_m", "height_m", "speed_mps"), force_map.steepest_fall, strict=True)
+    return (Finding.of(FindingKind.FALLS_WITH_SPEED, **dict(where)),)
 
 
 def limit_basis(
@@ -378,7 +390,6 @@ def map_notes(force_map: ForceMap, bound: Bound) -> list[Finding]:
 
     note(kind.PERSON_AT_REST)
     note(kind.PRESSURE_NOT_ASSESSED)
-    note(kind.FALLS_WITH_SPEED, not force_map.rises_with_speed)
     note(kind.DEVICE_RANGE_NOT_STATED, math.isnan(force_map.device_range))
     device = force_map.conditions.device
     note(kind.DEVICE_ERROR_NOT_STATED, math.isnan(device.error), assumed_N=device.error_or_default)

@@ -12,17 +12,18 @@ import numpy as np
 import forcemap as fm
 from forcemap.answers.answer import Answer, Figure, Said
 from forcemap.answers.basis import RestsOn, rests_on
+from forcemap.answers.speed_map import StandardAnswer
 from forcemap.assessment.assess_campaign import PLACES_APART
 from forcemap.assessment.missing import Missing, attempt, present
 from forcemap.assessment.point_results import confirmations
-from forcemap.comparisons.contact_model import contact_model
+from forcemap.comparisons.beside_standard import beside_standard
 from forcemap.files import file_sha256
 from forcemap.planning.confirm import Confirmed
 from forcemap.web.campaign_answers import problem_words
 from forcemap.web.fitted_campaign import FittedCampaign, fitted_campaign, impacts_of
 from forcemap.web.limits import Limits
 from forcemap.web.question import Area, Question
-from forcemap.words import sentence
+from forcemap.words import sentence, sentences
 
 _IN_MEMORY = 64
 """Cases that stay in memory; a choice: a few body areas of every campaign of a folder."""
@@ -40,7 +41,8 @@ class WorstPlace(Answer):
 class Case(Answer):
     """What one body area and contact is permitted: at how many places of the measured range, and at which speeds.
 
-    Speeds are to program; the standard's is what its contact model allows everywhere, confirmed by no measurement.
+    Speeds are to program; the standard's is what its contact model allows everywhere, confirmed by no measurement, and
+    `standard` holds the map's speeds at contact against it.
     `state` is `permitted`, `partly`, `nowhere`, `not_permitted` or `contradicted`.
     """
 
@@ -54,6 +56,7 @@ class Case(Answer):
     lowest_speed_mps: Figure
     highest_speed_mps: Figure
     standard_speed_mps: Figure
+    standard: StandardAnswer | None
     worst: WorstPlace | None
     confirmed_by: int
     rests_on: RestsOn | None
@@ -76,6 +79,7 @@ class NextStep(Answer):
     sentence: str
     states: list[dict[str, float]]
     command: str
+    warnings: tuple[str, ...] = ()
 
 
 def headline(name: str, path: Path, question: Area, limits: Limits, *, points: bool = True) -> Headline:
@@ -118,13 +122,14 @@ def next_step(name: str, path: Path, question: Question, limits: Limits) -> Next
         return NextStep(sentence=said, states=[], command=f"forcemap confirm {asked}")
     found = _next(fitted_campaign(path), limit, contact)
     if found.plan is None:
-        return NextStep(sentence="; ".join(map(sentence, found.reasons)), states=[], command="")
+        said = "; ".join(map(sentence, (*found.reasons, found.progress)))
+        return NextStep(sentence=said, states=[], command="", warnings=tuple(sentences(found.warnings)))
     plan = found.plan
     rows = np.unique(np.column_stack([plan.distance, plan.height, plan.speed]), axis=0).tolist()
     states = [dict(zip(("distance_m", "height_m", "speed_mps"), row, strict=True)) for row in rows]
-    expected = f"a speed at {found.expected_confirmed} of {found.places} places"
-    said = f"measure {len(states)} further states; expected then: {expected}"
-    return NextStep(sentence=said, states=states, command=f"forcemap next {asked}")
+    said = f"measure {len(states)} further states; {sentence(found.progress)}"
+    warnings = tuple(sentences(found.warnings))
+    return NextStep(sentence=said, states=states, command=f"forcemap next {asked}", warnings=warnings)
 
 
 def _case(name: str, path: Path, limit: fm.ForceLimit, contact: fm.Contact, limits: Limits) -> Case:
@@ -150,7 +155,9 @@ class _Asked:
 def _of(asked: _Asked) -> Case:
     limit, contact, force_map = asked.limit, asked.contact, asked.fitted.force_map
     figures: dict[str, Any] = {"area": limit.name, "contact": contact, "places": 0, "permitted": 0, "share": None}
-    figures |= dict.fromkeys(("lowest_speed_mps", "highest_speed_mps", "standard_speed_mps", "worst", "rests_on"))
+    figures |= dict.fromkeys(
+        ("lowest_speed_mps", "highest_speed_mps", "standard_speed_mps", "standard", "worst", "rests_on")
+    )
     figures["confirmed_by"] = 0
     if not limit.permitted:
         reason = f"the standard permits no contact with {limit.name}, at no speed"
@@ -161,9 +168,8 @@ def _of(asked: _Asked) -> Case:
     speeds = grid.speeds
     known = speeds.to_program_outcome != fm.SpeedOutcome.OUTSIDE
     permitted = ~np.isnan(speeds.speed_to_program)
-    model = attempt(lambda: contact_model(force_map.conditions, limit.name))
-    if not isinstance(model, Missing):
-        figures["standard_speed_mps"] = model.speed_limit(limit, contact)
+    if standard := beside_standard(force_map, grid):
+        figures |= {"standard_speed_mps": standard.speed, "standard": StandardAnswer.from_result(standard)}
     figures |= {"places": int(known.sum()), "rests_on": RestsOn(**rests_on(force_map, speeds.basis, asked.notes))}
     confirmed = _confirmed(asked, force_map, bound)
     if confirmed is not None and confirmed.outcome is Confirmed.DOES_NOT_PASS:

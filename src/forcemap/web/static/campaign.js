@@ -23,7 +23,9 @@ async function step() {
   const answer = await waited(fetch(address).then((response) => response.json()).catch(() => null));
   if (document.getElementById("next") !== place) return;
   const said = Object.assign(document.createElement("p"), { textContent: answer?.sentence ?? answer?.error?.message ?? GONE });
-  const parts = [said];
+  const known = [...document.querySelectorAll("#headline .problem")].map((problem) => problem.textContent);
+  const doubts = (answer?.warnings ?? []).filter((warning) => !known.includes(warning));
+  const parts = [said, ...doubts.map((textContent) => Object.assign(document.createElement("p"), { className: "problem", textContent }))];
   if (answer?.states?.length) {
     const places = answer.states.slice(0, 4).map((state) => `${state.distance_m.toFixed(2)} m, ${state.height_m.toFixed(2)} m at ${state.speed_mps.toFixed(2)} m/s`);
     const more = answer.states.length - places.length;
