@@ -102,8 +102,11 @@ def _factors(reaction: Reaction, since: FloatArray) -> FloatArray:
     """What the force does not change in a commanded speed: fading to the retreat, fading after it, whether it began."""
     backing = np.minimum(np.maximum(since, 0.0), reaction.retreat_time)
     after = np.maximum(since - reaction.retreat_time, 0.0)
-    fading = (np.exp(-part / reaction.time_constant) for part in (backing, after))
-    return np.stack([*fading, since > 0], axis=-1)
+    factors = np.empty((*since.shape, 3))
+    for number, part in enumerate((backing, after)):
+        np.exp(part / -reaction.time_constant, out=factors[..., number])
+    factors[..., 2] = since > 0
+    return factors
 
 
 def _course(

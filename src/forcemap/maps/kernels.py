@@ -16,14 +16,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from forcemap.arrays import FloatArray, in_blocks, large_result
+from forcemap.arrays import BLOCK, FloatArray, in_blocks, large_result
 from forcemap.compiled import in_threads, kernel
 from forcemap.maps.forms import Form
 
 LEAST = 524_288
 """Points from which numba is loaded and used. A choice: numpy takes for them about as long as loading numba does."""
 
-_BLOCK = 16384  # points at once: their arrays, 128 kB each, stay in a processor's cache
 _TILE = 512  # points that a row of leverages runs over, in its fastest cache
 _CHECKED = 1024  # points of every call that numpy computes again
 
@@ -116,13 +115,13 @@ def _filled(result: FloatArray, block: _Block, by_numpy: _ByNumpy, points: list[
 
     def fill(starts: range) -> None:
         for start in starts:
-            out = result[start : start + _BLOCK]
-            parts = [array if array.size == 1 else _plain(array[start : start + _BLOCK]) for array in points]
+            out = result[start : start + BLOCK]
+            parts = [array if array.size == 1 else _plain(array[start : start + BLOCK]) for array in points]
             block(*parts, out)
             if np.isnan(out).any() and not all(np.isfinite(part).all() for part in parts):
                 out[:] = by_numpy(*parts)
 
-    starts = range(0, result.size, _BLOCK)
+    starts = range(0, result.size, BLOCK)
     fill(starts[:1])
     if not np.array_equal(result[:_CHECKED], by_numpy(*(part[:_CHECKED] for part in points)), equal_nan=True):
         return False
@@ -143,7 +142,7 @@ def _spread(part: FloatArray, size: int) -> FloatArray:
 @lru_cache(maxsize=4)
 def _constant(figure: bytes) -> FloatArray:
     """A block full of one figure, by its bytes: zeros have signs."""
-    return np.full(_BLOCK, np.frombuffer(figure))
+    return np.full(BLOCK, np.frombuffer(figure))
 
 
 def _log_force(b: FloatArray, d: FloatArray, h: FloatArray, v: FloatArray, out: FloatArray) -> None:
