@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import shutil
 from types import SimpleNamespace
 
@@ -105,6 +106,29 @@ def test_the_next_step_is_what_is_missing_then_the_librarys_plan(client, root):
     assert (answer["states"], answer["command"]) == ([], "")
     assert "impacts.csv" in answer["sentence"]
     (root / "down" / "impacts.csv").write_text(table)
+
+
+@pytest.mark.parametrize("bend", [0.0, 0.1])
+def test_a_form_that_the_states_doubt_is_asked_about_before_the_map_is_confirmed(root, tmp_path, bend):
+    """Forces of a map of the default form, low enough for a speed at every place; or bent along height."""
+    folder = tmp_path / "bent"
+    shutil.copytree(root / "up", folder)
+    (folder / "plan.csv").unlink()
+    rows = list(csv.DictReader((folder / "impacts.csv").read_text().splitlines()))
+    truth, scatter = fm.published_map("ur10e"), np.random.default_rng(3).normal(1, 0.01, len(rows))
+    for row, factor in zip(rows, scatter, strict=True):
+        distance, height, speed = (float(row[name]) for name in ("distance_m", "height_m", "speed_mps"))
+        force = 0.6 * factor * truth.predict(distance, height, speed) * (1 + bend * ((height - 0.3) / 0.16) ** 2)
+        row["peak_force_N"] = f"{force:.2f}"
+    with (folder / "impacts.csv").open("w") as stream:
+        table = csv.DictWriter(stream, rows[0], lineterminator="\n")
+        table.writeheader()
+        table.writerows(rows)
+    with client_of(folder) as client:
+        answer = client.get("/api/campaigns/bent/next?area=chest").json()
+    wanted = "forcemap evaluate bent --forms" if bend else "forcemap confirm bent --area chest --contact transient"
+    assert answer["command"] == wanted, answer
+    assert "to be released" in answer["sentence"]
 
 
 def test_the_overview_says_state_share_and_what_is_due(client):

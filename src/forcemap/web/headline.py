@@ -18,12 +18,18 @@ from forcemap.assessment.missing import Missing, attempt, present
 from forcemap.assessment.point_results import confirmations
 from forcemap.comparisons.beside_standard import beside_standard
 from forcemap.files import file_sha256
+from forcemap.findings import FindingKind
 from forcemap.planning.confirm import Confirmed
+from forcemap.speeds.basis import doubts_of_fit
 from forcemap.web.campaign_answers import problem_words
 from forcemap.web.fitted_campaign import FittedCampaign, fitted_campaign, impacts_of
 from forcemap.web.limits import Limits
 from forcemap.web.question import Area, Question
 from forcemap.words import sentence, sentences
+
+_FORMS = "forcemap evaluate {} --forms"
+_OTHER_FORM = "ask whether another form fits these states better than CFM_3D, which this page shows"
+"""What to do first where the form of the map is doubted."""
 
 _IN_MEMORY = 64
 """Cases that stay in memory; a choice: a few body areas of every campaign of a folder."""
@@ -119,10 +125,16 @@ def next_step(name: str, path: Path, question: Question, limits: Limits) -> Next
             said = f"release: {case.confirmed_by} impacts at released speeds confirm the map"
             return NextStep(sentence=said, states=[], command=f"forcemap report {name} --area {limit.name}")
         said = "confirm the map by impacts at the speeds to be released"
+        if _form_doubted(path):
+            return NextStep(
+                sentence=f"{_OTHER_FORM}; else {said}", states=[], command=f"forcemap evaluate {name} --forms"
+            )
         return NextStep(sentence=said, states=[], command=f"forcemap confirm {asked}")
     found = _next(fitted_campaign(path), limit, contact)
     if found.plan is None:
         said = "; ".join(map(sentence, (*found.reasons, found.progress)))
+        if _form_doubted(path):
+            return NextStep(sentence=f"{_OTHER_FORM}; {said}", states=[], command=_FORMS.format(name))
         return NextStep(sentence=said, states=[], command="", warnings=tuple(sentences(found.warnings)))
     plan = found.plan
     rows = np.unique(np.column_stack([plan.distance, plan.height, plan.speed]), axis=0).tolist()
@@ -130,6 +142,12 @@ def next_step(name: str, path: Path, question: Question, limits: Limits) -> Next
     said = f"measure {len(states)} further states; {sentence(found.progress)}"
     warnings = tuple(sentences(found.warnings))
     return NextStep(sentence=said, states=states, command=f"forcemap next {asked}", warnings=warnings)
+
+
+def _form_doubted(path: Path) -> bool:
+    """Whether the states doubt the form of the map: another form may fit them, which a confirmation would not tell."""
+    doubts = doubts_of_fit(fitted_campaign(path).force_map)
+    return any(doubt.kind in (FindingKind.FALLS_WITH_SPEED, FindingKind.FORM_DOUBTED) for doubt in doubts)
 
 
 def _case(name: str, path: Path, limit: fm.ForceLimit, contact: fm.Contact, limits: Limits) -> Case:
