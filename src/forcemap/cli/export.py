@@ -258,7 +258,7 @@ def export_path(
     used, given = options.bound_from(maps, bound, margin), options.stated(task)
     if output is not None:
         require_folder(Path(output).parent)
-    tool_path = path_from(file, column=column)
+    tool_path = path_from(file, column)
     if given.tasks:
         task_of(given, maps, contact)
     whole_task = task_from(given, tool_path.names, contact)

@@ -41,8 +41,7 @@ def path(
     angle: task_options.Angle = WIDEST_ANGLE,
     overshoot: options.Overshoot = 0.01,
     tolerance: task_options.PositionTolerance = 0.005,
-    robot: task_options.RobotOption = None,
-    column: task_options.LogColumns = None,
+    stated: task_options.PathOptions = None,
     bound: options.BoundOption = None,
     margin: options.Margin = None,
     device_spring: options.DeviceSpring = None,
@@ -67,7 +66,7 @@ def path(
     """
     maps = options.maps_from(source, device_spring)
     used, given = options.bound_from(maps, bound, margin), options.stated(task)
-    tool_path = task_options.path_from(file, robot, column)
+    tool_path = task_options.path_from(file, stated)
     whole_task = task_options.task_from(given, tool_path.names, contact, acceleration)
     allowance = Allowance(speed=overshoot, position=tolerance)
     case: dict[str, Any] = {"bound": used, "allowance": allowance, "step": step, "angle": angle, "table": given.table}

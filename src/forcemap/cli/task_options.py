@@ -117,34 +117,33 @@ Angle = Annotated[
 Acceleration = Annotated[
     float | None, Option("--acceleration-mps2", help="Along the path; default 1, or as the task file says.")
 ]
-RobotOption = Annotated[
+_LOG_HELP = (
+    "How a controller's log is written, one entry each: --column position=X,Y,Z --column length_unit=mm --column "
+    "time=Timestamp --column time_unit=ms; as in [recordings] of campaign.toml also sampling_rate_Hz, delimiter, "
+    "decimal, header_lines; and segment."
+)
+_ENTRY = re.compile(r"\s*\w+\s*=.*")
+LogColumns = Annotated[list[str] | None, Option("--column", metavar="KEY=VALUE", help=_LOG_HELP)]
+PathOptions = Annotated[
     list[str] | None,
     Option(
         "--robot",
         "--contact-offset-m",
-        metavar="NAME|URDF|X,Y,Z",
-        help="For a path of joints: ur10e, kuka-iiwa7, or the file of a URDF, as arm.urdf:base=LINK:tip=LINK; and its "
-        "contact point in the frame of the flange, x,y,z.",
-    ),
-]
-
-
-LogColumns = Annotated[
-    list[str] | None,
-    Option(
         "--column",
-        help="How a controller's log is written, one entry each: --column position=X,Y,Z --column length_unit=mm "
-        "--column time=Timestamp --column time_unit=ms; as in [recordings] of campaign.toml also sampling_rate_Hz, "
-        "delimiter, decimal, header_lines; and segment.",
+        metavar="NAME|URDF|X,Y,Z|KEY=VALUE",
+        help="For a path of joints: ur10e, kuka-iiwa7, or the file of a URDF, as arm.urdf:base=LINK:tip=LINK; and its "
+        f"contact point in the frame of the flange, x,y,z. --column: {_LOG_HELP}",
     ),
 ]
 
 
-def path_from(file: str, robot: Sequence[str] | None = None, column: Sequence[str] | None = None) -> fm.ToolPath:
+def path_from(file: str, stated: Sequence[str] | None = None) -> fm.ToolPath:
     """The path of a file: a controller's log with its columns, or joints with their robot and its contact point."""
-    columns = entries_of(column) if column else None
-    offsets = [text for text in robot or () if all(number(part) is not None for part in text.split(","))]
-    names = [text for text in robot or () if text not in offsets]
+    entries = [text for text in stated or () if _ENTRY.fullmatch(text)]
+    columns = entries_of(entries) if entries else None
+    robot = [text for text in stated or () if text not in entries]
+    offsets = [text for text in robot if all(number(part) is not None for part in text.split(","))]
+    names = [text for text in robot if text not in offsets]
     if len(names) > 1 or len(offsets) > 1:
         raise fm.InputError("path: found several of --robot or --contact-offset-m, expected one each")
     if not names:
