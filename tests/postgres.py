@@ -13,7 +13,7 @@ PROGRAMS = next(iter(sorted(Path("/usr/lib/postgresql").glob("*/bin"), reverse=T
     Path(found).resolve().parent if (found := shutil.which("postgres")) else None
 )
 REASON = "no PostgreSQL server is installed (Debian's package postgresql)"
-_QUICK = "-c fsync=off -c max_connections=200 -c listen_addresses='' -c shared_buffers=64MB"
+_QUICK = "-c fsync=off -c max_connections=200 -c listen_addresses='' -c shared_buffers=64MB -c autovacuum=off"
 
 
 class Server:

@@ -218,6 +218,8 @@ def test_verify_notices_photographs_sheets_and_tables(report, cell, ask, tmp_pat
 
 
 def pdf_of(page):
+    """The pages of a report as they are printed; what fills a drawing's place is left out, as it takes half the time."""
+    page = re.sub(r"(<svg[^>]*>).*?</svg>", r"\1</svg>", page, flags=re.S)
     try:
         return pypdf.PdfReader(io.BytesIO(report_pdf(page))).pages
     except MissingExtra as error:
@@ -227,7 +229,9 @@ def pdf_of(page):
 def test_print_page_one_holds_the_signatures_for_three_body_areas(cell):
     limits = [fm.force_limit(name) for name in ("back_of_hand", "forearm_muscle", "sternum")]
     page = report_html(fm.assess_campaign(cell, limits=limits), date=DATE)
-    first = pdf_of(page)[0].extract_text()
+    first, next_page, _ = page.partition('<section id="sheets" class="fresh">')  # begins a page of its own
+    assert next_page
+    first = pdf_of(first)[0].extract_text()
     assert "Safety officer, releases" in first
     assert "Who signs confirms" in first
 

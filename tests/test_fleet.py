@@ -219,7 +219,7 @@ def test_a_report_that_is_not_as_it_was_written_is_made_again(north, ask, change
 
 def test_another_version_makes_it_again_and_other_areas_are_refused(north, tmp_path, ask):
     source = Path(fm.__file__).parents[1]
-    shutil.copytree(source, tmp_path / "src", ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copytree(source, tmp_path / "src")
     (tmp_path / "src" / "forcemap" / "_version.py").write_text('__version__ = "99.0"\n')
     command = [
         sys.executable,

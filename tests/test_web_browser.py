@@ -26,6 +26,7 @@ QUIET = [
     "--disable-background-networking",
     "--disable-component-update",
     "--disable-sync",
+    "--process-per-site",  # one process for all pages of a window, not one for each
     *(["--no-sandbox"] if hasattr(os, "geteuid") and os.geteuid() == 0 else []),
 ]
 
@@ -92,6 +93,7 @@ def admitted(browser, served):
             windows[look] = browser.new_context(base_url=served[0], **options)
             windows[look].set_default_timeout(1000 * PATIENCE)
             windows[look].request.get(f"/?token={served[3]}")
+            windows[look].new_page().goto("/static/look.js")  # it stays, and so the process of its site
         return windows[look]
 
     yield window
@@ -612,7 +614,7 @@ def test_several_campaigns_at_a_glance_and_together(browser, simulated, tmp_path
         before = page.locator("#drawn polyline").first.get_attribute("points")
         page.fill("[name=points]", "0.7,0.1,0.4;0.7,0.1,0.2;0.8,0.1,0.2")
         answered(page)
-        assert page.locator("#drawn polyline").first.get_attribute("points") != before
+        playwright.expect(page.locator("#drawn polyline").first).not_to_have_attribute("points", before)
         looks = page.locator("#drawn polyline").evaluate_all("all => all.map(each => each.className.baseVal)")
         assert "no_map" in looks
         page.click("text=by map")
