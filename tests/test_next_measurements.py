@@ -12,6 +12,7 @@ from oracle import printed_force, training_grid
 import forcemap as fm
 from forcemap.errors import ContactNotPermitted, InputError
 from forcemap.findings import FindingKind, in_words
+from forcemap.maps.form_test import NEAR
 from forcemap.planning.next.measurements import Stop
 from forcemap.planning.runs import extend_plan
 from forcemap.words import sentence, sentences
@@ -698,3 +699,21 @@ class TestConfirmation:
                 state=plan.state_id, role=["test"] * 2, recording=names,
             )  # fmt: skip
             assert found.judged(impacts, dict.fromkeys(names, (True, in_words("within")))).result.outcome == outcome
+
+
+def test_new_places_are_measured_ones_or_far_from_them():
+    """Random campaigns: next adds no pair of places so close that the map's form test warns of it."""
+    rng = np.random.default_rng(11)
+    for _ in range(6):
+        sequence = Sequence.of("ur10e", 1)
+        ranges = np.sort([rng.uniform(0.50, 0.60), rng.uniform(0.75, 0.90)]), (0.14, rng.uniform(0.30, 0.46))
+        planned = fm.plan_measurements(*ranges, (0.1, 0.4), repeats=1, seed=int(rng.integers(100)))
+        sequence.measure(planned_states(planned.select(planned.role == "train")))
+        before = sequence.measured
+        found = fm.next_measurements(before, 200.0, distances=ranges[0], heights=ranges[1], batch=8, repeats=1)
+        sequence.measure(planned_states(found.plan))
+        near = [fm.fit_force_map(each).form_test.near for each in (before, sequence.measured)]
+        assert near[1] == near[0]
+        old, new = (np.unique(each[:, :2], axis=0) for each in (before.states.coordinates, planned_states(found.plan)))
+        away = np.abs(new[:, None] - old).max(axis=2).min(axis=1)
+        assert np.all((away < 1e-6) | (away >= NEAR))

@@ -144,6 +144,12 @@ class States:
         """Number of the place of every state, shape (m,); places within PLACE_SIZE of each other are one."""
         return places(self.distance, self.height)
 
+    @property
+    def places(self) -> FloatArray:
+        """(distance, height) of the places, the means of their states, shape (k, 2)."""
+        coordinates = self.coordinates[:, :2]
+        return np.array([coordinates[self.place == number].mean(axis=0) for number in range(self.place.max() + 1)])
+
     def repeats_of(self, others: States, tolerance: StateTolerance) -> Mask:
         """Which states, shape (m,), are repeats of others: by their name, or as close as repeats."""
         mine, theirs = (states.coordinates / tolerance.scale for states in (self, others))

@@ -199,7 +199,7 @@ def form_test(form: Form, states: States, state_sd: float = math.nan) -> FormTes
     tested = states.select(states.censored == 0)
     departures = _most_significant(form, tested) if len(tested) else []
     slow = states.speed <= states.speed.min() + StateTolerance().speed
-    place, places, gaps = states.place, _places(states), gaps_of(states)
+    place, places, gaps = states.place, states.places, gaps_of(states)
     kinds = [departure.along for departure in departures]
     return FormTest(
         departures=tuple(sorted(departures, key=lambda departure: departure.p_value)),
@@ -229,14 +229,8 @@ def _most_significant(form: Form, states: States) -> list[Departure]:
 
 def gaps_of(states: States) -> tuple[str, ...]:
     """Along which of distance, height and speed little was measured between widely spaced values."""
-    axes = zip(_AXES, (*_places(states).T, states.speed), strict=True)
+    axes = zip(_AXES, (*states.places.T, states.speed), strict=True)
     return tuple(name for name, values in axes if _gap(values) > GAP)
-
-
-def _places(states: States) -> FloatArray:
-    """(distance, height) of the places of states, shape (k, 2)."""
-    place = states.place
-    return np.array([states.coordinates[place == number, :2].mean(axis=0) for number in range(place.max() + 1)])
 
 
 def _gap(values: FloatArray) -> float:

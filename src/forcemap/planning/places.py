@@ -10,6 +10,7 @@ import numpy as np
 from forcemap.arrays import FloatArray, Mask
 from forcemap.campaigns.state import States, StateTolerance
 from forcemap.errors import InputError
+from forcemap.maps.form_test import NEAR
 from forcemap.planning.design import DECIMALS, LARGEST, STEP
 
 
@@ -51,15 +52,24 @@ class PlaceRange:
             axes[-1][[0, -1]] = low, high
         return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)
 
-    def states(self, count: int, speeds: FloatArray, apart: float = 0.0) -> FloatArray:
-        """Every place of the grid at every speed, shape (n, 3)."""
-        places = self.grid(count, apart)
-        return np.column_stack([np.repeat(places, speeds.size, axis=0), np.tile(speeds, len(places))])
+    def grid_with(self, measured: States | None, count: int) -> FloatArray:
+        """Places of a grid, shape (n, 2), none closer than `NEAR` to another or to a measured one.
+
+        A place of the grid that would be is the measured place itself.
+        """
+        grid = self.grid(count, NEAR)
+        if measured is None:
+            return grid
+        known = measured.places
+        away = np.abs(grid[:, None] - known).max(axis=2)
+        near = away.min(axis=1, keepdims=True) < NEAR
+        return np.unique(np.where(near, known[away.argmin(axis=1)], grid), axis=0)
 
     def corners(self, states: FloatArray) -> Mask:
-        """Which states lie at a corner of the range, shape (n,)."""
-        ends = [np.isin(states[:, i], ends) for i, ends in enumerate((self.distances, self.heights))]
-        return np.asarray(ends[0] & ends[1])
+        """Which states lie at a corner of the range, or at a place that stands for it, shape (n,)."""
+        ends = np.array([self.distances, self.heights])
+        away = np.abs(states[:, :2, None] - ends).min(axis=2).max(axis=1)
+        return np.asarray(away < NEAR)
 
     def apart(self, states: FloatArray, others: FloatArray) -> FloatArray:
         """Distances between the places of states, as shares of the range, shape (n, m); of a flat range, in metres."""
@@ -67,6 +77,11 @@ class PlaceRange:
         size[size == 0] = 1.0
         offsets = (states[:, None, :2] - others[None, :, :2]) / size
         return np.asarray(np.sqrt(np.square(offsets).sum(axis=-1)))
+
+
+def at_speeds(places: FloatArray, speeds: FloatArray) -> FloatArray:
+    """Every place, shape (k, 2), at every speed, shape (n, 3)."""
+    return np.column_stack([np.repeat(places, speeds.size, axis=0), np.tile(speeds, len(places))])
 
 
 def no_repeats(states: FloatArray, others: FloatArray, tolerance: StateTolerance) -> Mask:

@@ -14,7 +14,7 @@ from forcemap.arrays import FloatArray, Mask
 from forcemap.campaigns.conditions import Conditions
 from forcemap.campaigns.dataset import Binding, ImpactDataset, PhaseTwo, Quantity
 from forcemap.campaigns.plan import MeasurementPlan
-from forcemap.campaigns.state import PLACE_SIZE, States, StateTolerance
+from forcemap.campaigns.state import States, StateTolerance
 from forcemap.errors import BoundNotAvailable, FitError, InputError
 from forcemap.findings import Finding, FindingKind, in_words
 from forcemap.limits.force_limits import Contact, ForceLimit, NewtonLimit
@@ -28,7 +28,7 @@ from forcemap.planning.measurements import REPEATS
 from forcemap.planning.next.ladder import BoundLadder, OpeningLadder
 from forcemap.planning.next.outlook import Outlook
 from forcemap.planning.next.search import Search
-from forcemap.planning.places import PlaceRange
+from forcemap.planning.places import PlaceRange, at_speeds
 from forcemap.planning.plan_warnings import map_warnings
 from forcemap.planning.runs import runs_of, slow_to_fast
 from forcemap.planning.spread_states import STATES
@@ -332,7 +332,7 @@ class _Aim:
     def candidates(self) -> FloatArray:
         """States to choose from, shape (n, 3)."""
         steps = np.round(np.arange(self.slowest, self.fastest + _ROUNDING, _SPEED_STEP), _DECIMALS)
-        return self.place_range.states(_CANDIDATE_PLACES, steps, PLACE_SIZE)
+        return at_speeds(self.place_range.grid_with(self.known, _CANDIDATE_PLACES), steps)
 
     @cached_property
     def targets(self) -> FloatArray:

@@ -6,20 +6,19 @@ from functools import partial
 
 import numpy as np
 
-from forcemap.arrays import FloatArray, Indices
+from forcemap.arrays import FloatArray, Indices, Mask
 from forcemap.campaigns.state import PLACE_SIZE, States, StateTolerance, places
 from forcemap.errors import FitError
 from forcemap.maps.bounds import MIN_DEGREES_OF_FREEDOM
 from forcemap.maps.forms import Form
 from forcemap.planning.optimal_states import bound_from, most_useful, optimal_states
-from forcemap.planning.places import PlaceRange, no_repeats, spread
+from forcemap.planning.places import PlaceRange, at_speeds, no_repeats, spread
 from forcemap.planning.runs import slow_to_fast
 
 _WIDER = 1.5  # tolerances of repeats that states lie apart: speeds are never reached exactly; a choice
 _REGION_PLACES, _REGION_SPEEDS = 5, 3  # along each axis, over which an opening is to be precise; a choice
 _BELOW = 0.7  # share of the slowest speed to be confirmed at which the corners are measured; a choice
 _ROUNDING = 1e-9  # [m/s]
-_CORNER_ROUNDING = 1e-6  # share of the range of places
 
 
 class Search:
@@ -49,7 +48,7 @@ class Search:
         uncensored = 0 if known is None else int(np.sum(known.impacts > 0))
         wanted = len(self._form.terms) + MIN_DEGREES_OF_FREEDOM - uncensored
         speeds = np.linspace(candidates[:, 2].min(), candidates[:, 2].max(), _REGION_SPEEDS)
-        region = self._range.states(_REGION_PLACES, speeds)
+        region = at_speeds(self._range.grid(_REGION_PLACES), speeds)
         corners = self._corners(candidates, fixed, speeds[0])
         number = min(max(wanted, count, corners.size), max(left, corners.size))
         chosen = self._optimal(candidates, number, region, fixed, corners)
@@ -93,7 +92,7 @@ class Search:
         corners = np.flatnonzero(self._range.corners(candidates) & (np.abs(candidates[:, 2] - speed) < _ROUNDING))
         if not len(fixed):
             return corners
-        near = self._range.apart(candidates[corners], fixed) < _CORNER_ROUNDING
+        near: Mask = np.abs(candidates[corners][:, None, :2] - fixed[:, :2]).max(axis=2) <= PLACE_SIZE
         slower = near & (fixed[None, :, 2] <= speed + self._tolerance.speed)
         return corners[~slower.any(axis=1)]
 
