@@ -123,6 +123,8 @@ def test_what_binds_recordings_is_not_changed_in_passing(served):
         for line in table
     }
     assert (lines["robot.model"]["binds"], lines["operator"]["binds"]) == (90, 0)
+    spring, mass = lines["device.stiffness_N_per_m"], lines["robot.moving_mass_kg"]
+    assert [(each["words"], each["unit"]) for each in (spring, mass)] == [("stiffness", "N/m"), ("moving mass", "kg")]
     answer = changed(client, entries={"robot.model": "another robot"}).json()
     assert not answer["written"]
     assert "robot.model was 'virtual ur10e-like' when 90 of the recordings" in answer["binding"]

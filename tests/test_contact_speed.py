@@ -18,6 +18,7 @@ from forcemap.campaigns.template import campaign_text
 from forcemap.exports.zones import zones_csv, zones_result
 from forcemap.maps.forms import FORMS
 from forcemap.speeds.safe_speed import to_program
+from forcemap.words import sentence
 
 ERROR = 0.03
 AREA = ("--area", "back_of_hand", "--contact", "quasi-static")
@@ -156,6 +157,10 @@ class TestSpeedError:
             shifted = stating(dataset, speed_error=error)
             force_map = fm.fit_force_map(shifted)
             plan = plans[error] = fm.confirm_plan(force_map, **SEVERAL)
+            said = (
+                "those to be measured: the released speeds at contact divided by 0.97, as the robot may hit 3 % slower"
+            )
+            assert (said in sentence(plan.rule)) == (error == ERROR)
             runs = plan.plan
             force = force_map.predict(runs.distance, runs.height, shifted.conditions.at_contact(runs.speed))
             confirming = fm.ImpactDataset.from_arrays(

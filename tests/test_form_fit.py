@@ -205,7 +205,10 @@ def test_places_that_lie_close_without_being_one_are_said(apart, warned):
     at = np.vstack([spread(), [[0.70, 0.30, 0.2], [0.70 + apart, 0.30, 0.3]]])
     near = [each for each in in_the_form(at).warnings if each.kind is FindingKind.PLACES_NEAR]
     assert bool(near) == warned or in_the_form(spread()).near
-    assert all("of places are less than 30 mm apart" in sentence(each) for each in near)
+    assert all(
+        "PLACES LIE CLOSE: less than 30 mm apart, further than repeats (number of such pairs: " in sentence(each)
+        for each in near
+    )
 
 
 @pytest.fixture

@@ -231,7 +231,8 @@ def test_the_confirmation_is_shown_again_until_it_is_measured_and_then_judged(as
 
     for name in names[:3]:
         record(name, 0.97)
-    assert ask("collect", measured)[0] == 0
+    _, out, _ = forcemap("collect", measured)
+    assert f"Next: forcemap confirm {measured}, with the same area and contact" in flowing(out)
     code, partly = ask("confirm", measured, *HAND, *number)
     assert (code, partly["outcome"], partly["missing"]) == (2, "cannot_tell", names[3:])
     record(names[3], 0.97)

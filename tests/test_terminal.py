@@ -289,7 +289,9 @@ def test_the_standard_beside_a_map_is_what_its_formula_and_the_map_give(ask, nam
         assert standard["speed_mps"] == pytest.approx(speed)
         inside = [place for place in found["places"] if place["outcome"] != "outside"]
         assert standard["places"] == len(inside)
-        assert standard["places_with_more"] == sum((place["speed_mps"] or 0) > speed for place in inside)
+        usable = [place["speed_mps"] for place in inside if place["speed_to_program_mps"] is not None]
+        assert standard["places_with_more"] == sum(each > speed for each in usable)
+        assert standard["highest_speed_of_map_mps"] == (max(usable) if usable else None)
         forces = [
             float(force_map.predict(place["distance_m"], place["height_m"], speed))
             for place in inside

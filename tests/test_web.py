@@ -800,6 +800,7 @@ def test_an_empty_plan_has_pages_that_say_so(tmp_path):
         page = client.get("/campaigns/new")
         assert page.status_code == 200
         assert "no impacts yet" in page.text
+        assert "- %" not in page.text
         assert "planned runs that are missing; the next is" in page.text
         for part in ("/map", "/speeds", "/compare", "/task"):
             assert client.get(f"/campaigns/new{part}").status_code == 409

@@ -44,7 +44,8 @@ class PlaceToProgram(AtPlace):
 class StandardAnswer(Answer):
     """The standard's one speed at contact, and at how many places of the grid the map permits more than that.
 
-    The predicted forces are the map's at that speed, null where none was measured so fast.
+    Places without a speed to program are not among these. The predicted forces are the map's at that speed, null where
+    none was measured so fast.
     """
 
     speed_mps: float = of("speed")

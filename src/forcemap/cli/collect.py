@@ -7,6 +7,7 @@ import time
 from pathlib import Path
 from typing import Annotated, NamedTuple
 
+import numpy as np
 from typer import Argument, Option, confirm
 
 from forcemap import Campaign, ForcemapError, ImpactDataset, InputError, collect_campaign, read_campaign
@@ -17,6 +18,7 @@ from forcemap.cli.check import SHOWN, shortened
 from forcemap.cli.options import Json
 from forcemap.cli.output import Progress, emit, emit_error, listing, table, verdict_first
 from forcemap.errors import one_line
+from forcemap.planning.confirm import ConfirmationPlan
 
 _STEADY = 1.5
 """How long files must stay as they are to count as complete [s]; a choice: a device writes without a longer pause."""
@@ -55,8 +57,13 @@ def collect(
         return
     if assign is not None and not _assigned(folder, assign, last, yes=yes, as_json=as_json):
         return
-    answer = CollectAnswer.of_campaign(*_collect(folder))
-    emit(answer, _lines(answer, folder), as_json=as_json)
+    campaign, dataset = _collect(folder)
+    confirming = campaign.plan.state_id[ConfirmationPlan.among(campaign.plan)]
+    after = f"Next: forcemap fit {folder}"
+    if np.isin(confirming, dataset.state).any():
+        after = f"Next: forcemap confirm {folder}, with the same area and contact as when it was planned"
+    answer = CollectAnswer.of_campaign(campaign, dataset)
+    emit(answer, _lines(answer, folder, after), as_json=as_json)
 
 
 def _assigned(folder: str, by: RecordingOrder, last: str, *, yes: bool, as_json: bool) -> bool:
@@ -164,7 +171,7 @@ def _missing_words(missing: list[str]) -> str:
     return f"missing runs: {len(missing)}, next {', '.join(missing[:_LISTED_RUNS])}{more}"
 
 
-def _lines(answer: CollectAnswer, folder: str) -> list[str]:
+def _lines(answer: CollectAnswer, folder: str, after: str) -> list[str]:
     verdict = (
         f"{answer.recordings} recordings: {answer.used} used, in {answer.states} states; {answer.censored} of them "
         "reached the device range (censored)"
@@ -192,7 +199,7 @@ def _lines(answer: CollectAnswer, folder: str) -> list[str]:
         *lines,
         "",
         f"Written: {register} (every recording and what became of it), {impacts}",
-        "Next: mend what is said first, and collect again" if answer.no_speed else f"Next: forcemap fit {folder}",
+        "Next: mend what is said first, and collect again" if answer.no_speed else after,
     ]
 
 

@@ -32,7 +32,7 @@ def confirm(
     form: FormName = None,
     as_json: Json = False,
 ) -> int:
-    """Plan impacts at the released speeds at contact, with the rule they must pass; once measured, tell if they do.
+    """Plan impacts that confirm the released speeds, with the rule they must pass; once measured, tell if they do.
 
     Exit code: 0 planned, or passes; 1 does not pass, or no speed is released; 2 cannot tell.
 
@@ -107,7 +107,7 @@ def _lines(source: str, answer: ConfirmationPlan, files: list[str], again: str, 
         )
     before = "" if len(answer.added) else ", planned before and not measured yet"
     return [
-        *verdict_first(f"{len(answer.plan)} impacts at the released speeds, at contact, slow to fast{before}", **said),
+        *verdict_first(f"{len(answer.plan)} impacts to confirm the released speeds, slow to fast{before}", **said),
         *taken,
         *([planned.time_words(answer.plan)] if len(answer.plan) else []),
         "",

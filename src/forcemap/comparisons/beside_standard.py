@@ -25,9 +25,10 @@ class BesideStandard:
     speed : float
         What the standard's contact model allows everywhere [m/s].
     places, faster : int
-        Places of the grid within the measured range, and of these where the map permits more than that speed.
+        Places of the grid within the measured range, and of these where the map permits more than that speed and has
+        a speed to program.
     fastest : float
-        The highest speed at contact that the map permits [m/s]; NaN if it permits none.
+        The highest speed at contact of a place with a speed to program [m/s]; NaN if there is none.
     lowest_predicted, highest_predicted : float
         Forces that the map predicts at that speed where it was measured so fast [N]; NaN where it was nowhere.
     """
@@ -51,12 +52,12 @@ def beside_standard(force_map: ForceMap, speeds: SpeedMap) -> BesideStandard | N
     measured = inside & (result.lowest_measured_speed <= standard) & (standard <= result.highest_measured_speed)
     distance, height = (axis[measured] for axis in np.meshgrid(speeds.distance, speeds.height, indexing="ij"))
     forces = force_map.predict(distance, height, standard)
-    known = result.speed[~np.isnan(result.speed)]
+    usable = result.speed[~np.isnan(result.speed_to_program)]
     return BesideStandard(
         speed=standard,
         places=int(inside.sum()),
-        faster=int((result.speed > standard).sum()),
-        fastest=float(known.max()) if known.size else math.nan,
+        faster=int((usable > standard).sum()),
+        fastest=float(usable.max()) if usable.size else math.nan,
         lowest_predicted=float(forces.min()) if forces.size else math.nan,
         highest_predicted=float(forces.max()) if forces.size else math.nan,
     )

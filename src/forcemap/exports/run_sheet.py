@@ -74,7 +74,7 @@ def device_stands(direction: str) -> list[str]:
     facing = direction_words(-towards)
     return [
         f"the device stands: across the motion, its measuring face pointing {facing}, so that the robot moves "
-        f"{direction_words(towards)} straight into it, within {_STANDS_WITHIN:g} degrees at every place"
+        f"{direction_words(towards)} straight into it, within {_STANDS_WITHIN:g} degree at every place"
     ]
 
 

@@ -396,7 +396,7 @@ def confirm_plan(
         limit=newtons,
         refusal=refusal,
         warnings=tuple(warnings),
-        rule=Finding.of(FindingKind.CONFIRMING_RULE, impacts=len(plan), limit_N=newtons, error_N=error),
+        rule=_rule(len(plan), newtons, conditions),
         **_probabilities(force_map, places, states, most, upper),
         force_map=force_map,
         bound=bound,
@@ -515,6 +515,13 @@ def _doubts(
         for i in np.flatnonzero(measured > upper):
             forces = {"force_N": measured[i].item(), "bound_N": upper[i].item()}
             yield Finding.of(FindingKind.MEASURED_ABOVE_BOUND, state=plan.state_id[i].item(), **forces)
+
+
+def _rule(impacts: int, limit: float, conditions: Conditions) -> Finding:
+    """When the map is confirmed, and at which speeds where those that the campaign states are not those at contact."""
+    error, share = conditions.device.error_or_default, 1 - conditions.speed_error
+    speeds = {"kind": conditions.speed_kind or "set", "speed_error": conditions.speed_error or math.nan, "share": share}
+    return Finding.of(FindingKind.CONFIRMING_RULE, impacts=impacts, limit_N=limit, error_N=error, **speeds)
 
 
 def _released(speed: FloatArray, conditions: Conditions) -> FloatArray:

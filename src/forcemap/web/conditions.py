@@ -30,7 +30,18 @@ from forcemap.words import sentence
 _WRITING = threading.Lock()  # one change at a time: each is made to the file as it then is
 _NOT_HERE = {"simulated"}  # whether a campaign was measured at all is nothing to change in passing
 _DATES = ("date", "calibrated", "calibration_expires", "device_certificate_date", "film_certificate_date")
-_UNITS = {"kg": "kg", "N": "N", "deg": "degrees", "m": "m", "mps": "m/s", "C": "degrees Celsius"}
+_UNITS = {
+    "_N_per_m": "N/m",
+    "_N_per_cm2": "N/cm2",
+    "_cm2": "cm2",
+    "_kg": "kg",
+    "_N": "N",
+    "_deg": "degrees",
+    "_m": "m",
+    "_mps": "m/s",
+    "_C": "degrees Celsius",
+}
+"""Units by the end of an entry's name, the longest first."""
 _RECORDINGS = "recordings"
 
 
@@ -103,18 +114,19 @@ def conditions_answer(campaign: Path) -> ConditionsAnswer:
     tables = toml_tables(content)
     used = [entry for entry in _registered(campaign) if entry.use is Use.USED]
     shown: dict[str, list[ConditionEntry]] = {}
-    for entry, (words, kind) in _entries().items():
+    for entry, (meaning, kind) in _entries().items():
         section, _, key = entry.rpartition(".")
         if (section == "device" and "devices" in tables) or entry in _NOT_HERE:
             continue
+        words, unit = _words_and_unit(key)
         value = (tables.get(section, {}) if section else tables).get(key, "")
         line = ConditionEntry(
             entry=entry,
-            words=key.replace("_", " ") if not _unit(key) else key.rpartition("_")[0].replace("_", " "),
-            unit=_unit(key),
+            words=words,
+            unit=unit,
             kind=kind,
             value=str(value),
-            meaning=words,
+            meaning=meaning,
             binds=sum(entry in each.conditions for each in used) if entry in MEASURED_UNDER else 0,
         )
         shown.setdefault(section, []).append(line)
@@ -238,12 +250,10 @@ def _entries() -> dict[str, tuple[str, Literal["text", "number", "date", "choice
     return kinds
 
 
-def _unit(key: str) -> str:
-    """The unit at the end of an entry's name; empty if there is none."""
-    ending = next((end for end in ("_N_per_m", "_N_per_cm2", "_cm2") if key.endswith(end)), "")
-    return {"_N_per_m": "N/m", "_N_per_cm2": "N/cm2", "_cm2": "cm2"}.get(ending) or _UNITS.get(
-        key.rpartition("_")[2], ""
-    )
+def _words_and_unit(key: str) -> tuple[str, str]:
+    """An entry's name in words, and the unit at its end; empty if there is none."""
+    ending = next((end for end in _UNITS if key.endswith(end)), "")
+    return key.removesuffix(ending).replace("_", " "), _UNITS.get(ending, "")
 
 
 def _value(entry: str, text: str, kind: str) -> Any:
