@@ -482,9 +482,25 @@ def test_options_that_would_be_ignored_are_refused(forcemap, arguments):
 def test_unconfirmed_places_say_why_and_where_to_measure(forcemap):
     _, out, _ = forcemap("speed-map", "ur10e", *HAND, "quasi-static")
     assert "unconfirmed: the bound exceeds" in out
-    assert out.count("measure next: ") == 3
+    assert "measure next" not in out  # `forcemap next` says that
+    assert (
+        len(re.findall(r"^  d = .* m: about 0\.\d{3} m/s$", out.partition("only just missing (hints, no p")[2], re.M))
+        == 3
+    )
     _, out, _ = forcemap("speed-map", "kuka-iiwa7-30nm", *HAND, "transient")
     assert "impacts that clamp: 369" in out
+
+
+def test_without_a_speed_the_commonest_reason_is_named(ask, forcemap, example_folders):
+    limit = ("--limit-N", 150, "--limit-spring-N-per-mm", 75, "--contact", "quasi-static")
+    asked = ("speed-map", example_folders["kuka-iiwa7-10nm"], *limit, "--overshoot-mps", 0.05)
+    found = ask(*asked)[1]
+    reasons = [place["to_program_reason"] for place in found["places"]]
+    commonest = max(set(reasons), key=reasons.count)
+    assert found["to_program_reason"] != commonest  # that of the place where least is missing
+    first = " ".join(forcemap(*asked)[1].split()).partition("; ")[0]
+    at = f" ({reasons.count(commonest)} of {len(reasons)} places)"
+    assert first.startswith(f"No speed to program at any place: {commonest}{at}")
 
 
 def test_fit_says_what_censored_impacts_change(ask, forcemap, example_folders, tmp_path):
