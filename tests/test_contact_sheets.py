@@ -242,7 +242,7 @@ def test_verify_notices_photographs_sheets_and_tables(report, cell, ask, tmp_pat
 
 
 def pdf_of(page):
-    """The pages of a report as they are printed; what fills a drawing's place is left out, as it takes half the time."""
+    """The pages of a report as they are printed, without the content of drawings, which takes half the time."""
     page = re.sub(r"(<svg[^>]*>).*?</svg>", r"\1</svg>", page, flags=re.S)
     try:
         return pypdf.PdfReader(io.BytesIO(report_pdf(page))).pages
