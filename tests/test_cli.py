@@ -6,7 +6,9 @@ import csv
 import inspect
 import io
 import json
+import math
 import re
+import shlex
 import subprocess
 import sys
 from decimal import Decimal
@@ -16,6 +18,7 @@ import pytest
 import typer
 
 import forcemap as fm
+from forcemap.campaigns.examples import CLAMPING_EXAMPLES
 from forcemap.campaigns.recordings_table import Use
 from forcemap.cli.app import app, run
 from forcemap.web.question import PathQuestion, ZoneSize
@@ -330,9 +333,24 @@ def test_demo(ask, forcemap, tmp_path, example):
     assert max(map(len, lines)) <= 100
     assert "contact model" in summary
     assert fm.read_map(folder / "maps" / "cfm_3d.json").fit
+    path = ask("path", folder, folder / "path.csv", "--task", folder / "task.toml")[1]
+    assert (path["permitted"], path["too_fast"]) == (True, True)  # the last segment is to be slowed down
     code, out, err = forcemap("demo", folder)
     assert (code, out) == (2, "")
     assert "holds files already" in err
+
+
+def test_examples_are_asked_what_their_impacts_allow(forcemap, example_folders, tmp_path):
+    for name, folder in example_folders.items():
+        clamps = fm.read_dataset(folder).phase_two.transient_refusal(math.inf, 0.0) is not None
+        assert clamps == (name in CLAMPING_EXAMPLES)
+        asked = {segment.contact for segment in fm.read_task(folder / "task.toml").segments if segment.areas}
+        assert asked == {fm.Contact.QUASI_STATIC if clamps else fm.Contact.TRANSIENT}
+    out = forcemap("demo", tmp_path / "clamps", "--example", CLAMPING_EXAMPLES[-1])[1]
+    steps = (
+        out.partition("\nNext (its impacts clamp: quasi-static, thigh_muscle):\n")[2].replace(" \\\n", "").splitlines()
+    )
+    assert [run(shlex.split(step)[1:]) for step in steps[:2]] == [0, 1]  # 1: programmed too fast, as in the example
 
 
 def test_demo_picks_a_free_folder(demo):
