@@ -10,9 +10,10 @@ demo: .venv/.app
 	$(BIN)/forcemap demo build/demo
 
 # One worker more than there are cores: many tests wait for another process or a browser. What is compiled is kept, also
-# where PYTHONDONTWRITEBYTECODE is set: every worker and every started process would compile it anew.
+# where PYTHONDONTWRITEBYTECODE is set: every worker and every started process would compile it anew. Files in the order of
+# tests/conftest.py: xdist's own would begin those of few long tests last, when the other workers have nothing left.
 test: .venv/.test
-	PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest -n $$($(BIN)/python -c "import os; print(1 + (os.cpu_count() or 1))") --dist loadfile
+	PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest -n $$($(BIN)/python -c "import os; print(1 + (os.cpu_count() or 1))") --dist loadfile --no-loadscope-reorder
 
 check: .venv/.check
 	$(BIN)/ruff check .

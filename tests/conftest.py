@@ -38,6 +38,25 @@ settings.register_profile(
 settings.load_profile("forcemap")
 
 
+LONGEST = (
+    "web_browser",
+    "web_points_browser",
+    "register",
+    "kernels",
+    "documentation",
+    "contact_sheets",
+    "web",
+    "fleet",
+)
+LONGEST += ("doors", "contact_points", "sweeps", "tilted_paths", "killed", "next_measurements", "atlas_commands")
+
+
+def pytest_collection_modifyitems(items):
+    """Files that take longest first: none of them begins when the others are done."""
+    order = {f"test_{name}": number for number, name in enumerate(LONGEST)}
+    items.sort(key=lambda item: order.get(item.path.stem, len(order)))
+
+
 def pytest_collection_finish():
     """What all files import lives to the end: the collector need not look through it again and again."""
     gc.collect()

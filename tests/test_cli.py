@@ -6,7 +6,9 @@ import csv
 import inspect
 import io
 import json
+import math
 import re
+import shlex
 import subprocess
 import sys
 from decimal import Decimal
@@ -16,6 +18,7 @@ import pytest
 import typer
 
 import forcemap as fm
+from forcemap.campaigns.examples import CLAMPING_EXAMPLES
 from forcemap.campaigns.recordings_table import Use
 from forcemap.cli.app import app, run
 from forcemap.web.question import PathQuestion, ZoneSize
@@ -330,9 +333,24 @@ def test_demo(ask, forcemap, tmp_path, example):
     assert max(map(len, lines)) <= 100
     assert "contact model" in summary
     assert fm.read_map(folder / "maps" / "cfm_3d.json").fit
+    path = ask("path", folder, folder / "path.csv", "--task", folder / "task.toml")[1]
+    assert (path["permitted"], path["too_fast"]) == (True, True)  # the last segment is to be slowed down
     code, out, err = forcemap("demo", folder)
     assert (code, out) == (2, "")
     assert "holds files already" in err
+
+
+def test_examples_are_asked_what_their_impacts_allow(forcemap, example_folders, tmp_path):
+    for name, folder in example_folders.items():
+        clamps = fm.read_dataset(folder).phase_two.transient_refusal(math.inf, 0.0) is not None
+        assert clamps == (name in CLAMPING_EXAMPLES)
+        asked = {segment.contact for segment in fm.read_task(folder / "task.toml").segments if segment.areas}
+        assert asked == {fm.Contact.QUASI_STATIC if clamps else fm.Contact.TRANSIENT}
+    out = forcemap("demo", tmp_path / "clamps", "--example", CLAMPING_EXAMPLES[-1])[1]
+    steps = (
+        out.partition("\nNext (its impacts clamp: quasi-static, thigh_muscle):\n")[2].replace(" \\\n", "").splitlines()
+    )
+    assert [run(shlex.split(step)[1:]) for step in steps[:2]] == [0, 1]  # 1: programmed too fast, as in the example
 
 
 def test_demo_picks_a_free_folder(demo):
@@ -482,9 +500,25 @@ def test_options_that_would_be_ignored_are_refused(forcemap, arguments):
 def test_unconfirmed_places_say_why_and_where_to_measure(forcemap):
     _, out, _ = forcemap("speed-map", "ur10e", *HAND, "quasi-static")
     assert "unconfirmed: the bound exceeds" in out
-    assert out.count("measure next: ") == 3
+    assert "measure next" not in out  # `forcemap next` says that
+    assert (
+        len(re.findall(r"^  d = .* m: about 0\.\d{3} m/s$", out.partition("only just missing (hints, no p")[2], re.M))
+        == 3
+    )
     _, out, _ = forcemap("speed-map", "kuka-iiwa7-30nm", *HAND, "transient")
     assert "impacts that clamp: 369" in out
+
+
+def test_without_a_speed_the_commonest_reason_is_named(ask, forcemap, example_folders):
+    limit = ("--limit-N", 150, "--limit-spring-N-per-mm", 75, "--contact", "quasi-static")
+    asked = ("speed-map", example_folders["kuka-iiwa7-10nm"], *limit, "--overshoot-mps", 0.05)
+    found = ask(*asked)[1]
+    reasons = [place["to_program_reason"] for place in found["places"]]
+    commonest = max(set(reasons), key=reasons.count)
+    assert found["to_program_reason"] != commonest  # that of the place where least is missing
+    first = " ".join(forcemap(*asked)[1].split()).partition("; ")[0]
+    at = f" ({reasons.count(commonest)} of {len(reasons)} places)"
+    assert first.startswith(f"No speed to program at any place: {commonest}{at}")
 
 
 def test_fit_says_what_censored_impacts_change(ask, forcemap, example_folders, tmp_path):

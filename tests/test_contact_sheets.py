@@ -128,6 +128,27 @@ def test_the_curves_of_a_point_are_drawn_with_the_limits_of_its_contact(contact,
     np.testing.assert_allclose([100 - float(start), 100 - float(then)], np.multiply(levels, per_newton), atol=1.5)
 
 
+def test_impacts_that_are_not_fitted_are_named_in_section_6(report):
+    found, page = report
+    (runs,) = parts(page, "runs", None)
+    again, train = found.dataset.test, found.dataset.train
+    assert len(found.dataset.independent_test) == 0 < len(again)
+    said = f"{len(train)} are there to be fitted. Not fitted (role test) are {len(again)} that repeat"
+    assert f"{said} {len(again.states)} states, to tell drift." in words(runs)
+    fit = found.force_map.fit
+    assert fit.samples + fit.censored_samples == len(train)
+
+
+def test_the_verification_that_the_report_prints_runs_as_printed(report, cell, ask, tmp_path, monkeypatch):
+    folder = shutil.copytree(cell, tmp_path / report[0].name)
+    (folder / "report.html").write_text(report[1])
+    (folder / "report.sha256").write_text(inputs_list(report[0].inputs))
+    monkeypatch.chdir(tmp_path)
+    (document,) = parts(report[1], "document", None)
+    (printed,) = re.findall(r"forcemap (report --verify \S+/report\.html \S+) ", words(document))
+    assert ask(*printed.split())[1]["report_intact"]
+
+
 def test_the_sheets(report):
     found, page = report
     table = {cells[0]: cells for cells in rows(page, "sheets") if re.fullmatch(r"P\d", cells[0])}
@@ -141,6 +162,9 @@ def test_the_sheets(report):
     assert said.count("Signature:") == 5
     assert said.count("Pressurenot assessed") == 5
     assert "P5: NOT PERMITTED" in said
+    resting = [r.point for r in found.points if r.point.by_map]
+    assert said.count("The map takes the device to stand fixed") == len(resting)
+    assert said.count("the safe side for a body part that can give way") == sum(p.body == "free" for p in resting)
     assert "photograph none.jpg: there is no such file" in said
     assert "<b>&" in said
     assert len(parts(page, "sheets", "img")) == 2
@@ -218,7 +242,7 @@ def test_verify_notices_photographs_sheets_and_tables(report, cell, ask, tmp_pat
 
 
 def pdf_of(page):
-    """The pages of a report as they are printed; what fills a drawing's place is left out, as it takes half the time."""
+    """The pages of a report as they are printed; drawings keep their places and stay empty: they take half the time."""
     page = re.sub(r"(<svg[^>]*>).*?</svg>", r"\1</svg>", page, flags=re.S)
     try:
         return pypdf.PdfReader(io.BytesIO(report_pdf(page))).pages

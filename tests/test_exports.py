@@ -343,10 +343,13 @@ def test_scaling_factors_keep_the_program_within_the_allowed_speeds():
     basis = table.provenance.of_path(speeds)
     pieces = scaling_result(speeds, basis)["pieces"]
     assert {piece["outcome"] for piece in pieces} == {"admissible", "not_downward"}
-    slower = [piece["commanded_speed_mps"] < min(piece["allowed_speed_mps"], 0.35) for piece in pieces]
+    braked = [math.floor(1000 * speed) / 1000 for speed in speeds.commanded]
+    slower = [speed < min(piece["allowed_speed_mps"], 0.35) for speed, piece in zip(braked, pieces, strict=True)]
     assert [piece["reason"].endswith("; slower here, because a later piece allows less") for piece in pieces] == slower
     assert 0 < sum(slower) < len(slower)
     driven = [piece["scaling"] * 0.35 for piece in pieces]
+    assert [piece["commanded_speed_mps"] for piece in pieces] == pytest.approx(driven, abs=1e-12)
+    assert all(piece["commanded_speed_mps"] <= piece["allowed_speed_mps"] for piece in pieces)
     for i, speed in enumerate(speeds.speed):
         if math.isnan(speed):
             assert driven[i] == driven[i - 1] == 0  # the piece before it would enter it

@@ -90,9 +90,9 @@ def test_the_next_step_is_what_is_missing_then_the_librarys_plan(client, root):
     dataset, limit = fm.read_dataset(root / "down"), fm.force_limit("back_of_hand")
     bound = fm.ToleranceBound(device_error=3.0)
     measure = fm.next_measurements(dataset, limit, contact=fm.Contact.TRANSIENT, bound=bound)
-    plan, counted = measure.plan, f"at contact {measure.confirmed} of {measure.places} places have a speed now"
-    assert counted in answer["sentence"]
-    assert f", and {measure.expected_confirmed} are expected to after these" in answer["sentence"]
+    plan = measure.plan
+    counted = f"about {measure.expected_confirmed} of {measure.places} places of the range to measure"
+    assert f"after these {counted} would have a speed (now {measure.confirmed})" in answer["sentence"]
     assert answer["warnings"] == sentences(measure.warnings)
     expected = {tuple(row) for row in np.column_stack([plan.distance, plan.height, plan.speed]).tolist()}
     assert {tuple(state.values()) for state in answer["states"]} == expected

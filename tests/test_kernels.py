@@ -245,7 +245,7 @@ def test_simulated_impacts_bit_for_bit(preset):
     d, h = np.tile(np.sort(rng.uniform((0.6, 0.2), (0.75, 0.4), (9, 2)), axis=0), (15, 1)).T  # posed in the same order
     v = rng.uniform(0.05, 0.5, d.size)
     robots = (robot, quick, robot.with_threshold(1e6), robot.with_threshold(60.0).with_payload(2.0))
-    for each in robots if FULL_SIZE or preset == list(PRESETS)[0] else robots[::3]:
+    for each in robots if FULL_SIZE or preset == next(iter(PRESETS)) else robots[::3]:
         setup = each.impact_setup(each.posed_at(d[:9], h[:9]), 75_000.0).at_places(np.arange(d.size) % 9)
         found = simulate_impacts(each, d, h, v)
         assert d.size * found.time.size >= lab.LEAST

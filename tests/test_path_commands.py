@@ -59,6 +59,19 @@ def test_path_says_where_it_must_slow_down(capsys):
     assert found["map_sha256"] == fm.map_sha256(fm.published_map("ur10e"))
 
 
+def test_a_verdict_says_what_is_refused_and_what_is_too_fast(capsys, tmp_path):
+    areas = 'areas = ["back_of_hand"]\nclamping_possible = false'
+    (tmp_path / "both.toml").write_text(TASK.replace("contact_possible = false", areas))
+    assert run(["path", "ur10e", "path.csv", "--task", "both.toml"]) == 1
+    out = " ".join(capsys.readouterr().out.split())
+    assert out.startswith("NOT PERMITTED on 50 % of the path; there the robot must not")
+    assert "; TOO FAST where marked !, on 50 % of the path: slow down to the allowed speed there;" in out
+    assert "! programmed faster than this path may be driven there" in out
+    (tmp_path / "slow.toml").write_text(TASK.replace("speed_mps = 0.4", "speed_mps = 0.2"))
+    assert run(["path", "ur10e", "path.csv", "--task", "slow.toml"]) == 0
+    assert "! programmed" not in capsys.readouterr().out
+
+
 def test_exit_code_0_means_permitted_and_not_too_fast(capsys, tmp_path):
     (tmp_path / "slow.toml").write_text(TASK.replace("speed_mps = 0.4", "speed_mps = 0.2"))
     assert run(["path", "ur10e", "path.csv", "--task", "slow.toml"]) == 0

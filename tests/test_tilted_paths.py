@@ -24,6 +24,7 @@ from forcemap.maps.direction import WIDEST_ANGLE
 from forcemap.paths.path_speeds import PieceOutcome
 from forcemap.paths.task import one_segment_task
 from forcemap.speeds.zones import Segments
+from sizes import FULL_SIZE
 
 SEED = 202617
 SHARE, WORST = 0.05, 1.10  # asked: at most this share of permitted pieces above the limit, none above this times it
@@ -241,7 +242,10 @@ LIMITS = {"ur10e-like": (195, 230, 290, 380), "iiwa7-like-30nm": (165, 190, 240,
 LIMITS["iiwa7-like-10nm"] = LIMITS["iiwa7-like-30nm"]
 
 
-@pytest.fixture(scope="module", params=[(preset, effect) for preset in PRESETS for effect in (0.0, 0.02)], ids=str)
+TRIED = [(preset, effect) for preset in PRESETS for effect in (0.0, 0.02)]
+
+
+@pytest.fixture(scope="module", params=TRIED if FULL_SIZE else TRIED[:2] + TRIED[2::2], ids=str)
 def trials(request, tmp_path_factory, full_size):
     preset, effect = request.param
     folder = tmp_path_factory.mktemp("limits")

@@ -9,6 +9,8 @@ from urllib.parse import quote
 import pytest
 
 import forcemap as fm
+from forcemap.campaigns.not_stated import not_stated
+from forcemap.campaigns.protocol import read_protocol
 from web_server import client_of
 
 PLACE = "distance_m=0.8&height_m=0.4"
@@ -81,12 +83,37 @@ def test_the_headline_has_the_areas_of_all_contact_points(client):
     assert [case["area"] for case in cases[::2]] == ["back_of_hand", "chest", "palm"]
 
 
+def test_the_page_says_how_many_contact_points_are_listed(client):
+    found = client.get("/api/campaigns/listed/headline").json()
+    assert (found["contact_points"], found["contact_points_problem"]) == (2, "")
+    page = client.get("/campaigns/listed?area=chest").text
+    said = page.partition('id="listed"')[2].partition("</p>")[0]
+    assert "2 contact points are listed" in said
+    assert 'href="/campaigns/listed/points?area=chest&amp;' in said
+    assert client.get("/api/campaigns/bare/headline?area=chest").json()["contact_points"] == 0
+    assert 'id="listed"' not in client.get("/campaigns/bare?area=chest").text
+
+
+def test_the_conditions_page_lists_what_is_missing_before_signing(client, root):
+    file = root / "bare" / "campaign.toml"
+    expected = not_stated(fm.read_conditions(file), read_protocol(file))
+    found = client.get("/api/campaigns/bare/conditions").json()["not_stated"]
+    assert [(entry, matters) for matters, entries in found.items() for entry in entries] == [
+        (each.entry, each.matters) for each in expected
+    ]
+    page = client.get("/campaigns/bare/conditions").text
+    listed = page.partition('id="not-stated"')[2].partition("</div>")[0]
+    assert all(each.entry in listed and each.matters in listed for each in expected)
+
+
 def test_of_a_list_that_cannot_be_used_no_area_is_taken(root, tmp_path):
     shutil.copytree(root / "listed", tmp_path / "lab")
     (tmp_path / "lab" / "contact_points.csv").write_text("point_id,body_area\nP1,hnad\n")
     with client_of(tmp_path / "lab") as client:
         assert client.get(f"/api/campaigns/lab/speed?{PLACE}").json()["error"]["kind"] == "area"
-        assert 'class="area-asked"' in client.get("/campaigns/lab").text
+        page = client.get("/campaigns/lab").text
+        assert 'class="area-asked"' in page
+        assert "No contact point is permitted" in page.partition('id="listed"')[2].partition("</p>")[0]
 
 
 @pytest.mark.parametrize("page", PAGES)

@@ -19,7 +19,7 @@ from forcemap.answers.map import FitAnswer
 from forcemap.answers.speed_map import SpeedMapAnswer
 from forcemap.assessment.missing import present
 from forcemap.assessment.place_speeds import PlaceSpeeds
-from forcemap.campaigns.examples import copy_task
+from forcemap.campaigns.examples import CLAMPING_EXAMPLES, copy_task
 from forcemap.campaigns.memory import MEMORY_FILE
 from forcemap.cli.collect import contact_lines, scatter_lines
 from forcemap.cli.fit import impacts_words
@@ -33,6 +33,9 @@ from forcemap.words import sentence, sentences
 
 _AREA = "back_of_hand"
 """The body area of the example; a choice."""
+
+_CLAMPED = ("thigh_muscle", "quasi-static")
+"""What to ask next where impacts clamp; a choice: an area with speeds in these examples, as in their task.toml."""
 
 _MOST_DEMOS = 1000
 """Folders of the demo's own name; a choice, so that the search for a free one ends."""
@@ -50,7 +53,7 @@ def demo(
     from forcemap.lab.example_campaigns import simulate_example
 
     target = simulate_example(example, folder or _free_name()).folder
-    copy_task(target)
+    copy_task(example, target)
     (target / "maps").mkdir()
     fm.write_map(fm.fit_force_map(fm.build_dataset(fm.read_campaign(target))), target / "maps" / "cfm_3d.json")
     assessment = fm.assess_campaign(target, limits=[fm.force_limit(_AREA)])
@@ -87,12 +90,13 @@ def demo(
         "speed_maps": {str(part.contact): answer for part, answer in zip(assessment.speeds, speeds, strict=True)},
         "comparison": comparison,
     }
-    emit(shown, [*summary, *_closing(target, files, report)], as_json=as_json)
+    emit(shown, [*summary, *_closing(target, files, report, example)], as_json=as_json)
 
 
-def _closing(target: Path, files: list[str], report: str) -> list[str]:
+def _closing(target: Path, files: list[str], report: str, example: str) -> list[str]:
     """What was written, and what to do next."""
     program = "forcemap" if shutil.which("forcemap") else sys.argv[0]
+    area, contact = _CLAMPED if example in CLAMPING_EXAMPLES else (_AREA, "transient")
     path, task = (shlex.quote(str(target / name)) for name in ("path.csv", "task.toml"))
     return [
         "",
@@ -100,12 +104,12 @@ def _closing(target: Path, files: list[str], report: str) -> list[str]:
         "(the map, accuracy, comparison and safe speeds as JSON and CSV; this text as summary.txt; path.csv and "
         "task.toml: a robot's path and task to try and to change)",
         f"The validation report, to open in a browser: {report}",
-        "Next:",
+        f"Next (its impacts clamp: {contact}, {area}):" if example in CLAMPING_EXAMPLES else "Next:",
         *command_lines(
-            f"{program} speed {shlex.quote(str(target))} --distance 0.8 --height 0.4 --area {_AREA} --contact transient"
+            f"{program} speed {shlex.quote(str(target))} --distance 0.8 --height 0.4 --area {area} --contact {contact}"
         ),
         *command_lines(f"{program} path {shlex.quote(str(target))} {path} --task {task}"),
-        *command_lines(f"{program} serve {shlex.quote(str(target))} --area {_AREA}"),
+        *command_lines(f"{program} serve {shlex.quote(str(target))} --area {area}"),
     ]
 
 

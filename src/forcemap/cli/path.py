@@ -124,6 +124,9 @@ def place(
 _GAPS = 3
 """Directions to measure that are listed; a choice: who needs more bends the path."""
 
+_LEAST_GAIN = 0.05
+"""Time gained [s] that is worth saying: less is shown as 0.0 s."""
+
 _HINTS = {
     "not_downward": "not downward: the map permits no such motion; if other measures exclude contact there, say so in "
     "a task file (--task) with contact_possible = false for that segment",
@@ -166,6 +169,10 @@ def path_lines(
         f"{answer.speed_overshoot_mps:g} m/s overshoot is added",
         *([sentence(task_options.path_raised())] if raised_off_axis(angle) > 1 else []),
         *table(header, rows),
+        *(
+            ["! programmed faster than this path may be driven there: slow down to the speed to program"]
+            * answer.too_fast
+        ),
         "",
         *_cycle_lines(answer.cycle_times, refused=not answer.permitted),
         f"bound: {bound_words(answer.bound)}",
@@ -179,16 +186,14 @@ def gap_lines(gaps: Sequence[GapAnswer]) -> list[str]:
         return []
     lines = ["To close the gaps measure (ESTIMATES, no permission; places and limits must allow it, too)"]
     for gap in gaps[:_GAPS]:
-        site, tool = (f", {name}" if name else "" for name in (gap.contact_site, gap.tool))
+        site = f", {gap.contact_site}" if gap.contact_site else ""
+        tool = f", tool {gap.tool}" if gap.tool else ""
         load = "" if gap.payload_kg is None else f", {gap.payload_kg:g} kg"
-        gain = gap.estimated_gain_s
-        worth = (
-            "" if gain is None else f", {abs(gain):.1f} s {'faster' if gain >= 0 else 'slower'} than by the standard"
-        )
-        states = counted(gap.states, "state")
-        lines.append(
-            f"  {_direction(gap.direction)}{site}{tool}{load}: {states} for {gap.length_m:.3f} m of the path{worth}"
-        )
+        gain = gap.estimated_gain_s or 0.0
+        worth = f", {gain:.1f} s faster than by the standard" if gain >= _LEAST_GAIN else ""
+        what, states = f"{_direction(gap.direction)}{site}{tool}{load}", counted(gap.states, "state")
+        permits = f"may permit {gap.length_m:.3f} m that has no permission now"
+        lines.append(f"  {what}: at least {states}, which {permits}{worth}")
     more = gaps[_GAPS:]
     if more:
         length = sum(gap.length_m for gap in more)
@@ -232,17 +237,26 @@ def _programmed(pieces: list[PieceAnswer]) -> str:
 
 def _verdict(answer: PathAnswer) -> str:
     """Whether the path may be driven as it is programmed."""
+    verdicts = []
     if not answer.permitted:
-        share = 100 * answer.refused_length_m / answer.length_m
-        return f"NOT PERMITTED on {share:.0f} % of the path; there the robot must not move with a person in reach"
+        share = _share(answer.refused_length_m, answer)
+        verdicts.append(f"NOT PERMITTED on {share} of the path; there the robot must not move with a person in reach")
     if answer.too_fast:
-        return "TOO FAST where marked !: slow down to the allowed speed there"
+        share = _share(answer.too_fast_length_m, answer)
+        verdicts.append(f"TOO FAST where marked !, on {share} of the path: slow down to the allowed speed there")
+    if verdicts:
+        return "; ".join(verdicts)
     allowed, standard, *_ = answer.cycle_times
     times = "" if allowed.cycle_time_s is None else f", {allowed.cycle_time_s:.3f} s"
     times += "" if standard.cycle_time_s is None else f" ({standard.cycle_time_s:.3f} s at the standard's one speed)"
     if not answer.programmed:
         return f"permitted at the allowed speeds{times}; not compared with a program, which is not stated everywhere"
     return f"permitted as programmed; at the allowed speeds{times.removeprefix(',')}"
+
+
+def _share(length: float, answer: PathAnswer) -> str:
+    percent = 100 * length / answer.length_m
+    return "less than 1 %" if percent < 1 else f"{percent:.0f} %"
 
 
 def _hints(refusals: Iterable[Refused]) -> list[str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from typing import TYPE_CHECKING, Annotated, Any
 
 from typer import Option
@@ -169,7 +170,7 @@ _FARTHEST = 10.0
 """Distance or height from which a person seems to mean millimetres [m]; a choice: no such robot reaches as far."""
 
 _HINTS = 3
-"""Places proposed for a measurement; a choice: the most promising come first, --json has all."""
+"""Places where a speed is only just missing that are listed; a choice: the nearest come first, --json has all."""
 
 _MARKS = {"outside": ".", "unconfirmed": "?", "not_permitted": "x"}
 _MARGIN = FixedMargin().describe()
@@ -244,10 +245,12 @@ def speed_map_lines(answer: SpeedMapAnswer, written: str | None) -> list[str]:
 
 
 def fastest_line(answer: SpeedMapAnswer) -> str:
-    """The speed to program at the fastest place, and at the slowest place that has one."""
+    """The speed to program at the fastest place, and at the slowest that has one; else the commonest reason."""
     program = [place for place in answer.places if place.speed_to_program_mps is not None]
     if not program:
-        return f"No speed to program at any place: {answer.to_program_reason}"
+        ((reason, count),) = Counter(place.to_program_reason for place in answer.places).most_common(1)
+        at = f" ({count} of {counted(len(answer.places), 'place')})" if count < len(answer.places) else ""
+        return f"No speed to program at any place: {reason}{at}"
     slow, fast = (pick(program, key=lambda place: place.speed_to_program_mps or 0.0) for pick in (min, max))
     every = f"{shown(slow.speed_to_program_mps)} m/s at all {counted(len(program), 'place')} with a speed"
     where = f"{shown(fast.speed_to_program_mps)} m/s at d = {fast.distance_m:.4g} m, h = {fast.height_m:.4g} m"
@@ -287,14 +290,15 @@ def _cell(outcome: str, speed: float | None) -> str:
 
 
 def next_lines(answer: SpeedMapAnswer) -> list[str]:
-    """Why places are unconfirmed, and where a measurement would confirm the nearest of them."""
+    """Why places are unconfirmed, and at which a speed is only just missing."""
     unconfirmed = [place for place in answer.places if place.to_program_outcome == "unconfirmed"]
     reasons = [place.to_program_reason for place in unconfirmed]
     lines = [f"unconfirmed: {reason} ({counted(reasons.count(reason), 'place')})" for reason in dict.fromkeys(reasons)]
     hints = [place for place in unconfirmed if (place.extrapolated_speed_mps or 0.0) > SLOWEST_HINT]
-    for place in sorted(hints, key=lambda hint: -(hint.extrapolated_speed_mps or 0.0))[:_HINTS]:
-        lines.append(
-            f"measure next: d = {place.distance_m:.3f} m, h = {place.height_m:.3f} m at about "
-            f"{shown(place.extrapolated_speed_mps)} m/s (a hint, no permission)"
-        )
+    nearest = sorted(hints, key=lambda hint: -(hint.extrapolated_speed_mps or 0.0))[:_HINTS]
+    if nearest:
+        lines.append("a speed is only just missing (hints, no permission; forcemap next plans what to measure):")
+    for place in nearest:
+        speed = shown(place.extrapolated_speed_mps)
+        lines.append(f"  d = {place.distance_m:.3f} m, h = {place.height_m:.3f} m: about {speed} m/s")
     return lines

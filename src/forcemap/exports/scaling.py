@@ -33,6 +33,7 @@ def scaling_csv(speeds: PathSpeeds, provenance: Provenance) -> str:
         | {name: cell(piece[name]) for name in _TEXTS}
         | {name: f"{round(piece[name], 4) + 0.0:.4f}" for name in _PLACES}
         | {name: f"{piece[name]:.3f}" for name in _SPEEDS}
+        | {"commanded_speed_mps": floor_speed(piece["commanded_speed_mps"])}
         | {"scaling": f"{piece['scaling']:.2f}"}
         | {"limit_N": "" if piece["limit_N"] is None else f"{piece['limit_N']:g}"}
         for piece in scaling_result(speeds, provenance)["pieces"]
@@ -65,6 +66,7 @@ def scaling_result(speeds: PathSpeeds, provenance: Provenance) -> dict[str, Any]
         reason = sentence(speeds.reason[i])
         if driven < min(Decimal(allowed), Decimal(repr(programmed))):
             reason += "; slower here, because a later piece allows less"
+        scaling = _scaling(driven, programmed)
         rows.append(
             {
                 "piece": i + 1,
@@ -72,8 +74,8 @@ def scaling_result(speeds: PathSpeeds, provenance: Provenance) -> dict[str, Any]
                 **dict(zip(_PLACES, [*points[i], *points[i + 1]], strict=True)),
                 "programmed_speed_mps": programmed,
                 "allowed_speed_mps": float(allowed),
-                "commanded_speed_mps": float(driven),
-                "scaling": _scaling(driven, programmed),
+                "commanded_speed_mps": float(scaling * Decimal(repr(programmed))),
+                "scaling": float(scaling),
                 "outcome": str(speeds.outcome[i]),
                 "governed_by": one_line(str(speeds.governed_by[i])),
                 "limit_N": None if math.isnan(speeds.limit[i]) else float(speeds.limit[i]),
@@ -92,7 +94,7 @@ def _use(speeds: PathSpeeds) -> str:
     )
 
 
-def _scaling(speed: Decimal, programmed: float) -> float:
+def _scaling(speed: Decimal, programmed: float) -> Decimal:
     """Commanded over programmed speed, at most 1, never rounded up."""
     share = min(Decimal(1), speed / Decimal(repr(programmed)))
-    return float(share.quantize(Decimal("0.01"), rounding=ROUND_FLOOR))
+    return share.quantize(Decimal("0.01"), rounding=ROUND_FLOOR)

@@ -17,7 +17,8 @@ from forcemap.answers.answer import Answer
 from forcemap.campaigns.binding import changed_conditions
 from forcemap.campaigns.conditions import CAMPAIGN_FILE, ENTRIES, MEASURED_UNDER, read_campaign_file
 from forcemap.campaigns.impact_rows import columns_words
-from forcemap.campaigns.protocol import Protocol
+from forcemap.campaigns.not_stated import not_stated
+from forcemap.campaigns.protocol import Protocol, read_protocol
 from forcemap.campaigns.recordings_table import READ_WITH, REGISTER_FILE, Entry, Use, read_register
 from forcemap.errors import CampaignFileError, InputError
 from forcemap.files import hidden_file, read_bytes, sha256, toml_tables, write_atomically
@@ -60,10 +61,12 @@ class ConditionEntry(Answer):
 class ConditionsAnswer(Answer):
     """What a campaign.toml states, in its tables, and the hash of the file as it was looked at.
 
+    `not_stated` is what a protocol needs and lacks, under each reason why it matters, the gravest first.
     `several_devices` where tables [[devices]] state the devices: these are changed in an editor.
     """
 
     tables: dict[str, list[ConditionEntry]]
+    not_stated: dict[str, list[str]]
     several_devices: bool
     simulated: bool
     recordings: dict[str, str]
@@ -130,8 +133,12 @@ def conditions_answer(campaign: Path) -> ConditionsAnswer:
             binds=sum(entry in each.conditions for each in used) if entry in MEASURED_UNDER else 0,
         )
         shown.setdefault(section, []).append(line)
+    lacking: dict[str, list[str]] = {}
+    for each in not_stated(conditions, read_protocol(campaign / CAMPAIGN_FILE)):
+        lacking.setdefault(each.matters, []).append(each.entry)
     return ConditionsAnswer(
         tables=shown,
+        not_stated=lacking,
         several_devices="devices" in tables,
         simulated=conditions.simulated,
         recordings={key: str(value) for key, value in (columns.to_table() if columns else {}).items()},

@@ -71,12 +71,14 @@ class Case(Answer):
 class Headline(Answer):
     """What a campaign permits, for the body area asked for and those of its contact points; or why nothing is known.
 
-    Without cases and without a problem nobody chose a body area.
+    Without cases and without a problem nobody chose a body area. Contact points are counted as listed, not judged.
     """
 
     cases: list[Case]
     problem: str
     places_apart_m: float
+    contact_points: int
+    contact_points_problem: str
 
 
 class NextStep(Answer):
@@ -90,13 +92,14 @@ class NextStep(Answer):
 
 def headline(name: str, path: Path, question: Area, limits: Limits, *, points: bool = True) -> Headline:
     """What a campaign permits, with the body areas of its contact points or without; one without a map says why."""
+    listed: dict[str, Any] = {"contact_points": limits.points, "contact_points_problem": limits.points_problem}
     try:
         fitted_campaign(path)  # that there is no map is said without a body area, too
         areas = dict.fromkeys(filter(None, [question.area, *(limits.areas if points else ())]))
         cases = [_case(name, path, limits.of(area), contact, limits) for area in areas for contact in fm.Contact]
-        return Headline(cases=cases, problem="", places_apart_m=PLACES_APART)
+        return Headline(cases=cases, problem="", places_apart_m=PLACES_APART, **listed)
     except fm.ForcemapError as error:
-        return Headline(cases=[], problem=problem_words(error), places_apart_m=PLACES_APART)
+        return Headline(cases=[], problem=problem_words(error), places_apart_m=PLACES_APART, **listed)
 
 
 def next_step(name: str, path: Path, question: Question, limits: Limits) -> NextStep:

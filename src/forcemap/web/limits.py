@@ -34,6 +34,10 @@ class Limits:
         What campaign.toml names and is not used, in words.
     areas : tuple of str
         Body areas of the campaign's contact points, as they are listed; none if it lists none that can be used.
+    points : int
+        How many contact points it lists.
+    points_problem : str
+        Why its list cannot be used; empty if it can, or if there is none.
     refusal : ForcemapError or None
         Why the table that campaign.toml names cannot be used: then there are no limits.
     """
@@ -41,6 +45,8 @@ class Limits:
     table: fm.LimitTable | None
     statements: tuple[str, ...] = ()
     areas: tuple[str, ...] = ()
+    points: int = 0
+    points_problem: str = ""
     refusal: fm.ForcemapError | None = None
 
     @property
@@ -87,9 +93,10 @@ def limits_of(campaign: Path, given: fm.LimitTable | None) -> Limits:
     limits = _table_of(campaign, given)
     if not (listed := campaign / POINTS_FILE).exists():
         return limits
-    points = attempt(lambda: read_contact_points(listed, table=limits.required()))  # unusable: none
-    areas = () if isinstance(points, Missing) else tuple(dict.fromkeys(point.limit.name for point in points))
-    return replace(limits, areas=areas)
+    points = attempt(lambda: read_contact_points(listed, table=limits.required()))
+    if isinstance(points, Missing):
+        return replace(limits, points_problem=points.reason)
+    return replace(limits, points=len(points), areas=tuple(dict.fromkeys(point.limit.name for point in points)))
 
 
 def _table_of(campaign: Path, given: fm.LimitTable | None) -> Limits:

@@ -10,8 +10,11 @@ from forcemap.files import new_folder, write_atomically
 
 EXAMPLE_CAMPAIGNS = ("ur10e", "kuka-iiwa7-30nm", "kuka-iiwa7-10nm")
 
+CLAMPING_EXAMPLES = ("kuka-iiwa7-30nm", "kuka-iiwa7-10nm")
+"""Those whose impacts clamp, for which no transient limit may be used: what is asked of them is quasi-static."""
+
 _FILES = ("campaign.toml", "impacts.csv")
-_TASK_FILES = ("path.csv", "task.toml", "table_path.csv")
+_PATH_FILES = ("path.csv", "table_path.csv")
 
 
 def copy_example(name: str, folder: str | Path) -> Path:
@@ -29,11 +32,12 @@ def copy_example(name: str, folder: str | Path) -> Path:
     target = new_folder(folder)
     for file in _FILES:
         write_atomically(target / file, resources.files(__name__).joinpath(name, file).read_text(encoding="utf-8"))
-    copy_task(target)
+    copy_task(name, target)
     return target
 
 
-def copy_task(folder: str | Path) -> None:
-    """Write a robot's path, its task, and a path in the frame of a table, for places that every example measured."""
-    for file in _TASK_FILES:
-        write_atomically(Path(folder, file), resources.files(__name__).joinpath(file).read_text(encoding="utf-8"))
+def copy_task(name: str, folder: str | Path) -> None:
+    """Write a robot's path, the example's task, and a path in the frame of a table, for places that all measured."""
+    task = "clamping_task.toml" if name in CLAMPING_EXAMPLES else "task.toml"
+    for file, source in [*((file, file) for file in _PATH_FILES), ("task.toml", task)]:
+        write_atomically(Path(folder, file), resources.files(__name__).joinpath(source).read_text(encoding="utf-8"))

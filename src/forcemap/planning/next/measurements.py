@@ -34,7 +34,7 @@ from forcemap.planning.runs import runs_of, slow_to_fast
 from forcemap.planning.spread_states import STATES
 from forcemap.speeds.basis import Basis, doubts_of_fit, limit_basis
 from forcemap.speeds.enclosures import Patches, enclose
-from forcemap.speeds.safe_speed import floor_speed, safe_speed
+from forcemap.speeds.safe_speed import safe_speed
 
 SPEEDS = (0.05, 0.40)
 """Slowest and fastest speed that may be planned, unless stated [m/s]; a choice."""
@@ -112,10 +112,10 @@ class NextMeasurements:
     @property
     def progress(self) -> Finding:
         """At how many places of the grid there is a speed now, and is expected to be after these runs."""
-        now, after = ("" if math.isnan(v) else floor_speed(v) for v in (self.speed, self.expected_speed))
-        expected = Finding.of(FindingKind.PLACES_EXPECTED, confirmed=self.expected_confirmed, speed=after)
-        also = (expected,) if self.plan is not None and after else ()
-        return Finding.of(FindingKind.PLACES_COUNTED, *also, confirmed=self.confirmed, places=self.places, speed=now)
+        counted = {"confirmed": self.confirmed, "places": self.places}
+        if self.plan is None or math.isnan(self.expected_speed):
+            return Finding.of(FindingKind.PLACES_COUNTED, **counted)
+        return Finding.of(FindingKind.PLACES_EXPECTED, **counted, expected=self.expected_confirmed)
 
 
 def next_measurements(
