@@ -198,6 +198,13 @@ class Conditions:
         )
 
     @property
+    def device_needs(self) -> tuple[Finding, ...]:
+        """What collecting, and a speed for a body area, need of the device and is not stated."""
+        collect = Finding.of(FindingKind.COLLECT_NEEDS, entry="device.range_N")
+        spring = Finding.of(FindingKind.SPRING_NEEDED, entry="device.stiffness_N_per_m")
+        return (collect,) * math.isnan(self.device.range) + (spring,) * math.isnan(self.device.stiffness)
+
+    @property
     def note_says_simulated(self) -> bool:
         """True if the note bears the mark that the virtual lab writes, whatever `simulated` states."""
         return self.note.startswith("SIMULATED")

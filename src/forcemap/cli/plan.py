@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
-from typer import Argument, Option
+from typer import Argument, Context, Option
 
 import forcemap as fm
 from forcemap.answers.plan import PlanAnswer
@@ -70,7 +70,17 @@ _Reach = Annotated[
 ]
 
 
+_Sheet = Annotated[
+    bool,
+    Option(
+        "--sheet",
+        help="Of a campaign that is planned: write what campaign.toml states now into its run sheet; alone.",
+    ),
+]
+
+
 def plan(
+    context: Context,
     folder: Annotated[str, Argument(help="New campaign folder, or one that has a campaign.toml and no plan.")],
     distances: planned.Distances = None,
     heights: planned.Heights = None,
@@ -89,6 +99,7 @@ def plan(
     expect: planned.Expect = None,
     limit: Limit = None,
     contact: ContactKind = None,
+    sheet: _Sheet = False,
     as_json: Json = False,
 ) -> None:
     """Plan a campaign: write its folder with campaign.toml, plan.csv and a run sheet to print.
@@ -96,6 +107,9 @@ def plan(
     Example: forcemap plan my-campaign --distances-m 0.52,0.89 --heights-m 0.14,0.46 --speeds-mps 0.2,0.4
     --device-range-N 500 --moving-mass-kg 30 --area back_of_hand --contact transient
     """
+    if sheet:
+        _state_again(context, folder, as_json=as_json)
+        return
     carried = _carried(design)
     if carried is None and (distances is None or heights is None or speeds is None):
         raise fm.InputError("plan: expected --distances-m, --heights-m and --speeds-mps, the ranges to measure")
@@ -104,10 +118,8 @@ def plan(
     mass, source = planned.expected_of(expect)
     conditions, added = planned.completed_conditions(folder, device_range, device_spring, mass)
     newtons, doubts = _to_confirm(limit, contact, conditions.device.stiffness) if limit else (math.nan, [])
-    ranges = [
-        figures(name, text) if text else []
-        for name, text in (("distances", distances), ("heights", heights), ("speeds", speeds))
-    ]
+    named = {"distances": distances, "heights": heights, "speeds": speeds}
+    ranges = [figures(name, text) if text else [] for name, text in named.items()]
     shared: dict[str, Any] = {"states": states, "repeats": repeats, "device": conditions.device, "limit": newtons}
     angles = figures("base angles", base_angles) if base_angles else []
     others: dict[str, Any] = {"places": places, "again": again, "base_angles": angles, "reach": reach}
@@ -119,21 +131,29 @@ def plan(
         shared["design"], shared["form"] = _kind_and_form(design)
         shared["expected_force"] = force_map_from(source, None)[0] if source else fm.StandardExpectation.of(conditions)
         campaign_plan = fm.plan_measurements(ranges[0], ranges[1], ranges[2], **others, **shared)
-    warnings = (*doubts, *campaign_plan.warnings, *_needed(conditions.device, doubts))
+    warnings = (*doubts, *campaign_plan.warnings, *_needed(conditions, doubts))
     campaign_plan = dataclasses.replace(campaign_plan, warnings=warnings)
-    minutes = campaign_plan.minutes(place_minutes, impact_minutes)
     whole = extend_plan(before, campaign_plan) if before else campaign_plan
     completed = planned.complete(folder, conditions, added)
     files = planned.write_campaign(Path(folder), whole, campaign_plan, conditions)
     files += ["campaign.toml"] * bool(completed)
     if carried:
-        Path(folder, EARLIER_MAP).parent.mkdir(exist_ok=True)
-        write_atomically(Path(folder, EARLIER_MAP), read_bytes(carried[0]).decode())
-        files.append(EARLIER_MAP)
+        files.append(_kept(folder, carried[0]))
     notes = [planned.time_words(campaign_plan, place_minutes, impact_minutes)]
     notes += [f"campaign.toml was there; added to it: {', '.join(completed)}"] * bool(completed)
-    answer = PlanAnswer.of_plan(campaign_plan, folder, files, minutes)
+    answer = PlanAnswer.of_plan(campaign_plan, folder, files, campaign_plan.minutes(place_minutes, impact_minutes))
     emit(answer, _lines(folder, campaign_plan, files, notes, carried[0] if carried else None), as_json=as_json)
+
+
+def _state_again(context: Context, folder: str, *, as_json: bool) -> None:
+    """Write what campaign.toml states now into the sheet; other options are refused, as nothing is planned."""
+    for name in context.params.keys() - {"folder", "sheet", "as_json"}:
+        if (source := context.get_parameter_source(name)) is not None and source.name != "DEFAULT":
+            option = name.replace("_", " ")
+            raise fm.InputError(f"--sheet: found {option}, too; expected no other option: the plan stays as it is")
+    planned.state_again(folder)
+    written = f"Written: {Path(folder, planned.SHEET)}, its runs as before, with what campaign.toml states now"
+    emit({"folder": folder, "files": [planned.SHEET]}, [written], as_json=as_json)
 
 
 def _carried(design: str) -> tuple[str, float] | None:
@@ -145,6 +165,13 @@ def _carried(design: str) -> tuple[str, float] | None:
     if width is None:
         raise fm.InputError(f"transfer: found {design!r}, expected a map file, or map.json:8% for a width of 8 %")
     return source, width / 100
+
+
+def _kept(folder: str, source: str) -> str:
+    """Copy the map that is carried over into the campaign; the name of the copy."""
+    Path(folder, EARLIER_MAP).parent.mkdir(exist_ok=True)
+    write_atomically(Path(folder, EARLIER_MAP), read_bytes(source).decode())
+    return EARLIER_MAP
 
 
 def _planned(folder: str, source: str, plan: fm.MeasurementPlan | None) -> list[list[float]]:
@@ -199,12 +226,10 @@ def _to_confirm(limit: list[str], contact: fm.Contact | None, stiffness: float) 
     return force_limit.force(kind) if kind else math.nan, doubts
 
 
-def _needed(device: fm.Device, doubts: list[Finding]) -> list[Finding]:
-    """What collecting, and a speed for a body area, need of the device and is not stated; without what `doubts` say."""
-    needs = [Finding.of(FindingKind.COLLECT_NEEDS, entry="device.range_N")] if math.isnan(device.range) else []
+def _needed(conditions: fm.Conditions, doubts: list[Finding]) -> list[Finding]:
+    """What is needed of the device and is not stated; without what `doubts` say."""
     said = any(part.kind is FindingKind.SPRING_OF_DEVICE_NOT_STATED for doubt in doubts for part in doubt.also)
-    spring = Finding.of(FindingKind.SPRING_NEEDED, entry="device.stiffness_N_per_m")
-    return [*needs, spring] if math.isnan(device.stiffness) and not said else needs
+    return [need for need in conditions.device_needs if not (said and need.kind is FindingKind.SPRING_NEEDED)]
 
 
 def _lines(folder: str, plan: DesignedPlan, files: list[str], notes: list[str], transfer: str | None) -> list[str]:
@@ -229,7 +254,8 @@ def _lines(folder: str, plan: DesignedPlan, files: list[str], notes: list[str], 
         f"Files: {', '.join(files)}",
         "Next:",
         f"  1. fill in {folder}/campaign.toml: robot, tool, contact, device, and in [recordings] how it writes files",
-        f"  2. print {folder}/{planned.SHEET} and measure; save each file in {folder}/recordings as it says",
-        f"  3. forcemap collect {folder}",
-        *([f"  4. forcemap transfer {transfer} {folder} -o new-map.json"] if transfer else []),
+        f"  2. forcemap plan {folder} --sheet, which writes that into {folder}/{planned.SHEET}",
+        f"  3. print {folder}/{planned.SHEET} and measure; save each file in {folder}/recordings as it says",
+        f"  4. forcemap collect {folder}",
+        *([f"  5. forcemap transfer {transfer} {folder} -o new-map.json"] if transfer else []),
     ]

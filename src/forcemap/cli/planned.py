@@ -21,7 +21,7 @@ from forcemap.campaigns.recordings_table import REGISTER_FILE
 from forcemap.campaigns.template import campaign_text, completed_text
 from forcemap.cli.options import number, stated, stiffness
 from forcemap.cli.output import WIDEST, table
-from forcemap.exports.run_sheet import run_sheet
+from forcemap.exports.run_sheet import restated, run_sheet
 from forcemap.files import read_bytes, write_atomically
 
 SHEET = "run_sheet.txt"
@@ -166,6 +166,16 @@ def write_campaign(
     write_atomically(target / SHEET, "\n".join(sheet) + "\n")
     fm.write_plan(whole, target)
     return files
+
+
+def state_again(folder: str) -> None:
+    """Write what campaign.toml states now into the run sheet of a folder; the runs stay as they are."""
+    sheet, conditions = Path(folder, SHEET), fm.read_conditions(Path(folder, CAMPAIGN_FILE))
+    try:
+        lines = restated(read_bytes(sheet).decode().splitlines(), conditions)
+    except (fm.InputError, UnicodeDecodeError) as error:
+        raise fm.InputError(f"no run sheet to write again ({error})", file=str(sheet)) from error
+    write_atomically(sheet, "\n".join(lines) + "\n")
 
 
 def time_words(plan: fm.MeasurementPlan, place_minutes: float = 10.0, impact_minutes: float = 1.0) -> str:

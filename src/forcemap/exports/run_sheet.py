@@ -10,11 +10,15 @@ from collections.abc import Sequence
 from forcemap.campaigns.conditions import Conditions
 from forcemap.campaigns.plan import MeasurementPlan
 from forcemap.errors import InputError
+from forcemap.findings import FindingKind
 from forcemap.maps.direction import direction_vector, direction_words
 from forcemap.words import sentence, sentences
 
 _STANDS_WITHIN = 1.0  # [deg]; a choice: what a spirit level and a square give
 _SHEET_WIDTH = 100  # characters; no printed line is longer
+_BEFORE, _AFTER = "Runs: ", "expected forces: "  # beginnings of the lines between which the conditions stand
+_OF_DEVICE = {FindingKind.COLLECT_NEEDS, FindingKind.SPRING_NEEDED, FindingKind.SPRING_OF_DEVICE_NOT_STATED}
+"""Warnings of a plan that stand among the conditions: they end with what campaign.toml states later."""
 
 
 def run_sheet(
@@ -37,6 +41,38 @@ def run_sheet(
     waiting : MeasurementPlan, optional
         Runs planned earlier that are not measured yet; they follow the others.
     """
+    warnings = [each for each in plan.warnings if not _OF_DEVICE & {each.kind, *(part.kind for part in each.also)}]
+    lines = _wrapped(
+        f"{_BEFORE}{len(plan)}, states: {len(plan.states)}",
+        *_stated(conditions),
+        f"{_AFTER}{sentence(plan.expected_from) or 'not stated'}",
+        *(f"WARNING: {sentence(warning)}" for warning in warnings),
+        *(f"left out: {sentence(reason)}" for reason in plan.left_out),
+    )
+    names = [*plan.recording.tolist(), *([] if waiting is None else waiting.recording.tolist())]
+    width = max(len("save as"), *(len(name) for name in names))
+    lines += _runs(plan, width, list(upper_force))
+    if waiting is not None and len(waiting):
+        lines += ["", "Planned earlier and not measured yet", *_runs(waiting, width, [], first=len(plan) + 1)]
+    return lines
+
+
+def restated(sheet: Sequence[str], conditions: Conditions) -> list[str]:
+    """The lines of a run sheet with what its campaign states now; all else stays, what a person wrote there too.
+
+    Raises
+    ------
+    InputError
+        The lines between which the conditions stand are not there.
+    """
+    first, last = (next((i for i, line in enumerate(sheet) if line.startswith(s)), -1) for s in (_BEFORE, _AFTER))
+    if not 0 <= first < last:
+        raise InputError(f"found no line {_BEFORE!r} and below it one {_AFTER!r}, expected them as in every run sheet")
+    return [*sheet[: first + 1], *_wrapped(*_stated(conditions)), *sheet[last:]]
+
+
+def _stated(conditions: Conditions) -> list[str]:
+    """What the campaign states, and what is needed of the device and is not."""
     device = conditions.device
     stated = {
         "controller": conditions.controller,
@@ -47,22 +83,16 @@ def run_sheet(
         "standard": conditions.standard_edition,
         "operator": conditions.operator,
     }
-    head = [
-        f"Runs: {len(plan)}, states: {len(plan.states)}",
+    return [
         *sentences(conditions.findings),
         *device_stands(conditions.direction),
         *(f"{name}: {value or 'not stated'}" for name, value in stated.items()),
-        f"expected forces: {sentence(plan.expected_from) or 'not stated'}",
-        *(f"WARNING: {sentence(warning)}" for warning in plan.warnings),
-        *(f"left out: {sentence(reason)}" for reason in plan.left_out),
+        *(f"WARNING: {sentence(need)}" for need in conditions.device_needs),
     ]
-    lines = [part for line in head for part in textwrap.wrap(line, _SHEET_WIDTH, subsequent_indent="    ")]
-    names = [*plan.recording.tolist(), *([] if waiting is None else waiting.recording.tolist())]
-    width = max(len("save as"), *(len(name) for name in names))
-    lines += _runs(plan, width, list(upper_force))
-    if waiting is not None and len(waiting):
-        lines += ["", "Planned earlier and not measured yet", *_runs(waiting, width, [], first=len(plan) + 1)]
-    return lines
+
+
+def _wrapped(*lines: str) -> list[str]:
+    return [part for line in lines for part in textwrap.wrap(line, _SHEET_WIDTH, subsequent_indent="    ")]
 
 
 def device_stands(direction: str) -> list[str]:
