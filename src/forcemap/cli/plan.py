@@ -131,8 +131,8 @@ def plan(
         shared["design"], shared["form"] = _kind_and_form(design)
         shared["expected_force"] = force_map_from(source, None)[0] if source else fm.StandardExpectation.of(conditions)
         campaign_plan = fm.plan_measurements(ranges[0], ranges[1], ranges[2], **others, **shared)
-    warnings = (*doubts, *campaign_plan.warnings, *_needed(conditions, doubts))
-    campaign_plan = dataclasses.replace(campaign_plan, warnings=warnings)
+    campaign_plan = _with_needs(campaign_plan, conditions, doubts)
+    minutes = campaign_plan.minutes(place_minutes, impact_minutes)
     whole = extend_plan(before, campaign_plan) if before else campaign_plan
     completed = planned.complete(folder, conditions, added)
     files = planned.write_campaign(Path(folder), whole, campaign_plan, conditions)
@@ -141,7 +141,7 @@ def plan(
         files.append(_kept(folder, carried[0]))
     notes = [planned.time_words(campaign_plan, place_minutes, impact_minutes)]
     notes += [f"campaign.toml was there; added to it: {', '.join(completed)}"] * bool(completed)
-    answer = PlanAnswer.of_plan(campaign_plan, folder, files, campaign_plan.minutes(place_minutes, impact_minutes))
+    answer = PlanAnswer.of_plan(campaign_plan, folder, files, minutes)
     emit(answer, _lines(folder, campaign_plan, files, notes, carried[0] if carried else None), as_json=as_json)
 
 
@@ -226,10 +226,11 @@ def _to_confirm(limit: list[str], contact: fm.Contact | None, stiffness: float) 
     return force_limit.force(kind) if kind else math.nan, doubts
 
 
-def _needed(conditions: fm.Conditions, doubts: list[Finding]) -> list[Finding]:
-    """What is needed of the device and is not stated; without what `doubts` say."""
+def _with_needs(plan: DesignedPlan, conditions: fm.Conditions, doubts: list[Finding]) -> DesignedPlan:
+    """A plan that says first what is doubted, and last what is needed of the device and neither stated nor doubted."""
     said = any(part.kind is FindingKind.SPRING_OF_DEVICE_NOT_STATED for doubt in doubts for part in doubt.also)
-    return [need for need in conditions.device_needs if not (said and need.kind is FindingKind.SPRING_NEEDED)]
+    needs = [need for need in conditions.device_needs if not (said and need.kind is FindingKind.SPRING_NEEDED)]
+    return dataclasses.replace(plan, warnings=(*doubts, *plan.warnings, *needs))
 
 
 def _lines(folder: str, plan: DesignedPlan, files: list[str], notes: list[str], transfer: str | None) -> list[str]:
