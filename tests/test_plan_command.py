@@ -449,7 +449,7 @@ def test_a_command_has_one_example_and_not_too_many_options(forcemap, name):
     code, out, _ = forcemap(name, "--help")
     assert code == 0
     assert out.count("Example: forcemap " + name) == 1
-    assert len(typer.main.get_command(app).commands[name].params) <= (20 if name == "plan" else 15)
+    assert len(typer.main.get_command(app).commands[name].params) <= (19 if name == "plan" else 15)
 
 
 @pytest.mark.parametrize("source", ["ur10e", "map.json"])
@@ -477,10 +477,10 @@ def test_the_sheet_is_written_again_with_what_the_campaign_states_now(ask, force
     options, sheet, toml = (*RANGES, "--speeds-mps", "0.1,0.4"), "run_sheet.txt", "campaign.toml"
     last = "expected forces: "
     code, out, _ = forcemap("plan", tmp_path / "a", *options, *HAND)
-    assert (code, f"2. forcemap plan {tmp_path / 'a'} --sheet" in flowing(out)) == (0, True)
+    assert (code, f"2. forcemap plan {tmp_path / 'a'}, which writes" in flowing(out)) == (0, True)
     before = (tmp_path / "a" / sheet).read_text()
     assert before.count("WARNING: forcemap collect will need device.range_N") == 1
-    assert ask("plan", tmp_path / "a", "--sheet") == (0, {"folder": str(tmp_path / "a"), "files": [sheet]})
+    assert ask("plan", tmp_path / "a") == (0, {"folder": str(tmp_path / "a"), "files": [sheet]})
     assert (tmp_path / "a" / sheet).read_text() == before
     conditions = fm.Conditions(
         robot="R7", direction="down", contact_site="flange", device=fm.Device(range=500.0, stiffness=75e3)
@@ -490,16 +490,16 @@ def test_the_sheet_is_written_again_with_what_the_campaign_states_now(ask, force
         (tmp_path / name / toml).write_text(campaign_text(conditions))
     assert ask("plan", tmp_path / "b", *options, *HAND)[0] == 0
     (tmp_path / "a" / sheet).write_text(before + "door open\n")
-    code, out, _ = forcemap("plan", tmp_path / "a", "--sheet")
+    code, out, _ = forcemap("plan", tmp_path / "a")
     after = (tmp_path / "a" / sheet).read_text()
     (head, *_), rest = (tmp_path / "b" / sheet).read_text().partition(last), before[before.index(last) :]
     assert (code, out.count(sheet), after) == (0, 1, f"{head}{rest}door open\n")
     assert "will need" not in after
 
-    for wrong in (("--sheet", "--repeats", 2), ("--sheet", *RANGES)):
+    for wrong in (("--repeats", 2), RANGES, options):
         assert ask("plan", tmp_path / "a", *wrong)[0] == 2
     (tmp_path / "a" / sheet).write_text("a note\n")
-    code, found = ask("plan", tmp_path / "a", "--sheet")
+    code, found = ask("plan", tmp_path / "a")
     assert (code, "no run sheet to write again" in found["error"]["message"]) == (2, True)
     assert (tmp_path / "a" / sheet).read_text() == "a note\n"
 
@@ -511,6 +511,6 @@ def test_a_sheet_of_a_confirmation_keeps_its_rule_and_its_bounds(ask, measured):
     stated = fm.read_conditions(toml)
     toml.write_text(toml.read_text().replace('# operator = ""', 'operator = "B. Jones"'))
     assert fm.read_conditions(toml) != stated
-    assert ask("plan", measured, "--sheet")[0] == 0
+    assert ask("plan", measured)[0] == 0
     after = (measured / "run_sheet.txt").read_text()
     assert after == before.replace("operator: not stated", "operator: B. Jones")

@@ -70,15 +70,6 @@ _Reach = Annotated[
 ]
 
 
-_Sheet = Annotated[
-    bool,
-    Option(
-        "--sheet",
-        help="Of a campaign that is planned: write what campaign.toml states now into its run sheet; alone.",
-    ),
-]
-
-
 def plan(
     context: Context,
     folder: Annotated[str, Argument(help="New campaign folder, or one that has a campaign.toml and no plan.")],
@@ -99,16 +90,17 @@ def plan(
     expect: planned.Expect = None,
     limit: Limit = None,
     contact: ContactKind = None,
-    sheet: _Sheet = False,
     as_json: Json = False,
 ) -> None:
     """Plan a campaign: write its folder with campaign.toml, plan.csv and a run sheet to print.
 
+    Of a campaign that is planned, named alone, what campaign.toml states now is written into its run sheet.
+
     Example: forcemap plan my-campaign --distances-m 0.52,0.89 --heights-m 0.14,0.46 --speeds-mps 0.2,0.4
     --device-range-N 500 --moving-mass-kg 30 --area back_of_hand --contact transient
     """
-    if sheet:
-        _state_again(context, folder, as_json=as_json)
+    if Path(folder, "plan.csv").exists() and _alone(context):
+        _state_again(folder, as_json=as_json)
         return
     carried = _carried(design)
     if carried is None and (distances is None or heights is None or speeds is None):
@@ -145,12 +137,14 @@ def plan(
     emit(answer, _lines(folder, campaign_plan, files, notes, carried[0] if carried else None), as_json=as_json)
 
 
-def _state_again(context: Context, folder: str, *, as_json: bool) -> None:
-    """Write what campaign.toml states now into the sheet; other options are refused, as nothing is planned."""
-    for name in context.params.keys() - {"folder", "sheet", "as_json"}:
-        if (source := context.get_parameter_source(name)) is not None and source.name != "DEFAULT":
-            option = name.replace("_", " ")
-            raise fm.InputError(f"--sheet: found {option}, too; expected no other option: the plan stays as it is")
+def _alone(context: Context) -> bool:
+    """True if nothing but the folder is named: no other plan is asked for."""
+    sources = (context.get_parameter_source(name) for name in context.params.keys() - {"folder", "as_json"})
+    return all(source is None or source.name == "DEFAULT" for source in sources)
+
+
+def _state_again(folder: str, *, as_json: bool) -> None:
+    """Write what campaign.toml states now into the sheet of a plan."""
     planned.state_again(folder)
     written = f"Written: {Path(folder, planned.SHEET)}, its runs as before, with what campaign.toml states now"
     emit({"folder": folder, "files": [planned.SHEET]}, [written], as_json=as_json)
@@ -255,7 +249,7 @@ def _lines(folder: str, plan: DesignedPlan, files: list[str], notes: list[str], 
         f"Files: {', '.join(files)}",
         "Next:",
         f"  1. fill in {folder}/campaign.toml: robot, tool, contact, device, and in [recordings] how it writes files",
-        f"  2. forcemap plan {folder} --sheet, which writes that into {folder}/{planned.SHEET}",
+        f"  2. forcemap plan {folder}, which writes that into {folder}/{planned.SHEET}",
         f"  3. print {folder}/{planned.SHEET} and measure; save each file in {folder}/recordings as it says",
         f"  4. forcemap collect {folder}",
         *([f"  5. forcemap transfer {transfer} {folder} -o new-map.json"] if transfer else []),
