@@ -123,3 +123,16 @@ def test_commands_read_a_log(capsys, tmp_path, monkeypatch):
     assert "found 'X', 'Y', 'Z', expected x_m, y_m, z_m" in capsys.readouterr().err
     assert run(["path", "ur10e", "other.csv", *hand, *columns[:4], "--robot", "ur10e"]) == 2
     assert "a column map is one of positions" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(("unit", "read"), [("us", True), ("ms", True), ("s", False)])
+def test_times_in_a_larger_unit_than_the_files_do_not_make_a_path_slow(tmp_path, unit, read):
+    """Rows of 8 ms: taken for seconds, 0.5 m/s would look like 0.0005 m/s, and nothing would be too fast."""
+    log = tmp_path / "log.csv"
+    log.write_text("T,X,Y,Z\n" + "".join(f"{8 * i},700,0,{400 - 4 * i}\n" for i in range(30)))
+    columns = {"position": ["X", "Y", "Z"], "length_unit": "mm", "time": "T", "time_unit": unit}
+    if read:
+        assert len(fm.read_path(log, columns=columns).points) == 30
+    else:
+        with pytest.raises(fm.InputError, match="correct time_unit"):
+            fm.read_path(log, columns=columns)

@@ -20,6 +20,8 @@ from forcemap.recordings.text import lines_of
 LENGTHS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254}
 """Units of positions [m]."""
 
+_FARTHEST = 1.0  # [s] between samples; a choice: controllers write 1 to 500 a second
+
 _SAME = ("time", "time_unit", "sampling_rate_Hz", "delimiter", "decimal", "header_lines")
 _CALLED = {"position": "force", "segment": "curve"}
 """Entries that a column map of recordings has as well, and under another name: three components beside a time."""
@@ -54,6 +56,7 @@ def read_pose_log(
         if layout.selection.time is not None:
             rows = range(layout.row, layout.row + len(block.values))
             time, _ = in_seconds(block.values[:, 0], known, rows, layout.name(layout.selection.time))
+            _refuse_slow(time, layout.name(layout.selection.time))
         elif "sampling_rate_Hz" in columns:
             time = np.arange(len(block.values)) / known.sampling_rate
     except RecordingError as error:
@@ -83,6 +86,14 @@ def _column_map(columns: Mapping[str, Any]) -> ColumnMap:
     except InputError as error:
         own = {theirs: name for name, theirs in _CALLED.items()}
         raise InputError(error.message, column=own.get(error.column or "", error.column)) from None
+
+
+def _refuse_slow(time: FloatArray, column: str) -> None:
+    """Refuse times that no log has: in a larger unit than the file's a path looks slow, and what is too fast passes."""
+    apart = float(np.median(np.diff(time))) if time.size > 1 else 0.0
+    if apart > _FARTHEST:
+        problem = f"found samples {apart:.4g} s apart (median), slower than any controller writes a log"
+        raise RecordingError(f"{problem}; correct time_unit", column=column)
 
 
 def _refuse_other_lengths(layout: Layout, stated: str) -> None:
