@@ -159,6 +159,8 @@ def read_table(content: bytes, file: str, *, what: str, remarked: bool = False) 
 
 def csv_cell(value: object, form: str = "") -> str:
     """The text of a cell: empty for None and NaN, true or false, a number in full or as `form` says."""
+    if type(value) is str and not form:  # most cells
+        return value
     if value is None or value != value:
         return ""
     return str(value).lower() if isinstance(value, bool) else format(value, form)

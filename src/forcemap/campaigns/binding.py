@@ -9,7 +9,7 @@ show that a unit is mistaken.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from functools import lru_cache
@@ -70,7 +70,8 @@ NOT_BESIDE = Binding(BindingState.UNBOUND, Finding.of(FindingKind.REGISTER_NOT_B
 
 def impact_sha256(row: Mapping[str, str]) -> str:
     """Hash of a row of the impacts table: its known columns, numbers by their value and not as they are written."""
-    plain = [f"{column}={_plain(column, cell)}" for column in COLUMNS if (cell := row.get(column, "").strip())]
+    cells = [(column, plain, cell) for column, plain in _PLAIN if (cell := row.get(column, "").strip())]
+    plain = [f"{column}={plain(cell) if plain else cell}" for column, plain, cell in cells]
     return sha256("\n".join(plain))[:16]
 
 
@@ -152,12 +153,8 @@ def _broken(kind: FindingKind, **figures: Any) -> Binding:
     return Binding(BindingState.BROKEN, Finding.of(kind, **figures))
 
 
-def _plain(column: str, cell: str) -> str:
-    if column in NUMBERS:
-        return _value(cell)
-    if column in TRUTHS:
-        return "true" if cell.lower() in ("true", "1") else "false"
-    return cell.lower() if column == "role" else cell
+def _truth(cell: str) -> str:
+    return "true" if cell.lower() in ("true", "1") else "false"
 
 
 @lru_cache(maxsize=4096)  # most figures of a table stand in it again, or were just written
@@ -166,3 +163,10 @@ def _value(cell: str) -> str:
         return repr(float(cell.replace(",", ".")))
     except ValueError:
         return cell
+
+
+_PLAIN: tuple[tuple[str, Callable[[str], str] | None], ...] = tuple(
+    (name, _value if name in NUMBERS else _truth if name in TRUTHS else str.lower if name == "role" else None)
+    for name in COLUMNS
+)
+"""How a cell of a column is brought to one spelling; None if it stays as it is."""

@@ -106,7 +106,7 @@ def require_known(films: Films, entries: Iterable[Entry]) -> None:
     CampaignFileError
         There is such a file.
     """
-    names = {name for entry in entries for name in _names(entry)}
+    names = {name for entry in entries for name in _names(entry)} if films else set()
     for name in sorted(films.keys() - names):
         expected = "expected that of a run or recording, such as d890-h140-v100-r1.csv; rename it or move it away"
         raise CampaignFileError(f"found the name {name!r}, {expected}", file=str(films[name][0]))
@@ -166,7 +166,7 @@ def measured_pressure(films: Films, film: Film, entry: Entry) -> MeasuredPressur
 
 
 def _film_of(films: Films, entry: Entry) -> Path | None:
-    files = sorted(file for name in _names(entry) for file in films.get(name, ()))
+    files = sorted(file for name in _names(entry) for file in films.get(name, ())) if films else []
     if len(files) > 1:
         found = " and ".join(file.name for file in files)
         raise CampaignFileError(f"found {found} for one run, expected one file", file=str(files[0].parent))
