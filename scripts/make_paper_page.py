@@ -59,11 +59,24 @@ class Item:
     command: str
     first: str = ""
     """The first line of the output to show; of a figure nothing is shown."""
+    python: str = ""
+    """A block of Python below, with what introduces it."""
 
 
 TABLES = "ur10e-impacts kuka-iiwa7-30nm-impacts kuka-iiwa7-10nm-impacts"
 MAPS = "ur10e kuka-iiwa7-30nm kuka-iiwa7-10nm"
 FIGURE = "forcemap figure"
+PUBLISHED_COEFFICIENTS = """
+The published maps are fitted already, so `fit` does not take them. Their coefficients, as the paper prints them:
+
+```python
+import forcemap
+
+for name in forcemap.PUBLISHED_MAPS:
+    published = forcemap.published_map(name)
+    print(name, dict(zip(published.form.term_names, published.coefficients.tolist(), strict=True)))
+```
+"""
 ITEMS = (
     Item(
         "Section II-A: speeds by the standard",
@@ -114,6 +127,7 @@ ITEMS = (
         "With their standard errors; `publication` writes them as a table.",
         "forcemap fit ur10e-impacts",
         "term ",
+        PUBLISHED_COEFFICIENTS,
     ),
     Item(
         "Figure 6: the map in the workspace",
@@ -128,7 +142,7 @@ ITEMS = (
     ),
     Item(
         "Figure 7: the map, the 2D map and the standard",
-        "At 0.30 m/s: above at a height of 0.14 m, below at a distance of 0.70 or 0.71 m.",
+        "At 0.30 m/s: above at a height of 0.14 m, below at a distance of 0.71 m.",
         f"{FIGURE} comparison {MAPS} --area back_of_hand --speeds-mps 0.3 --height 0.14 "
         "--width page -o paper-models.png",
     ),
@@ -153,7 +167,8 @@ ITEMS = (
     ),
     Item(
         "Section VI: speeds at 0.8 m and 0.4 m",
-        "0.36 m/s for the UR10e at 280 N is the map without a margin; with the paper's 10 % it is less.",
+        "0.36 m/s for the UR10e at 280 N is the map without a margin (`--bound margin --margin 0`: 0.355 m/s at\n"
+        "contact); with the paper's 10 % it is less.",
         "forcemap speed ur10e --distance 0.8 --height 0.4 --area back_of_hand --contact transient",
         ALL,
     ),
@@ -177,6 +192,7 @@ def sections() -> Iterator[str]:
             shown = lines if item.first == ALL else lines[start : start + LINES]
             shown = shown[: shown.index("")] if "" in shown and item.first != ALL else shown
             yield "\n```text\n" + "\n".join(shown) + "\n```\n"
+        yield item.python
 
 
 def main() -> None:

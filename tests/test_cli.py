@@ -569,6 +569,27 @@ def test_evaluate_forms(ask, forcemap, example_folders):
     out = forcemap("evaluate", example_folders["kuka-iiwa7-10nm"], "--forms")[1]
     assert "Recommended: CFM_3D" in out
     assert "no form is clearly better" in out
+    assert "p below 0.0033, 1 % shared among the 3 other forms" in " ".join(out.split())
+    _, found = ask("evaluate", example_folders["ur10e"], "--forms")
+    errors = {each["form"]: each["error_percent"] for each in found["forms"]}
+    assert errors["LOG_SPEED"] < errors["CFM_3D"]
+    out = " ".join(forcemap("evaluate", example_folders["ur10e"], "--forms")[1].split())
+    assert "Recommended: CFM_3D" in out
+    assert f"say so: forcemap fit {example_folders['ur10e']} --form LOG_SPEED" in out
+
+
+def test_evaluate_and_compare_say_which_states_lie_above_the_device_range(ask, forcemap, example_folders):
+    folder = example_folders["ur10e"]
+    words = (["evaluate", folder], ["compare", folder, "--area", "back_of_hand"])
+    for command in words:
+        out = " ".join(forcemap(*command)[1].split())
+        (of,) = re.findall(r"not compared: 9 states above the device range \((.*?)\)", out)
+        assert of.startswith("test states: 8, ")
+        assert of.endswith("all states: 9")
+    of_evaluate, of_compare = (ask(*command)[1] for command in words)
+    all_states = of_evaluate["accuracies"][-1]["censored_states"]
+    assert all_states == 9
+    assert {model["accuracy_all"]["censored_states"] for model in of_compare["models"][:2]} == {all_states}
 
 
 def test_evaluate_against_an_older_map(ask, forcemap, examples, tmp_path):

@@ -303,5 +303,5 @@ def test_a_narrow_peak_on_a_long_tail_needs_samples_across_its_half_width(phase)
     (impact,) = found(time, force)
     assert impact.phase1_samples >= 16
     (flag,) = [flag for flag in impact.flags if flag.name is fm.Quality.UNRESOLVED]
-    assert "across the half width" in flag.figure
+    assert "across the half width of its peak if both its flanks were the steeper one" in flag.figure
     assert fm.check_impact(impact, 298.0).outcome is not fm.VerdictOutcome.WITHIN

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import dataclasses
 import doctest
 import importlib
@@ -175,6 +176,20 @@ def test_the_documented_figures_are_all_there_are_and_are_drawn(monkeypatch, dem
     exec(code, {})
     assert {path.stem for path in Path().glob("*.pdf")} == {*map(str, Kind), "comparison-of-maps"}
     assert {name for name in figures.__all__ if name.endswith("_figure") and name not in code} == set()
+
+
+def test_the_python_of_the_papers_page_makes_its_folders_and_prints_the_published_coefficients(
+    monkeypatch, tmp_path, capsys
+):
+    monkeypatch.chdir(tmp_path)
+    folders, coefficients = re.findall(r"```python\n(.*?)```", page("docs/paper.md"), re.S)
+    exec(folders, {})
+    assert {path.name for path in tmp_path.iterdir()} == {f"{name}-impacts" for name in forcemap.EXAMPLE_CAMPAIGNS}
+    exec(coefficients, {})
+    printed = capsys.readouterr().out
+    for name in forcemap.PUBLISHED_MAPS:
+        (line,) = re.findall(rf"^{name} (.*)$", printed, re.M)
+        assert list(ast.literal_eval(line).values()) == forcemap.published_map(name).coefficients.tolist()
 
 
 def test_the_documented_demo_is_what_the_demo_prints(demo):

@@ -7,6 +7,7 @@ import io
 import itertools
 import math
 import re
+import shutil
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -22,6 +23,7 @@ import forcemap as fm
 from forcemap import figures
 from forcemap.cli.drawings import Choices, Kind, Source, draw
 from forcemap.figures.names import label, labels
+from pulses import TOML, pulse, save
 
 HAND = {"area": "back_of_hand"}
 AT_PLACES = {**HAND, "contact": fm.Contact.TRANSIENT}
@@ -167,7 +169,7 @@ def test_comparison_of_published_maps_is_the_papers_figure():
         np.testing.assert_allclose(force, fm.published_map(name).predict(x, 0.14, 0.3))
         np.testing.assert_allclose(line(figure.axes[i], "standard's contact model")[1], standard, atol=0.05)
         x, force = line(figure.axes[i + 3], "3D map")
-        np.testing.assert_allclose(force, fm.published_map(name).predict((0.70, 0.71, 0.71)[i], x, 0.3), rtol=0.01)
+        np.testing.assert_allclose(force, fm.published_map(name).predict(0.71, x, 0.3), rtol=0.005)
         x, force = line(figure.axes[i], "2D map, fitted to the 3D map")
         two = np.log(force)
         assert np.abs(two - np.polynomial.Polynomial.fit(x, two, 2)(x)).max() < 1e-9
@@ -338,6 +340,129 @@ def test_the_evolution_is_of_the_recording_and_named_by_robot_place_and_speed(si
     assert forces == [pytest.approx(dataset.peak_force[~dataset.censored].max(), rel=0.02)]
 
 
+@pytest.fixture
+def two_curves(tmp_path):
+    """A file of two curves, of 150 and 250 N."""
+    file = tmp_path / "theirs" / "recordings" / "all.csv"
+    file.parent.mkdir(parents=True)
+    (tmp_path / "theirs" / "campaign.toml").write_text(
+        f'{TOML}[recordings]\ncurve = "run"\ntime = "time_s"\nforce = "force_N"\n'
+    )
+    rows = [
+        f"{name},{t:.4f},{f:.2f}\n"
+        for name, peak in (("soft", 150.0), ("hard#2", 250.0))
+        for t, f in zip(*pulse(peak, held=0.4 * peak), strict=True)
+    ]
+    file.write_text("run,time_s,force_N\n" + "".join(rows))
+    return file
+
+
+def test_a_curve_of_several_is_drawn_by_its_name_and_none_without(two_curves, ask, forcemap):
+    assert f"{two_curves}#hard#2:" in forcemap("inspect", two_curves)[1]
+    figure = draw(Kind.EVOLUTION, [Source(f"{two_curves}#hard#2")], Choices(), width=0.16)
+    entries = [text.get_text().replace("\n", " ") for text in figure.legends[0].get_texts()]
+    assert "contact force, all.csv#hard#2" in entries
+    assert any(words.startswith(("Phase I peak 25", "Phase I peak 24")) for words in entries)
+    target = two_curves.parent / "a.png"
+    for name, said in (("", f"found 2 curves, expected one: name it as {two_curves}#CURVE"), ("#none", "soft, hard#2")):
+        code, found = ask("figure", "evolution", f"{two_curves}{name}", "-o", target)
+        assert code == 2
+        assert said in found["error"]["message"]
+    assert not target.exists()
+    (two_curves.parents[1] / "plan.csv").write_text(
+        "state_id,repeat,role,distance_m,height_m,speed_mps\nsoft,1,train,0.5,0.2,0.1\n"
+    )
+    figure = draw(Kind.EVOLUTION, [Source(f"{two_curves}#soft")], Choices(), width=0.16)
+    assert "contact force, robot not stated, soft" in [text.get_text() for text in figure.legends[0].get_texts()]
+
+
+def test_several_recordings_say_whose_scenario_peak_and_phase_are_drawn(two_curves, tmp_path):
+    free = tmp_path / "free.csv"
+    save(free, *pulse(200.0))
+    sources = [Source(str(free)), Source(f"{two_curves}#soft")]
+    scenarios = []
+    for source in sources:
+        alone = draw(Kind.EVOLUTION, [source], Choices(), width=0.16)
+        scenarios.append(alone.axes[0].get_title("left"))
+    assert scenarios[0] != scenarios[1]
+    for width in ALL_WIDTHS:
+        figure = draw(Kind.EVOLUTION, sources, Choices(**HAND), width=width)
+        entries = [text.get_text().replace("\n", " ") for text in figure.legends[0].get_texts()]
+        assert f"contact force, free.csv, {scenarios[0]}" in entries
+        assert f"all.csv#soft, {scenarios[1]}" in entries
+        assert "end of Phase I, free.csv" in entries
+        assert any(words.startswith("Phase I peak") and words.endswith(", free.csv") for words in entries)
+        assert scenarios[0] not in figure.axes[0].get_title("left")
+        check_layout(figure)
+
+
+def grid_of(distances, heights, speeds):
+    points = np.array(list(itertools.product(distances, heights, speeds)))
+    force = fm.published_map("ur10e").predict(*points.T)
+    names = ("distance", "height", "speed", "peak_force")
+    return fm.ImpactDataset.from_arrays(**dict(zip(names, (*points.T, force), strict=True)))
+
+
+@pytest.fixture
+def lab(tmp_path):
+    """A table at other heights than the published maps, whose own default speed is 0.25 m/s."""
+    fm.write_dataset(grid_of((0.5, 0.7, 0.9), (0.10, 0.25, 0.40), (0.2, 0.25, 0.3)), tmp_path / "lab.csv")
+    return Source(str(tmp_path / "lab.csv"))
+
+
+def test_maps_beside_each_other_are_cut_at_one_speed_and_place(lab, ask, tmp_path):
+    sources = [lab, Source("ur10e"), Source("kuka-iiwa7-10nm")]
+    alone = {draw(Kind.HEIGHTS, [each], Choices(), width=0.16).axes[0].get_title("left")[-8:] for each in sources}
+    assert len(alone) > 1
+    for kind, chosen in ((Kind.HEIGHTS, {}), (Kind.COMPARISON, {**HAND, "moving_mass": 30.0})):
+        figure = draw(kind, sources, Choices(**chosen), width=0.16)
+        titles = [" ".join(axes.get_title("left").split()) for axes in figure.axes]
+        assert len({re.search(r"[\d.]+ m/s$", title)[0] for title in titles}) == 1, titles
+        places = {re.search(r"(height|distance) [\d.]+ m,", title)[0] for title in titles if kind is Kind.COMPARISON}
+        assert len(places) == 2 * (kind is Kind.COMPARISON), titles
+    table = tmp_path / "fast.csv"
+    fm.write_dataset(grid_of((0.5, 0.7, 0.9), (0.10, 0.25, 0.40), (0.5, 0.6, 0.7)), table)
+    code, found = ask("figure", "heights", table, "ur10e", "-o", tmp_path / "a.png")
+    assert code == 0
+    (line,) = found["differs"]
+    assert "panels are at different speeds" in line
+    assert f"{table} 0.6 m/s, ur10e 0.3 m/s" in line
+    assert "differs" not in ask("figure", "heights", lab.name, "ur10e", "-o", tmp_path / "a.png")[1]
+
+
+def test_no_line_in_grey_means_two_things(lab):
+    """Dashes, width and marker tell apart what has another name in the legend."""
+    sources = [lab, Source("ur10e")]
+    drawn = [
+        draw(Kind.HEIGHTS, sources, Choices(), width=0.16),
+        draw(Kind.COMPARISON, sources, Choices(**HAND, moving_mass=30.0), width=0.16),
+    ]
+    for figure in drawn:
+        looks = {}
+        for axes in figures.in_grey(figure).axes:
+            for each in axes.get_lines():
+                if each.get_linestyle() != "None" and not each.get_label().startswith("_"):
+                    look = each._unscaled_dash_pattern, each.get_linewidth()
+                    looks.setdefault(str(look), set()).add(each.get_label())
+        assert len(looks) > 4
+        assert all(len(names) == 1 for names in looks.values()), looks
+
+
+@pytest.mark.parametrize("width", WIDTHS)
+def test_safe_speeds_say_in_figures_only_where_there_are_some(example_folders, width):
+    figure = draw(Kind.SPEEDS, [Source(str(example_folders["ur10e"]))], Choices(**AT_PLACES), width=width)
+    title = figure.axes[0].get_title("left")
+    words = title.replace("\n", " ")
+    written = bool(figure.axes[0].texts)
+    assert written == (width == figures.PAGE_WIDTH)
+    assert ("in figures: speed to program" in words) == written
+    assert ("shade: speed at contact; to program 0.01 m/s less" in words) == (not written)
+    lines = title.split("\n")
+    for line_, after in itertools.pairwise(lines):  # a line is broken once: the next word would not have fitted
+        if not re.match(r"bound:|shade:|in figures:", after):
+            assert len(f"{line_} {after.split()[0]}") > 0.8 * max(map(len, lines)), title
+
+
 def test_the_planar_arm_has_its_command(ask):
     reading = ["--link-mass", "uniform_rod", "--last-link", "down", "--wrist", "locked"]
     code, found = ask("planar-arm", *reading, "--base-height-m", "0.18")
@@ -403,6 +528,27 @@ def test_a_publications_tables_and_map_are_those_of_the_campaign(published, simu
     assert {row["model"] for row in rows("accuracy")} >= {"CFM_2D", "contact model"}
     assert len(rows("states")) == len(dataset.states)
     assert {row["simulated"] for name in ("states", "accuracy", "dataset") for row in rows(name)} == {"true"}
+
+
+def test_a_publication_tells_stated_speeds_from_those_less_their_error(example_folders, tmp_path, forcemap, ask):
+    from forcemap.csv_table import read_table
+
+    folder = tmp_path / "campaign"
+    shutil.copytree(example_folders["ur10e"], folder)
+    stated = (folder / "campaign.toml").read_text()
+    (folder / "campaign.toml").write_text(stated.replace("[robot]\n", "[robot]\nspeed_error = 0.01\n"))
+    written = tmp_path / "bundle"
+    assert forcemap("publication", folder, "-o", written, "--width", "page", "--grey")[0] == 0
+    rows = read_table((written / "tables" / "states.csv").read_bytes(), "states", what="row").texts
+    said, less = (np.array([float(row[f"speed_{name}_mps"]) for row in rows]) for name in ("stated", "less_error"))
+    np.testing.assert_allclose(less, 0.99 * said, rtol=1e-8)
+    assert set(np.round(said, 6)) == set(np.round(fm.read_dataset(folder).stated_speed, 6))
+    readme = (written / "README.md").read_text()
+    assert "Made with no --area, --width page, --grey" in readme
+    assert "less its speed error (here 1 %)" in readme
+    assert "the stated speeds less their error of 1 %" in " ".join(forcemap("fit", folder)[1].split())
+    assert ask("fit", folder)[1]["speed_error"] == 0.01
+    assert "speed_error" not in ask("fit", example_folders["ur10e"])[1]
 
 
 def test_a_publications_citation_names_data_software_and_paper(published):

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import forcemap as fm
-from pulses import pulse
+from pulses import TOML, pulse, save
 
 PAGE = (Path(__file__).parents[1] / "docs" / "published_data.md").read_text()
 
@@ -58,7 +58,7 @@ def test_the_page_leads_from_their_files_to_their_map(ask, tmp_path, states):
     expected = fm.published_map("kuka-iiwa7-30nm").predict(*dataset.states.coordinates.T)
     np.testing.assert_allclose(dataset.states.force, expected, rtol=0.02)
     commands = re.findall(r"^    forcemap (\w.*)$", PAGE.partition("## 4.")[2], re.M)
-    assert len(commands) == 5
+    assert len(commands) == 6
     for command in commands:
         words = [
             word.replace("their-campaign", str(folder)).replace("heights.pdf", str(tmp_path / "h.pdf"))
@@ -70,3 +70,36 @@ def test_the_page_leads_from_their_files_to_their_map(ask, tmp_path, states):
         else:
             assert code == 0, (command, found)
     assert found["kind"] == "heights"
+
+
+@pytest.mark.parametrize(("before", "shown"), [(0.002, True), (0.0, False)])
+def test_curves_that_begin_too_late_name_the_way_by_published_peaks(ask, tmp_path, before, shown):
+    """2 ms before contact show no zero; a file that cannot be read is another matter."""
+    folder = tmp_path / "theirs"
+    (folder / "recordings").mkdir(parents=True)
+    (folder / "campaign.toml").write_text(TOML)
+    (folder / "plan.csv").write_text(block("text"))
+    if shown:
+        save(folder / "recordings" / "p1-r1.csv", *pulse(before=before))
+    else:
+        (folder / "recordings" / "p1-r1.csv").write_text("nothing")
+    code, found = ask("collect", folder)
+    assert code == 2
+    assert "gave an impact that can be used" in found["error"]["message"]
+    assert ("take the published peaks into the impacts.csv" in found["error"]["message"]) == shown
+    assert ("(docs/published_data.md, Only peaks were published)" in found["error"]["message"]) == shown
+    assert "## Only peaks were published" in PAGE
+
+
+def test_a_published_map_where_impacts_are_expected_names_what_takes_it(ask, example_folders):
+    folder = example_folders["ur10e"]
+    for words in (["fit", "ur10e"], ["evaluate", "ur10e"], ["evaluate", "ur10e", "--forms"], ["select", "ur10e"]):
+        code, found = ask(*words)
+        assert code == 2
+        assert "ur10e is a published map, already fitted" in found["error"]["message"]
+    code, found = ask("evaluate", folder, "--against", "ur10e")
+    assert code == 2
+    for command in ("evaluate NEW --map ur10e", "compare NEW ur10e"):
+        assert f"forcemap {command}" in found["error"]["message"]
+        assert ask(*command.replace("NEW", str(folder)).split())[0] == 0
+    assert fm.map_accuracy(fm.published_map("ur10e"), fm.read_dataset(folder))[0].on == "test states"

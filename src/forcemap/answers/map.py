@@ -154,6 +154,7 @@ class FitAnswer(PlaceFigures):
     discard_fit: CensoringAnswer | None = if_any()
     other_quantities: list[OtherMapAnswer] | None = if_any()
     pressure_not_mapped: SaidIfAny = if_any()
+    speed_error: float | None = if_any()
 
     @classmethod
     def of_fit(cls, dataset: ImpactDataset, force_map: ForceMap, accuracies: tuple[Accuracy, ...], **also: Any) -> Self:
@@ -184,6 +185,7 @@ class FitAnswer(PlaceFigures):
             assumptions=[*force_map.conditions.findings, force_map.phase_two.finding],
             other_quantities=[OtherMapAnswer.of_map(other) for other in force_map.others] or None,
             pressure_not_mapped=force_map.unmapped,
+            speed_error=None if math.isnan(error := force_map.conditions.speed_error) else error,
             **also,
         )
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from pathlib import Path
 
 from forcemap.campaigns.binding import impact_sha256
@@ -22,6 +23,7 @@ from forcemap.campaigns.walk import CampaignRecording, FileState, Progress, walk
 from forcemap.csv_table import csv_text, read_table
 from forcemap.errors import CampaignFileError, ChangedMeanwhile, MissingExtra, TableError
 from forcemap.files import alone, file_sha256, read_bytes, sha256, sweep, write_atomically
+from forcemap.impacts.impact import Quality
 
 _NOTE = ".collecting"
 _NEARLY_ALL = 0.9  # share of a table's rows that name a recording of the campaign; a choice: some may have been deleted
@@ -152,11 +154,21 @@ def table_text(campaign: Campaign, entries: list[Entry], rows: list[Row]) -> str
     if not rows:
         problem = f"none of {len(entries)} recordings gave an impact that can be used"
         why = f"{campaign.register_file.name} says why of each, the first: {entries[0].reason}"
-        raise CampaignFileError(f"{problem}; {why}", file=str(campaign.table_file))
+        raise CampaignFileError(f"{problem}; {why}{_way_on(entries)}", file=str(campaign.table_file))
     unused = unused_cells(entries)
     rows = [row | unused for row in rows]
     shown = [name for name in (*WRITTEN, *UNUSED) if name not in LEFT_OUT_IF_EMPTY or any(row[name] for row in rows)]
     return csv_text({name: [row[name] for row in rows] for name in shown})
+
+
+def _way_on(entries: Iterable[Entry]) -> str:
+    """What is left where curves begin too late to show the device's zero, and cannot be recorded again."""
+    if not any(Quality.NO_BASELINE in entry.reason for entry in entries):
+        return ""
+    return (
+        "; where curves of others begin too late and cannot be recorded again: take the published peaks into the "
+        f"{TABLE_FILE} of another folder (docs/published_data.md, Only peaks were published)"
+    )
 
 
 def _require_unchanged(campaign: Campaign, recording: CampaignRecording) -> None:

@@ -19,6 +19,7 @@ from forcemap.assessment.missing import Missing, attempt, present
 from forcemap.assessment.place_speeds import PlaceSpeeds, place_speeds
 from forcemap.campaigns.campaign import Campaign
 from forcemap.campaigns.recorded_impacts import recorded_impacts
+from forcemap.cli.check import SHOWN
 from forcemap.cli.column_options import campaign_of, described
 from forcemap.cli.options import bound_from, fitted, force_map_from, no_area, require_one_map, stated
 from forcemap.cli.task_options import path_from, task_from
@@ -27,6 +28,8 @@ from forcemap.comparisons.force_models import maps_per_height
 from forcemap.comparisons.map_and_standard import as_impacts
 from forcemap.dynamics.mass_map import MassMap, planar_mass_map
 from forcemap.dynamics.planar_arm import INSPECTION_DISTANCES, INSPECTION_HEIGHTS, PlanarArm, papers_arms
+from forcemap.errors import UnknownName
+from forcemap.figures.heights import default_cuts
 from forcemap.figures.names import label
 from forcemap.maps.bounds import Bound
 
@@ -239,6 +242,21 @@ def _heights(sources: list[Source], choices: Choices, **size: Any) -> Figure:
     return figures.force_heights_figure([source.mapped() for source in sources], speeds=choices.speeds, **size)
 
 
+def unlike(kind: Kind, sources: Sequence[Source], choices: Choices) -> list[str]:
+    """Where panels that stand beside each other are cut at different places or speeds, which compare no forces."""
+    if kind not in (Kind.HEIGHTS, Kind.COMPARISON) or len(sources) < 2:
+        return []
+    shown, lines = [source.mapped() for source in sources], []
+    for axis, (name, unit) in enumerate((("distance", "m"), ("height", "m"), ("speed", "m/s"))):
+        stated = choices.speeds if name == "speed" else getattr(choices, name)
+        cuts = default_cuts(shown, axis)
+        if stated is None and len(set(cuts)) > 1 and (kind is Kind.COMPARISON or name == "speed"):
+            listed = ", ".join(f"{source.name} {cut:g} {unit}" for source, cut in zip(sources, cuts, strict=True))
+            no = f"the measured ranges of {name} have nothing in common, so no option makes them equal"
+            lines.append(f"panels are at different {name}s, forces in them do not compare: {listed}; {no}")
+    return lines
+
+
 def _workspace(sources: list[Source], _: Choices, **size: Any) -> Figure:
     return figures.workspace_figure(sources[0].force_map, sources[0].dataset, **size)
 
@@ -278,25 +296,47 @@ def _evolution(sources: list[Source], choices: Choices, **size: Any) -> Figure:
 
 
 def _impact_of(name: str) -> tuple[fm.Impact, fm.Conditions, str]:
-    """The first impact in a file of recordings, its conditions, and what to call it.
+    """The first impact in a recording, FILE or FILE#CURVE, its conditions, and what to call it.
 
     Of a folder that of the largest force.
     """
-    file = _hardest(name) if Path(name).is_dir() else name
+    file, curve = _file_and_curve(_hardest(name) if Path(name).is_dir() else name)
     conditions, columns = described(file, None, None, None, None, None)
     recorded = recorded_impacts(file, conditions, columns)
-    impact = next((impact for each in recorded for impact in each.impacts), None)
+    curves = [each.recording.curve for each in recorded]
+    if curve and curve not in curves:
+        raise UnknownName(f"curve of {file}", curve, curves)
+    if not curve and len(curves) > 1:
+        more = f" and {len(curves) - SHOWN} more" if len(curves) > SHOWN else ""
+        listed = f"{', '.join(curves[:SHOWN])}{more}"
+        raise fm.InputError(
+            f"found {len(curves)} curves, expected one: name it as {file}#CURVE, of {listed}", file=file
+        )
+    chosen = (each for each in recorded if each.recording.curve == curve or not curve)
+    impact = next((impact for each in chosen for impact in each.impacts), None)
     if impact is None:
         raise fm.InputError("found no impact, expected one to draw; forcemap inspect says why", file=file)
-    folder = campaign_of(file, None)
-    called = _called(fm.read_campaign(folder), Path(file).stem) if folder else Path(impact.recording.name).name
-    return impact, conditions, called
+    folder, of_file = campaign_of(file, None), Path(file).stem
+    called = Path(file).name + f"#{curve}" * bool(curve)
+    return impact, conditions, _called(fm.read_campaign(folder), curve or of_file) if folder else called
+
+
+def _file_and_curve(name: str) -> tuple[str, str]:
+    """A file of recordings, and the curve that is named behind it after a "#"; a "#" may stand in either."""
+    parts = name.split("#")
+    if Path(name).exists():
+        return name, ""
+    ends = [number for number in range(len(parts) - 1, 0, -1) if Path("#".join(parts[:number])).is_file()]
+    return ("#".join(parts[: ends[0]]), "#".join(parts[ends[0] :])) if ends else (name, "")
 
 
 def _hardest(folder: str) -> str:
     """The recording of a campaign's largest force."""
     dataset = fm.read_dataset(folder)
     recording = dataset.recording[int(np.argmax(np.where(dataset.censored, 0.0, dataset.peak_force)))]
+    named = str(Path(folder, "recordings", str(recording)))
+    if recording and Path(_file_and_curve(named)[0]).is_file():
+        return named
     files = sorted(Path(folder, "recordings").rglob(f"{recording}*")) if recording else []
     if not files:
         raise fm.InputError("found no recording of its largest force; name the file of one", file=folder)
@@ -304,7 +344,7 @@ def _hardest(folder: str) -> str:
 
 
 def _called(campaign: Campaign, recording: str) -> str:
-    """The robot with its setting, place and speed of a recording; without a plan's run its name."""
+    """The robot with its setting, place and speed of a recording; without a plan's run its name, file or curve."""
     plan = campaign.plan
     robot = label(campaign.conditions)
     runs = np.flatnonzero(plan.recording == recording)

@@ -11,7 +11,7 @@ import forcemap as fm
 from forcemap.answers.evaluate import EvaluateAnswer
 from forcemap.answers.forms import FormAnswer, FormsAnswer
 from forcemap.answers.map_check import MapCheckAnswer, StateCheck
-from forcemap.cli.options import FormName, Json, Table, fitted, force_map_from, too_few_states_named
+from forcemap.cli.options import FormName, Json, Table, fitted, force_map_from, impacts_of, too_few_states_named
 from forcemap.cli.output import (
     accuracy_lines,
     change,
@@ -23,6 +23,7 @@ from forcemap.cli.output import (
     table,
     verdict_first,
 )
+from forcemap.maps.forms import FORMS
 
 _EXIT = {fm.MapOutcome.HOLDS: 0, fm.MapOutcome.DOES_NOT_HOLD: 1, fm.MapOutcome.CANNOT_TELL: 2}
 
@@ -56,18 +57,18 @@ def evaluate(
     if against is not None:
         with too_few_states_named(against, form):
             force_map, _ = force_map_from(against, form)
-        dataset = fm.read_dataset(table)
+        dataset = impacts_of(table)
         check = fm.check_map(force_map, dataset)
         holds = MapCheckAnswer.from_result(check, simulated=dataset.simulated or force_map.simulated)
         emit(holds, check_lines(holds), as_json=as_json)
         return _EXIT[check.outcome]
     if forms:
-        dataset = fm.read_dataset(table)
+        dataset = impacts_of(table)
         compared = FormsAnswer.from_result(fm.compare_forms(dataset), simulated=dataset.simulated)
         emit(compared, forms_lines(compared, table), as_json=as_json)
         return 2 if compared.recommended is None else 0
     if map_source:
-        dataset = fm.read_dataset(table)
+        dataset = impacts_of(table)
         with too_few_states_named(map_source, form):
             force_map, _ = force_map_from(map_source, form)
         accuracies: tuple[fm.Accuracy, ...] = (fm.force_map_accuracy(force_map, dataset),)
@@ -103,7 +104,7 @@ def forms_lines(answer: FormsAnswer, source: str) -> list[str]:
     return [
         *verdict_first(f"Recommended: {answer.recommended or 'none'}", simulated=answer.simulated),
         *(f"  {reason}" for reason in answer.reasons),
-        *_next(answer.recommended, source),
+        *_next(answer, source),
         "",
         f"Forms on {answer.states} states, each predicted from the others (RMS and largest error of the force)",
         *table(header, [_form_row(form) for form in answer.forms]),
@@ -117,9 +118,17 @@ def forms_lines(answer: FormsAnswer, source: str) -> list[str]:
     ]
 
 
-def _next(form: str | None, source: str) -> list[str]:
-    """How a form is used that is recommended and not the default."""
-    if form in (None, fm.CFM_3D.name):
+def _next(answer: FormsAnswer, source: str) -> list[str]:
+    """How a form is used that is recommended and not the default, or has a lower error than it."""
+    form, own = answer.recommended, {each.name for each in FORMS}  # the Euclidean-distance map cannot be used
+    if form == fm.CFM_3D.name:
+        sound = [each for each in answer.forms if each.form in own and each.rises_inside and each.max_bound_percent]
+        best = min(sound, key=lambda each: each.error_percent, default=None)
+        if best is None or best.form == form:
+            return []
+        command = f"forcemap fit {shlex.quote(source)} --form {best.form} -o map.json"
+        return [f"{best.form} has the lowest error; you may choose it yourself, and say so: {command}"]
+    if form is None:
         return []
     return [
         f"Next: forcemap fit {shlex.quote(source)} --form {form} -o map.json; then name map.json in place of "

@@ -60,8 +60,8 @@ def figure(
         list[str] | None,
         Argument(
             metavar="SOURCE...",
-            help="Campaign folder, impacts table, map file or published map; for evolution also recordings; for "
-            "heights, comparison and evolution several; for planar- none.",
+            help="Campaign folder, impacts table, map file or published map; for evolution also FILE or "
+            "FILE#CURVE of recordings; for heights, comparison and evolution several; for planar- none.",
         ),
     ] = None,
     output: Annotated[str | None, Option("-o", "--output", help="File to write: .png (300 dpi), .svg or .pdf.")] = None,
@@ -85,7 +85,7 @@ def figure(
     Example: forcemap figure heights kuka-iiwa7-30nm -o heights.pdf
     """
     from forcemap import figures
-    from forcemap.cli.drawings import Choices, Kind, Source, draw
+    from forcemap.cli.drawings import Choices, Kind, Source, draw, unlike
 
     if kind not in [*Kind]:
         raise UnknownName("figure", kind, [each.value for each in Kind])
@@ -101,12 +101,12 @@ def figure(
         path=path,
         task=task,
     )
-    drawn = draw(Kind(kind), [Source(name) for name in source or []], choices, width=wide)
-    data = figures.figure_file(figures.in_grey(drawn) if grey else drawn, target, larger=larger)
-    write_atomically(target, data)
+    drawn = draw(Kind(kind), sources := [Source(name) for name in source or []], choices, width=wide)
+    write_atomically(target, figures.figure_file(figures.in_grey(drawn) if grey else drawn, target, larger=larger))
     size = [round(1000 * larger * side * 0.0254, 1) for side in drawn.get_size_inches().tolist()]
     said = {"file": str(target), "kind": kind, "width_mm": size[0], "height_mm": size[1], "grey": grey}
-    emit(said, [f"{target}: {kind}, {size[0]:g} x {size[1]:g} mm{', in grey' if grey else ''}"], as_json=as_json)
+    said |= {"differs": differs} if (differs := unlike(Kind(kind), sources, choices)) else {}
+    emit(said, [f"{target}: {kind}, {size[0]:g} x {size[1]:g} mm{', in grey' * grey}", *differs], as_json=as_json)
 
 
 def figure_target(output: str | None) -> Path:

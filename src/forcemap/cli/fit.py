@@ -79,7 +79,7 @@ def fit_lines(answer: FitAnswer) -> list[str]:
         f"  {impacts_words(answer)}",
         f"  {repeats} a state; states found {answer.states_found}",
         f"  measured: d {d[0]:.3f} to {d[1]:.3f} m, h {h[0]:.3f} to {h[1]:.3f} m, "
-        f"v {fm.floor_speed(v[0])} to {fm.floor_speed(v[1])} m/s (their convex hull)",
+        f"v {fm.floor_speed(v[0])} to {fm.floor_speed(v[1])} m/s{_less(answer.speed_error)} (their convex hull)",
     ]
     if answer.states_left_out:
         lines.append(
@@ -108,6 +108,11 @@ def fit_lines(answer: FitAnswer) -> list[str]:
         *accuracy_lines([(accuracy.on, accuracy) for accuracy in answer.accuracies]),
         *fit_notes(answer),
     ]
+
+
+def _less(speed_error: float | None) -> str:
+    """That speeds are less an error that the campaign states; nothing where it states none."""
+    return f", the stated speeds less their error of {100 * speed_error:g} %" if speed_error else ""
 
 
 def other_lines(answer: FitAnswer) -> list[str]:

@@ -160,8 +160,19 @@ def fitted(
 ) -> tuple[fm.ImpactDataset, fm.ForceMap]:
     """The impacts of a table or campaign folder, and the map fitted to its train rows."""
     require_one_map(table)
-    dataset = fm.read_dataset(table, device_stiffness=stiffness(device_spring))
+    dataset = impacts_of(table, device_spring)
     return dataset, campaign_map(table, dataset, form=fm.form_named(form) if form else None, impacts=impacts)
+
+
+def impacts_of(table: str, device_spring: float | None = None) -> fm.ImpactDataset:
+    """The impacts of a table or campaign folder; a published map has none, and the error says what takes it."""
+    if table in fm.PUBLISHED_MAPS and not Path(table).exists():
+        raise fm.InputError(
+            f"{table} is a published map, already fitted, without impacts; forcemap speed {table}, figure heights "
+            f"{table} and compare {table} OTHER take it, and forcemap evaluate IMPACTS --map {table} compares impacts "
+            "with it"
+        )
+    return fm.read_dataset(table, device_stiffness=stiffness(device_spring))
 
 
 def stiffness(spring: float | None) -> float | None:
@@ -190,7 +201,7 @@ def _other_form(table: str, wanted: fm.Form) -> str:
     for form in (fm.CFM_3D, fm.CFM_2D):
         if len(form.terms) < len(wanted.terms):
             with contextlib.suppress(fm.FitError):
-                fm.fit_force_map(fm.read_dataset(table), form=form)
+                fm.fit_force_map(impacts_of(table), form=form)
                 knows = ", knows no height" if form == fm.CFM_2D else ""
                 return f", or use --form {form.name} ({len(form.terms)} coefficients{knows})"
     return ""

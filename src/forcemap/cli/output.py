@@ -284,8 +284,10 @@ def accuracy_lines(accuracies: Sequence[tuple[str, AccuracyAnswer]]) -> list[str
     lines = table(header, rows)
     _, censored = max(accuracies, key=lambda pair: pair[1].censored_states)
     if censored.censored_states:
+        by = {a.on: a.censored_states for _, a in accuracies if a.censored_states}
+        each = f" ({', '.join(f'{on}: {count}' for on, count in by.items())})" * (len(by) > 1)
         lines.append(
-            f"not compared: {counted(censored.censored_states, 'state')} above the device range, of which "
+            f"not compared: {counted(censored.censored_states, 'state')} above the device range{each}, of which "
             f"{censored.censored_underestimated} predicted below it"
         )
     return lines

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Any
@@ -68,7 +69,9 @@ def publication(
                 left_out[f"figures/{name}"] = error.message
     parts["CITATION.cff"] = _citation(dataset.conditions, dataset.simulated, author or []).encode()
     first = sentence(dataset.binding.reason)
-    parts["README.md"] = _readme(dataset, first, left_out).encode()
+    mass = [] if moving_mass is None else [f"--moving-mass-kg {moving_mass:g}"]
+    options = [f"--area {area}" if area else "no --area", *mass, f"--width {width}", *["--grey"] * grey]
+    parts["README.md"] = _readme(dataset, first, left_out, options).encode()
     parts[_SUMS] = "".join(f"{sha256(data)}  {name}\n" for name, data in sorted(parts.items())).encode()
     for name, data in parts.items():
         (target / name).parent.mkdir(parents=True, exist_ok=True)
@@ -132,9 +135,11 @@ def _citation(conditions: fm.Conditions, simulated: bool, authors: list[str]) ->
     return "\n".join(lines) + "\n"
 
 
-def _readme(dataset: fm.ImpactDataset, first: str, left_out: dict[str, str]) -> str:
+def _readme(dataset: fm.ImpactDataset, first: str, left_out: dict[str, str], options: list[str]) -> str:
     """What is in the folder, and how each part is made again; `first` is what speaks against the table."""
     conditions = dataset.conditions
+    error = conditions.speed_error
+    less = "none is stated, both are the same" if math.isnan(error) else f"here {100 * error:g} %"
     lines = [f"# Collision forces: {conditions.robot or 'robot not stated'}", ""]
     lines += ["**SIMULATED: not a measurement of any robot.**", ""] if dataset.simulated else []
     lines += [f"**{first}**", ""] if first else []
@@ -151,6 +156,10 @@ def _readme(dataset: fm.ImpactDataset, first: str, left_out: dict[str, str]) -> 
         "| `figures/` | `forcemap figure KIND data -o FILE` |",
         f"| `{_SUMS}` | `sha256sum -c {_SUMS}` |",
         "",
+        f"Made with {', '.join(options)}; speeds and `comparison` are for that body area, `speeds-transient` and "
+        "`speeds-quasi-static` for the contact that they name.",
+        "Speeds in `states.csv`: `speed_stated_mps` as the campaign states them, `speed_less_error_mps` less its speed "
+        f"error ({less}): to these the map is fitted, and figures and other tables show them.",
         f"Software: forcemap {fm.__version__}. Units stand in the names of columns. How to cite: `CITATION.cff`.",
         "Choose a licence for the data before you publish them.",
     ]

@@ -78,14 +78,16 @@ def _states(force_map: fm.ForceMap, dataset: fm.ImpactDataset) -> Iterator[dict[
     roles = dict(zip(dataset.state.tolist(), dataset.role.tolist(), strict=True))
     states = dataset.states
     predicted = np.asarray(force_map.predict(*states.coordinates.T))
-    columns = (states.name, *states.coordinates.T, states.impacts, states.censored, states.force, predicted)
-    for name, d, h, v, impacts, censored, force, expected in zip(*columns, strict=True):
+    stated = dataset.conditions.as_stated(states.speed)
+    columns = (states.name, *states.coordinates.T, stated, states.impacts, states.censored, states.force, predicted)
+    for name, d, h, v, said, impacts, censored, force, expected in zip(*columns, strict=True):
         yield {
             "state_id": name,
             "role": roles[name],
             "distance_m": float(d),
             "height_m": float(h),
-            "speed_mps": float(v),
+            "speed_stated_mps": float(said),
+            "speed_less_error_mps": float(v),
             "impacts": int(impacts),
             "above_device_range": int(censored),
             "mean_peak_force_N": float(force),

@@ -9,7 +9,7 @@ from typer import Argument
 
 import forcemap as fm
 from forcemap.answers.selection import SelectionAnswer
-from forcemap.cli.options import Json, require_one_map
+from forcemap.cli.options import Json, impacts_of, require_one_map
 from forcemap.cli.output import emit, listing, table, verdict_first
 from forcemap.comparisons.selection import selection_stability
 
@@ -35,7 +35,7 @@ def select(
     """
     for name in tables:
         require_one_map(name)
-    datasets = [fm.read_dataset(name) for name in tables]
+    datasets = [impacts_of(name) for name in tables]
     try:
         stability = selection_stability(datasets)
     except (fm.TooFewStates, fm.RankDeficient) as error:

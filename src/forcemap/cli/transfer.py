@@ -9,7 +9,7 @@ from typer import Argument, Option
 
 import forcemap as fm
 from forcemap.answers.transfer import TransferAnswer
-from forcemap.cli.options import DeviceSpring, Json, Table, force_map_from, stiffness
+from forcemap.cli.options import DeviceSpring, Json, Table, force_map_from, impacts_of
 from forcemap.cli.output import accuracy_words, counted, emit, table, verdict_first, write_result
 from forcemap.maps.map_file import map_text
 from forcemap.maps.transfer import MORE_BELOW, REFUSED_BELOW
@@ -35,7 +35,7 @@ def transfer(
 
     Example: forcemap transfer map.json changed-robot -o changed.json
     """
-    dataset = fm.read_dataset(new, device_stiffness=stiffness(device_spring))
+    dataset = impacts_of(new, device_spring)
     terms = fm.Form.of("SHIFT", [term.strip() for term in shift.split(",")]) if shift is not None else None
     try:
         force_map = fm.transfer_map(force_map_from(old_map, None)[0], dataset, shift=terms)

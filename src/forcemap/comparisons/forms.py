@@ -338,7 +338,9 @@ def _recommend(
         reasons.append(better_by if better else Finding.of(kind.FORM_RISES, **figures))
         return best.form, (*reasons, *_doubts(best))
     is_default = reference == CFM_3D
-    reasons.append(Finding.of(kind.FORM_KEPT, form=name, default=is_default, error_percent=standard.error_percent))
+    clear = {"others": len(others), "level": level, "shared": SIGNIFICANCE, "lower": 1 - CLEARLY_LOWER}
+    kept = {"form": name, "default": is_default, "error_percent": standard.error_percent}
+    reasons.append(Finding.of(kind.FORM_KEPT, **kept, **clear))
     reasons += _doubts(standard)
     for result in others:
         compared = {

@@ -261,7 +261,8 @@ def _fit_of(force_map: ForceMap) -> Fit:
     if fit is None:
         raise BoundNotAvailable(
             f"map {force_map.name!r} has no measured states, so nothing tells how far new ones may lie from it; "
-            "fit a map to your own impacts"
+            "fit a map to your own impacts, or see how far its predictions lie from the new ones: forcemap evaluate "
+            f"NEW --map {force_map.name}; map against map: forcemap compare NEW {force_map.name}"
         )
     ToleranceBound().require(force_map)
     return fit

@@ -49,7 +49,8 @@ def force_evolution_figure(
     limit : ForceLimit or float, optional
         Limits of a body area, or one limit [N].
     beside : sequence of Impact
-        Impacts to compare with, drawn dashed, from their own onset on.
+        Impacts to compare with, drawn dashed, from their own onset on; the legend then has the scenario of each, and
+        whose the peak and the end of Phase I are.
     names : sequence of str
         What the impact and those beside it are called; their files if not given.
     conditions : Conditions, optional
@@ -77,6 +78,10 @@ def force_evolution_figure(
     length, (first, last) = impact.phase1_end - impact.onset, _AROUND_PHASE_1
     called = [plain(name) for name in names or _files(recorded)]
     words = style.CONTACT_FORCE.words + (f", {called[0]}" if names or (beside and called[0]) else "")
+    whose = f", {called[0]}" if beside else ""
+    if beside:  # the scenario of each, where the title has that of one alone
+        words += f", {_scenario(impact)}"
+        called[1:] = [f"{name}, {_scenario(other)}" for name, other in zip(called[1:], beside, strict=True)]
     for axes, low, high in ((whole, -_BEFORE, end), (phase1, first * length, last * length)):
         curves = [
             (style.RECORDED, time, recording.force, ""),
@@ -87,12 +92,12 @@ def force_evolution_figure(
             shown = (after >= low) & (after <= high)
             look.plot(axes, after[shown], force[shown], name)
         _draw_limits(axes, limit, max(low, 0.0), high, min(high, TRANSIENT_TIME))
-        axes.axvline(length, **style.PHASE_BOUNDARY.drawn)
+        axes.axvline(length, **(style.PHASE_BOUNDARY.drawn | {"label": f"{style.PHASE_BOUNDARY.words}{whose}"}))
         _draw_range(axes, recording)
-        _draw_peak(axes, impact)
+        _draw_peak(axes, impact, whose)
         axes.margins(y=0.1)
         axes.set(xlabel=TIME, xlim=(low, high))
-    whole.set(ylabel=FORCE, title=_title(impact, limit))
+    whole.set(ylabel=FORCE, title=_title("from onset on" if beside else _scenario(impact), limit))
     phase1.set(title="Phase I", ylabel="" if wide else FORCE)
     return finish(figure, simulated=simulated)
 
@@ -125,19 +130,22 @@ def _draw_range(axes: Axes, recording: Recording) -> None:
         axes.axhline(device_range, **(style.DEVICE_RANGE.drawn | {"label": words}))
 
 
-def _draw_peak(axes: Axes, impact: Impact) -> None:
-    """The peak; an arrow up where the device range was reached."""
+def _draw_peak(axes: Axes, impact: Impact, whose: str) -> None:
+    """The peak, `whose` if there are several impacts; an arrow up where the device range was reached."""
     look, words = (style.CENSORED, "at least ") if impact.saturated else (style.PEAK, "")
     words = f"{style.PEAK.words} {words}{impact.peak_force:.1f} N"
     if f"{impact.raw_peak_force:.1f}" != f"{impact.peak_force:.1f}":
         words += f" (largest sample {impact.raw_peak_force:.1f} N)"
     words += "" if impact.resolved else ", unresolved"
-    look.plot(axes, impact.peak_time - impact.onset, impact.peak_force, words)
+    look.plot(axes, impact.peak_time - impact.onset, impact.peak_force, words + whose)
 
 
-def _title(impact: Impact, limit: ForceLimit | float | None) -> str:
-    """Contact scenario, and whether the standard permits contact at all."""
-    words = impact.scenario.value.replace("_", " ")
+def _scenario(impact: Impact) -> str:
+    return impact.scenario.value.replace("_", " ")
+
+
+def _title(words: str, limit: ForceLimit | float | None) -> str:
+    """What a panel shows, and whether the standard permits contact at all."""
     if isinstance(limit, ForceLimit) and not limit.permitted:
         words += f"\ncontact with {plain(limit.name)} is not permitted: no limit"
     return words

@@ -13,12 +13,11 @@ from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from forcemap.arrays import FloatArray
 from forcemap.campaigns.dataset import ImpactDataset
 from forcemap.errors import InputError
 from forcemap.figures import style
 from forcemap.figures.canvas import finish, is_wide, new_figure, panels, plain, settings
-from forcemap.figures.measured import Measured, measured_often, near
+from forcemap.figures.measured import Measured, measured_often, middle, near
 from forcemap.figures.names import labels
 from forcemap.figures.style import DISTANCE, FORCE, PAGE_WIDTH, QUANTITY, Look
 from forcemap.maps.force_map import ForceMap
@@ -26,7 +25,8 @@ from forcemap.maps.force_map import ForceMap
 _MOST_HEIGHTS = 5
 _DARKEST, _LIGHTEST = 0.0, 0.8  # shades of the heights: the lightest is still seen on white
 _LINES = ("-", (0, (5, 1.5)), (0, (1, 1)), (0, (6, 1.5, 1, 1.5)), (0, (3, 1, 1, 1, 1, 1)))
-_MARKERS = ("o", "s", "^", "D", "v")
+_LINE_WIDTHS = (1.4, 0.7, 2.4)  # of three maps with five heights each, all different
+_MARKERS = ("o", "s", "^", "D", "v", "P", "X", "<", ">", "*", "p", "d", "h", "8", "H")
 _SAMPLES = 61  # of a line
 
 
@@ -68,6 +68,24 @@ def mapped(shown: ForceMap | Mapped | Sequence[ForceMap | Mapped]) -> list[Mappe
     return [Mapped(each) if isinstance(each, ForceMap) else each for each in several]
 
 
+def default_cuts(shown: Sequence[Mapped], axis: int) -> list[float]:
+    """Where each of several maps is cut along an axis: distance, height or speed, 0 to 2.
+
+    At one value for all inside the measured range of each: of those that many states of a map have (`measured_often`)
+    the middle one, if it can be one that states of every map have. Where the ranges have nothing in common, each at
+    its own.
+    """
+    levels = [each.force_map.measured_range.points[:, axis] for each in shown]
+    tolerances = [each.measured.tolerances[axis] for each in shown]
+    own = np.array([measured_often(values, tolerance) for values, tolerance in zip(levels, tolerances, strict=True)])
+    low, high = max(values.min() for values in levels), min(values.max() for values in levels)
+    if low > high:
+        return [float(value) for value in own]
+    inside = np.clip(own, low, high)
+    of_all = np.array([all(near(values, value, max(tolerances)).any() for values in levels) for value in inside])
+    return [middle(np.sort(inside[of_all] if of_all.any() else inside))] * len(levels)
+
+
 def names_of(shown: Sequence[Mapped]) -> list[str]:
     """The label of each of several maps."""
     return labels([(each.force_map.conditions, each.name) for each in shown])
@@ -88,7 +106,8 @@ def force_heights_figure(
         Maps, a column of panels for each. A fitted map shows its own states; `Mapped(force_map, dataset, name)` shows
         others, and names the map where its robot does not.
     speeds : sequence of float, optional
-        Speeds at contact [m/s], a row of panels for each; a speed that many states have if not given.
+        Speeds at contact [m/s], a row of panels for each; if not given one that many states have, the same for all maps
+        where their measured ranges have one in common.
     width : float
         Width of the figure [m].
 
@@ -106,16 +125,16 @@ def force_heights_figure(
     """
     maps = mapped(shown)
     wide, names = is_wide(width), names_of(maps)
-    chosen = [_speeds(each, speeds) for each in maps]
-    rows = max(map(len, chosen))
+    chosen = [list(speeds)] * len(maps) if speeds else [[speed] for speed in default_cuts(maps, 2)]
+    looks, rows = _looks(maps), len(chosen[0])
     columns = len(maps) if wide else 1
     count = rows * len(maps)
     down = rows if wide else count
     figure = new_figure("Force against distance for several heights", width, 0.016 + down * (0.055 if wide else 0.052))
     all_axes = panels(figure, count, columns, share_y=True)
     for number, (axes, (row, column)) in enumerate(zip(all_axes, _cells(rows, len(maps), wide), strict=True)):
-        speed = chosen[column][min(row, len(chosen[column]) - 1)]
-        _draw_heights(axes, maps[column], speed)
+        speed = chosen[column][row]
+        _draw_heights(axes, maps[column], speed, looks)
         axes.set_title(f"{names[column]}, {speed:.2f} m/s")
         axes.set_xlabel(DISTANCE if number + columns >= count else "")
         axes.set_ylabel(FORCE if number % columns == 0 else "")
@@ -130,16 +149,10 @@ def _cells(rows: int, columns: int, wide: bool) -> list[tuple[int, int]]:
     return [(row, column) for column in range(columns) for row in range(rows)]
 
 
-def _speeds(shown: Mapped, speeds: Sequence[float] | None) -> list[float]:
-    if speeds:
-        return list(speeds)
-    return [measured_often(shown.force_map.measured_range.points[:, 2], shown.measured.tolerance.speed)]
-
-
-def _draw_heights(axes: Axes, shown: Mapped, speed: float) -> None:
+def _draw_heights(axes: Axes, shown: Mapped, speed: float, look_of: dict[float, Look]) -> None:
     reach, measured = shown.force_map.measured_range, shown.measured
-    heights = _heights(measured.levels(reach.points)[1])
-    looks = [_look(number, len(heights), height) for number, height in enumerate(heights)]
+    heights = _heights(shown)
+    looks = [look_of[round(height, 3)] for height in heights]
     distance = np.linspace(reach.lowest[0], reach.highest[0], _SAMPLES)
     for look, height in zip(looks, heights, strict=True):
         inside = reach.contains(distance, np.full(_SAMPLES, height), np.full(_SAMPLES, speed))
@@ -166,15 +179,21 @@ def _roles(shown: Sequence[Mapped]) -> list[Line2D]:
     return [Line2D([], [], markerfacecolor=faces[role], label=role.words, **look) for role in roles]
 
 
-def _heights(levels: FloatArray) -> list[float]:
-    """At most `_MOST_HEIGHTS` of ascending heights, evenly picked, the lowest and the highest among them."""
+def _heights(shown: Mapped) -> list[float]:
+    """At most `_MOST_HEIGHTS` of the heights, evenly picked, the lowest and the highest among them."""
+    levels = shown.measured.levels(shown.force_map.measured_range.points)[1]
     picked = np.unique(np.linspace(0, levels.size - 1, min(_MOST_HEIGHTS, levels.size)).round().astype(int))
     return [float(levels[i]) for i in picked]
 
 
-def _look(number: int, count: int, height: float) -> Look:
-    """The look of a height: shade, line and marker by its order from below."""
-    share = number / max(count - 1, 1)
-    colour = to_hex(colormaps[QUANTITY](_DARKEST + share * (_LIGHTEST - _DARKEST)))
-    look = number % len(_LINES)
-    return Look(plain(f"height {height:.2f} m"), colour, _LINES[look], 1.4, _MARKERS[look], colour, 3.6)
+def _looks(shown: Sequence[Mapped]) -> dict[float, Look]:
+    """The look of each height, the same in all panels and of no other height: shade, line, its width and marker."""
+    heights = sorted({round(height, 3) for each in shown for height in _heights(each)})
+    digits = 2 if len({round(height, 2) for height in heights}) == len(heights) else 3
+    looks = {}
+    for number, height in enumerate(heights):
+        share, (again, kind) = number / max(len(heights) - 1, 1), divmod(number, len(_LINES))
+        colour = to_hex(colormaps[QUANTITY](_DARKEST + share * (_LIGHTEST - _DARKEST)))
+        words = plain(f"height {height:.{digits}f} m")
+        looks[height] = Look(words, colour, _LINES[kind], _LINE_WIDTHS[again], _MARKERS[number], colour, 3.6)
+    return looks

@@ -204,7 +204,7 @@ def _place(figure: Figure, panels: Sequence[Axes], margins: _Margins, above: flo
 
 def _break_title(axes: Axes, wide: float) -> None:
     """Break the lines of a panel's title that are wider than its panel."""
-    text, size = axes.get_title("left"), float(_title_of(axes).get_fontsize())
+    text, size, wide = axes.get_title("left"), float(_title_of(axes).get_fontsize()), wide / _PIXELS
     if any(across(line, size) > wide for line in text.split("\n")):
         axes.set_title("\n".join(part for line in text.split("\n") for part in broken(line, size, wide)), fontsize=size)
 

@@ -281,21 +281,26 @@ def draw_2d(
     speed: float,
     tolerance: float,
     x: FloatArray,
+    *,
+    of_map: bool = False,
 ) -> None:
-    """Maps for all heights as lines; maps of one height at that height only."""
+    """Maps for all heights as lines; maps of one height at that height only; `of_map`: fitted to the 3D map."""
+    whole, single = (
+        (style.MAP_2D_OF_MAP, style.MAP_2D_PER_HEIGHT_OF_MAP) if of_map else (style.MAP_2D, style.MAP_2D_PER_HEIGHT)
+    )
     own: list[tuple[float, float]] = []
     for map_2d in maps_2d:
         low, high = map_2d.measured_range.lowest[1], map_2d.measured_range.highest[1]
         if high - low > tolerance:
             distances = x if along == 0 else np.full(x.size, fixed_at[0])
-            style.MAP_2D.plot(axes, x, map_2d.predict(distances, 0.0, speed))
+            whole.plot(axes, x, map_2d.predict(distances, 0.0, speed))
         elif along == 1:
             own.append(((low + high) / 2, float(map_2d.predict(fixed_at[0], 0.0, speed))))
         elif low - tolerance <= fixed_at[1] <= high + tolerance:
-            style.MAP_2D_PER_HEIGHT.plot(axes, x, map_2d.predict(x, 0.0, speed), marker="")
+            single.plot(axes, x, map_2d.predict(x, 0.0, speed), marker="")
     if own:
         heights, forces = zip(*sorted(own), strict=True)
-        style.MAP_2D_PER_HEIGHT.plot(axes, heights, forces)
+        single.plot(axes, heights, forces)
 
 
 def _draw_errors(axes: Axes, comparison: Comparison) -> None:

@@ -19,7 +19,7 @@ from matplotlib.patches import Patch
 from forcemap.arrays import FloatArray
 from forcemap.errors import InputError
 from forcemap.figures import canvas, style
-from forcemap.figures.layout import POINTS_PER_INCH, Room, across, broken
+from forcemap.figures.layout import POINTS_PER_INCH, Room, across
 from forcemap.figures.style import DISTANCE, HEIGHT, PAGE_WIDTH, QUANTITY, SPEED, Look
 from forcemap.paths.path_speeds import CycleTime, PathSpeeds
 from forcemap.paths.time_law import TimeLaw
@@ -28,7 +28,7 @@ from forcemap.speeds.speed_map import SpeedMap
 from forcemap.words import limit_words, warnings
 
 _MOST_IN_WORDS = 150  # places of a grid whose speeds are still written into it
-_TITLE, _BESIDE_TITLE = 6.5, 60.0  # letters of the title, and what stands beside it [pt]
+_TITLE = 6.5  # letters of the title [pt]
 _CELL = 16.0  # least height of a cell that two lines of words stand in [pt]
 _LONGEST_LINE = 400  # characters of a line of the title before it is broken
 _LONGEST_NAME = 24  # characters of a segment's name
@@ -42,8 +42,8 @@ _BESIDE_PATH = 60.0  # what stands beside the panel of a path, about [pt]
 def safe_speed_figure(speed_map: SpeedMap, *, standard: float = math.nan, width: float = PAGE_WIDTH) -> Figure:
     """Safe speeds over distance and height: speed at contact as colour, outcomes as hatch patterns and words.
 
-    At each place of a small grid stands the speed to program, in brackets below it the speed at contact. The limit and
-    the bound behind the speeds stand above it, as `SafeSpeed.basis` has them.
+    At each place of a small grid of a wide figure stands the speed to program, in brackets below it the speed at
+    contact. The limit and the bound behind the speeds stand above it, as `SafeSpeed.basis` has them.
 
     Parameters
     ----------
@@ -54,6 +54,30 @@ def safe_speed_figure(speed_map: SpeedMap, *, standard: float = math.nan, width:
     width : float
         Width of the figure [m].
     """
+    speeds = speed_map.speeds
+    written = canvas.is_wide(width) and bool(np.isfinite(speeds.speed).any()) and speeds.outcome.size <= _MOST_IN_WORDS
+    axes = _colour_speeds(speed_map, standard, width, written=written)
+    if written and _cell_height(axes, speed_map) < _CELL:
+        axes = _colour_speeds(speed_map, standard, width, written=False)
+    elif written:
+        _write_speeds(axes, speed_map)
+    return _figure_of(axes)
+
+
+def _figure_of(axes: Axes) -> Figure:
+    figure = axes.get_figure(root=True)
+    assert figure is not None
+    return figure
+
+
+def _cell_height(axes: Axes, speed_map: SpeedMap) -> float:
+    """Height of a place's cell [pt]."""
+    tall = axes.get_position().height * _figure_of(axes).get_figheight() * POINTS_PER_INCH
+    return tall / max(len(speed_map.height), 1)
+
+
+def _colour_speeds(speed_map: SpeedMap, standard: float, width: float, *, written: bool) -> Axes:
+    """The panel with its colours, hatches and the words above it; `written`: figures will stand in the cells."""
     speeds, wide = speed_map.speeds, canvas.is_wide(width)
     x, y = canvas.edges(np.asarray(speed_map.distance)), canvas.edges(np.asarray(speed_map.height))
     figure = canvas.new_figure("Safe speeds over distance and height", width, 0.115 if wide else 0.12)
@@ -72,12 +96,9 @@ def safe_speed_figure(speed_map: SpeedMap, *, standard: float = math.nan, width:
                 entry.set_facecolor(matplotlib.colormaps[QUANTITY](0.6))
             legend.append(entry)
     axes.set(xlabel=DISTANCE, ylabel=HEIGHT, xlim=(x[0], x[-1]), ylim=(y[0], y[-1]))
-    axes.set_title("\n".join(_words(speed_map, width)), fontsize=_TITLE)
+    axes.set_title("\n".join(_words(speed_map, written=written)), fontsize=_TITLE)
     canvas.finish(figure, simulated=speeds.basis.simulated, also=legend, first=warnings([speeds.basis]))
-    cell = axes.get_position().height * figure.get_figheight() * POINTS_PER_INCH / max(y.size - 1, 1)
-    if wide and known.count() and speeds.outcome.size <= _MOST_IN_WORDS and cell >= _CELL:
-        _write_speeds(axes, speed_map)
-    return figure
+    return axes
 
 
 def _mark_standard(bar: Colorbar, standard: float) -> Artist:
@@ -102,19 +123,24 @@ def _write_speeds(axes: Axes, speed_map: SpeedMap) -> None:
         axes.text(*place, words, color=colour, fontsize=5.5, ha="center", va="center")
 
 
-def _words(speed_map: SpeedMap, width: float) -> Iterator[str]:
-    """The limit, the bound and which speeds are shown, in lines that fit beside the axis of a figure so wide [m]."""
+def _words(speed_map: SpeedMap, *, written: bool) -> Iterator[str]:
+    """The limit, the bound and which speeds are shown."""
     newtons, basis = np.unique(np.asarray(speed_map.speeds.limit)), speed_map.speeds.basis
     figure = f"{newtons[0]:g}" + (f" to {newtons[-1]:g}" if newtons.size > 1 else "") + " N"
     limit = limit_words(basis)
-    off = f"{basis.allowance.speed:g} m/s overshoot subtracted" if basis.allowance else ""
+    off = basis.allowance and f"{basis.allowance.speed:g} m/s"
+    if written:
+        shown = (
+            f"in figures: speed to program{f', {off} overshoot subtracted' if off else ''} (in brackets: at contact)"
+        )
+    else:
+        shown = f"shade: speed at contact{f'; to program {off} less, for overshoot' if off else ''}"
     lines = [
         f"limit: {limit if limit.startswith(figure) else f'{figure}, {limit}'}",
         f"bound: {basis.bound}",
-        f"in figures: speed to program, {off} (in brackets: at contact)",
+        shown,
     ]
-    for line in lines:
-        yield from broken(canvas.plain(line, _LONGEST_LINE), _TITLE, canvas.points(width) - _BESIDE_TITLE)
+    yield from (canvas.plain(line, _LONGEST_LINE) for line in lines)
 
 
 @canvas.settings()

@@ -12,9 +12,9 @@ from matplotlib.figure import Figure
 from forcemap.errors import InputError
 from forcemap.figures import style
 from forcemap.figures.canvas import finish, is_wide, new_figure, panels, settings
-from forcemap.figures.heights import Mapped, mapped, names_of
+from forcemap.figures.heights import Mapped, default_cuts, mapped, names_of
 from forcemap.figures.maps import WORDS, draw_2d
-from forcemap.figures.measured import draw_map, draw_profile, measured_often
+from forcemap.figures.measured import draw_map, draw_profile
 from forcemap.figures.style import DISTANCE, FORCE, HEIGHT, PAGE_WIDTH
 from forcemap.limits.pfl import pfl_contact_force
 from forcemap.maps.bounds import Bound
@@ -47,7 +47,8 @@ def standard_figure(
     bound : Bound, optional
         Bound of the maps to draw dashed.
     speed, height, distance : float, optional
-        Where to cut [m/s], [m], [m]; values that many states have if not given.
+        Where to cut [m/s], [m], [m]; values that many states have if not given, the same for all maps where their
+        measured ranges have one in common.
     width : float
         Width of the figure [m].
 
@@ -76,10 +77,12 @@ def standard_figure(
     figure = new_figure("Maps, 2D maps and the standard", width, 0.016 + down * (0.055 if wide else 0.05))
     grid = np.array(panels(figure, 2 * len(maps), columns, share_y=True), dtype=object)
     grid = grid.reshape(2, -1) if wide else grid.reshape(-1, 2).T
+    cuts = [
+        default_cuts(maps, axis) if value is None else [value] * len(maps)
+        for axis, value in enumerate((distance, height, speed))
+    ]
     for i, (each, name) in enumerate(zip(maps, names_of(maps), strict=True)):
-        points, tolerances = each.force_map.measured_range.points, each.measured.tolerances
-        given = (distance, height, speed)
-        cut = [measured_often(points[:, j], tolerances[j]) if value is None else value for j, value in enumerate(given)]
+        cut = [of_each[i] for of_each in cuts]
         standard = float(pfl_contact_force(cut[2], **models[i]))
         for along, axes in enumerate(grid[:, i]):
             _draw(axes, each, bound, along, cut, flat[i], standard)
@@ -104,11 +107,7 @@ def _draw(
     fixed = {1 - along: cut[1 - along], 2: cut[2]}
     x, _ = draw_map(axes, shown.force_map, bound, along, fixed)
     place = shown.measured.tolerance.place
-    draw_2d(axes, maps_2d, along, {0: cut[0], 1: cut[1]}, cut[2], place, x)
-    if shown.dataset is None:
-        for line in axes.get_lines():
-            if line.get_label() in (style.MAP_2D.words, style.MAP_2D_PER_HEIGHT.words):
-                line.set_label(f"{line.get_label()}, fitted to the 3D map")
+    draw_2d(axes, maps_2d, along, {0: cut[0], 1: cut[1]}, cut[2], place, x, of_map=shown.dataset is None)
     style.STANDARD.plot(axes, [x[0], x[-1]], [standard, standard])
     draw_profile(axes, shown.measured, along, fixed)
     axes.margins(y=0.1)

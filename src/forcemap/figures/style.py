@@ -103,6 +103,10 @@ PREDICTION = Look("3D map", GREEN, "-", 1.4)
 BOUND = Look("upper bound", BLACK, (0, (4, 2)), 0.9)
 MAP_2D = Look("2D map", SKY, (0, (6, 1.5, 1, 1.5)), 1.4)
 MAP_2D_PER_HEIGHT = Look("2D map of each height", SKY, (0, (1, 1)), 1.4, "D", "#ffffff", 3.4)
+MAP_2D_OF_MAP = Look("2D map, fitted to the 3D map", SKY, (0, (3, 3)), 1.4)
+MAP_2D_PER_HEIGHT_OF_MAP = Look(
+    "2D map of each height, fitted to the 3D map", SKY, (0, (1, 3)), 1.4, "^", "#ffffff", 3.4
+)
 STANDARD = Look("standard's contact model", ORANGE, (0, (1, 1.2)), 2.2)
 TRANSIENT = Look("transient limit", VERMILLION, (0, (8, 2)), 1.4)
 QUASI_STATIC = Look("quasi-static limit", PURPLE, (0, (8, 2, 1, 2)), 1.4)

@@ -145,8 +145,9 @@ def _unresolved(impact: Impact, between: float) -> _Doubts:
         yield (
             Quality.UNRESOLVED,
             f"{impact.phase1_samples} samples across Phase I (at least {_LEAST_SAMPLES}), {across} across the half "
-            f"width of its peak (at least {_LEAST_ACROSS}), {impact.early_samples} in the first 50 ms (at least "
-            f"{_LEAST_EARLY_SAMPLES}); {missed}it takes {math.ceil(needed / _RATE_STEP) * _RATE_STEP:d} Hz or more, "
+            f"width of its peak if both its flanks were the steeper one (at least {_LEAST_ACROSS}), "
+            f"{impact.early_samples} in the first 50 ms (at least {_LEAST_EARLY_SAMPLES}); {missed}"
+            f"it takes {math.ceil(needed / _RATE_STEP) * _RATE_STEP:d} Hz or more, "
             f"this is {rate:.0f} Hz",
         )
 
