@@ -717,3 +717,34 @@ def test_new_places_are_measured_ones_or_far_from_them():
         old, new = (np.unique(each[:, :2], axis=0) for each in (before.states.coordinates, planned_states(found.plan)))
         away = np.abs(new[:, None] - old).max(axis=2).min(axis=1)
         assert np.all((away < 1e-6) | (away >= NEAR))
+
+
+def test_no_place_is_planned_beyond_a_stated_reach():
+    """The edge of the reach is the edge of the range: its corners are opened as those of the range are."""
+    cell = dataclasses.replace(CELL, reach=0.8)
+    given = {"distances": (0.4, 0.9), "heights": (0.1, 0.6)}
+    found = fm.next_measurements(cell, 140.0, **given, batch=8)
+    places = planned_states(found.plan)[:, :2]
+    assert np.hypot(*places.T).max() <= 0.8
+    assert {(0.4, 0.1), (0.793, 0.1), (0.4, 0.6), (0.529, 0.6)} <= {tuple(place) for place in places.tolist()}
+    assert [finding.kind for finding in found.within] == [FindingKind.PLACES_AS_PLANNED]
+    far = planned_states(fm.next_measurements(CELL, 140.0, **given, batch=8).plan)[:, :2]
+    assert np.hypot(*far.T).max() > 1.0
+    with pytest.raises(InputError, match=r"reach: found 0\.4 m, expected a larger one \(plan\.reach_m\)"):
+        fm.next_measurements(dataclasses.replace(CELL, reach=0.4), 140.0, **given)
+
+
+def test_speeds_are_those_of_the_plan_unless_given():
+    cell = dataclasses.replace(CELL, slowest=0.1, fastest=0.3)
+    for given, slowest, kinds in (((), 0.1, [FindingKind.SPEEDS_AS_PLANNED]), ((0.06, 0.4), 0.06, [])):
+        found = fm.next_measurements(cell, 140.0, **PLACES, speeds=given)
+        assert found.plan.speed.min() == slowest
+        assert [finding.kind for finding in found.within] == kinds
+
+
+@pytest.mark.parametrize(
+    "stated", [{"reach": 0.0}, {"slowest": 0.1}, {"fastest": 0.3}, {"slowest": 0.3, "fastest": 0.1}]
+)
+def test_what_is_stated_of_the_plan_must_make_sense(stated):
+    with pytest.raises(InputError, match=r"plan\."):
+        dataclasses.replace(CELL, **stated)

@@ -184,6 +184,22 @@ def test_export_writes_what_it_prints(form, capsys, tmp_path, monkeypatch):
     assert run([*command, "-o", "path.csv"]) == 2  # another file may not
 
 
+def test_a_format_that_is_named_for_its_maker_is_refused_with_its_name(capsys):
+    for arguments, words in ((("--format", "kuka"), "; krl is KUKA's"), (("--format=UR",), "; urscript is Universal")):
+        assert run(["export", "ur10e", *arguments, *HAND]) == 2
+        assert words in capsys.readouterr().err
+    assert run(["export", "ur10e", "--format", "dobot", *HAND]) == 2
+    assert "KUKA" not in capsys.readouterr().err
+
+
+def test_where_no_zone_is_permitted_the_verdict_says_what_raised_the_bound(capsys):
+    limit = ["--area", "palm", "--contact", "quasi-static"]
+    assert run(["export", "ur10e", "--format", "csv", *limit, "-o", "out.csv"]) == 1
+    verdict = " ".join(capsys.readouterr().out.split())
+    assert verdict.startswith("0 of 56 zones permitted, with the bound raised by 14 % for motion up to 5 degrees off")
+    assert "--angle-deg 0 does not raise it, for motion straight along it alone" in verdict.partition("; not safety")[0]
+
+
 def test_export_of_programs(capsys, tmp_path):
     assert run(["export", "ur10e", "--format", "krl", "--task", "task.toml", "-o", "."]) == 0
     assert (tmp_path / "FORCEMAP.DAT").read_text().startswith("DEFDAT FORCEMAP PUBLIC")

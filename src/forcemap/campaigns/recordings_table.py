@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import re
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from enum import StrEnum
@@ -14,6 +16,7 @@ from forcemap.campaigns.conditions import MEASURED_UNDER, condition_text
 from forcemap.csv_table import csv_cell, csv_text, read_table
 from forcemap.errors import InputError
 from forcemap.files import read_bytes, sha256
+from forcemap.impacts.quality import UNKNOWN_PEAK
 from forcemap.impacts.scenario import ContactScenario
 
 REGISTER_FILE = "recordings.csv"
@@ -107,6 +110,28 @@ class Entry:
         return not (self.scenario or self.impact_sha256 or self.exclude)
 
 
+def none_used(entries: Sequence[Entry]) -> str:
+    """That none of the recordings can be used, and how often each reason why, the most frequent first.
+
+    A reason is a doubt about the impact by its name, else the words before its figures.
+    """
+    reasons = Counter(reason for entry in entries for reason in _reasons(entry))
+    most = reasons.most_common(_REASONS)
+    counted = ", ".join(f"{reason} ({count})" for reason, count in most)
+    more = f", and {len(reasons) - len(most)} other reasons" if len(reasons) > len(most) else ""
+    return f"none of {len(entries)} recordings gave an impact that can be used: {counted}{more}"
+
+
+def _reasons(entry: Entry) -> list[str]:
+    """The names of what speaks against a recording, each once."""
+    if entry.use is Use.EXCLUDED:
+        return ["excluded by a person"]
+    head = re.split(r"[:;,(]", entry.reason, maxsplit=1)[0].strip()
+    named = [name for name in re.findall(r"(?:^|; )(\w+): ", entry.reason) if name in UNKNOWN_PEAK]
+    return list(dict.fromkeys([head or entry.use.value, *named]))
+
+
+_REASONS = 6  # that are counted; a choice: the register has them all
 _UNITS = {"speed": "speed_mps", "size": "size_bytes", "phase1_duration": "phase1_duration_s"} | {
     name: f"{name}_N" for name in ("peak_force", "raw_peak_force", "phase2_force")
 }

@@ -41,7 +41,9 @@ def next_(
     contact: ContactKind = None,
     distances: planned.Distances = None,
     heights: planned.Heights = None,
-    speeds: Annotated[str | None, Option("--speeds-mps", help="Slowest and fastest speed; default 0.05,0.40.")] = None,
+    speeds: Annotated[
+        str | None, Option("--speeds-mps", help="Slowest and fastest speed; else as planned, else 0.05,0.40.")
+    ] = None,
     states: _Budget = None,
     batch: Annotated[int, Option("--batch", help="States at a time.")] = _BATCH,
     repeats: planned.Repeats = _REPEATS,
@@ -172,7 +174,7 @@ def _lines(folder: str, answer: fm.NextMeasurements, files: list[str], again: st
     confirmed = sentence(answer.progress)
     said: dict[str, Any] = {"doubts": sentences(answer.warnings), "simulated": answer.simulated}
     if answer.plan is None:
-        return [*verdict_first(f"Stop ({answer.stop}): {why}", **said), confirmed]
+        return [*verdict_first(f"Stop ({answer.stop}): {why}", **said), confirmed, *sentences(answer.within)]
     table_file = str(Path(folder, "impacts.csv")) if Path(folder).is_dir() else folder
     unwritten = [
         "Nothing written: there is no plan.csv, and forcemap collect would replace the table by new recordings alone",
@@ -184,6 +186,7 @@ def _lines(folder: str, answer: fm.NextMeasurements, files: list[str], again: st
         f"why: {why}",
         planned.time_words(answer.plan),
         confirmed,
+        *sentences(answer.within),
         "",
         *planned.runs_table(answer.plan, answer.upper_force.tolist()),
         sentence(answer.upper_is),

@@ -18,7 +18,7 @@ from forcemap.campaigns.state import States, StateTolerance
 from forcemap.errors import BoundNotAvailable, FitError, InputError
 from forcemap.findings import Finding, FindingKind, in_words
 from forcemap.limits.force_limits import Contact, ForceLimit, NewtonLimit
-from forcemap.maps.bounds import FEW_STATES, MIN_DEGREES_OF_FREEDOM, FixedMargin, ToleranceBound
+from forcemap.maps.bounds import FEW_STATES, MIN_DEGREES_OF_FREEDOM, Bound, FixedMargin, ToleranceBound
 from forcemap.maps.fit import fit_force_map
 from forcemap.maps.force_map import ForceMap
 from forcemap.maps.forms import CFM_3D, Form
@@ -94,6 +94,8 @@ class NextMeasurements:
         How these figures are computed.
     warnings : tuple of Finding
         What must be said first: doubts about the map, then about the plan.
+    within : tuple of Finding
+        What campaign.toml states of the plan, and these states keep to.
     """
 
     places: int
@@ -108,6 +110,7 @@ class NextMeasurements:
     upper_force: FloatArray = field(default_factory=lambda: np.empty(0))
     upper_is: Finding | None = None
     warnings: tuple[Finding, ...] = ()
+    within: tuple[Finding, ...] = ()
 
     @property
     def progress(self) -> Finding:
@@ -125,7 +128,7 @@ def next_measurements(
     contact: Contact | None = None,
     distances: Sequence[float] = (),
     heights: Sequence[float] = (),
-    speeds: Sequence[float] = SPEEDS,
+    speeds: Sequence[float] = (),
     form: Form = CFM_3D,
     bound: ToleranceBound = ToleranceBound(),  # noqa: B008 - frozen
     expected_force: Expectation | None = None,
@@ -160,7 +163,8 @@ def next_measurements(
     distances, heights : sequence of float
         Nearest and farthest, lowest and highest place [m]; those measured if not given.
     speeds : sequence of float
-        Slowest and fastest speed that may be planned [m/s].
+        Slowest and fastest speed that may be planned [m/s]; if not given those of the plan that the conditions state,
+        else 0.05 and 0.40. A reach that they state holds anyway.
     form : Form
         The map that is fitted.
     bound : ToleranceBound
@@ -206,13 +210,12 @@ def next_measurements(
     dataset = measured if isinstance(measured, ImpactDataset) and len(measured.train) else None
     seen = measured.states if isinstance(measured, ImpactDataset) else None
     conditions = measured.conditions if isinstance(measured, ImpactDataset) else measured
-    if not isinstance(bound, ToleranceBound):
-        raise InputError(f"bound: found {bound!r}, expected a ToleranceBound: a margin does not tell what is gained")
     usable = _limit_to_confirm(limit, contact, conditions, dataset)
-    slowest, fastest = _check_budget(speeds, batch, states, repeats, least_gain)
+    speeds, reach, within = _as_planned(conditions, speeds)
+    slowest, fastest = _check_budget(bound, speeds, batch, states, repeats, least_gain)
     highest = _highest_force(conditions, dataset, largest_force, float(usable.newtons))
     known = dataset.train.states if dataset is not None else None
-    place_range = PlaceRange.of(distances, heights, known)
+    place_range = PlaceRange.of(distances, heights, known, reach)
     stated_tolerance = StateTolerance.stated(conditions.place_tolerance, conditions.speed_tolerance)
     aim = _Aim(
         basis=usable,
@@ -241,7 +244,20 @@ def next_measurements(
     else:
         choice = _refinement(aim, now, force_map, known, seen, has_speed)
     answer = choice if isinstance(choice, NextMeasurements) else choice.planned(repeats)
-    return replace(answer, warnings=(*_by_force_alone(force_map, limit, usable.contact), *answer.warnings))
+    warnings = (*_by_force_alone(force_map, limit, usable.contact), *answer.warnings)
+    return replace(answer, warnings=warnings, within=within)
+
+
+def _as_planned(conditions: Conditions, speeds: Sequence[float]) -> tuple[Sequence[float], float, tuple[Finding, ...]]:
+    """Speeds that may be planned [m/s] and the reach [m], as the conditions state of the plan; what they state."""
+    reach, kept = math.inf, []
+    if not len(speeds) and conditions.slowest > 0:
+        speeds = conditions.slowest, conditions.fastest
+        kept.append(Finding.of(FindingKind.SPEEDS_AS_PLANNED, slowest_mps=speeds[0], fastest_mps=speeds[1]))
+    if conditions.reach > 0:
+        reach = conditions.reach
+        kept.append(Finding.of(FindingKind.PLACES_AS_PLANNED, reach_m=reach))
+    return speeds if len(speeds) else SPEEDS, reach, tuple(kept)
 
 
 def _by_force_alone(
@@ -457,9 +473,11 @@ def _limit_to_confirm(
 
 
 def _check_budget(
-    speeds: Sequence[float], batch: int, states: int | None, repeats: int, least_gain: float
+    bound: Bound, speeds: Sequence[float], batch: int, states: int | None, repeats: int, least_gain: float
 ) -> tuple[float, float]:
     """Slowest and fastest speed [m/s]; all figures are checked."""
+    if not isinstance(bound, ToleranceBound):
+        raise InputError(f"bound: found {bound!r}, expected a ToleranceBound: a margin does not tell what is gained")
     for name, number in (("batch", batch), ("states", states), ("repeats", repeats)):
         require_whole(name, number)
     if not 0 <= least_gain < math.inf:
