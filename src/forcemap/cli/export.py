@@ -277,8 +277,11 @@ def export_path(
         permitted = zones.permitted > 0
     else:
         provenance = provenance.of_path(speeds)
-        slowed = int(((speeds.commanded < speeds.programmed) & ~speeds.refused).sum())
-        words = f"{int((~speeds.refused).sum())} of {len(speeds.path)} pieces permitted, {slowed} of them slowed down"
+        slowed = (speeds.commanded < speeds.programmed) & ~speeds.refused
+        braking = int((slowed & ~speeds.too_fast).sum())
+        only = f" ({braking} only to brake for a slower one)" if braking else ""
+        words = f"{int((~speeds.refused).sum())} of {len(speeds.path)} pieces permitted, "
+        words += f"{int(slowed.sum())} of them slowed down{only}"
         result, text = scaling_result(speeds, provenance), scaling_csv(speeds, provenance)
         raised = path_raised()
         permitted = not speeds.refused.any()
