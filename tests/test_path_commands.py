@@ -16,6 +16,7 @@ from forcemap.cli.app import run
 from forcemap.cli.export import Format
 from forcemap.cli.path import path_lines
 from forcemap.maps.measured_range import MeasuredRange
+from forcemap.paths.atlas import Atlas, AtlasMap
 from forcemap.paths.task import one_segment_task
 from robot_programs import urscript_function
 
@@ -182,6 +183,20 @@ def test_a_path_that_leaves_the_range_is_told_where_it_lies_inside(capsys, tmp_p
         given = {"bound": bound, "allowance": fm.Allowance(position=tolerance)}
         speeds = fm.path_speeds(corner, fm.read_path("out.csv"), hand, **given)
         assert said in " ".join(path_lines(PathAnswer.of_path(speeds, bound), "out.csv"))
+
+
+def test_of_several_maps_each_range_is_said_and_whose_place_counts():
+    ur10e, bound, sites = fm.published_map("ur10e"), fm.FixedMargin(), ("flange", "gripper")
+    stated = [dataclasses.replace(ur10e.conditions, contact_site=site) for site in sites]
+    maps = [dataclasses.replace(ur10e, conditions=each) for each in stated]
+    atlas = Atlas(tuple(AtlasMap(*each) for each in zip(("one", "two"), stated, maps, strict=True)))
+    segment = fm.TaskSegment("path", ("back_of_hand",), fm.Contact.TRANSIENT, contact_sites=sites)
+    task = fm.Task((segment,), site_offsets={"flange": (0.0, 0.0, 0.1), "gripper": (0.0, 0.0, 0.0)})
+    speeds = fm.path_speeds(atlas, fm.read_path("press.csv"), task, bound=bound)
+    answer = PathAnswer.of_path(speeds, bound)
+    assert [(each.map_name, each.contact_site) for each in answer.inside] == [("one", "flange"), ("two", "")]
+    said = "(one: d 0.525 to 0.885 m, h 0.145 to 0.455 m of flange; two: d 0.525 to 0.885 m, h 0.145 to 0.455 m)"
+    assert said in " ".join(path_lines(answer, "press.csv"))
 
 
 def test_speeds_of_a_files_rows_are_compared_and_scaled(capsys, tmp_path):

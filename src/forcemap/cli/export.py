@@ -233,7 +233,12 @@ class PathFormat(StrEnum):
 
 def export_path(
     source: options.Maps,
-    file: Annotated[str, Argument(metavar="PATH", help="Path (CSV): x_m, y_m, z_m in the frame of the base.")],
+    file: Annotated[
+        str,
+        Argument(
+            metavar="PATH", help="Path (CSV): x_m, y_m, z_m in the frame of the base; segment, speed_mps or time_s."
+        ),
+    ],
     format: Annotated[
         PathFormat,
         Option("--format", help="scaling: factors along the path; safety: a sheet to type in, compared with it."),

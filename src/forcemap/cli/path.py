@@ -42,7 +42,12 @@ from forcemap.words import sentence
 
 def path(
     source: options.Maps,
-    file: Annotated[str, Argument(metavar="PATH", help="Path (CSV): x_m, y_m, z_m in the frame of the base.")],
+    file: Annotated[
+        str,
+        Argument(
+            metavar="PATH", help="Path (CSV): x_m, y_m, z_m in the frame of the base; segment, speed_mps or time_s."
+        ),
+    ],
     task: options.TaskOrLimit = None,
     contact: options.ContactKind = None,
     acceleration: task_options.Acceleration = None,
