@@ -18,7 +18,7 @@ from forcemap.campaigns.memory import MEMORY_FILE
 from forcemap.errors import CampaignFileError
 from forcemap.findings import FindingKind
 from forcemap.verdicts.recording_results import thinned
-from forcemap.words import sentences
+from forcemap.words import sentence, sentences
 from pulses import TOML, collect, pulse, save, write_campaign
 
 MASS = "[robot]\nmoving_mass_kg = 30.0\n"
@@ -120,7 +120,7 @@ def test_every_input_stands_with_its_hash_and_nothing_is_written(copied):
 def change_a_recording(folder):
     path = folder / "recordings" / "d500-h200-v100-r1.csv"
     path.write_text(path.read_text().replace("0.0", "0.1", 1))
-    return "CHANGED since they were registered: d500-h200-v100-r1.csv"
+    return "RECORDINGS CHANGED since they were registered: d500-h200-v100-r1.csv"
 
 
 def remove_a_recording(folder):
@@ -156,6 +156,22 @@ def remove_the_table(folder):
 def remove_the_conditions(folder):
     (folder / "campaign.toml").unlink()
     return "there is no campaign.toml"
+
+
+def put_a_recording_beside_a_point(folder):
+    save(folder / "points" / "p1.csv", *pulse(99.0))
+    return "RECORDINGS OF CONTACT POINTS not registered yet: points/p1.csv"
+
+
+@pytest.mark.parametrize("change", [change_a_recording, put_a_recording_beside_a_point])
+def test_speeds_of_other_files_than_were_collected_are_withheld(copied, change):
+    """The table is as it was: `fm.safe_speed` of it knows nothing of the files."""
+    assert any(each.confirmed for each in fm.assess_campaign(copied).speeds)
+    problem = change(copied)
+    found = fm.assess_campaign(copied)
+    assert [each.confirmed for each in found.speeds] == [0] * len(found.speeds)
+    assert all(problem in sentence(each.speeds.speeds.basis.refusal) for each in found.speeds)
+    assert sum(problem in sentence(each) for each in found.findings) == 1
 
 
 def let_calibration_expire(folder):

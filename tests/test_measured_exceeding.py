@@ -51,7 +51,7 @@ def sound():
 
 
 def said(speed):
-    return [fm.sentence(finding) for finding in speed.basis.warnings]
+    return [fm.sentence(finding) for finding in (*speed.basis.refusals, *speed.basis.warnings)]
 
 
 @pytest.mark.parametrize("name", ["", "c-"])
@@ -115,7 +115,7 @@ def test_it_holds_for_pressures_alike():
     assert force_map.other(Quantity.PRESSURE) is not None
     speed = fm.safe_speed(force_map, 0.8, 0.4, **CASE)
     assert "peak pressure" in said(speed)[0]
-    assert "390.0 N/cm^2, limit 380 N/cm^2" in said(speed)[0]
+    assert "390.0 N/cm^2 at d = 0.66 m, h = 0.31 m and 0.22 m/s, limit 380 N/cm^2" in said(speed)[0]
     with pytest.raises(fm.NotReleasable, match="t0"):
         fm.robot_table(force_map, limits=[(HAND, fm.Contact.TRANSIENT)], bound=fm.ToleranceBound(), size=0.1)
 

@@ -392,7 +392,7 @@ class TestSaturated:
         sequence = Sequence.of("kuka-iiwa7-10nm", 15)
         sequence.run(states=16)
         out = sequence.distances[0] + 0.75 * 0.30
-        states = np.vstack([sequence.states, [out, 0.3, 0.09]])
+        states = np.vstack([sequence.states, [out, 0.3, 0.2]])
         forces = np.append(sequence.forces.mean(axis=1), 500.0)
         for saturated in (False, True):
             kept = slice(0, 16 + saturated)
@@ -404,7 +404,19 @@ class TestSaturated:
             )
             new = planned_states(found.plan)
             inwards = (new[:, 0] <= out) & (new[:, 0] > out - 0.1) & (np.abs(new[:, 1] - 0.3) < 0.09)
-            assert np.any(inwards & (new[:, 2] >= 0.09)) != saturated
+            assert np.any(inwards & (new[:, 2] >= 0.2)) != saturated
+
+    def test_where_the_bound_permits_its_speed_nothing_is_planned(self):
+        """More states elsewhere would leave the limit refused."""
+        sequence = Sequence.of("kuka-iiwa7-10nm", 15)
+        sequence.run(states=16)
+        states = np.vstack([sequence.states, [sequence.distances[0] + 0.2, 0.3, 0.09]])
+        for force in (138.0, 142.0):
+            forces = np.append(sequence.forces.mean(axis=1), force)
+            dataset = dataset_of(states, forces, role=["train"] * 16 + ["test"])
+            found = fm.next_measurements(dataset, 140.0, distances=sequence.distances, heights=HEIGHTS, states=60)
+            assert (found.stop == "limit-not-usable", found.confirmed == 0) == (force > 140, force > 140)
+        assert "EXCEEDED THE LIMIT" in sentence(found.reasons[0])
 
     @pytest.mark.parametrize("role", ["train", "test"])
     def test_before_there_is_a_bound(self, role):
@@ -687,7 +699,8 @@ class TestConfirmation:
         flat = dataclasses.replace(flat, fit=dataclasses.replace(flat.fit, states=known))
         found = fm.confirm_plan(flat, 165.0, contact=QUASI_STATIC, bound=fm.ToleranceBound())
         assert len(found.plan) == 0
-        assert found.refusal.kind is FindingKind.NONE_CAN_BE_CONFIRMED
+        assert found.refusal.kind is FindingKind.NOTHING_TO_CONFIRM
+        assert found.refusal.also[0].kind is FindingKind.EXCEEDED_WHERE_PERMITTED
 
     def test_an_impact_elsewhere_cannot_tell(self, force_map):
         found = fm.confirm_plan(force_map, 140.0, contact=QUASI_STATIC, bound=fm.ToleranceBound(), impacts=2)

@@ -232,12 +232,12 @@ def test_an_impact_above_the_device_range_refuses_the_zone_it_lies_in():
     zones = fm.Zones([0.70, 0.7575, 0.70], [0.746, 0.78, 0.746], [0.35, 0.35, 0.40], [0.40, 0.39, 0.45])
     contradicted = censored_at((0.752, 0.36), 0.22)
     found = fm.zone_speeds(contradicted, zones, limit=300.0, contact=QUASI_STATIC, bound=bound)
-    assert [outcome.has_speed for outcome in found.outcome] == [True, True, True]
+    assert [outcome.has_speed for outcome in found.outcome] == [False, False, False]  # beside it, too: the same bound
     wide = fm.zone_speeds(
         contradicted, fm.Zones(0.70, 0.78, 0.35, 0.40), limit=300.0, contact=QUASI_STATIC, bound=bound
     )
     assert wide.outcome[0] is UNCONFIRMED
-    assert "reached at least 500 N" in sentence(wide.reason[0])
+    assert "highest 500.0 N at d = 0.752 m, h = 0.36 m and 0.22 m/s, limit 300 N" in sentence(wide.reason[0])
     crossing = fm.zone_speeds(
         contradicted, Segments([0.70, 0.0, 0.36], [0.78, 0.0, 0.36]), limit=300.0, contact=QUASI_STATIC, bound=bound
     )
@@ -250,9 +250,14 @@ def test_an_impact_above_the_device_range_refuses_the_zone_it_lies_in():
         bound=bound,
     )
     assert faster.outcome[0].has_speed  # the bound itself allows no such speed there
+    fast = censored_at((0.752, 0.36), 0.4)
+    permitted = float(bound.upper(fast, 0.752, 0.36, 0.4)) + 5.0
+    assert 300.0 < permitted < 500.0
+    apart = fm.zone_speeds(fast, zones, limit=[300.0, permitted, 300.0], contact=QUASI_STATIC, bound=bound)
+    assert [outcome.has_speed for outcome in apart.outcome] == [True, False, True]  # of several limits each for itself
 
 
-def test_a_measured_impact_beyond_the_limit_stands_in_the_reason():
+def test_a_measured_impact_beyond_the_limit_leaves_no_speed_in_any_zone():
     points = training_grid("ur10e")
     d, h, v = points.T
     peak = fm.published_map("ur10e").predict(d, h, v)
@@ -267,8 +272,8 @@ def test_a_measured_impact_beyond_the_limit_stands_in_the_reason():
         contact=QUASI_STATIC,
         bound=fm.ToleranceBound(),
     )
-    assert found.outcome[0].has_speed
-    assert "measured 350 N in the zone at 0.21 m/s" in sentence(found.reason[0])
+    assert not found.outcome[0].has_speed
+    assert "highest 350.0 N at d = 0.752 m, h = 0.36 m and 0.21 m/s, limit 300 N" in sentence(found.reason[0])
 
 
 @given(st.integers(0, 2**32 - 1), st.floats(150, 480))

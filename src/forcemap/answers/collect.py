@@ -8,6 +8,8 @@ from forcemap.answers.answer import AllSaid, Answer, Figure, Said, of
 from forcemap.answers.form_test import DriftAnswer
 from forcemap.campaigns.campaign import Campaign
 from forcemap.campaigns.dataset import ImpactDataset, unit_finding
+from forcemap.campaigns.point_list import POINT_REGISTER
+from forcemap.campaigns.point_recordings import point_names
 from forcemap.campaigns.repeatability import repeatability
 from forcemap.campaigns.summary import campaign_summary
 from forcemap.words import sentences
@@ -120,6 +122,7 @@ class CollectAnswer(Answer):
     drift: DriftAnswer | None
     not_stated: list[str]
     units: Said
+    point_recordings: int
     files: list[str]
 
     @classmethod
@@ -127,6 +130,7 @@ class CollectAnswer(Answer):
         """The answer for a campaign read after `build_dataset`, and the dataset that this returned."""
         summary = campaign_summary(campaign, dataset)
         refusal = summary.phase_two.transient_refusal(math.inf, 0.0)
+        of_points = len(point_names(campaign.folder))
         return cls.from_result(
             summary,
             folder=campaign.folder.resolve().name,
@@ -141,5 +145,6 @@ class CollectAnswer(Answer):
             drift=dataset.drift,
             repeatability=repeatability(dataset),
             units=unit_finding(dataset.conditions, dataset.states),
-            files=[campaign.register_file.name, campaign.table_file.name],
+            point_recordings=of_points,
+            files=[campaign.register_file.name, campaign.table_file.name, *[POINT_REGISTER] * bool(of_points)],
         )

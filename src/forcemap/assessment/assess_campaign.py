@@ -26,6 +26,7 @@ from forcemap.assessment.place_speeds import PlaceSpeeds, place_speeds
 from forcemap.assessment.point_impacts import unnamed_files
 from forcemap.assessment.point_results import Confirmations, PointResult, confirmations, point_results
 from forcemap.assessment.state_results import StateResult, state_results
+from forcemap.campaigns.binding import Binding, BindingState
 from forcemap.campaigns.campaign import Campaign, read_campaign
 from forcemap.campaigns.conditions import CAMPAIGN_FILE, Conditions, read_conditions
 from forcemap.campaigns.dataset import ImpactDataset, Quantity
@@ -356,6 +357,11 @@ def _stated(folder: Path, limits: Sequence[ForceLimit], table: LimitTable | None
     return _Stated(folder, inputs, conditions, tuple(limits), chosen, tuple(findings), listed, protocol)
 
 
+_WITHHOLD = (FindingKind.RECORDINGS_CHANGED, FindingKind.POINTS_NEW)
+"""What a folder holds beside its table that leaves no speed: a recording that is another one, or an impact that nobody
+has held against the map."""
+
+
 @dataclass(frozen=True, eq=False)
 class _Measured:
     """Recordings and impacts of a campaign, its conditions with what they add, and what does not fit together."""
@@ -385,6 +391,9 @@ def _measured(records: Campaign | Missing, stated: _Stated, progress: Callable[[
         findings.append(Finding.of(FindingKind.SIMULATED_NOT_STATED))
     if not isinstance(dataset, Missing) and dataset.binding.reason:
         findings.append(dataset.binding.reason)
+    withheld = next((each for each in findings if each.kind in _WITHHOLD), None)
+    if withheld and not isinstance(dataset, Missing) and not dataset.binding.refusal:
+        dataset = replace(dataset, binding=Binding(BindingState.BROKEN, withheld))
     findings += [doubt] if (doubt := conditions.speed_doubt) else []
     return _Measured(recordings, dataset, conditions, simulated, tuple(findings))
 

@@ -16,6 +16,7 @@ from forcemap.campaigns.conditions import CAMPAIGN_FILE, Conditions
 from forcemap.campaigns.impacts_table import TABLE_FILE
 from forcemap.campaigns.plan import PLAN_FILE
 from forcemap.campaigns.point_list import POINT_REGISTER, POINTS_FOLDER
+from forcemap.campaigns.point_recordings import unregistered
 from forcemap.campaigns.pressures import PRESSURES_FOLDER
 from forcemap.campaigns.readout import Reader
 from forcemap.campaigns.recordings_table import REGISTER_FILE
@@ -166,7 +167,7 @@ def file_findings(campaign: Campaign, reader: Reader) -> list[Finding]:
     whatever the folder remembers.
     """
     try:
-        there = set(campaign.files())
+        there, of_points = set(campaign.files()), unregistered(campaign.folder)
     except ForcemapError as error:
         return [Finding.of(FindingKind.RECORDINGS_UNREADABLE, error=error.message)]
     if not there and not campaign.entries:
@@ -178,9 +179,12 @@ def file_findings(campaign: Campaign, reader: Reader) -> list[Finding]:
         ],
         FindingKind.RECORDINGS_GONE: [file for file in digests if file not in there],
         FindingKind.RECORDINGS_NEW: sorted(there - {entry.file for entry in campaign.entries}),
+        FindingKind.POINTS_NEW: of_points,
     }
     findings = [Finding.of(kind, files=tuple(files)) for kind, files in differing.items() if files]
-    return findings or _table_findings(campaign, reader)
+    if any(files for kind, files in differing.items() if kind is not FindingKind.POINTS_NEW):
+        return findings
+    return [*findings, *_table_findings(campaign, reader)]
 
 
 def _table_findings(campaign: Campaign, reader: Reader) -> list[Finding]:

@@ -232,6 +232,13 @@ def point_names(folder: Path) -> list[str]:
     return sorted({*point_files(folder), *known})
 
 
+def unregistered(folder: Path) -> list[str]:
+    """Names of the files in points/ that `collect` has not registered yet; errors as `read_register`."""
+    register = folder / POINT_REGISTER
+    known = {entry.file for entry in read_register(register)} if register.exists() else set()
+    return [name for name in point_files(folder) if name not in known]
+
+
 def _doubt(
     films: Films,
     entry: Entry | None,

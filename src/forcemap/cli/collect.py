@@ -16,7 +16,7 @@ from forcemap.campaigns.run_order import RecordingOrder, assign_runs, propose_ru
 from forcemap.campaigns.workers import processors
 from forcemap.cli.check import SHOWN, shortened
 from forcemap.cli.options import Json
-from forcemap.cli.output import Progress, emit, emit_error, listing, table, verdict_first
+from forcemap.cli.output import Progress, counted, emit, emit_error, listing, table, verdict_first
 from forcemap.errors import one_line
 from forcemap.planning.confirm import ConfirmationPlan
 
@@ -194,11 +194,13 @@ def _lines(answer: CollectAnswer, folder: str, after: str) -> list[str]:
     lines += [answer.units.capitalize()] if answer.units and answer.units != answer.no_speed else []
     if answer.not_stated:
         lines += ["", "campaign.toml does not state: " + ", ".join(answer.not_stated)]
-    register, impacts = (Path(folder, name) for name in answer.files)
+    register, impacts, *of_points = (str(Path(folder, name)) for name in answer.files)
+    recorded = counted(answer.point_recordings, "recording")
     return [
         *lines,
         "",
         f"Written: {register} (every recording and what became of it), {impacts}",
+        *[f"{recorded} of contact points: {name}; what they show stands in forcemap report" for name in of_points],
         "Next: mend what is said first, and collect again" if answer.no_speed else after,
     ]
 

@@ -8,12 +8,14 @@ bound (the device's spring, a motion off the map's direction), what must be said
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from forcemap.arrays import FloatArray, Mask
 from forcemap.campaigns.dataset import (
     CONFIRMING,
     Binding,
@@ -169,16 +171,17 @@ def basis_of(
     transfer = fit.transfer if fit else None
     weak, contradicted = weakness(bound, force_map), contradiction(force_map, bound)
     doubt = basis.conditions.speed_doubt
-    exceeded = None
+    above = exceeded = None
     if weak is None:
-        exceeded = exceeded_where_permitted(force_map, bound, basis.newtons, basis.raised * off_axis)
-        exceeded = exceeded or _confirming_above(force_map, bound)
+        above = _confirming_above(force_map, bound)
+        exceeded = exceeded_where_permitted(force_map, bound, basis.newtons, basis.raised * off_axis) or above
+    measured = tuple(filter(None, (contradicted, exceeded if np.ndim(basis.newtons) == 0 else above)))
     return replace(
         basis,
         raised=basis.raised * off_axis,
-        refusals=basis.refusals or ((contradicted,) if contradicted else ()),
+        refusals=basis.refusals or measured,
         warnings=(
-            *([exceeded] if exceeded else []),
+            *([exceeded] if exceeded and exceeded not in measured else []),
             *([weak] if weak else []),
             *(transfer.warnings if transfer else ()),
             *basis.warnings,
@@ -242,28 +245,59 @@ def exceeded_where_permitted(force_map: ForceMap, bound: Bound, limit: Any, rais
         Factor on the bound.
     """
     limits = np.unique(np.asarray(limit, dtype=np.float64))
-    limits = limits[~np.isnan(limits)]
-    if force_map.fit is None or not limits.size:
+    found = [each for each in exceedances(force_map, bound, limits, raised) if each.limits.any()]
+    if not found:
         return None
-    found: dict[str, tuple[float, float]] = {}
-    for group in force_map.fit.measured:
+    found.sort(key=lambda each: -each.force)
+    highest = found[0]
+    return highest.finding(force_map, limits, names=tuple(dict.fromkeys(each.name for each in found)))
+
+
+@dataclass(frozen=True, eq=False)
+class Exceedance:
+    """A measured state that exceeds limits where the bound permits its speed.
+
+    Parameters
+    ----------
+    name : str
+        Of the state.
+    force : float
+        Its largest force, or what it reached at least; in the unit of the map's quantity.
+    place : tuple of float
+        Distance [m], height [m] and speed [m/s].
+    limits : array of bool, shape (n,)
+        Which of the limits that were asked for.
+    """
+
+    name: str
+    force: float
+    place: tuple[float, float, float]
+    limits: Mask
+
+    def finding(self, force_map: ForceMap, limits: FloatArray, *, names: tuple[str, ...]) -> Finding:
+        """That it, the highest of several with `names`, exceeded the lowest of these limits, shape (n,)."""
+        where = dict(zip(("distance_m", "height_m", "speed_mps"), self.place, strict=True))
+        unit = {} if force_map.quantity is Quantity.FORCE else {"unit": force_map.quantity.unit}
+        figures = {"names": names, "force_N": self.force, "limit": float(limits[self.limits].min())}
+        return Finding.of(FindingKind.EXCEEDED_WHERE_PERMITTED, **figures, **where, **unit)
+
+
+def exceedances(force_map: ForceMap, bound: Bound, limits: FloatArray, raised: float) -> Iterator[Exceedance]:
+    """Every measured state inside the range that lies above the bound there, and the limits between the two.
+
+    The arguments are those of `exceeded_where_permitted`; limits of shape (n,).
+    """
+    for group in force_map.fit.measured if force_map.fit and not np.isnan(limits).all() else ():
         low, _ = force_map.measured_range.speeds(group.distance, group.height)
         speed = np.maximum(group.speed, low)  # slower than was fitted there: permitted if the slowest fitted speed is
         within = np.flatnonzero(force_map.measured_range.contains(group.distance, group.height, speed))
         inside, speed = group.select(within), speed[within]
         measured = np.fmax(inside.highest, inside.at_least)
         upper = raised * bound.upper(force_map, inside.distance, inside.height, speed)
-        permitted = limits[np.minimum(np.searchsorted(limits, upper), limits.size - 1)]  # the lowest that permits it
-        for i in np.flatnonzero((upper <= permitted) & (measured > permitted)):
-            name, above = str(inside.name[i]), (float(measured[i]), float(permitted[i]))
-            found[name] = max(found.get(name, above), above)
-    if not found:
-        return None
-    names = tuple(sorted(found, key=lambda name: -found[name][0]))
-    force, allowed = found[names[0]]
-    figures = {"names": names, "force_N": force, "limit": allowed}
-    unit = {} if force_map.quantity is Quantity.FORCE else {"unit": force_map.quantity.unit}
-    return Finding.of(FindingKind.EXCEEDED_WHERE_PERMITTED, **figures, **unit)
+        for i in np.flatnonzero(measured > upper):
+            place = float(inside.distance[i]), float(inside.height[i]), float(inside.speed[i])
+            between = (limits >= upper[i]) & (limits < measured[i])
+            yield Exceedance(str(inside.name[i]), float(measured[i]), place, between)
 
 
 def _confirming_above(force_map: ForceMap, bound: Bound) -> Finding | None:

@@ -119,12 +119,14 @@ def _other_basis(force_map: ForceMap, other: ForceMap, of_force: Basis) -> Basis
     weak = None if refusals else weakness(bound, other)
     exceeded = None if refusals or weak else exceeded_where_permitted(other, bound, newtons, raised)
     notes = [] if refusals else [each for each in map_notes(other, bound) if each.kind not in _ONCE]
+    alone = exceeded if np.ndim(newtons) == 0 else None  # of several limits each refuses for itself
+    refusals += [alone] if alone else []
     return replace(
         of_force,
         newtons=newtons,
         raised=raised,
         refusals=tuple(refusals),
-        warnings=(*filter(None, (exceeded, weak)), *doubts_of_fit(other)),
+        warnings=(*filter(None, (None if alone else exceeded, weak)), *doubts_of_fit(other)),
         notes=(note, *notes),
         export_refusal=exceeded or weak,
     )

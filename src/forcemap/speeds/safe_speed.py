@@ -20,7 +20,7 @@ from forcemap.limits.force_limits import Contact, ForceLimit, NewtonLimit
 from forcemap.maps.bounds import Bound
 from forcemap.maps.force_map import ForceMap
 from forcemap.speeds.allowance import Allowance
-from forcemap.speeds.basis import Basis
+from forcemap.speeds.basis import Basis, exceedances
 from forcemap.speeds.crossings import highest_within, lowest_exceeded
 from forcemap.speeds.quantities import QuantityCase, cases_of, of_quantity
 
@@ -404,6 +404,8 @@ def _safe_speed(
         hint[slower] = lowest_exceeded(force_map, bound, d[slower], h[slower], low[slower], np.log(limit[slower]))
         for state, where in _measured_beyond(force_map, d, h, limit, speed, "at_least"):
             outcome[where], speed[where], reason[where] = SpeedOutcome.UNCONFIRMED, np.nan, with_unseen(state)
+        for state, where in _exceeded_elsewhere(force_map, limit, bound, basis, speed):
+            outcome[where], speed[where], reason[where] = SpeedOutcome.UNCONFIRMED, np.nan, with_unseen(state)
         for state, where in _measured_beyond(force_map, d, h, limit, speed, "highest"):
             reason[where] = [why.and_(state) for why in reason[where]]
     with_speed = np.flatnonzero(~np.isnan(speed))
@@ -412,6 +414,22 @@ def _safe_speed(
     bounded[with_speed] = bound.upper(force_map, d[with_speed], h[with_speed], speed[with_speed])
     programmed = to_program(speed, outcome, reason, low, allowance)
     return speed, outcome, hint, low, high, predicted, bounded, reason, *programmed
+
+
+def _exceeded_elsewhere(
+    force_map: ForceMap, limit: FloatArray, bound: Bound, basis: Basis, speed: FloatArray
+) -> Iterator[tuple[Finding, Indices]]:
+    """Which of several limits a measurement exceeded at a speed that the bound permits: none of their speeds holds.
+
+    Of one limit alone its basis says so (`exceeded_where_permitted`).
+    """
+    if FindingKind.EXCEEDED_WHERE_PERMITTED not in [warning.kind for warning in basis.warnings]:
+        return
+    given = np.flatnonzero(~np.isnan(speed))
+    limits, which = np.unique(limit[given] * basis.raised, return_inverse=True)
+    for each in exceedances(force_map, bound, limits, basis.raised):
+        if (where := given[each.limits[which]]).size:
+            yield each.finding(force_map, limits, names=(each.name,)), where
 
 
 def states_above(force_map: ForceMap, force: str, limit: float) -> Iterator[tuple[str, float, float, float, float]]:

@@ -233,9 +233,9 @@ def next_measurements(
         seed=seed,
     )
     force_map, no_bound = _map_with_bound(dataset, form, bound)
-    now, has_speed = _confirmed(force_map, aim.targets, aim.level, bound, share)
-    if usable.refusals:
-        return _stopped(now, Stop.LIMIT_NOT_USABLE, Finding.of(FindingKind.LIMIT_NOT_CONFIRMABLE, *usable.refusals))
+    now, has_speed, refused = _confirmed(force_map, aim.targets, aim.level, bound, share)
+    if refusals := usable.refusals or refused:
+        return _stopped(now, Stop.LIMIT_NOT_USABLE, Finding.of(FindingKind.LIMIT_NOT_CONFIRMABLE, *refusals))
     if force_map is None or known is None or seen is None:
         choice = _opening(aim, now, expected_force or StandardExpectation.of(conditions), no_bound)
     else:
@@ -488,20 +488,26 @@ def _highest_force(conditions: Conditions, dataset: ImpactDataset | None, larges
 
 def _confirmed(
     force_map: ForceMap | None, places: FloatArray, limit: float, bound: ToleranceBound, share: float
-) -> tuple[NextMeasurements, Mask]:
-    """What is confirmed so far, and at which places; nothing without a map and its bound.
+) -> tuple[NextMeasurements, Mask, tuple[Finding, ...]]:
+    """What is confirmed so far, at which places, and what of the impacts forbids every speed.
+
+    Nothing is confirmed without a map and its bound.
 
     The speed at contact that counts is a `share` of that of the map.
     """
     speed = np.full(len(places), math.nan)
+    refused: tuple[Finding, ...] = ()
     if force_map is not None and limit <= force_map.highest_force - force_map.conditions.device.error_or_default:
-        speed = safe_speed(force_map, *places.T, limit=limit, bound=bound, contact=Contact.QUASI_STATIC).speed
+        now = safe_speed(force_map, *places.T, limit=limit, bound=bound, contact=Contact.QUASI_STATIC)
+        measured = (FindingKind.EXCEEDED_WHERE_PERMITTED, FindingKind.CONFIRMING_ABOVE_BOUND)
+        speed, refused = now.speed, tuple(why for why in now.basis.refusals if why.kind in measured)
     has_speed = ~np.isnan(speed)
     if force_map is None:
-        return NextMeasurements(len(places), 0, math.nan, 0, math.nan, simulated=False), has_speed
+        return NextMeasurements(len(places), 0, math.nan, 0, math.nan, simulated=False), has_speed, ()
     count, mean = int(has_speed.sum()), share * float(np.nan_to_num(speed).mean())
     doubts = doubts_of_fit(force_map)
-    return NextMeasurements(len(places), count, mean, count, mean, force_map.simulated, warnings=doubts), has_speed
+    found = NextMeasurements(len(places), count, mean, count, mean, force_map.simulated, warnings=doubts)
+    return found, has_speed, refused
 
 
 def _saturated(seen: States | None) -> Finding | None:
