@@ -282,16 +282,20 @@ def export_path(
         permitted = zones.permitted > 0
     else:
         provenance = provenance.of_path(speeds)
-        slowed = (speeds.commanded < speeds.programmed) & ~speeds.refused
-        braking = int((slowed & ~speeds.too_fast).sum())
-        only = f" ({braking} only to brake for a slower one)" if braking else ""
-        words = f"{int((~speeds.refused).sum())} of {len(speeds.path)} pieces permitted, "
-        words += f"{int(slowed.sum())} of them slowed down{only}"
-        result, text = scaling_result(speeds, provenance), scaling_csv(speeds, provenance)
+        words, result, text = _slowed(speeds), scaling_result(speeds, provenance), scaling_csv(speeds, provenance)
         raised = path_raised()
         permitted = not speeds.refused.any()
     write(result, {"": text}, words, provenance, angle=angle, raised=raised, output=output, as_json=as_json)
     return 0 if permitted else 1
+
+
+def _slowed(speeds: fm.PathSpeeds) -> str:
+    """How many pieces are permitted, how many of them slowed down, and how many only to brake for a slower one."""
+    slowed = (speeds.commanded < speeds.programmed) & ~speeds.refused
+    braking = int((slowed & ~speeds.too_fast).sum())
+    permitted = f"{int((~speeds.refused).sum())} of {len(speeds.path)} pieces permitted"
+    only = f" ({braking} only to brake for a slower one)" if braking else ""
+    return f"{permitted}, {int(slowed.sum())} of them slowed down{only}"
 
 
 def _zones_beside(
