@@ -205,10 +205,14 @@ def test_places_that_lie_close_without_being_one_are_said(apart, warned):
     at = np.vstack([spread(), [[0.70, 0.30, 0.2], [0.70 + apart, 0.30, 0.3]]])
     near = [each for each in in_the_form(at).warnings if each.kind is FindingKind.PLACES_NEAR]
     assert bool(near) == warned or in_the_form(spread()).near
-    assert all(
-        "PLACES LIE CLOSE: less than 30 mm apart, further than repeats (number of such pairs: " in sentence(each)
-        for each in near
-    )
+    if warned:
+        assert "d = 0.7 m, h = 0.3 m and d = 0.721 m, h = 0.3 m are 21 mm apart" in sentence(near[0])
+
+
+def test_how_close_places_lie_is_their_distance():
+    """Less than 30 mm apart in distance and in height, but 40 mm apart."""
+    at = np.vstack([spread(), [[0.70, 0.30, 0.2], [0.729, 0.327, 0.3]]])
+    assert in_the_form(at).near == in_the_form(spread()).near
 
 
 @pytest.fixture
@@ -240,6 +244,19 @@ def test_drift_is_a_paired_t_test(table):
     ends = (math.expm1(interval.low), math.expm1(interval.high))
     assert figures == pytest.approx((3, math.expm1(np.mean(change)), *ends, expected.pvalue), rel=1e-9)
     assert drift.significant
+
+
+def test_a_sure_but_tiny_change_is_no_drift():
+    """Twins of a simulation change by a thousandth, each alike."""
+    at, names, none = spread()[[0, 9, 20]], np.array(["a", "b", "c"]), np.zeros(3, dtype=bool)
+    force = np.array([100.0, 150.0, 200.0])
+    for size, found in ((0.001, False), (0.008, False), (0.03, True)):
+        changed = force * (1 + size * np.array([0.98, 1.0, 1.02]))
+        drift = measured_again(*(States.of(at, each, names, none) for each in (force, changed)))
+        assert drift.p_value < 0.01
+        assert drift.significant == found
+    small = measured_again(*(States.of(at, each, names, none) for each in (force, 1.001 * force)))
+    assert sentence(small.finding).endswith("less than matters (1 %)")
 
 
 def test_states_that_rose_above_the_device_range_have_drifted_by_at_least_that(table):

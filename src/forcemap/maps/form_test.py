@@ -27,7 +27,8 @@ GAP = 0.35
 shape there passes unnoticed. A choice: three levels leave parts of 0.5, the default plan none above 0.2."""
 
 NEAR = 0.03
-"""Places closer than this [m] probably share an effect, but only those within `PLACE_SIZE` count as one. A choice."""
+"""Places closer than this [m] probably share an effect, but only those within `PLACE_SIZE` of each other in distance
+and in height count as one. A choice."""
 
 SLOW_PLACES = 3
 """With fewer places at the slowest speed the bound there rests on faster impacts: speeds were covered in 0.01 to 0.50
@@ -110,8 +111,12 @@ class FormTest:
         Along which of distance, height and speed a part of more than GAP of the range has at most one value inside.
     not_tested : tuple of str
         Other kinds of departure that these states cannot show.
+    places : int
+        Number of places.
     near : int
         Number of pairs of places closer than NEAR.
+    closest : tuple of four floats
+        Distance and height of the two places of the closest of these pairs [m]; empty if there are none.
     slow_places : int
         Number of places measured at the slowest speed.
     slowest : float
@@ -125,7 +130,9 @@ class FormTest:
     left_out: int
     gaps: tuple[str, ...]
     not_tested: tuple[str, ...]
+    places: int
     near: int
+    closest: tuple[float, ...]
     slow_places: int
     slowest: float
     state_sd: float
@@ -148,7 +155,8 @@ class FormTest:
             return Finding.of(kind.FORM_NOT_TESTED, **figures)
         if self.significant:
             doubts = (departure.finding for departure in self.significant)
-            return Finding.of(kind.FORM_DOUBTED, *doubts, **figures)
+            spread = not self.gaps and not self.not_tested
+            return Finding.of(kind.FORM_DOUBTED, *doubts, **figures, spread=spread, places=self.places)
         tested = sum(departure.tested for departure in self.departures)
         return Finding.of(kind.FORM_NOT_DOUBTED, **figures, tested=tested, p=self.p_value)
 
@@ -161,7 +169,11 @@ class FormTest:
         elif self.departures and self.not_tested:
             blind_spots.append(Finding.of(FindingKind.FORM_PARTLY_TESTED, axes=self.not_tested))
         if self.near:
-            blind_spots.append(Finding.of(FindingKind.PLACES_NEAR, pairs=self.near, near_m=NEAR))
+            names = ("distance_m", "height_m", "other_distance_m", "other_height_m")
+            where = dict(zip(names, self.closest, strict=True))
+            apart = {"apart_m": math.dist(self.closest[:2], self.closest[2:]), "near_m": NEAR}
+            several = {"several": self.near > 1, "pairs": self.near}
+            blind_spots.append(Finding.of(FindingKind.PLACES_NEAR, **apart, **where, **several))
         if self.slow_places < SLOW_PLACES:
             figures = {"places": self.slow_places, "speed_mps": self.slowest, "least": SLOW_PLACES}
             blind_spots.append(Finding.of(FindingKind.SLOW_AT_FEW_PLACES, **figures))
@@ -200,6 +212,7 @@ def form_test(form: Form, states: States, state_sd: float = math.nan) -> FormTes
     departures = _most_significant(form, tested) if len(tested) else []
     slow = states.speed <= states.speed.min() + StateTolerance().speed
     place, places, gaps = states.place, states.places, gaps_of(states)
+    near = _near(places)
     kinds = [departure.along for departure in departures]
     return FormTest(
         departures=tuple(sorted(departures, key=lambda departure: departure.p_value)),
@@ -207,11 +220,21 @@ def form_test(form: Form, states: States, state_sd: float = math.nan) -> FormTes
         left_out=len(states) - len(tested),
         gaps=gaps,
         not_tested=tuple(kind for kind in (*_AXES, "place") if kind not in kinds and kind not in gaps),
-        near=int(np.count_nonzero(np.triu(np.abs(places[:, None] - places).max(axis=2) < NEAR, 1))),
+        places=len(places),
+        near=len(near),
+        closest=near[0] if near else (),
         slow_places=np.unique(place[slow]).size,
         slowest=float(states.speed.min()),
         state_sd=state_sd,
     )
+
+
+def _near(places: FloatArray) -> list[tuple[float, ...]]:
+    """Distance and height of both places of every pair closer than NEAR, the closest first; places of shape (n, 2)."""
+    apart = np.linalg.norm(places[:, None] - places, axis=2)
+    pairs = np.argwhere(np.triu(apart < NEAR, 1))
+    order = np.argsort(apart[tuple(pairs.T)], kind="stable")
+    return [tuple(places[pair].ravel().tolist()) for pair in pairs[order]]
 
 
 def _most_significant(form: Form, states: States) -> list[Departure]:
