@@ -310,6 +310,27 @@ def dataset_of(states, force, *, censored=None, role=None, conditions=CELL):
     )  # fmt: skip
 
 
+@pytest.mark.parametrize("scenario", ["constrained_with_clamping", "unconstrained"])
+def test_slower_than_measured_where_impacts_clamp_is_doubted(scenario):
+    """A held force does not fall with speed: the robot's model does not hold there."""
+    from forcemap.planning.plan_warnings import map_warnings
+
+    force_map = fm.published_map("ur10e")
+    states = np.array([[0.7, 0.3, 0.25], [0.6, 0.2, 0.3], [0.8, 0.4, 0.35]])
+    points = np.stack(np.meshgrid([0.55, 0.7, 0.85], [0.15, 0.3, 0.45], [0.2, 0.3, 0.4])).reshape(3, -1).T
+    fitted = fm.fit_force_map(
+        fm.ImpactDataset.from_arrays(
+            distance=points[:, 0], height=points[:, 1], speed=points[:, 2], peak_force=force_map.predict(*points.T),
+            scenario=[scenario] * len(points),
+        )
+    )  # fmt: skip
+    assert not any(each.kind is FindingKind.CLAMPS_SLOWER for each in map_warnings(fitted, states))
+    states[1, 2] = 0.15
+    said = [sentence(each) for each in map_warnings(fitted, states) if each.kind is FindingKind.CLAMPS_SLOWER]
+    assert len(said) == (scenario != "unconstrained")
+    assert all("at 0.15 m/s, slower than all measured (0.2 m/s)" in each for each in said)
+
+
 class TestAboveWhatWasMeasured:
     """A map that turns over: above the measured speeds the force to expect rises in proportion to speed at least."""
 

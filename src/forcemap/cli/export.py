@@ -243,7 +243,12 @@ class PathFormat(StrEnum):
 
 def export_path(
     source: options.Maps,
-    file: Annotated[str, Argument(metavar="PATH", help="Path (CSV): x_m, y_m, z_m in the frame of the base.")],
+    file: Annotated[
+        str,
+        Argument(
+            metavar="PATH", help="Path (CSV): x_m, y_m, z_m in the frame of the base; segment, speed_mps or time_s."
+        ),
+    ],
     format: Annotated[
         PathFormat,
         Option("--format", help="scaling: factors along the path; safety: a sheet to type in, compared with it."),
@@ -287,13 +292,20 @@ def export_path(
         permitted = zones.permitted > 0
     else:
         provenance = provenance.of_path(speeds)
-        slowed = int(((speeds.commanded < speeds.programmed) & ~speeds.refused).sum())
-        words = f"{int((~speeds.refused).sum())} of {len(speeds.path)} pieces permitted, {slowed} of them slowed down"
-        result, text = scaling_result(speeds, provenance), scaling_csv(speeds, provenance)
+        words, result, text = _slowed(speeds), scaling_result(speeds, provenance), scaling_csv(speeds, provenance)
         raised = path_raised()
         permitted = not speeds.refused.any()
     write(result, {"": text}, words, provenance, angle=angle, raised=raised, output=output, as_json=as_json)
     return 0 if permitted else 1
+
+
+def _slowed(speeds: fm.PathSpeeds) -> str:
+    """How many pieces are permitted, how many of them slowed down, and how many only to brake for a slower one."""
+    slowed = (speeds.commanded < speeds.programmed) & ~speeds.refused
+    braking = int((slowed & ~speeds.too_fast).sum())
+    permitted = f"{int((~speeds.refused).sum())} of {len(speeds.path)} pieces permitted"
+    only = f" ({braking} only to brake for a slower one)" if braking else ""
+    return f"{permitted}, {int(slowed.sum())} of them slowed down{only}"
 
 
 def _zones_beside(
