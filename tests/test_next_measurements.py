@@ -427,17 +427,24 @@ class TestSaturated:
             inwards = (new[:, 0] <= out) & (new[:, 0] > out - 0.1) & (np.abs(new[:, 1] - 0.3) < 0.09)
             assert np.any(inwards & (new[:, 2] >= 0.2)) != saturated
 
-    def test_where_the_bound_permits_its_speed_nothing_is_planned(self):
-        """More states elsewhere would leave the limit refused."""
+    def test_what_exceeded_the_limit_is_measured_again(self):
+        """More states elsewhere would leave the limit refused; fitted, it tells the map."""
         sequence = Sequence.of("kuka-iiwa7-10nm", 15)
         sequence.run(states=16)
-        states = np.vstack([sequence.states, [sequence.distances[0] + 0.2, 0.3, 0.09]])
-        for force in (138.0, 142.0):
+        at = [sequence.distances[0] + 0.2, 0.3, 0.09]
+        states = np.vstack([sequence.states, [at]])
+        for force, role in ((138.0, "test"), (142.0, "test"), (142.0, "train")):
             forces = np.append(sequence.forces.mean(axis=1), force)
-            dataset = dataset_of(states, forces, role=["train"] * 16 + ["test"])
+            dataset = dataset_of(states, forces, role=["train"] * 16 + [role])
             found = fm.next_measurements(dataset, 140.0, distances=sequence.distances, heights=HEIGHTS, states=60)
-            assert (found.stop == "limit-not-usable", found.confirmed == 0) == (force > 140, force > 140)
-        assert "EXCEEDED THE LIMIT" in sentence(found.reasons[0])
+            exceeded = found.confirmed == 0
+            assert exceeded == (force > 140 and role == "test")
+            if exceeded:
+                assert np.allclose(planned_states(found.plan), [at])
+                assert found.upper_force.max() >= 142.0  # not what the bound says of the place
+                assert set(found.plan.role) == {"train"}
+                assert "EXCEEDED THE LIMIT" in sentence(found.reasons[0])
+                assert found.progress.kind is FindingKind.PLACES_COUNTED
 
     @pytest.mark.parametrize("role", ["train", "test"])
     def test_before_there_is_a_bound(self, role):

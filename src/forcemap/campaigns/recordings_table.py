@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
@@ -111,27 +110,15 @@ class Entry:
 
 
 def none_used(entries: Sequence[Entry]) -> str:
-    """That none of the recordings can be used, and how often each reason why, the most frequent first.
-
-    A reason is a doubt about the impact by its name, else the words before its figures.
-    """
-    reasons = Counter(reason for entry in entries for reason in _reasons(entry))
-    most = reasons.most_common(_REASONS)
-    counted = ", ".join(f"{reason} ({count})" for reason, count in most)
-    more = f", and {len(reasons) - len(most)} other reasons" if len(reasons) > len(most) else ""
-    return f"none of {len(entries)} recordings gave an impact that can be used: {counted}{more}"
+    """That none of the recordings can be used, what became of how many, and how often each flag doubts a peak."""
+    became = Counter(entry.use.value for entry in entries)
+    flagged = Counter(name for entry in entries for name in UNKNOWN_PEAK if f"; {name}: " in f"; {entry.flags}")
+    counted = [", ".join(f"{count} {name}" for name, count in each.most_common()) for each in (became, flagged)]
+    return f"none of {len(entries)} recordings gave an impact that can be used: " + "; flags: ".join(
+        filter(None, counted)
+    )
 
 
-def _reasons(entry: Entry) -> list[str]:
-    """The names of what speaks against a recording, each once."""
-    if entry.use is Use.EXCLUDED:
-        return ["excluded by a person"]
-    head = re.split(r"[:;,(]", entry.reason, maxsplit=1)[0].strip()
-    named = [name for name in re.findall(r"(?:^|; )(\w+): ", entry.reason) if name in UNKNOWN_PEAK]
-    return list(dict.fromkeys([head or entry.use.value, *named]))
-
-
-_REASONS = 6  # that are counted; a choice: the register has them all
 _UNITS = {"speed": "speed_mps", "size": "size_bytes", "phase1_duration": "phase1_duration_s"} | {
     name: f"{name}_N" for name in ("peak_force", "raw_peak_force", "phase2_force")
 }

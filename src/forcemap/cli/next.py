@@ -14,7 +14,7 @@ import forcemap as fm
 from forcemap.answers.plan import NextAnswer
 from forcemap.cli import planned
 from forcemap.cli.options import ContactKind, DeviceSpring, FormName, Json, Limit, force_map_from, limit_from
-from forcemap.cli.output import emit, verdict_first
+from forcemap.cli.output import counted, emit, verdict_first
 from forcemap.cli.task_options import figures
 from forcemap.planning.confirm import ConfirmationPlan
 from forcemap.planning.runs import extend_plan
@@ -182,7 +182,7 @@ def _lines(folder: str, answer: fm.NextMeasurements, files: list[str], again: st
         *planned.command_lines(again),
     ]
     return [
-        *verdict_first(f"{len(answer.plan.states)} states to measure next, slow to fast", **said),
+        *verdict_first(f"{counted(len(answer.plan.states), 'state')} to measure next, slow to fast", **said),
         f"why: {why}",
         planned.time_words(answer.plan),
         confirmed,

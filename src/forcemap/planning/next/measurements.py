@@ -28,7 +28,7 @@ from forcemap.planning.measurements import REPEATS
 from forcemap.planning.next.ladder import BoundLadder, OpeningLadder
 from forcemap.planning.next.outlook import Outlook
 from forcemap.planning.next.search import Search
-from forcemap.planning.places import PlaceRange, at_speeds
+from forcemap.planning.places import PlaceRange, at_speeds, no_repeats
 from forcemap.planning.plan_warnings import map_warnings
 from forcemap.planning.runs import runs_of, slow_to_fast
 from forcemap.planning.spread_states import STATES
@@ -237,10 +237,12 @@ def next_measurements(
     )
     force_map, no_bound = _map_with_bound(dataset, form, bound)
     now, has_speed, refused = _confirmed(force_map, aim.targets, aim.level, bound, share)
-    if refusals := usable.refusals or refused:
-        return _stopped(now, Stop.LIMIT_NOT_USABLE, Finding.of(FindingKind.LIMIT_NOT_CONFIRMABLE, *refusals))
+    if usable.refusals:
+        return _stopped(now, Stop.LIMIT_NOT_USABLE, Finding.of(FindingKind.LIMIT_NOT_CONFIRMABLE, *usable.refusals))
     if force_map is None or known is None or seen is None:
         choice = _opening(aim, now, expected_force or StandardExpectation.of(conditions), no_bound)
+    elif refused:
+        choice = _where_exceeded(aim, now, force_map, known, seen, refused)
     else:
         choice = _refinement(aim, now, force_map, known, seen, has_speed)
     answer = choice if isinstance(choice, NextMeasurements) else choice.planned(repeats)
@@ -408,6 +410,26 @@ def _opening(
         return _stopped(now, Stop.OUT_OF_REACH, nowhere, _saturated(aim.seen))
     now = replace(now, reasons=(Finding.of(kind.OPENING, *no_bound),))
     return _Choice(chosen, ladder, now, aim.warnings)
+
+
+def _where_exceeded(
+    aim: _Aim, now: NextMeasurements, force_map: ForceMap, known: States, seen: States, refused: tuple[Finding, ...]
+) -> _Choice | NextMeasurements:
+    """The states at which measurements speak against the map, to be fitted: states elsewhere would change nothing."""
+    why = Finding.of(FindingKind.LIMIT_NOT_CONFIRMABLE, *refused)
+    names = [name for each in refused for name in each.figure("names")]
+    for group in force_map.require_fit().measured:
+        seen = seen.and_(group.select(np.isin(group.name, names) & ~np.isin(group.name, seen.name)))
+    states = seen.coordinates[np.isin(seen.name, names)].round(_DECIMALS)
+    states[:, 2] = np.maximum(states[:, 2], aim.slowest)
+    states = np.unique(states, axis=0)
+    ladder = BoundLadder(force_map, aim.bound, aim.highest, seen, aim.place_range, aim.tolerance)
+    states = states[no_repeats(states, known.coordinates, aim.tolerance) & (states[:, 2] <= aim.fastest)]
+    states = states[ladder.allows(states)][: aim.batch] if len(states) else states
+    if not len(states):
+        return _stopped(now, Stop.LIMIT_NOT_USABLE, why)
+    now = replace(now, reasons=(why,), expected_speed=math.nan)
+    return _Choice(states, ladder, now, (*aim.warnings, *map_warnings(force_map, states)))
 
 
 def _refinement(
