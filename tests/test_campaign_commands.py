@@ -72,7 +72,7 @@ class TestPlan:
         (tmp_path / "campaign.toml").write_text(TOML)
         code, found = ask("plan", tmp_path, *PLAN)
         assert (code, found["files"]) == (0, ["plan.csv", "run_sheet.txt", "campaign.toml"])
-        of_plan = "[plan]\nfastest_mps = 0.3\nslowest_mps = 0.1\n"
+        of_plan = "[plan]\nfastest_mps = 0.3\n"
         assert (tmp_path / "campaign.toml").read_text() == f"{TOML.rstrip()}\n\n{of_plan}"
 
     def test_every_entry_that_the_template_names_is_read(self, ask, tmp_path):

@@ -776,16 +776,16 @@ def test_no_place_is_planned_beyond_a_stated_reach():
 
 
 def test_speeds_are_those_of_the_plan_unless_given():
-    cell = dataclasses.replace(CELL, slowest=0.1, fastest=0.3)
-    for given, slowest, kinds in (((), 0.1, [FindingKind.SPEEDS_AS_PLANNED]), ((0.06, 0.4), 0.06, [])):
+    """The fastest; slower than planned may be what gives a speed."""
+    cell = dataclasses.replace(CELL, fastest=0.06)
+    for given, ends, kinds in (((), (0.03, 0.06), [FindingKind.SPEEDS_AS_PLANNED]), ((0.06, 0.4), (0.06, 0.4), [])):
         found = fm.next_measurements(cell, 140.0, **PLACES, speeds=given)
-        assert found.plan.speed.min() == slowest
+        assert found.plan.speed.min() == ends[0]
+        assert found.plan.speed.max() <= ends[1]
         assert [finding.kind for finding in found.within] == kinds
 
 
-@pytest.mark.parametrize(
-    "stated", [{"reach": 0.0}, {"slowest": 0.1}, {"fastest": 0.3}, {"slowest": 0.3, "fastest": 0.1}]
-)
+@pytest.mark.parametrize("stated", [{"reach": 0.0}, {"fastest": 0.0}, {"fastest": -0.3}])
 def test_what_is_stated_of_the_plan_must_make_sense(stated):
     with pytest.raises(InputError, match=r"plan\."):
         dataclasses.replace(CELL, **stated)

@@ -216,15 +216,15 @@ def test_next_keeps_to_the_reach_and_the_speeds_that_plan_was_told(ask, forcemap
     code, found = ask("next", copied(reached, tmp_path / "a"), *HAND, "--batch", 12)
     assert code == 0
     speeds = [run["speed_mps"] for run in found["runs"]]
-    assert 0.1 <= min(speeds) <= max(speeds) <= 0.3
+    assert max(speeds) <= 0.3
     assert max(np.hypot(run["distance_m"], run["height_m"]) for run in found["runs"]) <= REACH
     assert [words.partition(", as")[0] for words in found["planned_within"]] == [
-        "speeds from 0.1 to 0.3 m/s",
+        "speeds up to 0.3 m/s",
         "places within 0.8 m of the base's origin",
     ]
     folder = copied(reached, tmp_path / "b")
     said = flowing(forcemap("next", folder, *HAND)[1])
-    assert "(plan.slowest_mps, plan.fastest_mps); --speeds-mps allows others places within 0.8 m" in said
+    assert "(plan.fastest_mps); --speeds-mps allows others places within 0.8 m" in said
 
 
 def test_other_speeds_are_asked_for_and_another_reach_is_stated(ask, reached, tmp_path):
@@ -253,7 +253,7 @@ def test_a_new_plan_states_its_own_reach_and_keeps_one_that_is_stated(ask, tmp_p
         assert code == 0
         assert max(np.hypot(run["distance_m"], run["height_m"]) for run in found["runs"]) <= reach
         stated = fm.read_conditions(folder / "campaign.toml")
-        assert (stated.reach, stated.slowest, stated.fastest) == (reach, 0.2, 0.4)
+        assert (stated.reach, stated.fastest) == (reach, 0.4)
 
 
 def test_states_that_carry_a_map_over_stay_within_a_stated_reach(ask, simulated, tmp_path):

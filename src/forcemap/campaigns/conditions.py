@@ -67,9 +67,9 @@ class Conditions:
         Class of the low-pass whose peak is reported beside the raw one; NaN for none.
     place_tolerance, speed_tolerance : float
         How far repeats of a state may lie apart [m], [m/s].
-    reach, slowest, fastest : float
+    reach, fastest : float
         What `plan` was told and `next` keeps to: the largest distance of a place from the base's origin [m], the
-        slowest and fastest speed [m/s]. No conditions of what is measured.
+        fastest speed [m/s]. No conditions of what is measured.
     simulated : bool
         True if the impacts are simulated.
     device : Device
@@ -103,7 +103,6 @@ class Conditions:
     place_tolerance: float = math.nan
     speed_tolerance: float = math.nan
     reach: float = math.nan
-    slowest: float = math.nan
     fastest: float = math.nan
     simulated: bool = False
     device: Device = field(default_factory=Device)
@@ -124,10 +123,8 @@ class Conditions:
             raise InputError("channel frequency class: expected a positive finite number, such as 180 or 600")
         if self.reach <= 0:
             raise InputError(f"plan.reach_m: found {self.reach:g}, expected metres above 0")
-        both = math.isnan(self.slowest) and math.isnan(self.fastest)
-        if not (both or 0 < self.slowest < self.fastest):
-            found = f"plan.slowest_mps, plan.fastest_mps: found {self.slowest:g} and {self.fastest:g}"
-            raise InputError(f"{found}, expected both, above 0 and ascending, or neither")
+        if self.fastest <= 0:
+            raise InputError(f"plan.fastest_mps: found {self.fastest:g}, expected metres per second above 0")
         if self.date:
             Device().expired(self.date)  # refuses what is no date
         if math.isinf(self.base_angle):
@@ -445,7 +442,6 @@ ENTRIES: dict[str, tuple[str, str | None]] = {  # entry: field, and what a new c
     "standard.edition": ("standard_edition", "for example ISO/TS 15066:2016"),
     "standard.limit_table": ("limit_table", "your own table of limits, if any"),
     f"{PLAN_TABLE}.reach_m": ("reach", "next plans no place farther from the base's origin"),
-    f"{PLAN_TABLE}.slowest_mps": ("slowest", "next plans no slower impact, unless --speeds-mps says so"),
     f"{PLAN_TABLE}.fastest_mps": ("fastest", "next plans no faster impact, unless --speeds-mps says so"),
 }
 

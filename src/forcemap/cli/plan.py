@@ -142,7 +142,7 @@ def plan(
 def _of_plan(reach: float, speeds: list[float]) -> dict[str, float]:
     """What campaign.toml is to state of the plan, for `next` to keep to."""
     reached = {"reach": reach} if 0 < reach < math.inf else {}
-    return reached | ({"slowest": min(speeds), "fastest": max(speeds)} if 0 < min(speeds) < max(speeds) else {})
+    return reached | ({"fastest": max(speeds)} if max(speeds) > 0 else {})
 
 
 def _alone(context: Context) -> bool:

@@ -81,7 +81,7 @@ def completed_conditions(
 ) -> tuple[fm.Conditions, dict[str, Any]]:
     """What the folder's campaign.toml and the options state, and of that what is not in the file.
 
-    What is stated of the plan (`reach`, `slowest`, `fastest`) may change: nothing measured rests on it.
+    What is stated of the plan (`reach`, `fastest`) may change: nothing measured rests on it.
 
     Raises
     ------

@@ -163,8 +163,8 @@ def next_measurements(
     distances, heights : sequence of float
         Nearest and farthest, lowest and highest place [m]; those measured if not given.
     speeds : sequence of float
-        Slowest and fastest speed that may be planned [m/s]; if not given those of the plan that the conditions state,
-        else 0.05 and 0.40. A reach that they state holds anyway.
+        Slowest and fastest speed that may be planned [m/s]; if not given 0.05, and the fastest of the plan that the
+        conditions state, else 0.40. A reach that they state holds anyway.
     form : Form
         The map that is fitted.
     bound : ToleranceBound
@@ -253,9 +253,9 @@ def next_measurements(
 def _as_planned(conditions: Conditions, speeds: Sequence[float]) -> tuple[Sequence[float], float, tuple[Finding, ...]]:
     """Speeds that may be planned [m/s] and the reach [m], as the conditions state of the plan; what they state."""
     reach, kept = math.inf, []
-    if not len(speeds) and conditions.slowest > 0:
-        speeds = conditions.slowest, conditions.fastest
-        kept.append(Finding.of(FindingKind.SPEEDS_AS_PLANNED, slowest_mps=speeds[0], fastest_mps=speeds[1]))
+    if not len(speeds) and conditions.fastest > 0:
+        speeds = min(SPEEDS[0], conditions.fastest / 2), conditions.fastest
+        kept.append(Finding.of(FindingKind.SPEEDS_AS_PLANNED, fastest_mps=conditions.fastest))
     if conditions.reach > 0:
         reach = conditions.reach
         kept.append(Finding.of(FindingKind.PLACES_AS_PLANNED, reach_m=reach))
