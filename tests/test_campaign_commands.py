@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -18,6 +19,7 @@ import forcemap as fm
 from forcemap.campaigns.memory import MEMORY_FILE
 from forcemap.campaigns.protocol import Protocol, read_protocol
 from pulses import TOML, collect, pulse, register, save, write_campaign
+from real_data import needs_real_data
 
 PLAN = ("--distances-m", "0.5,0.9", "--heights-m", "0.2,0.4", "--speeds-mps", "0.1,0.3")
 RUN, OTHER = "d500-h200-v100-r1", "d500-h200-v200-r1"
@@ -66,11 +68,12 @@ class TestPlan:
         assert "has a plan already" in err
         assert {path.name: path.read_bytes() for path in folder.iterdir() if path.is_file()} == before
 
-    def test_a_campaign_file_that_is_there_stays(self, ask, tmp_path):
+    def test_a_campaign_file_that_is_there_stays_but_for_the_table_of_the_plan(self, ask, tmp_path):
         (tmp_path / "campaign.toml").write_text(TOML)
         code, found = ask("plan", tmp_path, *PLAN)
-        assert (code, found["files"]) == (0, ["plan.csv", "run_sheet.txt"])
-        assert (tmp_path / "campaign.toml").read_text() == TOML
+        assert (code, found["files"]) == (0, ["plan.csv", "run_sheet.txt", "campaign.toml"])
+        of_plan = "[plan]\nfastest_mps = 0.3\n"
+        assert (tmp_path / "campaign.toml").read_text() == f"{TOML.rstrip()}\n\n{of_plan}"
 
     def test_every_entry_that_the_template_names_is_read(self, ask, tmp_path):
         """Each commented entry by itself, with the value its comment proposes or a plausible one."""
@@ -97,7 +100,7 @@ class TestPlan:
             value = (
                 plausible.get(name)
                 or (not blank and proposed)
-                or ("2.5" if re.search("_(kg|deg|N|N_per_m)$", name) else '"x"')
+                or ("2.5" if re.search("_(kg|deg|m|N|N_per_m)$", name) else '"x"')
             )
             lines = [*template[:number], f"{name} = {value}", *template[number + 1 :]]
             if name in ("time_unit", "sign"):
@@ -372,3 +375,64 @@ def exclude(folder, name):
             cells[at] = "by hand"
             lines[number] = ",".join(cells)
     (folder / "recordings.csv").write_text("\n".join(lines) + "\n")
+
+
+def test_what_was_collected_and_gave_nothing_is_not_called_not_collected(ask, tmp_path):
+    """Four recordings too coarse to show their peak, one of them of no run, and one without an impact: all counted."""
+    folder = write_campaign(tmp_path / "campaign", recorded=False)
+    names = fm.read_plan(folder).recording.tolist()
+    for name in (*names[:3], "hand"):
+        save(folder / "recordings" / f"{name}.csv", *pulse(150.0, rate=100.0, seed=len(name)))
+    save(folder / "recordings" / f"{names[3]}.csv", *pulse(0.0, rate=1000.0, seed=9))
+    code, found = ask("collect", folder)
+    assert code == 2
+    counted = "none of 5 recordings gave an impact that can be used: "
+    assert found["error"]["message"].startswith(counted)
+    assert f"{counted}4 discarded, 1 unassigned; flags: 4 unresolved" in found["error"]["message"]
+    entry = register(folder)["hand.csv"]
+    assert entry["use"] == "unassigned"
+    assert entry["reason"].startswith("no run of the plan has this name; ")
+    assert "; unresolved: " in entry["reason"]
+    for command in (("speed-map", folder, *HAND, "--contact", "transient"), ("fit", folder)):
+        code, found = ask(*command)
+        assert code == 2
+        assert found["error"]["message"].startswith(f"there is no impacts.csv: collected, but {counted}")
+        assert "not collected" not in found["error"]["message"]
+
+
+def test_a_table_that_is_gone_is_written_again(ask, tmp_path):
+    campaign = write_campaign(tmp_path / "campaign")
+    collect(campaign)
+    (campaign / "impacts.csv").unlink()
+    message = ask("fit", campaign)[1]["error"]["message"]
+    assert message.startswith("there is no impacts.csv, but recordings.csv has 27 used recordings")
+    assert message.endswith(f"forcemap collect {campaign} writes it again")
+
+
+@pytest.mark.real_data
+@needs_real_data
+def test_the_reasons_of_a_check_begin_with_what_exceeds_and_its_doubt(forcemap, real_data, tmp_path):
+    """An arm's own force sensor: one sample that may be interference decides, and the verdict stays."""
+    columns = ["time = 1", 'time_unit = "ms"', "force = [20, 21, 22]", "direction = [-1.0, 0.0, 0.0]"]
+    toml = STATED.partition("[recordings]")[0] + "\n".join(["[recordings]", *columns]) + "\n"
+    folder = write_campaign(tmp_path / "campaign", recorded=False, toml=toml)
+    shutil.copytree(real_data / "ur_clamp", folder / "recordings", dirs_exist_ok=True)
+    code, out, _ = forcemap("check", folder, *HAND)
+    said = " ".join(out.split())
+    assert (code, said.startswith("EXCEEDED (6 impacts: 0 within, 5 cannot tell, 1 exceeded)")) == (1, True)
+    first, second = said.partition("Why - ")[2].split(" - ")[:2]
+    assert first.startswith("Drift00_WF_1.csv: exceeded by 118.0 N, but its peak is in doubt, spike: ")
+    assert "258.0 N with, 41.6 N without; also unresolved" in first
+    assert first.endswith("record it again")
+    assert second.startswith("Drift00_NF_1.csv: cannot tell: unresolved")
+    assert "cannot be told from these samples" in second
+    assert not re.search(r"\d{3,}% above", said)
+
+
+def test_an_impact_without_doubt_that_exceeds_says_the_limit(forcemap, tmp_path):
+    campaign = write_campaign(tmp_path / "campaign")
+    out = forcemap("check", campaign, "--limit-N", 150, "--quasi-static-limit-N", 150)[1]
+    said = " ".join(out.split()).partition("Why - ")[2]
+    assert re.match(r"\S+\.csv: exceeded by [\d.]+ N, [\d.]+ N exceed the limit of 150 N", said)
+    by = [float(figure) for figure in re.findall(r"exceeded by ([\d.]+) N", said)]
+    assert by == sorted(by, reverse=True)

@@ -711,6 +711,24 @@ def test_a_faster_impact_that_exceeds_says_nothing_of_a_slower_point(judge):
     assert result.outcome is PointOutcome.CONFIRMED, said(result)
 
 
+@pytest.mark.parametrize(("recorded_at", "permitted"), [("0.1", True), ("0.3", False), ("", False)])
+def test_impacts_that_a_point_does_not_name_count_up_to_the_speed_of_those_it_names(
+    cell, judge, recorded_at, permitted
+):
+    """Faster impacts of the campaign there exceeded the limit; that speeds differ is said of none."""
+    of_point(cell, [100, 110, 105])
+    point = {**PLACE, "distance_m": "0.5", "rests_on": "measurements", "contact": "quasi-static"}
+    try:
+        (result,) = judge({**point, "recordings": "points/P1-*", "recorded_at_mps": recorded_at})
+    finally:
+        without_points(cell)
+    assert (result.outcome is PointOutcome.CONFIRMED) is permitted, said(result)
+    assert "expected one speed" not in said(result)
+    assert ("exceed the limit of 140 N" in said(result)) is not permitted
+    assert ("not counted" in " ".join(sentences(result.rests_on))) is permitted
+    assert all(name.startswith("points/") for name in result.confirmed_by)
+
+
 def test_recordings_of_points_that_nobody_names_are_said_first(measured_cell):
     save(measured_cell / "points" / "Q1.csv", *pulse(300.0))
     assert "NO CONTACT POINT NAMES, and that count for nothing: points/Q1.csv" in " ".join(

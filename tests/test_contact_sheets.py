@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import io
 import re
 import shutil
@@ -13,9 +14,13 @@ import pytest
 from PIL import Image, ImageFile
 
 import forcemap as fm
+from forcemap.assessment.point_results import PointOutcome
+from forcemap.campaigns.not_stated import Matters
 from forcemap.errors import InputError, MissingExtra
+from forcemap.findings import in_words
 from forcemap.report import inputs_list, report_html, report_pdf
 from forcemap.report.curves import Curve, force_curves, highest_force
+from forcemap.report.permission import cell_words
 from forcemap.report.photographs import reencoded
 from pulses import collect
 from test_contact_points import PLACE, POINT, of_point, registered_points, write_list
@@ -97,6 +102,9 @@ def test_the_first_page_names_what_is_not_permitted_and_holds_document_signature
     for name in ("C. Hecker", "Sam Officer", "virtual impact lab"):
         assert name in said
     assert re.search(r"Digest of the \d+ input files ?[0-9a-f]{64}", said)
+    lacking = [each.entry for each in report[0].not_stated if each.matters is Matters.TRACE]
+    assert f"{len(report[0].not_stated)} entries of the protocol; the {len(lacking)} that matter most: " in said
+    assert ", ".join(lacking) + " (all: section 2)" in said
     assert "protocol.robot_serial_number" in said
     assert "have passed into ISO 10218-2:2025" in text
 
@@ -147,6 +155,25 @@ def test_the_verification_that_the_report_prints_runs_as_printed(report, cell, a
     (document,) = parts(report[1], "document", None)
     (printed,) = re.findall(r"forcemap (report --verify \S+/report\.html \S+) ", words(document))
     assert ask(*printed.split())[1]["report_intact"]
+
+
+def test_page_one_says_whether_the_cell_may_run_as_programmed(report):
+    found, page = report
+    assert "The cell may not run as programmed." in words(parts(page, "answer", None)[0])
+    permitted = [each for each in found.points if not each.lacks]
+    stated = [dataclasses.replace(each, point=dataclasses.replace(each.point, programmed=0.1)) for each in permitted]
+    confirmed = [each for each in stated if each.outcome is PointOutcome.CONFIRMED]
+    assert 0 < len(confirmed) < len(stated)
+
+    def said(points, simulated=False, findings=()):
+        return cell_words(dataclasses.replace(found, points=tuple(points), simulated=simulated, findings=findings))
+
+    assert said(confirmed) == "At these contact points the cell may run as programmed."
+    assert said(stated).endswith("may run as programmed once impacts confirm the map (forcemap confirm).")
+    assert "if nothing under Read this first" in said(confirmed, findings=(in_words("x"),))
+    assert said([]) == said(confirmed, simulated=True) == said([*confirmed, permitted[1]]) == ""  # P2 states no speed
+    (sheets,) = parts(page, "sheets", None)
+    assert "forcemap confirm with --area back_of_hand --contact transient" in words(sheets)
 
 
 def test_the_sheets(report):
@@ -305,6 +332,8 @@ def test_many_points_with_photographs(cell, tmp_path, full_size):
 def test_without_a_list_or_with_one_that_cannot_be_used(demo, simulated, tmp_path, forcemap):
     folder = shutil.copytree(simulated, tmp_path / "cell")
     assert "there is no list of contact points" in check(report_of(demo))
+    (answer,) = parts(report_of(demo), "answer", None)
+    assert "There is no list of contact points: this is about the map alone" in words(answer)
     (folder / "contact_points.csv").write_text("point_id\nP1\n")
     text = check(report_html(fm.assess_campaign(folder), date=DATE))
     assert "NO CONTACT POINT IS PERMITTED" in text

@@ -94,7 +94,9 @@ def workplace(tmp_path, monkeypatch, demo):
     """
     monkeypatch.chdir(forcemap.copy_example("ur10e", tmp_path / "campaigns" / "work"))
     shutil.copytree(demo / "cell" / "forcemap-demo-2", "forcemap-demo")
-    Path("log.csv").write_text(re.findall(r"```csv\n(.*?)```", page("docs/robot_program.md"), re.S)[1])
+    _, waypoints, log = re.findall(r"```csv\n(.*?)```", page("docs/robot_program.md"), re.S)
+    Path("waypoints.csv").write_text(waypoints)
+    Path("log.csv").write_text(log)
     Path("study.toml").write_text(re.findall(r"```toml\n(.*?)```", page("docs/sweeps.md"), re.S)[0])
     write_recording(Path("run7.csv"), 300.0, np.random.default_rng(7))
     forcemap.copy_example("ur10e", "cell-7/down")

@@ -376,6 +376,18 @@ def test_scaling_factors_keep_the_program_within_the_allowed_speeds():
         scaling_csv(unstated, basis)
 
 
+def test_the_last_digit_of_a_log_slows_nothing_where_contact_is_excluded(table):
+    height = np.round(np.arange(0.3, 0.44, 0.6 * 0.008), 6) + np.arange(30) % 2 * 1e-6  # 0.6 m/s, to 1 um
+    points = np.column_stack([np.full(30, 0.8), np.zeros(30), height])
+    path = fm.ToolPath.through(points, time=0.008 * np.arange(30))
+    assert path.speeds.max() > 0.6001
+    lift = fm.Task((fm.TaskSegment("path", (), None, 0.6),))
+    speeds = fm.path_speeds(fm.published_map("ur10e"), path, lift, bound=fm.FixedMargin())
+    assert not speeds.too_fast.any()
+    factors = {piece["scaling"] for piece in scaling_result(speeds, table.provenance.of_path(speeds))["pieces"]}
+    assert factors == {1.0}
+
+
 def test_a_scaling_factor_is_never_above_1_and_never_rounded_up():
     """Whatever speeds stand in a result, a program is slowed down, not driven faster than it is."""
     ur10e, bound = fm.published_map("ur10e"), fm.FixedMargin(0.10)

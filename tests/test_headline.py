@@ -139,9 +139,12 @@ def test_the_overview_says_state_share_and_what_is_due(client):
     assert lines["down"]["case"] == case
     assert (lines["down"]["state"], lines["down"]["due"]) == ("ready", [])
     assert lines["up"]["due"] == ["90 runs to measure", "90 recordings to collect"]
+    lacking = client.get("/api/campaigns/down/conditions").json()["not_stated"]
+    assert lines["down"]["not_stated"] == sum(map(len, lacking.values())) > 0
     page = client.get("/?area=back_of_hand").text
     assert f"{100 * case['share']:.0f} % of the measured workspace" in page
     assert "90 runs to measure" in page
+    assert f"{lines['down']['not_stated']} entries before signing" in page
 
 
 def test_a_recording_is_judged_as_check_judges_it(client, root):

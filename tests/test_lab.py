@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import json
 import math
+import re
 from itertools import product
 from pathlib import Path
 
@@ -15,6 +16,7 @@ import forcemap as fm
 from forcemap.dynamics.inverse_kinematics import inverse_kinematics, places_in_plane
 from forcemap.lab.bench import SimulatedImpacts, SimulatedScenario, simulate_impacts, simulate_peaks
 from forcemap.lab.course import ContactLayer
+from forcemap.lab.reached_ranges import reached_ranges
 from forcemap.lab.reaction import Reaction, ReactionKind
 from forcemap.lab.simulated_campaign import simulate_campaign
 from forcemap.lab.simulated_device import PAPER_DEVICE, SimulatedDevice
@@ -22,6 +24,7 @@ from forcemap.lab.virtual_robot import PRESETS, virtual_robot
 from mujoco_scene import device_force
 
 MAPS = dict(zip(PRESETS, fm.PUBLISHED_MAPS, strict=True))
+PROJECT = Path(__file__).parents[1]
 FACTS = Path(fm.__file__).parent / "maps" / "published" / "published_maps.json"
 
 
@@ -234,6 +237,48 @@ def test_simulate_command(forcemap, ask, plan, tmp_path):
     assert out.startswith("SIMULATED with ur10e-like: not a measurement of any robot")
     code, found = ask("simulate", tmp_path, "--preset", "ur5")
     assert (code, found["error"]["kind"]) == (2, "unknown_name")
+
+
+def test_every_place_out_of_reach_is_named_and_where_all_are_reached(ask, tmp_path):
+    plan = fm.plan_measurements((0.4, 0.5, 0.7, 0.9), (0.1, 0.3, 0.6), (0.1, 0.2, 0.3), design=fm.Design.PAPER)
+    fm.write_plan(plan, tmp_path)
+    code, found = ask("simulate", tmp_path / "plan.csv", "--preset", "iiwa7-like-30nm")
+    message = found["error"]["message"]
+    robot = virtual_robot("iiwa7-like-30nm")
+    places = np.unique(np.column_stack([plan.distance, plan.height]), axis=0)
+    far = places[~robot.reaches(*places.T)].tolist()
+    assert code == 2
+    assert f"found {len(far)} places it cannot reach" in message
+    assert all(f"d = {d:g} m, h = {h:g} m" in message for d, h in far)
+    assert "all at distances 0.55 to 0.85 m and heights 0.1 to 0.6 m are reached" in message
+
+
+def test_of_many_places_out_of_reach_the_first_ten_are_named():
+    with pytest.raises(fm.InputError, match=r"found 12 places .* and 2 more; .* it reaches no place within these"):
+        simulate_peaks(virtual_robot("iiwa7-like-30nm"), np.linspace(1.1, 1.2, 12), 0.3, 0.1)
+
+
+@pytest.mark.parametrize("preset", PRESETS)
+def test_the_places_that_the_table_of_presets_says_are_reached(preset):
+    """All of them, and beyond each end but the base's height not all."""
+    text = (PROJECT / "docs" / "virtual_lab.md").read_text()
+    figures = re.search(rf"^\| `{preset}` .*\| (\S+) to (\S+) m, (\S+) to (\S+) m high \|$", text, re.M)
+    near, far, low, high = map(float, figures.groups())
+    reaches = virtual_robot(preset).reaches
+
+    def all_reached(*ranges):
+        axes = [np.linspace(*ends, round((ends[1] - ends[0]) / 0.05) + 1) for ends in ranges]
+        return reaches(*(axis.ravel() for axis in np.meshgrid(*axes))).all()
+
+    assert all_reached((near, far), (low, high))
+    for wider in (
+        ((near - 0.05, near), (low, high)),
+        ((far, far + 0.05), (low, high)),
+        ((near, far), (high, high + 0.05)),
+    ):
+        assert not all_reached(*wider)
+    found = reached_ranges(reaches, (near, far), (low, high))
+    assert found == (pytest.approx((near, far)), pytest.approx((low, high)))
 
 
 REACTION = {"threshold": 30.0, "torque_filter": 0.002, "delay": 0.01, "time_constant": 0.01}

@@ -310,6 +310,27 @@ def dataset_of(states, force, *, censored=None, role=None, conditions=CELL):
     )  # fmt: skip
 
 
+@pytest.mark.parametrize("scenario", ["constrained_with_clamping", "unconstrained"])
+def test_slower_than_measured_where_impacts_clamp_is_doubted(scenario):
+    """A held force does not fall with speed: the robot's model does not hold there."""
+    from forcemap.planning.plan_warnings import map_warnings
+
+    force_map = fm.published_map("ur10e")
+    states = np.array([[0.7, 0.3, 0.25], [0.6, 0.2, 0.3], [0.8, 0.4, 0.35]])
+    points = np.stack(np.meshgrid([0.55, 0.7, 0.85], [0.15, 0.3, 0.45], [0.2, 0.3, 0.4])).reshape(3, -1).T
+    fitted = fm.fit_force_map(
+        fm.ImpactDataset.from_arrays(
+            distance=points[:, 0], height=points[:, 1], speed=points[:, 2], peak_force=force_map.predict(*points.T),
+            scenario=[scenario] * len(points),
+        )
+    )  # fmt: skip
+    assert not any(each.kind is FindingKind.CLAMPS_SLOWER for each in map_warnings(fitted, states))
+    states[1, 2] = 0.15
+    said = [sentence(each) for each in map_warnings(fitted, states) if each.kind is FindingKind.CLAMPS_SLOWER]
+    assert len(said) == (scenario != "unconstrained")
+    assert all("at 0.15 m/s, slower than all measured (0.2 m/s)" in each for each in said)
+
+
 class TestAboveWhatWasMeasured:
     """A map that turns over: above the measured speeds the force to expect rises in proportion to speed at least."""
 
@@ -406,17 +427,24 @@ class TestSaturated:
             inwards = (new[:, 0] <= out) & (new[:, 0] > out - 0.1) & (np.abs(new[:, 1] - 0.3) < 0.09)
             assert np.any(inwards & (new[:, 2] >= 0.2)) != saturated
 
-    def test_where_the_bound_permits_its_speed_nothing_is_planned(self):
-        """More states elsewhere would leave the limit refused."""
+    def test_what_exceeded_the_limit_is_measured_again(self):
+        """More states elsewhere would leave the limit refused; fitted, it tells the map."""
         sequence = Sequence.of("kuka-iiwa7-10nm", 15)
         sequence.run(states=16)
-        states = np.vstack([sequence.states, [sequence.distances[0] + 0.2, 0.3, 0.09]])
-        for force in (138.0, 142.0):
+        at = [sequence.distances[0] + 0.2, 0.3, 0.09]
+        states = np.vstack([sequence.states, [at]])
+        for force, role in ((138.0, "test"), (142.0, "test"), (142.0, "train")):
             forces = np.append(sequence.forces.mean(axis=1), force)
-            dataset = dataset_of(states, forces, role=["train"] * 16 + ["test"])
+            dataset = dataset_of(states, forces, role=["train"] * 16 + [role])
             found = fm.next_measurements(dataset, 140.0, distances=sequence.distances, heights=HEIGHTS, states=60)
-            assert (found.stop == "limit-not-usable", found.confirmed == 0) == (force > 140, force > 140)
-        assert "EXCEEDED THE LIMIT" in sentence(found.reasons[0])
+            exceeded = found.confirmed == 0
+            assert exceeded == (force > 140 and role == "test")
+            if exceeded:
+                assert np.allclose(planned_states(found.plan), [at])
+                assert found.upper_force.max() >= 142.0  # not what the bound says of the place
+                assert set(found.plan.role) == {"train"}
+                assert "EXCEEDED THE LIMIT" in sentence(found.reasons[0])
+                assert found.progress.kind is FindingKind.PLACES_COUNTED
 
     @pytest.mark.parametrize("role", ["train", "test"])
     def test_before_there_is_a_bound(self, role):
@@ -730,3 +758,34 @@ def test_new_places_are_measured_ones_or_far_from_them():
         old, new = (np.unique(each[:, :2], axis=0) for each in (before.states.coordinates, planned_states(found.plan)))
         away = np.abs(new[:, None] - old).max(axis=2).min(axis=1)
         assert np.all((away < 1e-6) | (away >= NEAR))
+
+
+def test_no_place_is_planned_beyond_a_stated_reach():
+    """The edge of the reach is the edge of the range: its corners are opened as those of the range are."""
+    cell = dataclasses.replace(CELL, reach=0.8)
+    given = {"distances": (0.4, 0.9), "heights": (0.1, 0.6)}
+    found = fm.next_measurements(cell, 140.0, **given, batch=8)
+    places = planned_states(found.plan)[:, :2]
+    assert np.hypot(*places.T).max() <= 0.8
+    assert {(0.4, 0.1), (0.793, 0.1), (0.4, 0.6), (0.529, 0.6)} <= {tuple(place) for place in places.tolist()}
+    assert [finding.kind for finding in found.within] == [FindingKind.PLACES_AS_PLANNED]
+    far = planned_states(fm.next_measurements(CELL, 140.0, **given, batch=8).plan)[:, :2]
+    assert np.hypot(*far.T).max() > 1.0
+    with pytest.raises(InputError, match=r"reach: found 0\.4 m, expected a larger one \(plan\.reach_m\)"):
+        fm.next_measurements(dataclasses.replace(CELL, reach=0.4), 140.0, **given)
+
+
+def test_speeds_are_those_of_the_plan_unless_given():
+    """The fastest; slower than planned may be what gives a speed."""
+    cell = dataclasses.replace(CELL, fastest=0.06)
+    for given, ends, kinds in (((), (0.03, 0.06), [FindingKind.SPEEDS_AS_PLANNED]), ((0.06, 0.4), (0.06, 0.4), [])):
+        found = fm.next_measurements(cell, 140.0, **PLACES, speeds=given)
+        assert found.plan.speed.min() == ends[0]
+        assert found.plan.speed.max() <= ends[1]
+        assert [finding.kind for finding in found.within] == kinds
+
+
+@pytest.mark.parametrize("stated", [{"reach": 0.0}, {"fastest": 0.0}, {"fastest": -0.3}])
+def test_what_is_stated_of_the_plan_must_make_sense(stated):
+    with pytest.raises(InputError, match=r"plan\."):
+        dataclasses.replace(CELL, **stated)

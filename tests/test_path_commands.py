@@ -2,15 +2,22 @@
 
 from __future__ import annotations
 
+import dataclasses
 import hashlib
 import json
 import math
 
+import numpy as np
 import pytest
 
 import forcemap as fm
+from forcemap.answers.path import PathAnswer
 from forcemap.cli.app import run
 from forcemap.cli.export import Format
+from forcemap.cli.path import path_lines
+from forcemap.maps.measured_range import MeasuredRange
+from forcemap.paths.atlas import Atlas, AtlasMap
+from forcemap.paths.task import one_segment_task
 from robot_programs import urscript_function
 
 HAND = ["--area", "back_of_hand", "--contact", "transient"]
@@ -56,6 +63,13 @@ def test_path_says_where_it_must_slow_down(capsys):
     assert {piece["outcome"] for piece in found["pieces"]} == {"admissible", "no_contact"}
     assert all(piece["too_fast"] == (piece["segment"] == "press") for piece in found["pieces"])
     assert found["cycle_times"][0]["rule"] == "allowed speeds"
+    *_, program, slowed = found["cycle_times"]
+    assert (program["rule"], slowed["rule"]) == ("as programmed", "as programmed, slowed where too fast")
+    assert (found["acceleration_mps2"], found["timed"], found["inside"]) == (2.0, False, [])
+    both = f"({slowed['cycle_time_s']:.3f} s so slowed, {program['cycle_time_s']:.3f} s as programmed)"
+    assert both in " ".join(text.split())
+    assert "cycle time at (at most 2 m/s^2)" in text
+    assert "by the file's times" not in text
     assert found["map_sha256"] == fm.map_sha256(fm.published_map("ur10e"))
 
 
@@ -83,6 +97,10 @@ def test_exit_code_0_means_permitted_and_not_too_fast(capsys, tmp_path):
     (tmp_path / "timed.csv").write_text("time_s,x_m,y_m,z_m\n0,0.8,0,0.44\n0.4,0.8,0,0.36\n")  # 0.2 m/s on average
     found = result(capsys, "path", "ur10e", "timed.csv", *HAND, code=1)
     assert [piece["programmed_speed_mps"] for piece in found["pieces"]] == pytest.approx([0.4] * 4)
+    assert found["timed"] is True
+    assert run(["path", "ur10e", "timed.csv", *HAND]) == 1
+    out = " ".join(capsys.readouterr().out.split())
+    assert "as programmed: by the file's times; the other rows at most 1 m/s^2, state yours (--acceleration-mps2" in out
     rows = "".join(f"{t / 50:.3f},0.8,0,{0.44 - 0.2 * t / 50:.6f}\n" for t in range(21))
     (tmp_path / "timed.csv").write_text(f"time_s,x_m,y_m,z_m\n{rows}")
     assert result(capsys, "path", "ur10e", "timed.csv", *HAND)["too_fast"] is False
@@ -135,7 +153,69 @@ def test_place_says_why_no_position_is_permitted(capsys, tmp_path):
     assert run(["place", "ur10e", "table.csv", "--task", "task.toml", "--step-m", "0.1"]) == 0
     (tmp_path / "table.csv").write_text("x_m,y_m,z_m\n0,0,0.6\n0,0,0\n")
     assert run(["place", "ur10e", "table.csv", *HAND, "--step-m", "0.2"]) == 1
-    assert "outside: move the path into the measured range" in capsys.readouterr().out
+    out = " ".join(capsys.readouterr().out.split())
+    assert "outside: move the path into the measured range, less the position tolerance (d 0.525 to 0.885 m, h" in out
+
+
+def test_a_path_that_leaves_the_range_is_told_where_it_lies_inside(capsys, tmp_path):
+    (tmp_path / "out.csv").write_text("x_m,y_m,z_m\n0.8,0,0.456\n0.8,0,0.3\n")
+    for tolerance, inside in (("0.005", "d 0.525 to 0.885 m, h 0.145 to 0.455 m"), ("0.0073", "d 0.528 to 0.882 m")):
+        command = ["path", "ur10e", "out.csv", *HAND, "--position-tolerance-m", tolerance]
+        assert run(command) == 1
+        out = " ".join(capsys.readouterr().out.split())
+        assert "no permission, not wholly inside the measured range" in out
+        assert f"less the position tolerance ({inside}" in out
+    (tmp_path / "in.csv").write_text("x_m,y_m,z_m\n0.8,0,0.455\n0.8,0,0.145\n")
+    found = result(capsys, "path", "ur10e", "in.csv", *HAND)
+    assert found["inside"] == []
+    found = result(capsys, *command, code=1)
+    (inside,) = found["inside"]
+    assert (inside["whole"], inside["contact_site"]) == (True, "")
+    assert inside["height_to_m"] == pytest.approx(0.46 - 0.0073)
+    low, high = np.array([0.52, 0.14]), np.array([0.89, 0.46])
+    corners = np.array([[*low, 0.2], [high[0], low[1], 0.2], [low[0], high[1], 0.3], [0.7, 0.2, 0.4], [0.6, 0.2, 0.1]])
+    corner = dataclasses.replace(fm.published_map("ur10e"), measured_range=MeasuredRange(corners))
+    hand, bound = one_segment_task("path", ("back_of_hand",), fm.Contact.TRANSIENT), fm.FixedMargin()
+    for tolerance, said in (
+        (0.005, "(within d 0.525 to 0.885 m, h 0.145 to 0.455 m)"),
+        (0.2, "no d, its range is too"),
+    ):
+        given = {"bound": bound, "allowance": fm.Allowance(position=tolerance)}
+        speeds = fm.path_speeds(corner, fm.read_path("out.csv"), hand, **given)
+        assert said in " ".join(path_lines(PathAnswer.of_path(speeds, bound), "out.csv"))
+
+
+def test_of_several_maps_each_range_is_said_and_whose_place_counts():
+    ur10e, bound, sites = fm.published_map("ur10e"), fm.FixedMargin(), ("flange", "gripper")
+    stated = [dataclasses.replace(ur10e.conditions, contact_site=site) for site in sites]
+    maps = [dataclasses.replace(ur10e, conditions=each) for each in stated]
+    atlas = Atlas(tuple(AtlasMap(*each) for each in zip(("one", "two"), stated, maps, strict=True)))
+    segment = fm.TaskSegment("path", ("back_of_hand",), fm.Contact.TRANSIENT, contact_sites=sites)
+    task = fm.Task((segment,), site_offsets={"flange": (0.0, 0.0, 0.1), "gripper": (0.0, 0.0, 0.0)})
+    speeds = fm.path_speeds(atlas, fm.read_path("press.csv"), task, bound=bound)
+    answer = PathAnswer.of_path(speeds, bound)
+    assert [(each.map_name, each.contact_site) for each in answer.inside] == [("one", "flange"), ("two", "")]
+    said = "(one: d 0.525 to 0.885 m, h 0.145 to 0.455 m of flange; two: d 0.525 to 0.885 m, h 0.145 to 0.455 m)"
+    assert said in " ".join(path_lines(answer, "press.csv"))
+
+
+def test_speeds_of_a_files_rows_are_compared_and_scaled(capsys, tmp_path):
+    (tmp_path / "rows.csv").write_text(
+        "x_m,y_m,z_m,segment,speed_mps\n0.8,0,0.44,press,0.2\n0.8,0,0.36,lift,0.45\n0.8,0,0.44,lift,\n"
+    )
+    found = result(capsys, "path", "ur10e", "rows.csv", "--task", "task.toml", code=1)
+    assert {piece["programmed_speed_mps"] for piece in found["pieces"]} == {0.45}  # 0.4 and 0.5 in the task
+    assert [piece["too_fast"] for piece in found["pieces"]] == [True] * 4 + [False] * 4
+    assert run(["export-path", "ur10e", "rows.csv", "--task", "task.toml", "-o", "s.csv"]) == 0
+    assert "8 of 8 pieces permitted, 4 of them slowed down;" in " ".join(capsys.readouterr().out.split())
+    text = (tmp_path / "rows.csv").read_text().replace("lift,0.45", "lift,0.2")
+    (tmp_path / "rows.csv").write_text(text.replace("lift,\n", "lift,\n0.8,0,0.36,press,0.4\n0.8,0,0.30,press,0.3\n"))
+    assert run(["export-path", "ur10e", "rows.csv", "--task", "task.toml", "-o", "s.csv"]) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    assert "of them slowed down (" in said
+    assert "only to brake for a slower one)" in said
+    assert run(["path", "ur10e", "path.csv", *HAND, "--column", "speed=v"]) == 2
+    assert "the columns x_m, y_m, z_m, speed_mps" in capsys.readouterr().err
 
 
 def test_exports_into_a_folder_that_is_not_there_say_what_to_do(capsys, tmp_path):
@@ -184,6 +264,22 @@ def test_export_writes_what_it_prints(form, capsys, tmp_path, monkeypatch):
     assert run([*command, "-o", "path.csv"]) == 2  # another file may not
 
 
+def test_a_format_that_is_named_for_its_maker_is_refused_with_its_name(capsys):
+    for arguments, words in ((("--format", "kuka"), "; krl is KUKA's"), (("--format=UR",), "; urscript is Universal")):
+        assert run(["export", "ur10e", *arguments, *HAND]) == 2
+        assert words in capsys.readouterr().err
+    assert run(["export", "ur10e", "--format", "dobot", *HAND]) == 2
+    assert "KUKA" not in capsys.readouterr().err
+
+
+def test_where_no_zone_is_permitted_the_verdict_says_what_raised_the_bound(capsys):
+    limit = ["--area", "palm", "--contact", "quasi-static"]
+    assert run(["export", "ur10e", "--format", "csv", *limit, "-o", "out.csv"]) == 1
+    verdict = " ".join(capsys.readouterr().out.split())
+    assert verdict.startswith("0 of 56 zones permitted, with the bound raised by 14 % for motion up to 5 degrees off")
+    assert "--angle-deg 0 does not raise it, for motion straight along it alone" in verdict.partition("; not safety")[0]
+
+
 def test_export_of_programs(capsys, tmp_path):
     assert run(["export", "ur10e", "--format", "krl", "--task", "task.toml", "-o", "."]) == 0
     assert (tmp_path / "FORCEMAP.DAT").read_text().startswith("DEFDAT FORCEMAP PUBLIC")
@@ -220,6 +316,7 @@ BAD = {
     "a tolerance": (["path", "ur10e", "path.csv", *HAND, "--position-tolerance-m", "nan"], "position tolerance"),
     "scaling of places": (["export", "ur10e", "--format", "scaling", *HAND], "'scaling' is not one of"),
     "zones with a path": (["export", "ur10e", "--format", "csv", *HAND, "--path", "path.csv"], "forcemap export-path"),
+    "times and speeds": (["path", "ur10e", "both.csv", *HAND], "column speed_mps: found it beside time_s"),
     "scaling without a program": (["export-path", "ur10e", "press.csv", *HAND], "no programmed speed"),
     "newtons along a path": (["path", "ur10e", "path.csv", "--limit-N", "140"], "--limit-N"),
     "positions": (["place", "ur10e", "table.csv", *HAND, "--step-m", "1e-9"], "step"),
@@ -231,6 +328,7 @@ def test_bad_input_gets_one_line_and_exit_code_2(arguments, words, capsys, tmp_p
     (tmp_path / "bad.csv").write_text("x_m,y_m,z_m\n0.8,0,nan\n0.8,0,0.3\n")
     (tmp_path / "still.csv").write_text("x_m,y_m,z_m\n0.8,0,0.4\n0.8,0,0.4\n")
     (tmp_path / "mixed.csv").write_text("x_m,y_m,z_mm\n0.8,0,400\n0.8,0,300\n")
+    (tmp_path / "both.csv").write_text("x_m,y_m,z_m,time_s,speed_mps\n0.8,0,0.4,0,0.2\n0.8,0,0.3,1,0.2\n")
     (tmp_path / "more.csv").write_text("x_m,y_m,z_m,segment\n0.8,0,0.4,press\n0.8,0,0.3,carry\n0.8,0,0.4,lift\n")
     (tmp_path / "area.toml").write_text(TASK.replace("back_of_hand", "back_of_hnad"))
     (tmp_path / "segment.toml").write_text(

@@ -204,6 +204,113 @@ def test_timed_paths_tell_where_they_are_too_fast():
     assert any("between two rows the times tell only the mean" in line for line in lines(fine))
 
 
+LAYOUTS = {
+    "x_m,y_m,z_m": ["0.8,0,0.44", "0.8,0,0.40", "0.8,0,0.36", "0.8,0,0.32", "0.8,0,0.30"],
+    "distance_m,height_m": ["0.8,0.44", "0.8,0.40", "0.8,0.36", "0.8,0.32", "0.8,0.30"],
+    "joint_1_deg,joint_2_deg,joint_3_deg,joint_4_deg,joint_5_deg,joint_6_deg": [
+        f"0,{-95 + 2 * i},-110,-65,90,0" for i in range(5)
+    ],
+}
+
+
+@pytest.mark.parametrize("layout", LAYOUTS)
+def test_a_motion_has_the_faster_of_the_speeds_stated_at_its_ends(layout, tmp_path):
+    robot = robot_named("ur10e") if layout.startswith("joint") else None
+    rows = [f"{row},{speed}" for row, speed in zip(LAYOUTS[layout], ("0.2", "0.4", "", "", "0.3"), strict=True)]
+    (tmp_path / "path.csv").write_text("\n".join([f"{layout},speed_mps", *rows]))
+    path = fm.read_path(tmp_path / "path.csv", robot=robot)
+    assert path.time is None
+    runs = [speed for speed, _ in itertools.groupby(np.nan_to_num(path.stated_speeds).tolist())]
+    assert runs == [0.4, 0.0, 0.3]  # 0.2 to 0.4 and 0.4 to nothing, nothing to nothing, nothing to 0.3
+    fine = path.resampled(0.005)
+    moves = np.searchsorted(np.cumsum(path.lengths), np.cumsum(fine.lengths) - fine.lengths / 2)
+    np.testing.assert_array_equal(fine.stated_speeds, path.stated_speeds[moves])
+    np.testing.assert_array_equal(path.moved([0, 0, 0.1]).stated_speeds, path.stated_speeds)
+
+
+def test_speeds_of_the_file_are_compared_and_the_tasks_fill_in(tmp_path):
+    (tmp_path / "path.csv").write_text(
+        "x_m,y_m,z_m,segment,speed_mps\n0.8,0,0.44,press,0.2\n0.8,0,0.40,press,0.5\n0.8,0,0.36,press,\n"
+        "0.8,0,0.32,lift,\n0.8,0,0.36,lift,0.7\n0.8,0,0.40,lift,\n"
+    )
+    path = fm.read_path(tmp_path / "path.csv")
+    np.testing.assert_array_equal(path.stated_speeds, [0.5, 0.5, np.nan, 0.7, 0.7])
+    press, lift = fm.TaskSegment("press", HAND.segments[0].areas, "transient"), fm.TaskSegment("lift", (), None, 0.6)
+
+    def along(press):
+        return fm.path_speeds(
+            fm.published_map("ur10e"),
+            path,
+            fm.Task((press, lift), 20.0),
+            bound=fm.FixedMargin(),
+            step=1.0,
+            allowance=BARE,
+        )
+
+    unstated = along(press)
+    np.testing.assert_array_equal(unstated.programmed, [0.5, 0.5, np.nan, 0.7, 0.7])
+    assert unstated.too_fast.tolist() == [True, True, False, True, True]
+    assert math.isnan(unstated.program.duration)
+    assert math.isnan(unstated.slowed.duration)
+    of_rows = "programmed speed: that of the path's rows, on each motion the faster of its two points"
+    assert f"{of_rows}; not stated everywhere" in lines(unstated)
+    filled = along(dataclasses.replace(press, speed=0.1))
+    np.testing.assert_array_equal(filled.programmed, [0.5, 0.5, 0.1, 0.7, 0.7])
+    np.testing.assert_array_equal(filled.speed[3:], [0.6, 0.6])  # what the task allows where contact is excluded
+    assert f"{of_rows}; the task's where neither states one" in lines(filled)
+    most = time_law(
+        filled.path.lengths, np.minimum(filled.programmed, filled.speed), acceleration=20.0, stops=[0, 0, 1, 0]
+    )
+    assert filled.slowed.duration == pytest.approx(most.duration)
+    assert filled.program.duration < filled.slowed.duration
+    assert filled.slowed.duration > filled.allowed.duration  # the program is slower than allowed on a piece
+
+
+@pytest.mark.parametrize("speeds", [[0.2], [0.2, 0.0], [0.2, -1.0], [0.2, math.inf], [0.2, 10.01]])
+def test_stated_speeds_are_one_for_each_piece_positive_and_at_most_10(speeds):
+    points = np.array([[0.8, 0, 0.44], [0.8, 0, 0.4], [0.8, 0, 0.36]])
+    with pytest.raises(fm.InputError, match="one speed for each piece"):
+        fm.ToolPath(points, ("a", "a"), stated_speeds=np.array(speeds))
+    assert fm.ToolPath(points, ("a", "a"), stated_speeds=np.array([10.0, np.nan])).speeds is None
+    with pytest.raises(fm.InputError, match="expected one of them"):
+        fm.ToolPath(points, ("a", "a"), np.array([0.0, 1.0, 2.0]), stated_speeds=np.array([0.1, 0.1]))
+
+
+@pytest.mark.parametrize(("share", "too_fast"), [(0.99, False), (1.0099, False), (1.0101, True), (1.2, True)])
+def test_a_log_may_exceed_the_tasks_speed_by_its_last_digit_where_contact_is_excluded(share, too_fast):
+    height = np.linspace(0.3, 0.44, 36)
+    points = np.column_stack([np.full(36, 0.8), np.zeros(36), height])
+    logged = fm.ToolPath.through(points, time=np.arange(36) * (height[1] - height[0]) / (0.6 * share))
+    lift = fm.Task((fm.TaskSegment("path", (), None, 0.6),))
+    given = {"bound": fm.FixedMargin(), "allowance": BARE}
+    found = fm.path_speeds(fm.published_map("ur10e"), logged, lift, **given)
+    assert found.too_fast.tolist() == [too_fast] * 35
+    np.testing.assert_allclose(found.programmed, 0.6 if 1 < share < 1.01 else 0.6 * share)
+    slower = share if too_fast else 1.0
+    assert found.slowed.duration == pytest.approx(found.program.duration * slower)
+    assert any("counts as the task's speed up to 1 % above it" in line for line in lines(found))
+    stated = dataclasses.replace(logged, time=None, stated_speeds=np.full(35, 0.6 * share))
+    assert fm.path_speeds(fm.published_map("ur10e"), stated, lift, **given).too_fast.all() == (share > 1)
+    down = dataclasses.replace(logged, points=points[::-1])  # where contact is possible no log is let off
+    hand = fm.path_speeds(fm.published_map("ur10e"), down, HAND, **given)
+    assert (hand.programmed >= hand.path.speeds).all()
+    assert not any("counts as the task's" in line for line in lines(hand))
+
+
+def test_a_timed_program_slowed_takes_longer_where_it_is_too_fast():
+    time = np.array([0.0, 0.15, 0.95, 1.35])
+    path = fm.ToolPath(
+        np.array([[0.8, 0, 0.44], [0.8, 0, 0.38], [0.8, 0, 0.3]]), ("path",) * 2, time[:3], wait=np.array([0, 0, 0.4])
+    )
+    found = fm.path_speeds(fm.published_map("ur10e"), path, HAND, bound=fm.FixedMargin(), allowance=BARE)
+    own = np.repeat([0.05, 0.2], [3, 4])
+    longer = np.maximum(1, found.programmed / found.speed)
+    assert longer.max() > 1.3
+    assert found.slowed.duration == pytest.approx(float((own * longer).sum()) + 0.4)
+    assert found.slowed.permitted_duration == found.slowed.duration
+    assert found.program.duration == pytest.approx(1.35)
+
+
 @given(st.integers(0, 2**32 - 1), st.floats(0.3, 5.0))
 def test_property_a_timed_program_is_never_faster_than_is_assumed(seed, acceleration):
     """Motions within an acceleration, told by a few rows: the speed taken is not below the true one."""

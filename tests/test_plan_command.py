@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shutil
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ from oracle import printed_force
 
 import forcemap as fm
 from forcemap.campaigns.template import campaign_text
-from forcemap.cli.app import app
+from forcemap.cli.app import app, run as run_command
 from pulses import pulse, rows, save
 
 RANGES = ("--distances-m", "0.52,0.89", "--heights-m", "0.14,0.46")
@@ -35,6 +36,11 @@ def measure(folder, ask, rng):
             force = printed_force("ur10e", plan.distance[i], plan.height[i], plan.speed[i])
             save(folder / "recordings" / f"{name}.csv", *pulse(force * np.exp(effects[plan.state_id[i]]), rate=1000.0))
     assert ask("collect", folder)[0] == 0
+
+
+def copied(folder, target):
+    """A copy of a campaign."""
+    return shutil.copytree(folder, target)
 
 
 @pytest.fixture
@@ -183,11 +189,82 @@ def test_a_batch_that_gains_nothing_by_itself_says_why_it_is_measured(ask, tmp_p
     assert ask("plan", folder, *RANGES, "--speeds-mps", "0.1,0.4", "--repeats", 1)[0] == 0
     assert ask("simulate", folder, "--preset", "ur10e-like", "-o", work)[0] == 0
     assert ask("collect", work)[0] == 0
-    code, found = ask("next", work, *HAND)
+    code, found = ask("next", work, *HAND, "--speeds-mps", "0.05,0.4")
     assert code == 0
     assert found["expected_mean_speed_mps"] < found["mean_speed_mps"]
     assert "by -" not in found["reason"]
     assert "slower than any measured before, because" in found["reason"]
+
+
+REACH = 0.8
+WIDE = ("--distances-m", "0.4,0.9", "--heights-m", "0.1,0.6", "--device-range-N", 500, "--device-spring-N-per-mm", 75)
+
+
+@pytest.fixture(scope="module")
+def reached(tmp_path_factory):
+    """A simulated campaign of which plan was told the reach and the speeds."""
+    folder, work = (tmp_path_factory.mktemp("reached") / name for name in ("plan", "work"))
+    options = ("--reach-m", REACH, "--speeds-mps", "0.1,0.3", "--moving-mass-kg", 30, "--repeats", 1)
+    for command in (("plan", folder, *WIDE, *options), ("simulate", folder, "--preset", "ur10e-like", "-o", work)):
+        assert run_command([str(part) for part in command]) == 0
+    assert run_command(["collect", str(work)]) == 0
+    return work
+
+
+def test_next_keeps_to_the_reach_and_the_speeds_that_plan_was_told(ask, forcemap, reached, tmp_path):
+    """The virtual lab's campaign states them, too; they are no conditions, so nothing is unconfirmed by them."""
+    code, found = ask("next", copied(reached, tmp_path / "a"), *HAND, "--batch", 12)
+    assert code == 0
+    speeds = [run["speed_mps"] for run in found["runs"]]
+    assert max(speeds) <= 0.3
+    assert max(np.hypot(run["distance_m"], run["height_m"]) for run in found["runs"]) <= REACH
+    assert [words.partition(", as")[0] for words in found["planned_within"]] == [
+        "speeds up to 0.3 m/s",
+        "places within 0.8 m of the base's origin",
+    ]
+    folder = copied(reached, tmp_path / "b")
+    said = flowing(forcemap("next", folder, *HAND)[1])
+    assert "(plan.fastest_mps); --speeds-mps allows others places within 0.8 m" in said
+
+
+def test_other_speeds_are_asked_for_and_another_reach_is_stated(ask, reached, tmp_path):
+    folder = copied(reached, tmp_path / "a")
+    toml = (folder / "campaign.toml").read_text()
+    (folder / "campaign.toml").write_text(toml.replace("reach_m = 0.8", "reach_m = 1.05"))
+    assert fm.read_dataset(folder).binding.refusal is None
+    found = ask("next", folder, *HAND, "--batch", 12, "--speeds-mps", "0.05,0.4", *WIDE[:4])[1]
+    assert min(run["speed_mps"] for run in found["runs"]) < 0.1
+    assert REACH < max(np.hypot(run["distance_m"], run["height_m"]) for run in found["runs"]) <= 1.05
+    assert [words[:21] for words in found["planned_within"]] == ["places within 1.05 m "]
+    assert "--speeds-mps 0.05,0.4" in found["next_command"]
+
+
+def test_a_map_is_made_of_what_was_measured_not_of_what_was_planned(reached, tmp_path):
+    fm.write_map(fm.fit_force_map(fm.read_dataset(reached)), tmp_path / "map.json")
+    assert "reach" not in (tmp_path / "map.json").read_text()
+
+
+def test_a_new_plan_states_its_own_reach_and_keeps_one_that_is_stated(ask, tmp_path):
+    folder = tmp_path / "cell"
+    assert ask("plan", folder, *WIDE, "--speeds-mps", "0.1,0.3", "--reach-m", 0.9)[0] == 0
+    for options, reach in (((), 0.9), (("--reach-m", 0.75), 0.75)):
+        (folder / "plan.csv").unlink()
+        code, found = ask("plan", folder, *WIDE, "--speeds-mps", "0.2,0.4", *options)
+        assert code == 0
+        assert max(np.hypot(run["distance_m"], run["height_m"]) for run in found["runs"]) <= reach
+        stated = fm.read_conditions(folder / "campaign.toml")
+        assert (stated.reach, stated.fastest) == (reach, 0.4)
+
+
+def test_states_that_carry_a_map_over_stay_within_a_stated_reach(ask, simulated, tmp_path):
+    assert ask("fit", simulated, "-o", tmp_path / "old.json")[0] == 0
+    (tmp_path / "cell").mkdir()
+    cell = fm.Conditions(reach=0.7, device=fm.Device(range=500.0, stiffness=75e3))
+    (tmp_path / "cell" / "campaign.toml").write_text(campaign_text(cell))
+    code, found = ask("plan", tmp_path / "cell", "--transfer", tmp_path / "old.json")
+    assert (code, found["error"]["kind"]) == (2, "input")
+    assert found["error"]["message"].startswith("plan.reach_m: campaign.toml states 0.7 m, and d")
+    assert not (tmp_path / "cell" / "plan.csv").exists()
 
 
 def test_the_confirmation_of_a_campaign_is_added_to_its_plan_as_test_runs(ask, forcemap, measured):

@@ -326,6 +326,8 @@ def test_verify_says_what_changed(written, ask, forcemap):
     assert (found["changed"], found["vanished"], found["new"]) == ([], [], [])
     assert found["unchanged"] == 27 + 4
     assert found["date"] == DATE
+    assert found["digest"] == found["digest_now"]
+    assert found["digest"] in "".join(forcemap(*verify)[1].split())
     (written / "impacts.csv").write_text((written / "impacts.csv").read_text() + "\n")
     (written / "recordings" / "d500-h200-v100-r1.csv").unlink()
     save(written / "recordings" / "more.csv", *pulse())
@@ -335,6 +337,7 @@ def test_verify_says_what_changed(written, ask, forcemap):
     assert found["changed"] == ["impacts.csv"]
     assert found["vanished"] == ["recordings/d500-h200-v100-r1.csv"]
     assert found["new"] == ["recordings/more.csv"]
+    assert found["digest"] != found["digest_now"]
     _, out, _ = forcemap(*verify)
     for line in ("WRITE IT AGAIN, something changed since", "\nChanged\n", "\nVanished\n", "\nNew\n", "impacts.csv"):
         assert line in out
@@ -404,6 +407,21 @@ def test_the_list_is_one_that_other_tools_check(written):
     assert subprocess.run(check, cwd=written, capture_output=True).returncode == 0
     (written / "impacts.csv").write_text("other")
     assert subprocess.run(check, cwd=written, capture_output=True).returncode != 0
+
+
+@pytest.mark.parametrize("name", ["report.pdf", "printed.html"])
+@pytest.mark.parametrize("listed", [True, False])
+def test_a_pdf_is_checked_by_the_digest_of_the_folder(written, ask, name, listed):
+    digest = ask("report", "--verify", written / "report.html", written)[1]["digest"]
+    assert digest in re.sub(r"<.*?>", "", (written / "report.html").read_text())
+    (written / name).write_bytes(b"%PDF-1.7\n\xff")
+    if not listed:
+        (written / "report.sha256").unlink()
+    code, found = ask("report", "--verify", written / name, written)
+    assert code == 2
+    assert f"page 1 with this one, of the folder as it is now: {digest}" in found["error"]["message"]
+    (written / "impacts.csv").write_text("other")
+    assert digest not in ask("report", "--verify", written / name, written)[1]["error"]["message"]
 
 
 def test_verify_that_cannot_tell(written, ask):

@@ -18,8 +18,8 @@ from pathlib import Path
 import pytest
 
 from forcemap.campaigns.conditions import Conditions
-from forcemap.findings import FindingKind
-from forcemap.words import SENTENCES, sentence
+from forcemap.findings import Finding, FindingKind, in_words
+from forcemap.words import SENTENCES, SHORT, sentence, short_reason
 from pulses import TOML, collect, write_campaign
 
 HAND = ["--area", "back_of_hand", "--contact", "quasi-static"]
@@ -204,6 +204,31 @@ def test_every_kind_of_finding_has_its_sentence():
     assert list(SENTENCES) == [kind.value for kind in FindingKind]
     for words in SENTENCES.values():
         assert words.count("[") == words.count("]") == len(re.findall(r"\[\w+\?[^\[\]]*\]", words))
+
+
+def test_short_reasons_are_of_kinds_and_the_gravest_is_said():
+    assert SHORT.keys() <= {kind.value for kind in FindingKind}
+    few = Finding.of(FindingKind.POINT_FEW_REPEATS, impacts=2, needed=3)
+    exceeded = [
+        Finding.of(
+            FindingKind.POINT_IMPACT_NOT_WITHIN,
+            Finding.of(FindingKind.FORCE_EXCEEDS, force_N=force, limit_N=280.0, at_least=False),
+            recording="a",
+        )
+        for force in (281.0, 290.12)
+    ]
+    slow = Finding.of(FindingKind.POINT_MAP_REFUSES, Finding.of(FindingKind.UNCONFIRMED))
+    unclear = Finding.of(FindingKind.POINT_IMPACT_NOT_WITHIN, in_words("the limit exceeded?"), recording="a")
+    fast = Finding.of(FindingKind.POINT_TOO_FAST, programmed_mps=0.35, permitted_mps=0.328)
+    for findings, said in (
+        ([few], "2 of 3 repeats"),
+        ([slow], "nothing slow enough measured"),
+        ([unclear], "an impact not shown to be within the limit"),
+        ([few, slow, *exceeded], "limit exceeded, 290.1 N of 280 N"),
+        ([fast], "too fast, at most 0.328 m/s"),
+        ([in_words("whatever")], "no speed"),
+    ):
+        assert short_reason(findings) == said
 
 
 def test_an_effective_payload_of_0_kg_is_stated():

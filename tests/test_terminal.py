@@ -239,7 +239,7 @@ def test_plan_completes_a_campaign_toml(ask, forcemap, tmp_path, before):
     assert stated.to_tables() == completed_of(text).to_tables()
     old, new = text.splitlines(), (folder / "campaign.toml").read_text().splitlines()
     assert len([line for line in old if line not in new]) == (
-        3 if before is None else 0
+        4 if before is None else 0
     )  # comments that are stated now
     (folder / "plan.csv").unlink()
     code, found = planned(ask, folder, "--device-range-N", 400)
@@ -259,7 +259,7 @@ def test_plan_leaves_a_campaign_toml_that_it_cannot_complete(ask, tmp_path):
     (tmp_path / "campaign.toml").write_text(text)
     code, found = planned(ask, tmp_path, "--device-range-N", 500)
     assert code == 2
-    assert "state it there (device.range_N = 500.0)" in found["error"]["message"]
+    assert "state it there (device.range_N = 500.0, plan.fastest_mps = 0.4" in found["error"]["message"]
     assert (tmp_path / "campaign.toml").read_text() == text
     assert not (tmp_path / "plan.csv").exists()
 

@@ -91,6 +91,9 @@ def test_the_page_says_how_many_contact_points_are_listed(client):
     assert "2 contact points are listed" in said
     assert 'href="/campaigns/listed/points?area=chest&amp;' in said
     assert client.get("/api/campaigns/bare/headline?area=chest").json()["contact_points"] == 0
+    lines = {line["name"]: line for line in client.get("/api/campaigns").json()["campaigns"]}
+    assert {name: lines[name]["contact_points"] for name in ("listed", "bare")} == {"listed": 2, "bare": 0}
+    assert "2 contact points, judged on their page" in client.get("/").text
     assert 'id="listed"' not in client.get("/campaigns/bare?area=chest").text
 
 

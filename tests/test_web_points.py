@@ -98,6 +98,12 @@ def test_a_point_is_added_changed_and_taken_out(client, folder):
     page = client.get("/campaigns/cell/points").text
     assert "&lt;b&gt;H&amp;1" in page
     assert "the program has 0.9 m/s here" in page
+    too_fast = points(client)["points"][1]
+    assert too_fast["speed_to_program_mps"] is None
+    at_most = fm.floor_speed(too_fast["program_at_most_mps"])
+    assert f"permitted are at most {at_most} m/s" in " ".join(too_fast["lacks"])
+    table = page.partition("<tbody>")[2].partition("</tbody>")[0]
+    assert f'>P2</a></th><td>not permitted</td><td class="n">{at_most}</td>' in table
     (first, second) = change(client, {**NEW, "point_id": "P9"}, replaces="P1").raise_for_status().json()["points"]
     assert (first["cells"]["point_id"], second["cells"]["programmed_mps"]) == ("P9", "0.9")
     for name, left in (("P9", 1), ("P2", 0)):

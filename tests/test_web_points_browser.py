@@ -64,6 +64,9 @@ def test_a_list_is_made_in_the_browser(tmp_path):
         shown.scroll_into_view_if_needed()
         assert shown.evaluate("image => image.decode().then(() => image.naturalWidth)") == 60
         assert page.evaluate("document.documentElement.scrollWidth <= innerWidth"), "nothing lies beyond the screen"
+        page.goto(f"{address}/campaigns/cell")
+        playwright.expect(page.locator("#listed")).to_contain_text("1 of 1 contact point permitted")
+        page.goto(f"{address}/campaigns/cell/points")
         page.on("dialog", lambda dialog: dialog.accept())
         page.locator("#point-P1 [data-remove]").click()
         says("P1 is taken out of the list")

@@ -16,8 +16,14 @@ from forcemap.findings import Finding, FindingKind
 from forcemap.impacts.scenario import ContactScenario
 from forcemap.speeds.basis import Basis
 
-SENTENCES: dict[str, str] = tomllib.loads(resources.files(__package__).joinpath("words.toml").read_text("utf-8"))
+_WORDS: dict[str, Any] = tomllib.loads(resources.files(__package__).joinpath("words.toml").read_text("utf-8"))
+SHORT: dict[str, str] = _WORDS.pop("short")
+"""What some say in a few words, the gravest first."""
+
+SENTENCES: dict[str, str] = _WORDS
 """What findings say, by the value of their kind; words.toml says how."""
+
+_GRAVITY = {kind: place for place, kind in enumerate(SHORT)}
 
 _SHOWN = 0.05  # a force is named if it is not 0.0 N when rounded to a tenth [N]
 _LISTED = 6  # names in a sentence; the others are counted
@@ -120,9 +126,27 @@ def sentence(finding: Finding | str | None) -> str:
     if finding is None or isinstance(finding, str):
         return finding or ""
     words, also = SENTENCES[finding.kind], "; ".join(map(sentence, finding.also))
-    figures = _Figures(finding.figures, also=also)
-    text = _WHERE_STATED.sub(lambda part: part[2] if figures.states(part[1]) else part[3], words).format_map(figures)
+    text = _filled(words, _Figures(finding.figures, also=also))
     return text if "{also}" in words or not also else f"{text}; {also}"
+
+
+def _filled(words: str, figures: _Figures) -> str:
+    return _WHERE_STATED.sub(lambda part: part[2] if figures.states(part[1]) else part[3], words).format_map(figures)
+
+
+def short_reason(findings: Iterable[Finding]) -> str:
+    """The gravest of findings and of what they consist of, in a few words; of several forces the highest."""
+    every = list(findings)
+    for finding in every:
+        every += finding.also  # looked at in its turn
+    known = [(finding, dict(finding.figures)) for finding in every if finding.kind in SHORT]
+    if not known:
+        return "no speed"
+    kind, figures = min(
+        ((finding.kind, figures) for finding, figures in known),
+        key=lambda each: (_GRAVITY[each[0]], -each[1].get("force_N", 0.0)),
+    )
+    return _filled(SHORT[kind], _Figures(figures))
 
 
 def sentences(findings: Iterable[Finding | str]) -> list[str]:

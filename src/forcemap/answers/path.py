@@ -12,12 +12,12 @@ from forcemap.answers.atlas import AtlasMapAnswer
 from forcemap.paths.atlas import Atlas
 from forcemap.paths.bent_path import BentPath
 from forcemap.paths.gaps import map_gaps
-from forcemap.paths.path_speeds import PathSpeeds
+from forcemap.paths.path_speeds import PathSpeeds, PieceOutcome
 from forcemap.paths.table_positions import TaskPlaces
 from forcemap.speeds.basis import Basis
 from forcemap.words import assumptions, by_map, sentences, warnings
 
-RULES = ("allowed", "standard", "constant", "program")
+RULES = ("allowed", "standard", "constant", "program", "slowed")
 
 
 class PieceAnswer(Answer):
@@ -87,9 +87,27 @@ class Suggestion(Answer):
         return cls(bent_moves=bent.bent, gaps=_gaps(bent.speeds), **figures)
 
 
+class Inside(Answer):
+    """Where a path lies inside the range of a map, its tolerances on every side.
+
+    If `whole`, at all these distances and heights, else at some; `to` is less than `from` where no path does. If a
+    `contact_site` is named, it must lie there and not the path's own point.
+    """
+
+    map_name: str
+    contact_site: str
+    whole: bool
+    distance_from_m: float
+    distance_to_m: float
+    height_from_m: float
+    height_to_m: float
+
+
 class AlongAnswer(Answer):
     """What speeds along paths rest on, as `RestsOn`; warnings come first.
 
+    `acceleration_mps2` is the largest along the path in its cycle times; those as programmed of a path that is `timed`
+    are the path's own. `inside` is where pieces that are refused as outside would lie inside, for every map of theirs.
     Of several maps `map_sha256` is one hash over those of `maps`; `speed_kind` and `speed_error` are null where they
     differ, and `assumptions_by_map` has the assumptions by the names of their maps, those of all maps by no name.
     """
@@ -103,6 +121,9 @@ class AlongAnswer(Answer):
     assumptions_by_map: dict[str, AllSaid]
     map_sha256: str
     maps: list[AtlasMapAnswer]
+    acceleration_mps2: float
+    timed: bool
+    inside: list[Inside]
 
 
 class PathAnswer(AlongAnswer):
@@ -143,7 +164,7 @@ class PathAnswer(AlongAnswer):
             gaps=_gaps(speeds),
             suggestion=None if bent is None else Suggestion.of_bent(bent),
             pieces=pieces,
-            **_rests_on(speeds.atlas, bound, speeds.bases, [*notes, *sentences(speeds.notes)]),
+            **_rests_on(speeds, bound, speeds.bases, [*notes, *sentences(speeds.notes)]),
         )
 
 
@@ -193,7 +214,7 @@ class PlacesAnswer(AlongAnswer):
             refusals=[] if places.best is not None else _refusals(_pieces(closest), closest.refused.tolist()),
             positions=positions,
             **_rests_on(
-                closest.atlas,
+                closest,
                 bound,
                 (*(best.bases if best else ()), *closest.bases, *places.bases),
                 sentences(places.notes),
@@ -201,8 +222,9 @@ class PlacesAnswer(AlongAnswer):
         )
 
 
-def _rests_on(atlas: Atlas, bound: Any, bases: tuple[Basis, ...], notes: list[str]) -> dict[str, Any]:
+def _rests_on(speeds: PathSpeeds, bound: Any, bases: tuple[Basis, ...], notes: list[str]) -> dict[str, Any]:
     """What speeds along a path rest on; `notes` are those of all maps."""
+    atlas = speeds.atlas
     conditions = [force_map.conditions for force_map in atlas.force_maps]
     kinds, errors = ({getattr(each, name) for each in conditions} for name in ("speed_kind", "speed_error"))
     return {
@@ -215,7 +237,27 @@ def _rests_on(atlas: Atlas, bound: Any, bases: tuple[Basis, ...], notes: list[st
         "maps": [AtlasMapAnswer.of_map(each) for each in atlas.maps],
         "speed_kind": kinds.pop() or None if len(kinds) == 1 else None,
         "speed_error": errors.pop() if len(errors) == 1 else math.nan,
+        "acceleration_mps2": speeds.acceleration,
+        "timed": speeds.path.time is not None,
+        "inside": _inside(speeds),
     }
+
+
+def _inside(speeds: PathSpeeds) -> list[Inside]:
+    """Where a path lies inside the range of each map that holds for pieces that lie outside."""
+    reach = speeds.allowance.position + speeds.path.deviation
+    outside, matched, found = speeds.outcome == PieceOutcome.OUTSIDE, speeds.matched, []
+    for each, force_map, angles in zip(matched.atlas.maps, matched.atlas.force_maps, matched.off_angles, strict=True):
+        if np.isfinite(angles[outside]).any():
+            of_map = force_map.measured_range
+            low, high = of_map.lowest[:2], of_map.highest[:2]
+            corners = of_map.speeds(np.array([low[0], low[0], high[0], high[0]]), np.tile([low[1], high[1]], 2))
+            whole = not np.isnan(corners[0]).any()
+            (d, h), (d_to, h_to) = (low + reach).tolist(), (high - reach).tolist()
+            ends = {"distance_from_m": d, "distance_to_m": d_to, "height_from_m": h, "height_to_m": h_to}
+            site = each.conditions.contact_site if matched.offsets[each.loaded].any() else ""
+            found.append(Inside(map_name=each.name, contact_site=site, whole=whole, **ends))
+    return found
 
 
 def _map_of(atlas: Atlas, basis: Basis) -> str:

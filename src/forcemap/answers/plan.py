@@ -73,6 +73,7 @@ class NextAnswer(Answer):
     runs: list[BoundedRun]
     upper_force_is: Said = of("upper_is")
     warnings: AllSaid
+    planned_within: AllSaid = of("within")
     next_command: str
 
     @classmethod

@@ -13,7 +13,7 @@ import numpy as np
 from forcemap.assessment.confirmation import confirmation
 from forcemap.assessment.contact_points import PHOTOGRAPHS_FOLDER, ContactPoint
 from forcemap.assessment.missing import Missing
-from forcemap.assessment.point_impacts import PointImpact, point_impacts
+from forcemap.assessment.point_impacts import PASSED_OVER, PointImpact, point_impacts
 from forcemap.campaigns.campaign import Campaign
 from forcemap.campaigns.conditions import Conditions, normalised
 from forcemap.campaigns.dataset import ImpactDataset, Quantity
@@ -76,11 +76,6 @@ class PointResult:
     confirmed_by: tuple[str, ...]
     photograph: Path | None
     pressed: bool = False
-
-    @property
-    def not_measured(self) -> bool:
-        """True if it is to rest on impacts at this point, and none is named."""
-        return any(finding.kind is FindingKind.POINT_NOT_MEASURED for finding in self.lacks)
 
     @property
     def program_at_most(self) -> float:
@@ -257,18 +252,21 @@ def _by_map(
                 parts[point.name] = _Part(math.nan, lacks=(why,))
                 continue
             reason = Finding.of(FindingKind.POINT_MAP_REFUSES, speeds.to_program_reason[i])
-            part = _mapped(float(speeds.speed_to_program[i]), reason, confirmed(limit, contact))
+            part = _mapped(float(speeds.speed_to_program[i]), reason, confirmed(limit, contact), limit, contact)
             parts[point.name] = replace(part, pressed=force_map.other(Quantity.PRESSURE) is not None)
     return parts
 
 
-def _mapped(speed: float, reason: Finding, result: ConfirmationResult | None) -> _Part:
+def _mapped(
+    speed: float, reason: Finding, result: ConfirmationResult | None, limit: ForceLimit, contact: Contact
+) -> _Part:
     if math.isnan(speed):
         return _Part(math.nan, lacks=(reason,))
     if result is not None and result.outcome is Confirmed.DOES_NOT_PASS:
         return _Part(math.nan, lacks=(Finding.of(FindingKind.POINT_NOT_CONFIRMED, result.reason),))
     if result is None or result.outcome is not Confirmed.PASSES:
-        return _Part(speed, (Finding.of(FindingKind.POINT_BY_MAP, speed_mps=float(floor_speed(speed))),))
+        asked = {"area": limit.name, "contact": contact.value}
+        return _Part(speed, (Finding.of(FindingKind.POINT_BY_MAP, speed_mps=float(floor_speed(speed)), **asked),))
     names = tuple(impact.recording for impact in result.impacts)
     figures = {"speed_mps": float(floor_speed(speed)), "impacts": len(names), "names": names}
     return _Part(speed, (Finding.of(FindingKind.POINT_CONFIRMED_MAP, **figures),), confirmed_by=names)
@@ -323,22 +321,25 @@ def _measured(
         for pattern in point.recordings
         if not named.get(pattern)
     ]
-    every = {impact.recording: impact for each in named.values() for impact in each if not impact.excluded}
+    by_name = {pattern: each for pattern, each in named.items() if pattern != PASSED_OVER}
+    every = {impact.recording: impact for each in by_name.values() for impact in each if not impact.excluded}
     impacts = list(every.values())
     tolerance = _tolerance(conditions)
+    slower, faster = _not_named(impacts, named.get(PASSED_OVER, ()), tolerance.speed + allowance.speed)
     if not point.by_map and max(point.distance_to - point.distance, point.height_to - point.height) > tolerance.place:
         lacks.append(Finding.of(FindingKind.POINT_ZONE_MEASURED))
     if any(not impact.own for impact in impacts):
         lacks += _not_as_measured(point, conditions, on_map=False)
-    lacks += [finding for impact in impacts if (finding := _unusable(point, impact, tolerance))]
+    lacks += [finding for impact in (*impacts, *slower) if (finding := _unusable(point, impact, tolerance))]
     if len(impacts) < FEWEST_REPEATS:
         lacks.append(Finding.of(FindingKind.POINT_FEW_REPEATS, impacts=len(impacts), needed=FEWEST_REPEATS))
     speeds = np.array([impact.speed for impact in impacts if not math.isnan(impact.speed)])
     if speeds.size and np.ptp(speeds) > tolerance.speed:
         ends = {"low_mps": float(speeds.min()), "high_mps": float(speeds.max())}
         lacks.append(Finding.of(FindingKind.POINT_SPEEDS_DIFFER, **ends))
+    also = [Finding.of(FindingKind.POINT_FASTER_NOT_COUNTED, low_mps=min(i.speed for i in faster))] if faster else []
     if lacks:
-        return _Part(math.nan, lacks=tuple(lacks))
+        return _Part(math.nan, tuple(also), lacks=tuple(lacks))
     speed = min(i.speed if i.own else float(allowance.off(np.array(i.speed))) for i in impacts)
     if speed <= 0:
         return _Part(math.nan, lacks=(Finding.of(FindingKind.POINT_SPEED_MISSING, recording=impacts[0].recording),))
@@ -350,7 +351,19 @@ def _measured(
     taken_out = [in_words(f"taken out by a person, and not counted: {', '.join(excluded)}")] if excluded else []
     unlike = [partly] if 0 < with_pressure < len(impacts) else []
     pressed = with_pressure == len(impacts)
-    return _Part(speed, (rests, *unlike, *taken_out), confirmed_by=names, pressed=pressed)
+    return _Part(speed, (rests, *unlike, *taken_out, *also), confirmed_by=names, pressed=pressed)
+
+
+def _not_named(
+    impacts: Sequence[PointImpact], others: Sequence[PointImpact], more: float
+) -> tuple[list[PointImpact], list[PointImpact]]:
+    """Of impacts at a point that it does not name: those no faster than the ones it names, which count, and the rest.
+
+    `more` [m/s] is how much faster than stated an impact may have been made; one whose speed is not known counts.
+    """
+    fastest = max((impact.speed for impact in impacts), default=math.inf) + more
+    faster = [impact for impact in others if impact.speed > fastest]
+    return [impact for impact in others if impact not in faster], faster
 
 
 def _unusable(point: ContactPoint, impact: PointImpact, tolerance: StateTolerance) -> Finding | None:

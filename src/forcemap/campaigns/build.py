@@ -18,7 +18,7 @@ from forcemap.campaigns.phase_two import OLD_COLUMN, unused_cells
 from forcemap.campaigns.point_recordings import register_points
 from forcemap.campaigns.pressures import PRESSURES_FOLDER, films_in, require_known
 from forcemap.campaigns.readout import Reader
-from forcemap.campaigns.recordings_table import Entry, register_text
+from forcemap.campaigns.recordings_table import Entry, none_used, register_text
 from forcemap.campaigns.walk import CampaignRecording, FileState, Progress, walk
 from forcemap.csv_table import csv_text, read_table
 from forcemap.errors import CampaignFileError, ChangedMeanwhile, MissingExtra, TableError
@@ -152,9 +152,8 @@ def table_text(campaign: Campaign, entries: list[Entry], rows: list[Row]) -> str
         No recording gave an impact that can be used.
     """
     if not rows:
-        problem = f"none of {len(entries)} recordings gave an impact that can be used"
-        why = f"{campaign.register_file.name} says why of each, the first: {entries[0].reason}"
-        raise CampaignFileError(f"{problem}; {why}{_way_on(entries)}", file=str(campaign.table_file))
+        why = f"{campaign.register_file.name} says why of each, the first: {entries[0].name}, {entries[0].reason}"
+        raise CampaignFileError(f"{none_used(entries)}; {why}{_way_on(entries)}", file=str(campaign.table_file))
     unused = unused_cells(entries)
     rows = [row | unused for row in rows]
     shown = [name for name in (*WRITTEN, *UNUSED) if name not in LEFT_OUT_IF_EMPTY or any(row[name] for row in rows)]

@@ -26,6 +26,9 @@ from forcemap.recordings.film import Film
 
 SCHEMA = "forcemap-campaign/1"
 CAMPAIGN_FILE = "campaign.toml"
+PLAN_TABLE = "plan"
+"""The table of campaign.toml that `plan` writes and `next` keeps to."""
+
 UNFINISHED = "unfinished"
 """The entry that stands in campaign.toml as long as the lab writes recordings beside it."""
 
@@ -64,6 +67,9 @@ class Conditions:
         Class of the low-pass whose peak is reported beside the raw one; NaN for none.
     place_tolerance, speed_tolerance : float
         How far repeats of a state may lie apart [m], [m/s].
+    reach, fastest : float
+        What `plan` was told and `next` keeps to: the largest distance of a place from the base's origin [m], the
+        fastest speed [m/s]. No conditions of what is measured.
     simulated : bool
         True if the impacts are simulated.
     device : Device
@@ -96,6 +102,8 @@ class Conditions:
     channel_frequency_class: float = math.nan
     place_tolerance: float = math.nan
     speed_tolerance: float = math.nan
+    reach: float = math.nan
+    fastest: float = math.nan
     simulated: bool = False
     device: Device = field(default_factory=Device)
     devices: tuple[tuple[str, Device], ...] = ()
@@ -113,6 +121,10 @@ class Conditions:
             raise InputError(f"payload: found {self.payload:g} kg, expected a finite number of at least 0")
         if self.channel_frequency_class <= 0 or self.channel_frequency_class == math.inf:
             raise InputError("channel frequency class: expected a positive finite number, such as 180 or 600")
+        if self.reach <= 0:
+            raise InputError(f"plan.reach_m: found {self.reach:g}, expected metres above 0")
+        if self.fastest <= 0:
+            raise InputError(f"plan.fastest_mps: found {self.fastest:g}, expected metres per second above 0")
         if self.date:
             Device().expired(self.date)  # refuses what is no date
         if math.isinf(self.base_angle):
@@ -263,10 +275,12 @@ class Conditions:
         }
 
     def to_tables(self) -> dict[str, Any]:
-        """The stated entries as the tables of campaign.toml (SI units in the names)."""
+        """The stated entries as the tables of campaign.toml (SI units in the names), but [plan]: no map rests on it."""
         tables: dict[str, Any] = {}
         for entry, value in self.stated.items():
             section, _, key = entry.rpartition(".")
+            if section == PLAN_TABLE:
+                continue
             (tables.setdefault(section, {}) if section else tables)[key] = value
         for pattern, device in self.devices:
             stated = Conditions(device=device).to_tables().get("device", {})
@@ -427,6 +441,8 @@ ENTRIES: dict[str, tuple[str, str | None]] = {  # entry: field, and what a new c
     "pressure.pitch_m": ("film.pitch", None),
     "standard.edition": ("standard_edition", "for example ISO/TS 15066:2016"),
     "standard.limit_table": ("limit_table", "your own table of limits, if any"),
+    f"{PLAN_TABLE}.reach_m": ("reach", "next plans no place farther from the base's origin"),
+    f"{PLAN_TABLE}.fastest_mps": ("fastest", "next plans no faster impact, unless --speeds-mps says so"),
 }
 
 MEASURED_UNDER = (

@@ -114,6 +114,8 @@ def _assigned(campaign: Campaign, recording: CampaignRecording, entry: Entry, us
     """The entry as a run of the plan, or with the reason why it is not used."""
     plan, shown = campaign.plan, recording.readout
     assert shown is not None
+    doubts = [str(flag) for flag in shown.impacts[0].flags if flag.name in UNKNOWN_PEAK]
+    doubted = "; ".join(filter(None, [shown.doubt_words, *doubts]))
     state, repeat = recording.run or ("", 0)
     if state not in plan.first_row or repeat < 1:
         reason = "the repeat is missing" if state in plan.first_row else f"{PLAN_FILE} has no state {state!r}"
@@ -123,15 +125,14 @@ def _assigned(campaign: Campaign, recording: CampaignRecording, entry: Entry, us
             )
             remedy = f"{remedy} (forcemap collect --assign)"
             reason = f"no run of the plan has this name; {remedy}"
-        return replace(entry, use=Use.UNASSIGNED, reason=reason)
+        return replace(entry, use=Use.UNASSIGNED, reason="; ".join(filter(None, [reason, doubted])))
     if (entry.state_id, entry.repeat) != (state, repeat):
         entry = replace(entry, state_id=state, repeat=repeat)
     planned = float(plan.speed[plan.first_row[state]])
     speed = planned if math.isnan(entry.speed) else entry.speed
     if math.isnan(campaign.conditions.device_of(state, entry.name).range):
         return replace(entry, use=Use.DISCARDED, reason=f"none of [[devices]] in {CAMPAIGN_FILE} is for it")
-    doubts = [str(flag) for flag in shown.impacts[0].flags if flag.name in UNKNOWN_PEAK]
-    if reason := "; ".join(filter(None, [shown.doubt_words, *doubts])):
+    if reason := doubted:
         pass
     elif not planned / SPEEDS_APART <= speed <= planned * SPEEDS_APART:
         reason = f"speed_mps {speed:g} is far from the planned {planned:g} m/s; is it another state?"

@@ -15,6 +15,7 @@ from forcemap.campaigns.dataset import ImpactDataset, StateTolerance
 from forcemap.campaigns.one_campaign import require_one_scenario, require_one_series
 from forcemap.campaigns.plan import PLAN_FILE
 from forcemap.campaigns.point_list import measured_at_points
+from forcemap.campaigns.recordings_table import REGISTER_FILE, Use, none_used, read_register
 from forcemap.csv_table import Table, csv_cell, csv_text, read_table
 from forcemap.errors import InputError, TableError
 from forcemap.files import read_bytes, sha256, write_atomically
@@ -65,8 +66,7 @@ def read_dataset(
         conditions = read_conditions(beside) if beside.exists() else Conditions()
     if table.name == TABLE_FILE and not table.exists():
         if (table.parent / PLAN_FILE).exists():
-            message = f"there is no {TABLE_FILE} yet: not collected; forcemap collect {table.parent} writes it"
-            raise InputError(message, file=str(path))
+            raise InputError(_not_there(table.parent), file=str(path))
         if Path(path).is_dir():
             message = (
                 f"there is neither {TABLE_FILE} nor {PLAN_FILE}, expected a campaign's folder; forcemap plan makes one"
@@ -102,6 +102,18 @@ def read_dataset(
     bound = dataset.bound_by(binding_of(table, cells.texts, dataset.conditions)).with_unused(str(table))
     at_points = measured_at_points(table.parent, dataset.conditions) if table.name == TABLE_FILE else ()
     return replace(bound, at_points=at_points)
+
+
+def _not_there(folder: Path) -> str:
+    """Why a planned campaign has no impacts table, and what writes it."""
+    missing, register = f"there is no {TABLE_FILE}", folder / REGISTER_FILE
+    entries = read_register(register) if register.exists() else ()
+    if not entries:
+        return f"{missing} yet: not collected; forcemap collect {folder} writes it"
+    if used := sum(entry.use is Use.USED for entry in entries):
+        return f"{missing}, but {REGISTER_FILE} has {used} used recordings; forcemap collect {folder} writes it again"
+    why = f"see {REGISTER_FILE}, mend that or measure again, then forcemap collect {folder}"
+    return f"{missing}: collected, but {none_used(entries)}; {why}"
 
 
 def write_dataset(dataset: ImpactDataset, path: str | Path) -> None:

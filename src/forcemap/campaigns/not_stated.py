@@ -42,7 +42,8 @@ _NEEDED = {
     Matters.TRACE: (
         *("robot.model", "protocol.robot_serial_number", "robot.firmware", "protocol.safety_checksum"),
         *("device.model", "protocol.device_serial_number", "protocol.device_certificate", "device.calibrated"),
-        *("operator", "date", "protocol.checked_by", "protocol.document_number"),
+        *("operator", "date", "protocol.checked_by", "protocol.signed_by"),
+        "protocol.document_number",
     ),
     Matters.REPEAT: (
         *("protocol.program", "robot.safety_settings", "protocol.controller_serial_number", "tool.name"),
@@ -50,7 +51,7 @@ _NEEDED = {
         *("device.stiffness_N_per_m", "device.pad", "protocol.device_fixing", "robot.controller"),
     ),
     Matters.FILE: (
-        *("protocol.customer", "protocol.site", "protocol.cell", "protocol.revision", "protocol.signed_by"),
+        *("protocol.customer", "protocol.site", "protocol.cell", "protocol.revision"),
         *("standard.edition", "protocol.device_certificate_date", "protocol.ambient_temperature_C"),
     ),
 }

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from enum import StrEnum
@@ -14,6 +15,7 @@ from forcemap.campaigns.conditions import MEASURED_UNDER, condition_text
 from forcemap.csv_table import csv_cell, csv_text, read_table
 from forcemap.errors import InputError
 from forcemap.files import read_bytes, sha256
+from forcemap.impacts.quality import UNKNOWN_PEAK
 from forcemap.impacts.scenario import ContactScenario
 
 REGISTER_FILE = "recordings.csv"
@@ -105,6 +107,16 @@ class Entry:
     def blank(self) -> bool:
         """True if no impact was found in it and no person excluded it: it may go, or be replaced."""
         return not (self.scenario or self.impact_sha256 or self.exclude)
+
+
+def none_used(entries: Sequence[Entry]) -> str:
+    """That none of the recordings can be used, what became of how many, and how often each flag doubts a peak."""
+    became = Counter(entry.use.value for entry in entries)
+    flagged = Counter(name for entry in entries for name in UNKNOWN_PEAK if f"; {name}: " in f"; {entry.flags}")
+    counted = [", ".join(f"{count} {name}" for name, count in each.most_common()) for each in (became, flagged)]
+    return f"none of {len(entries)} recordings gave an impact that can be used: " + "; flags: ".join(
+        filter(None, counted)
+    )
 
 
 _UNITS = {"speed": "speed_mps", "size": "size_bytes", "phase1_duration": "phase1_duration_s"} | {

@@ -124,6 +124,14 @@ class States:
         distance, height, speed = coordinates.reshape(n, 3).T
         return cls(tuple(name), distance, height, speed, force, np.log(force), once, none, unknown, force)
 
+    def and_(self, other: States) -> States:
+        """These states, then the others."""
+        _, *arrays = self.__dataclass_fields__
+        both: dict[str, Any] = {
+            name: np.concatenate([getattr(each, name) for each in (self, other)]) for name in arrays
+        }
+        return States(self.name + other.name, **both)
+
     def __len__(self) -> int:
         return len(self.name)
 

@@ -71,10 +71,10 @@ def campaign_text(conditions: Conditions, columns: ColumnMap | None = None) -> s
 
 
 def completed_text(text: str, entries: Mapping[str, Any]) -> str:
-    """The text of a campaign.toml with entries that it does not state, nothing else changed.
+    """The text of a campaign.toml with these entries, nothing else changed.
 
-    An entry takes the place of the comment that stands for it, else it follows the head of its section, which is added
-    where there is none.
+    An entry takes the place of its line or of the comment that stands for it, else it follows the head of its section,
+    which is added where there is none.
     """
     for entry, value in entries.items():
         section, _, key = entry.rpartition(".")
@@ -85,7 +85,7 @@ def completed_text(text: str, entries: Mapping[str, Any]) -> str:
             continue
         end = re.compile(r"^[ \t]*\[", re.M).search(text, head.end())
         body = text[head.end() : end.start() if end else len(text)]
-        said, count = re.subn(rf"^# {re.escape(key)} = [^#\n]*?(?=[ ]*(?:#|$))", line, body, count=1, flags=re.M)
+        said, count = re.subn(rf"^(?:# )?{re.escape(key)} = [^#\n]*?(?=[ ]*(?:#|$))", line, body, count=1, flags=re.M)
         text = text[: head.end()] + (said if count else f"\n{line}{body}") + text[head.end() + len(body) :]
     return text
 

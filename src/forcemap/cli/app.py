@@ -93,6 +93,10 @@ _MOVED = {
 }
 
 
+_LANGUAGES = {"kuka": "krl is KUKA's", "ur": "urscript is Universal Robots'"}
+"""What a person may name a format by, the robot's maker, and what it is called."""
+
+
 @cache
 def _command(name: str) -> TyperCommand | TyperGroup:
     """A command, from its file."""
@@ -184,7 +188,8 @@ def run(arguments: list[str]) -> int:
         _emit_error(error, as_json=as_json)
     except TyperException as error:
         message = " ".join(error.format_message().split()).replace("Value error, ", "")
-        words = _moved_option(arguments) or _decimal_comma(arguments) or message or "see --help"
+        words = _moved_option(arguments) or _decimal_comma(arguments) or _of_maker(arguments, message) or message
+        words = words or "see --help"
         _emit_error(InputError(words), as_json=as_json)
     except ModuleNotFoundError as error:
         _emit_error(MissingExtra.of(error), as_json=as_json)
@@ -204,6 +209,15 @@ def _moved_option(arguments: list[str]) -> str:
     given = {argument.partition("=")[0] for argument in arguments}
     moved = _MOVED.get(arguments[0], {})
     return next((f"{arguments[0]}: {option} {where}" for option, where in moved.items() if option in given), "")
+
+
+def _of_maker(arguments: list[str], message: str) -> str:
+    """What a maker's language is called, if a refused format names the maker; else empty."""
+    for option, value in pairwise([*arguments, ""]):
+        name, _, after = option.partition("=")
+        if name == "--format" and name in message and (language := _LANGUAGES.get((after or value).lower())):
+            return f"{message.removesuffix('.')}; {language}"
+    return ""
 
 
 def _decimal_comma(arguments: list[str]) -> str:

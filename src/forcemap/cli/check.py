@@ -28,6 +28,7 @@ from forcemap.cli.column_options import (
 from forcemap.cli.options import DeviceSpring, Json, Limit, LimitSpring, QuasiStaticN, limit_from
 from forcemap.cli.output import Progress, counted, emit, listing, table, verdict_first
 from forcemap.impacts.impact import TRANSIENT_TIME
+from forcemap.impacts.quality import UNKNOWN_PEAK
 from forcemap.verdicts.recording_results import recording_doubt
 
 
@@ -186,8 +187,7 @@ def check_lines(answer: CheckAnswer) -> list[str]:
         names = [flag.name for impact in answer.impacts for flag in impact.flags]
         flags = ", ".join(f"{name} {names.count(name)}" for name in sorted(set(names)))
         lines += [f"flags: {flags}"] if flags else []
-        doubts = [impact for impact in answer.impacts if impact.outcome == "cannot_tell"]
-        lines += _list("Why", [f"{impact.recording}: {impact.reason}" for impact in doubts])
+        lines += _list("Why", _why(answer.impacts))
         impacts = ["", *table(_HEADER, map(_verdict_row, judged))] if judged else []
     else:
         lines += [answer.reason]
@@ -197,6 +197,24 @@ def check_lines(answer: CheckAnswer) -> list[str]:
     lines += _list("Excluded by a person, not judged", [f"{file.recording}: {file.reason}" for file in answer.excluded])
     within = [f"within: force + device error ({answer.device_error_N:g} N) <= limit at every instant"] if judged else []
     return [*lines, *impacts, "", *within, *_pressure_lines(answer), *answer.notes]
+
+
+def _why(impacts: Sequence[CheckedImpact]) -> list[str]:
+    """Why impacts are not within: those that exceed the limit first, the farthest before the others."""
+    exceeding = sorted((each for each in impacts if each.outcome == "exceeded"), key=lambda each: each.margin_N or 0.0)
+    doubtful = [f"{impact.recording}: {impact.reason}" for impact in impacts if impact.outcome == "cannot_tell"]
+    return [*map(_exceeding, exceeding), *doubtful]
+
+
+def _exceeding(impact: CheckedImpact) -> str:
+    """By how much an impact exceeds the limit, and what makes its force doubtful; it exceeds it all the same."""
+    words = f"{impact.recording}: exceeded by {-(impact.margin_N or 0.0):.1f} N"
+    doubts = [flag for flag in impact.flags if flag.name in UNKNOWN_PEAK]
+    if not doubts:
+        return f"{words}, {impact.reason}"
+    others = [flag.name for flag in doubts[1:]]
+    also = f"; also {', '.join(others)}" if others else ""
+    return f"{words}, but its peak is in doubt, {doubts[0].name}: {doubts[0].figure}{also}; record it again"
 
 
 def _pressure_lines(answer: CheckAnswer) -> list[str]:

@@ -127,9 +127,8 @@ def _remedy(source: str, answer: ConfirmationPlan, again: str, more: str) -> lis
             "Next: no further impact changes that; put it right, or ask for another limit, then",
             *planned.command_lines(again),
         ]
-    slower = ", slower" if answer.refusal else ""
     command = planned.command_lines(more) if Path(source).is_dir() else ["  forcemap next, with a campaign folder"]
-    return [f"Next: measure more{slower} states; this tells which:", *command]
+    return ["Next: measure more states; this tells which:", *command]
 
 
 def _impacts_table(result: ConfirmationResult) -> list[str]:

@@ -100,11 +100,21 @@ def export(
     if zones.refusal:
         return refused(zones.refusal, _result(zones), as_json=as_json)
     price = f", up to {spread.max():.3f} m/s slower than their fastest corner" if spread.size else ""
-    words = f"{zones.permitted} of {whole} zones permitted{price}"
+    words = f"{_zones_permitted(zones.permitted, whole, angle, one=isinstance(maps, fm.ForceMap))}{price}"
     files = _files(format, zones, task) if isinstance(zones, RobotTable) else _files_by_direction(format, zones)
     raised = zones_raised(angle, one=isinstance(maps, fm.ForceMap))
     write(_result(zones), files, words, zones.provenance, angle=angle, raised=raised, output=output, as_json=as_json)
     return 0 if zones.permitted else 1
+
+
+def _zones_permitted(permitted: int, zones: int, angle: float, *, one: bool) -> str:
+    """How many zones are permitted; where none, by how much their bound is raised and what does not raise it."""
+    words, raised = f"{permitted} of {zones} zones permitted", raised_off_axis(angle)
+    if permitted or raised <= 1:
+        return words
+    without = "; --angle-deg 0 does not raise it, for motion straight along it alone" if one else ""
+    off = f"{100 * (raised - 1):.0f} % for motion up to {angle:g} degrees off the map's direction"
+    return f"{words}, with the bound raised by {off}{without}"
 
 
 def zones_raised(angle: float, *, one: bool) -> fm.Finding:
@@ -233,7 +243,12 @@ class PathFormat(StrEnum):
 
 def export_path(
     source: options.Maps,
-    file: Annotated[str, Argument(metavar="PATH", help="Path (CSV): x_m, y_m, z_m in the frame of the base.")],
+    file: Annotated[
+        str,
+        Argument(
+            metavar="PATH", help="Path (CSV): x_m, y_m, z_m in the frame of the base; segment, speed_mps or time_s."
+        ),
+    ],
     format: Annotated[
         PathFormat,
         Option("--format", help="scaling: factors along the path; safety: a sheet to type in, compared with it."),
@@ -270,20 +285,27 @@ def export_path(
     provenance = with_map_file(zones.provenance, source)
     if isinstance(zones, RobotTable) and format is PathFormat.SAFETY:
         zones = replace(zones, provenance=provenance)
-        words = f"{zones.permitted} of {zones.speed_mmps.size} zones permitted"
+        words = _zones_permitted(zones.permitted, zones.speed_mmps.size, angle, one=True)
         result = zones_result(zones)
         text = safety_proposal(zones, task=whole_task if given.tasks else None, speeds=speeds)
         raised = zones_raised(angle, one=True)
         permitted = zones.permitted > 0
     else:
         provenance = provenance.of_path(speeds)
-        slowed = int(((speeds.commanded < speeds.programmed) & ~speeds.refused).sum())
-        words = f"{int((~speeds.refused).sum())} of {len(speeds.path)} pieces permitted, {slowed} of them slowed down"
-        result, text = scaling_result(speeds, provenance), scaling_csv(speeds, provenance)
+        words, result, text = _slowed(speeds), scaling_result(speeds, provenance), scaling_csv(speeds, provenance)
         raised = path_raised()
         permitted = not speeds.refused.any()
     write(result, {"": text}, words, provenance, angle=angle, raised=raised, output=output, as_json=as_json)
     return 0 if permitted else 1
+
+
+def _slowed(speeds: fm.PathSpeeds) -> str:
+    """How many pieces are permitted, how many of them slowed down, and how many only to brake for a slower one."""
+    slowed = (speeds.commanded < speeds.programmed) & ~speeds.refused
+    braking = int((slowed & ~speeds.too_fast).sum())
+    permitted = f"{int((~speeds.refused).sum())} of {len(speeds.path)} pieces permitted"
+    only = f" ({braking} only to brake for a slower one)" if braking else ""
+    return f"{permitted}, {int(slowed.sum())} of them slowed down{only}"
 
 
 def _zones_beside(

@@ -14,7 +14,7 @@ import forcemap as fm
 from forcemap.answers.plan import NextAnswer
 from forcemap.cli import planned
 from forcemap.cli.options import ContactKind, DeviceSpring, FormName, Json, Limit, force_map_from, limit_from
-from forcemap.cli.output import emit, verdict_first
+from forcemap.cli.output import counted, emit, verdict_first
 from forcemap.cli.task_options import figures
 from forcemap.planning.confirm import ConfirmationPlan
 from forcemap.planning.runs import extend_plan
@@ -41,7 +41,9 @@ def next_(
     contact: ContactKind = None,
     distances: planned.Distances = None,
     heights: planned.Heights = None,
-    speeds: Annotated[str | None, Option("--speeds-mps", help="Slowest and fastest speed; default 0.05,0.40.")] = None,
+    speeds: Annotated[
+        str | None, Option("--speeds-mps", help="Slowest and fastest speed; else as planned, else 0.05,0.40.")
+    ] = None,
     states: _Budget = None,
     batch: Annotated[int, Option("--batch", help="States at a time.")] = _BATCH,
     repeats: planned.Repeats = _REPEATS,
@@ -172,7 +174,7 @@ def _lines(folder: str, answer: fm.NextMeasurements, files: list[str], again: st
     confirmed = sentence(answer.progress)
     said: dict[str, Any] = {"doubts": sentences(answer.warnings), "simulated": answer.simulated}
     if answer.plan is None:
-        return [*verdict_first(f"Stop ({answer.stop}): {why}", **said), confirmed]
+        return [*verdict_first(f"Stop ({answer.stop}): {why}", **said), confirmed, *sentences(answer.within)]
     table_file = str(Path(folder, "impacts.csv")) if Path(folder).is_dir() else folder
     unwritten = [
         "Nothing written: there is no plan.csv, and forcemap collect would replace the table by new recordings alone",
@@ -180,10 +182,11 @@ def _lines(folder: str, answer: fm.NextMeasurements, files: list[str], again: st
         *planned.command_lines(again),
     ]
     return [
-        *verdict_first(f"{len(answer.plan.states)} states to measure next, slow to fast", **said),
+        *verdict_first(f"{counted(len(answer.plan.states), 'state')} to measure next, slow to fast", **said),
         f"why: {why}",
         planned.time_words(answer.plan),
         confirmed,
+        *sentences(answer.within),
         "",
         *planned.runs_table(answer.plan, answer.upper_force.tolist()),
         sentence(answer.upper_is),

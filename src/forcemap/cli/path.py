@@ -4,13 +4,22 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import Annotated, Any
 
 from typer import Argument, Option
 
 from forcemap import Allowance, path_speeds, place_task
-from forcemap.answers.path import CycleTimeAnswer, GapAnswer, PathAnswer, PieceAnswer, PlacesAnswer, Refused, Suggestion
+from forcemap.answers.path import (
+    AlongAnswer,
+    GapAnswer,
+    Inside,
+    PathAnswer,
+    PieceAnswer,
+    PlacesAnswer,
+    Refused,
+    Suggestion,
+)
 from forcemap.cli import options, task_options
 from forcemap.cli.output import (
     Progress,
@@ -33,7 +42,12 @@ from forcemap.words import sentence
 
 def path(
     source: options.Maps,
-    file: Annotated[str, Argument(metavar="PATH", help="Path (CSV): x_m, y_m, z_m in the frame of the base.")],
+    file: Annotated[
+        str,
+        Argument(
+            metavar="PATH", help="Path (CSV): x_m, y_m, z_m in the frame of the base; segment, speed_mps or time_s."
+        ),
+    ],
     task: options.TaskOrLimit = None,
     contact: options.ContactKind = None,
     acceleration: task_options.Acceleration = None,
@@ -127,12 +141,16 @@ _GAPS = 3
 _LEAST_GAIN = 0.05
 """Time gained [s] that is worth saying: less is shown as 0.0 s."""
 
+_ROUNDING = 1e-6
+"""Of a figure in millimetres: what rounding leaves of 525.0000001."""
+
 _HINTS = {
     "not_downward": "not downward: the map permits no such motion; if other measures exclude contact there, say so in "
     "a task file (--task) with contact_possible = false for that segment",
     "no_map": "no map: measure what is missing (forcemap path lists it), bend the path (forcemap path --suggest), or "
     "say so in a task file (--task) with contact_possible = false where other measures exclude contact",
-    "outside": "outside: move the path into the measured range, less the position tolerance, or measure there",
+    "outside": "outside: move the path into the measured range, less the position tolerance ({inside}), or measure "
+    "there",
     "unconfirmed": "unconfirmed: measure at lower speeds there, or ask for a limit that holds",
 }
 
@@ -161,7 +179,7 @@ def path_lines(
     return [
         *speed_first(_verdict(answer), answer),
         *reasons,
-        *_hints(answer.refusals),
+        *_hints(answer, answer.refusals),
         *gap_lines(answer.gaps),
         *([] if answer.suggestion is None else suggestion_lines(answer.suggestion, suggested)),
         "",
@@ -174,7 +192,7 @@ def path_lines(
             * answer.too_fast
         ),
         "",
-        *_cycle_lines(answer.cycle_times, refused=not answer.permitted),
+        *_cycle_lines(answer, refused=not answer.permitted),
         f"bound: {bound_words(answer.bound)}",
         *assumes(answer),
     ]
@@ -217,7 +235,7 @@ def suggestion_lines(suggestion: Suggestion, file: str | None) -> list[str]:
     moves = counted(suggestion.bent_moves, "move")
     return [
         f"{file}: {moves} bent to vertical, radial and circular ones, permitted {words}; another way, to be checked "
-        "for collisions before it is driven",
+        "for collisions before it is driven; without times or programmed speeds",
         *gap_lines(suggestion.gaps),
     ]
 
@@ -243,7 +261,9 @@ def _verdict(answer: PathAnswer) -> str:
         verdicts.append(f"NOT PERMITTED on {share} of the path; there the robot must not move with a person in reach")
     if answer.too_fast:
         share = _share(answer.too_fast_length_m, answer)
-        verdicts.append(f"TOO FAST where marked !, on {share} of the path: slow down to the allowed speed there")
+        verdicts.append(
+            f"TOO FAST where marked !, on {share} of the path: slow down to the allowed speed there{_slowed(answer)}"
+        )
     if verdicts:
         return "; ".join(verdicts)
     allowed, standard, *_ = answer.cycle_times
@@ -254,15 +274,36 @@ def _verdict(answer: PathAnswer) -> str:
     return f"permitted as programmed; at the allowed speeds{times.removeprefix(',')}"
 
 
+def _slowed(answer: PathAnswer) -> str:
+    """The cycle times of the program slowed down and as it is, where the whole path has both."""
+    *_, program, slowed = answer.cycle_times
+    if program.cycle_time_s is None or slowed.cycle_time_s is None:
+        return ""
+    return f" ({slowed.cycle_time_s:.3f} s so slowed, {program.cycle_time_s:.3f} s as programmed)"
+
+
 def _share(length: float, answer: PathAnswer) -> str:
     percent = 100 * length / answer.length_m
     return "less than 1 %" if percent < 1 else f"{percent:.0f} %"
 
 
-def _hints(refusals: Iterable[Refused]) -> list[str]:
+def _hints(answer: AlongAnswer, refusals: Sequence[Refused]) -> list[str]:
     """What can be done about pieces without permission."""
     outcomes = {refusal.outcome for refusal in refusals}
-    return [f"  {hint}" for outcome, hint in _HINTS.items() if outcome in outcomes]
+    inside = "; ".join(_inside(each, several=len(answer.maps) > 1) for each in answer.inside)
+    return [f"  {hint.format(inside=inside)}" for outcome, hint in _HINTS.items() if outcome in outcomes]
+
+
+def _inside(inside: Inside, *, several: bool) -> str:
+    """The distances and heights at which a path lies inside a map's range, to the millimetre and not beyond."""
+    ends = (inside.distance_from_m, inside.distance_to_m), (inside.height_from_m, inside.height_to_m)
+    texts = []
+    for name, (low, high) in zip("dh", ends, strict=True):
+        low, high = math.ceil(1000 * low - _ROUNDING) / 1000, math.floor(1000 * high + _ROUNDING) / 1000
+        texts.append(f"{name} {low:.3f} to {high:.3f} m" if low <= high else f"no {name}, its range is too small")
+    of_map = f"{inside.map_name}: " if several else ""
+    of_site = f" of {inside.contact_site}" if inside.contact_site else ""
+    return f"{of_map}{'' if inside.whole else 'within '}{', '.join(texts)}{of_site}"
 
 
 def places_lines(answer: PlacesAnswer) -> list[str]:
@@ -275,7 +316,7 @@ def places_lines(answer: PlacesAnswer) -> list[str]:
             f"  {part.segment}: {part.length_m:.3f} m {part.outcome.replace('_', ' ')}, {part.reason}"
             for part in answer.refusals
         ]
-        lines += _hints(answer.refusals)
+        lines += _hints(answer, answer.refusals)
     else:
         best = answer.best
         verdict = f"best: {best.cycle_time_s:.3f} s at d = {best.distance_m:g} m, h = {best.height_m:g} m"
@@ -287,7 +328,7 @@ def places_lines(answer: PlacesAnswer) -> list[str]:
             change = shift.cycle_time_change_s
             cost = "a part has no permission" if change is None else f"{change:+.3f} s"
             lines.append(f"  moved by {shift.distance_shift_m:+.3f} m, {shift.height_shift_m:+.3f} m: {cost}")
-        lines += ["", "at the best position", *_cycle_lines(answer.cycle_times, refused=False)]
+        lines += ["", "at the best position", *_cycle_lines(answer, refused=False)]
     return [*lines, "", *_positions(answer), f"bound: {bound_words(answer.bound)}", *assumes(answer)]
 
 
@@ -298,13 +339,17 @@ def _positions(answer: PlacesAnswer) -> list[str]:
     return [title, *lines]
 
 
-def _cycle_lines(times: list[CycleTimeAnswer], *, refused: bool) -> list[str]:
+def _cycle_lines(answer: PathAnswer | PlacesAnswer, *, refused: bool) -> list[str]:
     rows = []
-    for row in times:
+    for row in answer.cycle_times:
         parts = (row.cycle_time_s, row.permitted_time_s)
         rows.append([row.rule, shown(row.speed_mps), *("-" if t is None else f"{t:.3f} s" for t in parts)])
-    lines = table(["cycle time at", "m/s", "whole path", "permitted part"], rows)
-    _, standard, *_ = times
+    most = f"at most {answer.acceleration_mps2:g} m/s^2"
+    lines = table([f"cycle time at ({most})", "m/s", "whole path", "permitted part"], rows)
+    if answer.timed:
+        own = "--acceleration-mps2, or acceleration_mps2 in the task"
+        lines.append(f"as programmed: by the file's times; the other rows {most}, state yours ({own})")
+    _, standard, *_ = answer.cycle_times
     if standard.cycle_time_s is None and not refused:
         lines.append("no time at the standard's speed: the campaign does not state the robot's moving mass")
     return lines

@@ -108,20 +108,22 @@ def plan(
     if Path(folder, "plan.csv").exists() and not carried:
         raise fm.InputError("the folder has a plan already; name a new folder, or move the plan away", file=folder)
     mass, source = planned.expected_of(expect)
-    conditions, added = planned.completed_conditions(folder, device_range, device_spring, mass)
-    newtons, doubts = _to_confirm(limit, contact, conditions.device.stiffness) if limit else (math.nan, [])
     named = {"distances": distances, "heights": heights, "speeds": speeds}
     ranges = [figures(name, text) if text else [] for name, text in named.items()]
+    of_plan = {} if carried else _of_plan(reach, ranges[2])
+    conditions, added = planned.completed_conditions(folder, device_range, device_spring, mass, **of_plan)
+    newtons, doubts = _to_confirm(limit, contact, conditions.device.stiffness) if limit else (math.nan, [])
     shared: dict[str, Any] = {"states": states, "repeats": repeats, "device": conditions.device, "limit": newtons}
     angles = figures("base angles", base_angles) if base_angles else []
     others: dict[str, Any] = {"places": places, "again": again, "base_angles": angles, "reach": reach}
     before = fm.read_plan(folder) if Path(folder, "plan.csv").exists() else None
     if carried:
         kept = _planned(folder, carried[0], before)
-        campaign_plan = _few_states(*carried, kept, ranges, others | shared)
+        campaign_plan = _few_states(*carried, kept, ranges, others | shared, conditions.reach)
     else:
         shared["design"], shared["form"] = _kind_and_form(design)
         shared["expected_force"] = force_map_from(source, None)[0] if source else fm.StandardExpectation.of(conditions)
+        others["reach"] = conditions.reach if reach == math.inf and conditions.reach > 0 else reach
         campaign_plan = fm.plan_measurements(ranges[0], ranges[1], ranges[2], **others, **shared)
     campaign_plan = _with_needs(campaign_plan, conditions, doubts)
     minutes = campaign_plan.minutes(place_minutes, impact_minutes)
@@ -135,6 +137,12 @@ def plan(
     notes += [f"campaign.toml was there; added to it: {', '.join(completed)}"] * bool(completed)
     answer = PlanAnswer.of_plan(campaign_plan, folder, files, minutes)
     emit(answer, _lines(folder, campaign_plan, files, notes, carried[0] if carried else None), as_json=as_json)
+
+
+def _of_plan(reach: float, speeds: list[float]) -> dict[str, float]:
+    """What campaign.toml is to state of the plan, for `next` to keep to."""
+    reached = {"reach": reach} if 0 < reach < math.inf else {}
+    return reached | ({"fastest": max(speeds)} if max(speeds) > 0 else {})
 
 
 def _alone(context: Context) -> bool:
@@ -187,16 +195,29 @@ def _planned(folder: str, source: str, plan: fm.MeasurementPlan | None) -> list[
 
 
 def _few_states(
-    source: str, width: float, before: list[list[float]], ranges: list[list[float]], options: dict[str, Any]
+    source: str,
+    width: float,
+    before: list[list[float]],
+    ranges: list[list[float]],
+    options: dict[str, Any],
+    reach: float,
 ) -> DesignedPlan:
-    """The states that carry a map over; refused are options of other designs."""
+    """The states that carry a map over; refused are options of other designs, and states beyond a stated reach."""
     for name in ("places", "again", "base_angles", "reach"):
         if (value := options.pop(name)) not in (None, [], math.inf):
             raise fm.InputError(
                 f"{name.replace('_', ' ')}: found {value}, expected none: the states that carry a map over lie within "
                 "its own range, each at a place of its own"
             )
-    return plan_transfer(force_map_from(source, None)[0], *ranges, width=width, planned=before, **options)
+    plan = plan_transfer(force_map_from(source, None)[0], *ranges, width=width, planned=before, **options)
+    away = np.hypot(plan.distance, plan.height)
+    if (away > reach).any():
+        first = int((away > reach).argmax())
+        raise fm.InputError(
+            f"plan.reach_m: campaign.toml states {reach:g} m, and {plan.state_id[first]} would lie {away[first]:.3f} m "
+            "from the base; name nearer --distances-m and lower --heights-m, or correct the reach there"
+        )
+    return plan
 
 
 def _kind_and_form(design: str) -> tuple[fm.Design, fm.Form]:

@@ -16,7 +16,7 @@ from typer import Option
 
 import forcemap as fm
 from forcemap.arrays import Mask
-from forcemap.campaigns.conditions import CAMPAIGN_FILE
+from forcemap.campaigns.conditions import CAMPAIGN_FILE, PLAN_TABLE
 from forcemap.campaigns.recordings_table import REGISTER_FILE
 from forcemap.campaigns.template import campaign_text, completed_text
 from forcemap.cli.options import number, stated, stiffness
@@ -73,9 +73,15 @@ def conditions_of(
 
 
 def completed_conditions(
-    folder: str, device_range: float | None, device_spring: float | None, moving_mass: float | None
+    folder: str,
+    device_range: float | None,
+    device_spring: float | None,
+    moving_mass: float | None,
+    **of_plan: Any,
 ) -> tuple[fm.Conditions, dict[str, Any]]:
     """What the folder's campaign.toml and the options state, and of that what is not in the file.
+
+    What is stated of the plan (`reach`, `fastest`) may change: nothing measured rests on it.
 
     Raises
     ------
@@ -89,11 +95,13 @@ def completed_conditions(
         conditions,
         device=device if device_range is None else dataclasses.replace(device, range=device_range),
         moving_mass=conditions.moving_mass if moving_mass is None else moving_mass,
+        **of_plan,
     )
     before = conditions.stated
     more = {entry: value for entry, value in described.stated.items() if before.get(entry) != value}
-    if toml.exists() and more and (more.keys() & before.keys() or Path(folder, REGISTER_FILE).exists()):
-        raise _stated_there(folder, more)
+    bound = {entry: value for entry, value in more.items() if not entry.startswith(f"{PLAN_TABLE}.")}
+    if toml.exists() and bound and (bound.keys() & before.keys() or Path(folder, REGISTER_FILE).exists()):
+        raise _stated_there(folder, bound)
     return described, more
 
 

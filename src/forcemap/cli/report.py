@@ -34,7 +34,6 @@ from forcemap.words import sentence, sentences
 REPORT_FILE = "report.html"
 REPORT_LIST = "report.sha256"
 ATLAS_REPORT = "atlas.html"
-_PDF = b"%PDF"
 
 
 def report(
@@ -175,13 +174,13 @@ def write_report(
     assessment: fm.CampaignAssessment, target: Path, date: str | None, *, pdf: bool, register: str | None = None
 ) -> list[str]:
     """Write a report with the list of its inputs beside it, and as a PDF if asked for; the names of the files."""
-    from forcemap.report import LIST_ENDING, inputs_list, is_inputs_list, report_html, report_pdf
+    from forcemap.report import LIST_ENDING, PDF, inputs_list, is_inputs_list, report_html, report_pdf
 
     _require_same_areas(assessment, target)
     beside, listed = target.with_suffix(".pdf"), target.with_suffix(LIST_ENDING)
     if listed.exists() and not is_inputs_list(read_bytes(listed)):
         raise fm.InputError("this is another file, no list of inputs; choose another name", file=str(listed))
-    if pdf and beside.exists() and not read_bytes(beside).startswith(_PDF):
+    if pdf and beside.exists() and not read_bytes(beside).startswith(PDF):
         raise fm.InputError("this is another file, not an earlier report; choose another name", file=str(beside))
     html = report_html(assessment, date=date, register_head="" if register is None else _register_head(register))
     printed = report_pdf(html) if pdf else b""  # before anything is written
@@ -238,6 +237,9 @@ def _verify(file: str, folder: str, *, as_json: bool) -> int:
     if not (changes.inputs_hold or changes.listed):
         lines.append("The inputs are not those of the digest; which of them changed, the list beside the report tells")
     lines.append(f"{changes.unchanged} files as then")
+    lines.append(f"Digest of the input files on page 1 of the report: {changes.digest}")
+    if changes.digest_now != changes.digest:
+        lines.append(f"Digest of the input files as they are now: {changes.digest_now}")
     emit(result, lines, as_json=as_json)
     return 0 if changes.holds else 1
 

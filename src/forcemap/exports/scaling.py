@@ -55,7 +55,8 @@ def scaling_result(speeds: PathSpeeds, provenance: Provenance) -> dict[str, Any]
         require_exportable(basis)
     if any(math.isnan(value) for value in speeds.programmed.tolist()):
         raise InputError(
-            "scaling: the path has no programmed speed; give times (time_s) in the path, or speed_mps in the task"
+            "scaling: the path has no programmed speed; give times (time_s) or speeds (speed_mps) in the path, or "
+            "speed_mps in the task"
         )
     rows = []
     points, commanded = speeds.path.points.tolist(), speeds.commanded.tolist()

@@ -29,6 +29,7 @@ _RATE_STEP = 100  # the sampling rate that is asked for is rounded up to this [H
 _MOST_BETWEEN = 0.04  # the flanks say that the top may lie so much higher
 # So much higher even if its stay is counted a sampling interval shorter: it may be cut off; and it is, a lower bound.
 _MOST_HIDDEN, _CUT_OFF_BY = 0.013, 0.03  # one false lower bound spoils a campaign, one peak too few does not
+_MOST_TOLD = 1.0  # a choice: that the top may lie so much higher says no more than that it is not known
 _FINER = 1.5  # what is missed falls with the square of the sampling rate, and for a noisy top more slowly
 _RANGE_SHARE = 0.999  # of the device range counts as the range: readings are rounded
 _MOST_OBLIQUE = 1.06  # whole force over that in the stated direction
@@ -142,6 +143,8 @@ def _unresolved(impact: Impact, between: float) -> _Doubts:
     )
     if needed:
         missed = f"the top may lie {between:.0%} above the largest sample, or be cut off; " if between > 0 else ""
+        if between > _MOST_TOLD:
+            missed = "how far the top lies above the largest sample, or is cut off, cannot be told from these samples; "
         yield (
             Quality.UNRESOLVED,
             f"{impact.phase1_samples} samples across Phase I (at least {_LEAST_SAMPLES}), {across} across the half "

@@ -12,13 +12,14 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from numpy.typing import ArrayLike
 
-from forcemap.arrays import FloatArray
-from forcemap.dynamics.inverse_kinematics import ReachOutcome, inverse_kinematics, places_in_plane
+from forcemap.arrays import FloatArray, Mask
+from forcemap.dynamics.inverse_kinematics import Reach, ReachOutcome, inverse_kinematics, places_in_plane
 from forcemap.dynamics.kinematics import contact_point, posture_mass_matrix, posture_of
 from forcemap.dynamics.robot import Robot
 from forcemap.dynamics.robots import robot_named
 from forcemap.errors import InputError, UnknownName
 from forcemap.lab.course import DOWN, ContactLayer, ImpactSetup, PosedRobot, Servo
+from forcemap.lab.reached_ranges import reached_ranges
 from forcemap.lab.reaction import Reaction, ReactionKind
 
 PRESETS = ("ur10e-like", "iiwa7-like-30nm", "iiwa7-like-10nm")
@@ -27,6 +28,7 @@ _POSED: WeakKeyDictionary[Robot, dict[Any, PosedRobot]] = WeakKeyDictionary()
 """The last places at which a robot was posed: whoever changes speeds, directions or reactions asks for them again."""
 _POSED_AGAIN = 1000  # places that are kept at most; a choice: of more, posing is a small part of a simulation
 
+_NAMED = 10  # places out of reach that are named; a choice
 _LARGEST_SCATTER = 0.1  # share of the speed; more is percent typed as a share
 
 
@@ -184,17 +186,35 @@ class VirtualRobot:
             known[key] = posed
         return posed
 
-    def _posed(self, d: FloatArray, h: FloatArray) -> PosedRobot:
+    def reaches(self, distance: FloatArray, height: FloatArray) -> Mask:
+        """Which places, shape (n,) [m], the robot's lowest point of contact reaches."""
+        return np.asarray(self._reach(distance, height).outcome != ReachOutcome.UNREACHABLE)
+
+    def _reach(self, d: FloatArray, h: FloatArray) -> Reach:
         places = places_in_plane(d, h + self.contact_radius)
-        reach = inverse_kinematics(self.robot, places, tool_direction=self.tool_direction)
-        if far := np.flatnonzero(reach.outcome == ReachOutcome.UNREACHABLE).tolist():
-            raise InputError(
-                f"{self.robot.name}: found {len(far)} places it cannot reach with this tool direction, first "
-                f"d = {d[far[0]]:g} m, h = {h[far[0]]:g} m; leave them out of the plan"
-            )
+        return inverse_kinematics(self.robot, places, tool_direction=self.tool_direction)
+
+    def _posed(self, d: FloatArray, h: FloatArray) -> PosedRobot:
+        reach = self._reach(d, h)
+        if (far := reach.outcome == ReachOutcome.UNREACHABLE).any():
+            raise InputError(self._unreached(d, h, far))
         posture = posture_of(self.robot, reach.positions.T)
         rates = posture.rates(contact_point(self.robot, posture) + self.contact_radius * DOWN[:, None])
         return PosedRobot(np.moveaxis(posture_mass_matrix(self.robot, posture), -1, 0), rates, posture.turning)
+
+    def _unreached(self, d: FloatArray, h: FloatArray, far: Mask) -> str:
+        """Which places are not reached, and in which ranges of distance and height all are."""
+        places = np.unique(np.column_stack([d, h])[far], axis=0).tolist()
+        named = "; ".join(f"d = {distance:g} m, h = {height:g} m" for distance, height in places[:_NAMED])
+        more = f" and {len(places) - _NAMED} more" if len(places) > _NAMED else ""
+        ranges = reached_ranges(self.reaches, (float(d.min()), float(d.max())), (float(h.min()), float(h.max())))
+        instead = "it reaches no place within these ranges"
+        if ranges:
+            (near, distant), (low, high) = ranges
+            tested = "of a grid of places between them, all"
+            instead = f"{tested} at distances {near:g} to {distant:g} m and heights {low:g} to {high:g} m are reached"
+        found = f"found {len(places)} places it cannot reach with this tool direction"
+        return f"{self.robot.name}: {found}: {named}{more}; leave them out of the plan; {instead}"
 
     def impact_setup(self, places: PosedRobot, device_stiffness: float, direction: FloatArray = DOWN) -> ImpactSetup:
         """The robot at places, moving along unit vectors (batch, 3), on a device with this spring constant [N/m]."""

@@ -27,7 +27,7 @@ class BentPath:
     Parameters
     ----------
     path : ToolPath
-        The path, circles in short chords; untimed.
+        The path, circles in short chords; without times or stated speeds.
     speeds : PathSpeeds
         Speeds along it.
     bent : int
@@ -53,7 +53,7 @@ def bent_path(
     maps : ForceMap or Atlas
         The map, or several of one robot.
     path : ToolPath
-        The path; its times are not kept.
+        The path; its times, or the speeds that it states, are not kept.
     task : Task
         Body areas and contact of each segment, as in `path_speeds`.
     step : float

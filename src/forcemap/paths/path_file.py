@@ -17,16 +17,18 @@ from forcemap.dynamics.robot import JointKind, Robot
 from forcemap.errors import InputError, TableError
 from forcemap.files import read_bytes
 from forcemap.paths.pose_log import read_pose_log
-from forcemap.paths.tool_path import MOST_PIECES, ToolPath
+from forcemap.paths.tool_path import FASTEST, MOST_PIECES, ToolPath
 from forcemap.recordings.column_map import listed
 
 PATH_COLUMNS = "x_m,y_m,z_m,segment"
 """Columns of the paths that are written."""
 
 _LAYOUTS = (("x_m", "y_m", "z_m"), ("distance_m", "height_m"))
-_OPTIONAL = ("time_s", "segment")
+_OPTIONAL = ("time_s", "speed_mps", "segment")
 _LOG = "a log as a controller writes it needs a column map (--column position=X,Y,Z --column length_unit=mm)"
-_OTHER_UNIT = re.compile(r"(x|y|z|distance|height)(_(mm|cm|in|inch))?|(time|t)(_(ms|min))?", re.ASCII)
+_OTHER_UNIT = re.compile(
+    r"(x|y|z|distance|height)(_(mm|cm|in|inch))?|(time|t)(_(ms|min))?|(speed|velocity)(_\w+)?", re.ASCII
+)
 _JOINT = re.compile(r"joint_(\d+)_(rad|deg)", re.ASCII)
 
 # How finely a joint motion is cut into straight pieces (docs/decisions.md).
@@ -43,8 +45,10 @@ def read_path(path: str | Path, *, robot: Robot | None = None, columns: Mapping[
     """Read a path: a row for each point, with columns in one of three layouts.
 
     `x_m, y_m, z_m` in the frame of the base; or `distance_m, height_m`, a path in a vertical plane; or `joint_1_rad,
-    joint_2_rad, ...` (or `_deg`) with a robot, whose joints move in proportion from row to row. Optional: `time_s`, and
-    `segment`, the name of the segment that begins at the point.
+    joint_2_rad, ...` (or `_deg`) with a robot, whose joints move in proportion from row to row. Optional:
+    `segment`, the name of the segment that begins at the point; and `time_s`, or `speed_mps`, the programmed speed of
+    the contact point there. Robots differ in whether it is that of the motion to a point or from it, so a motion has
+    the faster of its two points' speeds; with an empty cell at both its speed is the task's.
 
     Parameters
     ----------
@@ -64,8 +68,8 @@ def read_path(path: str | Path, *, robot: Robot | None = None, columns: Mapping[
     Raises
     ------
     TableError
-        Not a table, an unknown or missing column, a unit other than metres, seconds, radians or degrees, or a cell
-        that cannot be used.
+        Not a table, an unknown or missing column, a unit other than metres, seconds, radians or degrees, a cell that
+        cannot be used, or times and speeds together.
     InputError
         What the table holds is no path, joints without their robot, or a column map that cannot be used.
     """
@@ -82,18 +86,19 @@ def read_path(path: str | Path, *, robot: Robot | None = None, columns: Mapping[
     joints = [name for name in table.columns if _JOINT.fullmatch(name)]
     layout = tuple(joints) or next((columns for columns in _LAYOUTS if set(columns) <= set(table.columns)), ())
     _check_columns(table, layout)
-    table = table.with_decimal_points([*layout, "time_s"])
+    table = table.with_decimal_points([*layout, "time_s", "speed_mps"])
     values = np.array([table.numbers(name, required=True) for name in layout]).T
     time = np.array(table.numbers("time_s", required=True)) if "time_s" in table.columns else None
     if len(values) < 2:
         raise TableError(f"found {len(values)} points, expected at least two", file=str(path))
+    speeds = _stated_speeds(table)
     names = table.columns.get("segment", ["path"] * len(values))[:-1]
     if "" in names:
         row = table.rows[names.index("")]
         raise TableError("found no name, expected the segment's", file=str(path), row=row, column="segment")
     try:
         if joints:
-            return _joint_path(table, joints, values, tuple(names), time, robot)
+            return _joint_path(table, joints, values, tuple(names), time, robot, speeds)
         points = values if len(layout) == 3 else np.column_stack([values[:, 0], np.zeros(len(values)), values[:, 1]])
         if len(layout) == 2 and np.any(values[:, 0] < 0):
             raise InputError("distance_m: found a negative distance, expected at least 0")
@@ -101,21 +106,41 @@ def read_path(path: str | Path, *, robot: Robot | None = None, columns: Mapping[
         raise
     except InputError as error:
         raise InputError(error.message, file=str(path)) from None
-    return _path_through(points, (*names, ""), time, str(path))
+    return _path_through(points, (*names, ""), time, str(path), speeds)
 
 
-def _path_through(points: FloatArray, names: tuple[str, ...], time: FloatArray | None, file: str) -> ToolPath:
+def _stated_speeds(table: Table) -> FloatArray | None:
+    """Programmed speed of each motion between two rows [m/s], NaN where neither states one; None if no row does."""
+    if "speed_mps" not in table.columns:
+        return None
+    if "time_s" in table.columns:
+        raise table.error("found it beside time_s, expected one of them", table.header_row, "speed_mps")
+    speeds = np.array(table.numbers("speed_mps", required=False))
+    wrong = ~(np.isnan(speeds) | ((speeds > 0) & (speeds <= FASTEST)))
+    if wrong.any():
+        row = int(np.argmax(wrong))
+        expected = f"expected a positive number of at most {FASTEST:g} m/s, or nothing"
+        raise table.error(f"found {table.columns['speed_mps'][row]!r}, {expected}", table.rows[row], "speed_mps")
+    faster = np.fmax(speeds[:-1], speeds[1:])
+    return None if np.isnan(faster).all() else faster
+
+
+def _path_through(
+    points: FloatArray, names: tuple[str, ...], time: FloatArray | None, file: str, speeds: FloatArray | None = None
+) -> ToolPath:
     """The path through points [m], with the name of the segment that begins at each."""
     if len(points) < 2:
         raise TableError(f"found {len(points)} points, expected at least two", file=file)
     try:
-        return ToolPath(points, names[:-1], None, file) if time is None else ToolPath.timed(points, names, time, file)
+        if time is not None:
+            return ToolPath.timed(points, names, time, file)
+        return ToolPath(points, names[:-1], None, file, stated_speeds=speeds)
     except InputError as error:
         raise InputError(error.message, file=file) from None
 
 
 def path_csv(path: ToolPath) -> str:
-    """The text of a path file, positions to 1e-6 m; of a timed path without its times."""
+    """The text of a path file, positions to 1e-6 m; without the times or speeds that the path states."""
     rows = zip(path.points.tolist(), (*path.names, path.names[-1]), strict=True)
     columns = list(zip(*((*(f"{round(x, 6) + 0.0:.6f}" for x in point), name) for point, name in rows), strict=True))
     return csv_text(dict(zip(PATH_COLUMNS.split(","), map(list, columns), strict=True)))
@@ -127,7 +152,7 @@ def _check_columns(table: Table, layout: tuple[str, ...]) -> None:
     if unknown and _OTHER_UNIT.fullmatch(unknown[0]):
         raise TableError(
             "found a column without its unit, or in another one; expected metres (x_m, y_m, z_m, or distance_m, "
-            f"height_m) and seconds (time_s); {_LOG}",
+            f"height_m), seconds (time_s) and metres per second (speed_mps); {_LOG}",
             file=table.file,
             row=table.header_row,
             column=unknown[0],
@@ -149,6 +174,7 @@ def _joint_path(
     names: tuple[str, ...],
     time: FloatArray | None,
     robot: Robot | None,
+    speeds: FloatArray | None,
 ) -> ToolPath:
     """The path of the contact point, cut where joint motion would bend away from a straight piece."""
     if robot is None:
@@ -191,7 +217,10 @@ def _joint_path(
     ratio = 4 * (bend / (8 * counts**2))[path.rows] / path.lengths
     turning = np.where(ratio < 1, np.degrees(np.arcsin(np.minimum(ratio, 1.0))), 180.0)
     path = replace(path, deviation=_STRAIGHT, turning=turning)
-    return path if time is not None else replace(path, time=None, wait=None, rows=None)
+    if time is not None:
+        return path
+    stated = None if speeds is None else speeds[path.rows]
+    return replace(path, time=None, wait=None, rows=None, stated_speeds=stated)
 
 
 def _bends(robot: Robot, q: FloatArray, slides: Mask) -> FloatArray:

@@ -35,6 +35,7 @@ LONGEST_PIECE = 0.02
 "Motion beside the map's direction")."""
 
 _SPEED_ROUNDING = 1e-9  # share by which a programmed speed may exceed the allowed one
+_LAST_DIGIT = 0.01  # share by which a log may exceed the task's speed where contact is excluded (docs/decisions.md)
 
 
 class PieceOutcome(StrEnum):
@@ -100,10 +101,11 @@ class PathSpeeds:
     limit : array, shape (n,)
         Their force limit [N]; NaN where contact is excluded or not permitted.
     programmed : array, shape (n,)
-        Programmed speed [m/s]; of a timed path the highest that its rows allow for. NaN where not stated.
-    allowed, standard, constant, program : CycleTime
+        Programmed speed [m/s]; of a timed path the highest that its rows allow for, where contact is excluded the mean,
+        which counts as the task's speed up to 1 % above it. NaN where not stated.
+    allowed, standard, constant, program, slowed : CycleTime
         Cycle times at the allowed speeds; at the standard's one speed; at the lowest allowed speed throughout; as
-        programmed.
+        programmed; as programmed, slowed to the allowed speed where that is lower.
     acceleration : float
         Largest acceleration along the path [m/s^2].
     allowance : Allowance
@@ -129,6 +131,7 @@ class PathSpeeds:
     standard: CycleTime
     constant: CycleTime
     program: CycleTime
+    slowed: CycleTime
     acceleration: float
     allowance: Allowance
     bases: tuple[Basis, ...]
@@ -226,8 +229,7 @@ def path_speeds(
     segments = [task.segment(name) for name in path.names]
     excluded = np.array([segment.contact is None for segment in segments])
     stated = np.array([segment.speed for segment in segments])
-    mean, fastest = path.speeds, path.fastest_speeds(task.acceleration)
-    programmed = stated if mean is None or fastest is None else np.where(excluded, mean, fastest)
+    programmed = _programmed_speeds(path, stated, excluded, task.acceleration)
 
     matched = matched_maps(atlas, path, task, angle=angle, beside=allowance.position + path.deviation)
     strictest = _strictest(matched, path, task, bound, allowance, table)
@@ -243,7 +245,6 @@ def path_speeds(
     lowest = float(driven.min()) if driven.size else math.nan
     standard = _to_program(strictest.standard[~excluded], allowance)
     timing = (path, refused, task.acceleration)
-    program = _cycle_time("as programmed", *timing, programmed) if path.time is None else _as_timed(path, refused)
     return PathSpeeds(
         path=path,
         speed=speed,
@@ -257,13 +258,27 @@ def path_speeds(
         allowed=_cycle_time("allowed speeds", *timing, speed),
         standard=_cycle_time("the standard's one speed", *timing, np.where(excluded, stated, standard), standard),
         constant=_cycle_time("lowest allowed speed throughout", *timing, np.where(excluded, stated, lowest), lowest),
-        program=program,
+        program=_as_programmed("as programmed", *timing, programmed, programmed),
+        slowed=_as_programmed("as programmed, slowed where too fast", *timing, programmed, speed),
         acceleration=task.acceleration,
         allowance=allowance,
         bases=_without_direction(told_apart(strictest.bases, atlas)),
-        notes=_notes(matched, path, task, programmed, allowance),
+        notes=_notes(matched, path, task, programmed, excluded, allowance),
         matched=matched,
     )
+
+
+def _programmed_speeds(path: ToolPath, of_task: FloatArray, excluded: Mask, acceleration: float) -> FloatArray:
+    """Programmed speed on each piece [m/s], shape (n,): by the path's times or speeds, else the task's.
+
+    Where contact is excluded the mean that the times give is compared, and up to 1 % above the task's speed it is that
+    speed: the last digit of a log is no faster program.
+    """
+    mean, fastest, stated = path.speeds, path.fastest_speeds(acceleration), path.stated_speeds
+    if mean is None or fastest is None:
+        return of_task if stated is None else np.where(np.isnan(stated), of_task, stated)
+    within = (of_task < mean) & (mean <= of_task * (1 + _LAST_DIGIT))
+    return np.where(excluded, np.where(within, of_task, mean), fastest)
 
 
 def _without_direction(bases: Sequence[Basis]) -> tuple[Basis, ...]:
@@ -283,6 +298,7 @@ def _notes(
     path: ToolPath,
     task: Task,
     programmed: FloatArray,
+    excluded: Mask,
     allowance: Allowance,
 ) -> tuple[Finding, ...]:
     """What the speeds along a path depend on besides their bases."""
@@ -290,7 +306,6 @@ def _notes(
     threatened = matched.payloads[[bool(needs) for needs in matched.needs]].tolist()
     payloads = dict.fromkeys(threatened or [matched.atlas.conditions.payload])
     masses = [Finding.of(FindingKind.STANDARD_MASSES, moving_mass_kg=mass, payload_kg=load) for load in payloads]
-    excluded = any(task.segment(name).contact is None for name in path.names)
     directions = ", ".join(dict.fromkeys(entry.conditions.direction for entry in matched.atlas.maps))
     return (
         *task.findings,
@@ -301,8 +316,8 @@ def _notes(
         allowance.of_position,
         Finding.of(FindingKind.ACCELERATION, acceleration_mps2=task.acceleration, corner_deg=CORNER_ANGLE),
         *([] if math.isnan(mass) else masses),
-        _programmed(path, programmed, task.acceleration),
-        *([Finding.of(FindingKind.EXCLUDED_BY_TASK)] if excluded else []),
+        _programmed(path, programmed, excluded, task.acceleration),
+        *([Finding.of(FindingKind.EXCLUDED_BY_TASK)] if excluded.any() else []),
         Finding.of(FindingKind.ONLY_AS_MEASURED),
     )
 
@@ -382,14 +397,20 @@ def _strictest(
     return strictest
 
 
-def _programmed(path: ToolPath, programmed: FloatArray, acceleration: float) -> Finding:
+def _programmed(path: ToolPath, programmed: FloatArray, excluded: Mask, acceleration: float) -> Finding:
     """Where the programmed speeds come from."""
+    missing, stated = bool(np.isnan(programmed).any()), path.stated_speeds
     if np.isnan(programmed).all():
         return Finding.of(FindingKind.PROGRAMMED_NOT_STATED)
+    if stated is not None:
+        by_task = bool((np.isnan(stated) & ~np.isnan(programmed)).any())
+        return Finding.of(FindingKind.PROGRAMMED_BY_POINTS, by_task=by_task, missing=missing)
     if path.speeds is None:
-        return Finding.of(FindingKind.PROGRAMMED_BY_TASK, missing=bool(np.isnan(programmed).any()))
-    above_mean = float(np.max(programmed - path.speeds))
-    return Finding.of(FindingKind.PROGRAMMED_BY_ROWS, above_mps=above_mean, acceleration_mps2=acceleration)
+        return Finding.of(FindingKind.PROGRAMMED_BY_TASK, missing=missing)
+    above_mean = max(0.0, float(np.max(programmed - path.speeds)))
+    figures = {"above_mps": above_mean, "acceleration_mps2": acceleration}
+    digit = _LAST_DIGIT if excluded.any() else None
+    return Finding.of(FindingKind.PROGRAMMED_BY_ROWS, **figures, last_digit=digit)
 
 
 def _standard_speeds(matched: MatchedMaps, limit: ForceLimit, contact: Contact) -> FloatArray:
@@ -427,8 +448,18 @@ def _cycle_time(
     return CycleTime(rule, math.nan if refused.any() else total, total, rule_speed)
 
 
-def _as_timed(path: ToolPath, refused: Mask) -> CycleTime:
-    """Cycle time from the times of the path itself, waits included."""
-    assert path.time is not None
-    moving = float(np.diff(path.time)[~refused].sum()) + (0.0 if path.wait is None else float(path.wait[-1]))
-    return CycleTime("as programmed", math.nan if refused.any() else moving, math.nan if refused.all() else moving)
+def _as_programmed(
+    rule: str, path: ToolPath, refused: Mask, acceleration: float, programmed: FloatArray, most: FloatArray
+) -> CycleTime:
+    """Cycle time of the program, nowhere faster than `most` [m/s]; of a timed path by its own times, waits included.
+
+    A timed piece takes as much longer as its programmed speed exceeds that; what braking before it costs is not known.
+    """
+    if path.time is None or path.speeds is None:
+        return _cycle_time(rule, path, refused, acceleration, np.minimum(programmed, most))
+    if refused.all():
+        return CycleTime(rule, math.nan, math.nan)
+    lost = path.lengths / path.speeds * (np.maximum(1.0, programmed / most) - 1)
+    last = 0.0 if path.wait is None else float(path.wait[-1])
+    time = float((np.diff(path.time) + lost)[~refused].sum()) + last
+    return CycleTime(rule, math.nan if refused.any() else time, time)

@@ -26,6 +26,8 @@ _SAME = ("time", "time_unit", "sampling_rate_Hz", "delimiter", "decimal", "heade
 _CALLED = {"position": "force", "segment": "curve"}
 """Entries that a column map of recordings has as well, and under another name: three components beside a time."""
 
+_SPEEDS = ("speed", "speed_unit", "speed_mps")  # what a waypoint list has, and a log has not
+
 LOG_ENTRIES = ("position", "length_unit", *_SAME, "segment")
 _IN_BRACKETS = re.compile(r".*[\[(]\s*([a-zµ]+)\s*[\])]\s*", re.IGNORECASE)
 _AT_END = re.compile(r"(?:.*[\s_.,/-])?(m|cm|mm|µm|um|in|inch|ft|km)\s*", re.IGNORECASE)
@@ -67,6 +69,12 @@ def read_pose_log(
 def _column_map(columns: Mapping[str, Any]) -> ColumnMap:
     """The column map of recordings that reads the same columns; units of length and time have to be stated."""
     for key in columns:
+        if key in _SPEEDS:
+            raise InputError(
+                "unknown entry; programmed speeds of points go into a path file with the columns x_m, y_m, z_m, "
+                "speed_mps (and segment), without --column; of a segment into the task (speed_mps)",
+                column=key,
+            )
         if key not in LOG_ENTRIES:
             near = ", ".join(nearest_names(key, LOG_ENTRIES, 3))
             raise InputError(f"unknown entry; the nearest known ones are {near}", column=key)

@@ -12,6 +12,9 @@ from forcemap.arrays import FloatArray, Indices
 from forcemap.errors import InputError
 from forcemap.speeds.zones import Segments
 
+FASTEST = 10.0
+"""Highest speed that a path may state [m/s]: a larger figure is in another unit."""
+
 MOST_PIECES = 1_000_000
 """Most pieces of a path; a choice: minutes, and some hundred megabytes."""
 
@@ -41,12 +44,15 @@ class ToolPath:
         How far the driven path may lie beside these pieces [m]: a joint motion is cut into straight ones.
     turning : array, shape (n,) or None
         How far the motion may point away from each piece [deg] for the same reason; None if it never does.
+    stated_speeds : array, shape (n,) or None
+        Programmed speed that the path states for each piece [m/s], NaN where it states none; None if it states none
+        anywhere. Not together with times.
 
     Raises
     ------
     InputError
-        Fewer than two points, a point twice in a row, a figure that is not finite or not in metres, or times that do
-        not rise.
+        Fewer than two points, a point twice in a row, a figure that is not finite or not in metres, times that do not
+        rise, or a speed that is not positive or faster than 10 m/s.
     """
 
     points: FloatArray
@@ -57,6 +63,7 @@ class ToolPath:
     rows: Indices | None = None
     deviation: float = 0.0
     turning: FloatArray | None = None
+    stated_speeds: FloatArray | None = None
 
     def __post_init__(self) -> None:
         if self.points.ndim != 2 or self.points.shape[1] != 3 or len(self.points) < 2:
@@ -81,6 +88,17 @@ class ToolPath:
         moving = self._moving_times
         if moving is not None and not (np.isfinite(moving).all() and np.all(moving > 0)):
             raise InputError("path: expected times that are finite and rise from point to point")
+        if self.stated_speeds is not None:
+            self._require_speeds(self.stated_speeds)
+
+    def _require_speeds(self, speeds: FloatArray) -> None:
+        if self.time is not None:
+            raise InputError("path: found times and speeds, expected one of them")
+        if speeds.shape != (len(self),) or not np.all(np.isnan(speeds) | ((speeds > 0) & (speeds <= FASTEST))):
+            raise InputError(
+                f"path: expected one speed for each piece, positive and at most {FASTEST:g} m/s, or NaN where none is "
+                "stated"
+            )
 
     @classmethod
     def timed(
@@ -160,7 +178,7 @@ class ToolPath:
 
     @property
     def speeds(self) -> FloatArray | None:
-        """Programmed speed on each piece [m/s], shape (n,); None for an untimed path."""
+        """Mean speed that the times give on each piece [m/s], shape (n,); None for an untimed path."""
         moving = self._moving_times
         return None if moving is None else np.asarray(self.lengths / moving)
 
@@ -217,7 +235,8 @@ class ToolPath:
                 wait = np.append(np.where(whole, self.wait[piece], 0.0), self.wait[-1])
         names = tuple(self.names[i] for i in piece)
         turning = None if self.turning is None else self.turning[piece]
-        return ToolPath(points, names, time, self.source, wait, rows, self.deviation, turning)
+        stated = None if self.stated_speeds is None else self.stated_speeds[piece]
+        return ToolPath(points, names, time, self.source, wait, rows, self.deviation, turning, stated)
 
     def moved(self, offset: ArrayLike) -> ToolPath:
         """The path shifted by an offset, shape (3,) [m]."""

@@ -49,6 +49,8 @@ _MEASURE = (  # why no place has a speed, if further impacts can change that
     FindingKind.OUTSIDE,
     FindingKind.REACHED_AT_PLACE,
     FindingKind.TEST_STATES_ABOVE,
+    FindingKind.EXCEEDED_WHERE_PERMITTED,
+    FindingKind.CONFIRMING_ABOVE_BOUND,
     FindingKind.NONE_CAN_BE_CONFIRMED,
 )
 

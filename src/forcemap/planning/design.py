@@ -6,6 +6,7 @@ import itertools
 import math
 from collections.abc import Sequence
 from enum import StrEnum
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -77,6 +78,27 @@ def axis_of(name: str, values: ArrayLike, expected: str, above: float, design: D
             "closer ones count as repeats of one state; widen the range or lower the tolerance"
         )
     return [float(value) for value in given]
+
+
+def floored(metres: Any) -> Any:
+    """Lengths [m] as multiples of `STEP`, not above what they are."""
+    return np.round(np.floor(metres / STEP) * STEP, DECIMALS)
+
+
+def heights_within(
+    distances: tuple[float, float], heights: tuple[float, float], reach: float, room: float
+) -> tuple[float, float]:
+    """The heights [m] at which there is `room` [m] beyond the lowest distance within reach; (0, 0) if at none."""
+    if math.isinf(reach):
+        return heights
+    highest = floored(math.sqrt(max(reach**2 - (distances[0] + room) ** 2, 0.0)))
+    lowest, highest = max(heights[0], -highest), min(heights[1], highest)
+    return (lowest, highest) if lowest < highest else (0.0, 0.0)
+
+
+def farthest_within(distances: tuple[float, float], height: Any, reach: float) -> Any:
+    """The highest distance within reach at heights [m]."""
+    return np.minimum(distances[1], floored(np.sqrt(reach**2 - np.square(height))))
 
 
 def angles_of(base_angles: Sequence[float], design: Design) -> list[float]:

@@ -117,9 +117,16 @@ def _slower(expectation: Expectation, place: list[float], below: float, force: f
 
 
 def map_warnings(force_map: ForceMap, states: FloatArray) -> Iterator[Finding]:
-    """Warnings that states scatter about a map, or that its prediction falls with speed at places of states (n, 3)."""
+    """Doubts about what a map predicts at states, shape (n, 3).
+
+    Its own states scatter about it; impacts clamp, and these are slower than all measured; the prediction falls there.
+    """
     if force_map.form_test is not None:
         yield from force_map.form_test.scatter
+    slowest, slower = force_map.measured_range.lowest[2], float(states[:, 2].min())
+    if force_map.phase_two.barred and slower < slowest:
+        figures = {"impacts": force_map.phase_two.barred, "slower_mps": slower, "slowest_mps": slowest}
+        yield Finding.of(FindingKind.CLAMPS_SLOWER, **figures)
     low, high = force_map.measured_range.speeds(states[:, 0], states[:, 1])
     low = np.fmin(np.where(np.isnan(low), force_map.measured_range.lowest[2], low), states[:, 2])
     high = np.fmax(high, states[:, 2])

@@ -8,14 +8,13 @@ from __future__ import annotations
 
 import itertools
 import math
-from typing import Any
 
 import numpy as np
 
 from forcemap.arrays import FloatArray, Mask
 from forcemap.campaigns.state import PLACE_SIZE, StateTolerance, clusters
 from forcemap.errors import InputError
-from forcemap.planning.design import DECIMALS, STEP
+from forcemap.planning.design import DECIMALS, STEP, farthest_within, heights_within
 
 STATES = 27
 """States of a campaign to train a map, unless stated: the paper's number."""
@@ -94,14 +93,12 @@ def _places_apart(
     count: int, distances: tuple[float, float], heights: tuple[float, float], reach: float, size: float, seed: int
 ) -> FloatArray | None:
     """The places within reach, shape (count, 2); None where some would lie within `size` [m] of each other."""
-    if math.isfinite(reach):
-        highest = _floored(math.sqrt(max(reach**2 - (distances[0] + 2 * size) ** 2, 0.0)))
-        heights = max(heights[0], -highest), min(heights[1], highest)
-        if heights[0] >= heights[1]:
-            return None
+    heights = heights_within(distances, heights, reach, 2 * size)
+    if heights[0] >= heights[1]:
+        return None
     share = np.vstack([CORNERS, _hypercube(count - len(CORNERS), np.random.default_rng(seed))])
     height = _along(*heights, share[:, 1])
-    farthest = np.minimum(distances[1], _floored(np.sqrt(reach**2 - height**2)))
+    farthest = farthest_within(distances, height, reach)
     places = np.column_stack([_along(distances[0], farthest, share[:, 0]), height])
     return places if clusters(places / (size * (1 + _ROUNDING))).max() + 1 == count else None
 
@@ -158,10 +155,6 @@ def spread_speeds(
         speeds.append(sorted(between[2 * (turn + j) % levels if k < levels else j] for j in range(k)))
         turn += k
     return speeds
-
-
-def _floored(metres: Any) -> Any:
-    return np.round(np.floor(metres / STEP) * STEP, DECIMALS)
 
 
 def _along(low: float, high: float | FloatArray, share: FloatArray) -> FloatArray:

@@ -5,6 +5,7 @@ from forcemap.report.document import report_html
 from forcemap.report.pdf import report_pdf
 from forcemap.report.seal import (
     LIST_ENDING,
+    PDF,
     Verification,
     area_made_for,
     inputs_list,
@@ -16,6 +17,7 @@ from forcemap.report.seal import (
 
 __all__ = [
     "LIST_ENDING",
+    "PDF",
     "Verification",
     "area_made_for",
     "atlas_html",

@@ -25,6 +25,7 @@ from forcemap.findings import Finding, FindingKind
 from forcemap.limits.force_limits import Contact
 from forcemap.report.curves import Curve, force_curves, highest_force
 from forcemap.report.permission import (
+    cell_words,
     device_words,
     headline,
     permission,
@@ -37,7 +38,7 @@ from forcemap.report.seal import MARK, further_inputs, made_for, quoted, seal, s
 from forcemap.report.sheets import sheets
 from forcemap.speeds.safe_speed import floor_speed
 from forcemap.verdicts.verdict import Interpretation, VerdictOutcome
-from forcemap.words import sentence, sentences
+from forcemap.words import sentence, sentences, short_reason
 
 _COLUMNS_AT_ONCE = 9  # most columns of a speed table, so that it fits on a page
 
@@ -81,6 +82,7 @@ def report_html(assessment: CampaignAssessment, *, date: str | None = None, regi
             permissions=permissions(assessment),
             permission_of=[permission(results, assessment) for results in assessment.speeds],
             point_permissions=point_permissions(assessment),
+            cell_words=cell_words(assessment),
             sheets=sheets(assessment),
             rests_on=_rests_on(assessment),
             straight=_straight(assessment),
@@ -115,7 +117,19 @@ def environment() -> Environment:
         lstrip_blocks=True,
         finalize=_fit,
     )
-    filters = (_mps, _number, _stated, quoted, _words, _outcome_counts, _blocks, _plural, sentence, pressure_words)
+    filters = (
+        _mps,
+        _number,
+        _stated,
+        quoted,
+        _words,
+        _outcome_counts,
+        _blocks,
+        _plural,
+        sentence,
+        pressure_words,
+        short_reason,
+    )
     environment.filters |= {function.__name__.strip("_"): function for function in filters}
     environment.globals |= {
         enum.__name__: enum for enum in (Contact, Interpretation, VerdictOutcome, Use, PointOutcome, Matters)

@@ -108,6 +108,20 @@ def point_permissions(assessment: CampaignAssessment) -> list[str]:
     ]
 
 
+def cell_words(assessment: CampaignAssessment) -> str:
+    """Whether the cell may run as programmed, as far as its contact points tell; empty where that does not follow."""
+    points = () if isinstance(assessment.points, Missing) else assessment.points
+    if any(result.lacks for result in points):
+        return "The cell may not run as programmed."
+    stated = points and not any(math.isnan(result.point.programmed) for result in points)
+    if not stated or assessment.simulated:
+        return ""
+    said = "At these contact points the cell may run as programmed"
+    if any(result.outcome is PointOutcome.BY_MAP for result in points):
+        said += " once impacts confirm the map (forcemap confirm)"
+    return f"{said}{', if nothing under Read this first speaks against it' if assessment.findings else ''}."
+
+
 def _counted(impacts: tuple[str, ...]) -> str:
     return f", {len(impacts)} impacts" if impacts else ""
 

@@ -11,8 +11,15 @@ from pathlib import Path
 from urllib.parse import quote, unquote_to_bytes
 
 from forcemap.assessment.assess_campaign import CampaignAssessment
-from forcemap.assessment.folder import InputFile, campaign_inputs, inputs_sha256, is_standard_input
-from forcemap.assessment.missing import Missing
+from forcemap.assessment.folder import (
+    InputFile,
+    campaign_inputs,
+    campaign_limit_table,
+    inputs_sha256,
+    is_standard_input,
+)
+from forcemap.assessment.missing import Missing, attempt
+from forcemap.campaigns.conditions import CAMPAIGN_FILE, read_conditions
 from forcemap.errors import InputError
 from forcemap.files import read_bytes, sha256
 from forcemap.limits.force_limits import ForceLimit
@@ -22,6 +29,9 @@ MARK = "forcemap-report/1"
 
 LIST_ENDING = ".sha256"
 """Of the file beside the page that lists every input with its SHA-256, as sha256sum writes and checks it."""
+
+PDF = b"%PDF"
+"""How the content of a PDF begins."""
 
 _OPEN = "0" * 64
 _LINE = re.compile(r"([0-9a-f]{64}|-)  (.+)")
@@ -175,6 +185,8 @@ class Verification:
         True if there is a list beside the report, and it is another.
     software, date : str
         What made the report, and the date it states.
+    digest, digest_now : str
+        SHA-256 of all inputs together: as it stands in the report, on its page 1, and of the folder as it is.
     """
 
     intact: bool
@@ -188,6 +200,8 @@ class Verification:
     list_altered: bool
     software: str
     date: str
+    digest: str
+    digest_now: str
 
     @property
     def holds(self) -> bool:
@@ -208,22 +222,26 @@ def verify_report(report: str | Path, folder: str | Path) -> Verification:
     Raises
     ------
     InputError
-        The file is no report, or cannot be read; there is no such folder.
+        The file is no report, or cannot be read; there is no such folder. Of a PDF the error names the folder's digest.
     """
-    sealed = read_seal(read_bytes(report), str(report))
-    beside = Path(report).with_suffix(LIST_ENDING)
+    content, beside = read_bytes(report), Path(report).with_suffix(LIST_ENDING)
     there = _read_list(read_bytes(beside)) if beside.exists() else None
+    if content.startswith(PDF) or Path(report).suffix.lower() == ".pdf":
+        digest = inputs_sha256(_inputs(folder, {*(there or ()), *_own_table(folder)}))
+        said = f"compare the digest on its page 1 with this one, of the folder as it is now: {digest}"
+        raise InputError(f"a PDF, as a print, is checked by its digest: {said}", file=str(report))
+    sealed = read_seal(content, str(report))
     listed = there is not None and inputs_sha256(InputFile(*entry) for entry in there.items()) == sealed.inputs_sha256
     then = there if listed and there is not None else {}
-    known = {file.path for file in campaign_inputs(folder)}
-    inputs = campaign_inputs(folder, further={*sealed.further, *then} - known)
+    inputs = _inputs(folder, {*sealed.further, *then})
     now = {file.path: file.sha256 for file in inputs}
     differing = tuple(path for path, digest in then.items() if path in now and now[path] != digest)
     line_ends = tuple(path for path in differing if _line_ends_alone(Path(folder, path), then[path]))
     changed = tuple(path for path in differing if path not in line_ends)
     vanished = tuple(path for path in then if path not in now)
     new = tuple(path for path in now if path not in then) if listed else ()
-    same = inputs_sha256(inputs) == sealed.inputs_sha256
+    digest_now = inputs_sha256(inputs)
+    same = digest_now == sealed.inputs_sha256
     return Verification(
         intact=sealed.intact,
         changed=changed,
@@ -236,7 +254,20 @@ def verify_report(report: str | Path, folder: str | Path) -> Verification:
         list_altered=there is not None and not listed,
         software=sealed.software,
         date=sealed.date,
+        digest=sealed.inputs_sha256,
+        digest_now=digest_now,
     )
+
+
+def _inputs(folder: str | Path, further: set[str]) -> tuple[InputFile, ...]:
+    """The inputs of a campaign as they are, with further ones that a report had."""
+    return campaign_inputs(folder, further=further - {file.path for file in campaign_inputs(folder)})
+
+
+def _own_table(folder: str | Path) -> list[str]:
+    """The campaign's own table of limits, as a report without a list beside it had it."""
+    own = attempt(lambda: campaign_limit_table(folder, read_conditions(Path(folder, CAMPAIGN_FILE))))
+    return [] if isinstance(own, Missing) or not own.file else [own.file]
 
 
 def _read_list(content: bytes) -> dict[str, str]:

@@ -105,11 +105,13 @@ class PointImpactLine(Answer):
 
 
 class PointAnswer(Answer):
-    """A contact point, and what permits it or what it lacks."""
+    """A contact point, and what permits it or what it lacks; the program may have at most `program_at_most_mps`,
+    which is a figure also where it has more, and the point is not permitted for that."""
 
     cells: PointCells
     outcome: str
     speed_to_program_mps: Figure
+    program_at_most_mps: Figure
     permission: str
     pressure: str
     rests_on: list[str]
@@ -175,6 +177,7 @@ def _point(result: PointResult, cells: dict[str, str], assessed: AssessedPoints)
         cells=PointCells.model_validate(cells),
         outcome=result.outcome.value,
         speed_to_program_mps=result.speed,
+        program_at_most_mps=result.program_at_most,
         permission=point_permission(result, assessed.conditions, assessed.protocol),
         pressure=pressure_words(result),
         rests_on=sentences(result.rests_on),

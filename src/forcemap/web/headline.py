@@ -135,14 +135,14 @@ def next_step(name: str, path: Path, question: Question, limits: Limits) -> Next
         return NextStep(sentence=said, states=[], command=f"forcemap confirm {asked}")
     found = _next(fitted_campaign(path), limit, contact)
     if found.plan is None:
-        said = "; ".join(map(sentence, (*found.reasons, found.progress)))
+        said = "; ".join(map(sentence, (*found.reasons, found.progress, *found.within)))
         if _form_doubted(path):
             return NextStep(sentence=f"{_OTHER_FORM}; {said}", states=[], command=_FORMS.format(name))
         return NextStep(sentence=said, states=[], command="", warnings=tuple(sentences(found.warnings)))
     plan = found.plan
     rows = np.unique(np.column_stack([plan.distance, plan.height, plan.speed]), axis=0).tolist()
     states = [dict(zip(("distance_m", "height_m", "speed_mps"), row, strict=True)) for row in rows]
-    said = f"measure {len(states)} further states; {sentence(found.progress)}"
+    said = "; ".join([f"measure {len(states)} further states", *map(sentence, (found.progress, *found.within))])
     warnings = tuple(sentences(found.warnings))
     return NextStep(sentence=said, states=states, command=f"forcemap next {asked}", warnings=warnings)
 

@@ -11,6 +11,8 @@ from pydantic import Field
 import forcemap as fm
 from forcemap.answers.answer import Answer
 from forcemap.assessment.fleet import due
+from forcemap.campaigns.not_stated import not_stated
+from forcemap.campaigns.protocol import read_protocol
 from forcemap.campaigns.recordings_table import Use
 from forcemap.web.campaign_answers import dataset_doubt, problem_words
 from forcemap.web.fitted_campaign import fitted_campaign, impacts_of
@@ -22,7 +24,10 @@ from forcemap.words import sentences
 
 
 class CampaignLine(Answer):
-    """A campaign in the overview; `state` is ready, measuring, refused or empty, `case` of transient contact."""
+    """A campaign in the overview; `state` is ready, measuring, refused or empty, `case` of transient contact.
+
+    `not_stated` entries are missing before signing; contact points are counted as listed, not judged.
+    """
 
     name: str
     state: str = "empty"
@@ -40,6 +45,9 @@ class CampaignLine(Answer):
     last_measured: str = ""
     date_stated: bool = False
     due: list[str] = Field(default_factory=list)
+    not_stated: int = 0
+    contact_points: int = 0
+    contact_points_problem: str = ""
     problem: str = ""
 
 
@@ -64,7 +72,10 @@ def _line(folder: Folder, name: str, question: Area, table: fm.LimitTable | None
         if (path / "campaign.toml").exists():
             conditions = fm.read_conditions(path / "campaign.toml")
             figures |= {key: getattr(conditions, key) for key in ("robot", "tool", "direction", "simulated")}
+            figures["not_stated"] = len(not_stated(conditions, read_protocol(path / "campaign.toml")))
             figures["due"] = [] if conditions.simulated else sentences(due(conditions, datetime.now(UTC).date()))
+        limits = limits_of(path, table)
+        figures |= {"contact_points": limits.points, "contact_points_problem": limits.points_problem}
         measured = _measured(path, conditions)
         measured["due"] = [*measured.get("due", []), *figures["due"]]
         figures |= measured | {"state": "measuring" if measured.get("recordings") else "empty"}
@@ -72,7 +83,6 @@ def _line(folder: Folder, name: str, question: Area, table: fm.LimitTable | None
         figures |= {"states": len(dataset.states), "simulated": dataset.simulated, "problem": dataset_doubt(dataset)}
         force_map = fitted_campaign(path).force_map
         figures["map"] = f"{force_map.form.name}, {len(force_map.require_fit().states)} states"
-        limits = limits_of(path, table)
         asked = Area.model_validate(limits.otherwise | ({"area": question.area} if question.area else {}))
         found = headline(name, path, asked, limits, points=False)
         case = next((case for case in found.cases if case.contact == fm.Contact.TRANSIENT), None)

@@ -18,7 +18,7 @@ from forcemap.campaigns.state import States, StateTolerance
 from forcemap.errors import BoundNotAvailable, FitError, InputError
 from forcemap.findings import Finding, FindingKind, in_words
 from forcemap.limits.force_limits import Contact, ForceLimit, NewtonLimit
-from forcemap.maps.bounds import FEW_STATES, MIN_DEGREES_OF_FREEDOM, FixedMargin, ToleranceBound
+from forcemap.maps.bounds import FEW_STATES, MIN_DEGREES_OF_FREEDOM, Bound, FixedMargin, ToleranceBound
 from forcemap.maps.fit import fit_force_map
 from forcemap.maps.force_map import ForceMap
 from forcemap.maps.forms import CFM_3D, Form
@@ -28,7 +28,7 @@ from forcemap.planning.measurements import REPEATS
 from forcemap.planning.next.ladder import BoundLadder, OpeningLadder
 from forcemap.planning.next.outlook import Outlook
 from forcemap.planning.next.search import Search
-from forcemap.planning.places import PlaceRange, at_speeds
+from forcemap.planning.places import PlaceRange, at_speeds, no_repeats
 from forcemap.planning.plan_warnings import map_warnings
 from forcemap.planning.runs import runs_of, slow_to_fast
 from forcemap.planning.spread_states import STATES
@@ -94,6 +94,8 @@ class NextMeasurements:
         How these figures are computed.
     warnings : tuple of Finding
         What must be said first: doubts about the map, then about the plan.
+    within : tuple of Finding
+        What campaign.toml states of the plan, and these states keep to.
     """
 
     places: int
@@ -108,6 +110,7 @@ class NextMeasurements:
     upper_force: FloatArray = field(default_factory=lambda: np.empty(0))
     upper_is: Finding | None = None
     warnings: tuple[Finding, ...] = ()
+    within: tuple[Finding, ...] = ()
 
     @property
     def progress(self) -> Finding:
@@ -125,7 +128,7 @@ def next_measurements(
     contact: Contact | None = None,
     distances: Sequence[float] = (),
     heights: Sequence[float] = (),
-    speeds: Sequence[float] = SPEEDS,
+    speeds: Sequence[float] = (),
     form: Form = CFM_3D,
     bound: ToleranceBound = ToleranceBound(),  # noqa: B008 - frozen
     expected_force: Expectation | None = None,
@@ -160,7 +163,8 @@ def next_measurements(
     distances, heights : sequence of float
         Nearest and farthest, lowest and highest place [m]; those measured if not given.
     speeds : sequence of float
-        Slowest and fastest speed that may be planned [m/s].
+        Slowest and fastest speed that may be planned [m/s]; if not given 0.05, and the fastest of the plan that the
+        conditions state, else 0.40. A reach that they state holds anyway.
     form : Form
         The map that is fitted.
     bound : ToleranceBound
@@ -206,13 +210,12 @@ def next_measurements(
     dataset = measured if isinstance(measured, ImpactDataset) and len(measured.train) else None
     seen = measured.states if isinstance(measured, ImpactDataset) else None
     conditions = measured.conditions if isinstance(measured, ImpactDataset) else measured
-    if not isinstance(bound, ToleranceBound):
-        raise InputError(f"bound: found {bound!r}, expected a ToleranceBound: a margin does not tell what is gained")
     usable = _limit_to_confirm(limit, contact, conditions, dataset)
-    slowest, fastest = _check_budget(speeds, batch, states, repeats, least_gain)
+    speeds, reach, within = _as_planned(conditions, speeds)
+    slowest, fastest = _check_budget(bound, speeds, batch, states, repeats, least_gain)
     highest = _highest_force(conditions, dataset, largest_force, float(usable.newtons))
     known = dataset.train.states if dataset is not None else None
-    place_range = PlaceRange.of(distances, heights, known)
+    place_range = PlaceRange.of(distances, heights, known, reach)
     stated_tolerance = StateTolerance.stated(conditions.place_tolerance, conditions.speed_tolerance)
     aim = _Aim(
         basis=usable,
@@ -234,14 +237,29 @@ def next_measurements(
     )
     force_map, no_bound = _map_with_bound(dataset, form, bound)
     now, has_speed, refused = _confirmed(force_map, aim.targets, aim.level, bound, share)
-    if refusals := usable.refusals or refused:
-        return _stopped(now, Stop.LIMIT_NOT_USABLE, Finding.of(FindingKind.LIMIT_NOT_CONFIRMABLE, *refusals))
+    if usable.refusals:
+        return _stopped(now, Stop.LIMIT_NOT_USABLE, Finding.of(FindingKind.LIMIT_NOT_CONFIRMABLE, *usable.refusals))
     if force_map is None or known is None or seen is None:
         choice = _opening(aim, now, expected_force or StandardExpectation.of(conditions), no_bound)
+    elif refused:
+        choice = _where_exceeded(aim, now, force_map, known, seen, refused)
     else:
         choice = _refinement(aim, now, force_map, known, seen, has_speed)
     answer = choice if isinstance(choice, NextMeasurements) else choice.planned(repeats)
-    return replace(answer, warnings=(*_by_force_alone(force_map, limit, usable.contact), *answer.warnings))
+    warnings = (*_by_force_alone(force_map, limit, usable.contact), *answer.warnings)
+    return replace(answer, warnings=warnings, within=within)
+
+
+def _as_planned(conditions: Conditions, speeds: Sequence[float]) -> tuple[Sequence[float], float, tuple[Finding, ...]]:
+    """Speeds that may be planned [m/s] and the reach [m], as the conditions state of the plan; what they state."""
+    reach, kept = math.inf, []
+    if not len(speeds) and conditions.fastest > 0:
+        speeds = min(SPEEDS[0], conditions.fastest / 2), conditions.fastest
+        kept.append(Finding.of(FindingKind.SPEEDS_AS_PLANNED, fastest_mps=conditions.fastest))
+    if conditions.reach > 0:
+        reach = conditions.reach
+        kept.append(Finding.of(FindingKind.PLACES_AS_PLANNED, reach_m=reach))
+    return speeds if len(speeds) else SPEEDS, reach, tuple(kept)
 
 
 def _by_force_alone(
@@ -394,6 +412,26 @@ def _opening(
     return _Choice(chosen, ladder, now, aim.warnings)
 
 
+def _where_exceeded(
+    aim: _Aim, now: NextMeasurements, force_map: ForceMap, known: States, seen: States, refused: tuple[Finding, ...]
+) -> _Choice | NextMeasurements:
+    """The states at which measurements speak against the map, to be fitted: states elsewhere would change nothing."""
+    why = Finding.of(FindingKind.LIMIT_NOT_CONFIRMABLE, *refused)
+    names = [name for each in refused for name in each.figure("names")]
+    for group in force_map.require_fit().measured:
+        seen = seen.and_(group.select(np.isin(group.name, names) & ~np.isin(group.name, seen.name)))
+    states = seen.coordinates[np.isin(seen.name, names)].round(_DECIMALS)
+    states[:, 2] = np.maximum(states[:, 2], aim.slowest)
+    states = np.unique(states, axis=0)
+    ladder = BoundLadder(force_map, aim.bound, aim.highest, seen, aim.place_range, aim.tolerance)
+    states = states[no_repeats(states, known.coordinates, aim.tolerance) & (states[:, 2] <= aim.fastest)]
+    states = states[ladder.allows(states)][: aim.batch] if len(states) else states
+    if not len(states):
+        return _stopped(now, Stop.LIMIT_NOT_USABLE, why)
+    now = replace(now, reasons=(why,), expected_speed=math.nan)
+    return _Choice(states, ladder, now, (*aim.warnings, *map_warnings(force_map, states)))
+
+
 def _refinement(
     aim: _Aim, now: NextMeasurements, force_map: ForceMap, known: States, seen: States, has_speed: Mask
 ) -> _Choice | NextMeasurements:
@@ -457,9 +495,11 @@ def _limit_to_confirm(
 
 
 def _check_budget(
-    speeds: Sequence[float], batch: int, states: int | None, repeats: int, least_gain: float
+    bound: Bound, speeds: Sequence[float], batch: int, states: int | None, repeats: int, least_gain: float
 ) -> tuple[float, float]:
     """Slowest and fastest speed [m/s]; all figures are checked."""
+    if not isinstance(bound, ToleranceBound):
+        raise InputError(f"bound: found {bound!r}, expected a ToleranceBound: a margin does not tell what is gained")
     for name, number in (("batch", batch), ("states", states), ("repeats", repeats)):
         require_whole(name, number)
     if not 0 <= least_gain < math.inf:

@@ -1,6 +1,7 @@
 // The campaign's page: the next step is asked for when the page is there, a row of recordings opens with its curve.
 import { curve } from "./curve.js";
 import { fetched, GONE } from "./live.js";
+import { pointsPermitted } from "./permitted.js";
 import { tables } from "./tables.js";
 import { waited, waitingFor } from "./wait.js";
 
@@ -12,6 +13,7 @@ let asked = "";
 export function refresh() {
   tables(document);
   step();
+  pointsPermitted();
 }
 
 async function step() {

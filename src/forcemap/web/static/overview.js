@@ -1,0 +1,4 @@
+// The overview: how many contact points of each campaign are not permitted.
+import { pointsPermitted } from "./permitted.js";
+
+pointsPermitted();
