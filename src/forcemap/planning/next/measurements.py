@@ -236,18 +236,24 @@ def next_measurements(
         seed=seed,
     )
     force_map, no_bound = _map_with_bound(dataset, form, bound)
-    now, has_speed, refused = _confirmed(force_map, aim.targets, aim.level, bound, share)
-    if usable.refusals:
-        return _stopped(now, Stop.LIMIT_NOT_USABLE, Finding.of(FindingKind.LIMIT_NOT_CONFIRMABLE, *usable.refusals))
-    if force_map is None or known is None or seen is None:
-        choice = _opening(aim, now, expected_force or StandardExpectation.of(conditions), no_bound)
-    elif refused:
-        choice = _where_exceeded(aim, now, force_map, known, seen, refused)
-    else:
-        choice = _refinement(aim, now, force_map, known, seen, has_speed)
+    choice = _choice(aim, force_map, no_bound, expected_force)
     answer = choice if isinstance(choice, NextMeasurements) else choice.planned(repeats)
     warnings = (*_by_force_alone(force_map, limit, usable.contact), *answer.warnings)
     return replace(answer, warnings=warnings, within=within)
+
+
+def _choice(
+    aim: _Aim, force_map: ForceMap | None, no_bound: tuple[Finding, ...], expected_force: Expectation | None
+) -> _Choice | NextMeasurements:
+    """The next states, or why to stop; `no_bound` says why there is no map."""
+    now, has_speed, refused = _confirmed(force_map, aim.targets, aim.level, aim.bound, aim.share)
+    if why := aim.basis.refusals:
+        return _stopped(now, Stop.LIMIT_NOT_USABLE, Finding.of(FindingKind.LIMIT_NOT_CONFIRMABLE, *why))
+    if force_map is None or aim.known is None or aim.seen is None:
+        return _opening(aim, now, expected_force or StandardExpectation.of(aim.conditions), no_bound)
+    if refused:
+        return _where_exceeded(aim, now, force_map, aim.known, aim.seen, refused)
+    return _refinement(aim, now, force_map, aim.known, aim.seen, has_speed)
 
 
 def _as_planned(conditions: Conditions, speeds: Sequence[float]) -> tuple[Sequence[float], float, tuple[Finding, ...]]:
