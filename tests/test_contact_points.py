@@ -175,8 +175,8 @@ def test_a_point_by_the_map_has_the_speed_of_its_zone(cell, judge):
     ("cells", "part"),
     [
         ({"distance_m": "", "height_m": ""}, "place not stated"),
-        ({"distance_m": "0.2"}, "outside the measured range"),
-        ({"distance_to_m": "0.95"}, "outside the measured range"),
+        ({"distance_m": "0.2"}, "not wholly inside the measured range"),
+        ({"distance_to_m": "0.95"}, "not wholly inside the measured range"),
         ({"contact_site": "elbow"}, "contact site: elbow"),
         ({"contact_site": ""}, "contact site: not stated"),
         ({"direction": ""}, "direction of motion: not stated"),
