@@ -209,10 +209,13 @@ def test_places_that_lie_close_without_being_one_are_said(apart, warned):
         assert "d = 0.7 m, h = 0.3 m and d = 0.721 m, h = 0.3 m are 21 mm apart" in sentence(near[0])
 
 
-def test_how_close_places_lie_is_their_distance():
-    """Less than 30 mm apart in distance and in height, but 40 mm apart."""
-    at = np.vstack([spread(), [[0.70, 0.30, 0.2], [0.729, 0.327, 0.3]]])
-    assert in_the_form(at).near == in_the_form(spread()).near
+def test_places_close_in_both_coordinates_are_said_with_their_distance():
+    """Less than 30 mm apart in distance and in height, and 40 mm apart."""
+    at = np.vstack([spread(), [[1.20, 0.80, 0.2], [1.229, 0.827, 0.3]]])
+    tested = in_the_form(at)
+    assert tested.near == in_the_form(spread()).near + 1
+    said = " ".join(sentence(each) for each in tested.warnings)
+    assert "d = 1.229 m, h = 0.827 m are 40 mm apart: less than 30 mm in distance and in height" in said
 
 
 @pytest.fixture

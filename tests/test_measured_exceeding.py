@@ -139,3 +139,14 @@ def test_a_report_of_such_a_map_permits_nothing(tmp_path):
     assert "NO PERMISSION" in page
     speeds = page.split('<section id="speeds">')[1].split("</section>")[0]
     assert speeds.count("No speed: A MEASUREMENT EXCEEDED THE LIMIT AT A SPEED THAT THE BOUND PERMITS") == 2
+
+
+def test_it_is_said_beside_what_else_refuses_every_speed(sound):
+    """A device whose spring is too soft refuses first; the measurement above the limit is not passed over for it."""
+    _, there = sound
+    dataset = impacts((*PLACE, 0.72 * there.speed, 290.0))
+    soft = replace(dataset, conditions=replace(dataset.conditions, device=replace(DEVICE, range=900.0, stiffness=25e3)))
+    found = fm.safe_speed(fm.fit_force_map(soft), *PLACE, **CASE)
+    assert np.isnan(found.speed)
+    assert any("LIMIT AT A SPEED" in line for line in said(found))
+    assert found.basis.export_refusal is not None

@@ -27,8 +27,8 @@ GAP = 0.35
 shape there passes unnoticed. A choice: three levels leave parts of 0.5, the default plan none above 0.2."""
 
 NEAR = 0.03
-"""Places closer than this [m] probably share an effect, but only those within `PLACE_SIZE` of each other in distance
-and in height count as one. A choice."""
+"""Places closer than this [m] in distance and in height probably share an effect, but only those within `PLACE_SIZE`
+count as one. A choice."""
 
 SLOW_PLACES = 3
 """With fewer places at the slowest speed the bound there rests on faster impacts: speeds were covered in 0.01 to 0.50
@@ -155,7 +155,7 @@ class FormTest:
             return Finding.of(kind.FORM_NOT_TESTED, **figures)
         if self.significant:
             doubts = (departure.finding for departure in self.significant)
-            spread = not self.gaps and not self.not_tested
+            spread = not (self.gaps or self.not_tested or self.scatter)
             return Finding.of(kind.FORM_DOUBTED, *doubts, **figures, spread=spread, places=self.places)
         tested = sum(departure.tested for departure in self.departures)
         return Finding.of(kind.FORM_NOT_DOUBTED, **figures, tested=tested, p=self.p_value)
@@ -231,9 +231,9 @@ def form_test(form: Form, states: States, state_sd: float = math.nan) -> FormTes
 
 def _near(places: FloatArray) -> list[tuple[float, ...]]:
     """Distance and height of both places of every pair closer than NEAR, the closest first; places of shape (n, 2)."""
-    apart = np.linalg.norm(places[:, None] - places, axis=2)
-    pairs = np.argwhere(np.triu(apart < NEAR, 1))
-    order = np.argsort(apart[tuple(pairs.T)], kind="stable")
+    offsets = np.abs(places[:, None] - places)
+    pairs = np.argwhere(np.triu(offsets.max(axis=2) < NEAR, 1))
+    order = np.argsort(np.linalg.norm(offsets[tuple(pairs.T)], axis=1), kind="stable")
     return [tuple(places[pair].ravel().tolist()) for pair in pairs[order]]
 
 

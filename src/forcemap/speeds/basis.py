@@ -181,7 +181,7 @@ def basis_of(
         raised=basis.raised * off_axis,
         refusals=basis.refusals or measured,
         warnings=(
-            *([exceeded] if exceeded and exceeded not in measured else []),
+            *([exceeded] if exceeded and (basis.refusals or exceeded not in measured) else []),
             *([weak] if weak else []),
             *(transfer.warnings if transfer else ()),
             *basis.warnings,
