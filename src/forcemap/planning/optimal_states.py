@@ -334,20 +334,36 @@ class _Members:
         np.fill_diagonal(v, 1.0)
         return np.asarray(np.linalg.inv(v))
 
-    @property
+    @cached_property
     def information(self) -> FloatArray:
         """X'V^-1 X, shape (p, p)."""
         return np.asarray(self.x.T @ self.inverse @ self.x)
 
-    def gain(self, x: FloatArray, correlation: FloatArray, moment: FloatArray) -> FloatArray:
-        """How much each candidate, correlated with the members by a row of `correlation`, lowers the mean variance."""
-        p = x.shape[1]
-        inverse = np.linalg.inv(self.information + _RIDGE * np.eye(p))
+    def added(self, x: FloatArray, correlation: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """z and w of each candidate, shapes (m, p) and (m,), correlated with the members by a row of `correlation`."""
         weights = correlation @ self.inverse
-        z = x - weights @ self.x
-        w = 1 - (weights * correlation).sum(axis=1)
-        along = z @ np.hstack([inverse @ moment @ inverse, inverse])
-        return np.asarray((along[:, :p] * z).sum(axis=1) / (w + (along[:, p:] * z).sum(axis=1)))
+        return x - weights @ self.x, 1 - (weights * correlation).sum(axis=1)
+
+    def gain(self, x: FloatArray, correlation: FloatArray, moment: FloatArray) -> FloatArray:
+        """How much each candidate lowers the mean variance, shape (m,)."""
+        return _gain(*self.added(x, correlation), self.information, moment)
+
+    def gain_without(
+        self, member: int, z: FloatArray, w: FloatArray, correlation: FloatArray, moment: FloatArray
+    ) -> FloatArray:
+        """The same without one member: V^-1 without its row and column is V^-1 - v v' / v_i, v the i-th column."""
+        v = self.inverse[:, member] / math.sqrt(self.inverse[member, member])
+        along, row = correlation @ v, v @ self.x
+        information = self.information - np.outer(row, row)
+        return _gain(z + np.outer(along, row), w + np.square(along), information, moment)
+
+
+def _gain(z: FloatArray, w: FloatArray, information: FloatArray, moment: FloatArray) -> FloatArray:
+    """z'D M D z / (w + z'D z), shape (m,)."""
+    p = len(information)
+    inverse = np.linalg.inv(information + _RIDGE * np.eye(p))
+    along = z @ np.hstack([inverse @ moment @ inverse, inverse])
+    return np.asarray((along[:, :p] * z).sum(axis=1) / (w + (along[:, p:] * z).sum(axis=1)))
 
 
 @dataclass(eq=False)
@@ -413,15 +429,19 @@ class _Exchange:
                 return math.inf, np.array(chosen)
             chosen.append(int(rng.choice(left)))
         correlation = self.known.correlation(self.points, self.with_states(chosen).points)
+        members = self.with_states(chosen)
+        added = members.added(self.x, correlation)
         for _ in range(_SWEEPS):
             changed = False
             for i in range(self.must.size, self.n):
                 others, column = chosen[:i] + chosen[i + 1 :], len(self.known.x) + i
-                gain = self.with_states(others).gain(self.x, np.delete(correlation, column, axis=1), self.moment)
+                gain = members.gain_without(column, *added, correlation, self.moment)
                 best = int(np.where(self.open(others), gain, -math.inf).argmax())
                 if gain[best] > gain[chosen[i]] * (1 + _BETTER):
                     chosen[i], changed = best, True
                     correlation[:, column] = self.known.correlation(self.points, self.points[[best]])[:, 0]
+                    members = self.with_states(chosen)
+                    added = members.added(self.x, correlation)
             if not changed:
                 break
         index = np.sort(np.array(chosen, dtype=np.int64))
