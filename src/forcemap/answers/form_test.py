@@ -32,6 +32,8 @@ class FormTestAnswer(Answer):
     near: int
     slow_places: int
     slowest_mps: Figure = of("slowest")
+    misses: bool
+    covered: bool
     finding: Said
     warnings: AllSaid
 

@@ -127,7 +127,7 @@ def _next(answer: FormsAnswer, source: str) -> list[str]:
         if best is None or best.form == form:
             return []
         command = f"forcemap fit {shlex.quote(source)} --form {best.form} -o map.json"
-        return [f"{best.form} has the lowest error; you may choose it yourself, and say so: {command}"]
+        return [f"{best.form} has the lowest error, but not clearly; chosen for that, it needs test states: {command}"]
     if form is None:
         return []
     return [

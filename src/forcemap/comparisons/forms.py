@@ -74,6 +74,8 @@ class FormResult:
     p_better : float
         One-sided p value of the paired comparison with the reference: small if this form is better; NaN for the
         reference itself.
+    covered : bool
+        False if no bound covers what the form is found to miss, so that no speed follows from it (`FormTest.covered`).
     notes : tuple of Finding
         Remarks on it.
     """
@@ -88,6 +90,7 @@ class FormResult:
     rises_inside: bool
     rises_above: bool
     p_better: float
+    covered: bool
     notes: tuple[Finding, ...]
 
 
@@ -118,8 +121,8 @@ class FormComparison:
     refused : tuple of RefusedForm
         The others.
     recommended : Form or None
-        The default unless it falls with speed or another is clearly better; None if no form carries the bound, so that
-        no safe speed follows from any, or every form falls with speed.
+        The default unless it falls with speed or another is clearly better; None if no safe speed follows from it: no
+        form carries the bound, every form falls with speed, or no bound covers what the states do not fit.
     reasons : tuple of Finding
         Why.
     states : int
@@ -271,7 +274,8 @@ def _result(
     except BoundNotAvailable as refusal:
         mean_bound = max_bound = math.nan
         notes.append(Finding.of(FindingKind.NO_BOUND, in_words(refusal.message)))
-    if isinstance(fitted.form, Form) and (tested := force_map.form_test):
+    tested = force_map.form_test if isinstance(fitted.form, Form) else None
+    if tested:
         notes += [departure.finding for departure in tested.significant]
         figures = {"state_sd": tested.state_sd, "most": MOST_SCATTER}
         notes += [Finding.of(FindingKind.FORM_SCATTERS, **figures)] if tested.scatter else []
@@ -288,6 +292,7 @@ def _result(
         rises_inside=force_map.rises_with_speed,
         rises_above=replace(force_map, measured_range=further).rises_with_speed,
         p_better=math.nan if fitted.form == reference else _p_better(error, errors[reference.name]),
+        covered=not (tested and tested.misses) or tested.covered,
         notes=tuple(notes),
     )
 
@@ -353,7 +358,7 @@ def _recommend(
         reasons.append(Finding.of(kind.FORM_COMPARED, **figures, **compared))
     if not standard.rises_above:
         reasons.append(Finding.of(kind.FORM_FALLS_ABOVE, form=name))
-    return reference, tuple(reasons)
+    return reference if standard.covered else None, tuple(reasons)
 
 
 def _bounded(result: FormResult) -> bool:
@@ -365,7 +370,7 @@ def _doubts(result: FormResult) -> list[Finding]:
     kind, name = FindingKind, result.form.name
     off = [note for note in result.notes if note.kind in (kind.FORM_DEPARTURE, kind.FORM_SCATTERS)]
     unbounded = [] if _bounded(result) else [Finding.of(kind.FORM_UNBOUNDED, form=name)]
-    return [*unbounded, *([Finding.of(kind.FORM_OFF, *off, form=name)] if off else [])]
+    return [*unbounded, *([Finding.of(kind.FORM_OFF, *off, form=name, covered=result.covered)] if off else [])]
 
 
 def _censored_no_worse(result: FormResult, standard: FormResult) -> bool:

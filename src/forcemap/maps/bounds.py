@@ -214,8 +214,8 @@ def weakness(bound: Bound, force_map: ForceMap) -> Finding | None:
 
     The usual ones are the paper's + 10 % and 95 % confidence for 95 % of states, with 3 N where the device's error is
     not stated. A fixed margin is weak, too, where the impacts of a fitted map contradict it: too few states for a
-    tolerance bound, a tolerance bound above the margin, or test states above that bound. Nothing is exported with a
-    weak bound.
+    tolerance bound, a tolerance bound above the margin, test states above that bound, or a form that does not fit.
+    Nothing is exported with a weak bound.
     """
     if type(bound) not in (FixedMargin, ToleranceBound):
         return Finding.of(FindingKind.WEAK_BOUND_UNKNOWN, bound=str(bound))
@@ -244,6 +244,8 @@ def _against_margin(bound: FixedMargin, force_map: ForceMap) -> Finding | None:
         return Finding.of(FindingKind.TOO_FEW_FOR_TOLERANCE)
     if why := contradiction(force_map, usual):
         return why
+    if (tested := force_map.form_test) and tested.misses:
+        return tested.significant[0].finding
     allowed = margins(usual, force_map)
     exceeded = int(np.sum(allowed > bound.margin))
     figures = {"count": exceeded, "states": int(allowed.size)}
@@ -251,11 +253,15 @@ def _against_margin(bound: FixedMargin, force_map: ForceMap) -> Finding | None:
 
 
 def contradiction(force_map: ForceMap, bound: Bound) -> Finding | None:
-    """Whether the test states of a map contradict a tolerance bound; None if they do not.
+    """Whether the states of a map contradict a bound; None if they do not.
 
-    States that the map was fitted to, measured again, are no test: they share its error. The others contradict a bound
+    Those that it was fitted to do where its form does not fit them, and they are so few or so close together that a
+    tolerance bound hardly widens by it (`FormTest.covered`). Test states contradict a tolerance bound where too many
+    lie above it. States that the map was fitted to, measured again, are no test: they share its error. The others contradict a bound
     for the share `content` of states if so many or more above it have a probability below 1 % (binomial distribution).
     """
+    if (tested := force_map.form_test) and tested.misses and not tested.covered:
+        return tested.finding
     if force_map.fit is None or not isinstance(bound, ToleranceBound) or not len(force_map.fit.test):
         return None
     from scipy.special import bdtrc

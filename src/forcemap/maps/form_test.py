@@ -92,9 +92,8 @@ class Departure:
         """The departure in one sentence."""
         where = {"distance_m": self.distance, "height_m": self.height, "speed_mps": self.speed}
         bends = all(math.isnan(coordinate) for coordinate in where.values())
-        return Finding.of(
-            FindingKind.FORM_DEPARTURE, along=self.along, **where, bends=bends, effect=self.effect, p=self.p_value
-        )
+        figures = {"effect": abs(self.effect), "above": self.effect > 0, "p": self.p_value}
+        return Finding.of(FindingKind.FORM_DEPARTURE, along=self.along, **where, bends=bends, **figures)
 
 
 @dataclass(frozen=True)
@@ -155,10 +154,22 @@ class FormTest:
             return Finding.of(kind.FORM_NOT_TESTED, **figures)
         if self.significant:
             doubts = (departure.finding for departure in self.significant)
-            spread = not (self.gaps or self.not_tested or self.scatter)
-            return Finding.of(kind.FORM_DOUBTED, *doubts, **figures, spread=spread, places=self.places)
+            return Finding.of(kind.FORM_DOUBTED, *doubts, **figures, covered=self.covered, places=self.places)
         tested = sum(departure.tested for departure in self.departures)
         return Finding.of(kind.FORM_NOT_DOUBTED, **figures, tested=tested, p=self.p_value)
+
+    @property
+    def misses(self) -> bool:
+        """Whether a departure is significant."""
+        return bool(self.significant)
+
+    @property
+    def covered(self) -> bool:
+        """Whether a tolerance bound widens by what such states show of other shapes: they are spread, and scatter little.
+
+        In simulation it then covers as often where a departure was found as elsewhere, otherwise not (docs/validity.md).
+        """
+        return not (self.gaps or self.not_tested or self.scatter)
 
     @property
     def unseen(self) -> tuple[Finding, ...]:
