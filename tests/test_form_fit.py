@@ -347,11 +347,33 @@ def test_they_are_said_before_every_speed_and_kept_by_a_map_file(table, tmp_path
     assert not {warning.kind for warning in published.basis.warnings} & {FindingKind.FORM_UNSEEN_BETWEEN}
 
 
+def test_what_the_form_misses_makes_a_fixed_margin_weak_and_is_covered_where_places_are_spread():
+    """A margin does not widen by what the form misses; a tolerance bound does, where places are spread (validity.md)."""
+    rng, asked = np.random.default_rng(8), {"limit": 250.0, "contact": fm.Contact.QUASI_STATIC}
+    bent = log_force("form", spread(), rng) + 8 * np.maximum(spread()[:, 0] - 0.78, 0) ** 2
+    for at, level, misses, covered in (
+        (spread(), log_force("form", spread(), rng), False, True),
+        (spread(), bent, True, True),
+        (PAPER, log_force("kink", PAPER, rng), True, False),
+    ):
+        force = np.repeat(np.exp(level + rng.normal(0, 0.002, len(at))), 3)
+        where = dict(zip(("distance", "height", "speed"), np.repeat(at, 3, axis=0).T, strict=True))
+        force_map = fm.fit_force_map(fm.ImpactDataset.from_arrays(**where, peak_force=force))
+        assert (force_map.form_test.misses, force_map.form_test.covered) == (misses, covered)
+        for bound, weak in ((fm.FixedMargin(), misses), (fm.ToleranceBound(), False)):
+            basis = fm.safe_speed(force_map, 0.7, 0.3, bound=bound, **asked).basis
+            assert (basis.export_refusal is not None and "WEAK BOUND" in sentence(basis.export_refusal)) == weak
+        said = [sentence(each) for each in basis.warnings if each.kind is FindingKind.FORM_DOUBTED]
+        start = "THE TOLERANCE BOUND COVERS WHAT" if covered else "THE FORM DOES NOT FIT, MEASURE MORE BEFORE"
+        assert [each.startswith(start) for each in said] == [True] * misses
+
+
 def test_commands_say_it(table, forcemap, ask):
     for command in ("evaluate", "fit"):
         _, text, _ = forcemap(command, table)
         form, *others = text.split("\n  ! ")[1:]  # directly below the verdict
-        assert form.startswith("THE FORM DOES NOT FIT the 27 states")
+        assert form.startswith("THE FORM DOES NOT FIT, MEASURE MORE BEFORE SPEEDS ARE USED: forces lie up to 7 % below")
+        assert "in 27 states; at 14 places like these a bound may not" in " ".join(form.split())
         assert any(doubt.startswith("DRIFT: the forces of 3 states") for doubt in others)
         _, answer = ask(command, table)
         assert answer["form_test"]["departures"][0]["along"] == "distance"

@@ -144,9 +144,9 @@ def changed_conditions(entries: Iterable[Entry], conditions: Conditions) -> Find
 def _changes(entry: Entry, conditions: Conditions) -> Iterator[tuple[str, str, str | None, str]]:
     """Conditions changed since a recording was registered: entry, value then and now, and the day stated then."""
     now = conditions.measured_under(entry.state_id, entry.name)
-    for key in MEASURED_UNDER:
-        if (was := entry.conditions.get(key)) and was != now.get(key):
-            yield key, was, now.get(key), entry.conditions.get(MEASURED_ON, "")
+    other = dict(entry.conditions.items() - now.items())
+    for key in filter(other.get, MEASURED_UNDER):
+        yield key, other[key], now.get(key), entry.conditions.get(MEASURED_ON, "")
 
 
 def _broken(kind: FindingKind, **figures: Any) -> Binding:

@@ -133,8 +133,6 @@ def _verdict(answer: FitAnswer) -> str:
         return f"NO SAFE SPEED follows from this map: {answer.binding.reason}"
     if answer.bound_margin_percent is None:
         return "NO SAFE SPEED follows from this map with a tolerance bound: too few states for one"
-    if answer.form_test.misses and not answer.form_test.covered:
-        return "NO SAFE SPEED follows from this map: its form does not fit its states, and no bound covers that"
     low, high = answer.bound_margin_percent.lowest, answer.bound_margin_percent.highest
     fixed = "suffices" if high <= 100 * PAPER_MARGIN and not answer.form_test.misses else "is not enough"
     return (

@@ -75,7 +75,7 @@ class FormResult:
         One-sided p value of the paired comparison with the reference: small if this form is better; NaN for the
         reference itself.
     covered : bool
-        False if no bound covers what the form is found to miss, so that no speed follows from it (`FormTest.covered`).
+        False if a tolerance bound does not cover what the form is found to miss (`FormTest.covered`).
     notes : tuple of Finding
         Remarks on it.
     """
@@ -121,8 +121,8 @@ class FormComparison:
     refused : tuple of RefusedForm
         The others.
     recommended : Form or None
-        The default unless it falls with speed or another is clearly better; None if no safe speed follows from it: no
-        form carries the bound, every form falls with speed, or no bound covers what the states do not fit.
+        The default unless it falls with speed or another is clearly better; None if no form carries the bound, so that
+        no safe speed follows from any, or every form falls with speed.
     reasons : tuple of Finding
         Why.
     states : int
@@ -358,7 +358,7 @@ def _recommend(
         reasons.append(Finding.of(kind.FORM_COMPARED, **figures, **compared))
     if not standard.rises_above:
         reasons.append(Finding.of(kind.FORM_FALLS_ABOVE, form=name))
-    return reference if standard.covered else None, tuple(reasons)
+    return reference, tuple(reasons)
 
 
 def _bounded(result: FormResult) -> bool:

@@ -253,15 +253,11 @@ def _against_margin(bound: FixedMargin, force_map: ForceMap) -> Finding | None:
 
 
 def contradiction(force_map: ForceMap, bound: Bound) -> Finding | None:
-    """Whether the states of a map contradict a bound; None if they do not.
+    """Whether the test states of a map contradict a tolerance bound; None if they do not.
 
-    Those that it was fitted to do where its form does not fit them, and they are so few or so close together that a
-    tolerance bound hardly widens by it (`FormTest.covered`). Test states contradict a tolerance bound where too many
-    lie above it. States that the map was fitted to, measured again, are no test: they share its error. The others contradict a bound
+    States that the map was fitted to, measured again, are no test: they share its error. The others contradict a bound
     for the share `content` of states if so many or more above it have a probability below 1 % (binomial distribution).
     """
-    if (tested := force_map.form_test) and tested.misses and not tested.covered:
-        return tested.finding
     if force_map.fit is None or not isinstance(bound, ToleranceBound) or not len(force_map.fit.test):
         return None
     from scipy.special import bdtrc

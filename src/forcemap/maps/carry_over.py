@@ -174,10 +174,8 @@ def require_sound(old_map: ForceMap) -> None:
     except BoundNotAvailable as error:
         raise BoundNotAvailable(f"{refused}: {error.message}") from None
     if against := contradiction(old_map, ToleranceBound()):
-        why = "its form does not fit its own states, and its bound does not cover that"
-        if against.kind is FindingKind.TEST_STATES_ABOVE:
-            why = f"{against.figure('count')} of {against.figure('states')} of its test states lie above its bound"
-        raise FitError(f"{refused}: {why}, so it does not hold itself")
+        above = f"{against.figure('count')} of {against.figure('states')} of its test states lie above its bound"
+        raise FitError(f"{refused}: {above}, so it does not hold itself")
     if old.drift and old.drift.significant:
         raise FitError(f"{refused}: its forces drifted while it was measured, so it does not hold itself")
 

@@ -189,7 +189,7 @@ def basis_of(
             *_own_limits_unused(limit, force_map.conditions),
             *_unchecked_units(force_map),
             *(contradictions(_as_stated(fit.states, force_map.conditions)) if fit else ()),
-            *(doubt for doubt in doubts_of_fit(force_map) if doubt != contradicted or basis.refusals),
+            *doubts_of_fit(force_map),
         ),
         notes=(
             *basis.notes,
@@ -197,7 +197,7 @@ def basis_of(
             direction,
             *map_notes(force_map, bound),
         ),
-        export_refusal=exceeded or weak or contradicted or basis.export_refusal,
+        export_refusal=exceeded or weak or basis.export_refusal,
         bound=bound,
         source=force_map.source,
     )
