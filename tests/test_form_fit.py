@@ -348,7 +348,7 @@ def test_they_are_said_before_every_speed_and_kept_by_a_map_file(table, tmp_path
 
 
 def test_what_the_form_misses_makes_a_fixed_margin_weak_and_is_covered_where_places_are_spread():
-    """A margin does not widen by what the form misses; a tolerance bound does, where places are spread (validity.md)."""
+    """A margin does not widen by what the form misses; a tolerance bound does, where places are spread."""
     rng, asked = np.random.default_rng(8), {"limit": 250.0, "contact": fm.Contact.QUASI_STATIC}
     bent = log_force("form", spread(), rng) + 8 * np.maximum(spread()[:, 0] - 0.78, 0) ** 2
     for at, level, misses, covered in (

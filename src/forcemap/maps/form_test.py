@@ -165,9 +165,9 @@ class FormTest:
 
     @property
     def covered(self) -> bool:
-        """Whether a tolerance bound widens by what such states show of other shapes: they are spread, and scatter little.
+        """Whether a tolerance bound widens enough by a departure: states are spread, and scatter little.
 
-        In simulation it then covers as often where a departure was found as elsewhere, otherwise not (docs/validity.md).
+        In simulation it then covers as often where a departure was found as elsewhere (docs/validity.md).
         """
         return not (self.gaps or self.not_tested or self.scatter)
 
