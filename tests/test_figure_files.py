@@ -526,7 +526,11 @@ def test_a_publications_tables_and_map_are_those_of_the_campaign(published, simu
     found = {row["on"]: float(row["rmse_N"]) for row in rows("accuracy") if row["model"] == "CFM_3D"}
     assert found == expected
     assert {row["model"] for row in rows("accuracy")} >= {"CFM_2D", "contact model"}
-    assert len(rows("states")) == len(dataset.states)
+    for role, part in (("train", dataset.train), ("test", dataset.test)):
+        mine = [row for row in rows("states") if row["role"] == role]
+        assert len(mine) == int(counts[f"{role}ing_states"]) == len(part.states)
+        forces = [float(row["mean_peak_force_N"]) for row in mine]
+        np.testing.assert_allclose(forces, part.states.force, rtol=1e-12)
     assert {row["simulated"] for name in ("states", "accuracy", "dataset") for row in rows(name)} == {"true"}
 
 
