@@ -142,9 +142,9 @@ def _readme(dataset: fm.ImpactDataset, first: str, left_out: dict[str, str], opt
     less = "none is stated, both are the same" if math.isnan(error) else f"here {100 * error:g} %"
     tested = [len(part.states) if len(part) else 0 for part in (dataset.test, dataset.independent_test)]
     again = [
-        f"Of the {tested[0]} states of role test, {tested[0] - tested[1]} are training states measured again: `states.csv` "
-        f"has a row of each role for them, `accuracy.csv` compares the map with the other {tested[1]} (less those "
-        "wholly above the device range) and with all."
+        f"Of the {tested[0]} states of role test, {tested[0] - tested[1]} are training states measured again: "
+        f"`states.csv` has a row of each role for them, `accuracy.csv` compares the map with the other {tested[1]} "
+        "(less those wholly above the device range) and with all."
     ]
     again *= tested[0] > tested[1]
     lines = [f"# Collision forces: {conditions.robot or 'robot not stated'}", ""]
