@@ -251,4 +251,5 @@ def _explanation(
     correlation = rank_correlation(force[known], measured[known])
     names = [compared.name[i] for i in np.flatnonzero(known)]
     accuracy = Accuracy.of_forces(force[known], measured[known], names, on=compared.on)
-    return MassExplanation(name, mass, force, measured / force, correlation, *map(float, shares), accuracy)
+    explained, scaled = map(float, shares)
+    return MassExplanation(name, mass, force, measured / force, correlation, explained, scaled, accuracy)

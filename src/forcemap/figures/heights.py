@@ -164,7 +164,7 @@ def states_shown(
 
 
 def _any_near(values: FloatArray, wanted: Sequence[float], tolerance: float) -> Mask:
-    return np.any([near(values, value, tolerance) for value in wanted], axis=0)
+    return np.asarray(np.any([near(values, value, tolerance) for value in wanted], axis=0))
 
 
 def _speeds(maps: Sequence[Mapped], speeds: Sequence[float] | None) -> list[list[float]]:
