@@ -23,7 +23,7 @@ from forcemap.lab.example_campaigns import simulate_example
 
 PAGE, PICTURES = Path("docs/paper.md"), Path("docs/pictures")
 SMALLER, COLOURS = 0.45, 128  # of the 300 dpi that a figure has, enough for a page; of a picture
-LINES = 14  # of a table's text that are shown
+LINES = 40  # of the output that are shown at most, up to its first empty one
 ALL = "all"  # of the output of a command that gives a speed: it never comes alone
 
 HEAD = """# The paper's figures and tables

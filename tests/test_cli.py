@@ -425,6 +425,24 @@ def test_phase_two_that_was_not_recorded_stands_beside_the_speed(forcemap, ask, 
     assert "Phase II" not in ask(*command, "quasi-static")[1]["reason"]
 
 
+def test_what_the_advice_says_of_a_map_file_without_a_spring_gives_a_speed(forcemap, ask, examples, tmp_path):
+    table, path = tmp_path / "impacts.csv", tmp_path / "map.json"
+    examples["ur10e"].to_frame().to_csv(table, index=False)
+    assert forcemap("fit", table, "-o", path)[0] == 0
+    command, spring = ("speed", path, *AT, *HAND, "transient"), ("--device-spring-N-per-mm", 75)
+    code, found = ask(*command)
+    advice = "forcemap fit IMPACTS --device-spring-N-per-mm N -o MAP.json"
+    assert (code, found["speed_mps"]) == (1, None)
+    assert advice in found["reason"]
+    code, refused = ask(*command, *spring)
+    assert code == 2
+    assert advice in refused["error"]["message"]
+    assert advice in ask("estimate", path, *AT, "--speed-mps", 0.25, "--area", "back_of_hand")[1]["error"]["message"]
+    said = {"IMPACTS": table, "N": 75, "MAP.json": path}
+    assert forcemap(*(said.get(word, word) for word in advice.split()[1:]))[0] == 0
+    assert ask(*command)[1]["speed_mps"] == ask("speed", table, *AT, *HAND, "transient", *spring)[1]["speed_mps"]
+
+
 @pytest.mark.parametrize("option", ["--device-spring-N-per-mm", "--limit-spring-N-per-mm"])
 def test_a_spring_in_newtons_a_metre_is_no_spring_in_newtons_a_millimetre(forcemap, example_folders, option):
     newtons = ("--limit-N", 140, "--contact", "quasi-static")
@@ -749,7 +767,13 @@ def test_what_places_share_stands_beside_what_is_a_states_own(ask, forcemap, exa
         assert 0 <= found["likely_place_correlation"] <= found["place_correlation"] < 1
         assert (found["place_sd_percent"], found["own_sd_percent"]) == (100 * fit.place_sd, 100 * fit.own_sd)
         out = unwrapped(forcemap(command, folder)[1])
-        assert f"14 places: {100 * fit.place_sd:.2f} % of scatter shared by the states of a place" in out
+        likeliest = found["likely_place_correlation"]
+        shared = f"{100 * fit.place_sd:.2f} % of scatter shared by the states of a place, the most that is likely"
+        if round(likeliest, 2) == 0:
+            shared = "no scatter shared by the states of a place found"
+        assert f"14 places: {'' if likeliest < 0.005 else 'a tolerance bound reckons with '}{shared}" in out
+        assert f"{100 * fit.place_sd:.2f} %" in out
+        assert f"and {100 * fit.own_sd:.2f} % of a state's own" in out
         assert "leave-one-place-out" in out
 
 

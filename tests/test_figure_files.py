@@ -430,6 +430,72 @@ def test_maps_beside_each_other_are_cut_at_one_speed_and_place(lab, ask, tmp_pat
     assert "differs" not in ask("figure", "heights", lab.name, "ur10e", "-o", tmp_path / "a.png")[1]
 
 
+def test_heights_are_drawn_where_states_lie(ask, example_folders, tmp_path):
+    """At 0.30 m/s the example was measured at five heights of a grid, and once each at a few in between."""
+    source = Source(str(example_folders["ur10e"]))
+    figure = draw(Kind.HEIGHTS, [source], Choices(), width=0.16)
+    words = {text.get_text() for text in figure.legends[0].get_texts()}
+    assert {f"height {height:.2f} m" for height in (0.14, 0.22, 0.30, 0.38, 0.46)} <= words
+    states = source.dataset.states
+    at = np.abs(states.speed - 0.3) <= 0.01
+    on_lines = np.any(np.abs(states.height[:, None] - [0.14, 0.22, 0.30, 0.38, 0.46]) <= 0.005, axis=1)
+    code, found = ask("figure", "heights", source.name, "-o", tmp_path / "heights.svg")
+    assert code == 0
+    (note,) = found["notes"]
+    assert f"{len(states) - int((at & on_lines).sum())} of {len(states)} measured states are not shown" in note
+    assert "notes" not in ask("figure", "heights", "ur10e", "-o", tmp_path / "heights.svg")[1]
+
+
+@pytest.mark.parametrize("width", ["column", "page"])
+@pytest.mark.parametrize(
+    ("kind", "chosen"),
+    [("comparison", ("--area", "back_of_hand")), ("heights", ("--speeds-mps", "0.2,0.3")), ("heights", ())],
+)
+def test_a_figure_of_three_maps_is_no_higher_than_a_page(ask, tmp_path, kind, chosen, width):
+    options = (*chosen, "--width", width, "-o", tmp_path / "figure.pdf")
+    code, found = ask("figure", kind, *fm.PUBLISHED_MAPS, *options)
+    assert code == 0
+    assert found["height_mm"] <= 240
+    assert "notes" not in found
+
+
+def test_a_figure_higher_than_a_page_says_so(ask, tmp_path):
+    speeds = ",".join(f"{speed:.2f}" for speed in np.linspace(0.2, 0.4, 11))
+    _, found = ask("figure", "heights", *fm.PUBLISHED_MAPS, "--speeds-mps", speeds, "-o", tmp_path / "figure.pdf")
+    assert found["height_mm"] > 240
+    assert any("higher than a page" in note for note in found["notes"])
+
+
+def test_a_legend_shows_the_markers_and_no_title_parts_a_number_from_its_unit():
+    figure = draw(Kind.COMPARISON, [Source(name) for name in fm.PUBLISHED_MAPS], Choices(**HAND), width=0.16)
+    (legend,) = figure.legends
+    markers = {
+        text.get_text(): line.get_marker() for line, text in zip(legend.get_lines(), legend.get_texts(), strict=True)
+    }
+    assert markers["2D map of each height, fitted to the 3D map"] == "^"
+    assert any("\n30 Nm\n" in axes.get_title("left") for axes in figure.axes)
+
+
+def test_a_figure_counts_the_doubts_that_its_command_says_whole(ask, forcemap, example_folders, tmp_path):
+    folder = example_folders["ur10e"]
+    chosen = ("--area", "back_of_hand", "--contact", "transient")
+    expected = ask("speed", folder, "--distance", 0.8, "--height", 0.4, *chosen)[1]["warnings"]
+    assert expected
+    code, found = ask("figure", "speeds", folder, *chosen, "-o", tmp_path / "speeds.svg")
+    assert (code, found["warnings"]) == (0, expected)
+    (above,) = [
+        text.get_text() for text in draw(Kind.SPEEDS, [Source(str(folder))], Choices(**AT_PLACES), width=0.08).texts
+    ]
+    assert above.startswith("SIMULATED: not a measurement of any robot\n")
+    many = "the doubt" if len(expected) == 1 else f"the {len(expected)} doubts"
+    assert f"first read {many} about these speeds" in " ".join(above.split())
+    assert "…" not in above
+    path = tmp_path / "path.csv"
+    path.write_text("x_m,y_m,z_m,segment\n0.8,0,0.44,down\n0.8,0,0.2,down\n")
+    said = ask("figure", "path", folder, "--path", path, *chosen, "-o", tmp_path / "path.svg")[1]["warnings"]
+    assert said == expected
+
+
 def test_no_line_in_grey_means_two_things(lab):
     """Dashes, width and marker tell apart what has another name in the legend."""
     sources = [lab, Source("ur10e")]
@@ -509,6 +575,27 @@ def test_a_publication_is_whole_and_its_checksums_hold(published, simulated):
     assert "SIMULATED" in (published / "README.md").read_text()
 
 
+def test_a_publication_keeps_a_state_that_was_measured_again_in_both_roles(forcemap, example_folders, tmp_path):
+    from forcemap.csv_table import read_table
+
+    written = tmp_path / "bundle"
+    assert forcemap("publication", example_folders["ur10e"], "-o", written)[0] == 0
+    rows = read_table((written / "tables" / "states.csv").read_bytes(), "states", what="row").texts
+    (counts,) = read_table((written / "tables" / "dataset.csv").read_bytes(), "dataset", what="row").texts
+    train = {row["state_id"] for row in rows if row["role"] == "train"}
+    test = {row["state_id"] for row in rows if row["role"] == "test"}
+    published, fitted = fm.read_map(written / "map.json"), fm.fit_force_map(fm.read_dataset(written / "data"))
+    assert len(published.fit.states) == len(fitted.fit.states) == len(train) == int(counts["training_states"]) == 27
+    assert len(test) == int(counts["testing_states"]) == 110
+    assert len(train & test) == 3
+    of_both = [row for row in rows if row["role"] == "train" and row["state_id"] in test]
+    names = fitted.fit.states.name
+    assert [float(row["mean_peak_force_N"]) for row in of_both] == pytest.approx(
+        [fitted.fit.states.force[names.index(row["state_id"])] for row in of_both]
+    )
+    assert "Of the 110 states of role test, 3 are training states measured again" in (written / "README.md").read_text()
+
+
 def test_a_publications_tables_and_map_are_those_of_the_campaign(published, simulated):
     from forcemap.csv_table import read_table
 
@@ -526,7 +613,11 @@ def test_a_publications_tables_and_map_are_those_of_the_campaign(published, simu
     found = {row["on"]: float(row["rmse_N"]) for row in rows("accuracy") if row["model"] == "CFM_3D"}
     assert found == expected
     assert {row["model"] for row in rows("accuracy")} >= {"CFM_2D", "contact model"}
-    assert len(rows("states")) == len(dataset.states)
+    for role, part in (("train", dataset.train), ("test", dataset.test)):
+        mine = [row for row in rows("states") if row["role"] == role]
+        assert len(mine) == int(counts[f"{role}ing_states"]) == len(part.states)
+        forces = [float(row["mean_peak_force_N"] or "nan") for row in mine]
+        np.testing.assert_allclose(forces, part.states.force, rtol=1e-12)
     assert {row["simulated"] for name in ("states", "accuracy", "dataset") for row in rows(name)} == {"true"}
 
 
@@ -568,6 +659,9 @@ def test_a_publication_takes_a_new_folder_and_says_what_it_leaves_out(forcemap, 
     assert code == 2
     assert "holds files already" in err
     assert [path.name for path in (tmp_path / "there").iterdir()] == ["mine.txt"]
+    code, _, err = forcemap("publication", example_folders["ur10e"] / "impacts.csv", "-o", tmp_path / "new")
+    assert code == 2
+    assert "this is a file; name the folder of a campaign" in err
     code, _, err = forcemap("publication", "ur10e", "-o", tmp_path / "new")
     assert code == 2
     assert not (tmp_path / "new").exists()

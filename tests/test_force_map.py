@@ -21,6 +21,19 @@ def any_map(form, coefficients):
     return replace(fm.published_map("ur10e"), form=form, coefficients=np.asarray(coefficients, dtype=float))
 
 
+@pytest.mark.parametrize("simulated", [True, False])
+def test_printed_a_map_and_its_impacts_take_a_line_each(examples, simulated):
+    dataset = examples["ur10e"]
+    force_map = fm.fit_force_map(dataset) if simulated else fm.published_map("ur10e")
+    for shown in (repr(force_map), repr(dataset)):
+        assert "\n" not in shown
+        assert len(shown) < 200
+    states = "27 states" if simulated else "no states"
+    assert f"CFM_3D, {states}, measured d 0.520 to 0.890 m, h 0.140 to 0.460 m, v 0.200 to 0.400 m/s" in repr(force_map)
+    assert ("SIMULATED" in repr(force_map)) == simulated
+    assert f"{len(dataset)} impacts, {len(dataset.states)} states" in repr(dataset)
+
+
 def test_scalars_and_arrays_agree_exactly():
     rng = np.random.default_rng(0)
     d, h, v = rng.uniform(0.4, 1, 500), rng.uniform(0, 0.6, 500), rng.uniform(0.01, 1, 500)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import re
 
 import numpy as np
 import pytest
@@ -112,6 +113,16 @@ class TestCommands:
         assert run(["compare", "kuka-iiwa7-30nm", "--effective-mass", "kuka-iiwa7"]) == 0
         out = capsys.readouterr().out
         assert "does not predict the force" in out
+        assert "worse than a constant" in out
+        assert "-" not in " ".join(re.findall(r"^links alone .*", out, re.M))
+        errors = found["by_mass"][1]["accuracy"]
+        ratio = np.array([place["by_mass"][1]["ratio"] for place in found["places"]])
+        force = np.array([place["force_N"] for place in found["places"]])
+        assert errors["max_underestimation_percent"] == pytest.approx(100 * (1 - 1 / ratio.max()))
+        assert errors["mean_underestimation_percent"] == pytest.approx(100 * (1 - 1 / ratio).mean())
+        assert errors["rmse_N"] == pytest.approx(np.sqrt(np.mean((force - force / ratio) ** 2)))
+        worst = found["places"][int(ratio.argmax())]
+        assert errors["worst_state"] == f"d = {worst['distance_m']:.4g} m, h = {worst['height_m']:.4g} m"
         assert "    ." in out
 
     @pytest.mark.parametrize(

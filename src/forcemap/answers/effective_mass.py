@@ -7,6 +7,7 @@ from typing import Self
 import numpy as np
 from pydantic import ConfigDict, Field
 
+from forcemap.answers.accuracy import AccuracyAnswer
 from forcemap.answers.answer import AllSaid, Answer, AtPlace, Figure, of
 from forcemap.comparisons.effective_mass import MassComparison
 from forcemap.dynamics.effective_mass import MassOutcome
@@ -101,6 +102,7 @@ class Explanation(Answer):
     rank_correlation: Figure
     explained_share: Figure
     explained_share_scaled: Figure
+    accuracy: AccuracyAnswer
     ratio_lowest: float
     ratio_highest: float
 

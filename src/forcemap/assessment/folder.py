@@ -11,7 +11,7 @@ from pathlib import Path
 from forcemap.assessment.contact_points import PHOTOGRAPHS_FOLDER, POINTS_FILE
 from forcemap.assessment.missing import error_words
 from forcemap.campaigns.build import collected, table_text
-from forcemap.campaigns.campaign import RECORDINGS_FOLDER, Campaign
+from forcemap.campaigns.campaign import RECORDINGS_FOLDER, Campaign, campaign_folder
 from forcemap.campaigns.conditions import CAMPAIGN_FILE, Conditions
 from forcemap.campaigns.impacts_table import TABLE_FILE
 from forcemap.campaigns.plan import PLAN_FILE
@@ -65,9 +65,7 @@ def campaign_inputs(folder: str | Path, *, further: Iterable[str] = ()) -> tuple
     InputError
         There is no such folder.
     """
-    root = Path(folder)
-    if not root.is_dir():
-        raise InputError("there is no such folder", file=str(folder))
+    root = campaign_folder(folder)
     paths = {name: root / name for name in (*_FILES, *further)}
     for below in (path.relative_to(root) for name in _FOLDERS for path in (root / name).rglob("*")):
         if not any(part.startswith(".") for part in below.parts):

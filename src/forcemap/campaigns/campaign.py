@@ -113,6 +113,18 @@ def campaign_folders(root: Path) -> list[str]:
     return [folder.name for folder in found]
 
 
+def campaign_folder(folder: str | Path) -> Path:
+    """The folder, which has to be there."""
+    root = Path(folder)
+    if root.is_file():
+        raise InputError(
+            "this is a file; name the folder of a campaign, with its impacts as impacts.csv", file=str(folder)
+        )
+    if not root.is_dir():
+        raise InputError("there is no such folder", file=str(folder))
+    return root
+
+
 def read_campaign(folder: str | Path) -> Campaign:
     """Read a campaign's folder.
 
@@ -134,9 +146,7 @@ def read_campaign(folder: str | Path) -> Campaign:
     TableError
         plan.csv or recordings.csv cannot be used.
     """
-    root = Path(folder)
-    if not root.is_dir():
-        raise InputError("there is no such folder", file=str(folder))
+    root = campaign_folder(folder)
     _require(root / CAMPAIGN_FILE, folder)
     conditions, columns = read_campaign_file(root / CAMPAIGN_FILE)
     _require(root / PLAN_FILE, folder)

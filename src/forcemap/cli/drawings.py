@@ -29,9 +29,10 @@ from forcemap.comparisons.map_and_standard import as_impacts
 from forcemap.dynamics.mass_map import MassMap, planar_mass_map
 from forcemap.dynamics.planar_arm import INSPECTION_DISTANCES, INSPECTION_HEIGHTS, PlanarArm, papers_arms
 from forcemap.errors import UnknownName
-from forcemap.figures.heights import default_cuts
+from forcemap.figures.heights import default_cuts, states_shown
 from forcemap.figures.names import label
 from forcemap.maps.bounds import Bound
+from forcemap.words import warnings
 
 _DENSE = 38, 33
 """Distances and heights of a dense grid, 1 cm apart, as dense as the paper's figure 3 seems; a choice."""
@@ -175,7 +176,9 @@ class _Way:
     choices: frozenset[str] = frozenset()
 
 
-def draw(kind: Kind, sources: Sequence[Source], choices: Choices, *, width: float) -> Figure:
+def draw(
+    kind: Kind, sources: Sequence[Source], choices: Choices, *, width: float, said: list[str] | None = None
+) -> Figure:
     """A figure of a kind.
 
     Parameters
@@ -188,6 +191,8 @@ def draw(kind: Kind, sources: Sequence[Source], choices: Choices, *, width: floa
         What for.
     width : float
         Width of the figure [m].
+    said : list of str, optional
+        Takes what must be read before speeds in the figure are used, which counts it alone.
 
     Raises
     ------
@@ -202,7 +207,8 @@ def draw(kind: Kind, sources: Sequence[Source], choices: Choices, *, width: floa
     if further := sorted(given - way.choices):
         knows = ", ".join(sorted(way.choices)).replace("_", " ") or "nothing more"
         raise fm.InputError(f"{further[0].replace('_', ' ')}: {kind} does not take it; it takes {knows}")
-    return way.draw(list(sources), choices, width=width)
+    doubts = {"said": [] if said is None else said} if kind in _OF_SPEEDS else {}
+    return way.draw(list(sources), choices, width=width, **doubts)
 
 
 def _grid(sources: list[Source], _: Choices, **size: Any) -> Figure:
@@ -240,6 +246,19 @@ def _require_measured(sources: list[Source], choices: Choices) -> None:
 def _heights(sources: list[Source], choices: Choices, **size: Any) -> Figure:
     _require_measured(sources, choices)
     return figures.force_heights_figure([source.mapped() for source in sources], speeds=choices.speeds, **size)
+
+
+def left_out(kind: Kind, sources: Sequence[Source], choices: Choices) -> list[str]:
+    """How many measured states of each source a figure of heights does not show."""
+    if kind is not Kind.HEIGHTS:
+        return []
+    counts = states_shown([source.mapped() for source in sources], speeds=choices.speeds)
+    return [
+        f"{source.name}: {most - seen} of {most} measured states are not shown: they lie at other heights or speeds; "
+        "forcemap figure heights --speeds-mps shows other speeds, residuals all states"
+        for source, (seen, most) in zip(sources, counts, strict=True)
+        if seen < most
+    ]
 
 
 def unlike(kind: Kind, sources: Sequence[Source], choices: Choices) -> list[str]:
@@ -354,9 +373,11 @@ def _called(campaign: Campaign, recording: str) -> str:
     return f"{robot}, d {d:.2f} m, h {h:.2f} m, {v:.2f} m/s"
 
 
-def _speeds(sources: list[Source], choices: Choices, **size: Any) -> Figure:
+def _speeds(sources: list[Source], choices: Choices, *, said: list[str], **size: Any) -> Figure:
     found = _at_places(sources[0], choices)
-    return figures.safe_speed_figure(present(found.speeds), standard=found.standard_speed, **size)
+    speeds = present(found.speeds)
+    said += warnings([speeds.speeds.basis])
+    return figures.safe_speed_figure(speeds, standard=found.standard_speed, **size)
 
 
 def _to_measure(sources: list[Source], choices: Choices, **size: Any) -> Figure:
@@ -386,14 +407,16 @@ def _at_places(source: Source, choices: Choices) -> PlaceSpeeds:
     )
 
 
-def _path(sources: list[Source], choices: Choices, **size: Any) -> Figure:
+def _path(sources: list[Source], choices: Choices, *, said: list[str], **size: Any) -> Figure:
     if choices.path is None:
         raise fm.InputError("path: expected --path, the file of a path")
     tool_path = path_from(choices.path)
     chosen = [text for text in (choices.task, choices.area) if text is not None]
     task = task_from(stated(chosen), tool_path.names, choices.contact)
     bound: Bound = bound_from(sources[0].force_map)
-    return figures.path_speeds_figure(fm.path_speeds(sources[0].force_map, tool_path, task, bound=bound), **size)
+    speeds = fm.path_speeds(sources[0].force_map, tool_path, task, bound=bound)
+    said += warnings(speeds.bases)
+    return figures.path_speeds_figure(speeds, **size)
 
 
 def _planar_postures(_: list[Source], __: Choices, **size: Any) -> Figure:
@@ -413,6 +436,7 @@ def _dense(arm: PlanarArm) -> MassMap:
     return planar_mass_map(arm, *(np.linspace(places[0], places[-1], count) for places, count in ends))
 
 
+_OF_SPEEDS = (Kind.SPEEDS, Kind.PATH)
 _CUT = {"speeds", "distance", "height"}
 _WAYS = {
     Kind.GRID: _Way(_grid, 1),

@@ -8,9 +8,10 @@ import numpy as np
 from typer import Argument, Exit, Option
 
 import forcemap as fm
+from forcemap.answers.accuracy import AccuracyAnswer
 from forcemap.answers.effective_mass import MassAnswer, MassMapAnswer, PlaceMass, PlaceMassAnswer
 from forcemap.cli.options import Json
-from forcemap.cli.output import emit, grid, listing, table, verdict_first
+from forcemap.cli.output import accuracy_lines, emit, grid, listing, table, verdict_first
 from forcemap.cli.task_options import (
     Base,
     ContactOffset,
@@ -116,6 +117,11 @@ def _rests_on(answer: MassAnswer) -> list[str]:
     ]
 
 
+def _explained(share: float) -> str:
+    """A share of the variance of ln F; below zero a constant force would explain more."""
+    return "worse than a constant" if share < 0 else f"{100 * share:.0f} %"
+
+
 def mass_comparison_lines(comparison: MassComparison) -> list[str]:
     """A comparison of forces with effective mass in words."""
     mass = comparison.measured_mass
@@ -133,12 +139,13 @@ def mass_comparison_lines(comparison: MassComparison) -> list[str]:
             f"{np.nanmin(explanation.mass.value):.1f} to {np.nanmax(explanation.mass.value):.1f} kg",
             f"{np.nanmin(explanation.ratio):.2f} to {np.nanmax(explanation.ratio):.2f}",
             f"{explanation.rank_correlation:.2f}",
-            f"{100 * explanation.explained_share:.0f} %",
-            f"{100 * explanation.explained_share_scaled:.0f} %",
+            *map(_explained, (explanation.explained_share, explanation.explained_share_scaled)),
         ]
         for explanation in comparison.explanations
     ]
-    lines += table(header, rows)
+    lines += [*table(header, rows), "", "Errors of F (underestimation is the dangerous side)"]
+    errors = [(each.name, AccuracyAnswer.from_result(each.accuracy)) for each in comparison.explanations]
+    lines += accuracy_lines(errors)
     for explanation in comparison.explanations:
         places = comparison.distance.tolist(), comparison.height.tolist()
         ratios = zip(*places, explanation.ratio.tolist(), strict=True)

@@ -147,8 +147,8 @@ def _read(
     spring = force_map.conditions.device.stiffness
     if math.isnan(spring):
         raise fm.InputError(
-            "device spring: campaign.toml does not state device.stiffness_N_per_m; state it, or "
-            "--device-spring-N-per-mm",
+            "device spring: not stated; state device.stiffness_N_per_m in campaign.toml, or --device-spring-N-per-mm; "
+            "a map file keeps what its impacts stated: forcemap fit IMPACTS --device-spring-N-per-mm N -o MAP.json",
             file=source,
         )
     upper = float(bound.upper(force_map, distance, height, speed))

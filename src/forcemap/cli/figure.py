@@ -10,7 +10,7 @@ from typer import Argument, Option
 
 import forcemap as fm
 from forcemap.cli.options import ContactKind, Json, MovingMass
-from forcemap.cli.output import emit
+from forcemap.cli.output import emit, verdict_first
 from forcemap.cli.task_options import figures as numbers
 from forcemap.errors import UnknownName
 from forcemap.files import read_bytes, write_atomically
@@ -25,6 +25,9 @@ _WIDTHS = {"column": 80.0, "page": 160.0, "slide": 240.0}
 _NARROWEST, _WIDEST_DRAWN, _WIDEST = 75.0, 160.0, 1000.0
 """Widths [mm]: letters have room from the first on, all grows with the figure beyond the second, and none is wider than
 the third: choices, the first two as far as every kind was tried."""
+
+_PAGE = 240
+"""Height that a page holds [mm]."""
 
 WidthOption = Annotated[
     str, Option("--width", help="column (80mm), page (160mm), slide (240mm, larger letters), or a width such as 85mm.")
@@ -85,7 +88,7 @@ def figure(
     Example: forcemap figure heights kuka-iiwa7-30nm -o heights.pdf
     """
     from forcemap import figures
-    from forcemap.cli.drawings import Choices, Kind, Source, draw, unlike
+    from forcemap.cli.drawings import Choices, Kind, Source, draw, left_out, unlike
 
     if kind not in [*Kind]:
         raise UnknownName("figure", kind, [each.value for each in Kind])
@@ -101,12 +104,17 @@ def figure(
         path=path,
         task=task,
     )
-    drawn = draw(Kind(kind), sources := [Source(name) for name in source or []], choices, width=wide)
+    said: list[str] = []
+    drawn = draw(Kind(kind), sources := [Source(name) for name in source or []], choices, width=wide, said=said)
     write_atomically(target, figures.figure_file(figures.in_grey(drawn) if grey else drawn, target, larger=larger))
     size = [round(1000 * larger * side * 0.0254, 1) for side in drawn.get_size_inches().tolist()]
-    said = {"file": str(target), "kind": kind, "width_mm": size[0], "height_mm": size[1], "grey": grey}
-    said |= {"differs": differs} if (differs := unlike(Kind(kind), sources, choices)) else {}
-    emit(said, [f"{target}: {kind}, {size[0]:g} x {size[1]:g} mm{', in grey' * grey}", *differs], as_json=as_json)
+    differs, notes = unlike(Kind(kind), sources, choices), left_out(Kind(kind), sources, choices)
+    if size[1] > larger * _PAGE:
+        notes.append(f"higher than a page holds ({_PAGE} mm): take a wider --width, or show less at once")
+    answer = {"file": str(target), "kind": kind, "width_mm": size[0], "height_mm": size[1], "grey": grey}
+    answer |= {name: lines for name, lines in (("differs", differs), ("warnings", said), ("notes", notes)) if lines}
+    verdict = f"{target}: {kind}, {size[0]:g} x {size[1]:g} mm{', in grey' * grey}"
+    emit(answer, [*verdict_first(verdict, said), *differs, *notes], as_json=as_json)
 
 
 def figure_target(output: str | None) -> Path:

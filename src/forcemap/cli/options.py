@@ -113,7 +113,10 @@ def force_map_from(
     if form and (source in fm.PUBLISHED_MAPS or is_file):
         raise fm.InputError("form: --form goes with an impacts table; a map has its own form")
     if device_spring is not None and (source in fm.PUBLISHED_MAPS or is_file):
-        raise fm.InputError("device spring: --device-spring-N-per-mm goes with an impacts table; a map states its own")
+        raise fm.InputError(
+            "device spring: --device-spring-N-per-mm goes with impacts; a map keeps what its impacts stated: fit "
+            "them again (forcemap fit IMPACTS --device-spring-N-per-mm N -o MAP.json)"
+        )
     if source in fm.PUBLISHED_MAPS and not Path(source).exists():
         return fm.published_map(source), None
     if not Path(source).exists():

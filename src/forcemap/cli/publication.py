@@ -140,6 +140,13 @@ def _readme(dataset: fm.ImpactDataset, first: str, left_out: dict[str, str], opt
     conditions = dataset.conditions
     error = conditions.speed_error
     less = "none is stated, both are the same" if math.isnan(error) else f"here {100 * error:g} %"
+    tested = [len(part.states) if len(part) else 0 for part in (dataset.test, dataset.independent_test)]
+    again = [
+        f"Of the {tested[0]} states of role test, {tested[0] - tested[1]} are training states measured again: "
+        f"`states.csv` has a row of each role for them, `accuracy.csv` compares the map with the other {tested[1]} "
+        "(less those wholly above the device range) and with all."
+    ]
+    again *= tested[0] > tested[1]
     lines = [f"# Collision forces: {conditions.robot or 'robot not stated'}", ""]
     lines += ["**SIMULATED: not a measurement of any robot.**", ""] if dataset.simulated else []
     lines += [f"**{first}**", ""] if first else []
@@ -160,6 +167,7 @@ def _readme(dataset: fm.ImpactDataset, first: str, left_out: dict[str, str], opt
         "`speeds-quasi-static` for the contact that they name.",
         "Speeds in `states.csv`: `speed_stated_mps` as the campaign states them, `speed_less_error_mps` less its speed "
         f"error ({less}): to these the map is fitted, and figures and other tables show them.",
+        *again,
         f"Software: forcemap {fm.__version__}. Units stand in the names of columns. How to cite: `CITATION.cff`.",
         "Choose a licence for the data before you publish them.",
     ]

@@ -34,7 +34,9 @@ def tables_of(source: Source, choices: Choices) -> tuple[dict[str, str], dict[st
     dataset = source.impacts(Kind.GRID)
     tables = {
         "dataset": _csv(dataset, [_counts(dataset)]),
-        "states": _csv(dataset, list(_states(source.force_map, dataset))),
+        "states": _csv(
+            dataset, [row for role in ("train", "test") for row in _states(source.force_map, dataset, role)]
+        ),
         "coefficients": _csv(dataset, [vars(row) for row in coefficient_intervals(source.force_map)]),
     }
     left_out: dict[str, str] = {}
@@ -72,10 +74,12 @@ def _counts(dataset: fm.ImpactDataset) -> dict[str, object]:
     return counts | {"impacts_above_device_range": int(dataset.censored.sum())}
 
 
-def _states(force_map: fm.ForceMap, dataset: fm.ImpactDataset) -> Iterator[dict[str, object]]:
-    """Every state with its mean force and the map's."""
+def _states(force_map: fm.ForceMap, dataset: fm.ImpactDataset, role: str) -> Iterator[dict[str, object]]:
+    """Every state of a role with its mean force and the map's; one that was measured again is a state of both."""
+    dataset = dataset.train if role == "train" else dataset.test
+    if not len(dataset):
+        return
     scatter = dict(zip(*(getattr(fm.repeatability(dataset), name) for name in ("state", "sd")), strict=True))
-    roles = dict(zip(dataset.state.tolist(), dataset.role.tolist(), strict=True))
     states = dataset.states
     predicted = np.asarray(force_map.predict(*states.coordinates.T))
     stated = dataset.conditions.as_stated(states.speed)
@@ -83,7 +87,7 @@ def _states(force_map: fm.ForceMap, dataset: fm.ImpactDataset) -> Iterator[dict[
     for name, d, h, v, said, impacts, censored, force, expected in zip(*columns, strict=True):
         yield {
             "state_id": name,
-            "role": roles[name],
+            "role": role,
             "distance_m": float(d),
             "height_m": float(h),
             "speed_stated_mps": float(said),

@@ -19,6 +19,7 @@ from forcemap.dynamics.robot import Robot
 from forcemap.errors import InputError
 from forcemap.findings import Finding, FindingKind, in_words
 from forcemap.limits.pfl import LEAST_STIFFNESS
+from forcemap.maps.accuracy import Accuracy
 from forcemap.maps.force_map import ForceMap
 
 _LEAST_PLACES = 4  # a choice: three places give perfect rank correlation by chance in one case of three
@@ -46,6 +47,8 @@ class MassExplanation:
         Share of the variance of ln force that F explains; negative if the mean of ln force says more.
     explained_share_scaled : float
         The same for F times the one factor that fits best.
+    accuracy : Accuracy
+        How far F is from the forces, as of any other model.
     """
 
     name: str
@@ -55,6 +58,7 @@ class MassExplanation:
     rank_correlation: float
     explained_share: float
     explained_share_scaled: float
+    accuracy: Accuracy
 
     @property
     def places(self) -> int:
@@ -191,6 +195,7 @@ class _Forces:
     """Forces to compare and where they come from; places [m], speeds [m/s], forces [N], shape (n,)."""
 
     on: str
+    name: tuple[str, ...]
     distance: FloatArray
     height: FloatArray
     speed: FloatArray
@@ -208,10 +213,11 @@ def _forces(forces: ForceMap | ImpactDataset, wanted: float | None) -> _Forces:
         chosen = _measured_speed(points[:, 2], _SAME_SPEED, wanted)
         d, h = np.unique(points[np.abs(points[:, 2] - chosen) <= _SAME_SPEED, :2], axis=0).T
         on, speed = f"map {forces.name} at its measured places", np.full(d.size, chosen)
-        return _Forces(on, d, h, speed, np.asarray(forces.predict(d, h, chosen)))
+        names = tuple(f"d = {x:.4g} m, h = {y:.4g} m" for x, y in zip(d, h, strict=True))
+        return _Forces(on, names, d, h, speed, np.asarray(forces.predict(d, h, chosen)))
     states, tolerance = forces.states.uncensored, forces.tolerance.speed
     here = states.select(np.abs(states.speed - _measured_speed(states.speed, tolerance, wanted)) <= tolerance)
-    return _Forces("measured states", here.distance, here.height, here.speed, here.force)
+    return _Forces("measured states", tuple(here.name), here.distance, here.height, here.speed, here.force)
 
 
 def _measured_speed(speeds: FloatArray, tolerance: float, wanted: float | None) -> float:
@@ -243,4 +249,7 @@ def _explanation(
     variance = float(np.var(np.log(measured[known])))
     shares = [1 - part / variance if variance > 0 else np.nan for part in (np.mean(misfit**2), np.var(misfit))]
     correlation = rank_correlation(force[known], measured[known])
-    return MassExplanation(name, mass, force, measured / force, correlation, *map(float, shares))
+    names = [compared.name[i] for i in np.flatnonzero(known)]
+    accuracy = Accuracy.of_forces(force[known], measured[known], names, on=compared.on)
+    explained, scaled = map(float, shares)
+    return MassExplanation(name, mass, force, measured / force, correlation, explained, scaled, accuracy)

@@ -16,10 +16,11 @@ from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colorbar import Colorbar
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Rectangle
 
 from forcemap.arrays import FloatArray, Mask
-from forcemap.figures.layout import POINTS_PER_INCH, Room, lay_out
+from forcemap.figures.layout import PAGE_HEIGHT, POINTS_PER_INCH, Room, lay_out
 from forcemap.figures.style import YELLOW, Look
 
 SIMULATED = "SIMULATED: not a measurement of any robot"
@@ -28,6 +29,7 @@ _ALONE = 0.05  # width at which a single place is drawn [m]
 _LONGEST_NAME = 60  # characters of a name from a file
 _LONGEST_LINE = 400  # characters of a line above a figure
 _INCH = 0.0254  # [m]
+_BELOW = 4  # panels of a narrow figure below each other; more stand in two columns
 NO_ROOM = Room()
 
 # matplotlib's settings belong to the whole process: one figure at a time, and they are put back.
@@ -51,14 +53,19 @@ def is_wide(width: float) -> bool:
     return width >= _BESIDE
 
 
+def narrow_columns(count: int) -> int:
+    """Columns of so many panels in a figure too narrow for panels beside each other, no higher than a page."""
+    return 1 if count <= _BELOW else 2
+
+
 def points(width: float) -> float:
     """A width [m] in points."""
     return width / _INCH * POINTS_PER_INCH
 
 
 def new_figure(name: str, width: float, height: float) -> Figure:
-    """An empty figure of a width and height [m]; screen readers read its name."""
-    figure = Figure(figsize=(width / _INCH, height / _INCH))
+    """An empty figure of a width and height [m], no higher than a page; screen readers read its name."""
+    figure = Figure(figsize=(width / _INCH, min(height / _INCH, PAGE_HEIGHT / POINTS_PER_INCH)))
     figure.set_label(name)
     return figure
 
@@ -91,12 +98,17 @@ def finish(
     entries: dict[str, Any] = {}
     for axes in figure.axes:
         for handle, word in zip(*axes.get_legend_handles_labels(), strict=True):
-            entries.setdefault(word, handle)
+            entries[word] = max(entries.get(word, handle), handle, key=_marked)
     entries |= {str(artist.get_label()): artist for artist in also}
     lines = [*([SIMULATED] if simulated else []), *(plain(line, _LONGEST_LINE) for line in first)]
     box = {"facecolor": YELLOW, "edgecolor": "none", "boxstyle": "square,pad=0.15"}
     lay_out(figure, entries, lines, box, room)
     return figure
+
+
+def _marked(handle: Any) -> bool:
+    """True for a line with markers: a legend shows them, though some panels have the line alone."""
+    return isinstance(handle, Line2D) and handle.get_marker() not in ("", "None", None)
 
 
 def edges(axis: FloatArray) -> FloatArray:

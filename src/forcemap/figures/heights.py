@@ -13,11 +13,12 @@ from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from forcemap.arrays import FloatArray, Mask
 from forcemap.campaigns.dataset import ImpactDataset
 from forcemap.errors import InputError
 from forcemap.figures import style
-from forcemap.figures.canvas import finish, is_wide, new_figure, panels, plain, settings
-from forcemap.figures.measured import Measured, measured_often, middle, near
+from forcemap.figures.canvas import finish, is_wide, narrow_columns, new_figure, panels, plain, settings
+from forcemap.figures.measured import Measured, levels, measured_often, middle, near
 from forcemap.figures.names import labels
 from forcemap.figures.style import DISTANCE, FORCE, PAGE_WIDTH, QUANTITY, Look
 from forcemap.maps.force_map import ForceMap
@@ -125,16 +126,16 @@ def force_heights_figure(
     """
     maps = mapped(shown)
     wide, names = is_wide(width), names_of(maps)
-    chosen = [list(speeds)] * len(maps) if speeds else [[speed] for speed in default_cuts(maps, 2)]
-    looks, rows = _looks(maps), len(chosen[0])
-    columns = len(maps) if wide else 1
+    cuts = [(of_map, _heights(each, of_map)) for each, of_map in zip(maps, _speeds(maps, speeds), strict=True)]
+    looks, rows = _looks([heights for _, heights in cuts]), len(cuts[0][0])
     count = rows * len(maps)
-    down = rows if wide else count
+    columns = len(maps) if wide else narrow_columns(count)
+    down = -(-count // columns)
     figure = new_figure("Force against distance for several heights", width, 0.016 + down * (0.055 if wide else 0.052))
     all_axes = panels(figure, count, columns, share_y=True)
     for number, (axes, (row, column)) in enumerate(zip(all_axes, _cells(rows, len(maps), wide), strict=True)):
-        speed = chosen[column][row]
-        _draw_heights(axes, maps[column], speed, looks)
+        speed = cuts[column][0][row]
+        _draw_heights(axes, maps[column], speed, cuts[column][1], looks)
         axes.set_title(f"{names[column]}, {speed:.2f} m/s")
         axes.set_xlabel(DISTANCE if number + columns >= count else "")
         axes.set_ylabel(FORCE if number % columns == 0 else "")
@@ -149,9 +150,32 @@ def _cells(rows: int, columns: int, wide: bool) -> list[tuple[int, int]]:
     return [(row, column) for column in range(columns) for row in range(rows)]
 
 
-def _draw_heights(axes: Axes, shown: Mapped, speed: float, look_of: dict[float, Look]) -> None:
+def states_shown(
+    shown: ForceMap | Mapped | Sequence[ForceMap | Mapped], *, speeds: Sequence[float] | None = None
+) -> list[tuple[int, int]]:
+    """Of each map how many of its measured states `force_heights_figure` shows, and how many there are."""
+    maps, counts = mapped(shown), []
+    for each, of_map in zip(maps, _speeds(maps, speeds), strict=True):
+        states = each.measured.coordinates
+        seen = _any_near(states[:, 2], of_map, each.measured.tolerance.speed)
+        seen &= _any_near(states[:, 1], _heights(each, of_map), each.measured.tolerance.place)
+        counts.append((int(seen.sum()), len(states)))
+    return counts
+
+
+def _any_near(values: FloatArray, wanted: Sequence[float], tolerance: float) -> Mask:
+    return np.asarray(np.any([near(values, value, tolerance) for value in wanted], axis=0))
+
+
+def _speeds(maps: Sequence[Mapped], speeds: Sequence[float] | None) -> list[list[float]]:
+    """The speeds of each map's panels."""
+    return [list(speeds)] * len(maps) if speeds else [[speed] for speed in default_cuts(maps, 2)]
+
+
+def _draw_heights(
+    axes: Axes, shown: Mapped, speed: float, heights: Sequence[float], look_of: dict[float, Look]
+) -> None:
     reach, measured = shown.force_map.measured_range, shown.measured
-    heights = _heights(shown)
     looks = [look_of[round(height, 3)] for height in heights]
     distance = np.linspace(reach.lowest[0], reach.highest[0], _SAMPLES)
     for look, height in zip(looks, heights, strict=True):
@@ -179,16 +203,30 @@ def _roles(shown: Sequence[Mapped]) -> list[Line2D]:
     return [Line2D([], [], markerfacecolor=faces[role], label=role.words, **look) for role in roles]
 
 
-def _heights(shown: Mapped) -> list[float]:
-    """At most `_MOST_HEIGHTS` of the heights, evenly picked, the lowest and the highest among them."""
-    levels = shown.measured.levels(shown.force_map.measured_range.points)[1]
-    picked = np.unique(np.linspace(0, levels.size - 1, min(_MOST_HEIGHTS, levels.size)).round().astype(int))
-    return [float(levels[i]) for i in picked]
+def _heights(shown: Mapped, speeds: Sequence[float]) -> list[float]:
+    """At most `_MOST_HEIGHTS` of the measured heights: those with most states at the speeds, spread over the range.
+
+    First the one that most states have, then each time the one with the largest product of its states and its distance
+    from the others. Without a state at the speeds all states count, without any the points of the measured range.
+    """
+    measured, points = shown.measured, shown.force_map.measured_range.points
+    low, high = points[:, 1].min() - measured.tolerance.place, points[:, 1].max() + measured.tolerance.place
+    states = measured.coordinates if len(measured.coordinates) else points
+    states = states[(low <= states[:, 1]) & (states[:, 1] <= high)]
+    at_speeds = _any_near(states[:, 2], speeds, measured.tolerance.speed)
+    at = states[at_speeds if at_speeds.any() else slice(None), 1]
+    heights = np.clip(levels(at, measured.tolerance.place), points[:, 1].min(), points[:, 1].max())
+    counts = np.array([near(at, height, measured.tolerance.place).sum() for height in heights])
+    picked = [int(counts.argmax())]
+    while len(picked) < min(_MOST_HEIGHTS, heights.size):
+        apart = np.abs(heights[:, None] - heights[picked]).min(axis=1)
+        picked.append(int((counts * apart).argmax()))
+    return sorted(float(heights[i]) for i in picked)
 
 
-def _looks(shown: Sequence[Mapped]) -> dict[float, Look]:
+def _looks(cuts: Sequence[Sequence[float]]) -> dict[float, Look]:
     """The look of each height, the same in all panels and of no other height: shade, line, its width and marker."""
-    heights = sorted({round(height, 3) for each in shown for height in _heights(each)})
+    heights = sorted({round(height, 3) for of_map in cuts for height in of_map})
     digits = 2 if len({round(height, 2) for height in heights}) == len(heights) else 3
     looks = {}
     for number, height in enumerate(heights):

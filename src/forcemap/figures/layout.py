@@ -7,6 +7,7 @@ in points, a 72nd of an inch.
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -29,8 +30,14 @@ POINTS_PER_INCH = 72
 WORDS_ABOVE = 7.5
 """Size of the letters of the words above a figure."""
 
-_LOWEST = 85.0
-"""Least height of a panel: 3 cm. A choice."""
+PAGE_HEIGHT = 680.0
+"""Height that a page holds: 24 cm, of an A4 page without its margins."""
+
+_LOWEST, _LOWEST_ON_PAGE = 85.0, 55.0
+"""Least height of a panel, 3 cm; where the figure would then be higher than a page, 2 cm. Choices."""
+
+_SPACE = re.compile(r"\s+(?!(?<=\d\s)(?:Nm|N/mm|N|mm|m/s|m|kg|W|J|s|%)(?![\w/]))")
+"""Where a line may be broken: not between a number and its unit."""
 
 _LINE = 1.3
 """Height of a line of letters, as a multiple of their size."""
@@ -79,7 +86,7 @@ def across(text: str, size: float, weight: str = "normal") -> float:
 def broken(text: str, size: float, wide: float, weight: str = "normal") -> Iterator[str]:
     """A text broken into lines no wider than `wide` [pt]; a longer word has a line of its own."""
     line = ""
-    for word in text.split():
+    for word in _SPACE.split(text.strip()):
         longer = f"{line} {word}".lstrip()
         if line and across(longer, size, weight) > wide:
             yield line
@@ -122,7 +129,8 @@ def lay_out(figure: Figure, entries: dict[str, Artist], lines: Sequence[str], bo
     """Put a legend below all panels, lines of words above them in a box, and the panels between.
 
     Panels of a column are equally wide, those of a row equally high. Axes that are no panel are colour bars; they stand
-    at the right of all panels. A figure whose panels would be too low becomes higher.
+    at the right of all panels. A figure whose panels would be too low becomes higher: as high as
+    a page, and beyond that only for panels of 2 cm.
     """
     panels = [axes for axes in figure.axes if axes.get_subplotspec() is not None]
     bars = [axes for axes in figure.axes if axes.get_subplotspec() is None]
@@ -148,7 +156,7 @@ def lay_out(figure: Figure, entries: dict[str, Artist], lines: Sequence[str], bo
         [_LOWEST, *(across(bar.get_ylabel(), float(bar.yaxis.label.get_fontsize())) * _PIXELS for bar in bars)]
     )
     if height < lowest:
-        height = lowest
+        height = min(lowest, max((PAGE_HEIGHT - between) / rows, _LOWEST_ON_PAGE))
         figure.set_figheight((between + rows * height) / POINTS_PER_INCH)
     _place(figure, panels, replace(margins, top=top), above, (width, height))
     if bars:

@@ -50,6 +50,11 @@ class Measured:
         """Tolerances of distance [m], height [m] and speed [m/s]."""
         return self.tolerance.place, self.tolerance.place, self.tolerance.speed
 
+    @property
+    def coordinates(self) -> FloatArray:
+        """Distance, height and speed of every state, shape (n, 3)."""
+        return np.concatenate([np.empty((0, 3)), *(states.coordinates for _, states in self.by_look)])
+
     def levels(self, points: FloatArray) -> list[FloatArray]:
         """Distances, heights and speeds of states, shape (n, 3), without repetitions (`levels`)."""
         return [levels(values, tolerance) for values, tolerance in zip(points.T, self.tolerances, strict=True)]

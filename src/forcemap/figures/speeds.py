@@ -23,6 +23,7 @@ from forcemap.figures.layout import POINTS_PER_INCH, Room, across
 from forcemap.figures.style import DISTANCE, HEIGHT, PAGE_WIDTH, QUANTITY, SPEED, Look
 from forcemap.paths.path_speeds import CycleTime, PathSpeeds
 from forcemap.paths.time_law import TimeLaw
+from forcemap.speeds.basis import Basis
 from forcemap.speeds.safe_speed import SpeedOutcome, floor_speed
 from forcemap.speeds.speed_map import SpeedMap
 from forcemap.words import limit_words, warnings
@@ -64,6 +65,13 @@ def safe_speed_figure(speed_map: SpeedMap, *, standard: float = math.nan, width:
     return _figure_of(axes)
 
 
+def _first(bases: Iterable[Basis]) -> list[str]:
+    """How much must be read before the speeds are used: a picture has no room for the sentences."""
+    count = len(warnings(bases))
+    doubts = f"the {count} doubts" if count > 1 else "the doubt"
+    return [f"first read {doubts} about these speeds: in the report, or by forcemap speed or path"] if count else []
+
+
 def _figure_of(axes: Axes) -> Figure:
     figure = axes.get_figure(root=True)
     assert figure is not None
@@ -97,7 +105,7 @@ def _colour_speeds(speed_map: SpeedMap, standard: float, width: float, *, writte
             legend.append(entry)
     axes.set(xlabel=DISTANCE, ylabel=HEIGHT, xlim=(x[0], x[-1]), ylim=(y[0], y[-1]))
     axes.set_title("\n".join(_words(speed_map, written=written)), fontsize=_TITLE)
-    canvas.finish(figure, simulated=speeds.basis.simulated, also=legend, first=warnings([speeds.basis]))
+    canvas.finish(figure, simulated=speeds.basis.simulated, also=legend, first=_first([speeds.basis]))
     return axes
 
 
@@ -184,7 +192,7 @@ def path_speeds_figure(path_speeds: PathSpeeds, *, profile: TimeLaw | None = Non
     axes.margins(y=0.08)
     axes.set_ylim(bottom=0)
     room = _name_segments(axes, path.names, along, canvas.points(width))
-    said: dict[str, Any] = {"also": patches, "first": warnings(path_speeds.bases), "room": room}
+    said: dict[str, Any] = {"also": patches, "first": _first(path_speeds.bases), "room": room}
     return canvas.finish(figure, simulated=path_speeds.simulated, **said)
 
 

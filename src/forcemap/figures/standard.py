@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from forcemap.errors import InputError
 from forcemap.figures import style
-from forcemap.figures.canvas import finish, is_wide, new_figure, panels, settings
+from forcemap.figures.canvas import finish, is_wide, narrow_columns, new_figure, panels, settings
 from forcemap.figures.heights import Mapped, default_cuts, mapped, names_of
 from forcemap.figures.maps import WORDS, draw_2d
 from forcemap.figures.measured import draw_map, draw_profile
@@ -72,8 +72,8 @@ def standard_figure(
         found = f"found {len(models)} models and {len(maps_2d)} groups of 2D maps for {len(maps)} maps"
         raise InputError(f"{found}, expected one model each, and 2D maps of each or of none")
     wide = is_wide(width)
-    columns = len(maps) if wide else 1
-    down = 2 if wide else 2 * len(maps)
+    columns = len(maps) if wide else narrow_columns(2 * len(maps))
+    down = 2 * len(maps) // columns
     figure = new_figure("Maps, 2D maps and the standard", width, 0.016 + down * (0.055 if wide else 0.05))
     grid = np.array(panels(figure, 2 * len(maps), columns, share_y=True), dtype=object)
     grid = grid.reshape(2, -1) if wide else grid.reshape(-1, 2).T
@@ -89,7 +89,7 @@ def standard_figure(
             at = WORDS[1 - along].format(cut[1 - along])
             axes.set_title(f"{name}\n{at}, {cut[2]:.2f} m/s")
             axes.set_xlabel((DISTANCE, HEIGHT)[along])
-            axes.set_ylabel(FORCE if i == 0 or not wide else "")
+            axes.set_ylabel(FORCE if axes.get_subplotspec().is_first_col() else "")
     grid[0, 0].set_ylim(bottom=0)
     return finish(figure, simulated=any(each.measured.simulated for each in maps))
 

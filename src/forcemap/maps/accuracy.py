@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import contextlib
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -74,23 +75,24 @@ class Accuracy:
         measured = states.impacts > 0
         if not measured.any():
             raise InputError(f"found no uncensored state to compare the map with ({on}), expected at least one")
-        force = states.force[measured]
-        error = predicted[measured] - force
-        percent = 100 * error / force
-        with np.errstate(over="ignore"):
-            rmse = float(np.sqrt(np.mean(error**2)))
-        worst = int(np.flatnonzero(measured)[np.argmin(percent)])
-        return cls(
-            on,
-            int(measured.sum()),
-            *_one_side(-percent, -error),
-            *_one_side(percent, error),
-            rmse=rmse,
-            worst_state=states.name[worst] if (error < 0).any() else "",
+        names = [states.name[i] for i in np.flatnonzero(measured)]
+        return replace(
+            cls.of_forces(predicted[measured], states.force[measured], names, on=on),
             censored_states=int(np.sum(~measured)),
             censored_underestimated=int(np.sum(predicted[~measured] < states.at_least[~measured])),
             skipped_states=skipped,
         )
+
+    @classmethod
+    def of_forces(cls, predicted: FloatArray, force: FloatArray, names: Sequence[str], *, on: str) -> Accuracy:
+        """Compare predicted forces [N] with measured ones, both of shape (m,), of named states."""
+        error = predicted - force
+        percent = 100 * error / force
+        with np.errstate(over="ignore"):
+            rmse = float(np.sqrt(np.mean(error**2)))
+        worst = names[int(np.argmin(percent))] if (error < 0).any() else ""
+        sides = *_one_side(-percent, -error), *_one_side(percent, error)
+        return cls(on, force.size, *sides, rmse=rmse, worst_state=worst)
 
 
 def _one_side(percent: FloatArray, error: FloatArray) -> tuple[int, float, float, float, float]:

@@ -58,7 +58,8 @@ def direction_vector(words: str, *, whose: str) -> FloatArray:
     if not text:
         raise InputError(
             f"direction: {whose} does not state it, so it cannot be known whether the map holds for a motion; "
-            'write direction = "down" under [contact] in campaign.toml if the impacts were measured so'
+            'write direction = "down" under [contact] in campaign.toml if the impacts were measured so, and '
+            "fit a map file again"
         )
     parts = [_SPELLED.get(part, part) for part in text.split(" and ")]
     if all(part in AXES for part in parts):

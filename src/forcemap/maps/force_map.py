@@ -144,7 +144,7 @@ class Fit:
         return state_data(design, self.states, self.repeat_variance(), self.place_effect.correlation)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class ForceMap:
     """A collision-force map, ln F = sum of coefficient x term (paper, eq. 4).
 
@@ -199,6 +199,13 @@ class ForceMap:
     without: int = 0
     others: tuple[ForceMap, ...] = ()
     unmapped: Finding | None = None
+
+    def __repr__(self) -> str:
+        states = f"{len(self.fit.states)} states" if self.fit else "no states"
+        ends = zip("dhv", self.measured_range.lowest, self.measured_range.highest, ("m", "m", "m/s"), strict=True)
+        measured = ", ".join(f"{axis} {low:.3f} to {high:.3f} {unit}" for axis, low, high, unit in ends)
+        marked = "SIMULATED, " if self.simulated else ""
+        return f"<ForceMap {self.name}: {marked}{self.form.name}, {states}, measured {measured}>"
 
     def predict(self, distance: ArrayLike, height: ArrayLike, speed: ArrayLike) -> Any:
         """Predicted peak force.
