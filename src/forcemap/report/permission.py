@@ -42,6 +42,17 @@ def headline(results: PlaceSpeeds) -> dict[str, Any]:
     return shown | {"word": f"{word} at {results.confirmed} of {inside} places", "kind": "partly", "speeds": speeds}
 
 
+def nowhere(line: dict[str, Any]) -> str:
+    """Where a headline gives no speed, in metres."""
+    box = line["results"].open_box
+    if line["kind"] != "partly" or box is None:
+        return "everywhere"
+    (near, far), (low, high), open_there, there = box
+    rest = f"{there - open_there} of the {there} there have a speed" if there > open_there else "none there has a speed"
+    within = f"d {near:.3f} to {far:.3f} m and h {low:.3f} to {high:.3f} m"
+    return f"{open_there} of {line['places']} places, all of them at {within} ({rest})"
+
+
 def permission(results: PlaceSpeeds, assessment: CampaignAssessment) -> str:
     """The sentence that permits the speeds of a headline; empty where it permits none."""
     return " ".join(_at_site([results], assessment))
