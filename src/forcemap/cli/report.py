@@ -329,7 +329,7 @@ def _points(assessment: fm.CampaignAssessment) -> list[dict[str, Any]] | None:
 
 
 def answer_lines(assessment: fm.CampaignAssessment) -> list[str]:
-    """What is confirmed: in a word, what must be read with it, then every contact point, body area and contact."""
+    """What is permitted: in a word, what must be read with it, then every contact point, body area and contact."""
     return [
         *verdict_first(_verdict(assessment), sentences(assessment.findings), simulated=assessment.simulated),
         *_point_lines(assessment),
