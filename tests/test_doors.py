@@ -463,7 +463,7 @@ def test_a_report_for_another_area_is_not_replaced(tmp_path, forcemap):
 
 
 def test_a_report_takes_the_place_of_another_only_if_no_answer_of_it_is_lost(tmp_path, forcemap):
-    """One for further areas may; fewer areas, another table or bound may not, and the command that is printed runs."""
+    """One for further areas may; fewer areas or another table may not, and the command that is printed runs."""
     cell = write_campaign(tmp_path / "cell", recorded=False, toml=DOWN)
     hand, both = ("--area", "back_of_hand"), ("--area", "back_of_hand", "--area", "chest")
     own = tmp_path / "own.csv"
@@ -471,7 +471,7 @@ def test_a_report_takes_the_place_of_another_only_if_no_answer_of_it_is_lost(tmp
     assert forcemap("report", cell, *hand)[0] == 0
     assert forcemap("report", cell, "--area", "chest", *hand)[0] == 0
     before = (cell / "report.html").read_bytes()
-    for others in (hand, ("--area", "chest"), (*both, "--bound", "margin"), (*hand, "--limit-table", own)):
+    for others in (hand, ("--area", "chest"), (*hand, "--limit-table", own)):
         code, _, err = forcemap("report", cell, *others, "--step-m", "0.1")
         assert (code, (cell / "report.html").read_bytes()) == (2, before), others
         command = shlex.split(err.partition("name another file: forcemap ")[2])

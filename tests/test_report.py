@@ -290,7 +290,7 @@ def test_page_one_says_in_metres_where_there_is_no_speed(reports):
     d, h = (np.round(axis[i], 3) for axis, i in zip(axes, np.nonzero(np.isnan(speeds)), strict=True))
     said = " ".join(text_of(parts(page, "answer", None)[0]).split())
     pattern = (
-        r"back of hand, transient: (\d+) of 49 places, all of them at d ([\d.]+) to ([\d.]+) m and "
+        r"back of hand, transient: (\d+) of 49 places, all at d ([\d.]+) to ([\d.]+) m and "
         r"h ([\d.]+) to ([\d.]+) m \((\d+) of the (\d+) there have a speed\)"
     )
     none, near, far, low, high, permitted, there = map(float, re.search(pattern, said).groups())
@@ -302,8 +302,9 @@ def test_page_one_says_in_metres_where_there_is_no_speed(reports):
     within = f"within d {lowest[0]:.3f} to {highest[0]:.3f} m and h {lowest[1]:.3f} to {highest[1]:.3f} m: everywhere"
     assert f"outside the measured range, which lies {within} (why: section 13)" in said
     (safe,) = parts(page, "speeds", None)
-    assert "A robot program made by forcemap export has lower speeds than these tables, and at fewer places" in " ".join(
-        text_of(safe).split()
+    assert (
+        "A robot program made by forcemap export has lower speeds than these tables, and at fewer places"
+        in " ".join(text_of(safe).split())
     )
 
 

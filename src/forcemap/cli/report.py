@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import os
 import shlex
+from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated, Any
@@ -98,13 +99,8 @@ def report(
             raise fm.InputError("register: --register goes with the folder of one campaign")
         return _report_atlas(folder, target, case, date, pdf=pdf, as_json=as_json)
     assessment = _assessment(folder, **case)
-    given: dict[str, object] = {"--limit-table": limit_table, "--bound": bound_kind, "--margin": margin, "--form": form}
-    given |= {
-        "--step-m": step if step != _STEP else None,
-        "--overshoot-mps": overshoot if overshoot != _OVERSHOOT else None,
-    }
-    again = planned.command_line("report", folder, {"--area": area} | given | {"--date": date, "--register": register})
-    files = write_report(assessment, target, date, pdf=pdf, register=register, again=f"{again}{' --pdf' * pdf}")
+    again = _command(folder, case, {"--form": form, "--date": date, "--register": register}, pdf=pdf)
+    files = write_report(assessment, target, date, pdf=pdf, register=register, again=again)
     lines = [
         *answer_lines(assessment),
         f"Written: {', '.join(files)} ({os.path.getsize(files[0]) / 1e6:.1f} MB; an estimate from measurements, not a "
@@ -113,6 +109,15 @@ def report(
     ]
     emit(report_result(assessment, files), lines, as_json=as_json)
     return int(isinstance(assessment.points, Missing))
+
+
+def _command(folder: str, case: Mapping[str, Any], more: Mapping[str, object], *, pdf: bool) -> str:
+    """The command that asks for the same, without the file to write."""
+    options = {"--area": case["areas"], "--limit-table": case["limit_table"], "--bound": case["bound_kind"]}
+    options |= {"--margin": case["margin"], **more}
+    numbers = {"--step-m": (case["step"], _STEP), "--overshoot-mps": (case["allowance"].speed, _OVERSHOOT)}
+    options |= {name: number for name, (number, default) in numbers.items() if number != default}
+    return planned.command_line("report", folder, options) + " --pdf" * pdf
 
 
 def _assessment(

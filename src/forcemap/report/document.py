@@ -84,7 +84,8 @@ def report_html(
             inputs_sha256=inputs_sha256(assessment.inputs),
             pictures=Pictures(assessment),
             findings=sentences(assessment.findings),
-            headlines=[headline(results) for results in assessment.speeds],
+            headlines=(headlines := [headline(results) for results in assessment.speeds]),
+            nowhere=nowhere(headlines),
             permissions=permissions(assessment),
             permission_of=[permission(results, assessment) for results in assessment.speeds],
             point_permissions=point_permissions(assessment),
@@ -137,7 +138,6 @@ def environment() -> Environment:
         _plural,
         sentence,
         pressure_words,
-        nowhere,
         short_reason,
     )
     environment.filters |= {function.__name__.strip("_"): function for function in filters}

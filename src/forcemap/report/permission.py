@@ -42,15 +42,20 @@ def headline(results: PlaceSpeeds) -> dict[str, Any]:
     return shown | {"word": f"{word} at {results.confirmed} of {inside} places", "kind": "partly", "speeds": speeds}
 
 
-def nowhere(line: dict[str, Any]) -> str:
-    """Where a headline gives no speed, in metres."""
-    box = line["results"].open_box
-    if line["kind"] != "partly" or box is None:
-        return "everywhere"
-    (near, far), (low, high), open_there, there = box
-    rest = f"{there - open_there} of the {there} there have a speed" if there > open_there else "none there has a speed"
-    within = f"d {near:.3f} to {far:.3f} m and h {low:.3f} to {high:.3f} m"
-    return f"{open_there} of {line['places']} places, all of them at {within} ({rest})"
+def nowhere(headlines: Sequence[dict[str, Any]]) -> list[str]:
+    """Where headlines give no speed, in metres, those alike together."""
+    groups: dict[str, list[str]] = {}
+    for line in headlines:
+        results, where = line["results"], "everywhere"
+        if line["kind"] == "confirmed":
+            continue
+        if line["kind"] == "partly" and results.open_box:
+            (near, far), (low, high), count, there = results.open_box
+            rest = f"{there - count} of the {there} there have a speed" if there > count else "none there has a speed"
+            within = f"d {near:.3f} to {far:.3f} m and h {low:.3f} to {high:.3f} m"
+            where = f"{count} of {line['places']} places, all at {within} ({rest})"
+        groups.setdefault(where, []).append(f"{results.limit.name.replace('_', ' ')}, {results.contact}")
+    return [f"{' and '.join(names)}: {where}" for where, names in groups.items()]
 
 
 def permission(results: PlaceSpeeds, assessment: CampaignAssessment) -> str:
