@@ -290,8 +290,8 @@ def test_page_one_says_in_metres_where_there_is_no_speed(reports):
     d, h = (np.round(axis[i], 3) for axis, i in zip(axes, np.nonzero(np.isnan(speeds)), strict=True))
     said = " ".join(text_of(parts(page, "answer", None)[0]).split())
     pattern = (
-        r"back of hand, transient: (\d+) of 49 places, all at d ([\d.]+) to ([\d.]+) m and "
-        r"h ([\d.]+) to ([\d.]+) m \((\d+) of the (\d+) there have a speed\)"
+        r"back of hand, transient: (\d+) of 49 places, all at d ([\d.]+) to ([\d.]+) m, "
+        r"h ([\d.]+) to ([\d.]+) m \((\d+) of (\d+) there have a speed\)"
     )
     none, near, far, low, high, permitted, there = map(float, re.search(pattern, said).groups())
     assert (none, near, far, low, high) == (len(d), d.min(), d.max(), h.min(), h.max())
@@ -299,7 +299,7 @@ def test_page_one_says_in_metres_where_there_is_no_speed(reports):
              if near - 1e-6 <= axes[0][i] <= far + 1e-6 and low - 1e-6 <= axes[1][j] <= high + 1e-6]  # fmt: skip
     assert (there, permitted) == (len(boxed), np.isfinite(boxed).sum())
     lowest, highest = force_map.measured_range.lowest, force_map.measured_range.highest
-    within = f"within d {lowest[0]:.3f} to {highest[0]:.3f} m and h {lowest[1]:.3f} to {highest[1]:.3f} m: everywhere"
+    within = f"within d {lowest[0]:.3f} to {highest[0]:.3f} m, h {lowest[1]:.3f} to {highest[1]:.3f} m"
     assert f"outside the measured range, which lies {within} (why: section 13)" in said
     (safe,) = parts(page, "speeds", None)
     assert (

@@ -43,19 +43,19 @@ def headline(results: PlaceSpeeds) -> dict[str, Any]:
 
 
 def nowhere(headlines: Sequence[dict[str, Any]]) -> list[str]:
-    """Where headlines give no speed, in metres, those alike together."""
+    """Where headlines give no speed, in metres; those alike together, those that give none at all by their word."""
     groups: dict[str, list[str]] = {}
     for line in headlines:
-        results, where = line["results"], "everywhere"
-        if line["kind"] == "confirmed":
-            continue
+        results = line["results"]
         if line["kind"] == "partly" and results.open_box:
             (near, far), (low, high), count, there = results.open_box
-            rest = f"{there - count} of the {there} there have a speed" if there > count else "none there has a speed"
-            within = f"d {near:.3f} to {far:.3f} m and h {low:.3f} to {high:.3f} m"
+            rest = f"{there - count} of {there} there have a speed" if there > count else "none there has a speed"
+            within = f"d {near:.3f} to {far:.3f} m, h {low:.3f} to {high:.3f} m"
             where = f"{count} of {line['places']} places, all at {within} ({rest})"
-        groups.setdefault(where, []).append(f"{results.limit.name.replace('_', ' ')}, {results.contact}")
-    return [f"{' and '.join(names)}: {where}" for where, names in groups.items()]
+            groups.setdefault(where, []).append(f"{results.limit.name.replace('_', ' ')}, {results.contact}")
+    refused = ["where the answer above is NO PERMISSION or NOT PERMITTED"]
+    parts = refused * any(line["kind"] == "refused" for line in headlines)
+    return parts + [f"{' and '.join(names)}: {where}" for where, names in groups.items()]
 
 
 def permission(results: PlaceSpeeds, assessment: CampaignAssessment) -> str:
