@@ -10,6 +10,7 @@ import csv
 import dataclasses
 import json
 import re
+import shlex
 import shutil
 
 import numpy as np
@@ -459,6 +460,28 @@ def test_a_report_for_another_area_is_not_replaced(tmp_path, forcemap):
     assert "made for back_of_hand" in err
     assert forcemap("report", cell, "--area", "back_of_hand")[0] == 0
     assert forcemap("report", cell, "--area", "chest", "-o", cell / "chest.html")[0] == 0
+
+
+def test_a_report_takes_the_place_of_another_only_if_no_answer_of_it_is_lost(tmp_path, forcemap):
+    """One for further areas may; fewer areas or another table may not, and the command that is printed runs."""
+    cell = write_campaign(tmp_path / "cell", recorded=False, toml=DOWN)
+    hand, both = ("--area", "back_of_hand"), ("--area", "back_of_hand", "--area", "chest")
+    own = tmp_path / "own.csv"
+    own.write_text(f"# edition: own\n# version: 1\n# source: us\n{HEADER}\nback_of_hand,Hand,hand_fingers,200,140,2\n")
+    assert forcemap("report", cell, *hand)[0] == 0
+    assert forcemap("report", cell, "--area", "chest", *hand)[0] == 0
+    before = (cell / "report.html").read_bytes()
+    for others in (hand, ("--area", "chest"), (*hand, "--limit-table", own)):
+        code, _, err = forcemap("report", cell, *others, "--step-m", "0.1")
+        assert (code, (cell / "report.html").read_bytes()) == (2, before), others
+        command = shlex.split(err.partition("name another file: forcemap ")[2])
+        assert command[-1] == str(cell / "report-2.html")
+        assert all(str(word) in command for word in (*others, "0.1"))
+        assert forcemap(*command)[0] == 0
+        (cell / "report-2.html").unlink()
+    other = forcemap("report", cell, *hand, "-o", tmp_path / "own.html", "--limit-table", own)
+    assert other[0] == 0
+    assert forcemap("report", cell, *both, "-o", tmp_path / "own.html")[0] == 2
 
 
 def test_what_is_stated_later_completes_the_conditions_and_what_was_stated_stays(cell):

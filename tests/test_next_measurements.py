@@ -148,11 +148,11 @@ def test_it_stops_when_there_is_nothing_to_gain_and_says_why():
     found = sequence.run(states=200, batch=8, least_gain=0.0006)
     assert found.stop is Stop.NOTHING_TO_GAIN
     assert len(sequence.states) < 60
-    assert "further states are expected to raise the mean confirmed speed by" in reason_of(found)
+    assert "further states are expected to raise the mean permitted speed by" in reason_of(found)
     assert found.confirmed == found.expected_confirmed > 40
     hopeless = fm.next_measurements(sequence.measured, 30.0)
     assert (hopeless.stop, hopeless.plan) == (Stop.NOTHING_TO_GAIN, None)
-    assert "30 N is expected nowhere to be confirmed at 0.05 m/s or more" in reason_of(hopeless)
+    assert "30 N is expected to permit nowhere 0.05 m/s or more" in reason_of(hopeless)
     spent = sequence.next(states=5)
     assert (spent.stop, len(spent.upper_force)) == (Stop.BUDGET, 0)
 

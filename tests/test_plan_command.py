@@ -285,8 +285,12 @@ def test_the_confirmation_of_a_campaign_is_added_to_its_plan_as_test_runs(ask, f
 
 
 def test_the_confirmation_is_shown_again_until_it_is_measured_and_then_judged(ask, forcemap, measured):
-    """As often as asked; with next nothing that was printed is lost."""
-    number = ("--impacts", 4)
+    """As often as asked; with next nothing that was printed is lost. A report that is there is known to be older."""
+    number, older = ("--impacts", 4), "The report in this folder rests on the plan before: write it again"
+    assert older not in forcemap("confirm", measured, *HAND, *number)[1]
+    assert forcemap("report", measured, *HAND[:2])[0] == 0
+    assert older in flowing(forcemap("confirm", measured, *HAND, *number)[1])
+    assert forcemap("report", "--verify", measured / "report.html", measured)[0] == 0
     first = ask("confirm", measured, *HAND, "--impacts", 4)[1]
     assert (first["outcome"], first["missing"]) == (None, [run["recording"] for run in first["runs"]])
     before, sheet = rows(measured / "plan.csv"), (measured / "run_sheet.txt").read_bytes()

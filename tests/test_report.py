@@ -280,6 +280,34 @@ def test_texts_of_files_are_escaped(tmp_path, text):
     assert "<script>alert(2)<&.csv" in "".join(found.text)
 
 
+def test_page_one_says_in_metres_where_there_is_no_speed(reports):
+    _, found, page = reports("demo")
+    force_map = found.force_map
+    limit, contact = fm.force_limit("back_of_hand"), fm.Contact.TRANSIENT
+    axes = fm.measured_grid(force_map, 0.05)
+    case = {"limit": limit, "contact": contact, "bound": found.bound, "allowance": fm.Allowance()}
+    speeds = fm.speed_map(force_map, *axes, **case).speeds.speed_to_program
+    d, h = (np.round(axis[i], 3) for axis, i in zip(axes, np.nonzero(np.isnan(speeds)), strict=True))
+    said = " ".join(text_of(parts(page, "answer", None)[0]).split())
+    pattern = (
+        r"back of hand, transient: (\d+) of 49 places, all at d ([\d.]+) to ([\d.]+) m, "
+        r"h ([\d.]+) to ([\d.]+) m \((\d+) of (\d+) there have a speed\)"
+    )
+    none, near, far, low, high, permitted, there = map(float, re.search(pattern, said).groups())
+    assert (none, near, far, low, high) == (len(d), d.min(), d.max(), h.min(), h.max())
+    boxed = [speeds[i, j] for i, j in np.ndindex(speeds.shape)
+             if near - 1e-6 <= axes[0][i] <= far + 1e-6 and low - 1e-6 <= axes[1][j] <= high + 1e-6]  # fmt: skip
+    assert (there, permitted) == (len(boxed), np.isfinite(boxed).sum())
+    lowest, highest = force_map.measured_range.lowest, force_map.measured_range.highest
+    within = f"within d {lowest[0]:.3f} to {highest[0]:.3f} m, h {lowest[1]:.3f} to {highest[1]:.3f} m"
+    assert f"outside the measured range, which lies {within} (why: section 13)" in said
+    (safe,) = parts(page, "speeds", None)
+    assert (
+        "A robot program made by forcemap export has lower speeds than these tables, and at fewer places"
+        in " ".join(text_of(safe).split())
+    )
+
+
 def test_the_same_inputs_give_the_same_bytes(reports, tmp_path):
     """In another place, at another time, in another process with another order of hashing; all but the date."""
     folder, _, page = reports("bare")

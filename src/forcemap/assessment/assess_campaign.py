@@ -340,8 +340,8 @@ def _stated(folder: Path, limits: Sequence[ForceLimit], table: LimitTable | None
     )
     if isinstance(listed, Missing):
         findings.append(Finding.of(FindingKind.POINTS_UNUSABLE, words=listed.reason))
-    if not limits and of_points:
-        limits, chosen = of_points, f"those of {POINTS_FILE}"
+    if of_points and {limit.name for limit in limits or of_points} == {limit.name for limit in of_points}:
+        limits, chosen = limits or of_points, f"those of the contact points ({POINTS_FILE})"
     elif not limits:
         limits, chosen = [_default_limit(own.table)], "the default: no body area was named"
     if own.file:

@@ -112,6 +112,19 @@ class PlaceSpeeds:
         return sum(len(group.places) for group in self.open_places)
 
     @property
+    def open_box(self) -> tuple[tuple[float, float], tuple[float, float], int, int] | None:
+        """Ends in distance and in height of the box of these other places [m], how many they are, and how many places
+        inside the measured range lie in the box; None if there are none."""
+        if isinstance(self.speeds, Missing) or not self.open_places:
+            return None
+        d, h = np.array([place for group in self.open_places for place in group.places]).T
+        inside = self.speeds.speeds.to_program_outcome != SpeedOutcome.OUTSIDE
+        columns = (self.speeds.distance >= d.min()) & (self.speeds.distance <= d.max())
+        rows = (self.speeds.height >= h.min()) & (self.speeds.height <= h.max())
+        there = int(inside[np.ix_(columns, rows)].sum())
+        return (float(d.min()), float(d.max())), (float(h.min()), float(h.max())), len(d), there
+
+    @property
     def slowest(self) -> float:
         """Lowest of the speeds at contact there [m/s]: what holds at all confirmed places; NaN if there is none."""
         return float(self._confirmed[0].min()) if self.confirmed else math.nan

@@ -22,7 +22,14 @@ from forcemap.errors import ForcemapError, InputError
 from forcemap.findings import Finding, FindingKind, in_words
 from forcemap.limits.force_limits import Contact, ForceLimit
 from forcemap.maps.bounds import Bound
-from forcemap.maps.direction import ON_AXIS, WIDEST_ANGLE, angle_between, direction_vector, same_direction
+from forcemap.maps.direction import (
+    ON_AXIS,
+    WIDEST_ANGLE,
+    angle_between,
+    direction_vector,
+    raised_off_axis,
+    same_direction,
+)
 from forcemap.maps.force_map import ForceMap
 from forcemap.planning.confirm import ConfirmationResult, Confirmed
 from forcemap.speeds.allowance import Allowance
@@ -162,7 +169,14 @@ def _not_contradicted_by(result: PointResult, others: Sequence[PointResult], tol
     if not against:
         return result
     refused = replace(result, outcome=PointOutcome.NOT_PERMITTED, speed=math.nan, lacks=tuple(against))
-    return replace(refused, confirmed_by=(), pressed=False)
+    return replace(refused, rests_on=_with_lacks(against, result.rests_on), confirmed_by=(), pressed=False)
+
+
+def _with_lacks(lacks: Sequence[Finding], rests_on: Sequence[Finding]) -> tuple[Finding, ...]:
+    """What a permission rests on; of a refused one what it would."""
+    by_map = (FindingKind.POINT_BY_MAP, FindingKind.POINT_CONFIRMED_MAP)
+    refused = (("refused", bool(lacks)),)
+    return tuple(replace(f, figures=f.figures + refused) if f.kind in by_map else f for f in rests_on)
 
 
 def _one_spot(one: ContactPoint, other: ContactPoint, tolerance: float) -> bool:
@@ -198,7 +212,7 @@ def _result(
         point=point,
         outcome=PointOutcome.NOT_PERMITTED if lacks else outcome,
         speed=math.nan if lacks else speed,
-        rests_on=() if refusal else tuple(finding for part in parts for finding in part.rests_on),
+        rests_on=() if refusal else _with_lacks(lacks, [finding for part in parts for finding in part.rests_on]),
         lacks=lacks,
         impacts=tuple(named.values()),
         confirmed_by=() if lacks else confirmed_by,
@@ -246,6 +260,8 @@ def _by_map(
             parts |= {point.name: _Part(math.nan, lacks=(why,)) for point in group}
             continue
         refusal = speeds.basis.export_refusal
+        near = {"grown_m": allowance.position or None, "raised": raised_off_axis(angle) - 1 or None}
+        lowest = Finding.of(FindingKind.POINT_LOWEST_NEAR, **near)
         for i, point in enumerate(group):
             if refusal:
                 why = Finding.of(FindingKind.POINT_NOT_RELEASED, refusal)
@@ -253,7 +269,8 @@ def _by_map(
                 continue
             reason = Finding.of(FindingKind.POINT_MAP_REFUSES, speeds.to_program_reason[i])
             part = _mapped(float(speeds.speed_to_program[i]), reason, confirmed(limit, contact), limit, contact)
-            parts[point.name] = replace(part, pressed=force_map.other(Quantity.PRESSURE) is not None)
+            rests_on = (*part.rests_on, lowest) if part.rests_on else ()
+            parts[point.name] = replace(part, rests_on=rests_on, pressed=force_map.other(Quantity.PRESSURE) is not None)
     return parts
 
 

@@ -407,10 +407,11 @@ ENTRIES: dict[str, tuple[str, str | None]] = {  # entry: field, and what a new c
     ),
     "robot.speed_error": (
         "speed_error",
-        "by which share all speeds at contact may have been lower than stated: 0.03 for 3 %; 0 if none",
+        "by which share all speeds at contact may have been lower than stated: 0.03 for 3 %; 0 if none; "
+        "an error in m/s divided by the slowest planned speed, 0.05 for 0.005 m/s at 0.1 m/s",
     ),
-    "tool.name": ("tool", ""),
-    "tool.payload_kg": ("payload", "effective payload"),
+    "tool.name": ("tool", "or none"),
+    "tool.payload_kg": ("payload", "effective payload m_L: tool, such as a gripper, and workpiece together; 0 if none"),
     "tool.covers": ("covers", "protective covers, or none"),
     "contact.site": ("contact_site", "part of the robot that hits"),
     "contact.direction": ("direction", "of motion at contact, for example down"),
@@ -425,7 +426,7 @@ ENTRIES: dict[str, tuple[str, str | None]] = {  # entry: field, and what a new c
         "device.stiffness",
         "spring constant, 75000 for 75 N/mm; REQUIRED for limits of body areas",
     ),
-    "device.pad": ("device.pad", "pad or damping on it, with its hardness, or none"),
+    "device.pad": ("device.pad", 'pad or damping on it, with its hardness; "none" if there is no pad'),
     "device.calibrated": ("device.calibrated", "date of the last calibration"),
     "device.calibration_expires": ("device.calibration_expires", "one year after it if not stated"),
     "device.channel_frequency_class": (

@@ -201,7 +201,7 @@ def comparison_lines(answer: ComparisonAnswer) -> list[str]:
         *(f"{model.model}: {model.note}" for model in answer.models if model.note),
     ]
     if answer.allowed:
-        header = ["speeds at contact [m/s]", "limit", "measured places", "confirmed", "lowest", "median", "highest"]
+        header = ["speeds at contact [m/s]", "limit", "measured places", "permitted", "lowest", "median", "highest"]
         sources = dict.fromkeys(f"{model.limit_N:g} N: {model.limit_source}" for model in answer.allowed)
         rows = [
             [model.model, f"{model.limit_N:g} N", str(model.places), str(model.confirmed_places)]

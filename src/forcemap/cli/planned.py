@@ -131,9 +131,9 @@ def complete(folder: str, conditions: fm.Conditions, entries: Mapping[str, Any])
 
 
 def command_line(command: str, source: str, options: Mapping[str, object]) -> str:
-    """A command with the options that are given."""
-    given = {name: value for name, value in options.items() if value is not None}
-    words = [(name, f"{value:.12g}" if isinstance(value, float) else str(value)) for name, value in given.items()]
+    """A command with the options that are given, one that has several values with each of them."""
+    given = [(name, one) for name, value in options.items() for one in (value if isinstance(value, list) else [value])]
+    words = [(name, f"{one:.12g}" if isinstance(one, float) else str(one)) for name, one in given if one is not None]
     return shlex.join(["forcemap", command, source, *itertools.chain(*words)])
 
 
@@ -214,8 +214,10 @@ def refuse_waiting(campaign: fm.Campaign, runs: Mask, dataset: fm.ImpactDataset 
 
 def measuring_lines(folder: str, files: Sequence[str], then: str) -> list[str]:
     """What was written, and the way from the printed sheet to the next answer."""
+    older = files and any(Path(folder).glob("*.sha256"))  # the list that each report has beside it
     return [
         *([f"Written to {folder}: {', '.join(files)}"] if files else []),
+        *(["The report in this folder rests on the plan before: write it again (forcemap report)"] if older else []),
         "Next:",
         f"  1. print {folder}/{SHEET} and measure; save each file in {folder}/recordings under the name it says",
         f"  2. forcemap collect {shlex.quote(folder)}",

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import itertools
 import os
+import shlex
+from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated, Any
@@ -14,6 +16,7 @@ import forcemap as fm
 from forcemap.assessment.folder import campaign_limit_table
 from forcemap.assessment.missing import Missing
 from forcemap.assessment.place_speeds import PlaceSpeeds
+from forcemap.cli import planned
 from forcemap.cli.options import (
     BoundOption,
     FormName,
@@ -34,6 +37,7 @@ from forcemap.words import sentence, sentences
 REPORT_FILE = "report.html"
 REPORT_LIST = "report.sha256"
 ATLAS_REPORT = "atlas.html"
+_STEP, _OVERSHOOT = 0.05, 0.01
 
 
 def report(
@@ -54,8 +58,8 @@ def report(
     bound_kind: BoundOption = None,
     margin: Margin = None,
     form: FormName = None,
-    step: Annotated[float, Option("--step-m", help="Distance between places of the speed tables [m].")] = 0.05,
-    overshoot: Overshoot = 0.01,
+    step: Annotated[float, Option("--step-m", help="Distance between places of the speed tables [m].")] = _STEP,
+    overshoot: Overshoot = _OVERSHOOT,
     date: Annotated[str | None, Option("--date", help="Date of the report, YYYY-MM-DD; default: today.")] = None,
     verify: Annotated[
         str | None, Option("--verify", help="Write nothing: say what changed since this report was written.")
@@ -95,7 +99,8 @@ def report(
             raise fm.InputError("register: --register goes with the folder of one campaign")
         return _report_atlas(folder, target, case, date, pdf=pdf, as_json=as_json)
     assessment = _assessment(folder, **case)
-    files = write_report(assessment, target, date, pdf=pdf, register=register)
+    again = _command(folder, case, {"--form": form, "--date": date, "--register": register}, pdf=pdf)
+    files = write_report(assessment, target, date, pdf=pdf, register=register, again=again)
     lines = [
         *answer_lines(assessment),
         f"Written: {', '.join(files)} ({os.path.getsize(files[0]) / 1e6:.1f} MB; an estimate from measurements, not a "
@@ -104,6 +109,15 @@ def report(
     ]
     emit(report_result(assessment, files), lines, as_json=as_json)
     return int(isinstance(assessment.points, Missing))
+
+
+def _command(folder: str, case: Mapping[str, Any], more: Mapping[str, object], *, pdf: bool) -> str:
+    """The command that asks for the same, without the file to write."""
+    options = {"--area": case["areas"], "--limit-table": case["limit_table"], "--bound": case["bound_kind"]}
+    options |= {"--margin": case["margin"], **more}
+    numbers = {"--step-m": (case["step"], _STEP), "--overshoot-mps": (case["allowance"].speed, _OVERSHOOT)}
+    options |= {name: number for name, (number, default) in numbers.items() if number != default}
+    return planned.command_line("report", folder, options) + " --pdf" * pdf
 
 
 def _assessment(
@@ -171,18 +185,30 @@ def _report_atlas(
 
 
 def write_report(
-    assessment: fm.CampaignAssessment, target: Path, date: str | None, *, pdf: bool, register: str | None = None
+    assessment: fm.CampaignAssessment,
+    target: Path,
+    date: str | None,
+    *,
+    pdf: bool,
+    register: str | None = None,
+    again: str = "",
 ) -> list[str]:
-    """Write a report with the list of its inputs beside it, and as a PDF if asked for; the names of the files."""
+    """Write a report with the list of its inputs beside it, and as a PDF if asked for; the names of the files.
+
+    `again` is the command that asked for it, without the file.
+    """
     from forcemap.report import LIST_ENDING, PDF, inputs_list, is_inputs_list, report_html, report_pdf
 
-    _require_same_areas(assessment, target)
+    _require_no_answer_lost(assessment, target, again)
     beside, listed = target.with_suffix(".pdf"), target.with_suffix(LIST_ENDING)
     if listed.exists() and not is_inputs_list(read_bytes(listed)):
         raise fm.InputError("this is another file, no list of inputs; choose another name", file=str(listed))
     if pdf and beside.exists() and not read_bytes(beside).startswith(PDF):
         raise fm.InputError("this is another file, not an earlier report; choose another name", file=str(beside))
-    html = report_html(assessment, date=date, register_head="" if register is None else _register_head(register))
+    head = "" if register is None else _register_head(register)
+    beside_inputs = target.resolve().parent.name == assessment.name
+    named = f"{assessment.name}/{target.name}" if beside_inputs else target.name
+    html = report_html(assessment, date=date, register_head=head, file=named)
     printed = report_pdf(html) if pdf else b""  # before anything is written
     write_result(str(target), html, mark='name="forcemap-report"')
     write_atomically(listed, inputs_list(assessment.inputs))
@@ -199,9 +225,9 @@ def _register_head(where: str) -> str:
         return str(head(connection))
 
 
-def _require_same_areas(assessment: fm.CampaignAssessment, target: Path) -> None:
-    """Refuse to replace a report that was made for other body areas or another bound: it would be lost."""
-    from forcemap.report import made_for, read_seal
+def _require_no_answer_lost(assessment: fm.CampaignAssessment, target: Path, again: str) -> None:
+    """Refuse to replace a report that answers for a body area, limit or bound for which the new one does not."""
+    from forcemap.report import answers_for, made_for, read_seal
 
     if not target.exists():
         return
@@ -210,12 +236,14 @@ def _require_same_areas(assessment: fm.CampaignAssessment, target: Path) -> None
     except fm.InputError:  # no report that says so: `write_result` judges it
         return
     wanted = made_for(assessment)
-    if earlier != wanted:
+    if not answers_for(wanted, earlier):
         pairs = itertools.zip_longest(earlier.split("; "), wanted.split("; "), fillvalue="")
         was, now = (" with ".join(filter(None, part)) for part in zip(*(p for p in pairs if p[0] != p[1]), strict=True))
+        free = next(each for i in itertools.count(2) if not (each := target.with_stem(f"{target.stem}-{i}")).exists())
+        beside = f": {again} -o {shlex.quote(str(free))}" if again else " with -o"
         raise fm.InputError(
-            f"this report was made for {was or 'what it does not state'}, not for {now}: it is not replaced, name "
-            "another file with -o or move it away",
+            f"this report was made for {was or 'what it does not state'}, not for {now}: it is not replaced, because "
+            f"its answer would be lost; move it away, or name another file{beside}",
             file=str(target),
         )
 
@@ -306,7 +334,7 @@ def _points(assessment: fm.CampaignAssessment) -> list[dict[str, Any]] | None:
 
 
 def answer_lines(assessment: fm.CampaignAssessment) -> list[str]:
-    """What is confirmed: in a word, what must be read with it, then every contact point, body area and contact."""
+    """What is permitted: in a word, what must be read with it, then every contact point, body area and contact."""
     return [
         *verdict_first(_verdict(assessment), sentences(assessment.findings), simulated=assessment.simulated),
         *_point_lines(assessment),

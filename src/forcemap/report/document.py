@@ -8,6 +8,7 @@ import re
 from collections.abc import Iterable, Sequence
 from functools import cache
 from itertools import pairwise
+from shlex import join
 from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
@@ -28,6 +29,7 @@ from forcemap.report.permission import (
     cell_words,
     device_words,
     headline,
+    nowhere,
     permission,
     permissions,
     point_permissions,
@@ -50,7 +52,9 @@ _UNFIT = re.compile(
 )
 
 
-def report_html(assessment: CampaignAssessment, *, date: str | None = None, register_head: str = "") -> str:
+def report_html(
+    assessment: CampaignAssessment, *, date: str | None = None, register_head: str = "", file: str = ""
+) -> str:
     """The report of an assessment as one HTML page: no script, nothing fetched; the same page for the same inputs.
 
     Parameters
@@ -61,6 +65,8 @@ def report_html(assessment: CampaignAssessment, *, date: str | None = None, regi
         Date of the report, YYYY-MM-DD; today if not given.
     register_head : str
         Newest entry of the team's register, to be noted in print; empty without one.
+    file : str
+        Name of the page's file in the command that verifies it; report.html in the campaign's folder if not given.
 
     Raises
     ------
@@ -78,7 +84,8 @@ def report_html(assessment: CampaignAssessment, *, date: str | None = None, regi
             inputs_sha256=inputs_sha256(assessment.inputs),
             pictures=Pictures(assessment),
             findings=sentences(assessment.findings),
-            headlines=[headline(results) for results in assessment.speeds],
+            headlines=(headlines := [headline(results) for results in assessment.speeds]),
+            nowhere=nowhere(headlines),
             permissions=permissions(assessment),
             permission_of=[permission(results, assessment) for results in assessment.speeds],
             point_permissions=point_permissions(assessment),
@@ -91,6 +98,9 @@ def report_html(assessment: CampaignAssessment, *, date: str | None = None, regi
             curves=_curves(assessment),
             places=_places(assessment),
             calibration=_calibration(assessment),
+            verify=join(
+                ["forcemap", "report", "--verify", file or f"{assessment.name}/report.html", assessment.name],
+            ),
             register_head=register_head,
         )
     )

@@ -42,6 +42,22 @@ def headline(results: PlaceSpeeds) -> dict[str, Any]:
     return shown | {"word": f"{word} at {results.confirmed} of {inside} places", "kind": "partly", "speeds": speeds}
 
 
+def nowhere(headlines: Sequence[dict[str, Any]]) -> list[str]:
+    """Where headlines give no speed, in metres; those alike together, those that give none at all by their word."""
+    groups: dict[str, list[str]] = {}
+    for line in headlines:
+        results = line["results"]
+        if line["kind"] == "partly" and results.open_box:
+            (near, far), (low, high), count, there = results.open_box
+            rest = f"{there - count} of {there} there have a speed" if there > count else "none there has a speed"
+            within = f"d {near:.3f} to {far:.3f} m, h {low:.3f} to {high:.3f} m"
+            where = f"{count} of {line['places']} places, all at {within} ({rest})"
+            groups.setdefault(where, []).append(f"{results.limit.name.replace('_', ' ')}, {results.contact}")
+    refused = ["where the answer above is NO PERMISSION or NOT PERMITTED"]
+    parts = refused * any(line["kind"] == "refused" for line in headlines)
+    return parts + [f"{' and '.join(names)}: {where}" for where, names in groups.items()]
+
+
 def permission(results: PlaceSpeeds, assessment: CampaignAssessment) -> str:
     """The sentence that permits the speeds of a headline; empty where it permits none."""
     return " ".join(_at_site([results], assessment))

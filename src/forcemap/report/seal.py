@@ -77,6 +77,13 @@ def area_made_for(limit: ForceLimit) -> str:
     return f"{limit.name} ({limit.edition}, {limit.sha256[:12]})"
 
 
+def answers_for(new: str, earlier: str) -> bool:
+    """True if a report made for `new` answers all that one made for `earlier` does, both as `made_for` has them."""
+    (areas, _, bound), (areas_before, _, bound_before) = new.partition("; "), earlier.partition("; ")
+    asked, before = (set(re.split(r"(?<=\)), ", named)) for named in (areas, areas_before))
+    return bound == bound_before and before <= asked
+
+
 def seal_tag() -> str:
     """The tag that carries the page's own hash, still open."""
     return _SEAL.format(_OPEN)
