@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import itertools
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -15,7 +17,7 @@ from forcemap.limits.body_areas import LimitTable
 from forcemap.maps.bounds import Bound
 from forcemap.maps.force_map import ForceMap
 from forcemap.paths.atlas import Atlas
-from forcemap.paths.path_speeds import PathSpeeds, PieceOutcome, path_speeds
+from forcemap.paths.path_speeds import LONGEST_PIECE, PathSpeeds, PieceOutcome, path_speeds_at
 from forcemap.paths.task import Task
 from forcemap.paths.tool_path import ToolPath
 from forcemap.speeds.allowance import Allowance
@@ -25,6 +27,7 @@ POSITION_STEP = 0.05
 """Distance between positions of the table, unless stated [m]; a choice."""
 
 _MOST_POSITIONS = 20_000  # a choice: minutes to hours
+_PIECES_AT_ONCE = 1000  # of the path at several positions; a choice: progress is seen about every half second
 _ROUNDING = 1e-9  # of a step; a multiple this close beyond the range belongs to it
 _DECIMALS = 12  # of a position [m], so that multiples of a step read as they are stated
 
@@ -144,9 +147,8 @@ def place_task(
     best: PathSpeeds | None = None
     closest: tuple[tuple[float, float], tuple[float, float], PathSpeeds] | None = None
     fullest: PathSpeeds | None = None
-    for number, (i, j) in enumerate(np.ndindex(duration.shape), start=1):
-        moved = path.moved(np.array([distance[i], 0.0, height[j]]))
-        speeds = path_speeds(atlas, moved, task, bound=bound, allowance=allowance, table=table)
+    case = {"bound": bound, "allowance": allowance, "table": table}
+    for number, (i, j), speeds in _at_positions(atlas, path, task, distance, height, **case):
         duration[i, j] = speeds.allowed.duration
         standard[i, j] = speeds.standard.duration
         lengths = speeds.path.lengths
@@ -166,6 +168,20 @@ def place_task(
     return TaskPlaces(
         distance, height, duration, standard, permitted, best, most, closest[2], fullest.bases, fullest.notes
     )
+
+
+def _at_positions(
+    atlas: Atlas, path: ToolPath, task: Task, distance: FloatArray, height: FloatArray, **case: Any
+) -> Iterator[tuple[int, tuple[int, int], PathSpeeds]]:
+    """The number of each position, where it stands in the grid, and the speeds of the path there."""
+    together = max(1, _PIECES_AT_ONCE // len(path.resampled(LONGEST_PIECE)))
+    places = list(np.ndindex(distance.size, height.size))
+    for first in range(0, len(places), together):
+        some = places[first : first + together]
+        offsets = [np.array([distance[i], 0.0, height[j]]) for i, j in some]
+        yield from zip(
+            itertools.count(first + 1), some, path_speeds_at(atlas, path, offsets, task, **case), strict=False
+        )
 
 
 def table_positions(maps: ForceMap | Atlas, path: ToolPath, step: float) -> tuple[FloatArray, FloatArray]:
