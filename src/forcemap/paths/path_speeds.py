@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
+from typing import Any
 
 import numpy as np
 
@@ -220,7 +222,7 @@ def path_speeds(
     BoundNotAvailable
         The map, or every map, cannot carry the bound.
     """
-    case = {"bound": bound, "allowance": allowance, "step": step, "angle": angle, "table": table}
+    case: dict[str, Any] = {"bound": bound, "allowance": allowance, "step": step, "angle": angle, "table": table}
     return path_speeds_at(maps, path, [np.zeros(3)], task, **case)[0]
 
 
@@ -388,15 +390,13 @@ class _Strictest:
 
     def parts(self, sizes: Sequence[int]) -> list[_Strictest]:
         """The same for paths of so many pieces one after the other, each with what its own pieces rest on."""
-        *columns, taken = vars(self).values()
-        ends = np.cumsum(sizes).tolist()
-        return [
-            _Strictest(
-                *(column[start:end] for column in columns),
-                [each for each in taken if np.any((each[0] >= start) & (each[0] < end))],
-            )
-            for start, end in zip([0, *ends], ends, strict=False)
-        ]
+        columns, ends = dict(vars(self)), np.cumsum(sizes).tolist()
+        taken = columns.pop("taken")
+        parts = []
+        for start, end in itertools.pairwise([0, *ends]):
+            own = [each for each in taken if np.any((each[0] >= start) & (each[0] < end))]
+            parts.append(_Strictest(**{name: column[start:end] for name, column in columns.items()}, taken=own))
+        return parts
 
 
 def _strictest(
