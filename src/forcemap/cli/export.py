@@ -93,8 +93,7 @@ def export(
     case: dict[str, Any] = {"limits": limits, "bound": used, "size": size, "angle": angle, "date": date_of_files()}
     case["allowance"] = fm.Allowance(speed=overshoot, position=tolerance)
     zones: RobotTable | DirectedTables
-    one = isinstance(maps, fm.ForceMap)
-    if isinstance(maps, fm.ForceMap):
+    if one := isinstance(maps, fm.ForceMap):
         zones = fm.robot_table(maps, **case)
         zones = replace(zones, provenance=with_map_file(zones.provenance, source))
     else:
@@ -102,8 +101,7 @@ def export(
     result = _result(zones)
     if zones.refusal:
         return refused(zones.refusal, result, as_json=as_json)
-    found = _permitted(zones, maps, limits)
-    words = _zones_permitted(found, angle, one=one)
+    words = _zones_permitted(found := _permitted(zones, maps, limits), angle, one=one)
     files = _files(format, zones, task) if isinstance(zones, RobotTable) else _files_by_direction(format, zones)
     said: dict[str, Any] = {
         "angle": angle,

@@ -352,7 +352,8 @@ def places_lines(answer: PlacesAnswer) -> list[str]:
         most = answer.most_permitted
         share, place = 100 * most.permitted_share, f"d = {most.distance_m:g} m, h = {most.height_m:g} m"
         none = f"NO POSITION has permission for the whole path on a grid of {answer.step_m:g} m"
-        none += f", nor around the best of it on one of {answer.finer_step_m:g} m" * (answer.finer_step_m is not None)
+        if answer.finer_step_m is not None:
+            none += f", nor around the best of it on one of {answer.finer_step_m:g} m"
         lines = speed_first(f"{none}; most, {share:.0f} %, at {place}", answer)
         lines += [
             f"  {part.segment}: {part.length_m:.3f} m {part.outcome.replace('_', ' ')}, {part.reason}"
