@@ -87,7 +87,8 @@ def run_block(lines, names, patterns):
                 assert run_block(lines[at + 1 : end], names, patterns) is None
             at = end
         elif found := assigns.fullmatch(line):
-            names[found[1]] = expression(found[2], names)
+            owner, _, part = found[1].rpartition(".")
+            (names[owner] if owner else names)[part] = expression(found[2], names)
         elif found := returns.fullmatch(line):
             return expression(found[1], names)
         else:
@@ -119,6 +120,31 @@ def urscript_along_function(text):
     """The function `forcemap_speed_along` of a URScript file, the only one."""
     head = "def forcemap_speed_along(start, target, tool):"
     return urscript_program(text, head, {}, "start", "target", "tool")
+
+
+def example_in_head(text, mark):
+    """The lines of a program's head that say how to ask it: those of words, and those of program between them."""
+    comments = [line.removeprefix(mark)[1:] for line in text.splitlines() if line.startswith(mark)]
+    lines = comments[[line.startswith("how to ask it") for line in comments].index(True) :]
+    code = [line.strip() for line in lines if line.startswith("  ") and "only then" not in line]
+    return [line for line in lines if line.strip() not in code], code
+
+
+def urscript_example(text, here, there, names):
+    """The least speed on the way from here to there, as the head of a URScript file asks for it."""
+    _, code = example_in_head(text, "#")
+    program = "\n".join(["def example(there):", *code, "return v", "end"])
+    return urscript_program(program, "def example(there):", names | {"get_actual_tcp_pose": lambda: here}, "there")(
+        there
+    )
+
+
+def krl_example(text, here, there, names):
+    """The least speed on the way from here to there, as the head of a KRL file asks for it."""
+    _, code = example_in_head(text, ";")
+    patterns = (r"IF (.*) THEN", r"WHILE (.*)", r"ENDIF|ENDWHILE", r"([\w.]+) = (.*)", r"RETURN (.*)", r"(?!)")
+    given = names | {"HERE": here, "TARGET": there, "NULLFRAME": Frame.fromkeys("XYZ", 0.0)}
+    return run_block([line.replace("$", "") for line in [*code, "RETURN V"]], given, patterns)
 
 
 def krl_arrays(text):

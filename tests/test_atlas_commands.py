@@ -104,10 +104,21 @@ def test_simulate_takes_the_direction_of_campaign_toml(forcemap, tmp_path):
 
 
 def test_a_gap_says_what_it_gains_and_not_what_it_loses():
-    gap = {"direction": "up", "contact_site": "", "tool": "", "payload_kg": None, "length_m": 0.5, "states": 18}
+    gap = {
+        "segments": ["lift", "a", "b", "c"],
+        "direction": "up",
+        "contact_site": "",
+        "tool": "",
+        "payload_kg": None,
+        "length_m": 0.5,
+        "states": 18,
+    }
     for gain, said in ((1.2, ", 1.2 s faster than by the standard"), (-0.4, ""), (0.01, ""), (None, "")):
         _, line = gap_lines([GapAnswer(**gap, estimated_gain_s=gain)])
-        assert line.endswith(f"up: at least 18 states, which may permit 0.500 m that has no permission now{said}")
+        what = "  for lift, a, b and 1 more, moving up: a campaign of at least 18 states"
+        assert line == f"{what}, which may permit 0.500 m that has no permission now{said}"
+    (_, line) = gap_lines([GapAnswer(**gap | {"direction": "0.834,0,0.552"}, estimated_gain_s=None)])
+    assert "moving 12 degrees off up and out (direction 0.834,0,0.552): a campaign of" in line
 
 
 def test_path_takes_a_folder_of_campaigns(ask, forcemap, own):
@@ -127,8 +138,9 @@ def test_path_takes_a_folder_of_campaigns(ask, forcemap, own):
     assert (gap["direction"], gap["contact_site"], gap["states"]) == ("in", "flange", 18)
     assert found["map_sha256"] not in {each["map_sha256"] for each in found["maps"]}
     out = " ".join(forcemap("path", own / "down", way(own), *AREA)[1].split())
-    states = "at least 18 states, which may permit 0.060 m that has no permission now"
-    assert f"in, flange, tool none, 0 kg: {states}" in out
+    states = "at least 18 states (flange, tool none, 0 kg), which may permit 0.060 m that has no permission now"
+    assert f"for over, moving in: a campaign of {states}" in out
+    assert gap["segments"] == ["over"]
     down = {piece["segment"]: piece["speed_mps"] for piece in alone[1]["pieces"]}
     assert down["press"] == {piece["segment"]: piece["speed_mps"] for piece in found["pieces"]}["press"]
 

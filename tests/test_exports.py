@@ -22,7 +22,16 @@ from forcemap.exports.scaling import scaling_csv, scaling_result
 from forcemap.exports.urscript import urscript
 from forcemap.exports.zones import zones_csv, zones_result
 from forcemap.paths.task import one_segment_task
-from robot_programs import Frame, krl_arrays, krl_function, urscript_function, urscript_program
+from robot_programs import (
+    Frame,
+    example_in_head,
+    krl_arrays,
+    krl_example,
+    krl_function,
+    urscript_example,
+    urscript_function,
+    urscript_program,
+)
 
 QUASI_STATIC = fm.Contact.QUASI_STATIC
 
@@ -182,8 +191,15 @@ def test_texts_of_a_campaign_stay_in_their_line_of_every_format(poses):
     for name, text in texts.items():
         assert all(letter.isprintable() or letter == "\n" for letter in text), name
         assert "\\n" not in text, name
+    plain = fm.robot_table(ur10e, limits=[HAND], bound=bound, date=DATE)
+    use = {
+        name: sum(map(len, example_in_head(text, mark)))
+        for name, text, mark in (("urscript", urscript(plain), "#"), ("src", krl_source(plain), ";"))
+    }
     for name, mark in (("csv", "#"), ("urscript", "#"), ("dat", ";"), ("src", ";")):
-        assert sum(line.startswith(mark) for line in texts[name].splitlines()) - lines in (0, 1), name
+        assert sum(line.startswith(mark) for line in texts[name].splitlines()) - lines - use.get(name, 0) in (0, 1), (
+            name
+        )
     for line in texts["safety"].splitlines():
         assert not line.startswith(("end", "def", "DEF"))
     allowed = urscript_function(texts["urscript"], "forcemap_speed")  # refuses a second function
@@ -228,6 +244,46 @@ def test_the_head_names_the_map_file_and_the_impacts_table(examples, tmp_path):
     assert result["map_file"] == "cell 7.json"
     assert result["map_file_sha256"] == digest
     assert result["impacts_table_sha256"] == fitted.fit.table_sha256
+
+
+@pytest.mark.parametrize("tolerance", [0.0, 0.002, 0.005, 0.02])
+def test_the_example_in_a_programs_head_takes_the_least_of_the_whole_way(tolerance):
+    """Both languages agree with the table asked every half millimetre, less what a zone holds beside itself."""
+    ur10e, bound, rng = fm.published_map("ur10e"), fm.FixedMargin(0.10), np.random.default_rng(63)
+    allowance = fm.Allowance(position=tolerance)
+    table = fm.robot_table(ur10e, limits=[HAND], bound=bound, date=DATE, allowance=allowance)
+    script, source, apart = urscript(table), krl_source(table), min(max(tolerance, 0.001), 0.005)
+    calls = []
+    asked, of_krl = urscript_function(script, "forcemap_speed"), krl_function(source, krl_data(table), "FORCEMAP_SPEED")
+    names = {
+        "forcemap_speed": lambda pose: calls.append(pose[:3]) or asked(pose),
+        "point_dist": lambda a, b: float(np.linalg.norm(np.subtract(a, b)[:3])),
+        "interpolate_pose": lambda a, b, share: [(1 - share) * x + share * y for x, y in zip(a, b, strict=True)],
+    }
+    slowed = 0
+    for _ in range(12):
+        x, y, top = rng.uniform(0.6, 0.85), rng.uniform(-0.2, 0.2), rng.uniform(0.4, 0.45)
+        here, there = [x, y, top, 0.0, 3.14, 0.0], [x, y, top - rng.uniform(0.02, 0.2), 0.0, 3.14, 0.0]
+        calls.clear()
+        least = urscript_example(script, here, there, names)
+        places = np.array(sorted(calls, key=lambda pose: -pose[2]))
+        assert places[0].tolist() == here[:3]
+        assert places[-1].tolist() == there[:3]
+        assert np.linalg.norm(np.diff(places, axis=0), axis=1).max() <= apart + 1e-12
+        assert least == min(table.speed(*place) for place in places.tolist())
+        frames = (Frame(zip("XYZ", [1000 * each for each in pose[:3]], strict=True)) for pose in (here, there))
+        assert krl_example(source, *frames, {"FORCEMAP_SPEED": of_krl, "SQRT": math.sqrt}) == least
+        slowed += least < asked(here)
+    assert slowed > 6
+    assert urscript_example(script, here, here, names) == asked(here)
+
+
+def test_the_page_on_kuka_asks_as_the_head_does(table):
+    page = (Path(__file__).parents[1] / "docs" / "kuka.md").read_text()
+    words, code = example_in_head(krl_source(table), ";")
+    assert "\n".join(code) in "\n".join(line.strip() for line in page.splitlines())
+    assert "docs/kuka.md" in " ".join(words)
+    assert "docs/universal_robots.md" in " ".join(example_in_head(urscript(table), "#")[0])
 
 
 def test_the_documented_urscript_asks_for_a_whole_way(table):

@@ -145,7 +145,8 @@ def test_place_says_why_no_position_is_permitted(capsys, tmp_path):
     (tmp_path / "table.csv").write_text("x_m,y_m,z_m,segment\n0,0,0.05,press\n0,0,0,lift\n0,0,0.05,lift\n")
     assert run(["place", "ur10e", "table.csv", *HAND, "--step-m", "0.1"]) == 1
     text = capsys.readouterr().out
-    assert "NO POSITION has permission for the whole path; most, 50 %" in text
+    assert "NO POSITION has permission for the whole path on a grid of 0.1 m; most, 50 %" in " ".join(text.split())
+    assert "a finer grid may still have one" not in text
     assert "lift: 0.050 m not downward, the motion points more than 5 degrees away" in text
     assert "contact_possible = false" in text
     found = result(capsys, "place", "ur10e", "table.csv", *HAND, "--step-m", "0.1", code=1)
@@ -155,6 +156,61 @@ def test_place_says_why_no_position_is_permitted(capsys, tmp_path):
     assert run(["place", "ur10e", "table.csv", *HAND, "--step-m", "0.2"]) == 1
     out = " ".join(capsys.readouterr().out.split())
     assert "outside: move the path into the measured range, less the position tolerance (d 0.525 to 0.885 m, h" in out
+    assert "on a grid of 0.2 m, nor around the best of it on one of 0.04 m; most" in out
+    assert "a finer grid may still have one: --step-m 0.02, which takes longer" in out
+
+
+def test_place_looks_closer_where_its_grid_has_no_position(capsys, tmp_path):
+    """Every position of 5 cm leaves the range or the permission; the finer answer is that of its own step."""
+    (tmp_path / "table.csv").write_text("x_m,y_m,z_m\n0,0,0.31\n0,0,0.02\n")
+    found = result(capsys, "place", "ur10e", "table.csv", *HAND)
+    assert (found["step_m"], found["finer_step_m"]) == (0.05, 0.01)
+    fine = result(capsys, "place", "ur10e", "table.csv", *HAND, "--step-m", "0.01")
+    assert (fine["step_m"], fine["finer_step_m"]) == (0.01, None)
+    times = {(each["distance_m"], each["height_m"]): each["cycle_time_s"] for each in fine["positions"]}
+    own = {(each["distance_m"], each["height_m"]): each["cycle_time_s"] for each in found["positions"]}
+    assert len(own) <= 121 < len(times)
+    assert own == {place: times[place] for place in own}
+    assert found["best"]["cycle_time_s"] == min(time for time in own.values() if time)
+    assert run(["place", "ur10e", "table.csv", *HAND]) == 0
+    assert "; on a grid of 0.01 m, since one of 0.05 m has none" in " ".join(capsys.readouterr().out.split())
+    assert run(["place", "ur10e", "table.csv", *HAND, "--step-m", "0.01"]) == 0
+    out = capsys.readouterr().out
+    permitted = sorted((time, place) for place, time in times.items() if time)
+    assert f"the fastest of {len(permitted)} positions with permission for the whole path, of {len(times)}" in out
+    listed = [line.split() for line in out.partition("cycle time [s]\n")[2].splitlines()[: min(10, len(permitted))]]
+    assert [float(row[2]) for row in listed] == pytest.approx([time for time, _ in permitted[:10]], abs=6e-4)
+
+
+def test_a_refusal_within_the_position_tolerance_says_so(capsys, tmp_path):
+    """`speed` permits the end of the way, `path` not the last piece: it counts the places beside it, and says it."""
+    (tmp_path / "way.csv").write_text("x_m,y_m,z_m\n0.7,0,0.45\n0.7,0,0.237\n")
+    at = ["speed", "ur10e", "--distance", "0.7", "--height", "0.237", *HAND]
+    assert run(at) == 0
+    assert "lower in what forcemap export writes: zones, and motion up to 5 degrees off" in capsys.readouterr().out
+    assert run(["speed-map", "ur10e", *HAND]) == 0
+    assert "lower in what forcemap export writes: zones" in capsys.readouterr().out
+    assert run(["path", "ur10e", "way.csv", *HAND]) == 1
+    out = " ".join(capsys.readouterr().out.split())
+    assert "a piece counts all places up to 5 mm beside it (position tolerance), so it may be refused where" in out
+    assert "limit that holds" not in out
+    assert run(["path", "ur10e", "way.csv", *HAND, "--position-tolerance-m", "0"]) == 0
+    capsys.readouterr()
+    assert run(["path", "kuka-iiwa7-30nm", "press.csv", *HAND]) == 1
+    assert "ask for the quasi-static limit there (--contact quasi-static" in " ".join(capsys.readouterr().out.split())
+
+
+def test_path_shows_where_the_program_becomes_too_fast_and_both_cycle_times(capsys, tmp_path):
+    (tmp_path / "way.csv").write_text("x_m,y_m,z_m,speed_mps\n0.8,0,0.45,0.27\n0.8,0,0.25,0.27\n")
+    found = result(capsys, "path", "ur10e", "way.csv", *HAND, code=1)
+    fast = [piece["too_fast"] for piece in found["pieces"]]
+    assert fast == sorted(fast)
+    height = next(piece["from_m"][2] for piece in found["pieces"] if piece["too_fast"])
+    assert run(["path", "ur10e", "way.csv", *HAND]) == 1
+    out = " ".join(capsys.readouterr().out.split())
+    assert f"0.800, {height:.3f} to" in out.partition("segment length")[2].partition("0.270 !")[0]
+    allowed, standard, *_ = (each["cycle_time_s"] for each in found["cycle_times"])
+    assert f"at the allowed speeds {allowed:.3f} s ({standard:.3f} s at the standard's one speed)" in out
 
 
 def test_a_path_that_leaves_the_range_is_told_where_it_lies_inside(capsys, tmp_path):
@@ -250,7 +306,12 @@ def test_export_writes_what_it_prints(form, capsys, tmp_path, monkeypatch):
     printed = capsys.readouterr().out
     assert run([*command, "-o", "out.txt"]) == 0
     said = capsys.readouterr().out
-    assert "20 of 56 zones permitted, up to 0.052 m/s slower than their fastest corner; not safety-rated" in said
+    words = (
+        "20 of 56 zones permitted, 0.201 to 0.281 m/s to program, 4 of them above the 0.253 m/s of the standard's one"
+    )
+    said = " ".join(said.split())
+    assert f"{words} speed; up to 0.052 m/s slower than their fastest corner; not safety-rated" in said
+    assert "where path permits and a zone does not, export smaller zones (--zone-m 0.02)" in said
     assert "the bound is raised by 14 % everywhere" in " ".join(said.split())
     assert "--angle-deg 0 exports these" in " ".join(said.split())
     assert run([*command, "--angle-deg", "0", "-o", "out0.txt"]) == 0

@@ -9,13 +9,14 @@ import numpy as np
 
 from forcemap.answers.answer import AllSaid, Answer, AtPlace, Bound, Figure, Said, of
 from forcemap.answers.atlas import AtlasMapAnswer
+from forcemap.findings import Finding
 from forcemap.paths.atlas import Atlas
 from forcemap.paths.bent_path import BentPath
 from forcemap.paths.gaps import map_gaps
 from forcemap.paths.path_speeds import PathSpeeds, PieceOutcome
 from forcemap.paths.table_positions import TaskPlaces
 from forcemap.speeds.basis import Basis
-from forcemap.words import assumptions, by_map, sentences, warnings
+from forcemap.words import assumptions, by_map, sentence, sentences, warnings
 
 RULES = ("allowed", "standard", "constant", "program", "slowed")
 
@@ -48,17 +49,19 @@ class CycleTimeAnswer(Answer):
 
 
 class Refused(Answer):
-    """How much of a segment has no permission for one reason."""
+    """How much of a segment has no permission for one reason; `reason_kind` names the kind of finding it is."""
 
     segment: str
     outcome: str
     reason: str
+    reason_kind: str
     length_m: float
 
 
 class GapAnswer(Answer):
     """A map that is missing: what it would cover, the states it takes, and the time it is estimated to gain."""
 
+    segments: list[str]
     direction: str
     contact_site: str
     tool: str
@@ -123,6 +126,7 @@ class AlongAnswer(Answer):
     maps: list[AtlasMapAnswer]
     acceleration_mps2: float
     timed: bool
+    position_tolerance_m: float
     inside: list[Inside]
 
 
@@ -138,7 +142,6 @@ class PathAnswer(AlongAnswer):
     lowest_speed_mps: Figure = of("constant", "speed")
     cycle_times: list[CycleTimeAnswer]
     speed_overshoot_mps: float = of("allowance", "speed")
-    position_tolerance_m: float = of("allowance", "position")
     refusals: list[Refused]
     gaps: list[GapAnswer]
     suggestion: Suggestion | None
@@ -160,10 +163,10 @@ class PathAnswer(AlongAnswer):
             refused_length_m=float(lengths[refused].sum()),
             too_fast_length_m=float(lengths[fast].sum()),
             cycle_times=[getattr(speeds, rule) for rule in RULES],
-            refusals=_refusals(pieces := _pieces(speeds), refused.tolist()),
+            refusals=_refusals(speeds),
             gaps=_gaps(speeds),
             suggestion=None if bent is None else Suggestion.of_bent(bent),
-            pieces=pieces,
+            pieces=_pieces(speeds),
             **_rests_on(speeds, bound, speeds.bases, [*notes, *sentences(speeds.notes)]),
         )
 
@@ -191,8 +194,14 @@ class Shift(Answer):
 
 
 class PlacesAnswer(AlongAnswer):
-    """Cycle times of a task at positions of its table; refusals are those of the position that permits most."""
+    """Cycle times of a task at positions of its table; refusals are those of the position that permits most.
 
+    Where none of the positions every `step_m` permits the whole path, those every `finer_step_m` around the one that
+    permits most were looked at, too (null if not); if one of these does, `positions` are these.
+    """
+
+    step_m: float
+    finer_step_m: Figure
     best: Best | None
     most_permitted: Position
     sensitivity: list[Shift]
@@ -201,17 +210,19 @@ class PlacesAnswer(AlongAnswer):
     positions: list[Position]
 
     @classmethod
-    def of_places(cls, places: TaskPlaces, bound: Any) -> Self:
-        """The answer for positions of a table."""
+    def of_places(cls, places: TaskPlaces, bound: Any, *, step: float, finer: float | None = None) -> Self:
+        """The answer for positions of a table, multiples of `step`, or of `finer` if these were looked at [m]."""
         closest, best = places.closest_speeds, places.best_speeds
         grid = np.meshgrid(places.distance, places.height, indexing="ij")
         positions = Position.of_columns(*grid, places.duration, places.standard_duration, places.permitted)
         d, h, _ = places.most_permitted
         return cls.from_result(
             places,
+            step_m=step,
+            finer_step_m=finer,
             most_permitted=next(place for place in positions if (place.distance_m, place.height_m) == (d, h)),
             cycle_times=[] if best is None else [getattr(best, rule) for rule in RULES],
-            refusals=[] if places.best is not None else _refusals(_pieces(closest), closest.refused.tolist()),
+            refusals=[] if places.best is not None else _refusals(closest),
             positions=positions,
             **_rests_on(
                 closest,
@@ -239,6 +250,7 @@ def _rests_on(speeds: PathSpeeds, bound: Any, bases: tuple[Basis, ...], notes: l
         "speed_error": errors.pop() if len(errors) == 1 else math.nan,
         "acceleration_mps2": speeds.acceleration,
         "timed": speeds.path.time is not None,
+        "position_tolerance_m": speeds.allowance.position,
         "inside": _inside(speeds),
     }
 
@@ -269,6 +281,7 @@ def _map_of(atlas: Atlas, basis: Basis) -> str:
 def _gaps(speeds: PathSpeeds) -> list[GapAnswer]:
     return [
         GapAnswer(
+            segments=list(gap.segments),
             direction=gap.direction,
             contact_site=gap.loaded.contact_site,
             tool=gap.loaded.tool,
@@ -288,11 +301,14 @@ def _pieces(speeds: PathSpeeds) -> list[PieceAnswer]:
     return PieceAnswer.of_columns(path.names, points[:-1], points[1:], *figures, *grounds)
 
 
-def _refusals(pieces: list[PieceAnswer], refused: list[bool]) -> list[Refused]:
+def _refusals(speeds: PathSpeeds) -> list[Refused]:
     """Why pieces have no permission, for each segment and reason."""
-    lengths: dict[tuple[str, str, str], float] = {}
-    for piece, no in zip(pieces, refused, strict=True):
-        if no:
-            key = (piece.segment, piece.outcome, piece.reason)
-            lengths[key] = lengths.get(key, 0.0) + piece.length_m
-    return [Refused(segment=s, outcome=o, reason=r, length_m=length) for (s, o, r), length in lengths.items()]
+    lengths: dict[tuple[str, str, Finding], float] = {}
+    columns = (speeds.path.names, map(str, speeds.outcome), speeds.reason, speeds.path.lengths.tolist())
+    for *key, length, refused in zip(*columns, speeds.refused.tolist(), strict=True):
+        if refused:
+            lengths[tuple(key)] = lengths.get(tuple(key), 0.0) + length
+    return [
+        Refused(segment=s, outcome=o, reason=sentence(r), reason_kind=str(r.kind), length_m=length)
+        for (s, o, r), length in lengths.items()
+    ]

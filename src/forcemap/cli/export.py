@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+import math
 import os
 import time
-from dataclasses import replace
+from dataclasses import asdict, dataclass, replace
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated, Any
 
+import numpy as np
 from typer import Argument, Option
 
 import forcemap as fm
 from forcemap.cli import options
-from forcemap.cli.output import emit, json_text, verdict_first, write_result
+from forcemap.cli.output import emit, json_text, shown, verdict_first, write_result
 from forcemap.cli.task_options import (
     Angle,
     LogColumns,
@@ -23,6 +25,7 @@ from forcemap.cli.task_options import (
     path_raised,
     task_from,
 )
+from forcemap.comparisons.beside_standard import standard_speed
 from forcemap.errors import InputError
 from forcemap.exports.directed_tables import DirectedTables, directed_csv, directed_result, directed_tables
 from forcemap.exports.krl import krl_along_data, krl_along_source, krl_data, krl_source
@@ -90,27 +93,68 @@ def export(
     case: dict[str, Any] = {"limits": limits, "bound": used, "size": size, "angle": angle, "date": date_of_files()}
     case["allowance"] = fm.Allowance(speed=overshoot, position=tolerance)
     zones: RobotTable | DirectedTables
-    if isinstance(maps, fm.ForceMap):
+    if one := isinstance(maps, fm.ForceMap):
         zones = fm.robot_table(maps, **case)
         zones = replace(zones, provenance=with_map_file(zones.provenance, source))
-        spread, whole = zones.spread[zones.speed_mmps > 0], zones.speed_mmps.size
     else:
         zones = directed_tables(maps, task=task, **case)
-        spread, whole = zones.spread, zones.zones
+    result = _result(zones)
     if zones.refusal:
-        return refused(zones.refusal, _result(zones), as_json=as_json)
-    price = f", up to {spread.max():.3f} m/s slower than their fastest corner" if spread.size else ""
-    words = f"{_zones_permitted(zones.permitted, whole, angle, one=isinstance(maps, fm.ForceMap))}{price}"
+        return refused(zones.refusal, result, as_json=as_json)
+    words = _zones_permitted(found := _permitted(zones, maps, limits), angle, one=one)
     files = _files(format, zones, task) if isinstance(zones, RobotTable) else _files_by_direction(format, zones)
-    raised = zones_raised(angle, one=isinstance(maps, fm.ForceMap))
-    write(_result(zones), files, words, zones.provenance, angle=angle, raised=raised, output=output, as_json=as_json)
+    said: dict[str, Any] = {
+        "angle": angle,
+        "raised": zones_raised(angle, one=one),
+        "output": output,
+        "as_json": as_json,
+    }
+    write(result | {"summary": asdict(found)}, files, words, zones.provenance, **said)
     return 0 if zones.permitted else 1
 
 
-def _zones_permitted(permitted: int, zones: int, angle: float, *, one: bool) -> str:
-    """How many zones are permitted; where none, by how much their bound is raised and what does not raise it."""
-    words, raised = f"{permitted} of {zones} zones permitted", raised_off_axis(angle)
-    if permitted or raised <= 1:
+@dataclass(frozen=True)
+class _Permitted:
+    """How many zones have a speed, which [m/s], and how many a higher one than the standard's one speed, if it has one.
+
+    `spread_mps` is how much slower they are than their fastest corner.
+    """
+
+    zones: int
+    permitted: int
+    above_standard: int = 0
+    standard_mps: float = math.nan
+    lowest_mps: float = math.nan
+    highest_mps: float = math.nan
+    spread_mps: float = math.nan
+
+
+def _permitted(zones: RobotTable | DirectedTables, maps: fm.ForceMap | Atlas, limits: list[Any]) -> _Permitted:
+    """What the zones permit, all speeds to program."""
+    tables = [zones] if isinstance(zones, RobotTable) else [each.table for each in zones.tables]
+    speeds, spread = (
+        np.concatenate([each.ravel() for each in column])
+        for column in zip(*((table.speed_mmps / 1000, table.spread) for table in tables), strict=True)
+    )
+    given = speeds > 0
+    if not given.any():
+        return _Permitted(speeds.size, 0)
+    of_maps = [standard_speed(each.conditions, limits) for each in Atlas.of(maps).force_maps]
+    standard = float(np.max(of_maps)) - zones.provenance.allowance.speed
+    ends = map(float, (speeds[given].min(), speeds.max(), spread[given].max()))
+    return _Permitted(speeds.size, int(given.sum()), int((speeds > standard).sum()), standard, *ends)
+
+
+def _zones_permitted(found: _Permitted, angle: float, *, one: bool) -> str:
+    """How many zones are permitted, at which speeds; where none, what raises their bound, and what does not."""
+    words, raised = f"{found.permitted} of {found.zones} zones permitted", raised_off_axis(angle)
+    if found.permitted:
+        words += f", {shown(found.lowest_mps)} to {shown(found.highest_mps)} m/s to program"
+        if found.standard_mps > 0:
+            standard = f"{shown(found.standard_mps)} m/s of the standard's one speed"
+            words += f", {found.above_standard} of them above the {standard}"
+        return f"{words}; up to {found.spread_mps:.3f} m/s slower than their fastest corner"
+    if raised <= 1:
         return words
     without = "; --angle-deg 0 does not raise it, for motion straight along it alone" if one else ""
     off = f"{100 * (raised - 1):.0f} % for motion up to {angle:g} degrees off the map's direction"
@@ -278,14 +322,15 @@ def export_path(
         task_of(given, maps, contact)
     whole_task = task_from(given, tool_path.names, contact)
     case: dict[str, Any] = {"bound": used, "allowance": fm.Allowance(speed=overshoot, position=tolerance)}
-    zones = _zones_beside(maps, whole_task, limits_of(whole_task, given.table), format, angle=angle, **case)
+    limits = limits_of(whole_task, given.table)
+    zones = _zones_beside(maps, whole_task, limits, format, angle=angle, **case)
     if zones.refusal:
         return refused(zones.refusal, _result(zones), as_json=as_json)
     speeds = fm.path_speeds(maps, tool_path, whole_task, angle=angle, table=given.table, **case)
     provenance = with_map_file(zones.provenance, source)
     if isinstance(zones, RobotTable) and format is PathFormat.SAFETY:
         zones = replace(zones, provenance=provenance)
-        words = _zones_permitted(zones.permitted, zones.speed_mmps.size, angle, one=True)
+        words = _zones_permitted(_permitted(zones, maps, limits), angle, one=True)
         result = zones_result(zones)
         text = safety_proposal(zones, task=whole_task if given.tasks else None, speeds=speeds)
         raised = zones_raised(angle, one=True)

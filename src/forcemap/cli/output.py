@@ -50,7 +50,7 @@ _DOUBT = "  ! "
 _GAP = "  "
 """Between the columns of a table."""
 
-_MOST_DISTANCES = 13
+MOST_DISTANCES = 13
 """Columns of a grid of places that is printed; nine columns for the heights and seven for each fill a line."""
 
 _MARKED_BY = 4000
@@ -224,7 +224,7 @@ def grid(cells: Mapping[tuple[float, float], str]) -> list[str]:
     rows = [[f"{h:.3f}", *(cells.get((d, h), "") for d in distances)] for h in reversed(heights)]
     lines = table([r"h \ d [m]", *(f"{d:.3f}" for d in distances)], rows)
     too_many = f"{len(cells)} places, too many to show: see --json (or -o), or a larger step"
-    return lines if len(distances) <= _MOST_DISTANCES else [too_many]
+    return lines if len(distances) <= MOST_DISTANCES else [too_many]
 
 
 def listing(title: str, lines: Iterable[str]) -> list[str]:

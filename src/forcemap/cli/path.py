@@ -9,7 +9,7 @@ from typing import Annotated, Any
 
 from typer import Argument, Option
 
-from forcemap import Allowance, path_speeds, place_task
+from forcemap import Allowance, ForceMap, Task, ToolPath, path_speeds, place_task
 from forcemap.answers.path import (
     AlongAnswer,
     GapAnswer,
@@ -22,6 +22,7 @@ from forcemap.answers.path import (
 )
 from forcemap.cli import options, task_options
 from forcemap.cli.output import (
+    MOST_DISTANCES,
     Progress,
     assumes,
     bound_words,
@@ -34,9 +35,10 @@ from forcemap.cli.output import (
     write_result,
 )
 from forcemap.maps.direction import DIRECTIONS, WIDEST_ANGLE, angle_between, direction_vector, raised_off_axis
+from forcemap.paths.atlas import Atlas
 from forcemap.paths.bent_path import bent_path
 from forcemap.paths.path_file import PATH_COLUMNS, path_csv
-from forcemap.paths.table_positions import table_positions
+from forcemap.paths.table_positions import TaskPlaces, table_positions
 from forcemap.words import sentence
 
 
@@ -111,6 +113,8 @@ def place(
 ) -> int:
     """Find where to put the table: the cycle time of a task at every position in the measured range.
 
+    Where none permits the whole path it looks closer, around the one that permits most.
+
     Exit code 1 if no position permits the whole path; then it says why.
 
     Example: forcemap place impacts.csv table_path.csv --area back_of_hand --contact transient --step-m 0.1
@@ -118,25 +122,38 @@ def place(
     maps = options.maps_from(source, device_spring)
     used, given = options.bound_from(maps, bound, margin), options.stated(task)
     tool_path = task_options.path_from(file)
-    distance, height = table_positions(maps, tool_path, step)
-    with Progress("positions", distance.size * height.size) as progress:
-        places = place_task(
-            maps,
-            tool_path,
-            task_options.task_from(given, tool_path.names, contact, acceleration),
-            bound=used,
-            step=step,
-            allowance=Allowance(speed=overshoot, position=tolerance),
-            table=given.table,
-            progress=progress.show,
-        )
-    answer = PlacesAnswer.of_places(places, used)
+    whole_task = task_options.task_from(given, tool_path.names, contact, acceleration)
+    allowance = Allowance(speed=overshoot, position=tolerance)
+    case: dict[str, Any] = {"bound": used, "allowance": allowance, "table": given.table}
+    places = _placed(maps, tool_path, whole_task, step, **case)
+    if finer := places.finer_step(step):
+        closer = _placed(maps, tool_path, whole_task, finer, around=places.most_permitted[:2], **case)
+        places = places if closer.best is None else closer
+    answer = PlacesAnswer.of_places(places, used, step=step, finer=finer)
     emit(answer, places_lines(answer), as_json=as_json)
     return 1 if places.best is None else 0
 
 
+def _placed(
+    maps: ForceMap | Atlas,
+    path: ToolPath,
+    task: Task,
+    step: float,
+    *,
+    around: tuple[float, float] | None = None,
+    **case: Any,
+) -> TaskPlaces:
+    """Positions of the table, as `place_task`, counted while they are computed."""
+    distance, height = table_positions(maps, path, step, around)
+    with Progress("positions", distance.size * height.size) as progress:
+        return place_task(maps, path, task, step=step, around=around, progress=progress.show, **case)
+
+
 _GAPS = 3
 """Directions to measure that are listed; a choice: who needs more bends the path."""
+
+_FASTEST = 10
+"""Positions of a table that are listed where a grid has too many; a choice: --json has all."""
 
 _LEAST_GAIN = 0.05
 """Time gained [s] that is worth saying: less is shown as 0.0 s."""
@@ -151,7 +168,19 @@ _HINTS = {
     "say so in a task file (--task) with contact_possible = false where other measures exclude contact",
     "outside": "outside: move the path into the measured range, less the position tolerance ({inside}), or measure "
     "there",
-    "unconfirmed": "unconfirmed: measure at lower speeds there, or ask for a limit that holds",
+}
+_TOO_SLOW = (
+    "unconfirmed: a piece counts all places up to {tolerance_mm:g} mm beside it (position tolerance), so it may be "
+    "refused where forcemap speed has a speed; end the descent higher, move the path to where forcemap speed-map has "
+    "higher speeds, or measure at lower speeds there"
+)
+_HINTS_BY_REASON = {
+    "unconfirmed": _TOO_SLOW,
+    "zone_unconfirmed": _TOO_SLOW,
+    "below_measured": _TOO_SLOW,
+    "below_measured_of": _TOO_SLOW,
+    "transient_not_usable": "unconfirmed: ask for the quasi-static limit there (--contact quasi-static, or contact = "
+    '"quasi-static" in the task file)',
 }
 
 
@@ -163,8 +192,9 @@ def path_lines(
     `suggested` is the file of the bent path, if one was asked for.
     """
     rows, reasons, several = [], [], len(answer.maps) > 1
-    for (name, outcome, reason, governed_by, map_name), group in itertools.groupby(
-        answer.pieces, key=lambda piece: (piece.segment, piece.outcome, piece.reason, piece.governed_by, piece.map_name)
+    for (name, outcome, reason, governed_by, map_name, _), group in itertools.groupby(
+        answer.pieces,
+        key=lambda each: (each.segment, each.outcome, each.reason, each.governed_by, each.map_name, each.too_fast),
     ):
         pieces = list(group)
         where = f"{_place(pieces[0].from_m)} to {_place(pieces[-1].to_m)}"
@@ -204,14 +234,14 @@ def gap_lines(gaps: Sequence[GapAnswer]) -> list[str]:
         return []
     lines = ["To close the gaps measure (ESTIMATES, no permission; places and limits must allow it, too)"]
     for gap in gaps[:_GAPS]:
-        site = f", {gap.contact_site}" if gap.contact_site else ""
-        tool = f", tool {gap.tool}" if gap.tool else ""
-        load = "" if gap.payload_kg is None else f", {gap.payload_kg:g} kg"
+        load = "" if gap.payload_kg is None else f"{gap.payload_kg:g} kg"
+        with_ = ", ".join(filter(None, (gap.contact_site, f"tool {gap.tool}" * bool(gap.tool), load)))
         gain = gap.estimated_gain_s or 0.0
         worth = f", {gain:.1f} s faster than by the standard" if gain >= _LEAST_GAIN else ""
-        what, states = f"{_direction(gap.direction)}{site}{tool}{load}", counted(gap.states, "state")
+        what = f"for {_listed(gap.segments)}, moving {_direction(gap.direction)}: a campaign of at least "
+        states = f"{counted(gap.states, 'state')}{f' ({with_})' * bool(with_)}"
         permits = f"may permit {gap.length_m:.3f} m that has no permission now"
-        lines.append(f"  {what}: at least {states}, which {permits}{worth}")
+        lines.append(f"  {what}{states}, which {permits}{worth}")
     more = gaps[_GAPS:]
     if more:
         length = sum(gap.length_m for gap in more)
@@ -220,10 +250,15 @@ def gap_lines(gaps: Sequence[GapAnswer]) -> list[str]:
 
 
 def _direction(words: str) -> str:
-    """A direction, and the one with a name that it is near to."""
+    """A direction: its name, or how far it points from one with a name, and its numbers for campaign.toml."""
     vector = direction_vector(words, whose="a gap")
     name, near = min(DIRECTIONS.items(), key=lambda item: angle_between(vector, item[1]))
-    return words if words in DIRECTIONS else f"{words} ({angle_between(vector, near):.0f} degrees from {name})"
+    return words if words in DIRECTIONS else f"{angle_between(vector, near):.0f} degrees off {name} (direction {words})"
+
+
+def _listed(names: Sequence[str]) -> str:
+    """Names of segments, the first three."""
+    return ", ".join(names[:_GAPS]) + f" and {len(names) - _GAPS} more" * (len(names) > _GAPS)
 
 
 def suggestion_lines(suggestion: Suggestion, file: str | None) -> list[str]:
@@ -264,11 +299,11 @@ def _verdict(answer: PathAnswer) -> str:
         verdicts.append(
             f"TOO FAST where marked !, on {share} of the path: slow down to the allowed speed there{_slowed(answer)}"
         )
-    if verdicts:
-        return "; ".join(verdicts)
     allowed, standard, *_ = answer.cycle_times
     times = "" if allowed.cycle_time_s is None else f", {allowed.cycle_time_s:.3f} s"
     times += "" if standard.cycle_time_s is None else f" ({standard.cycle_time_s:.3f} s at the standard's one speed)"
+    if verdicts:
+        return "; ".join([*verdicts, *[f"at the allowed speeds{times.removeprefix(',')}"] * bool(times)])
     if not answer.programmed:
         return f"permitted at the allowed speeds{times}; not compared with a program, which is not stated everywhere"
     return f"permitted as programmed; at the allowed speeds{times.removeprefix(',')}"
@@ -289,9 +324,14 @@ def _share(length: float, answer: PathAnswer) -> str:
 
 def _hints(answer: AlongAnswer, refusals: Sequence[Refused]) -> list[str]:
     """What can be done about pieces without permission."""
-    outcomes = {refusal.outcome for refusal in refusals}
-    inside = "; ".join(_inside(each, several=len(answer.maps) > 1) for each in answer.inside)
-    return [f"  {hint.format(inside=inside)}" for outcome, hint in _HINTS.items() if outcome in outcomes]
+    outcomes, kinds = ({getattr(each, name) for each in refusals} for name in ("outcome", "reason_kind"))
+    figures = {
+        "inside": "; ".join(_inside(each, several=len(answer.maps) > 1) for each in answer.inside),
+        "tolerance_mm": 1000 * answer.position_tolerance_m,
+    }
+    hints = [hint for outcome, hint in _HINTS.items() if outcome in outcomes]
+    hints += [hint for kind, hint in _HINTS_BY_REASON.items() if kind in kinds]
+    return [f"  {hint.format(**figures)}" for hint in dict.fromkeys(hints)]
 
 
 def _inside(inside: Inside, *, several: bool) -> str:
@@ -311,18 +351,26 @@ def places_lines(answer: PlacesAnswer) -> list[str]:
     if answer.best is None:
         most = answer.most_permitted
         share, place = 100 * most.permitted_share, f"d = {most.distance_m:g} m, h = {most.height_m:g} m"
-        lines = speed_first(f"NO POSITION has permission for the whole path; most, {share:.0f} %, at {place}", answer)
+        none = f"NO POSITION has permission for the whole path on a grid of {answer.step_m:g} m"
+        if answer.finer_step_m is not None:
+            none += f", nor around the best of it on one of {answer.finer_step_m:g} m"
+        lines = speed_first(f"{none}; most, {share:.0f} %, at {place}", answer)
         lines += [
             f"  {part.segment}: {part.length_m:.3f} m {part.outcome.replace('_', ' ')}, {part.reason}"
             for part in answer.refusals
         ]
         lines += _hints(answer, answer.refusals)
+        if {part.outcome for part in answer.refusals} <= {"outside", "unconfirmed"}:
+            finer = (answer.finer_step_m or answer.step_m) / 2
+            lines.append(f"  a finer grid may still have one: --step-m {finer:g}, which takes longer")
     else:
         best = answer.best
         verdict = f"best: {best.cycle_time_s:.3f} s at d = {best.distance_m:g} m, h = {best.height_m:g} m"
         _, standard, *_ = answer.cycle_times
         if standard.cycle_time_s is not None:
             verdict += f", {standard.cycle_time_s:.3f} s at the standard's one speed"
+        if answer.finer_step_m is not None:
+            verdict += f"; on a grid of {answer.finer_step_m:g} m, since one of {answer.step_m:g} m has none"
         lines = speed_first(verdict, answer)
         for shift in answer.sensitivity:
             change = shift.cycle_time_change_s
@@ -333,10 +381,19 @@ def places_lines(answer: PlacesAnswer) -> list[str]:
 
 
 def _positions(answer: PlacesAnswer) -> list[str]:
-    times = {(position.distance_m, position.height_m): position.cycle_time_s for position in answer.positions}
-    lines = grid({place: "?" if time is None else f"{time:.3f}" for place, time in times.items()})
-    title = "cycle time [s] with the table's frame at d, h; ? where a part of the path has no permission"
-    return [title, *lines]
+    """The cycle times as a table of places; of too many the fastest."""
+    permitted = [each for each in answer.positions if each.cycle_time_s is not None]
+    looked = counted(len(answer.positions), "position")
+    if not permitted:
+        return [f"none of {looked} has permission for the whole path; --json has the permitted share of each"]
+    if len({each.distance_m for each in answer.positions}) <= MOST_DISTANCES:
+        times = {(each.distance_m, each.height_m): each.cycle_time_s for each in answer.positions}
+        title = "cycle time [s] with the table's frame at d, h; ? where a part of the path has no permission"
+        return [title, *grid({place: "?" if time is None else f"{time:.3f}" for place, time in times.items()})]
+    fastest = sorted(permitted, key=lambda each: each.cycle_time_s or 0.0)[:_FASTEST]
+    title = f"the fastest of {len(permitted)} positions with permission for the whole path, of {looked}; --json has all"
+    rows = [[f"{each.distance_m:g}", f"{each.height_m:g}", f"{each.cycle_time_s:.3f}"] for each in fastest]
+    return [title, *table(["d [m]", "h [m]", "cycle time [s]"], rows)]
 
 
 def _cycle_lines(answer: PathAnswer | PlacesAnswer, *, refused: bool) -> list[str]:

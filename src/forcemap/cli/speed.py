@@ -174,6 +174,7 @@ _HINTS = 3
 
 _MARKS = {"outside": ".", "unconfirmed": "?", "not_permitted": "x"}
 _MARGIN = FixedMargin().describe()
+_IN_PROGRAM = "lower in what forcemap export writes: zones, and motion up to 5 degrees off the map's direction"
 
 
 def speed_lines(answer: SpeedAnswer) -> list[str]:
@@ -206,6 +207,8 @@ def speed_lines(answer: SpeedAnswer) -> list[str]:
         margin = answer.margin_10_speed_mps
         beside = answer.margin_10_outcome if margin is None else f"{shown(margin)} m/s at contact"
         lines.append(f"  beside   prediction + 10 %: {beside} (a fixed margin, which promises nothing)")
+    if program is not None:
+        lines.append(f"  program  {_IN_PROGRAM}")
     if answer.measure_next:
         hint = shown(answer.measure_next.speed_mps)
         lines.append(f"  next     measure here at about {hint} m/s (a hint, no permission)")
@@ -233,6 +236,7 @@ def speed_map_lines(answer: SpeedMapAnswer, written: str | None) -> list[str]:
         f"bound: {bound_words(answer.bound)}",
         "",
         *grid_lines(answer),
+        *([_IN_PROGRAM] if any(place.speed_to_program_mps is not None for place in answer.places) else []),
         "",
         "speed at contact in m/s",
         *grid({(place.distance_m, place.height_m): _cell(place.outcome, place.speed_mps) for place in answer.places}),

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import contextlib
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
 
-from forcemap.comparisons.contact_model import ContactModel, contact_model
+from forcemap.campaigns.conditions import Conditions
+from forcemap.comparisons.contact_model import contact_model
 from forcemap.errors import InputError
 from forcemap.limits.force_limits import Contact, ForceLimit
 from forcemap.maps.force_map import ForceMap
@@ -43,11 +45,10 @@ class BesideStandard:
 
 def beside_standard(force_map: ForceMap, speeds: SpeedMap) -> BesideStandard | None:
     """The standard's speed beside a speed map; None where it has none: newtons, the head, no moving mass stated."""
-    result, model = speeds.speeds, _model(force_map, speeds)
-    limit, contact = result.basis.limit, result.basis.contact
-    if model is None or contact is None or not isinstance(limit, ForceLimit):
+    result = speeds.speeds
+    standard = standard_speed(force_map.conditions, [(result.basis.limit, result.basis.contact)])
+    if math.isnan(standard):
         return None
-    standard = model.speed_limit(limit, contact)
     inside = np.asarray(result.outcome) != SpeedOutcome.OUTSIDE
     measured = inside & (result.lowest_measured_speed <= standard) & (standard <= result.highest_measured_speed)
     distance, height = (axis[measured] for axis in np.meshgrid(speeds.distance, speeds.height, indexing="ij"))
@@ -63,10 +64,16 @@ def beside_standard(force_map: ForceMap, speeds: SpeedMap) -> BesideStandard | N
     )
 
 
-def _model(force_map: ForceMap, speeds: SpeedMap) -> ContactModel | None:
-    """The standard's contact model for the limit of a speed map; None where it says nothing."""
-    limit, contact = speeds.speeds.basis.limit, speeds.speeds.basis.contact
+def standard_speed(conditions: Conditions, limits: Iterable[tuple[object, Contact | None]]) -> float:
+    """The lowest speed of the standard's contact model for limits of a campaign, at contact [m/s]; NaN if one has none.
+
+    `conditions` are those that the campaign was measured under; each limit is one of a body area with its contact.
+    """
+    return min((_standard_speed(conditions, limit, contact) for limit, contact in limits), key=lambda v: (v >= 0, v))
+
+
+def _standard_speed(conditions: Conditions, limit: object, contact: Contact | None) -> float:
     if isinstance(limit, ForceLimit) and limit.permitted and isinstance(contact, Contact):
         with contextlib.suppress(InputError):  # no moving mass, or a region that is not the standard's
-            return contact_model(force_map.conditions, limit.name)
-    return None
+            return contact_model(conditions, limit.name).speed_limit(limit, contact)
+    return math.nan

@@ -18,6 +18,7 @@ NOT_SAFETY_RATED = (
 )
 SIMULATED = "SIMULATED: made from simulated impacts, not a measurement of any robot; not for use on one"
 _ELSEWHERE = (FindingKind.LIMIT, FindingKind.BOUND, FindingKind.OVERSHOOT)  # lines of their own in the head
+_LEAST_SPACING, _MOST_SPACING = 0.001, 0.005  # [m]; choices: whole millimetres, and what docs/universal_robots.md says
 WHO_CONFIRMS = (
     "to be confirmed before use: by the person responsible for the risk assessment, with measurements at the speeds "
     "used, and by whoever changes the safety configuration"
@@ -43,6 +44,11 @@ def head_lines(provenance: Provenance) -> list[str]:
         *(f"assumes: {line}" for line in assumptions(provenance.bases, provenance.notes, but=_ELSEWHERE)),
     ]
     return [one_line(line) for line in lines]
+
+
+def way_spacing(provenance: Provenance) -> float:
+    """How far apart a program may ask for places of a way [m]: a zone's speed holds that far beside it."""
+    return min(max(provenance.allowance.position, _LEAST_SPACING), _MOST_SPACING)
 
 
 def _limits(provenance: Provenance) -> list[str]:

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from forcemap.exports.directed_tables import DirectedTables
-from forcemap.exports.head import comment_lines, head_comment
+from forcemap.exports.head import comment_lines, head_comment, way_spacing
 from forcemap.exports.robot_table import RobotTable
 
 _FUNCTION = """\
@@ -33,6 +33,37 @@ IF (D >= FM_D[1]) AND (D <= FM_D[{n}]) AND (H >= FM_H[1]) AND (H <= FM_H[{m}]) T
 ENDIF
 RETURN V
 ENDFCT
+"""
+
+_USE = """\
+how to ask it: $TOOL is the contact site, $BASE is $NULLFRAME, the motion (LIN) is straight and in the map's direction;
+take the least along the whole way from HERE to TARGET (E6POS), asked every {spacing:g} mm, never the speed at one end;
+on 0.0 do not move (docs/kuka.md); P is a FRAME, the others are REAL
+  P = $NULLFRAME
+  P.X = TARGET.X - HERE.X
+  P.Y = TARGET.Y - HERE.Y
+  P.Z = TARGET.Z - HERE.Z
+  L = SQRT(P.X*P.X + P.Y*P.Y + P.Z*P.Z)
+  V = FORCEMAP_SPEED(TARGET)
+  S = 0.0
+  WHILE S < 1.0
+    P.X = HERE.X + S*(TARGET.X-HERE.X)
+    P.Y = HERE.Y + S*(TARGET.Y-HERE.Y)
+    P.Z = HERE.Z + S*(TARGET.Z-HERE.Z)
+    W = FORCEMAP_SPEED(P)
+    IF W < V THEN
+      V = W
+    ENDIF
+    S = S + {spacing:.3f}/(L + {spacing:.3f})
+  ENDWHILE
+  if V > 0.0, and only then: $VEL.CP = V and LIN TARGET
+"""
+
+_USE_ALONG = """\
+how to ask it: $TOOL is the point whose motion the maps are of, $BASE is $NULLFRAME; one question holds for the whole
+straight way (LIN) from HERE to TARGET (E6POS); on 0.0 do not move (docs/kuka.md, docs/atlas.md)
+  V = FORCEMAP_ALONG(HERE, TARGET, {tool})
+  if V > 0.0, and only then: $VEL.CP = V and LIN TARGET
 """
 
 _ALONG = """\
@@ -205,7 +236,8 @@ def krl_along_source(tables: DirectedTables) -> str:
         count=len(tables.tools),
         tables=len(tables.tables),
     )
-    return "\n".join(["DEF FORCEMAP()", *comment_lines(tables.lines, ";"), "END", "", function])
+    use = _USE_ALONG.format(tool=tables.codes[0]).splitlines()
+    return "\n".join(["DEF FORCEMAP()", *comment_lines([*tables.lines, *use], ";"), "END", "", function])
 
 
 def _array(kind: str, name: str, values: Sequence[float]) -> list[str]:
@@ -245,4 +277,5 @@ def krl_source(table: RobotTable) -> str:
     """The text of FORCEMAP.SRC: the function FORCEMAP_SPEED."""
     rows, columns = table.speed_mmps.shape
     function = _FUNCTION.format(n=rows + 1, m=columns + 1, last_i=rows, last_j=columns)
-    return "\n".join(["DEF FORCEMAP()", *head_comment(table.provenance, ";"), "END", "", function])
+    use = comment_lines(_USE.format(spacing=1000 * way_spacing(table.provenance)).splitlines(), ";")
+    return "\n".join(["DEF FORCEMAP()", *head_comment(table.provenance, ";"), *use, "END", "", function])

@@ -7,7 +7,7 @@ import itertools
 import numpy as np
 
 from forcemap.exports.directed_tables import DirectedTables
-from forcemap.exports.head import comment_lines, head_comment
+from forcemap.exports.head import comment_lines, head_comment, way_spacing
 from forcemap.exports.robot_table import RobotTable
 
 _FUNCTION = """\
@@ -32,6 +32,30 @@ def forcemap_speed(pose):
   end
   return speed
 end
+"""
+
+_USE = """\
+how to ask it: the TCP is the contact site, the motion (movel) is straight and in the map's direction; take the least
+along the whole way to a pose there, asked every {spacing_mm:g} mm, never the speed at one end; on 0 do not move
+(docs/universal_robots.md)
+  here = get_actual_tcp_pose()
+  v = forcemap_speed(there)
+  i = 0.0
+  while i < 1.0:
+    w = forcemap_speed(interpolate_pose(here, there, i))
+    if w < v:
+      v = w
+    end
+    i = i + {spacing} / (point_dist(here, there) + {spacing})
+  end
+  if v > 0, and only then: movel(there, a = 1.0, v = v)
+"""
+
+_USE_ALONG = """\
+how to ask it: the TCP is the point whose motion the maps are of; one question holds for the whole straight way
+(movel) to a pose there; on 0 do not move (docs/universal_robots.md, docs/atlas.md)
+  v = forcemap_speed_along(get_actual_tcp_pose(), there, {tool})
+  if v > 0, and only then: movel(there, a = 1.0, v = v)
 """
 
 _ALONG = """\
@@ -227,7 +251,8 @@ def urscript_along(tables: DirectedTables) -> str:
         site_z=_exact(offsets[2]),
         tables=len(zones),
     )
-    return "\n".join([*comment_lines(tables.lines, "#"), function])
+    use = _USE_ALONG.format(tool=tables.codes[0])
+    return "\n".join([*comment_lines([*tables.lines, *use.splitlines()], "#"), function])
 
 
 def _starts(sizes: list[int]) -> list[int]:
@@ -257,7 +282,9 @@ def urscript(table: RobotTable) -> str:
         last_j=columns - 1,
         columns=columns,
     )
-    return "\n".join([*head_comment(table.provenance, "#"), function])
+    spacing = way_spacing(table.provenance)
+    use = comment_lines(_USE.format(spacing=f"{spacing:g}", spacing_mm=1000 * spacing).splitlines(), "#")
+    return "\n".join([*head_comment(table.provenance, "#"), *use, function])
 
 
 def _list(values: list[float]) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -32,6 +33,8 @@ class Gap:
         Direction to measure, in the words of campaign.toml.
     loaded : Loaded
         Contact site, tool and payload to measure with.
+    segments : tuple of str
+        Names of the segments that it would cover, or a part of.
     length : float
         Length of the path that it would cover [m], as far as nothing else forbids a speed there.
     states : int
@@ -44,6 +47,7 @@ class Gap:
 
     direction: str
     loaded: Loaded
+    segments: tuple[str, ...]
     length: float
     states: int
     gain: float
@@ -76,7 +80,8 @@ def map_gaps(speeds: PathSpeeds) -> tuple[Gap, ...]:
             if lengths[covers].sum() < _LEAST:
                 break
             length = float(lengths[covers].sum())
-            found.append(Gap(words, need, length, _states(speeds, need, words), saved * length))
+            names = tuple(dict.fromkeys(itertools.compress(speeds.path.names, covers)))
+            found.append(Gap(words, need, names, length, _states(speeds, need, words), saved * length))
             left &= ~covers
     return tuple(sorted(found, key=lambda gap: -gap.length))
 

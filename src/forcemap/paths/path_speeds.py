@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
+from typing import Any
 
 import numpy as np
 
@@ -220,19 +222,44 @@ def path_speeds(
     BoundNotAvailable
         The map, or every map, cannot carry the bound.
     """
+    case: dict[str, Any] = {"bound": bound, "allowance": allowance, "step": step, "angle": angle, "table": table}
+    return path_speeds_at(maps, path, [np.zeros(3)], task, **case)[0]
+
+
+def path_speeds_at(
+    maps: ForceMap | Atlas,
+    path: ToolPath,
+    offsets: Sequence[FloatArray],
+    task: Task,
+    *,
+    bound: Bound,
+    allowance: Allowance | None = None,
+    step: float = LONGEST_PIECE,
+    angle: float = WIDEST_ANGLE,
+    table: LimitTable | None = None,
+) -> list[PathSpeeds]:
+    """As `path_speeds`, of a path moved by each of some offsets, shape (3,) [m]; together faster than one by one."""
     task.require_segments(path.names)
     atlas = Atlas.of(maps).carrying(bound)
     atlas.require_task(task)
     raised_off_axis(angle)  # refuses an angle for which nothing was measured
     allowance, table = allowance or Allowance(), table or standard_limit_table()
-    path = path.resampled(step)
+    paths = [path.moved(offset).resampled(step) for offset in offsets]
+    reach = allowance.position + path.deviation
+    matched = [matched_maps(atlas, each, task, angle=angle, beside=reach) for each in paths]
+    strictest = _strictest(matched, paths, task, bound, allowance, table)
+    parts = strictest.parts([len(each) for each in paths])
+    return [_path_speeds(*each, task, allowance) for each in zip(paths, matched, parts, strict=True)]
+
+
+def _path_speeds(
+    path: ToolPath, matched: MatchedMaps, strictest: _Strictest, task: Task, allowance: Allowance
+) -> PathSpeeds:
+    """The speeds along a path in pieces, by the strictest of each piece."""
     segments = [task.segment(name) for name in path.names]
     excluded = np.array([segment.contact is None for segment in segments])
     stated = np.array([segment.speed for segment in segments])
     programmed = _programmed_speeds(path, stated, excluded, task.acceleration)
-
-    matched = matched_maps(atlas, path, task, angle=angle, beside=allowance.position + path.deviation)
-    strictest = _strictest(matched, path, task, bound, allowance, table)
     outcome, reason, missing = strictest.outcome, strictest.reason, matched.missing
     reason[missing] = matched.reasons(missing)
     outcome[missing] = [_without_map(each) for each in reason[missing]]
@@ -262,7 +289,7 @@ def path_speeds(
         slowed=_as_programmed("as programmed, slowed where too fast", *timing, programmed, speed),
         acceleration=task.acceleration,
         allowance=allowance,
-        bases=_without_direction(told_apart(strictest.bases, atlas)),
+        bases=_without_direction(told_apart(strictest.bases, matched.atlas)),
         notes=_notes(matched, path, task, programmed, excluded, allowance),
         matched=matched,
     )
@@ -342,11 +369,16 @@ class _Strictest:
     reason: Objects
     governed_by: Objects
     map_name: Objects
-    bases: list[tuple[str, Basis]]
+    taken: list[tuple[Indices, str, Basis]]
+
+    @property
+    def bases(self) -> list[tuple[str, Basis]]:
+        """What the speeds rest on, with the name of their map."""
+        return [(map_name, basis) for _, map_name, basis in self.taken]
 
     def take(self, pieces: Indices, speeds: ZoneSpeeds, case: str, map_name: str) -> None:
         """Keep the speeds to program on some pieces, of the `case` of a body area, where they are stricter."""
-        self.bases.append((map_name, speeds.basis))
+        self.taken.append((pieces, map_name, speeds.basis))
         value = np.where(np.isnan(speeds.speed_to_program), -np.inf, speeds.speed_to_program)
         stricter = np.flatnonzero(value < self.speed[pieces])
         changed = pieces[stricter]
@@ -356,34 +388,46 @@ class _Strictest:
         self.outcome[changed] = [PieceOutcome(str(outcome)) for outcome in speeds.to_program_outcome[stricter]]
         self.reason[changed] = speeds.to_program_reason[stricter]
 
+    def parts(self, sizes: Sequence[int]) -> list[_Strictest]:
+        """The same for paths of so many pieces one after the other, each with what its own pieces rest on."""
+        columns, ends = dict(vars(self)), np.cumsum(sizes).tolist()
+        taken = columns.pop("taken")
+        parts = []
+        for start, end in itertools.pairwise([0, *ends]):
+            own = [each for each in taken if np.any((each[0] >= start) & (each[0] < end))]
+            parts.append(_Strictest(**{name: column[start:end] for name, column in columns.items()}, taken=own))
+        return parts
+
 
 def _strictest(
-    matched: MatchedMaps,
-    path: ToolPath,
+    matched: Sequence[MatchedMaps],
+    paths: Sequence[ToolPath],
     task: Task,
     bound: Bound,
     allowance: Allowance,
     table: LimitTable,
 ) -> _Strictest:
-    """The lowest speed over the body areas and maps of each piece."""
-    n = len(path)
+    """The lowest speed over the body areas and maps of each piece, of one path at several offsets."""
+    segment_of = [task.segment(name) for path in paths for name in path.names]
+    starts, ends = (np.concatenate([path.points[part] for path in paths]) for part in (slice(-1), slice(1, None)))
+    off_angles, reach = np.hstack([each.off_angles for each in matched]), allowance.position + paths[0].deviation
+    n = len(segment_of)
     outcome, reason, governed_by, map_name = np.full((4, n), "", dtype=object)
     none, unlimited = np.full(n, np.nan), np.full(n, np.inf)
     strictest = _Strictest(unlimited, none, none.copy(), unlimited.copy(), outcome, reason, governed_by, map_name, [])
-    segment_of, reach = [task.segment(name) for name in path.names], allowance.position + path.deviation
     for area, contact in {(area, segment.contact): None for segment in task.segments for area in segment.areas}:
         assert contact is not None
         limit = force_limit(area, table=table)
         threatened = np.array([segment.contact is contact and area in segment.areas for segment in segment_of])
-        standard = _standard_speeds(matched, limit, contact)[threatened]
+        standard = np.concatenate([_standard_speeds(each, limit, contact) for each in matched])[threatened]
         strictest.standard[threatened] = np.minimum(strictest.standard[threatened], standard)
-        for entry, off_angle in zip(matched.atlas.maps, matched.off_angles, strict=True):
+        for entry, off_angle in zip(matched[0].atlas.maps, off_angles, strict=True):
             assert entry.force_map is not None
             for side in (off_angle <= ON_AXIS, off_angle > ON_AXIS):
                 pieces = np.flatnonzero(threatened & side)
                 if pieces.size:
-                    points = path.points + matched.offsets[entry.loaded]
-                    segments = Segments(points[pieces], points[pieces + 1])
+                    offset = matched[0].offsets[entry.loaded]
+                    segments = Segments(starts[pieces] + offset, ends[pieces] + offset)
                     speeds = zone_speeds(
                         entry.force_map,
                         segments.zones.grown(reach) if reach > 0 else segments,

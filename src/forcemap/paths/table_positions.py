@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import itertools
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -15,7 +17,7 @@ from forcemap.limits.body_areas import LimitTable
 from forcemap.maps.bounds import Bound
 from forcemap.maps.force_map import ForceMap
 from forcemap.paths.atlas import Atlas
-from forcemap.paths.path_speeds import PathSpeeds, PieceOutcome, path_speeds
+from forcemap.paths.path_speeds import LONGEST_PIECE, PathSpeeds, PieceOutcome, path_speeds_at
 from forcemap.paths.task import Task
 from forcemap.paths.tool_path import ToolPath
 from forcemap.speeds.allowance import Allowance
@@ -24,7 +26,12 @@ from forcemap.speeds.basis import Basis
 POSITION_STEP = 0.05
 """Distance between positions of the table, unless stated [m]; a choice."""
 
+FINEST_STEP = 0.005
+"""Closest positions that are looked at without being asked for [m]; a choice: the position tolerance."""
+
 _MOST_POSITIONS = 20_000  # a choice: minutes to hours
+_STEPS_AROUND = 5  # of `around`; as many as make a step of the grid before, which is five times as wide
+_PIECES_AT_ONCE = 1000  # of the path at several positions; a choice: progress is seen about every half second
 _ROUNDING = 1e-9  # of a step; a multiple this close beyond the range belongs to it
 _DECIMALS = 12  # of a position [m], so that multiples of a step read as they are stated
 
@@ -75,6 +82,12 @@ class TaskPlaces:
         i, j = np.unravel_index(np.nanargmin(self.duration), self.duration.shape)
         return float(self.distance[i]), float(self.height[j]), float(self.duration[i, j])
 
+    def finer_step(self, step: float) -> float | None:
+        """A fifth of a step [m], where no position is permitted as a whole and closer ones may be; else None."""
+        closest, finer = self.closest_speeds, max(step / _STEPS_AROUND, FINEST_STEP)
+        near = np.isin(closest.outcome[closest.refused], (PieceOutcome.OUTSIDE, PieceOutcome.UNCONFIRMED)).all()
+        return finer if self.best is None and near and self.most_permitted[2] > 0 and finer < step else None
+
     @property
     def sensitivity(self) -> list[tuple[float, float, float]]:
         """(shift in distance, shift in height, change of cycle time) of the best position's neighbours [m, m, s].
@@ -99,6 +112,7 @@ def place_task(
     step: float = POSITION_STEP,
     allowance: Allowance | None = None,
     table: LimitTable | None = None,
+    around: tuple[float, float] | None = None,
     progress: Callable[[int], None] | None = None,
 ) -> TaskPlaces:
     """Cycle times of a task over positions of the table it is done on.
@@ -122,6 +136,8 @@ def place_task(
         What the robot may deviate; `Allowance()` if not given.
     table : LimitTable, optional
         Table of limits; that of ISO/TS 15066:2016 if not given.
+    around : tuple of float, optional
+        Only positions at most five steps from this distance and height [m].
     progress : callable, optional
         Called with the number of positions done.
 
@@ -139,14 +155,13 @@ def place_task(
         The map cannot carry the bound.
     """
     atlas = Atlas.of(maps)
-    distance, height = table_positions(atlas, path, step)
+    distance, height = table_positions(atlas, path, step, around)
     duration, standard, permitted = np.full((3, distance.size, height.size), np.nan)
     best: PathSpeeds | None = None
     closest: tuple[tuple[float, float], tuple[float, float], PathSpeeds] | None = None
     fullest: PathSpeeds | None = None
-    for number, (i, j) in enumerate(np.ndindex(duration.shape), start=1):
-        moved = path.moved(np.array([distance[i], 0.0, height[j]]))
-        speeds = path_speeds(atlas, moved, task, bound=bound, allowance=allowance, table=table)
+    case = {"bound": bound, "allowance": allowance, "table": table}
+    for number, (i, j), speeds in _at_positions(atlas, path, task, distance, height, **case):
         duration[i, j] = speeds.allowed.duration
         standard[i, j] = speeds.standard.duration
         lengths = speeds.path.lengths
@@ -168,8 +183,26 @@ def place_task(
     )
 
 
-def table_positions(maps: ForceMap | Atlas, path: ToolPath, step: float) -> tuple[FloatArray, FloatArray]:
+def _at_positions(
+    atlas: Atlas, path: ToolPath, task: Task, distance: FloatArray, height: FloatArray, **case: Any
+) -> Iterator[tuple[int, tuple[int, int], PathSpeeds]]:
+    """The number of each position, where it stands in the grid, and the speeds of the path there."""
+    together = max(1, _PIECES_AT_ONCE // len(path.resampled(LONGEST_PIECE)))
+    places = list(np.ndindex(distance.size, height.size))
+    for first in range(0, len(places), together):
+        some = places[first : first + together]
+        offsets = [np.array([distance[i], 0.0, height[j]]) for i, j in some]
+        yield from zip(
+            itertools.count(first + 1), some, path_speeds_at(atlas, path, offsets, task, **case), strict=False
+        )
+
+
+def table_positions(
+    maps: ForceMap | Atlas, path: ToolPath, step: float, around: tuple[float, float] | None = None
+) -> tuple[FloatArray, FloatArray]:
     """Distances and heights [m] of a table's frame, multiples of `step`, at which the path comes into the ranges' box.
+
+    Those at most five steps from the place `around`, if one is given.
 
     Raises
     ------
@@ -181,6 +214,11 @@ def table_positions(maps: ForceMap | Atlas, path: ToolPath, step: float) -> tupl
     distance = _positions(low[0] - path.points[:, 0].max(), high[0] - path.points[:, 0].min(), step)
     height = _positions(low[1] - path.points[:, 2].max(), high[1] - path.points[:, 2].min(), step)
     distance = distance[distance >= 0]
+    if around is not None:
+        reach = (_STEPS_AROUND + _ROUNDING) * step
+        distance, height = (
+            axis[np.abs(axis - middle) <= reach] for axis, middle in zip((distance, height), around, strict=True)
+        )
     total = distance.size * height.size
     if not 0 < total <= _MOST_POSITIONS:
         raise InputError(f"step: found {step:g} m, which makes {total} positions, expected from 1 to {_MOST_POSITIONS}")
