@@ -18,7 +18,7 @@ from forcemap.paths.table_positions import TaskPlaces
 from forcemap.speeds.basis import Basis
 from forcemap.words import assumptions, by_map, sentence, sentences, warnings
 
-RULES = ("allowed", "standard", "constant", "program", "slowed")
+RULES = ("allowed", "standard", "constant", "segmented", "program", "slowed")
 
 
 class PieceAnswer(Answer):

@@ -10,7 +10,7 @@ from typer import Argument, Option
 
 import forcemap as fm
 from forcemap.answers.accuracy import AccuracyAnswer
-from forcemap.answers.comparison import Body, ComparisonAnswer
+from forcemap.answers.comparison import AllowedSpeed, Body, ComparisonAnswer
 from forcemap.answers.effective_mass import MassComparisonAnswer
 from forcemap.answers.two_maps import RatioAt, TwoMapsAnswer
 from forcemap.cli.effective_mass import mass_comparison_lines
@@ -204,7 +204,7 @@ def comparison_lines(answer: ComparisonAnswer) -> list[str]:
         header = ["speeds at contact [m/s]", "limit", "measured places", "permitted", "lowest", "median", "highest"]
         sources = dict.fromkeys(f"{model.limit_N:g} N: {model.limit_source}" for model in answer.allowed)
         rows = [
-            [model.model, f"{model.limit_N:g} N", str(model.places), str(model.confirmed_places)]
+            [model.model, f"{model.limit_N:g} N", str(model.places), _permitted(model)]
             + [shown(speed) for speed in (model.lowest_speed_mps, model.median_speed_mps, model.highest_speed_mps)]
             for model in answer.allowed
         ]
@@ -212,6 +212,12 @@ def comparison_lines(answer: ComparisonAnswer) -> list[str]:
         lines += [f"maps with {bound_words(answer.bound)}", *sources]
         lines += [f"{model.model} at {model.limit_N:g} N: {model.note}" for model in answer.allowed if model.note]
     return [*lines, "", *listing("Assumes", answer.assumptions)]
+
+
+def _permitted(model: AllowedSpeed) -> str:
+    """At how many measured places a model permits a speed; a formula, which has one all the same, permits nothing."""
+    formula = not model.confirmed_places and model.median_speed_mps is not None
+    return "formula" if formula else str(model.confirmed_places)
 
 
 def _gain(answer: ComparisonAnswer) -> str:

@@ -34,7 +34,7 @@ from forcemap.exports.safety_proposal import safety_proposal
 from forcemap.exports.scaling import scaling_csv, scaling_result
 from forcemap.exports.urscript import urscript, urscript_along
 from forcemap.exports.zones import zones_csv, zones_result
-from forcemap.maps.direction import RAISED_OFF_AXIS, WIDEST_ANGLE, raised_off_axis
+from forcemap.maps.direction import WIDEST_ANGLE, raised_off_axis
 from forcemap.paths.atlas import Atlas
 from forcemap.words import sentence, warnings
 
@@ -162,8 +162,11 @@ def _zones_permitted(found: _Permitted, angle: float, *, one: bool) -> str:
 
 
 def zones_raised(angle: float, *, one: bool) -> fm.Finding:
-    """How far the bound of zones is raised, since a program that looks them up knows no direction."""
-    return fm.Finding.of(fm.FindingKind.ZONES_RAISED, angle_deg=angle, raised=RAISED_OFF_AXIS - 1, one=one)
+    """Why zones give less than a path: how far their bound is raised, since a program that looks them up knows no
+    direction, and the places that they hold for."""
+    raised = raised_off_axis(angle) - 1
+    further = one and raised > 0
+    return fm.Finding.of(fm.FindingKind.ZONES_RAISED, angle_deg=angle, raised=raised, further=further)
 
 
 def task_of(given: options.Stated, maps: fm.ForceMap | Atlas, *others: fm.Contact | float | None) -> fm.Task:
@@ -213,7 +216,7 @@ def write(
 ) -> None:
     """Write the files, or print them, and say what is permitted; `files` are texts by their names in a folder.
 
-    `raised` says which motions count a raised bound, if the angle leaves any.
+    `raised` says why zones give less than a path.
     """
     written = []
     for name, text in files.items() if output else ():
@@ -226,7 +229,7 @@ def write(
     words += "" if raised_off_axis(angle) > 1 else ", for motion straight along the map's direction ONLY"
     verdict = f"{words}; not safety-rated, to be confirmed before use"
     lines = verdict_first(verdict, warnings(provenance.bases), simulated=provenance.simulated)
-    lines += [sentence(raised)] if raised_off_axis(angle) > 1 else []
+    lines.append(sentence(raised))
     lines += [f"written to {file}" for file in written]
     emit(result | {"written": written}, lines, as_json=as_json)
 

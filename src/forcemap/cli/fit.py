@@ -134,7 +134,7 @@ def _verdict(answer: FitAnswer) -> str:
     if answer.bound_margin_percent is None:
         return "NO SAFE SPEED follows from this map with a tolerance bound: too few states for one"
     low, high = answer.bound_margin_percent.lowest, answer.bound_margin_percent.highest
-    fixed = "suffices" if high <= 100 * PAPER_MARGIN and not answer.form_test.misses else "is not enough"
+    fixed = "suffices" if high <= 100 * PAPER_MARGIN else "is too small"
     return (
         f"SAFE SPEEDS can follow from this map: its tolerance bound lies {low:.1f} to {high:.1f} % above the "
         f"prediction (a fixed + 10 % {fixed} here), and predictions are at most "

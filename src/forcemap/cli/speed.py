@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -256,9 +257,12 @@ def fastest_line(answer: SpeedMapAnswer) -> str:
         at = f" ({count} of {counted(len(answer.places), 'place')})" if count < len(answer.places) else ""
         return f"No speed to program at any place: {reason}{at}"
     slow, fast = (pick(program, key=lambda place: place.speed_to_program_mps or 0.0) for pick in (min, max))
-    every = f"{shown(slow.speed_to_program_mps)} m/s at all {counted(len(program), 'place')} with a speed"
+    slowest, share = shown(slow.speed_to_program_mps), math.floor(100 * len(program) / len(answer.places))
     where = f"{shown(fast.speed_to_program_mps)} m/s at d = {fast.distance_m:.4g} m, h = {fast.height_m:.4g} m"
-    return f"Program at most {every}; up to {where}"
+    return (
+        f"{len(program)} of {counted(len(answer.places), 'place')} ({share} %) have a speed to program, place by place "
+        f"{slowest} m/s to {where}; one speed for all of them: {slowest} m/s"
+    )
 
 
 def standard_lines(answer: SpeedMapAnswer) -> list[str]:

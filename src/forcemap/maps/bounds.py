@@ -214,8 +214,8 @@ def weakness(bound: Bound, force_map: ForceMap) -> Finding | None:
 
     The usual ones are the paper's + 10 % and 95 % confidence for 95 % of states, with 3 N where the device's error is
     not stated. A fixed margin is weak, too, where the impacts of a fitted map contradict it: too few states for a
-    tolerance bound, a tolerance bound above the margin, test states above that bound, or a form that does not fit.
-    Nothing is exported with a weak bound.
+    tolerance bound, a tolerance bound above the margin, test states above that bound, or a form that does
+    not fit so that no bound may cover it. Nothing is exported with a weak bound.
     """
     if type(bound) not in (FixedMargin, ToleranceBound):
         return Finding.of(FindingKind.WEAK_BOUND_UNKNOWN, bound=str(bound))
@@ -244,7 +244,7 @@ def _against_margin(bound: FixedMargin, force_map: ForceMap) -> Finding | None:
         return Finding.of(FindingKind.TOO_FEW_FOR_TOLERANCE)
     if why := contradiction(force_map, usual):
         return why
-    if (tested := force_map.form_test) and tested.misses:
+    if (tested := force_map.form_test) and tested.misses and not tested.covered:
         return tested.significant[0].finding
     allowed = margins(usual, force_map)
     exceeded = int(np.sum(allowed > bound.margin))

@@ -105,9 +105,10 @@ class PathSpeeds:
     programmed : array, shape (n,)
         Programmed speed [m/s]; of a timed path the highest that its rows allow for, where contact is excluded the mean,
         which counts as the task's speed up to 1 % above it. NaN where not stated.
-    allowed, standard, constant, program, slowed : CycleTime
-        Cycle times at the allowed speeds; at the standard's one speed; at the lowest allowed speed throughout; as
-        programmed; as programmed, slowed to the allowed speed where that is lower.
+    allowed, standard, constant, segmented, program, slowed : CycleTime
+        Cycle times at the allowed speeds; at the standard's one speed; at the lowest allowed speed throughout; at that
+        of each segment, as by one motion command; as programmed; as programmed, slowed to the allowed speed where that
+        is lower.
     acceleration : float
         Largest acceleration along the path [m/s^2].
     allowance : Allowance
@@ -132,6 +133,7 @@ class PathSpeeds:
     allowed: CycleTime
     standard: CycleTime
     constant: CycleTime
+    segmented: CycleTime
     program: CycleTime
     slowed: CycleTime
     acceleration: float
@@ -285,6 +287,7 @@ def _path_speeds(
         allowed=_cycle_time("allowed speeds", *timing, speed),
         standard=_cycle_time("the standard's one speed", *timing, np.where(excluded, stated, standard), standard),
         constant=_cycle_time("lowest allowed speed throughout", *timing, np.where(excluded, stated, lowest), lowest),
+        segmented=_cycle_time("lowest allowed speed of each segment", *timing, _lowest_of_segments(path.names, speed)),
         program=_as_programmed("as programmed", *timing, programmed, programmed),
         slowed=_as_programmed("as programmed, slowed where too fast", *timing, programmed, speed),
         acceleration=task.acceleration,
@@ -293,6 +296,12 @@ def _path_speeds(
         notes=_notes(matched, path, task, programmed, excluded, allowance),
         matched=matched,
     )
+
+
+def _lowest_of_segments(names: Sequence[str], speed: FloatArray) -> FloatArray:
+    """The lowest speed of the segment of each piece, shape (n,); NaN where it has none."""
+    starts = np.array([number for number in range(len(names)) if not number or names[number] != names[number - 1]])
+    return np.repeat(np.fmin.reduceat(speed, starts), np.diff([*starts, len(names)]))
 
 
 def _programmed_speeds(path: ToolPath, of_task: FloatArray, excluded: Mask, acceleration: float) -> FloatArray:

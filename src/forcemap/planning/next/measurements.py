@@ -115,10 +115,11 @@ class NextMeasurements:
     @property
     def progress(self) -> Finding:
         """At how many places of the grid there is a speed now, and is expected to be after these runs."""
-        counted = {"confirmed": self.confirmed, "places": self.places}
+        counted = {"confirmed": self.confirmed, "places": self.places, "now": self.confirmed / self.places}
         if self.plan is None or math.isnan(self.expected_speed):
             return Finding.of(FindingKind.PLACES_COUNTED, **counted)
-        return Finding.of(FindingKind.PLACES_EXPECTED, **counted, expected=self.expected_confirmed)
+        after = {"expected": self.expected_confirmed, "then": self.expected_confirmed / self.places}
+        return Finding.of(FindingKind.PLACES_EXPECTED, **counted, **after)
 
 
 def next_measurements(
