@@ -347,8 +347,8 @@ def test_they_are_said_before_every_speed_and_kept_by_a_map_file(table, tmp_path
     assert not {warning.kind for warning in published.basis.warnings} & {FindingKind.FORM_UNSEEN_BETWEEN}
 
 
-def test_what_the_form_misses_makes_a_fixed_margin_weak_and_is_covered_where_places_are_spread():
-    """A margin does not widen by what the form misses; a tolerance bound does, where places are spread."""
+def test_what_the_form_misses_is_said_first_and_makes_a_margin_weak_only_where_no_bound_covers_it():
+    """Where places are spread a tolerance bound widens by it: it stands among what a speed rests on."""
     rng, asked = np.random.default_rng(8), {"limit": 250.0, "contact": fm.Contact.QUASI_STATIC}
     bent = log_force("form", spread(), rng) + 8 * np.maximum(spread()[:, 0] - 0.78, 0) ** 2
     for at, level, misses, covered in (
@@ -360,11 +360,15 @@ def test_what_the_form_misses_makes_a_fixed_margin_weak_and_is_covered_where_pla
         where = dict(zip(("distance", "height", "speed"), np.repeat(at, 3, axis=0).T, strict=True))
         force_map = fm.fit_force_map(fm.ImpactDataset.from_arrays(**where, peak_force=force))
         assert (force_map.form_test.misses, force_map.form_test.covered) == (misses, covered)
-        for bound, weak in ((fm.FixedMargin(), misses), (fm.ToleranceBound(), False)):
+        for bound, weak in ((fm.FixedMargin(), not covered), (fm.ToleranceBound(), False)):
             basis = fm.safe_speed(force_map, 0.7, 0.3, bound=bound, **asked).basis
             assert (basis.export_refusal is not None and "WEAK BOUND" in sentence(basis.export_refusal)) == weak
-        said = [sentence(each) for each in basis.warnings if each.kind is FindingKind.FORM_DOUBTED]
-        start = "THE TOLERANCE BOUND COVERS WHAT" if covered else "THE FORM DOES NOT FIT, MEASURE MORE BEFORE"
+        said = [
+            sentence(each)
+            for each in (basis.notes if covered else basis.warnings)
+            if each.kind is FindingKind.FORM_DOUBTED
+        ]
+        start = "the bound includes what" if covered else "THE FORM DOES NOT FIT, MEASURE MORE BEFORE"
         assert [each.startswith(start) for each in said] == [True] * misses
 
 

@@ -22,6 +22,7 @@ class FormAnswer(Answer):
     rises_inside: bool
     rises_above: bool
     p_better: Figure
+    covered: bool
     note: Joined = of("notes")
 
 

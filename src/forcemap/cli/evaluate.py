@@ -102,7 +102,7 @@ def forms_lines(answer: FormsAnswer, source: str) -> list[str]:
     """A recommendation, its reasons, and the forms beside each other."""
     header = ["form", "error", "underest.", "max", "bound mean", "bound max", "rises inside", "rises above"]
     return [
-        *verdict_first(f"Recommended: {answer.recommended or 'none'}", simulated=answer.simulated),
+        *verdict_first(f"Recommended: {answer.recommended or 'none'}{_after(answer)}", simulated=answer.simulated),
         *(f"  {reason}" for reason in answer.reasons),
         *_next(answer, source),
         "",
@@ -116,6 +116,12 @@ def forms_lines(answer: FormsAnswer, source: str) -> list[str]:
         "",
         *listing("Assumes", answer.assumptions),
     ]
+
+
+def _after(answer: FormsAnswer) -> str:
+    """What has to be done before the recommended form is used."""
+    off = any(form.form == answer.recommended and not form.covered for form in answer.forms)
+    return ", but measure more before its speeds are used" if off else ""
 
 
 def _next(answer: FormsAnswer, source: str) -> list[str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import shlex
 from pathlib import Path
 from typing import Annotated
@@ -56,7 +57,12 @@ def fit(
     if output:
         write_result(output, map_text(force_map), mark='"schema": "forcemap-map/')
     written = [f"map written to {output}" if output else "no file written; -o MAP.json writes the map"]
-    if not force_map.binding.refusal:
+    if math.isnan(force_map.conditions.device.stiffness):
+        written.append(
+            "No speed for a body area follows yet: the spring of the measuring device is not stated; name it in "
+            "campaign.toml (device.stiffness_N_per_m), or fit again with --device-spring-N-per-mm"
+        )
+    elif not force_map.binding.refusal:
         written.append(
             f"Next: forcemap speed-map {shlex.quote(output or table)} --area AREA --contact transient (or "
             "quasi-static); forcemap limits lists the areas"
@@ -135,8 +141,11 @@ def _verdict(answer: FitAnswer) -> str:
         return "NO SAFE SPEED follows from this map with a tolerance bound: too few states for one"
     low, high = answer.bound_margin_percent.lowest, answer.bound_margin_percent.highest
     fixed = "suffices" if high <= 100 * PAPER_MARGIN else "is too small"
+    usable = "SAFE SPEEDS can follow from this map"
+    if answer.form_test.misses and not answer.form_test.covered:
+        usable = "MEASURE MORE before speeds of this map are used, its form does not fit"
     return (
-        f"SAFE SPEEDS can follow from this map: its tolerance bound lies {low:.1f} to {high:.1f} % above the "
+        f"{usable}: its tolerance bound lies {low:.1f} to {high:.1f} % above the "
         f"prediction (a fixed + 10 % {fixed} here), and predictions are at most "
         f"{answer.accuracy.max_underestimation_percent:.1f} % too low on {answer.accuracy.on}"
     )

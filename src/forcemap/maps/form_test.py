@@ -198,8 +198,8 @@ class FormTest:
 
     @property
     def warnings(self) -> tuple[Finding, ...]:
-        """What must be said before every speed."""
-        doubt = () if self.departures and not self.significant else (self.finding,)
+        """What must be said before every speed; what the bound covers stands among what a speed depends on."""
+        doubt = () if self.departures and (self.covered or not self.misses) else (self.finding,)
         return (*doubt, *self.scatter, *self.unseen)
 
 

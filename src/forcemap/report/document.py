@@ -19,11 +19,13 @@ from forcemap.assessment.folder import inputs_sha256
 from forcemap.assessment.missing import Missing
 from forcemap.assessment.point_results import PointOutcome
 from forcemap.assessment.state_results import StateResult
+from forcemap.campaigns.conditions import Conditions
 from forcemap.campaigns.not_stated import Matters
 from forcemap.campaigns.recordings_table import Use
 from forcemap.files import stated_date
 from forcemap.findings import Finding, FindingKind
-from forcemap.limits.force_limits import Contact
+from forcemap.limits.device_spring import DeviceSuitability, device_suitability
+from forcemap.limits.force_limits import Contact, ForceLimit
 from forcemap.report.curves import Curve, force_curves, highest_force
 from forcemap.report.permission import (
     cell_words,
@@ -94,6 +96,7 @@ def report_html(
             rests_on=_rests_on(assessment),
             straight=_straight(assessment),
             device_words=device_words(assessment.conditions),
+            spring=lambda limit: _spring(limit, assessment.conditions).statement,
             further_inputs=further_inputs(assessment.inputs),
             curves=_curves(assessment),
             places=_places(assessment),
@@ -221,10 +224,18 @@ def _rests_on(assessment: CampaignAssessment) -> list[str]:
     measured = (
         f"Measured: {counted}, with {device_words(c)}, {c.date or 'date not stated'}, by {c.operator or 'not stated'}"
     )
+    springs = [_spring(limit, c).statement for limit in a.limits if limit.permitted]
+    stiffer = [each for each in springs if each and each.kind is FindingKind.SPRING_STIFFER]
+    measured = "; ".join([measured, *sentences(stiffer)])
     source = a.force_map.reason if isinstance(a.force_map, Missing) else f"{a.force_map.form.name} {a.force_map.source}"
     bound = f"no bound: {a.bound.reason}" if isinstance(a.bound, Missing) else str(a.bound)
     editions = dict.fromkeys(f"{limit.edition}, table version {limit.version}" for limit in a.limits)
     return [measured, f"Map: {source}; {bound}", f"Limits: {'; '.join(editions)}"]
+
+
+def _spring(limit: ForceLimit, conditions: Conditions) -> DeviceSuitability:
+    """How the springs of the device and of a body area compare."""
+    return device_suitability(limit.name, limit.stiffness, conditions.device.stiffness)
 
 
 def _places(assessment: CampaignAssessment) -> list[tuple[float, float, list[float]]]:

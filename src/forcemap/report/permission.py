@@ -114,7 +114,8 @@ def point_permissions(assessment: CampaignAssessment) -> list[str]:
             point = result.point
             alone = result.confirmed_by if point.by_measurements else ()
             confirmed_by = ("",) if alone else result.confirmed_by
-            named = f"{point.name} (at most {floor_speed(result.speed)} m/s{_counted(alone)})"
+            programmed = "" if math.isnan(point.programmed) else f", programmed {point.programmed:g}"
+            named = f"{point.name} (at most {floor_speed(result.speed)} m/s{programmed}{_counted(alone)})"
             groups.setdefault((point.limit, point.contact, confirmed_by, pressure_words(result)), []).append(named)
     return [
         f"Contact {'points' if len(named) > 1 else 'point'} {', '.join(named)} to program, {_limit(limit, contact)}: "
@@ -125,13 +126,16 @@ def point_permissions(assessment: CampaignAssessment) -> list[str]:
 
 
 def cell_words(assessment: CampaignAssessment) -> str:
-    """Whether the cell may run as programmed, as far as its contact points tell; empty where that does not follow."""
+    """Whether the cell may run as programmed, as far as its contact points tell; empty without any."""
     points = () if isinstance(assessment.points, Missing) else assessment.points
     if any(result.lacks for result in points):
         return "The cell may not run as programmed."
-    stated = points and not any(math.isnan(result.point.programmed) for result in points)
-    if not stated or assessment.simulated:
+    if not points:
         return ""
+    if unstated := [result.point.name for result in points if math.isnan(result.point.programmed)]:
+        return f"Whether the cell may run does not follow: no programmed speed is stated for {', '.join(unstated)}."
+    if assessment.simulated:
+        return "Whether the cell may run as programmed does not follow: the impacts are simulated."
     said = "At these contact points the cell may run as programmed"
     if any(result.outcome is PointOutcome.BY_MAP for result in points):
         said += " once impacts confirm the map (forcemap confirm)"

@@ -185,6 +185,7 @@ def basis_of(
             *([weak] if weak else []),
             *(transfer.warnings if transfer else ()),
             *basis.warnings,
+            *_clamping_unseen(basis),
             *([doubt] if doubt else []),
             *_own_limits_unused(limit, force_map.conditions),
             *_unchecked_units(force_map),
@@ -201,6 +202,12 @@ def basis_of(
         bound=bound,
         source=force_map.source,
     )
+
+
+def _clamping_unseen(basis: Basis) -> list[Finding]:
+    """A warning where a transient limit is used though Phase II of some impacts is not known."""
+    unrecorded = basis.phase_two.unrecorded if basis.phase_two.recorded else 0
+    return [Finding.of(FindingKind.CLAMPING_UNSEEN, unrecorded=unrecorded)] if basis.unseen else []
 
 
 def _own_limits_unused(limit: ForceLimit | NewtonLimit, conditions: Conditions) -> list[Finding]:
@@ -443,7 +450,8 @@ def map_notes(force_map: ForceMap, bound: Bound) -> list[Finding]:
         wholly = fit.left_out.select(fit.left_out.impacts == 0).name
         note(kind.CENSORED_NOT_IN_FIT, impacts=fit.censored_samples, left_out=", ".join(wholly))
     note(kind.CENSORED_IN_FIT, fit.censored_samples and fit.censored_fit, impacts=fit.censored_samples)
-    return notes
+    tested = force_map.form_test
+    return [*notes, tested.finding] if tested and tested.misses and tested.covered else notes
 
 
 def _require_contact(force_map: ForceMap, limit: NewtonLimit, contact: Contact | None) -> None:
