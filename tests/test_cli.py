@@ -420,8 +420,10 @@ def test_phase_two_that_was_not_recorded_stands_beside_the_speed(forcemap, ask, 
     assert code == 0
     assert "Phase II not measured" in found["reason"]
     _, out, _ = forcemap(*command, "transient")
+    assert "! PHASE II NOT MEASURED: nothing shows that contact does not clamp" in " ".join(out.split())
+    assert "PHASE II NOT MEASURED" not in forcemap(*command, "quasi-static")[1]
     (line,) = [line for line in out.splitlines() if line.startswith("  contact ")]
-    assert "Phase II not measured" in " ".join(out[out.index(line) : out.index("  limit ")].split())
+    assert "Phase II not measured" in " ".join(out[out.index(line) : out.index("\n  limit ")].split())
     assert "Phase II" not in ask(*command, "quasi-static")[1]["reason"]
 
 

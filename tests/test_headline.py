@@ -91,8 +91,9 @@ def test_the_next_step_is_what_is_missing_then_the_librarys_plan(client, root):
     bound = fm.ToleranceBound(device_error=3.0)
     measure = fm.next_measurements(dataset, limit, contact=fm.Contact.TRANSIENT, bound=bound)
     plan = measure.plan
-    counted = f"about {measure.expected_confirmed} of {measure.places} places of the range to measure"
-    assert f"after these {counted} would have a speed (now {measure.confirmed})" in answer["sentence"]
+    then, now = (100 * count / measure.places for count in (measure.expected_confirmed, measure.confirmed))
+    counted = f"({measure.expected_confirmed} of {measure.places} places; now {now:.0f} %)"
+    assert f"after these about {then:.0f} % of the range to measure would have a speed {counted}" in answer["sentence"]
     assert answer["warnings"] == sentences(measure.warnings)
     expected = {tuple(row) for row in np.column_stack([plan.distance, plan.height, plan.speed]).tolist()}
     assert {tuple(state.values()) for state in answer["states"]} == expected
@@ -110,9 +111,9 @@ def test_the_next_step_is_what_is_missing_then_the_librarys_plan(client, root):
     (root / "down" / "impacts.csv").write_text(table)
 
 
-@pytest.mark.parametrize("bend", [0.0, 0.1])
-def test_a_form_that_the_states_doubt_is_asked_about_before_the_map_is_confirmed(root, tmp_path, bend):
-    """Forces of a map of the default form, low enough for a speed at every place; or bent along height."""
+@pytest.mark.parametrize(("bend", "falls"), [(0.0, False), (0.1, False), (0.0, True)])
+def test_a_form_is_asked_about_before_the_map_is_confirmed(root, tmp_path, bend, falls):
+    """Low enough for a speed everywhere: in the form; bent, which the bound covers; falling with speed."""
     folder = tmp_path / "bent"
     shutil.copytree(root / "up", folder)
     (folder / "plan.csv").unlink()
@@ -120,7 +121,8 @@ def test_a_form_that_the_states_doubt_is_asked_about_before_the_map_is_confirmed
     truth, scatter = fm.published_map("ur10e"), np.random.default_rng(3).normal(1, 0.01, len(rows))
     for row, factor in zip(rows, scatter, strict=True):
         distance, height, speed = (float(row[name]) for name in ("distance_m", "height_m", "speed_mps"))
-        force = 0.6 * factor * truth.predict(distance, height, speed) * (1 + bend * ((height - 0.3) / 0.16) ** 2)
+        force = 0.6 * factor * truth.predict(distance, height, 0.3 if falls else speed)
+        force *= 1 + bend * ((height - 0.3) / 0.16) ** 2 - falls * (speed - 0.3)
         row["peak_force_N"] = f"{force:.2f}"
     with (folder / "impacts.csv").open("w") as stream:
         table = csv.DictWriter(stream, rows[0], lineterminator="\n")
@@ -128,7 +130,7 @@ def test_a_form_that_the_states_doubt_is_asked_about_before_the_map_is_confirmed
         table.writerows(rows)
     with client_of(folder) as client:
         answer = client.get("/api/campaigns/bent/next?area=chest").json()
-    wanted = "forcemap evaluate bent --forms" if bend else "forcemap confirm bent --area chest --contact transient"
+    wanted = "forcemap evaluate bent --forms" if falls else "forcemap confirm bent --area chest --contact transient"
     assert answer["command"] == wanted, answer
     assert "to be released" in answer["sentence"]
 
