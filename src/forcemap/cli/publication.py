@@ -60,8 +60,7 @@ def publication(
         inputs, source = [file.path for file in campaign_inputs(campaign)], Source(campaign)
         dataset, force_map = source.impacts(Kind.GRID), source.force_map
         target = new_folder(output)  # before anything is drawn
-        choices = Choices(area=area, moving_mass=moving_mass if area else None)
-        tables, left_out, no_speed = tables_of(source, choices)
+        tables, left_out, no_speed = tables_of(source, Choices(area=area, moving_mass=moving_mass if area else None))
         parts: dict[str, bytes] = {f"data/{name}": read_bytes(Path(campaign, name)) for name in inputs}
         parts["map.json"] = map_text(force_map).encode()
         parts |= {f"tables/{name}.csv": text.encode() for name, text in tables.items()}
@@ -83,8 +82,7 @@ def publication(
         (target / name).parent.mkdir(parents=True, exist_ok=True)
         write_atomically(target / name, data)
     count = {kind: sum(name.startswith(f"{kind}/") for name in parts) for kind in ("data", "tables", "figures")}
-    said = {"folder": output, "files": sorted(parts), "left_out": left_out, "simulated": dataset.simulated}
-    said["no_speed"] = no_speed
+    said = {"folder": output, "files": sorted(parts), "left_out": left_out, "no_speed": no_speed}
     lines = [
         *([first] if first else []),
         f"{target}: {count['data']} files of data, map.json, {count['tables']} tables, {count['figures']} figures, "
@@ -93,7 +91,7 @@ def publication(
         *(f"left out: {name}: {why}" for name, why in left_out.items()),
     ]
     lines += [f"CITATION.cff says: {_NO_AUTHOR}"] if _NO_AUTHOR in parts["CITATION.cff"].decode() else []
-    emit(said, lines, as_json=as_json)
+    emit(said | {"simulated": dataset.simulated}, lines, as_json=as_json)
 
 
 def _as_folder(named: str, passing: str) -> str:
