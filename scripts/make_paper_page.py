@@ -136,7 +136,8 @@ ITEMS = (
     ),
     Item(
         "Table II: accuracy of the 3D map",
-        "Test states (Ts) and all states (All), underestimation first.",
+        "Test states (Ts) and all states (All), underestimation first. Test states are the paper's grid; the\n"
+        "example's training states lie at places of its own, not at the paper's nine.",
         "forcemap evaluate ur10e-impacts",
         "                 ",
     ),

@@ -77,6 +77,18 @@ def test_the_2d_map_per_height_by_plain_least_squares(campaign, comparison):
     assert found.max_overestimation_percent == pytest.approx(percent.max(), rel=1e-6)
 
 
+def test_the_note_of_maps_per_height_counts_the_states_without_one(forcemap, example_folders, comparison):
+    """The example has training states at heights of their own; the simulated grid has none."""
+    words = forcemap("compare", example_folders["ur10e"], "--area", "back_of_hand")[1].splitlines()
+    states = [int(line.split()[2]) for line in words if line.lstrip().startswith("all states")]
+    assert states == [125, 125, 106, 125]
+    note = "states not compared, as their heights have too few states for such a map"
+    assert f"{note}: 19" in " ".join(" ".join(words).split())
+    per_height = model(comparison, "CFM_2D per height")
+    assert dict(per_height.note.figures)["without"] == 0
+    assert note not in sentence(per_height.note)
+
+
 def test_without_test_states_each_is_left_out_in_turn(campaign):
     comparison = fm.compare_force_models(campaign.dataset.train, **HAND)
     assert comparison.on == "each state left out in turn"

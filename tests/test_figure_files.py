@@ -659,12 +659,114 @@ def test_a_publication_takes_a_new_folder_and_says_what_it_leaves_out(forcemap, 
     assert code == 2
     assert "holds files already" in err
     assert [path.name for path in (tmp_path / "there").iterdir()] == ["mine.txt"]
-    code, _, err = forcemap("publication", example_folders["ur10e"] / "impacts.csv", "-o", tmp_path / "new")
-    assert code == 2
-    assert "this is a file; name the folder of a campaign" in err
     code, _, err = forcemap("publication", "ur10e", "-o", tmp_path / "new")
     assert code == 2
     assert not (tmp_path / "new").exists()
+
+
+@pytest.fixture
+def bare_table(example_folders, tmp_path):
+    """The four required columns of the example's training impacts, in a folder of its own."""
+    dataset = fm.read_dataset(example_folders["ur10e"]).train
+    table = tmp_path / "own" / "mine.csv"
+    table.parent.mkdir()
+    fm.write_dataset(
+        fm.ImpactDataset.from_arrays(
+            **{name: getattr(dataset, name) for name in ("distance", "height", "speed", "peak_force")}
+        ),
+        table,
+    )
+    return table
+
+
+def test_a_table_is_published_as_the_folder_that_holds_only_it(ask, bare_table, tmp_path):
+    folder = tmp_path / "same" / "mine"
+    folder.mkdir(parents=True)
+    shutil.copy(bare_table, folder / "impacts.csv")
+    code, found = ask("publication", bare_table, "-o", tmp_path / "of-table", "--area", "back_of_hand")
+    assert code == 0, found
+    code, of_folder = ask("publication", folder, "-o", tmp_path / "of-folder", "--area", "back_of_hand")
+    assert code == 0
+    assert found | {"folder": ""} == of_folder | {"folder": ""}
+    assert (tmp_path / "of-table" / "SHA256SUMS").read_text() == (tmp_path / "of-folder" / "SHA256SUMS").read_text()
+    assert [path.name for path in bare_table.parent.iterdir()] == ["mine.csv"]
+
+
+def test_a_publication_says_which_tables_have_no_speed(ask, forcemap, bare_table, tmp_path):
+    """Nothing says the device's spring of a table alone; a campaign.toml beside it does."""
+    why = "No speed to program at any place: the spring of the measuring device is not stated"
+    _, out, _ = forcemap("publication", bare_table, "-o", tmp_path / "none", "--area", "back_of_hand")
+    readme = (tmp_path / "none" / "README.md").read_text()
+    for contact, limit in (("transient", 280), ("quasi-static", 140)):
+        for text in (" ".join(out.split()), readme.replace("`", "")):
+            assert f"speeds-{contact}.csv: {limit} N, {contact} contact, back_of_hand in ISO" in text
+            assert text.count(why) == 2
+    (bare_table.parent / "campaign.toml").write_text(
+        'schema = "forcemap-campaign/1"\n[device]\nstiffness_N_per_m = 75000\n'
+    )
+    code, found = ask("publication", bare_table, "-o", tmp_path / "some", "--area", "back_of_hand")
+    assert code == 0
+    assert "data/campaign.toml" in found["files"]
+    assert not any("spring" in why for why in found["no_speed"].values())
+
+
+def test_a_publication_names_as_without_speed_the_empty_tables_alone(published):
+    from forcemap.csv_table import read_table
+
+    readme = (published / "README.md").read_text()
+    empty = {}
+    for contact in fm.Contact:
+        table = published / "tables" / f"speeds-{contact}.csv"
+        rows = read_table(table.read_bytes(), table.name, what="row").texts
+        empty[contact] = not any(row["speed_to_program_mps"] for row in rows)
+        assert (f"- `tables/{table.name}`: " in readme) == empty[contact]
+    assert set(empty.values()) == {True, False}
+
+
+def test_a_table_that_is_part_of_a_campaign_is_not_published_alone(forcemap, simulated, bare_table, tmp_path):
+    for table, broken in ((simulated / "impacts.csv", ""), (bare_table, "recordings.csv")):
+        if broken:
+            (table.parent / broken).write_text("")
+        code, _, err = forcemap("publication", table, "-o", tmp_path / "new")
+        assert code == 2
+        assert "this is a file; name the folder of a campaign" in err
+    (bare_table.parent / "recordings.csv").unlink()
+    bare_table.write_text("distance_m,height_m\n0.5,0.1\n")
+    code, _, err = forcemap("publication", bare_table, "-o", tmp_path / "new")
+    assert code == 2
+    assert err.startswith(f"error: {bare_table}")
+    assert not (tmp_path / "new").exists()
+
+
+def test_a_legend_of_heights_lists_the_roles_that_are_drawn(example_folders, bare_table):
+    """At an example's own speed lie test states alone; a table alone has training states, a published map none."""
+    sources = [*example_folders.values(), bare_table, *fm.PUBLISHED_MAPS]
+    seen = set()
+    for source, speeds in itertools.product(map(str, sources), (None, (0.2, 0.3))):
+        figure = draw(Kind.HEIGHTS, [Source(source)], Choices(speeds=speeds), width=0.16)
+        faces = [
+            line.get_markerfacecolor()
+            for axes in figure.axes
+            for line in axes.get_lines()
+            if line.get_marker() in _HEIGHT_MARKERS and len(line.get_xdata())
+        ]
+        drawn = {"test" if face == "#ffffff" else "training" for face in faces}
+        words = [text.get_text() for text in figure.legends[0].get_texts()]
+        assert {role for role in ("training", "test") if f"measured, {role} state" in words} == drawn
+        seen.add(frozenset(drawn))
+    assert {frozenset({"test"}), frozenset({"training"}), frozenset()} <= seen
+
+
+_HEIGHT_MARKERS = ("o", "s", "^", "D", "v")
+
+
+def test_a_comparison_says_what_its_ticks_are(example_folders):
+    figure = draw(Kind.COMPARISON, [Source(str(example_folders["ur10e"]))], Choices(**HAND), width=0.16)
+    entries = {
+        text.get_text(): line
+        for line, text in zip(figure.legends[0].get_lines(), figure.legends[0].get_texts(), strict=True)
+    }
+    assert entries["mean error (bar: largest)"].get_marker() == "|"
 
 
 def test_a_path_is_drawn_from_its_file(ask, tmp_path):

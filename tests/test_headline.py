@@ -122,7 +122,7 @@ def test_a_form_is_asked_about_before_the_map_is_confirmed(root, tmp_path, bend,
     for row, factor in zip(rows, scatter, strict=True):
         distance, height, speed = (float(row[name]) for name in ("distance_m", "height_m", "speed_mps"))
         force = 0.6 * factor * truth.predict(distance, height, 0.3 if falls else speed)
-        force *= 1 + bend * ((height - 0.3) / 0.16) ** 2 - falls * (speed - 0.3)
+        force *= 1 + bend * ((height - 0.3) / 0.16) ** 2 - falls * speed
         row["peak_force_N"] = f"{force:.2f}"
     with (folder / "impacts.csv").open("w") as stream:
         table = csv.DictWriter(stream, rows[0], lineterminator="\n")

@@ -6,12 +6,16 @@ import json
 import math
 from collections.abc import Iterator
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Annotated, Any
 
 from typer import Argument, Option
 
 import forcemap as fm
-from forcemap.assessment.folder import campaign_inputs
+from forcemap.assessment.folder import campaign_inputs, is_standard_input
+from forcemap.campaigns.campaign import campaign_folder
+from forcemap.campaigns.conditions import CAMPAIGN_FILE
+from forcemap.campaigns.impacts_table import TABLE_FILE
 from forcemap.cli.drawings import Choices, Kind, Source, draw
 from forcemap.cli.figure import WidthOption, drawn_width
 from forcemap.cli.options import Json, MovingMass
@@ -29,7 +33,7 @@ _SUMS = "SHA256SUMS"
 
 
 def publication(
-    folder: Annotated[str, Argument(help="Campaign folder.")],
+    folder: Annotated[str, Argument(help="Campaign folder, or an impacts table (CSV).")],
     output: Annotated[str | None, Option("-o", "--output", help="New folder to write.")] = None,
     area: Annotated[
         str | None, Option("--area", help="Body area; without it neither the standard's model nor safe speeds.")
@@ -50,42 +54,61 @@ def publication(
     """
     if output is None:
         raise fm.InputError("output: expected -o FOLDER, a new one")
-    size, inputs = drawn_width(width), [file.path for file in campaign_inputs(folder)]
-    source = Source(folder)
-    dataset, force_map = source.impacts(Kind.GRID), source.force_map
-    target = new_folder(output)  # before anything is drawn
-    choices = Choices(area=area, moving_mass=moving_mass if area else None)
-    tables, left_out = tables_of(source, choices)
-    parts: dict[str, bytes] = {f"data/{name}": read_bytes(Path(folder, name)) for name in inputs}
-    parts["map.json"] = map_text(force_map).encode()
-    parts |= {f"tables/{name}.csv": text.encode() for name, text in tables.items()}
-    wanted = list(_figures(area))
-    with Progress("figures", len(wanted)) as progress:
-        for done, (name, kind, chosen) in enumerate(wanted):
-            progress.show(done)
-            try:
-                parts |= _figure_files(name, kind, source, chosen | _mass(kind, moving_mass), size, grey=grey)
-            except fm.ForcemapError as error:
-                left_out[f"figures/{name}"] = error.message
+    size = drawn_width(width)
+    with TemporaryDirectory() as passing:
+        campaign = _as_folder(folder, passing)
+        inputs, source = [file.path for file in campaign_inputs(campaign)], Source(campaign)
+        dataset, force_map = source.impacts(Kind.GRID), source.force_map
+        target = new_folder(output)  # before anything is drawn
+        tables, left_out, no_speed = tables_of(source, Choices(area=area, moving_mass=moving_mass if area else None))
+        parts: dict[str, bytes] = {f"data/{name}": read_bytes(Path(campaign, name)) for name in inputs}
+        parts["map.json"] = map_text(force_map).encode()
+        parts |= {f"tables/{name}.csv": text.encode() for name, text in tables.items()}
+        wanted = list(_figures(area))
+        with Progress("figures", len(wanted)) as progress:
+            for done, (name, kind, chosen) in enumerate(wanted):
+                progress.show(done)
+                try:
+                    parts |= _figure_files(name, kind, source, chosen | _mass(kind, moving_mass), size, grey=grey)
+                except fm.ForcemapError as error:
+                    left_out[f"figures/{name}"] = error.message
     parts["CITATION.cff"] = _citation(dataset.conditions, dataset.simulated, author or []).encode()
     first = sentence(dataset.binding.reason)
     mass = [] if moving_mass is None else [f"--moving-mass-kg {moving_mass:g}"]
     options = [f"--area {area}" if area else "no --area", *mass, f"--width {width}", *["--grey"] * grey]
-    parts["README.md"] = _readme(dataset, first, left_out, options).encode()
+    parts["README.md"] = _readme(dataset, first, left_out, no_speed, options).encode()
     parts[_SUMS] = "".join(f"{sha256(data)}  {name}\n" for name, data in sorted(parts.items())).encode()
     for name, data in parts.items():
         (target / name).parent.mkdir(parents=True, exist_ok=True)
         write_atomically(target / name, data)
     count = {kind: sum(name.startswith(f"{kind}/") for name in parts) for kind in ("data", "tables", "figures")}
-    said = {"folder": output, "files": sorted(parts), "left_out": left_out, "simulated": dataset.simulated}
+    said = {"folder": output, "files": sorted(parts), "left_out": left_out, "no_speed": no_speed}
     lines = [
         *([first] if first else []),
         f"{target}: {count['data']} files of data, map.json, {count['tables']} tables, {count['figures']} figures, "
         f"CITATION.cff, README.md; checksums in {_SUMS} (sha256sum -c {_SUMS})",
+        *(f"{name}: {why}" for name, why in no_speed.items()),
         *(f"left out: {name}: {why}" for name, why in left_out.items()),
     ]
     lines += [f"CITATION.cff says: {_NO_AUTHOR}"] if _NO_AUTHOR in parts["CITATION.cff"].decode() else []
-    emit(said, lines, as_json=as_json)
+    emit(said | {"simulated": dataset.simulated}, lines, as_json=as_json)
+
+
+def _as_folder(named: str, passing: str) -> str:
+    """The campaign's folder; a table alone becomes one in the folder `passing`, with the campaign.toml beside it."""
+    table = Path(named)
+    if not table.is_file():
+        return named
+    beside = {file.name for file in table.parent.iterdir() if file.is_file() and is_standard_input(file.name)}
+    if beside - {CAMPAIGN_FILE, TABLE_FILE}:  # its recordings and contact points may speak against it
+        campaign_folder(named)
+    Source(named).impacts(Kind.GRID)  # what is wrong with the table is said of it by its name
+    folder = Path(passing, table.stem)
+    folder.mkdir()
+    for file, name in ((table, TABLE_FILE), (table.with_name(CAMPAIGN_FILE), CAMPAIGN_FILE)):
+        if file.is_file():
+            (folder / name).write_bytes(read_bytes(file))
+    return str(folder)
 
 
 def _figures(area: str | None) -> Iterator[tuple[str, Kind, dict[str, Any]]]:
@@ -135,7 +158,9 @@ def _citation(conditions: fm.Conditions, simulated: bool, authors: list[str]) ->
     return "\n".join(lines) + "\n"
 
 
-def _readme(dataset: fm.ImpactDataset, first: str, left_out: dict[str, str], options: list[str]) -> str:
+def _readme(
+    dataset: fm.ImpactDataset, first: str, left_out: dict[str, str], no_speed: dict[str, str], options: list[str]
+) -> str:
     """What is in the folder, and how each part is made again; `first` is what speaks against the table."""
     conditions = dataset.conditions
     error = conditions.speed_error
@@ -171,5 +196,8 @@ def _readme(dataset: fm.ImpactDataset, first: str, left_out: dict[str, str], opt
         f"Software: forcemap {fm.__version__}. Units stand in the names of columns. How to cite: `CITATION.cff`.",
         "Choose a licence for the data before you publish them.",
     ]
+    lines += (
+        ["", "Without any speed:", "", *(f"- `{name}`: {why}" for name, why in no_speed.items())] if no_speed else []
+    )
     lines += ["", "Left out:", "", *(f"- `{name}`: {why}" for name, why in left_out.items())] if left_out else []
     return "\n".join(lines) + "\n"

@@ -7,9 +7,11 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 import forcemap as fm
+from forcemap.answers.speed_map import SpeedMapAnswer
 from forcemap.assessment.assess_campaign import PLACES_APART, coefficient_intervals
 from forcemap.cli.drawings import Choices, Kind, Source
 from forcemap.cli.options import bound_from
+from forcemap.cli.speed import fastest_line
 from forcemap.csv_table import csv_cell, csv_text
 from forcemap.exports.speed_table import speed_map_csv
 from forcemap.maps.map_file import map_sha256
@@ -29,8 +31,8 @@ _ERRORS = {
 """Columns of accuracies (paper, Tables II and III) and the attributes they show."""
 
 
-def tables_of(source: Source, choices: Choices) -> tuple[dict[str, str], dict[str, str]]:
-    """The text of every table by its name, and of those that cannot be had why."""
+def tables_of(source: Source, choices: Choices) -> tuple[dict[str, str], dict[str, str], dict[str, str]]:
+    """The text of every table by its name, of those that cannot be had why, and of those without a speed why."""
     dataset = source.impacts(Kind.GRID)
     tables = {
         "dataset": _csv(dataset, [_counts(dataset)]),
@@ -40,6 +42,7 @@ def tables_of(source: Source, choices: Choices) -> tuple[dict[str, str], dict[st
         "coefficients": _csv(dataset, [vars(row) for row in coefficient_intervals(source.force_map)]),
     }
     left_out: dict[str, str] = {}
+    no_speed: dict[str, str] = {}
     accuracies = [(source.force_map.form.name, each) for each in fm.map_accuracy(source.force_map, dataset)]
     if choices.area is None:
         left_out["comparison, speeds"] = "no body area was named; they need one, such as --area back_of_hand"
@@ -53,11 +56,12 @@ def tables_of(source: Source, choices: Choices) -> tuple[dict[str, str], dict[st
             left_out["tables/accuracy.csv, other models"] = error.message
         for contact in fm.Contact:
             try:
-                tables[f"speeds-{contact}"] = _speeds(source.force_map, choices.limit(), contact)
+                tables[f"speeds-{contact}"], why = _speeds(source.force_map, choices.limit(), contact)
+                no_speed |= {f"tables/speeds-{contact}.csv": why} if why else {}
             except fm.ForcemapError as error:
                 left_out[f"tables/speeds-{contact}.csv"] = error.message
     rows = [{"model": name, "on": each.on, **_errors(each)} for name, each in accuracies]
-    return {**tables, "accuracy": _csv(dataset, rows)}, left_out
+    return {**tables, "accuracy": _csv(dataset, rows)}, left_out, no_speed
 
 
 def _errors(accuracy: fm.Accuracy) -> dict[str, object]:
@@ -101,13 +105,16 @@ def _states(force_map: fm.ForceMap, dataset: fm.ImpactDataset, role: str) -> Ite
         }
 
 
-def _speeds(force_map: fm.ForceMap, limit: fm.ForceLimit, contact: fm.Contact) -> str:
+def _speeds(force_map: fm.ForceMap, limit: fm.ForceLimit, contact: fm.Contact) -> tuple[str, str]:
+    """The table of speeds, and why it has none, if so."""
     limit.require_permitted()
     bound = bound_from(force_map)
     grid = fm.measured_grid(force_map, PLACES_APART)
     speeds = fm.speed_map(force_map, *grid, limit=limit, bound=bound, contact=contact)
     basis = {"limit": f"{limit}, {contact}", "bound": str(bound), "map": force_map.source}
-    return speed_map_csv(speeds, basis=basis | {"map_sha256": map_sha256(force_map)})
+    answer = SpeedMapAnswer.of_speeds(force_map, speeds, None)
+    why = "" if speeds.fastest_to_program else f"{answer.limit}: {fastest_line(answer)}"
+    return speed_map_csv(speeds, basis=basis | {"map_sha256": map_sha256(force_map)}), why
 
 
 def _csv(dataset: fm.ImpactDataset, rows: Sequence[Mapping[str, object]]) -> str:

@@ -308,7 +308,9 @@ class Models:
             predicted[here] = _predictions(own_map, self.states.select(here), has_test)
             at_all[there] = own_map.predict(*self.every.select(there).coordinates.T)
         if not np.isnan(predicted).all():
-            self.add("CFM_2D per height", predicted, at_all, Finding.of(FindingKind.MAP_PER_HEIGHT, heights=len(own)))
+            without = int(np.sum(np.isnan(at_all) & (self.every.impacts > 0)))
+            note = Finding.of(FindingKind.MAP_PER_HEIGHT, heights=len(own), without=without)
+            self.add("CFM_2D per height", predicted, at_all, note)
 
     def add_standard(self, body: dict[str, float]) -> None:
         """Compare the standard's contact model."""

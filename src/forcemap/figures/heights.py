@@ -132,15 +132,15 @@ def force_heights_figure(
     columns = len(maps) if wide else narrow_columns(count)
     down = -(-count // columns)
     figure = new_figure("Force against distance for several heights", width, 0.016 + down * (0.055 if wide else 0.052))
-    all_axes = panels(figure, count, columns, share_y=True)
+    all_axes, roles = panels(figure, count, columns, share_y=True), set[Look]()
     for number, (axes, (row, column)) in enumerate(zip(all_axes, _cells(rows, len(maps), wide), strict=True)):
         speed = cuts[column][0][row]
-        _draw_heights(axes, maps[column], speed, cuts[column][1], looks)
+        roles |= _draw_heights(axes, maps[column], speed, cuts[column][1], looks)
         axes.set_title(f"{names[column]}, {speed:.2f} m/s")
         axes.set_xlabel(DISTANCE if number + columns >= count else "")
         axes.set_ylabel(FORCE if number % columns == 0 else "")
     all_axes[0].set_ylim(bottom=0)
-    return finish(figure, simulated=any(each.measured.simulated for each in maps), also=_roles(maps))
+    return finish(figure, simulated=any(each.measured.simulated for each in maps), also=_roles(roles))
 
 
 def _cells(rows: int, columns: int, wide: bool) -> list[tuple[int, int]]:
@@ -174,7 +174,9 @@ def _speeds(maps: Sequence[Mapped], speeds: Sequence[float] | None) -> list[list
 
 def _draw_heights(
     axes: Axes, shown: Mapped, speed: float, heights: Sequence[float], look_of: dict[float, Look]
-) -> None:
+) -> set[Look]:
+    """Draw lines and states; returns the roles that have a marker."""
+    roles = set[Look]()
     reach, measured = shown.force_map.measured_range, shown.measured
     looks = [look_of[round(height, 3)] for height in heights]
     distance = np.linspace(reach.lowest[0], reach.highest[0], _SAMPLES)
@@ -188,19 +190,20 @@ def _draw_heights(
         for look, height in zip(looks, heights, strict=True):
             at = states.select(at_speed & near(states.height, height, measured.tolerance.place))
             known = at.impacts > 0
+            roles |= {role} if known.any() else set()
             face = look.colour if role is style.TRAIN else "#ffffff"
             look.plot(axes, at.distance[known], at.force[known], "_", linestyle="none", markerfacecolor=face)
             if (above := at.censored > 0).any():
                 style.CENSORED.plot(axes, at.distance[above], at.at_least[above])
     axes.margins(y=0.1)
+    return roles
 
 
-def _roles(shown: Sequence[Mapped]) -> list[Line2D]:
+def _roles(drawn: set[Look]) -> list[Line2D]:
     """Legend's entries for the markers: filled training states, open test states."""
-    roles = dict.fromkeys(role for each in shown for role, _ in each.measured.by_look)
     faces = {style.TRAIN: style.GREY, style.TEST: "#ffffff"}
     look: dict[str, Any] = {"color": style.BLACK, "linestyle": "none", "marker": "o", "markersize": 3.6}
-    return [Line2D([], [], markerfacecolor=faces[role], label=role.words, **look) for role in roles]
+    return [Line2D([], [], markerfacecolor=faces[role], label=role.words, **look) for role in faces if role in drawn]
 
 
 def _heights(shown: Mapped, speeds: Sequence[float]) -> list[float]:

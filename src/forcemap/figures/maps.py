@@ -11,6 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.text import Annotation
 
 from forcemap.arrays import FloatArray
@@ -269,8 +270,7 @@ def model_comparison_figure(
         axes.set(xlabel=_AXES[along], ylabel=FORCE, title=title)
         axes.margins(y=0.12)
         axes.set_ylim(bottom=0)
-    _draw_errors(errors, comparison)
-    return finish(figure, simulated=measured.simulated)
+    return finish(figure, simulated=measured.simulated, also=[_draw_errors(errors, comparison)])
 
 
 def draw_2d(
@@ -303,8 +303,11 @@ def draw_2d(
         single.plot(axes, heights, forces)
 
 
-def _draw_errors(axes: Axes, comparison: Comparison) -> None:
-    """Largest and mean errors of each model in percent of measured; underestimation to the right, hatched."""
+def _draw_errors(axes: Axes, comparison: Comparison) -> Line2D:
+    """Largest and mean errors of each model in percent of measured; underestimation to the right, hatched.
+
+    Returns the legend's entry for the ticks.
+    """
     for row, model in enumerate(comparison.models):
         look, accuracy = _LOOKS.get(model.model, style.PREDICTION), model.accuracy
         over: dict[str, Any] = {"color": look.colour, "edgecolor": "#303030", "linewidth": 0.5, "height": 0.55}
@@ -317,6 +320,8 @@ def _draw_errors(axes: Axes, comparison: Comparison) -> None:
     axes.invert_yaxis()
     axes.margins(x=0.1)
     axes.set(xlabel="Measured − predicted\n[% of measured]", title=f"{comparison.on}\nhatched: underestimated")
+    tick: dict[str, Any] = {"color": "#000000", "linestyle": "none", "marker": "|", "markersize": 8}
+    return Line2D([], [], markeredgewidth=1.2, label="mean error (bar: largest)", **tick)
 
 
 def _words(model: str) -> str:
