@@ -122,7 +122,7 @@ def test_a_form_is_asked_about_before_the_map_is_confirmed(root, tmp_path, bend,
     for row, factor in zip(rows, scatter, strict=True):
         distance, height, speed = (float(row[name]) for name in ("distance_m", "height_m", "speed_mps"))
         force = 0.6 * factor * truth.predict(distance, height, 0.3 if falls else speed)
-        force *= 1 + bend * ((height - 0.3) / 0.16) ** 2 - falls * speed
+        force *= 1 + bend * ((height - 0.3) / 0.16) ** 2 - falls * (speed - 0.3)
         row["peak_force_N"] = f"{force:.2f}"
     with (folder / "impacts.csv").open("w") as stream:
         table = csv.DictWriter(stream, rows[0], lineterminator="\n")
@@ -132,7 +132,7 @@ def test_a_form_is_asked_about_before_the_map_is_confirmed(root, tmp_path, bend,
         answer = client.get("/api/campaigns/bent/next?area=chest").json()
     wanted = "forcemap evaluate bent --forms" if falls else "forcemap confirm bent --area chest --contact transient"
     assert answer["command"] == wanted, answer
-    assert "to be released" in answer["sentence"]
+    assert falls or "to be released" in answer["sentence"]
 
 
 def test_the_overview_says_state_share_and_what_is_due(client):

@@ -156,8 +156,10 @@ def table_text(campaign: Campaign, entries: list[Entry], rows: list[Row]) -> str
         raise CampaignFileError(f"{none_used(entries)}; {why}{_way_on(entries)}", file=str(campaign.table_file))
     unused = unused_cells(entries)
     rows = [row | unused for row in rows]
-    shown = [name for name in (*WRITTEN, *UNUSED) if name not in LEFT_OUT_IF_EMPTY or any(row[name] for row in rows)]
-    return csv_text({name: [row[name] for row in rows] for name in shown})
+    shown = [
+        name for name in (*WRITTEN, *UNUSED) if name not in LEFT_OUT_IF_EMPTY or any(row.get(name) for row in rows)
+    ]
+    return csv_text({name: [row.get(name, "") for row in rows] for name in shown})
 
 
 def _way_on(entries: Iterable[Entry]) -> str:

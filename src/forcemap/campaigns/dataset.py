@@ -199,8 +199,7 @@ class ImpactDataset:
         given |= {"phase2_force": phase2_force, "base_angle": base_angle, "peak_pressure": peak_pressure}
         checked: dict[str, Any] = {arg: columns.numbers(column, given[arg], where) for column, arg in _NUMBERS.items()}
         force, is_censored = checked["peak_force"], columns.truths("censored", censored, where)
-        texts: dict[str, Any] = {"flags": flags, "recording": recording}
-        texts = {name: columns.texts(name, cells, where) for name, cells in texts.items()}
+        texts: Any = {name: columns.texts(name, x, where) for name, x in (("flags", flags), ("recording", recording))}
         roles, scenarios = columns.roles(role, where), columns.scenarios(scenario, where)
         stated = _stated_names(state, where)
         coordinates = np.column_stack([checked[name] for name in ("distance", "height", "speed")])
