@@ -30,7 +30,7 @@ RANDOM_STARTS = 5
 DRAWS = 40  # of which the best is a start
 PRESETS = Path("src/forcemap/lab/presets")
 MAPS = Path("src/forcemap/maps/published/published_maps.json")
-SOURCE = "calibrated to the published map {} by scripts/calibrate_lab.py, which leaves them undetermined"
+SOURCE = "calibrated to the published map {} by scripts/calibrate_lab.py; its parameters are not facts of that robot"
 
 
 @dataclass(frozen=True)

@@ -33,6 +33,7 @@ class RestsOn(Answer):
     speed_error: Figure
     speed_overshoot_mps: float
     simulated: bool
+    measure_more_first: bool
     warnings: AllSaid
     assumptions: AllSaid
     map_sha256: str
@@ -58,6 +59,7 @@ def rests_on(force_map: ForceMap, basis: Basis, notes: Iterable[Finding | str] =
         **campaign_speeds(force_map),
         "speed_overshoot_mps": math.nan if basis.allowance is None else basis.allowance.speed,
         "simulated": force_map.simulated,
+        "measure_more_first": basis.measure_more,
         "warnings": warnings([basis]),
         "assumptions": [*notes, *assumptions([basis])],
         "map_sha256": map_sha256(force_map),

@@ -141,11 +141,10 @@ def _verdict(answer: FitAnswer) -> str:
         return "NO SAFE SPEED follows from this map with a tolerance bound: too few states for one"
     low, high = answer.bound_margin_percent.lowest, answer.bound_margin_percent.highest
     fixed = "suffices" if high <= 100 * PAPER_MARGIN else "is too small"
-    usable = "SAFE SPEEDS can follow from this map"
     if answer.form_test.misses and not answer.form_test.covered:
-        usable = "MEASURE MORE before speeds of this map are used, its form does not fit"
+        return "MEASURE MORE before speeds of this map are used: its form does not fit, and a bound may not cover that"
     return (
-        f"{usable}: its tolerance bound lies {low:.1f} to {high:.1f} % above the "
+        f"SAFE SPEEDS can follow from this map: its tolerance bound lies {low:.1f} to {high:.1f} % above the "
         f"prediction (a fixed + 10 % {fixed} here), and predictions are at most "
         f"{answer.accuracy.max_underestimation_percent:.1f} % too low on {answer.accuracy.on}"
     )

@@ -245,6 +245,8 @@ def change(ratio: float | None) -> str:
 
 def speed_first(verdict: str, answer: RestsOn | AlongAnswer | AtlasSpeedAnswer) -> list[str]:
     """The verdict about speeds, and directly below it what must be read before it is used."""
+    if isinstance(answer, RestsOn) and answer.measure_more_first:
+        verdict += "; NOT TO BE USED YET, measure more"
     return verdict_first(verdict, answer.warnings, simulated=answer.simulated)
 
 

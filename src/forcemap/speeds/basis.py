@@ -112,6 +112,11 @@ class Basis:
         return self.conditions.speed_error
 
     @property
+    def measure_more(self) -> bool:
+        """True if more has to be measured first: the form does not fit, and no bound may cover that."""
+        return any(each.kind is FindingKind.FORM_DOUBTED for each in self.warnings)
+
+    @property
     def refusal(self) -> Finding | None:
         """Why no place has a speed, whatever the bound; None if nothing forbids it."""
         return self.refusals[0].and_(*self.refusals[1:]) if self.refusals else None
