@@ -2,7 +2,8 @@
 
 Where a threshold lies was tried, and no theory says it: tests/readings.csv holds what was read when it was chosen.
 tests/edges.csv holds on either side of which shares other words were read of the same curve: other flags, another
-scenario. Whoever changes a rule on purpose writes both anew (`python tests/readings.py`) and looks at what changed.
+scenario; where processors differ in which share that is, the two lie further apart. Whoever changes a rule on purpose
+writes both anew (`python tests/readings.py`) and looks at what changed.
 """
 
 from __future__ import annotations

@@ -277,7 +277,8 @@ class TestFaces:
         assert found["fastest"]["speed_mps"] == max(p["speed_mps"] or 0 for p in found["places"])
         _, text, _ = forcemap(*command, "-o", tmp_path / "speeds.csv")
         slowest = min(program for _, program in both)
-        assert text.startswith(f"Program at most {fm.floor_speed(slowest)} m/s at all {len(both)} ")
+        assert text.startswith(f"{len(both)} of {len(found['places'])} places (")
+        assert f"one speed for all of them: {fm.floor_speed(slowest)} m/s" in " ".join(text.split())
         assert "speed to program in m/s, 0.01 m/s overshoot subtracted" in text
         assert "\nspeed at contact in m/s\n" in text
         assert max(map(len, text.splitlines())) <= 100

@@ -95,7 +95,7 @@ def test_one_bad_folder_stops_nothing_and_what_is_unchanged_stays(made, ask):
     before = {folder.name: contents(folder) for folder in made if folder.is_dir()}
     rows = fleet(ask, made)
     assert {name for name, row in rows.items() if row["failed"]} == {"notes.txt", "begun", "empty"}
-    assert "no such folder" in rows["notes.txt"]["failed"]
+    assert "name the folder of a campaign" in rows["notes.txt"]["failed"]
     assert "neither campaign.toml" in rows["empty"]["failed"]
     assert "no force map: " in rows["begun"]["failed"]
     assert not any(row["made_again"] for row in rows.values())

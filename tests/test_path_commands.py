@@ -306,14 +306,14 @@ def test_export_writes_what_it_prints(form, capsys, tmp_path, monkeypatch):
     printed = capsys.readouterr().out
     assert run([*command, "-o", "out.txt"]) == 0
     said = capsys.readouterr().out
-    words = (
-        "20 of 56 zones permitted, 0.201 to 0.281 m/s to program, 4 of them above the 0.253 m/s of the standard's one"
-    )
+    words = "20 of 56 zones permitted, 0.201 to 0.281 m/s to program, 4 of them above the 0.253 m/s to program of"
     said = " ".join(said.split())
-    assert f"{words} speed; up to 0.052 m/s slower than their fastest corner; not safety-rated" in said
+    assert (
+        f"{words} the standard's one speed; up to 0.052 m/s slower than their fastest corner; not safety-rated" in said
+    )
     assert "where path permits and a zone does not, export smaller zones (--zone-m 0.02)" in said
     assert "the bound is raised by 14 % everywhere" in " ".join(said.split())
-    assert "--angle-deg 0 exports these" in " ".join(said.split())
+    assert "without these degrees (--angle-deg 0); it may take both" in " ".join(said.split())
     assert run([*command, "--angle-deg", "0", "-o", "out0.txt"]) == 0
     assert "14 %" not in capsys.readouterr().out
     assert run([*command, "--angle-deg", "0"]) == 0  # motion along the map's direction alone

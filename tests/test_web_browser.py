@@ -651,7 +651,7 @@ def test_an_entry_is_changed_with_the_keyboard(page, served):
         page.fill("[data-entry='tool.name']", "gripper")
         page.keyboard.press("Enter")
         playwright.expect(page.locator("#said")).to_contain_text("tool.name was 'none' when 89 of the recordings")
-        assert "gripper" not in file.read_text()
+        assert 'name = "gripper"' not in file.read_text()
         assert page.evaluate("document.activeElement.id") == "confirm"
         page.fill("[data-entry='tool.name']", "none")
         assert not page.locator("#confirm").is_visible()

@@ -157,7 +157,8 @@ def test_a_cell_of_five_points_from_the_plan_to_the_report_on_the_page_alone(tmp
         ("P3", 0.2, "pressure within its limit of 190 N/cm² by the film at this point"),
         ("P4", 0.2, "pressure not assessed"),
     ):
-        assert f"{point} (at most {speed:.3f} m/s, 3 impacts) to program, back of hand, quasi-static contact" in first
+        named = f"{point} (at most {speed:.3f} m/s, programmed {speed:g}, 3 impacts)"
+        assert f"{named} to program, back of hand, quasi-static contact" in first
         assert f"(75 N/mm); {pressure}; to be signed by the safety officer." in first
     assert run(["report", str(folder), "--verify", str(tmp_path / "report.html")]) == 0
     (folder / "photographs" / "P5.jpg").write_bytes(picture("JPEG", size=(61, 40)))

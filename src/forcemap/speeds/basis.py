@@ -172,8 +172,7 @@ def basis_of(
     off_axis = raised_off_axis(angle)
     figures = {"widest_deg": WIDEST_ANGLE, "angle_deg": angle, "raised": RAISED_OFF_AXIS - 1}
     direction = Finding.of(FindingKind.RAISED_OFF_AXIS if off_axis > 1 else FindingKind.ALONG_ONLY, **figures)
-    fit = force_map.fit
-    transfer = fit.transfer if fit else None
+    transfer = fit.transfer if (fit := force_map.fit) else None
     weak, contradicted = weakness(bound, force_map), contradiction(force_map, bound)
     doubt = basis.conditions.speed_doubt
     above = exceeded = None
