@@ -154,10 +154,10 @@ def test_a_cell_of_five_points_from_the_plan_to_the_report_on_the_page_alone(tmp
     assert "5 contact points: 2 confirmed , 2 permitted by the map , 1 not permitted" in first
     assert "NOT PERMITTED: P5 (not measured)" in first
     for point, speed, pressure in (
-        ("P3", 0.2, "pressure within its limit of 190 N/cm² by the film at this point"),
-        ("P4", 0.2, "pressure not assessed"),
+        ("P3", "0.200 m/s", "pressure within its limit of 190 N/cm² by the film at this point"),
+        ("P4", "0.200 m/s, programmed 0.15", "pressure not assessed"),
     ):
-        named = f"{point} (at most {speed:.3f} m/s, programmed {speed:g}, 3 impacts)"
+        named = f"{point} (at most {speed}, 3 impacts)"
         assert f"{named} to program, back of hand, quasi-static contact" in first
         assert f"(75 N/mm); {pressure}; to be signed by the safety officer." in first
     assert run(["report", str(folder), "--verify", str(tmp_path / "report.html")]) == 0
