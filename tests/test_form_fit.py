@@ -383,5 +383,9 @@ def test_commands_say_it(table, forcemap, ask):
         assert answer["form_test"]["departures"][0]["along"] == "distance"
         assert answer["form_test"]["p_value"] < 0.05
         assert answer["drift"]["change_percent"] == pytest.approx(-6, abs=1.5)
+    at = ("speed", table, "--distance", 0.7, "--height", 0.3, "--limit-N", 300, "--contact", "quasi-static")
+    assert "; NOT TO BE USED YET, measure more; first read" in " ".join(forcemap(*at)[1].split())
+    assert ask(*at)[1]["measure_more_first"]
+    assert forcemap("fit", table)[1].startswith("MEASURE MORE before speeds of this map are used")
     _, of_published = ask("evaluate", table, "--map", "ur10e")
     assert of_published["form_test"] is of_published["drift"] is None
