@@ -389,3 +389,9 @@ def test_commands_say_it(table, forcemap, ask):
     assert forcemap("fit", table)[1].startswith("MEASURE MORE before speeds of this map are used")
     _, of_published = ask("evaluate", table, "--map", "ur10e")
     assert of_published["form_test"] is of_published["drift"] is None
+    stated = 'schema = "forcemap-campaign/1"\n[contact]\ndirection = "down"\n[device]\nstiffness_N_per_m = 75000.0\n'
+    table.with_name("campaign.toml").write_text(stated)
+    hand = ("--area", "back_of_hand", "--contact", "transient", "-o", table.with_name("zones.csv"))
+    code, exported, err = forcemap("export", table, "--format", "csv", *hand)
+    assert code == 0, err
+    assert "; NOT TO BE USED YET, measure more; first read" in " ".join(exported.split())

@@ -228,6 +228,8 @@ def write(
         return
     words += "" if raised_off_axis(angle) > 1 else ", for motion straight along the map's direction ONLY"
     verdict = f"{words}; not safety-rated, to be confirmed before use"
+    if any(basis.measure_more for basis in provenance.bases):
+        verdict += "; NOT TO BE USED YET, measure more"
     lines = verdict_first(verdict, warnings(provenance.bases), simulated=provenance.simulated)
     lines.append(sentence(raised))
     lines += [f"written to {file}" for file in written]
