@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 import forcemap as fm
-from forcemap.campaigns import readout, workers
+from forcemap.campaigns import build, impact_rows, readout, workers
 from forcemap.campaigns.memory import MEMORY_FILE
 from pulses import TOML, collect, pulse, save, write_campaign
 from sizes import FULL_SIZE
@@ -187,6 +187,32 @@ def half_a_memory(folder, rng):
     path.write_bytes(content[: int(rng.integers(len(content) + 1))])
 
 
+def an_edited_table(folder, rng):
+    path = folder / str(rng.choice(TABLES))
+    if path.exists():
+        content = path.read_text()
+        digit = rng.choice([number for number, sign in enumerate(content) if sign.isdigit()])
+        path.write_text(content[:digit] + str(rng.integers(10)) + content[digit + 1 :])
+
+
+def another_order(folder, rng):
+    """Rows of the plan, or of the register, in another order."""
+    path = folder / str(rng.choice(["plan.csv", "recordings.csv"]))
+    if path.exists():
+        head, *rows = path.read_text().splitlines()
+        path.write_text("\n".join([head, *rows[1:], rows[0]]) + "\n")
+
+
+def a_film(folder, rng):
+    (folder / "pressures").mkdir(exist_ok=True)
+    film = folder / "pressures" / f"{some_file(folder, rng).stem}.txt"
+    film.write_text(f"unit: N/cm2\npitch: 6 mm\n0;{rng.integers(50, 90)}\n0;9\n")
+
+
+def a_note(folder, rng):
+    (folder / ".collecting").write_text("left by a killed run\n")
+
+
 def no_memory(folder, rng):
     (folder / MEMORY_FILE).unlink(missing_ok=True)
 
@@ -194,6 +220,7 @@ def no_memory(folder, rng):
 CHANGES = (
     *(another_curve, a_longer_one, the_same_size_and_time, one_more, another_name, two_exchanged, one_less),
     *(an_entry, an_entry, an_entry, a_plan, an_exclusion, a_damaged_memory, half_a_memory, no_memory),
+    *(an_edited_table, another_order, a_film, a_note),
 )
 
 
@@ -235,6 +262,24 @@ def test_what_is_known_is_not_judged_again(campaign, judged):
     assert judged == ["d500-h200-v100-r7.csv"]
 
 
+def test_a_folder_as_it_was_left_is_read_alone_and_one_that_changed_is_not(campaign, monkeypatch, tmp_path):
+    collect(campaign)
+    walked = []
+    monkeypatch.setattr(build, "registered", lambda *each: walked.append(each) or registered(*each))
+    registered = impact_rows.registered
+    before = tables(campaign)
+    collect(campaign)
+    assert not walked
+    assert tables(campaign) == before
+    for change in (an_edited_table, a_plan, a_note, one_more):
+        shutil.rmtree(tmp_path / "other", ignore_errors=True)
+        other = shutil.copytree(campaign, tmp_path / "other")
+        change(other, np.random.default_rng(SEED))
+        collected(other)
+        assert walked, change
+        walked.clear()
+
+
 @pytest.mark.parametrize("entry", ["range_N = 500.0", "[device]"])
 def test_what_is_read_otherwise_is_judged_again(campaign, judged, entry):
     collect(campaign)
@@ -259,20 +304,19 @@ def test_of_several_devices_the_state_tells_which(campaign, tmp_path):
 
 def forged(folder, lower):
     """The memory with lower peaks, its seal as it was."""
-    seal, text = (folder / MEMORY_FILE).read_text().split("\n")
+    seal, text, as_it_is = (folder / MEMORY_FILE).read_text().split("\n")
     entries = json.loads(text)
     for entry in entries:
         for recording in entry[4]:
             for impact in recording[-1]:
                 impact[2:5] = [lower * figure for figure in impact[2:5]]
-    return seal, json.dumps(entries, separators=(",", ":"))
+    return "\n".join([seal, json.dumps(entries, separators=(",", ":")), as_it_is])
 
 
 def test_a_memory_edited_to_lower_forces_counts_for_nothing(campaign, tmp_path, monkeypatch):
     expected = from_nothing(campaign, tmp_path / "nothing")
     collect(campaign)
-    seal, text = forged(campaign, 0.5)
-    (campaign / MEMORY_FILE).write_text(f"{seal}\n{text}")
+    (campaign / MEMORY_FILE).write_text(forged(campaign, 0.5))
     (campaign / "impacts.csv").unlink()
     assert collected(campaign) == expected
     # nor one that another account sealed, with the very same software
@@ -305,9 +349,9 @@ def test_another_version_of_the_software_remembers_nothing(campaign, tmp_path):
         script = "import sys, forcemap as fm; fm.build_dataset(fm.read_campaign(sys.argv[1]))"
         environment = os.environ | {"PYTHONPATH": str(copied.parent)}
         subprocess.run([sys.executable, "-c", script, str(campaign)], env=environment, check=True)
-        memories.append((campaign / MEMORY_FILE).read_text().partition("\n"))
-    seals, texts = {seal for seal, _, _ in memories}, {text for _, _, text in memories}
-    assert len(seals) == 4
+        memories.append((campaign / MEMORY_FILE).read_text().split("\n"))
+    seals, texts, of_folders = map(set, zip(*memories, strict=True))
+    assert len(seals) == len(of_folders) == 4
     assert len(texts) == 1
 
 

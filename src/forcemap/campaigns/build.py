@@ -13,7 +13,7 @@ from forcemap.campaigns.conditions import CAMPAIGN_FILE
 from forcemap.campaigns.dataset import ImpactDataset
 from forcemap.campaigns.impact_rows import LEFT_OUT_IF_EMPTY, WRITTEN, Row, UsedRecordings, registered
 from forcemap.campaigns.impacts_table import TABLE_FILE, read_dataset
-from forcemap.campaigns.memory import remembering
+from forcemap.campaigns.memory import NOTE_FILE, checksums_of, is_settled, remembering, settle
 from forcemap.campaigns.phase_two import OLD_COLUMN, unused_cells
 from forcemap.campaigns.point_recordings import register_points
 from forcemap.campaigns.pressures import PRESSURES_FOLDER, films_in, require_known
@@ -25,7 +25,6 @@ from forcemap.errors import CampaignFileError, ChangedMeanwhile, MissingExtra, T
 from forcemap.files import alone, file_sha256, read_bytes, sha256, sweep, write_atomically
 from forcemap.impacts.impact import Quality
 
-_NOTE = ".collecting"
 _NEARLY_ALL = 0.9  # share of a table's rows that name a recording of the campaign; a choice: some may have been deleted
 _NOT_AS_REGISTERED = (FileState.GONE, FileState.CURVE_GONE, FileState.CHANGED)
 _TRIES = 3  # of collecting while another process collects the same folder; a choice
@@ -38,7 +37,8 @@ def build_dataset(campaign: Campaign, *, progress: Progress | None = None, worke
     one step; raw files are never touched. The same folder gives
     the same bytes, and a recording keeps its row when others are added. The register holds the hash of every row of the
     table, and the conditions under which each recording was first registered, which are never rewritten. A recording
-    that was judged before, under the same conditions and by the same software, is not judged again (`remembering`).
+    that was judged before, under the same conditions and by the same software, is not judged again, and a folder that
+    is as it was left is only read (`forcemap.campaigns.memory`).
 
     Parameters
     ----------
@@ -66,7 +66,12 @@ def build_dataset(campaign: Campaign, *, progress: Progress | None = None, worke
         No recording gave an impact that can be used, or the impacts contradict each other.
     """
     register_points(campaign.folder, campaign.conditions, campaign.columns)
-    with remembering(campaign, workers=workers) as reader:
+    checksums = checksums_of(campaign)
+    if is_settled(campaign, checksums):
+        if progress:
+            progress(len(checksums), len(checksums))
+        return read_dataset(campaign.folder)
+    with remembering(campaign, checksums, workers=workers) as reader:
         entries, rows = collected(campaign, progress=progress, reader=reader)
     with alone(campaign.folder):
         if _sha256(campaign.register_file) != campaign.register_sha256:
@@ -78,7 +83,9 @@ def build_dataset(campaign: Campaign, *, progress: Progress | None = None, worke
         table = table_text(campaign, entries, rows)
         _require_own(campaign, entries, table)
         _write_together(campaign, register, table)
-        return read_dataset(campaign.folder)
+        dataset = read_dataset(campaign.folder)
+        settle(campaign, checksums, {entry.file: entry.sha256 for entry in entries})
+        return dataset
 
 
 def collect_campaign(
@@ -223,7 +230,7 @@ def _require_own(campaign: Campaign, entries: list[Entry], text: str) -> None:
 
 def _write_together(campaign: Campaign, register: str, table: str) -> None:
     """Write both files; after a kill between the two, a note beside them says which table was being replaced."""
-    note = campaign.folder / _NOTE
+    note = campaign.folder / NOTE_FILE
     if _holds(campaign.register_file, register) and _holds(campaign.table_file, table):
         note.unlink(missing_ok=True)
         sweep(campaign.folder)
@@ -245,5 +252,5 @@ def _holds(file: Path, text: str) -> bool:
 
 def _being_replaced(campaign: Campaign) -> list[str]:
     """Hashes of tables that a killed run was replacing, or wrote."""
-    note = campaign.folder / _NOTE
+    note = campaign.folder / NOTE_FILE
     return read_bytes(note).decode(errors="replace").split() if note.exists() else []

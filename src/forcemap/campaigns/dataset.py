@@ -239,7 +239,7 @@ class ImpactDataset:
         """Speed at contact that counts [m/s]: as stated, less the speed error that the campaign states."""
         return self.conditions.at_contact(self.stated_speed)
 
-    @property
+    @cached_property
     def as_stated(self) -> ImpactDataset:
         """The same with the speeds as the campaign states them, its speed error neither subtracted nor stated."""
         return replace(self, conditions=replace(self.conditions, speed_error=math.nan))

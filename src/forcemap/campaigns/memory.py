@@ -5,6 +5,9 @@ that it depends on: the software, the column map, the device, the date and the
 filter. One that was damaged, edited, written by another account or under anything else is as good as none. Whether a
 recording is the one remembered is told by the hash of its content. Nothing rests on this memory but the tables that
 `build_dataset` writes: reports, their verification and verdicts judge the recordings again.
+
+Three lines: the seal of the second, the readouts, and the seal of the folder as it was when it was last collected, with
+the hashes of all that collecting reads and writes: as long as it is so, collecting gives the same tables once more.
 """
 
 from __future__ import annotations
@@ -20,8 +23,13 @@ from pathlib import Path
 from typing import Any
 
 from forcemap.campaigns.campaign import Campaign
+from forcemap.campaigns.conditions import CAMPAIGN_FILE
+from forcemap.campaigns.impacts_table import TABLE_FILE
+from forcemap.campaigns.plan import PLAN_FILE
+from forcemap.campaigns.pressures import PRESSURES_FOLDER, films_in
 from forcemap.campaigns.readout import FileReadout, ImpactReadout, Reader, Readout, judging, sha256_of
 from forcemap.campaigns.recorded_impacts import judged_under
+from forcemap.campaigns.recordings_table import REGISTER_FILE
 from forcemap.campaigns.seal import is_sealed, seal
 from forcemap.campaigns.workers import in_processes
 from forcemap.errors import InputError
@@ -29,15 +37,45 @@ from forcemap.files import file_sha256, sha256, write_atomically
 from forcemap.impacts.impact import Flag, Quality
 from forcemap.impacts.scenario import ContactScenario
 
-MEMORY_FILE = ".judged"
+MEMORY_FILE, NOTE_FILE = ".judged", ".collecting"
+"""What is remembered; the note that is beside the tables while they are being replaced."""
+
 _ROOMS = ("recordings", "impacts", "campaigns")  # with the ground: all that a judgement can depend on
 _PACKAGES = ("numpy", "scipy", "nptdms")
 
 _Known = dict[tuple[str, str], FileReadout]  # by file and state
 
 
+def checksums_of(campaign: Campaign) -> dict[str, str]:
+    """SHA-256 of every raw file; empty where it cannot be read."""
+    return {name: sha256_of(f"{campaign.recordings}/{name}") for name in campaign.files()}
+
+
+def is_settled(campaign: Campaign, checksums: Mapping[str, str]) -> bool:
+    """Whether the folder is to the byte as `settle` saw it, so that collecting it would write the same."""
+    return is_sealed(_as_it_is(campaign, checksums), _lines(campaign)[2], _under(campaign))
+
+
+def settle(campaign: Campaign, checksums: Mapping[str, str], read: Mapping[str, str]) -> None:
+    """Remember the folder as it is, collected; not if a file was another one when it was read, by its hash there."""
+    if checksums != read:
+        return
+    text, under = _as_it_is(campaign, checksums), _under(campaign)
+    before = _lines(campaign)
+    if (sealed := seal(text, under)) and sealed != before[2]:
+        _write(campaign, (*before[:2], sealed))
+
+
+def _as_it_is(campaign: Campaign, checksums: Mapping[str, str]) -> str:
+    """All that collecting reads and writes, by its hashes."""
+    names = (CAMPAIGN_FILE, PLAN_FILE, REGISTER_FILE, TABLE_FILE, NOTE_FILE)
+    films = [file for found in films_in(campaign.folder / PRESSURES_FOLDER).values() for file in found]
+    own = {name: sha256_of(campaign.folder / name) for name in names} | {film.name: sha256_of(film) for film in films}
+    return json.dumps([own, dict(checksums)])
+
+
 @contextmanager
-def remembering(campaign: Campaign, *, workers: int = 1) -> Iterator[Reader]:
+def remembering(campaign: Campaign, checksums: Mapping[str, str], *, workers: int = 1) -> Iterator[Reader]:
     """A reader that judges only what is not remembered; what was read is remembered at the end.
 
     It gives the same readouts as `judging`, without the recordings themselves.
@@ -45,14 +83,14 @@ def remembering(campaign: Campaign, *, workers: int = 1) -> Iterator[Reader]:
     Parameters
     ----------
     campaign : Campaign
+    checksums : mapping of str to str
+        SHA-256 of every raw file.
     workers : int
         Processes that judge at once, where there are many files (`in_processes`).
     """
-    under, file = _under(campaign), campaign.folder / MEMORY_FILE
-    before = _opened(file, under)
+    under = _under(campaign)
+    before = _opened(campaign, under)
     known, judge = _readouts(before), _without_recordings(judging(campaign))
-    folder = campaign.recordings
-    checksums = {name: sha256_of(f"{folder}/{name}") for name in campaign.files()}
     unknown = [name for name, checksum in checksums.items() if not _is(known.get((name, "")), checksum)]
     used: _Known = {}
     with in_processes(judge, unknown, workers) as judged:
@@ -70,8 +108,7 @@ def remembering(campaign: Campaign, *, workers: int = 1) -> Iterator[Reader]:
     if not before or list(used.items()) != list(known.items()):
         text = _text(used)
         if of_text := seal(text, under):
-            with suppress(InputError):  # a folder that cannot be written has no memory
-                write_atomically(file, f"{of_text}\n{text}")
+            _write(campaign, (of_text, text, ""))
 
 
 def _is(shown: FileReadout | None, checksum: str) -> bool:
@@ -86,13 +123,25 @@ def _without_recordings(read: Reader) -> Reader:
     return judge
 
 
-def _opened(file: Path, under: str) -> str:
-    """What is remembered, as text; empty if there is nothing, or the seal is another one."""
-    try:
-        of_text, _, text = file.read_text(encoding="utf-8").partition("\n")
-    except (OSError, ValueError):
-        return ""
+def _opened(campaign: Campaign, under: str) -> str:
+    """The readouts that are remembered, as text; empty if there are none, or the seal is another one."""
+    of_text, text, _ = _lines(campaign)
     return text if is_sealed(text, of_text, under) else ""
+
+
+def _lines(campaign: Campaign) -> tuple[str, str, str]:
+    """The lines of the file; empty ones where there is none."""
+    try:
+        lines = (campaign.folder / MEMORY_FILE).read_text(encoding="utf-8").split("\n")
+    except (OSError, ValueError):
+        lines = []
+    first, second, third, *_ = [*lines, "", "", ""]
+    return first, second, third
+
+
+def _write(campaign: Campaign, lines: tuple[str, str, str]) -> None:
+    with suppress(InputError):  # a folder that cannot be written has no memory
+        write_atomically(campaign.folder / MEMORY_FILE, "\n".join(lines))
 
 
 def _under(campaign: Campaign) -> str:

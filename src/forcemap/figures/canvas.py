@@ -18,6 +18,7 @@ from matplotlib.colorbar import Colorbar
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Rectangle
+from matplotlib.ticker import AutoLocator, MaxNLocator
 
 from forcemap.arrays import FloatArray, Mask
 from forcemap.figures.layout import PAGE_HEIGHT, POINTS_PER_INCH, Room, lay_out
@@ -29,23 +30,32 @@ _ALONE = 0.05  # width at which a single place is drawn [m]
 _LONGEST_NAME = 60  # characters of a name from a file
 _LONGEST_LINE = 400  # characters of a line above a figure
 _INCH = 0.0254  # [m]
+_TICKS = 5  # intervals between the ticks of an axis, at most
 _BELOW = 4  # panels of a narrow figure below each other; more stand in two columns
 NO_ROOM = Room()
 
 # matplotlib's settings belong to the whole process: one figure at a time, and they are put back.
 _SETTINGS = threading.RLock()
+_SET = threading.local()  # `here` in the thread that has ours: they are not set once more
 _STYLE = matplotlib.rc_params_from_file(Path(__file__).with_name("forcemap.mplstyle"), use_default_template=False)
 
 
 @contextmanager
 def settings() -> Iterator[None]:
     """matplotlib's settings for our figures, whatever those of the user; one thread at a time. Also a decorator."""
+    if getattr(_SET, "here", False):
+        yield
+        return
     with _SETTINGS, matplotlib.rc_context():
         matplotlib.rcdefaults()
         matplotlib.rcParams.update(_STYLE)
         with warnings.catch_warnings():  # SVG keeps a name in another script as text; PNG shows boxes
             warnings.filterwarnings("ignore", message="Glyph .* missing from font", category=UserWarning)
-            yield
+            _SET.here = True
+            try:
+                yield
+            finally:
+                _SET.here = False
 
 
 def is_wide(width: float) -> bool:
@@ -76,8 +86,26 @@ def panels(figure: Figure, count: int, columns: int, *, share_y: bool = False) -
     axes: list[Axes] = []
     for i in range(count):
         axes.append(figure.add_subplot(rows, columns, i + 1, sharey=axes[0] if share_y and axes else None))
-        axes[-1].tick_params(labelleft=not share_y or i % columns == 0)
+        if share_y and i % columns:
+            axes[-1].tick_params(axis="y", labelleft=False)
     return axes
+
+
+class FewTicks(MaxNLocator):
+    """Ticks at round figures, at most so many intervals apart and none outside the axis.
+
+    A good part of the time that a report takes is spent on its ticks.
+    """
+
+    def __init__(self, most: int = _TICKS, *, integer: bool = False) -> None:
+        super().__init__(nbins=most, steps=[1, 2, 2.5, 5, 10], integer=integer)
+
+    def __call__(self) -> list[float]:
+        """Places of the ticks."""
+        assert self.axis is not None
+        low, high = sorted(float(end) for end in self.axis.get_view_interval())
+        rounding = 1e-9 * (high - low)
+        return [float(place) for place in super().__call__() if low - rounding <= place <= high + rounding]
 
 
 def plain(text: str, longest: int = _LONGEST_NAME) -> str:
@@ -100,6 +128,9 @@ def finish(
         for handle, word in zip(*axes.get_legend_handles_labels(), strict=True):
             entries[word] = max(entries.get(word, handle), handle, key=_marked)
     entries |= {str(artist.get_label()): artist for artist in also}
+    for axis in (axis for axes in figure.axes for axis in (axes.xaxis, axes.yaxis)):
+        if isinstance(axis.get_major_locator(), AutoLocator):
+            axis.set_major_locator(FewTicks())
     lines = [*([SIMULATED] if simulated else []), *(plain(line, _LONGEST_LINE) for line in first)]
     box = {"facecolor": YELLOW, "edgecolor": "none", "boxstyle": "square,pad=0.15"}
     lay_out(figure, entries, lines, box, room)

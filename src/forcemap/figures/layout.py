@@ -22,6 +22,7 @@ from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties
 from matplotlib.text import Text
 from matplotlib.textpath import text_to_path
+from matplotlib.transforms import ScaledTranslation
 
 from forcemap.arrays import FloatArray
 
@@ -165,6 +166,8 @@ def lay_out(figure: Figure, entries: dict[str, Artist], lines: Sequence[str], bo
         for axes in bars:
             start, tall = seen.x1 * wide + room.right + _BAR_APART, _tall(figure)
             _put(axes, figure, start, seen.y0 * tall, _BAR, seen.height * tall)
+    for axes in (axes for axes in figure.axes if axes.name != "3d"):
+        _place_labels(axes, figure)
     if said:
         at = {"x": _EDGE / wide, "y": 1 - _EDGE / _tall(figure), "ha": "left", "va": "top"}
         font = FontProperties(size=WORDS_ABOVE, weight="bold")
@@ -233,6 +236,19 @@ def _wide(figure: Figure) -> float:
 
 def _tall(figure: Figure) -> float:
     return float(figure.get_figheight()) * POINTS_PER_INCH
+
+
+def _place_labels(axes: Axes, figure: Figure) -> None:
+    """Put the labels of the axes beside those of the ticks: matplotlib would draw the ticks to see how far."""
+    below = _beneath(axes.xaxis) - _label(axes.xaxis) + _BESIDE_TICKS / 2
+    beside = _beside(axes.yaxis) - _label(axes.yaxis) + _BESIDE_TICKS / 2
+    right = str(axes.yaxis.get_label_position()) == "right"
+    for axis, (x, y), (across, up) in (
+        (axes.xaxis, (0.5, 0.0), (0.0, -below)),
+        (axes.yaxis, (float(right), 0.5), (beside if right else -beside, 0.0)),
+    ):
+        shift = ScaledTranslation(across / POINTS_PER_INCH, up / POINTS_PER_INCH, figure.dpi_scale_trans)
+        axis.set_label_coords(x, y, transform=axes.transAxes + shift)
 
 
 def _ticks(axis: Axis) -> list[str]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
@@ -19,7 +18,7 @@ from forcemap.campaigns.dataset import ImpactDataset
 from forcemap.campaigns.plan import MeasurementPlan
 from forcemap.comparisons.force_models import Comparison
 from forcemap.figures import style
-from forcemap.figures.canvas import colour_bar, finish, is_wide, new_figure, panels, settings
+from forcemap.figures.canvas import FewTicks, colour_bar, finish, is_wide, new_figure, panels, settings
 from forcemap.figures.ends import AT_END, keep_apart, write_at_end
 from forcemap.figures.layout import Room
 from forcemap.figures.measured import Measured, a_few, draw_forces, draw_map, draw_profile, measured_often, near
@@ -32,7 +31,8 @@ _AXES = (DISTANCE, HEIGHT, SPEED)
 WORDS = ("distance {:.2f} m", "height {:.2f} m", "speed {:.2f} m/s")
 _ALONG_SPEED = 2  # number of the axis
 _TOUCH = 0.3  # share of an axis in space that the words at a tick take
-_CELLS = 16  # of a slice of the workspace along each axis
+_POINTS = 33  # of a slice of the workspace along each axis
+_SHADES = 20  # of its force
 _LOOKS = {"CFM_2D": style.MAP_2D, "CFM_2D per height": style.MAP_2D_PER_HEIGHT, "contact model": style.STANDARD}
 
 
@@ -107,31 +107,31 @@ def workspace_figure(force_map: ForceMap, dataset: ImpactDataset | None = None, 
     measured = Measured.of(force_map, dataset)
     reach = force_map.measured_range
     ticks = [a_few(values) for values in measured.levels(reach.points)]
-    d, h = np.linspace(reach.lowest[:2], reach.highest[:2], _CELLS + 1, axis=1)
-    corner_d, corner_h = np.meshgrid(d, h, indexing="ij")
-    middles = *np.meshgrid((d[1:] + d[:-1]) / 2, (h[1:] + h[:-1]) / 2, indexing="ij"), np.c_[ticks[2]][:, None]
-    slices = np.where(reach.contains(*middles), force_map.predict(*middles), np.nan)
-    known = slices[np.isfinite(slices)]
-    scale = Normalize(known.min(), known.max()) if known.size else Normalize(0, 1)
+    corners = np.meshgrid(*np.linspace(reach.lowest[:2], reach.highest[:2], _POINTS, axis=1), indexing="ij")
+    state = *corners, np.c_[ticks[2]][:, None]
+    slices = np.ma.masked_invalid(np.where(reach.contains(*state), force_map.predict(*state), np.nan))
+    known = slices.compressed()
+    low = known.min() if known.size else 0.0
+    high = max(low + 1.0, known.max(initial=low))
+    scale = Normalize(low, high)
 
     wide = is_wide(width)
     figure = new_figure("Predicted force over distance, height and speed", width, (0.68 if wide else 1.1) * width)
     axes: Any = figure.add_subplot(projection="3d", computed_zorder=False)
-    colours = matplotlib.colormaps[QUANTITY]
+    shades = {"levels": np.linspace(low, high, _SHADES + 1), "norm": scale, "cmap": QUANTITY}
     for number, (speed, force) in enumerate(zip(ticks[2], slices, strict=True)):
-        faces = colours(scale(np.nan_to_num(force)))
-        faces[~np.isfinite(force)] = 0.0
-        every = {"rcount": _CELLS + 1, "ccount": _CELLS + 1}
-        plain = {"shade": False, "linewidth": 0, "antialiased": False}
-        surface = corner_d, corner_h, np.full(corner_d.shape, speed)
-        axes.plot_surface(*surface, facecolors=faces, zorder=2 * number, **every, **plain)
+        if force.count():
+            axes.contourf(*corners, force, offset=speed, **shades).set(
+                edgecolor="face", linewidth=0.1, zorder=2 * number
+            )
         for look, states in measured.by_look:
             here = states.select(near(states.speed, speed, measured.tolerance.speed))
             small = {} if wide else {"markersize": 0.6 * look.size}
             axes.plot(here.distance, here.height, here.speed, zorder=2 * number + 1, **(look.drawn | small))
             if len(above := here.select(here.censored > 0)):
                 axes.plot(above.distance, above.height, above.speed, zorder=2 * number + 1, **style.CENSORED.drawn)
-    axes.set(xlabel=DISTANCE, ylabel=HEIGHT, zlabel=SPEED)
+    beside = 0.05 * (ticks[2][-1] - ticks[2][0]) or 0.01
+    axes.set(xlabel=DISTANCE, ylabel=HEIGHT, zlabel=SPEED, zlim=(ticks[2][0] - beside, ticks[2][-1] + beside))
     for set_ticks, places in zip((axes.set_xticks, axes.set_yticks, axes.set_zticks), ticks, strict=True):
         shown = _clear(places)
         set_ticks(shown, [f"{place:.2f}" for place in shown])
@@ -197,7 +197,7 @@ def residuals_figure(
         axes.axhline(0, color="#404040", linewidth=0.8)
         axes.set_ylim(low - room, high + room)
         axes.set_xlabel(words)
-        axes.locator_params(axis="x", nbins=6 if wide else 3, integer=words in counted)
+        axes.xaxis.set_major_locator(FewTicks(5 if wide else 3, integer=words in counted))
         if i % columns == 0:
             axes.set_ylabel("Measured − predicted\n[% of measured]")
         axes.text(0.02, 0.98, "underestimated", transform=axes.transAxes, fontsize=6.5, va="top")

@@ -18,7 +18,7 @@ from forcemap.figures.style import DISTANCE, HEIGHT, PAGE_WIDTH, Look
 from forcemap.maps.bounds import Bound
 from forcemap.maps.force_map import ForceMap
 
-_MOST_PANELS = 6  # of a figure of places; more speeds share panels
+_MOST_PANELS = 3  # of a figure of places: a row; more speeds share panels
 _MOST_NAMES = 6  # of outliers in a figure
 _LONGEST_NAME = 24  # characters of such a name
 _POINTS = 81  # of a line
@@ -143,7 +143,7 @@ def _around(values: FloatArray) -> tuple[float, float]:
 
 @settings()
 def measurement_grid_figure(dataset: ImpactDataset, *, width: float = PAGE_WIDTH) -> Figure:
-    """Places of the measured states, a panel a speed: training, test and censored states by marker.
+    """Places of the measured states, a panel a speed or few speeds: training, test and censored states by marker.
 
     Parameters
     ----------
@@ -159,7 +159,7 @@ def measurement_grid_figure(dataset: ImpactDataset, *, width: float = PAGE_WIDTH
     rows = -(-len(groups) // columns)
     across, upwards = (_around(axis) for axis in (dataset.states.distance, dataset.states.height))
     tall = min(1.5, max(0.45, (upwards[1] - upwards[0]) / (across[1] - across[0])))
-    figure = new_figure("Places and speeds measured", width, 0.025 + rows * (0.012 + tall * 0.9 * width / columns))
+    figure = new_figure("Places and speeds measured", width, 0.025 + rows * (0.012 + tall * 0.8 * width / columns))
     all_axes = panels(figure, len(groups), columns, share_y=True)
     for i, (axes, group) in enumerate(zip(all_axes, groups, strict=True)):
         low, high = group[0] - dataset.tolerance.speed, group[-1] + dataset.tolerance.speed

@@ -124,11 +124,12 @@ def _write_speeds(axes: Axes, speed_map: SpeedMap) -> None:
     speed = np.asarray(speed_map.speeds.speed, dtype=np.float64)
     program = np.asarray(speed_map.speeds.speed_to_program, dtype=np.float64)
     low, high = np.nanmin(speed), np.nanmax(speed)
+    written: dict[str, Any] = {"fontsize": 5.5, "ha": "center", "va": "center", "transform": axes.transData}
     for i, j in np.argwhere(np.isfinite(speed)).tolist():
         place = float(speed_map.distance[i]), float(speed_map.height[j])
         colour = "#ffffff" if speed[i, j] < (low + high) / 2 else "#000000"
         words = f"{floor_speed(program[i, j])}\n({floor_speed(speed[i, j])})"
-        axes.text(*place, words, color=colour, fontsize=5.5, ha="center", va="center")
+        _figure_of(axes).text(*place, words, color=colour, **written)
 
 
 def _words(speed_map: SpeedMap, *, written: bool) -> Iterator[str]:

@@ -15,6 +15,7 @@ from forcemap.assessment.place_speeds import PlaceSpeeds
 from forcemap.comparisons.contact_model import ContactModel
 from forcemap.comparisons.force_models import Comparison
 from forcemap.errors import ForcemapError
+from forcemap.figures.canvas import settings
 
 _LARGEST_SVG = 250_000  # characters; above, a PNG picture is taken if it is smaller: a choice
 
@@ -94,15 +95,19 @@ class Pictures:
             ),
         )
 
+    def _drawing(self, what: str, figure: Figure) -> str:
+        drawing = figures.svg(figure, f"figure-{self._drawn}")
+        if len(drawing) > _LARGEST_SVG:
+            picture = base64.b64encode(figures.png(figure)).decode()
+            if len(picture) < len(drawing):
+                return f'<img alt="{escape(what)}" src="data:image/png;base64,{picture}">'
+        return drawing
+
     def _picture(self, what: str, draw: Callable[[CampaignAssessment], Figure]) -> Markup:
         self._drawn += 1
         try:
-            figure = draw(self._assessment)
-            drawing = figures.svg(figure, f"figure-{self._drawn}")
-            if len(drawing) > _LARGEST_SVG:
-                picture = base64.b64encode(figures.png(figure)).decode()
-                if len(picture) < len(drawing):
-                    drawing = f'<img alt="{escape(what)}" src="data:image/png;base64,{picture}">'
+            with settings():
+                drawing = self._drawing(what, draw(self._assessment))
         except ForcemapError as error:
             return Markup('<p class="missing">No picture of {}: {}</p>').format(what, error.message)
         return Markup('<figure class="picture">{}<figcaption>{}</figcaption></figure>').format(
