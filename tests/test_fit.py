@@ -337,3 +337,14 @@ def test_the_figures_of_a_regression_are_those_of_statsmodels(n, p):
 def test_constant_observations_have_no_coefficient_of_determination():
     fitted = least_squares(np.column_stack([np.ones(4), np.arange(4.0)]), np.full(4, 2.0))
     assert np.isnan(fitted.r_squared)
+
+
+def test_a_map_is_that_of_the_impacts_as_they_are_now():
+    dataset = noise_free("ur10e", training_grid("ur10e"))
+    before = fm.fit_force_map(dataset)
+    assert fm.fit_force_map(dataset) is before  # fitted once
+    dataset.peak_force[:] *= 1.1
+    np.testing.assert_allclose(fm.fit_force_map(dataset).coefficients[0], before.coefficients[0] + np.log(1.1))
+    dataset.peak_force[:] /= 1.1
+    dataset.role[::2] = "test"
+    assert len(fm.fit_force_map(dataset).fit.states) < len(before.fit.states)

@@ -242,6 +242,8 @@ class ImpactDataset:
     @cached_property
     def as_stated(self) -> ImpactDataset:
         """The same with the speeds as the campaign states them, its speed error neither subtracted nor stated."""
+        if math.isnan(self.conditions.speed_error):
+            return self
         return replace(self, conditions=replace(self.conditions, speed_error=math.nan))
 
     def select(self, mask: Mask) -> ImpactDataset:

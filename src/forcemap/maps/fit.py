@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from enum import StrEnum
+from functools import lru_cache
 
 import numpy as np
 
@@ -17,6 +18,7 @@ from forcemap.campaigns.dataset import (
     phase_two_of,
 )
 from forcemap.errors import FitError, RankDeficient
+from forcemap.files import sha256
 from forcemap.findings import Finding, FindingKind
 from forcemap.maps.censored import censored_regression, state_data
 from forcemap.maps.direction import same_direction
@@ -79,6 +81,13 @@ def fit_force_map(
     RankDeficient
         The states do not tell the terms apart, or only by differences within the tolerance of repeats.
     """
+    content = b"".join(array.tobytes() for array in vars(dataset).values() if isinstance(array, np.ndarray))
+    return _fitted_once(dataset, form, impacts, sha256(content))
+
+
+@lru_cache(maxsize=2)  # a campaign's map is asked for by all that rests on it, its 2D map between
+def _fitted_once(dataset: ImpactDataset, form: Form, impacts: CensoredImpacts, _content: str) -> ForceMap:
+    """The map of a dataset as its arrays are now: they can be written to."""
     force_map = _fitted(dataset, form, impacts)
     return force_map if dataset.quantity is not Quantity.FORCE else _with_others(force_map, dataset, form, impacts)
 

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
-from functools import cached_property, lru_cache
+from functools import cached_property
 
 import numpy as np
 
@@ -580,7 +580,6 @@ def _reach(force_map: ForceMap, places: FloatArray, force: float, slowest: float
     return predicted.speed(predicted.certified(level))
 
 
-@lru_cache(maxsize=1)  # a campaign is asked for one limit after another
 def _map_with_bound(
     dataset: ImpactDataset | None, form: Form, bound: ToleranceBound
 ) -> tuple[ForceMap | None, tuple[Finding, ...]]:
