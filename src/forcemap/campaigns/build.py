@@ -70,7 +70,9 @@ def build_dataset(campaign: Campaign, *, progress: Progress | None = None, worke
     if is_settled(campaign, checksums):
         if progress:
             progress(len(checksums), len(checksums))
-        return read_dataset(campaign.folder)
+        with alone(campaign.folder):
+            sweep(campaign.folder)
+            return read_dataset(campaign.folder)
     with remembering(campaign, checksums, workers=workers) as reader:
         entries, rows = collected(campaign, progress=progress, reader=reader)
     with alone(campaign.folder):
