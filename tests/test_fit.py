@@ -348,3 +348,5 @@ def test_a_map_is_that_of_the_impacts_as_they_are_now():
     dataset.peak_force[:] /= 1.1
     dataset.role[::2] = "test"
     assert len(fm.fit_force_map(dataset).fit.states) < len(before.fit.states)
+    with pytest.raises(ValueError, match="read-only"):
+        before.coefficients[0] -= 1.0  # whoever asks next has the same map

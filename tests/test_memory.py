@@ -244,6 +244,22 @@ def test_after_every_kind_of_change_the_tables_are_those_from_nothing(campaign, 
         assert collected(campaign) == from_nothing(campaign, tmp_path / "nothing")
 
 
+@pytest.mark.parametrize(
+    ("file", "old", "new"),
+    [("campaign.toml", "range_N = 500.0", "range_N = 490.0"), ("plan.csv", "0.9,0.4,0.3,", "0.9,0.4,0.31,")],
+)
+@pytest.mark.parametrize("before", [True, False], ids=["before it is built", "while it is built"])
+def test_what_is_edited_while_a_folder_is_collected_counts_in_the_next(campaign, tmp_path, file, old, new, before):
+    for path in sorted((campaign / "recordings").iterdir())[:3]:
+        path.unlink()  # what was no impact
+    read = fm.read_campaign(campaign)
+    if before:
+        rewrite(campaign / file, old, new)
+    fm.build_dataset(read, progress=lambda *_: rewrite(campaign / file, old, new))
+    assert new in (campaign / file).read_text()
+    assert collected(campaign) == from_nothing(campaign, tmp_path / "nothing")
+
+
 def test_what_is_known_is_not_judged_again(campaign, judged):
     collect(campaign)
     files = sorted(path.name for path in (campaign / "recordings").iterdir())

@@ -13,7 +13,7 @@ from forcemap.campaigns.conditions import CAMPAIGN_FILE
 from forcemap.campaigns.dataset import ImpactDataset
 from forcemap.campaigns.impact_rows import LEFT_OUT_IF_EMPTY, WRITTEN, Row, UsedRecordings, registered
 from forcemap.campaigns.impacts_table import TABLE_FILE, read_dataset
-from forcemap.campaigns.memory import NOTE_FILE, checksums_of, is_settled, remembering, settle
+from forcemap.campaigns.memory import NOTE_FILE, checksums_of, is_settled, read_from, remembering, settle
 from forcemap.campaigns.phase_two import OLD_COLUMN, unused_cells
 from forcemap.campaigns.point_recordings import register_points
 from forcemap.campaigns.pressures import PRESSURES_FOLDER, films_in, require_known
@@ -67,7 +67,8 @@ def build_dataset(campaign: Campaign, *, progress: Progress | None = None, worke
     """
     register_points(campaign.folder, campaign.conditions, campaign.columns)
     checksums = checksums_of(campaign)
-    if is_settled(campaign, checksums):
+    read = read_from(campaign, checksums)
+    if is_settled(campaign, read):
         if progress:
             progress(len(checksums), len(checksums))
         with alone(campaign.folder):
@@ -86,7 +87,8 @@ def build_dataset(campaign: Campaign, *, progress: Progress | None = None, worke
         _require_own(campaign, entries, table)
         _write_together(campaign, register, table)
         dataset = read_dataset(campaign.folder)
-        settle(campaign, checksums, {entry.file: entry.sha256 for entry in entries})
+        if checksums == {entry.file: entry.sha256 for entry in entries}:  # else one changed before it was read
+            settle(campaign, read, register, table)
         return dataset
 
 

@@ -37,6 +37,8 @@ class Campaign:
         The register of recordings as it was last written.
     register_sha256 : str
         SHA-256 of the register's file; empty if there is none.
+    stated_sha256 : tuple of str
+        SHA-256 of campaign.toml and of plan.csv, from before they were read; empty if they are not known.
     """
 
     folder: Path
@@ -45,6 +47,7 @@ class Campaign:
     plan: MeasurementPlan
     entries: tuple[Entry, ...] = ()
     register_sha256: str = ""
+    stated_sha256: tuple[str, ...] = ()
 
     @property
     def recordings(self) -> Path:
@@ -148,10 +151,13 @@ def read_campaign(folder: str | Path) -> Campaign:
     """
     root = campaign_folder(folder)
     _require(root / CAMPAIGN_FILE, folder)
+    of_conditions = file_sha256(root / CAMPAIGN_FILE)
     conditions, columns = read_campaign_file(root / CAMPAIGN_FILE)
     _require(root / PLAN_FILE, folder)
+    stated = of_conditions, file_sha256(root / PLAN_FILE)
     tolerance = StateTolerance.stated(conditions.place_tolerance, conditions.speed_tolerance)
-    campaign = with_register(Campaign(root, conditions, columns, read_plan(root / PLAN_FILE, tolerance=tolerance)))
+    plan = read_plan(root / PLAN_FILE, tolerance=tolerance)
+    campaign = with_register(Campaign(root, conditions, columns, plan, stated_sha256=stated))
     if conditions.devices:
         runs = zip(campaign.plan.state_id.tolist(), campaign.plan.recording.tolist(), strict=True)
         registered = ((entry.state_id, entry.name) for entry in campaign.entries)

@@ -23,13 +23,9 @@ from pathlib import Path
 from typing import Any
 
 from forcemap.campaigns.campaign import Campaign
-from forcemap.campaigns.conditions import CAMPAIGN_FILE
-from forcemap.campaigns.impacts_table import TABLE_FILE
-from forcemap.campaigns.plan import PLAN_FILE
 from forcemap.campaigns.pressures import PRESSURES_FOLDER, films_in
 from forcemap.campaigns.readout import FileReadout, ImpactReadout, Reader, Readout, judging, sha256_of
 from forcemap.campaigns.recorded_impacts import judged_under
-from forcemap.campaigns.recordings_table import REGISTER_FILE
 from forcemap.campaigns.seal import is_sealed, seal
 from forcemap.campaigns.workers import in_processes
 from forcemap.errors import InputError
@@ -51,27 +47,27 @@ def checksums_of(campaign: Campaign) -> dict[str, str]:
     return {name: sha256_of(f"{campaign.recordings}/{name}") for name in campaign.files()}
 
 
-def is_settled(campaign: Campaign, checksums: Mapping[str, str]) -> bool:
-    """Whether the folder is to the byte as `settle` saw it, so that collecting it would write the same."""
-    return is_sealed(_as_it_is(campaign, checksums), _lines(campaign)[2], _under(campaign))
-
-
-def settle(campaign: Campaign, checksums: Mapping[str, str], read: Mapping[str, str]) -> None:
-    """Remember the folder as it is, collected; not if a file was another one when it was read, by its hash there."""
-    if checksums != read:
-        return
-    text, under = _as_it_is(campaign, checksums), _under(campaign)
-    before = _lines(campaign)
-    if (sealed := seal(text, under)) and sealed != before[2]:
-        _write(campaign, (*before[:2], sealed))
-
-
-def _as_it_is(campaign: Campaign, checksums: Mapping[str, str]) -> str:
-    """All that collecting reads and writes, by its hashes."""
-    names = (CAMPAIGN_FILE, PLAN_FILE, REGISTER_FILE, TABLE_FILE, NOTE_FILE)
+def read_from(campaign: Campaign, checksums: Mapping[str, str]) -> str:
+    """All that collecting reads but the register and the table, by hashes from before it is read; empty if unknown."""
     films = [file for found in films_in(campaign.folder / PRESSURES_FOLDER).values() for file in found]
-    own = {name: sha256_of(campaign.folder / name) for name in names} | {film.name: sha256_of(film) for film in films}
-    return json.dumps([own, dict(checksums)])
+    hashes = [(film.name, sha256_of(film)) for film in films]
+    return json.dumps([campaign.stated_sha256, hashes, dict(checksums)]) if campaign.stated_sha256 else ""
+
+
+def is_settled(campaign: Campaign, read: str) -> bool:
+    """Whether the folder is to the byte as it was left by collecting, so that collecting it would write the same."""
+    if not read or (campaign.folder / NOTE_FILE).exists():
+        return False
+    tables = sha256_of(campaign.register_file), sha256_of(campaign.table_file)
+    return is_sealed("\n".join([read, *tables]), _lines(campaign)[2], _under(campaign))
+
+
+def settle(campaign: Campaign, read: str, register: str, table: str) -> None:
+    """Remember what was read and the texts that were written of it."""
+    first, second, before = _lines(campaign)
+    sealed = seal("\n".join([read, sha256(register), sha256(table)]), _under(campaign))
+    if read and sealed not in ("", before):
+        _write(campaign, (first, second, sealed))
 
 
 @contextmanager

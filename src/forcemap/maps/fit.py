@@ -89,6 +89,9 @@ def fit_force_map(
 def _fitted_once(dataset: ImpactDataset, form: Form, impacts: CensoredImpacts, _content: str) -> ForceMap:
     """The map of a dataset as its arrays are now: they can be written to."""
     force_map = _fitted(dataset, form, impacts)
+    for array in vars(force_map.require_fit().between_states).values():
+        if isinstance(array, np.ndarray):
+            array.setflags(write=False)  # whoever asks next has the same map
     return force_map if dataset.quantity is not Quantity.FORCE else _with_others(force_map, dataset, form, impacts)
 
 
