@@ -24,6 +24,8 @@ from forcemap.impacts.detect import force_without_impact, no_impact
 TABLE = Path(__file__).with_suffix(".csv")
 EDGES = Path(__file__).with_name("edges.csv")
 SEED, EDGE_CURVES = 202690, 16
+ASIDE, NEAR = 0.002, (-0.0015, -0.001, 0.001, 0.002, 0.004)
+"""How far from a change of words they are compared; where else they must be the same, by distance from there."""
 DEVICE = fm.Device(range=500.0, error=3.0, stiffness=75e3)
 
 
@@ -375,9 +377,10 @@ def words(kind, number, share):
 
 
 def edges():
-    """Where the words change as the share grows: the shares on either side, to a thousandth, and what is read there.
+    """Where the words change as the share grows: shares on either side of it, and what is read there.
 
-    No more than two of a kind for the same change of words.
+    No more than two of a kind for the same change of words, and none where the words change to and fro: noise decides
+    there, and processors round it differently.
     """
     found = {}
     numbers = ((kind, number) for kind in KINDS for number in range(EDGE_CURVES * (3 if kind is mixed else 1)))
@@ -387,7 +390,9 @@ def edges():
             while said(low) != said(high) and high - low > 1e-3:
                 middle = (low + high) / 2
                 low, high = (middle, high) if said(low) == said(middle) else (low, middle)
-            if said(low) != said(high):
+            low, high = max(low - ASIDE, 0.0), min(high + ASIDE, 1.0)
+            same = (said(max(low - by, 0.0)) == said(low) and said(min(high + by, 1.0)) == said(high) for by in NEAR)
+            if said(low) != said(high) and all(same):
                 change = frozenset(said(low).split()) ^ frozenset(said(high).split())
                 found.setdefault((kind, change), []).append([kind.__name__, number, low, high, said(low), said(high)])
     return [row for rows in found.values() for row in rows[:2]]

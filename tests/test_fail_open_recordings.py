@@ -499,6 +499,7 @@ def test_a_register_edited_meanwhile_is_kept(folder):
             )
 
     table = (folder / "impacts.csv").read_bytes()
+    (folder / ".judged").unlink()  # else the folder is as it was left, and nothing is judged
     with pytest.raises(CampaignFileError, match="was changed meanwhile, so nothing was written"):
         fm.build_dataset(fm.read_campaign(folder), progress=exclude)
     assert rows(folder / "recordings.csv")[0]["exclude"] == "gripper was open"
@@ -518,6 +519,7 @@ def test_a_register_that_comes_or_goes_meanwhile(folder, appears):
             path.write_bytes(content) if appears else path.unlink()
 
     table = (folder / "impacts.csv").read_bytes()
+    (folder / ".judged").unlink()  # else the folder is as it was left, and nothing is judged
     with pytest.raises(CampaignFileError, match="was changed meanwhile"):
         fm.build_dataset(fm.read_campaign(folder), progress=swap)
     assert path.exists() == appears
