@@ -367,7 +367,7 @@ def test_verify_says_what_changed(written, ask, forcemap):
     assert found["new"] == ["recordings/more.csv"]
     assert found["digest"] != found["digest_now"]
     _, out, _ = forcemap(*verify)
-    for line in ("WRITE IT AGAIN, something changed since", "\nChanged\n", "\nVanished\n", "\nNew\n", "impacts.csv"):
+    for line in ("SOMETHING CHANGED since the report", "\nChanged\n", "\nVanished\n", "\nNew\n", "impacts.csv"):
         assert line in out
 
 

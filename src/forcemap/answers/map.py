@@ -124,6 +124,7 @@ class FitAnswer(PlaceFigures):
     states_left_out_names: list[str]
     states_found: str = of("fit", "states_found")
     samples: int = of("fit", "samples")
+    test_samples: int
     censored_samples: int = of("fit", "censored_samples")
     censored_fit: bool = of("fit", "censored_fit")
     repeats: int
@@ -171,6 +172,7 @@ class FitAnswer(PlaceFigures):
             states=len(fit.states),
             states_left_out=len(fit.left_out),
             states_left_out_names=fit.left_out.name,
+            test_samples=len(dataset.test),
             repeats=most,
             fewest_repeats=fewest,
             bound_margin_percent=margins_of(force_map),

@@ -153,10 +153,10 @@ def _verdict(answer: FitAnswer) -> str:
 def impacts_words(answer: FitAnswer) -> str:
     """How many states and impacts a map is fitted to, and what became of the censored ones."""
     words = f"{counted(answer.states, 'state')}, {counted(answer.samples + answer.censored_samples, 'impact')}"
-    if not answer.censored_samples:
-        return words
-    used = "counted as at least that force" if answer.censored_fit else "not in the fit"
-    return f"{words}, {answer.censored_samples} of them above the device range ({used})"
+    if answer.censored_samples:
+        used = "counted as at least that force" if answer.censored_fit else "not in the fit"
+        words = f"{words}, {answer.censored_samples} of them above the device range ({used})"
+    return f"{words}; {answer.test_samples} more of role test, not fitted" if answer.test_samples else words
 
 
 def _censoring_lines(answer: FitAnswer, effect: CensoringAnswer) -> list[str]:

@@ -65,8 +65,7 @@ def limits(
         stated = {key: getattr(limit, part) if limit.permitted else None for key, part in _FIGURES.items()}
         answers.append(LimitAnswer.from_result(limit, **stated, contact_model=by_formula))
     answer = LimitsAnswer.from_result(areas, limits=answers)
-    regions = [areas.areas[limit.areas[0]].region for limit in answers]
-    emit(answer, _lines(answer, regions, assumptions, moving_mass is not None), as_json=as_json)
+    emit(answer, _lines(answer, areas, assumptions, moving_mass is not None), as_json=as_json)
 
 
 def _speeds(limit: fm.ForceLimit, model: ContactModel, body: Body, contact_area: float | None) -> dict[str, Any]:
@@ -90,7 +89,7 @@ def _speeds(limit: fm.ForceLimit, model: ContactModel, body: Body, contact_area:
     }
 
 
-def _lines(answer: LimitsAnswer, regions: list[str], assumptions: list[str], modelled: bool) -> list[str]:
+def _lines(answer: LimitsAnswer, areas: fm.LimitTable, assumptions: list[str], modelled: bool) -> list[str]:
     header = [
         "area or region",
         "region",
@@ -100,12 +99,14 @@ def _lines(answer: LimitsAnswer, regions: list[str], assumptions: list[str], mod
         "transient N/cm^2",
         "spring N/mm",
     ]
-    rows = [[limit.name, region, *_cells(limit)] for limit, region in zip(answer.limits, regions, strict=True)]
+    rows = [[limit.name, areas.areas[limit.areas[0]].region, *_cells(limit)] for limit in answer.limits]
     lines = table(header, rows)
     if modelled:
         lines += ["", *(_model_line(limit) for limit in answer.limits), *listing("Assumes", assumptions)]
+    groups = [*areas.both_sides, *areas.regions] if len(rows) > 1 else []
     return [
         *lines,
+        *(["", f"names for several areas, with their lowest limits: {', '.join(groups)}"] if groups else []),
         "",
         f"{answer.edition}, table version {answer.version}; {answer.source}",
         "the standard permits no contact with skull, forehead and face; pressures in N/cm^2",

@@ -254,8 +254,12 @@ def _verify(file: str, folder: str, *, as_json: bool) -> int:
     changes = verify_report(file, folder)
     figures = asdict(changes)
     result = {"holds": changes.holds, "report_intact": figures.pop("intact"), **figures}
-    verdict = "Nothing changed" if changes.holds else "WRITE IT AGAIN, something changed"
-    lines = [f"{verdict} since the report was written", f"Report of {changes.date}, written by {changes.software}"]
+    verdict = "Nothing changed" if changes.holds else "SOMETHING CHANGED"
+    again = "" if changes.holds else "; write the report again"
+    lines = [
+        f"{verdict} since the report was written{again}",
+        f"Report of {changes.date}, written by {changes.software}",
+    ]
     lines += [] if changes.intact else ["ALTERED: the report file is not as it was written"]
     if changes.list_altered:
         lines.append("ALTERED: the list of inputs beside the report is not the one of its digest")

@@ -34,7 +34,7 @@ def head_lines(provenance: Provenance) -> list[str]:
         "allowed speeds of the contact point, made by forcemap",
         NOT_SAFETY_RATED,
         WHO_CONFIRMS,
-        f"map: {provenance.map_name}, SHA-256 {provenance.map_sha256}",
+        f"map: {_map_words(provenance)}, SHA-256 {provenance.map_sha256}",
         *_file("map file", provenance.map_file, provenance.map_file_sha256),
         *_file("impacts table", provenance.impacts_table, provenance.impacts_table_sha256),
         f"date: {provenance.date}",
@@ -72,6 +72,12 @@ def csv_text(columns: Iterable[str], rows: Iterable[Iterable[Any]], head: Iterab
     stream.writelines(f"# {line}\n" for line in head)
     csv.writer(stream, lineterminator="\n").writerows([columns, *rows])
     return stream.getvalue()
+
+
+def _map_words(provenance: Provenance) -> str:
+    """A map's name; that of the table that it was fitted to names the table below, too, with another hash."""
+    fitted = provenance.map_name == provenance.impacts_table
+    return f"fitted to {provenance.map_name}" if fitted else provenance.map_name
 
 
 def _file(what: str, name: str, digest: str) -> list[str]:

@@ -136,10 +136,16 @@ class LimitTable:
         """Identifiers of the regions, in order of the table."""
         return list(dict.fromkeys(area.region for area in self.areas.values()))
 
+    @property
+    def both_sides(self) -> list[str]:
+        """Names that stand for both sides of an area, in order of the table."""
+        bases = [area.base for area in self.areas.values()]
+        return [base for base in dict.fromkeys(bases) if bases.count(base) > 1]
+
     def _like(self, wanted: str) -> list[str]:
         """Names that hold a word of the one that is wanted, an area of both sides once; without any, all names."""
-        of_base = [area.base for area in self.areas.values()]
-        areas = [area.base if of_base.count(area.base) > 1 else area.area for area in self.areas.values()]
+        both = self.both_sides
+        areas = [area.base if area.base in both else area.area for area in self.areas.values()]
         words = [word for word in wanted.split("_") if len(word) >= _SHORTEST_WORD]
         named = list(dict.fromkeys([*areas, *self.regions]))
         holding = [each for each in named if any(word in each for word in words)]
