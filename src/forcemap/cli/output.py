@@ -251,14 +251,14 @@ def speed_first(verdict: str, answer: RestsOn | AlongAnswer | AtlasSpeedAnswer) 
 
 
 def assumes(answer: RestsOn | AlongAnswer | AtlasSpeedAnswer) -> list[str]:
-    """What an answer assumes, in a paragraph after it, without what already stands above; of several maps one each."""
+    """What an answer assumes, in a list after it, without what already stands above; of several maps one each."""
     above = {SIMULATED, f"bound: {bound_words(answer.bound)}"}
     above |= {f"limit: {answer.limit}"} if isinstance(answer, RestsOn) else set()
     grouped = {"": answer.assumptions} if isinstance(answer, RestsOn) else answer.assumptions_by_map
     lines = []
     for name, assumed in grouped.items():
-        said = "; ".join(line for line in assumed if line not in above)
-        lines += [f"Assumes{f', of {name} alone' * bool(name)}: {said}"] if said else []
+        said = [line for line in assumed if line not in above]
+        lines += listing(f"Assumes{f', of {name} alone' * bool(name)}", said) if said else []
     return ["", *lines]
 
 
