@@ -227,7 +227,7 @@ def _register_head(where: str) -> str:
 
 def _require_no_answer_lost(assessment: fm.CampaignAssessment, target: Path, again: str) -> None:
     """Refuse to replace a report that answers for a body area, limit or bound for which the new one does not."""
-    from forcemap.report import answers_for, made_for, read_seal
+    from forcemap.report import MadeFor, read_seal
 
     if not target.exists():
         return
@@ -235,10 +235,9 @@ def _require_no_answer_lost(assessment: fm.CampaignAssessment, target: Path, aga
         earlier = read_seal(read_bytes(target), str(target)).made_for
     except fm.InputError:  # no report that says so: `write_result` judges it
         return
-    wanted = made_for(assessment)
-    if not answers_for(wanted, earlier):
-        pairs = itertools.zip_longest(earlier.split("; "), wanted.split("; "), fillvalue="")
-        was, now = (" with ".join(filter(None, part)) for part in zip(*(p for p in pairs if p[0] != p[1]), strict=True))
+    wanted = MadeFor.of(assessment)
+    if not wanted.answers_for(earlier):
+        was, now = earlier.unlike(wanted), wanted.unlike(earlier)
         free = next(each for i in itertools.count(2) if not (each := target.with_stem(f"{target.stem}-{i}")).exists())
         beside = f": {again} -o {shlex.quote(str(free))}" if again else " with -o"
         raise fm.InputError(

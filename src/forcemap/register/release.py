@@ -264,7 +264,7 @@ def _gate(basis: Basis) -> None:
 
 def _require_report(report: Path, content: CampaignContent, limits: _Limits) -> None:
     """Refuse a report that is not of the campaign as it is, or not of the body areas."""
-    from forcemap.report import area_made_for, read_seal, verify_report
+    from forcemap.report import area_with_table, read_seal, verify_report
 
     if not report.is_file():
         raise NotReleasable("there is no report of it; forcemap report writes it", file=str(report))
@@ -272,9 +272,9 @@ def _require_report(report: Path, content: CampaignContent, limits: _Limits) -> 
         again = " ".join(["forcemap report", str(content.folder), *(f"--area {limit.name}" for limit, _ in limits)])
         message = f"the report is not of the campaign as it is now; move it away and write it again: {again}"
         raise NotReleasable(message, file=str(report))
-    made_for = f", {read_seal(read_bytes(report), str(report)).made_for}"
+    made_for = read_seal(read_bytes(report), str(report)).made_for
     for limit, _ in limits:
-        if f", {area_made_for(limit)}" not in made_for:
+        if area_with_table(limit) not in made_for.areas:
             which = f"{limit.name} with its limits of {limit.edition}"
             raise NotReleasable(f"the report is not of {which}; write it with --area {limit.name}", file=str(report))
 

@@ -38,7 +38,7 @@ from forcemap.report.permission import (
     pressure_words,
 )
 from forcemap.report.pictures import Pictures
-from forcemap.report.seal import MARK, further_inputs, made_for, quoted, seal, seal_tag
+from forcemap.report.seal import MARK, MadeFor, further_inputs, quoted, seal, seal_tag
 from forcemap.report.sheets import sheets
 from forcemap.speeds.safe_speed import floor_speed
 from forcemap.verdicts.verdict import Interpretation, VerdictOutcome
@@ -82,7 +82,7 @@ def report_html(
             c=assessment.conditions,
             date=(datetime.date.today() if date is None else stated_date("date", date)).isoformat(),
             seal_tag=Markup(seal_tag()),
-            limits_made_for=made_for(assessment),
+            limits_made_for=MadeFor.of(assessment).text,
             inputs_sha256=inputs_sha256(assessment.inputs),
             pictures=Pictures(assessment),
             findings=sentences(assessment.findings),

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import json
 import os
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 from html.parser import HTMLParser
 from pathlib import Path
+from typing import Self
 from urllib.parse import quote, unquote_to_bytes
 
 from forcemap.assessment.assess_campaign import CampaignAssessment
@@ -40,6 +42,56 @@ _SEAL = '<meta name="forcemap-report-sha256" content="{}">'
 
 
 @dataclass(frozen=True)
+class MadeFor:
+    """What a report gives an answer for.
+
+    Parameters
+    ----------
+    areas : tuple of str
+        Body areas, each with the version of its table of limits (`area_with_table`); none if it does not say.
+    bound : str
+        The bound.
+    """
+
+    areas: tuple[str, ...] = ()
+    bound: str = ""
+
+    @classmethod
+    def of(cls, assessment: CampaignAssessment) -> Self:
+        """What the report of an assessment is made for."""
+        bound = "no bound" if isinstance(assessment.bound, Missing) else str(assessment.bound)
+        return cls(tuple(sorted(map(area_with_table, assessment.limits))), bound)
+
+    @classmethod
+    def read(cls, text: str) -> Self:
+        """As a page states it; nothing if it does not."""
+        try:
+            areas, bound = json.loads(text)
+        except (ValueError, TypeError):
+            return cls()
+        return cls(tuple(areas), bound)
+
+    @property
+    def text(self) -> str:
+        """As it stands in the page."""
+        return json.dumps([self.areas, self.bound])
+
+    def unlike(self, other: Self) -> str:
+        """In words, areas and bound as far as they are not those of another report."""
+        areas = "" if self.areas == other.areas else ", ".join(self.areas)
+        return " with ".join(filter(None, [areas, "" if self.bound == other.bound else self.bound]))
+
+    def answers_for(self, earlier: Self) -> bool:
+        """True if it answers all that a report made for `earlier` does."""
+        return self.bound == earlier.bound and set(earlier.areas) <= set(self.areas)
+
+
+def area_with_table(limit: ForceLimit) -> str:
+    """A body area with the edition and the version of its table of limits."""
+    return f"{limit.name} ({limit.edition}, {limit.sha256[:12]})"
+
+
+@dataclass(frozen=True)
 class Sealed:
     """What a report says about itself.
 
@@ -53,8 +105,8 @@ class Sealed:
         Inputs that no other campaign would have, as its own table of limits.
     intact : bool
         True if the page is as it was written; line ends may differ.
-    made_for : str
-        The body areas it was made for, as `made_for` names them; empty if it does not say.
+    made_for : MadeFor
+        What it gives an answer for.
     """
 
     software: str
@@ -62,26 +114,7 @@ class Sealed:
     inputs_sha256: str
     further: tuple[str, ...]
     intact: bool
-    made_for: str = ""
-
-
-def made_for(assessment: CampaignAssessment) -> str:
-    """The body areas of a report, each with the version of its table of limits, and its bound."""
-    areas = sorted(area_made_for(limit) for limit in assessment.limits)
-    bound = assessment.bound
-    return f"{', '.join(areas)}; {'no bound' if isinstance(bound, Missing) else bound}"
-
-
-def area_made_for(limit: ForceLimit) -> str:
-    """A body area with the version of its table of limits, as `made_for` has it."""
-    return f"{limit.name} ({limit.edition}, {limit.sha256[:12]})"
-
-
-def answers_for(new: str, earlier: str) -> bool:
-    """True if a report made for `new` answers all that one made for `earlier` does, both as `made_for` has them."""
-    (areas, _, bound), (areas_before, _, bound_before) = new.partition("; "), earlier.partition("; ")
-    asked, before = (set(re.split(r"(?<=\)), ", named)) for named in (areas, areas_before))
-    return bound == bound_before and before <= asked
+    made_for: MadeFor = MadeFor()
 
 
 def seal_tag() -> str:
@@ -146,7 +179,7 @@ def read_seal(content: bytes, file: str) -> Sealed:
         inputs_sha256=digest,
         further=tuple(_unquoted(path) for path in reader.meta.get("forcemap-further-inputs", "").split("|") if path),
         intact=_sha256(page.replace(_SEAL.format(own), seal_tag(), 1)) == own,
-        made_for=reader.meta.get("forcemap-limits", ""),
+        made_for=MadeFor.read(reader.meta.get("forcemap-limits", "")),
     )
 
 
