@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 
 import numpy as np
@@ -144,3 +145,48 @@ def test_limits_above_the_device_range_are_noted_not_given(campaign):
     row = next(row for row in comparison.allowed if row.model == "CFM_3D")
     assert math.isnan(row.highest)
     assert "device" in sentence(row.note)
+
+
+@pytest.fixture
+def alone(tmp_path):
+    """A table without campaign.toml beside it, whose test states lie above the fitted ones."""
+    rng, rows = np.random.default_rng(5), ["distance_m,height_m,speed_mps,peak_force_N,role"]
+    for d, h in itertools.product((0.5, 0.6, 0.7, 0.8, 0.9), (0.15, 0.25, 0.35, 0.45)):
+        for v in (0.2, 0.3, 0.4):
+            force = 1900 * v**0.9 * np.exp(-0.9 * d - 0.4 * h + rng.normal(0, 0.02))
+            role = "test" if h == 0.45 else "train"
+            rows += [f"{d},{h},{v},{force * np.exp(rng.normal(0, 0.004)):.3f},{role}" for _ in range(3)]
+    (file := tmp_path / "impacts.csv").write_text("\n".join(rows) + "\n")
+    return file
+
+
+def test_what_a_table_alone_lacks_is_said_where_it_matters(alone, ask, forcemap):
+    verdict, _, rest = " ".join(forcemap("fit", alone)[1].split()).partition("; ")
+    assert "follow only once the device's spring is stated" in verdict
+    found = ask("fit", alone)[1]
+    assert (found["spring_stated"], found["test_samples"], found["test_states_outside"]) == (False, 45, 15)
+    assert "test states outside the range of the fitted ones: 15" in rest
+    assert ask("evaluate", alone)[1]["test_states_outside"] == 15
+
+
+def test_places_without_a_speed_have_their_reason_beside_those_with_one(alone, ask, forcemap):
+    (alone.parent / "campaign.toml").write_text(
+        'schema = "forcemap-campaign/1"\n[robot]\nmoving_mass_kg = 30.0\n[contact]\ndirection = "down"\n'
+        "[device]\nstiffness_N_per_m = 75000.0\nrange_N = 600.0\n"
+    )
+    command = ("compare", alone, "--area", "back_of_hand")
+    of_map = ask(*command)[1]["allowed"][0]
+    assert 0 < of_map["confirmed_places"] < of_map["places"] == 20
+    text = " ".join(forcemap(*command)[1].split())
+    without = 20 - of_map["confirmed_places"]
+    assert f"CFM_3D at 280 N, {without} places without a speed: " in text
+    assert "of 15 states" in text
+
+
+def test_a_publication_without_a_moving_mass_keeps_the_maps_of_two_dimensions(alone, forcemap, tmp_path):
+    code, out, _ = forcemap("publication", alone, "-o", tmp_path / "bundle", "--area", "back_of_hand")
+    assert code == 0
+    rows = (tmp_path / "bundle" / "tables" / "accuracy.csv").read_text().splitlines()
+    assert {row.split(",")[0] for row in rows[1:]} == {"CFM_3D", "CFM_2D", "CFM_2D per height"}
+    assert "tables/accuracy.csv, contact model: " in " ".join(out.split())
+    assert "as it was measured: `impacts.csv` |" in (tmp_path / "bundle" / "README.md").read_text()

@@ -127,9 +127,12 @@ def test_a_map_file_that_does_not_say_so_is_checked_when_it_is_read(tmp_path):
 @pytest.mark.parametrize(
     ("stated", "said"),
     [
-        ({"device_stiffness": 75e3}, "units not checked: robot.moving_mass_kg not stated"),
-        ({"conditions": fm.Conditions(moving_mass=30.0)}, "units not checked: device.stiffness_N_per_m not stated"),
-        ({}, "units not checked: robot.moving_mass_kg, device.stiffness_N_per_m not stated"),
+        ({"device_stiffness": 75e3}, "units not checked: robot.moving_mass_kg not stated in campaign.toml"),
+        (
+            {"conditions": fm.Conditions(moving_mass=30.0)},
+            "units not checked: device.stiffness_N_per_m not stated in campaign.toml",
+        ),
+        ({}, "units not checked: robot.moving_mass_kg, device.stiffness_N_per_m not stated in campaign.toml"),
     ],
 )
 def test_a_figure_that_is_not_stated_is_said(stated, said):
@@ -219,8 +222,8 @@ def test_collect_says_it_at_once(tmp_path, ask, forcemap):
     without = write_campaign(tmp_path / "without")
     code, found = ask("collect", without)
     assert (code, found["no_speed"]) == (0, "")
-    assert found["units"] == "units not checked: robot.moving_mass_kg not stated"
-    assert "Units not checked: robot.moving_mass_kg not stated" in forcemap("collect", without)[1]
+    assert found["units"] == "units not checked: robot.moving_mass_kg not stated in campaign.toml"
+    assert "Units not checked: robot.moving_mass_kg not stated in campaign.toml" in forcemap("collect", without)[1]
 
 
 def test_phase_one_tells_a_unit_of_time(tmp_path):

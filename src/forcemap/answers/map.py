@@ -125,6 +125,7 @@ class FitAnswer(PlaceFigures):
     states_found: str = of("fit", "states_found")
     samples: int = of("fit", "samples")
     test_samples: int
+    spring_stated: bool
     censored_samples: int = of("fit", "censored_samples")
     censored_fit: bool = of("fit", "censored_fit")
     repeats: int
@@ -173,6 +174,7 @@ class FitAnswer(PlaceFigures):
             states_left_out=len(fit.left_out),
             states_left_out_names=fit.left_out.name,
             test_samples=len(dataset.test),
+            spring_stated=not math.isnan(force_map.conditions.device.stiffness),
             repeats=most,
             fewest_repeats=fewest,
             bound_margin_percent=margins_of(force_map),

@@ -188,7 +188,8 @@ def comparison_lines(answer: ComparisonAnswer) -> list[str]:
             place = f"d = {extreme.distance_m:.3f} m, h = {extreme.height_m:.3f} m, v = {extreme.speed_mps:.3f} m/s"
             forces = f"{extreme.predicted_N:.0f} N for {extreme.measured_N:.0f} N {words}"
             most = f"; most by {abs(extreme.error_percent):.1f} % ({forces}) at {place}"
-        lines.append(f"the standard's contact model {side} {100 * share:.0f} % of the states{most}")
+        of_states = f"{100 * share:.0f} % of {counted(standard.accuracy.states, 'state')}"
+        lines.append(f"the standard's contact model {side} {of_states}{most}")
     correlations = (variation.rank_correlation_distance, variation.rank_correlation_height)
     with_d, with_h = ("nan" if r is None else f"{r:.2f}" for r in correlations)
     lines += [
@@ -210,7 +211,11 @@ def comparison_lines(answer: ComparisonAnswer) -> list[str]:
         ]
         lines += ["", *table(header, rows)]
         lines += [f"maps with {bound_words(answer.bound)}", *sources]
-        lines += [f"{model.model} at {model.limit_N:g} N: {model.note}" for model in answer.allowed if model.note]
+        lines += [
+            f"{model.model} at {model.limit_N:g} N{_nowhere(model)}: {model.note}"
+            for model in answer.allowed
+            if model.note
+        ]
     return [*lines, "", *listing("Assumes", answer.assumptions)]
 
 
@@ -218,6 +223,12 @@ def _permitted(model: AllowedSpeed) -> str:
     """At how many measured places a model permits a speed; a formula, which has one all the same, permits nothing."""
     formula = not model.confirmed_places and model.median_speed_mps is not None
     return "formula" if formula else str(model.confirmed_places)
+
+
+def _nowhere(model: AllowedSpeed) -> str:
+    """Of how many measured places a note says why a model permits nothing there; empty if of all, or of none."""
+    without = model.places - model.confirmed_places
+    return f", {counted(without, 'place')} without a speed" if model.confirmed_places and without else ""
 
 
 def _gain(answer: ComparisonAnswer) -> str:

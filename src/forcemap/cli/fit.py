@@ -143,8 +143,9 @@ def _verdict(answer: FitAnswer) -> str:
     fixed = "suffices" if high <= 100 * PAPER_MARGIN else "is too small"
     if answer.form_test.misses and not answer.form_test.covered:
         return "MEASURE MORE before speeds of this map are used: its form does not fit, and a bound may not cover that"
+    follow = "can follow from this map" if answer.spring_stated else "follow only once the device's spring is stated"
     return (
-        f"SAFE SPEEDS can follow from this map: its tolerance bound lies {low:.1f} to {high:.1f} % above the "
+        f"SAFE SPEEDS {follow}: its tolerance bound lies {low:.1f} to {high:.1f} % above the "
         f"prediction (a fixed + 10 % {fixed} here), and predictions are at most "
         f"{answer.accuracy.max_underestimation_percent:.1f} % too low on {answer.accuracy.on}"
     )

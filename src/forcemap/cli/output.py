@@ -298,7 +298,11 @@ def accuracy_lines(accuracies: Sequence[tuple[str, AccuracyAnswer]]) -> list[str
 def fit_notes(answer: FitAnswer | EvaluateAnswer) -> list[str]:
     """Whether the form fits and forces have not drifted, where nothing speaks against it."""
     notes = [test.finding for test in (answer.form_test, answer.drift) if test]
-    return [note for note in notes if note not in answer.doubts]
+    continued = [
+        f"test states outside the range of the fitted ones: {answer.test_states_outside}; their errors are those of "
+        "the map continued"
+    ]
+    return [*continued * bool(answer.test_states_outside), *(note for note in notes if note not in answer.doubts)]
 
 
 def place_lines(answer: PlaceFigures) -> list[str]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Annotated, Any
@@ -76,7 +76,7 @@ def publication(
     first = sentence(dataset.binding.reason)
     mass = [] if moving_mass is None else [f"--moving-mass-kg {moving_mass:g}"]
     options = [f"--area {area}" if area else "no --area", *mass, f"--width {width}", *["--grey"] * grey]
-    parts["README.md"] = _readme(dataset, first, left_out, no_speed, options).encode()
+    parts["README.md"] = _readme(dataset, first, parts, left_out, no_speed, options).encode()
     parts[_SUMS] = "".join(f"{sha256(data)}  {name}\n" for name, data in sorted(parts.items())).encode()
     for name, data in parts.items():
         (target / name).parent.mkdir(parents=True, exist_ok=True)
@@ -159,7 +159,12 @@ def _citation(conditions: fm.Conditions, simulated: bool, authors: list[str]) ->
 
 
 def _readme(
-    dataset: fm.ImpactDataset, first: str, left_out: dict[str, str], no_speed: dict[str, str], options: list[str]
+    dataset: fm.ImpactDataset,
+    first: str,
+    parts: Iterable[str],
+    left_out: dict[str, str],
+    no_speed: dict[str, str],
+    options: list[str],
 ) -> str:
     """What is in the folder, and how each part is made again; `first` is what speaks against the table."""
     conditions = dataset.conditions
@@ -172,6 +177,8 @@ def _readme(
         "(less those wholly above the device range) and with all."
     ]
     again *= tested[0] > tested[1]
+    files = [name.removeprefix("data/") for name in parts if name.startswith("data/")]
+    data = ", ".join(dict.fromkeys(f"`{name.partition('/')[0]}{'/' * ('/' in name)}`" for name in sorted(files)))
     lines = [f"# Collision forces: {conditions.robot or 'robot not stated'}", ""]
     lines += ["**SIMULATED: not a measurement of any robot.**", ""] if dataset.simulated else []
     lines += [f"**{first}**", ""] if first else []
@@ -180,7 +187,7 @@ def _readme(
         "",
         "| what | made by |",
         "|---|---|",
-        "| `data/` | the campaign as it was measured: conditions, plan, recordings, impacts |",
+        f"| `data/` | the campaign as it was measured: {data} |",
         "| `map.json` | `forcemap fit data -o map.json` |",
         "| `tables/dataset.csv`, `states.csv`, `coefficients.csv` | `forcemap fit data --json` |",
         "| `tables/accuracy.csv` | `forcemap evaluate data --json` and `forcemap compare data --json` |",

@@ -12,6 +12,7 @@ from forcemap.assessment.assess_campaign import PLACES_APART, coefficient_interv
 from forcemap.cli.drawings import Choices, Kind, Source
 from forcemap.cli.options import bound_from
 from forcemap.cli.speed import fastest_line
+from forcemap.comparisons.force_models import ModelComparison, compared_maps
 from forcemap.csv_table import csv_cell, csv_text
 from forcemap.exports.speed_table import speed_map_csv
 from forcemap.maps.map_file import map_sha256
@@ -44,16 +45,12 @@ def tables_of(source: Source, choices: Choices) -> tuple[dict[str, str], dict[st
     left_out: dict[str, str] = {}
     no_speed: dict[str, str] = {}
     accuracies = [(source.force_map.form.name, each) for each in fm.map_accuracy(source.force_map, dataset)]
+    compared, wanting = _compared(source, dataset, choices)
+    accuracies += [(model.model, each) for model in compared for each in (model.accuracy, model.on_all)]
+    left_out |= wanting
     if choices.area is None:
         left_out["comparison, speeds"] = "no body area was named; they need one, such as --area back_of_hand"
     else:
-        try:
-            compared = fm.compare_force_models(dataset, **source.model(choices).figures)
-            accuracies += [
-                (model.model, each) for model in compared.models[1:] for each in (model.accuracy, model.on_all)
-            ]
-        except fm.ForcemapError as error:
-            left_out["tables/accuracy.csv, other models"] = error.message
         for contact in fm.Contact:
             try:
                 tables[f"speeds-{contact}"], why = _speeds(source.force_map, choices.limit(), contact)
@@ -62,6 +59,23 @@ def tables_of(source: Source, choices: Choices) -> tuple[dict[str, str], dict[st
                 left_out[f"tables/speeds-{contact}.csv"] = error.message
     rows = [{"model": name, "on": each.on, **_errors(each)} for name, each in accuracies]
     return {**tables, "accuracy": _csv(dataset, rows)}, left_out, no_speed
+
+
+def _compared(
+    source: Source, dataset: fm.ImpactDataset, choices: Choices
+) -> tuple[list[ModelComparison], dict[str, str]]:
+    """The models beside the map, and what is left out why: the standard's needs a body area and a moving mass."""
+    file = "tables/accuracy.csv"
+    try:
+        _, models = compared_maps(dataset)
+    except fm.ForcemapError as error:
+        return [], {f"{file}, other models": error.message}
+    try:
+        if choices.area is not None:
+            models.add_standard(source.model(choices).figures)
+    except fm.ForcemapError as error:
+        return models.compared[1:], {f"{file}, contact model": error.message}
+    return models.compared[1:], {}
 
 
 def _errors(accuracy: fm.Accuracy) -> dict[str, object]:

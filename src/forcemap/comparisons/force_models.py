@@ -22,7 +22,7 @@ from forcemap.maps.fit import fit_force_map
 from forcemap.maps.force_map import ForceMap
 from forcemap.maps.forms import CFM_2D, CFM_3D, Form
 from forcemap.speeds.basis import doubts_of_fit
-from forcemap.speeds.safe_speed import SpeedOutcome, safe_speed
+from forcemap.speeds.safe_speed import safe_speed
 
 ALL_STATES = "all states"
 """What all states are called in a comparison, as the paper's tables have them."""
@@ -240,6 +240,19 @@ def compare_force_models(
     """
     bound = bound or ToleranceBound()
     body = {"robot_mass": robot_mass, "body_mass": body_mass, "stiffness": stiffness}
+    maps, models = compared_maps(dataset, form)
+    models.add_standard(body)
+    return models.comparison(maps, dataset, limit, bound, body)
+
+
+def compared_maps(dataset: ImpactDataset, form: Form = CFM_3D) -> tuple[list[ForceMap], Models]:
+    """The measured map and the 2D map, and both with the 2D maps of single heights compared on the same states.
+
+    Raises
+    ------
+    FitError
+        A map cannot be fitted.
+    """
     maps = [fit_force_map(dataset, form=map_form) for map_form in dict.fromkeys((form, CFM_2D))]
     test = dataset.independent_test
     has_test = bool((test.states.impacts > 0).any())
@@ -249,8 +262,7 @@ def compare_force_models(
     for force_map in maps:
         models.add_map(force_map, has_test)
     models.add_per_height(maps_per_height(dataset), has_test)
-    models.add_standard(body)
-    return models.comparison(maps, dataset, limit, bound, body)
+    return maps, models
 
 
 def _predictions(force_map: ForceMap, states: States, has_test: bool) -> FloatArray:
@@ -378,8 +390,8 @@ def _allowed(
                 continue
             confirmed = speeds.speed[~np.isnan(speeds.speed)]
             lowest, median, highest = np.quantile(confirmed, (0.0, 0.5, 1.0)).tolist() if confirmed.size else nothing
-            refused = [r for r, o in zip(speeds.reason, speeds.outcome, strict=True) if o is SpeedOutcome.UNCONFIRMED]
-            why = max(refused, key=refused.count) if refused and not confirmed.size else None
+            refused = [why for why, speed in zip(speeds.reason, speeds.speed, strict=True) if math.isnan(speed)]
+            why = max(refused, key=refused.count) if refused else None
             more = int((confirmed > standard).sum())
             less, said = confirmed.size - more, speeds.basis.warnings
             yield AllowedSpeed(

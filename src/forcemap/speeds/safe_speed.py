@@ -377,20 +377,17 @@ def _safe_speed(
 ) -> tuple[Any, ...]:
     """The first columns of SafeSpeed, in its order, for places of shape (n,)."""
 
-    def with_unseen(why: Finding | None) -> Finding | None:
-        return why and why.and_(*basis.unseen)
-
     low, high = force_map.measured_range.speeds(d, h)
     speed = np.full(d.size, np.nan)
     hint = speed.copy()
     outcome, reason = np.empty((2, d.size), dtype=object)
-    outcome[:], reason[:] = SpeedOutcome.OUTSIDE, with_unseen(Finding.of(FindingKind.OUTSIDE))
+    outcome[:], reason[:] = SpeedOutcome.OUTSIDE, Finding.of(FindingKind.OUTSIDE)
     inside = np.flatnonzero(~np.isnan(low))
 
     if not basis.permitted:
-        outcome[:], reason[:] = SpeedOutcome.NOT_PERMITTED, with_unseen(basis.refusal)
+        outcome[:], reason[:] = SpeedOutcome.NOT_PERMITTED, basis.refusal
     elif basis.refusal:
-        outcome[inside], reason[inside] = SpeedOutcome.UNCONFIRMED, with_unseen(basis.refusal)
+        outcome[inside], reason[inside] = SpeedOutcome.UNCONFIRMED, basis.refusal
     else:
         ends = low[inside], high[inside]
         speed[inside] = highest_within(force_map, bound, d[inside], h[inside], ends, np.log(limit[inside]))
@@ -399,13 +396,14 @@ def _safe_speed(
             (SpeedOutcome.CAPPED, speed >= high),
             (SpeedOutcome.UNCONFIRMED, np.isnan(speed) & ~np.isnan(low)),
         ):
-            outcome[where], reason[where] = kind, with_unseen(Finding.of(FindingKind(kind.value)))
+            unseen = basis.unseen if kind.has_speed else ()
+            outcome[where], reason[where] = kind, Finding.of(FindingKind(kind.value)).and_(*unseen)
         slower = np.flatnonzero(np.isnan(speed) & ~np.isnan(low)) if hints else np.empty(0, dtype=np.int64)
         hint[slower] = lowest_exceeded(force_map, bound, d[slower], h[slower], low[slower], np.log(limit[slower]))
         for state, where in _measured_beyond(force_map, d, h, limit, speed, "at_least"):
-            outcome[where], speed[where], reason[where] = SpeedOutcome.UNCONFIRMED, np.nan, with_unseen(state)
+            outcome[where], speed[where], reason[where] = SpeedOutcome.UNCONFIRMED, np.nan, state
         for state, where in _exceeded_elsewhere(force_map, limit, bound, basis, speed):
-            outcome[where], speed[where], reason[where] = SpeedOutcome.UNCONFIRMED, np.nan, with_unseen(state)
+            outcome[where], speed[where], reason[where] = SpeedOutcome.UNCONFIRMED, np.nan, state
         for state, where in _measured_beyond(force_map, d, h, limit, speed, "highest"):
             reason[where] = [why.and_(state) for why in reason[where]]
     with_speed = np.flatnonzero(~np.isnan(speed))
