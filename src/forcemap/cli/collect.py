@@ -59,7 +59,7 @@ def collect(
         return
     campaign, dataset = _collect(folder)
     confirming = campaign.plan.state_id[ConfirmationPlan.among(campaign.plan)]
-    after = f"Next: forcemap fit {folder}"
+    after = f"Next: forcemap fit {folder} tells how good its map is; speed, report and export give its speeds"
     if np.isin(confirming, dataset.state).any():
         after = f"Next: forcemap confirm {folder}, with the same area and contact as when it was planned"
     answer = CollectAnswer.of_campaign(campaign, dataset)
