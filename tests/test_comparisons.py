@@ -164,9 +164,16 @@ def test_what_a_table_alone_lacks_is_said_where_it_matters(alone, ask, forcemap)
     verdict, _, rest = " ".join(forcemap("fit", alone)[1].split()).partition("; ")
     assert "follow only once the device's spring is stated" in verdict
     found = ask("fit", alone)[1]
-    assert (found["spring_stated"], found["test_samples"], found["test_states_outside"]) == (False, 45, 15)
-    assert "test states outside the range of the fitted ones: 15" in rest
-    assert ask("evaluate", alone)[1]["test_states_outside"] == 15
+    assert (found["spring_stated"], found["test_samples"]) == (False, 45)
+    assert [each["outside_states"] for each in found["accuracies"]] == [15, None, None, 15]
+    assert "15 of the 15 states (test states) lie outside the map's measured range" in rest
+    assert "Next: state the device's spring, device.stiffness_N_per_m in campaign.toml" in rest
+    other = alone.parent / "other.csv"
+    other.write_text(alone.read_text().replace("0.45,", "0.3,"))
+    forcemap("fit", alone, "-o", map_file := alone.parent / "map.json")
+    for table, outside in ((alone, 15), (other, 0)):
+        assert ask("evaluate", table, "--map", map_file)[1]["accuracies"][0]["outside_states"] == outside
+        assert ("measured range" in forcemap("evaluate", table, "--map", map_file)[1]) == bool(outside)
 
 
 def test_places_without_a_speed_have_their_reason_beside_those_with_one(alone, ask, forcemap):
@@ -179,7 +186,7 @@ def test_places_without_a_speed_have_their_reason_beside_those_with_one(alone, a
     assert 0 < of_map["confirmed_places"] < of_map["places"] == 20
     text = " ".join(forcemap(*command)[1].split())
     without = 20 - of_map["confirmed_places"]
-    assert f"CFM_3D at 280 N, {without} places without a speed: " in text
+    assert f"CFM_3D at 280 N: {without} of 20 places have no speed (most of them): the place lies outside" in text
     assert "of 15 states" in text
 
 

@@ -120,6 +120,20 @@ def test_neutral_tables(table):
             assert float(row["spread_mps"]) <= zone["spread_mps"]
 
 
+def test_a_table_of_zones_says_how_a_speed_is_looked_up(table):
+    text = zones_csv(table)
+    rule = zones_result(table)["use"]
+    assert f"# {rule}\n" in text
+    assert "distance is sqrt(x^2 + y^2) and height is z" in rule
+    assert "the slowest zone on the whole way counts, looked up every 5 mm" in rule
+    assert "where a speed is 0, and outside all zones, do not move" in rule
+    rows = [tuple(map(float, row[:5])) for row in csv.reader(text.splitlines()) if row[0][0].isdigit()]
+    for x, y, z in np.random.default_rng(8).uniform((0.3, 0.2, 0.1), (0.8, 0.5, 0.6), (500, 3)).tolist():
+        d = math.sqrt(x**2 + y**2)
+        found = [speed for low, high, down, up, speed in rows if low <= d <= high and down <= z <= up]
+        assert min(found, default=0.0) == table.speed(x, y, z)
+
+
 def test_every_file_says_in_its_head_what_it_rests_on(table):
     texts = [
         zones_csv(table),

@@ -70,6 +70,8 @@ def test_path_says_where_it_must_slow_down(capsys):
     assert both in " ".join(text.split())
     assert "cycle time at (at most 2 m/s^2)" in text
     assert "by the file's times" not in text
+    assert found["contact_excluded"] is True
+    assert "where contact is excluded, every row is at the task's speed" in text
     assert found["map_sha256"] == fm.map_sha256(fm.published_map("ur10e"))
 
 
@@ -110,6 +112,7 @@ def test_a_refused_path_is_a_no_and_invents_no_time(capsys):
     found = result(capsys, "path", "ur10e", "path.csv", *HAND, code=1)
     assert {piece["outcome"] for piece in found["pieces"]} == {"admissible", "not_downward"}
     assert found["cycle_times"][0]["cycle_time_s"] is None
+    assert found["contact_excluded"] is False
     assert found["pieces"][-1]["speed_mps"] is None
     assert run(["path", "kuka-iiwa7-30nm", "press.csv", *HAND]) == 1
     assert "no transient limit may be used" in capsys.readouterr().out
@@ -309,7 +312,8 @@ def test_export_writes_what_it_prints(form, capsys, tmp_path, monkeypatch):
     words = "20 of 56 zones permitted, 0.201 to 0.281 m/s to program, 4 of them above the 0.253 m/s to program of"
     said = " ".join(said.split())
     assert (
-        f"{words} the standard's one speed; up to 0.052 m/s slower than their fastest corner; not safety-rated" in said
+        f"{words} the standard's one speed (on a way its slowest zone counts); up to 0.052 m/s slower than their "
+        "fastest corner; not safety-rated" in said
     )
     assert "where path permits and a zone does not, export smaller zones (--zone-m 0.02)" in said
     assert "the bound is raised by 14 % everywhere" in " ".join(said.split())

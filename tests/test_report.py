@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import hashlib
+import html
 import io
 import os
 import re
@@ -21,7 +22,7 @@ import forcemap as fm
 from forcemap.assessment.missing import Missing
 from forcemap.campaigns.memory import MEMORY_FILE
 from forcemap.errors import MissingExtra
-from forcemap.report import inputs_list, report_html, report_pdf
+from forcemap.report import MadeFor, inputs_list, report_html, report_pdf
 from forcemap.words import sentences
 from pulses import TOML, collect, pulse, save, write_campaign
 
@@ -385,6 +386,30 @@ def test_verify_finds_an_altered_report(written, ask, forcemap, old, new):
     assert code == 1
     assert not found["report_intact"]
     assert "ALTERED" in forcemap("report", "--verify", report, written)[1]
+
+
+@pytest.mark.parametrize(
+    "stated",
+    ["", "hand_fingers (ISO/TS 15066:2016, Annex A, 3f), no bound", '"hand"', "[]", '["hand", "b"]',
+     '[["hand", 1], "b"]',
+     '[["hand"], 1]', '[["hand"], "b", "c"]', '[[["hand"]], "b"]', '{"areas": 1, "bound": 2}', "[" * 9999],
+)  # fmt: skip
+def test_a_report_that_does_not_state_what_it_answers_for_is_not_replaced(written, forcemap, stated):
+    assert MadeFor.read(stated) == MadeFor()
+    page = (written / "report.html").read_text()
+    own = re.search(r'<meta name="forcemap-limits" content="([^"]*)">', page)[1]
+    assert MadeFor.read(html.unescape(own)).areas
+    assert forcemap("report", written, *HAND)[0] == 0
+    (written / "report.html").write_text(page.replace(own, html.escape(stated), 1))
+    code, _, err = forcemap("report", written, *HAND)
+    assert code == 2
+    assert "made for what it does not state" in err
+
+
+def test_a_name_may_look_like_the_text_around_it():
+    for name in ("a), b", '"], "c', "d\\", "\n"):
+        made_for = MadeFor((f"hand ({name}, 3f)", "palm (x, 4e)"), name)
+        assert MadeFor.read(made_for.text) == made_for
 
 
 def test_verify_survives_changed_line_ends(written, ask):

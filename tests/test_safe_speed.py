@@ -266,6 +266,13 @@ def test_phase_two_that_was_never_recorded_is_said():
     found = transient(with_phase_two(None))
     assert found.outcome in (ADMISSIBLE, CAPPED)
     assert "Phase II not measured" in assumptions([found.basis])
+    everywhere = fm.safe_speed(
+        with_phase_two(None), *np.meshgrid([0.3, 0.55, 0.7, 0.85], [0.15, 0.3, 0.45]),
+        limit=fm.force_limit("back_of_hand"), contact=fm.Contact.TRANSIENT, bound=fm.FixedMargin(),
+    )  # fmt: skip
+    unseen = ["Phase II not measured" in sentence(reason) for reason in everywhere.reason.ravel()]
+    assert unseen == (~np.isnan(everywhere.speed)).ravel().tolist()
+    assert set(unseen) == {True, False}
 
 
 def test_outside_comes_before_the_gate():

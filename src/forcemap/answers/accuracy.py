@@ -25,17 +25,14 @@ class AccuracyAnswer(Answer):
     censored_states: int
     censored_underestimated: int
     skipped_states: int
+    outside_states: int | None
 
 
 class PlaceFigures(Answer):
-    """Scatter that states of a place share, and that of single states, as the bound uses them; null if not fitted.
-
-    And how many test states lie outside the range that was fitted.
-    """
+    """Scatter that states of a place share, and that of single states, as the bound uses them; null if not fitted."""
 
     places: int | None = of_if_any("fit", "place_effect", "places")
     place_correlation: float | None = of_if_any("fit", "place_effect", "correlation")
     likely_place_correlation: float | None = of_if_any("fit", "place_effect", "likely")
     place_sd_percent: Percent = of_if_any("fit", "place_sd")
     own_sd_percent: Percent = of_if_any("fit", "own_sd")
-    test_states_outside: int

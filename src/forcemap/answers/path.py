@@ -9,7 +9,7 @@ import numpy as np
 
 from forcemap.answers.answer import AllSaid, Answer, AtPlace, Bound, Figure, Said, of
 from forcemap.answers.atlas import AtlasMapAnswer
-from forcemap.findings import Finding
+from forcemap.findings import Finding, FindingKind
 from forcemap.paths.atlas import Atlas
 from forcemap.paths.bent_path import BentPath
 from forcemap.paths.gaps import map_gaps
@@ -110,7 +110,8 @@ class AlongAnswer(Answer):
     """What speeds along paths rest on, as `RestsOn`; warnings come first.
 
     `acceleration_mps2` is the largest along the path in its cycle times; those as programmed of a path that is `timed`
-    are the path's own. `inside` is where pieces that are refused as outside would lie inside, for every map of theirs.
+    are the path's own. Where contact is excluded, as it is somewhere if `contact_excluded`, every cycle time is at the
+    task's speed. `inside` is where pieces that are refused as outside would lie inside, for every map of theirs.
     Of several maps `map_sha256` is one hash over those of `maps`; `speed_kind` and `speed_error` are null where they
     differ, and `assumptions_by_map` has the assumptions by the names of their maps, those of all maps by no name.
     """
@@ -126,6 +127,7 @@ class AlongAnswer(Answer):
     maps: list[AtlasMapAnswer]
     acceleration_mps2: float
     timed: bool
+    contact_excluded: bool
     position_tolerance_m: float
     inside: list[Inside]
 
@@ -250,6 +252,7 @@ def _rests_on(speeds: PathSpeeds, bound: Any, bases: tuple[Basis, ...], notes: l
         "speed_error": errors.pop() if len(errors) == 1 else math.nan,
         "acceleration_mps2": speeds.acceleration,
         "timed": speeds.path.time is not None,
+        "contact_excluded": any(note.kind is FindingKind.EXCLUDED_BY_TASK for note in speeds.notes),
         "position_tolerance_m": speeds.allowance.position,
         "inside": _inside(speeds),
     }

@@ -211,11 +211,7 @@ def comparison_lines(answer: ComparisonAnswer) -> list[str]:
         ]
         lines += ["", *table(header, rows)]
         lines += [f"maps with {bound_words(answer.bound)}", *sources]
-        lines += [
-            f"{model.model} at {model.limit_N:g} N{_nowhere(model)}: {model.note}"
-            for model in answer.allowed
-            if model.note
-        ]
+        lines += [f"{model.model} at {model.limit_N:g} N: {model.note}" for model in answer.allowed if model.note]
     return [*lines, "", *listing("Assumes", answer.assumptions)]
 
 
@@ -223,12 +219,6 @@ def _permitted(model: AllowedSpeed) -> str:
     """At how many measured places a model permits a speed; a formula, which has one all the same, permits nothing."""
     formula = not model.confirmed_places and model.median_speed_mps is not None
     return "formula" if formula else str(model.confirmed_places)
-
-
-def _nowhere(model: AllowedSpeed) -> str:
-    """Of how many measured places a note says why a model permits nothing there; empty if of all, or of none."""
-    without = model.places - model.confirmed_places
-    return f", {counted(without, 'place')} without a speed" if model.confirmed_places and without else ""
 
 
 def _gain(answer: ComparisonAnswer) -> str:

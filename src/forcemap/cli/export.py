@@ -152,7 +152,7 @@ def _zones_permitted(found: _Permitted, angle: float, *, one: bool) -> str:
         words += f", {shown(found.lowest_mps)} to {shown(found.highest_mps)} m/s to program"
         if found.standard_mps > 0:
             standard = f"{shown(found.standard_mps)} m/s to program of the standard's one speed"
-            words += f", {found.above_standard} of them above the {standard}"
+            words += f", {found.above_standard} of them above the {standard} (on a way its slowest zone counts)"
         return f"{words}; up to {found.spread_mps:.3f} m/s slower than their fastest corner"
     if raised <= 1:
         return words

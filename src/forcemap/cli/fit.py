@@ -57,12 +57,14 @@ def fit(
     if output:
         write_result(output, map_text(force_map), mark='"schema": "forcemap-map/')
     written = [f"map written to {output}" if output else "no file written; -o MAP.json writes the map"]
-    if math.isnan(force_map.conditions.device.stiffness):
+    if force_map.binding.refusal:
+        pass
+    elif math.isnan(force_map.conditions.device.stiffness):
         written.append(
-            "No speed for a body area follows yet: the spring of the measuring device is not stated; name it in "
-            "campaign.toml (device.stiffness_N_per_m), or fit again with --device-spring-N-per-mm"
+            "Next: state the device's spring, device.stiffness_N_per_m in campaign.toml, or fit again with "
+            "--device-spring-N-per-mm"
         )
-    elif not force_map.binding.refusal:
+    else:
         written.append(
             f"Next: forcemap speed-map {shlex.quote(output or table)} --area AREA --contact transient (or "
             "quasi-static); forcemap limits lists the areas"

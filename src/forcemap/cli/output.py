@@ -296,13 +296,12 @@ def accuracy_lines(accuracies: Sequence[tuple[str, AccuracyAnswer]]) -> list[str
 
 
 def fit_notes(answer: FitAnswer | EvaluateAnswer) -> list[str]:
-    """Whether the form fits and forces have not drifted, where nothing speaks against it."""
+    """States beyond the map, and whether the form fits and forces have not drifted where nothing speaks against it."""
     notes = [test.finding for test in (answer.form_test, answer.drift) if test]
-    continued = [
-        f"test states outside the range of the fitted ones: {answer.test_states_outside}; their errors are those of "
-        "the map continued"
-    ]
-    return [*continued * bool(answer.test_states_outside), *(note for note in notes if note not in answer.doubts)]
+    first = answer.accuracies[0]
+    beyond = f"{first.outside_states} of the {first.states} states ({first.on}) lie outside the map's measured range"
+    continued = [f"{beyond}; their errors are those of the map continued"]
+    return [*continued * bool(first.outside_states), *(note for note in notes if note not in answer.doubts)]
 
 
 def place_lines(answer: PlaceFigures) -> list[str]:

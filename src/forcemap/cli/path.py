@@ -406,6 +406,8 @@ def _cycle_lines(answer: PathAnswer | PlacesAnswer, *, refused: bool) -> list[st
     if answer.timed:
         own = "--acceleration-mps2, or acceleration_mps2 in the task"
         lines.append(f"as programmed: by the file's times; the other rows {most}, state yours ({own})")
+    if answer.contact_excluded:
+        lines.append("where contact is excluded, every row is at the task's speed")
     _, standard, *_ = answer.cycle_times
     if standard.cycle_time_s is None and not refused:
         lines.append("no time at the standard's speed: the campaign does not state the robot's moving mass")

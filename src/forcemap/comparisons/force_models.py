@@ -111,7 +111,7 @@ class AllowedSpeed:
         Number of places where it permits more than the standard's contact model, and a speed but no more; None for the
         standard itself.
     note : Finding or None
-        A remark on it.
+        Of a map, at how many places it has no speed, and why; else what the model is.
     warnings : tuple of Finding
         What must be said before its speeds.
     """
@@ -391,9 +391,8 @@ def _allowed(
             confirmed = speeds.speed[~np.isnan(speeds.speed)]
             lowest, median, highest = np.quantile(confirmed, (0.0, 0.5, 1.0)).tolist() if confirmed.size else nothing
             refused = [why for why, speed in zip(speeds.reason, speeds.speed, strict=True) if math.isnan(speed)]
-            why = max(refused, key=refused.count) if refused else None
             more = int((confirmed > standard).sum())
-            less, said = confirmed.size - more, speeds.basis.warnings
+            less, said, why = confirmed.size - more, speeds.basis.warnings, _without_speed(refused, len(places))
             yield AllowedSpeed(
                 force_map.form.name, *case, confirmed.size, lowest, median, highest, more, less, why, said
             )
@@ -403,6 +402,15 @@ def _allowed(
             if refusal := maps[0].phase_two.transient_refusal(limit.quasi_static, device_error):
                 note = note.and_(refusal)
         yield AllowedSpeed("contact model", *case, 0, standard, standard, standard, None, None, note)
+
+
+def _without_speed(refused: Sequence[Finding], places: int) -> Finding | None:
+    """At how many of the places there is no speed, and the reason of most; None if every place has one."""
+    if not refused:
+        return None
+    most = max(refused, key=refused.count)
+    figures = {"without": len(refused), "places": places, "others": len(refused) - refused.count(most)}
+    return Finding.of(FindingKind.PLACES_WITHOUT_SPEED, most, **figures)
 
 
 def _variation(dataset: ImpactDataset) -> WorkspaceVariation:

@@ -15,7 +15,7 @@ from forcemap.arrays import FloatArray
 from forcemap.errors import InputError, NotReleasable
 from forcemap.exports.head import cell, csv_text, head_lines, head_result, one_line
 from forcemap.exports.robot_table import ZONE_SIZE, Provenance, RobotTable, robot_table
-from forcemap.exports.zones import zone_cells, zone_columns, zones_of
+from forcemap.exports.zones import use_of_zones, zone_cells, zone_columns, zones_of
 from forcemap.files import sha256
 from forcemap.findings import Finding
 from forcemap.limits.force_limits import Contact, ForceLimit, NewtonLimit
@@ -253,7 +253,7 @@ def _payload(loaded: Loaded) -> str:
 def directed_csv(tables: DirectedTables) -> str:
     """A row for each zone of each table below a head in comments (#), as `zones_csv`."""
     rows = [[*map(cell, _loaded_texts(each)), *row] for each in tables.tables for row in zone_cells(each.table)]
-    return csv_text([*_LOAD_COLUMNS, *zone_columns()], rows, tables.lines)
+    return csv_text([*_LOAD_COLUMNS, *zone_columns()], rows, [*tables.lines, _use_of_zones(tables)])
 
 
 def directed_result(tables: DirectedTables) -> dict[str, Any]:
@@ -281,7 +281,17 @@ def directed_result(tables: DirectedTables) -> dict[str, Any]:
     ]
     places = {one_line(site): offset.tolist() for site, offset in zip(tables.sites, tables.offsets, strict=True)}
     head = head_result(tables.provenance) | {"angle_deg": tables.angle, "site_offsets_m": places}
+    head |= {"use": _use_of_zones(tables)}
     return head | {"tools": tools, "tables": listed}
+
+
+def _use_of_zones(tables: DirectedTables) -> str:
+    """As `use_of_zones`, with how the rows are chosen."""
+    rows = (
+        f"take the rows whose direction is the motion's, within {tables.angle:g} degrees, of the tool and payload on "
+        "the robot, for each contact site that can hit, and the lowest of these speeds; without such rows do not move; "
+    )
+    return use_of_zones(tables.provenance, rows)
 
 
 def _loaded_texts(each: DirectedTable) -> list[str]:

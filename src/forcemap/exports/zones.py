@@ -6,8 +6,8 @@ import itertools
 import math
 from typing import Any
 
-from forcemap.exports.head import cell, csv_text, head_lines, head_result, one_line
-from forcemap.exports.robot_table import RobotTable
+from forcemap.exports.head import cell, csv_text, head_lines, head_result, one_line, way_spacing
+from forcemap.exports.robot_table import Provenance, RobotTable
 from forcemap.words import sentence
 
 _EDGES = ("distance_from_m", "distance_to_m", "height_from_m", "height_to_m")
@@ -16,7 +16,18 @@ _SPEEDS = ("speed_mps", "outcome", "lower_bound_mps", "spread_mps")
 
 def zones_csv(table: RobotTable) -> str:
     """A row for each zone below a head in comments (#); speeds [m/s] floored, 0.000 where none is permitted."""
-    return csv_text(zone_columns(), zone_cells(table), head_lines(table.provenance))
+    head = [*head_lines(table.provenance), use_of_zones(table.provenance)]
+    return csv_text(zone_columns(), zone_cells(table), head)
+
+
+def use_of_zones(provenance: Provenance, rows: str = "") -> str:
+    """How a person or a program finds the speed of a motion in a table of zones; `rows` says which ones count."""
+    return (
+        f"use: {rows}distance is sqrt(x^2 + y^2) and height is z of the contact site in the frame of the base; on a "
+        "straight motion in the map's direction the slowest zone on the whole way counts, looked up every "
+        f"{1000 * way_spacing(provenance):g} mm; where a speed is 0, and outside all zones, do not move "
+        "(docs/robot_program.md)"
+    )
 
 
 def zone_columns() -> list[str]:
@@ -37,7 +48,8 @@ def zone_cells(table: RobotTable) -> list[list[Any]]:
 
 def zones_result(table: RobotTable) -> dict[str, Any]:
     """The head and a dictionary for each zone, for JSON; lower bound and spread null where there is none."""
-    return head_result(table.provenance) | {"zones": zones_of(table)}
+    head = head_result(table.provenance) | {"use": use_of_zones(table.provenance)}
+    return head | {"zones": zones_of(table)}
 
 
 def zones_of(table: RobotTable) -> list[dict[str, Any]]:

@@ -43,6 +43,9 @@ class Accuracy:
         Of those, how many are predicted below the force they reached at least.
     skipped_states : int
         States that could not be left out because the others do not determine the map.
+    outside_states : int or None
+        Of the states compared, how many lie outside the map's measured range, where it is continued; None where states
+        are left out in turn, and for other models.
     """
 
     on: str
@@ -62,6 +65,7 @@ class Accuracy:
     censored_states: int = 0
     censored_underestimated: int = 0
     skipped_states: int = 0
+    outside_states: int | None = None
 
     @classmethod
     def of(cls, predicted: FloatArray, states: States, *, on: str, skipped: int = 0) -> Accuracy:
@@ -145,7 +149,9 @@ def force_map_accuracy(force_map: ForceMap, dataset: ImpactDataset, *, on: str =
             "map_accuracy and leave_one_state_out"
         )
     states = dataset.states
-    return Accuracy.of(force_map.predict(states.distance, states.height, states.speed), states, on=on)
+    compared = Accuracy.of(force_map.predict(states.distance, states.height, states.speed), states, on=on)
+    inside = force_map.measured_range.contains(*states.uncensored.coordinates.T)
+    return replace(compared, outside_states=int(np.sum(~inside)))
 
 
 def leave_one_state_out(force_map: ForceMap) -> Accuracy:

@@ -306,13 +306,6 @@ class ForceMap:
         groups = (self.fit.states, self.fit.left_out, self.fit.test)
         return float(np.fmax.reduce(np.concatenate([[math.nan], *(group.highest for group in groups)])))
 
-    @property
-    def test_states_outside(self) -> int:
-        """How many test states lie outside the measured range, so that their errors are those of the map continued."""
-        if self.fit is None or not len(self.fit.test):
-            return 0
-        return int(np.sum(~self.measured_range.contains(*self.fit.test.coordinates.T)))
-
     @cached_property
     def form_test(self) -> FormTest | None:
         """Whether the states of the map contradict its form; None for a map that was not fitted.

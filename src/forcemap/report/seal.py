@@ -66,10 +66,13 @@ class MadeFor:
     def read(cls, text: str) -> Self:
         """As a page states it; nothing if it does not."""
         try:
-            areas, bound = json.loads(text)
-        except (ValueError, TypeError):
+            stated = json.loads(text)
+        except (ValueError, RecursionError):
             return cls()
-        return cls(tuple(areas), bound)
+        match stated:
+            case [[*areas], str(bound)] if all(isinstance(area, str) for area in areas):
+                return cls(tuple(areas), bound)
+        return cls()
 
     @property
     def text(self) -> str:
