@@ -1,4 +1,4 @@
-"""Rooms import as CONTRIBUTING, "Rooms", allows: read from the source, nothing is run."""
+"""Rooms import as docs/architecture.md, "Rooms", allows: read from the source, nothing is run."""
 
 from __future__ import annotations
 
