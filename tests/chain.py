@@ -6,7 +6,6 @@ changes one on purpose writes the table anew (`python tests/chain.py`) and looks
 
 from __future__ import annotations
 
-import csv
 import dataclasses
 import enum
 import functools
@@ -17,6 +16,7 @@ import numpy as np
 from oracle import simulate
 
 import forcemap as fm
+import recorded
 from forcemap.exports.krl import krl_data, krl_source
 from forcemap.exports.safety_proposal import safety_proposal
 from forcemap.exports.scaling import scaling_csv
@@ -232,5 +232,4 @@ def rows(part):
 
 
 if __name__ == "__main__":
-    with TABLE.open("w", newline="") as stream:
-        csv.writer(stream, lineterminator="\n").writerows(row for part in PARTS for row in rows(part))
+    recorded.write(TABLE, [row for part in PARTS for row in rows(part)])

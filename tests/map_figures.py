@@ -6,7 +6,6 @@ Whoever changes one on purpose writes the table anew (`python tests/map_figures.
 
 from __future__ import annotations
 
-import csv
 import dataclasses
 import math
 import tempfile
@@ -16,6 +15,7 @@ import numpy as np
 from oracle import simulate, training_grid
 
 import forcemap as fm
+import recorded
 import truths
 from chain import figures
 from forcemap.campaigns.dataset import States
@@ -418,5 +418,4 @@ def rows(part):
 
 
 if __name__ == "__main__":
-    with TABLE.open("w", newline="") as stream:
-        csv.writer(stream, lineterminator="\n").writerows(row for part in PARTS for row in rows(part))
+    recorded.write(TABLE, [row for part in PARTS for row in rows(part)])

@@ -6,7 +6,6 @@ the table anew (`python tests/pieces.py`) and looks at what changed.
 
 from __future__ import annotations
 
-import csv
 import functools
 import itertools
 import math
@@ -19,6 +18,7 @@ import numpy as np
 from oracle import simulate, training_grid
 
 import forcemap as fm
+import recorded
 from chain import number
 from forcemap.dynamics.robots import robot_named
 from forcemap.dynamics.urdf import read_urdf
@@ -491,5 +491,4 @@ def rows(part):
 
 
 if __name__ == "__main__":
-    with TABLE.open("w", newline="") as stream:
-        csv.writer(stream, lineterminator="\n").writerows(row for part in PARTS_OF for row in rows(part))
+    recorded.write(TABLE, [row for part in PARTS_OF for row in rows(part)])
