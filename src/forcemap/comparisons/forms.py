@@ -370,7 +370,9 @@ def _doubts(result: FormResult) -> list[Finding]:
     kind, name = FindingKind, result.form.name
     off = [note for note in result.notes if note.kind in (kind.FORM_DEPARTURE, kind.FORM_SCATTERS)]
     unbounded = [] if _bounded(result) else [Finding.of(kind.FORM_UNBOUNDED, form=name)]
-    return [*unbounded, *([Finding.of(kind.FORM_OFF, *off, form=name, covered=result.covered)] if off else [])]
+    scatters = any(note.kind is kind.FORM_SCATTERS for note in off)
+    then = {"covered": result.covered, "checked": result.covered and scatters, "done": result.covered and not scatters}
+    return [*unbounded, *([Finding.of(kind.FORM_OFF, *off, form=name, **then)] if off else [])]
 
 
 def _censored_no_worse(result: FormResult, standard: FormResult) -> bool:
