@@ -213,6 +213,8 @@ def speed_lines(answer: SpeedAnswer) -> list[str]:
     if answer.measure_next:
         hint = shown(answer.measure_next.speed_mps)
         lines.append(f"  next     measure here at about {hint} m/s (a hint, no permission)")
+    elif answer.to_program_outcome == "unconfirmed" and answer.accuracy:
+        lines.append("  next     forcemap next plans what to measure for this limit")
     return [*lines, *assumes(answer)]
 
 
