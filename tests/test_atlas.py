@@ -304,7 +304,8 @@ def test_what_points_off_for_the_robots_deviation_is_raised():
     wide, none = fm.Allowance(0.01, 0.02), fm.Allowance(0.01, 0.0)
     for allowance, raised in ((wide, True), (none, False)):
         found = fm.path_speeds(an_atlas(("out",), weaker=0.7), path, a_task(), bound=BOUND, allowance=allowance)
-        assert any(note.kind == "raised_on_path" for note in found.notes) == raised
+        (within,) = (note for note in found.notes if note.kind == "motion_within")
+        assert within.figure("off") == raised
         assert [basis.raised > 1 for basis in found.bases] == [raised]
 
 

@@ -120,7 +120,7 @@ def test_directions_other_than_the_maps_are_named_and_get_nothing():
     sideways = ["not_downward"] * 2
     assert found.outcome.tolist() == ["admissible", *sideways, "admissible", *sideways]  # the fourth by 4.6 degrees
     assert np.isnan(found.speed[[1, 2, 4, 5]]).all()
-    assert "off the map's direction the bound is raised by 14 %" in lines(found)
+    assert any("pieces up to 5 degrees off it have it in their speeds" in line for line in lines(found))
     tilted = Segments(points[3], points[4])
     case = {"limit": fm.force_limit("back_of_hand"), "contact": "transient", "bound": fm.FixedMargin()}
     off, along = (fm.zone_speeds(fm.published_map("ur10e"), tilted, **case, angle=a).speed[0] for a in (4.6, 0.0))

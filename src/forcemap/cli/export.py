@@ -164,9 +164,10 @@ def _zones_permitted(found: _Permitted, angle: float, *, one: bool) -> str:
 def zones_raised(angle: float, *, one: bool) -> fm.Finding:
     """Why zones give less than a path: how far their bound is raised, since a program that looks them up knows no
     direction, and the places that they hold for."""
-    raised = raised_off_axis(angle) - 1
-    further = one and raised > 0
-    return fm.Finding.of(fm.FindingKind.ZONES_RAISED, angle_deg=angle, raised=raised, further=further)
+    raised = raised_off_axis(angle) - 1 or None
+    return fm.Finding.of(
+        fm.FindingKind.ZONES_RAISED, angle_deg=angle, raised=raised, further=one and raised is not None
+    )
 
 
 def task_of(given: options.Stated, maps: fm.ForceMap | Atlas, *others: fm.Contact | float | None) -> fm.Task:

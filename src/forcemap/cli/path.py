@@ -172,7 +172,7 @@ _HINTS = {
 _TOO_SLOW = (
     "unconfirmed: a piece counts all places up to {tolerance_mm:g} mm beside it (position tolerance), so it may be "
     "refused where forcemap speed has a speed; end the descent higher, move the path to where forcemap speed-map has "
-    "higher speeds, or measure at lower speeds there"
+    "higher speeds (forcemap place finds where the table stands best), or measure at lower speeds there (forcemap next)"
 )
 _HINTS_BY_REASON = {
     "unconfirmed": _TOO_SLOW,
