@@ -10,7 +10,7 @@ import numpy as np
 
 # Searches end within some 1e-6; another processor adds up in another order and ends elsewhere within that.
 ROUNDING = {"rtol": 1e-5, "atol": 1e-9}
-FIGURE = re.compile(r"nan|[+-]?(inf|[0-9]+([.][0-9]*)?(e[+-]?[0-9]+)?)")
+FIGURE = re.compile(r"nan|-?(inf|[0-9]+([.][0-9]*)?(e[+-]?[0-9]+)?)")
 
 
 def rows_of(table):

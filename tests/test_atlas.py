@@ -305,7 +305,7 @@ def test_what_points_off_for_the_robots_deviation_is_raised():
     for allowance, raised in ((wide, True), (none, False)):
         found = fm.path_speeds(an_atlas(("out",), weaker=0.7), path, a_task(), bound=BOUND, allowance=allowance)
         (within,) = (note for note in found.notes if note.kind == "motion_within")
-        assert within.figure("off") == raised
+        assert (within.figure("angle_deg") is not None) == raised
         assert [basis.raised > 1 for basis in found.bases] == [raised]
 
 

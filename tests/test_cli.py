@@ -517,6 +517,16 @@ def test_options_that_would_be_ignored_are_refused(forcemap, arguments):
     assert "goes with" in err or "go with" in err
 
 
+def test_an_unconfirmed_place_of_a_campaign_names_what_plans_its_measurements(forcemap, simulated):
+    near = ["--distance", "0.6", "--height", "0.25", "--area", "back_of_hand"]
+    plans = "next     forcemap next plans what to measure for this limit"
+    found = [forcemap("speed", source, *near, "--contact", "quasi-static")[:2] for source in (simulated, "ur10e")]
+    assert [(code, plans in out) for code, out in found] == [
+        (1, True),
+        (1, False),
+    ]
+
+
 def test_unconfirmed_places_say_why_and_where_to_measure(forcemap):
     _, out, _ = forcemap("speed-map", "ur10e", *HAND, "quasi-static")
     assert "unconfirmed: the bound exceeds" in out

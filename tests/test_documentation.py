@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import csv
 import dataclasses
 import doctest
 import importlib
@@ -166,6 +167,15 @@ def test_the_commands_for_a_controller_run_in_the_folder_that_they_name(name, mo
         assert run(shlex.split(command)) in (0, 1), (command, capsys.readouterr().err)
         written = Path(command.rpartition(" -o ")[2])
         assert written.exists(), command
+    numbers = {"kuka": r"CP = ([\d.]+)\s+LIN \{X ([\d.]+), Y ([\d.]+), Z ([\d.]+)\}(?: C_DIS|$)", "universal_robots":
+               r"movel\(p\[([\d.]+), ([\d.]+), ([\d.]+), .*v = ([\d.]+)(?:, r|\)$)"}  # fmt: skip
+    shown = [[float(each) for each in found] for found in re.findall(numbers[name], page(f"docs/{name}.md"), re.M)]
+    shown = [[*(each / 1000 for each in where), v] for v, *where in shown] if name == "kuka" else shown
+    path = ["my-campaign/path.csv", "--task", "my-campaign/task.toml", "--format", "scaling", "-o", "rows.csv"]
+    assert run(["export-path", "my-campaign", *path]) == 0
+    rows = csv.DictReader(line for line in Path("rows.csv").read_text().splitlines() if not line.startswith("#"))
+    columns = ("to_x_m", "to_y_m", "to_z_m", "commanded_speed_mps")
+    assert shown == [[float(row[key]) for key in columns] for row in rows if row["segment"] == "place"]
 
 
 def test_the_documented_figures_are_all_there_are_and_are_drawn(monkeypatch, demo, tmp_path):

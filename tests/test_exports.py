@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import hashlib
 import io
+import itertools
 import json
 import math
 import re
@@ -444,6 +445,51 @@ def test_scaling_factors_keep_the_program_within_the_allowed_speeds():
     )
     with pytest.raises(fm.InputError, match="no programmed speed"):
         scaling_csv(unstated, basis)
+
+
+def blended(pieces, starts, late, acceleration, step=1e-4):
+    """Heights [m] and speeds [m/s] down a descent, each piece's speed begun `late` [m] behind its start; faster at
+    once, slower by braking. At `starts` the robot has come to rest."""
+    height, speed = [], []
+    for a, b in itertools.pairwise([*starts, len(pieces)]):
+        top = pieces[a]["from_z_m"]
+        along = np.arange(0.0, top - pieces[b - 1]["to_z_m"], step)
+        ends = top - np.array([piece["to_z_m"] for piece in pieces[a:b]])
+        number = np.minimum(np.searchsorted(ends, np.maximum(along - late, 0.0), side="right"), b - a - 1)
+        now = 0.0
+        for target in np.array([piece["commanded_speed_mps"] for piece in pieces[a:b]])[number]:
+            now = max(target, math.sqrt(max(now**2 - 2 * acceleration * step, 0.0)))
+            speed.append(now)
+        height.append(top - along)
+    return np.concatenate(height), np.array(speed)
+
+
+@pytest.mark.parametrize("late", [-0.003, 0.0, 0.003])
+@pytest.mark.parametrize("seed", range(4))
+def test_rows_blended_as_motions_of_one_segment_are_never_too_fast(seed, late):
+    """Late or early by the blending, beside by what is left of the position tolerance; across segments it would be."""
+    rng = np.random.default_rng([2026, seed])
+    ur10e, bound, allowance = fm.published_map("ur10e"), fm.FixedMargin(0.10), fm.Allowance(0.01, 0.005)
+    d, top, change, bottom = rng.uniform(0.7, 0.87), 0.45, rng.uniform(0.36, 0.42), rng.uniform(0.3, 0.33)
+    path = fm.ToolPath(np.array([[d, 0, top], [d, 0, change], [d, 0, bottom]]), ("approach", "press"))
+    press = fm.TaskSegment("press", ("back_of_hand",), fm.Contact.TRANSIENT, 0.5)
+    task = fm.Task((fm.TaskSegment("approach", (), None, 0.5), press), 2.0)
+    speeds = fm.path_speeds(ur10e, path, task, bound=bound, allowance=allowance)
+    of_map = fm.robot_table(ur10e, limits=[HAND], bound=bound, allowance=allowance, date=DATE)
+    pieces = scaling_result(speeds, of_map.provenance.of_path(speeds))["pieces"]
+    begin = [piece["segment"] for piece in pieces].index("press")
+
+    def too_fast(starts):
+        height, speed = blended(pieces, starts, late, task.acceleration)
+        pressed = height <= pieces[begin]["from_z_m"]
+        where = height[pressed] + rng.uniform(-0.002, 0.002, pressed.sum()), rng.uniform(-0.002, 0.002, pressed.sum())
+        allowed = fm.safe_speed(ur10e, d + where[1], where[0], limit=HAND[0], contact=HAND[1], bound=bound)
+        assert np.isfinite(allowed.speed).all()
+        assert pressed.sum() > 100
+        return bool((speed[pressed] + allowance.speed > allowed.speed).any())
+
+    assert not too_fast([0, begin])
+    assert too_fast([0]) == (late > 0)
 
 
 def test_the_last_digit_of_a_log_slows_nothing_where_contact_is_excluded(table):

@@ -13,6 +13,7 @@ import statsmodels.api as sm
 import forcemap as fm
 import truths
 from forcemap.campaigns.dataset import States, measured_again
+from forcemap.comparisons.forms import compare_forms
 from forcemap.findings import FindingKind
 from forcemap.maps.form_test import form_test
 from forcemap.words import sentence
@@ -66,6 +67,9 @@ def test_states_that_scatter_are_said_before_every_speed(tmp_path):
             force_map, 0.7, 0.3, limit=300.0, contact=fm.Contact.QUASI_STATIC, bound=fm.ToleranceBound()
         )
         assert any(sentence(each).startswith("STATES SCATTER by") for each in found.basis.warnings) == said
+        ends = [sentence(each) for each in compare_forms(dataset).reasons if each.kind == "form_off"]
+        assert [each.endswith("as wide as this scatter asks") for each in ends] == [True] * said
+        assert not any("covers that" in each for each in ends)  # scatter alone shows nothing that a bound may cover
 
 
 def test_states_of_different_places_are_told_as_by_ordinary_least_squares():

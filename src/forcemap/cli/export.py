@@ -165,9 +165,7 @@ def zones_raised(angle: float, *, one: bool) -> fm.Finding:
     """Why zones give less than a path: how far their bound is raised, since a program that looks them up knows no
     direction, and the places that they hold for."""
     raised = raised_off_axis(angle) - 1 or None
-    return fm.Finding.of(
-        fm.FindingKind.ZONES_RAISED, angle_deg=angle, raised=raised, further=one and raised is not None
-    )
+    return fm.Finding.of(fm.FindingKind.ZONES_RAISED, angle_deg=angle, raised=raised, further=bool(one and raised))
 
 
 def task_of(given: options.Stated, maps: fm.ForceMap | Atlas, *others: fm.Contact | float | None) -> fm.Task:

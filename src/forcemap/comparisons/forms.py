@@ -370,8 +370,8 @@ def _doubts(result: FormResult) -> list[Finding]:
     kind, name = FindingKind, result.form.name
     off = [note for note in result.notes if note.kind in (kind.FORM_DEPARTURE, kind.FORM_SCATTERS)]
     unbounded = [] if _bounded(result) else [Finding.of(kind.FORM_UNBOUNDED, form=name)]
-    scatters = any(note.kind is kind.FORM_SCATTERS for note in off)
-    then = {"covered": result.covered, "checked": result.covered and scatters, "done": result.covered and not scatters}
+    departs = any(note.kind is kind.FORM_DEPARTURE for note in off)
+    then = {"departs": departs, "covered": departs and result.covered, "uncovered": not result.covered}
     return [*unbounded, *([Finding.of(kind.FORM_OFF, *off, form=name, **then)] if off else [])]
 
 

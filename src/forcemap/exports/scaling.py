@@ -92,8 +92,9 @@ def _use(speeds: PathSpeeds) -> str:
         "use: apply each factor from the start of its piece, on a robot that then brakes along the path with at least "
         f"{speeds.acceleration:g} m/s^2; no piece is then entered faster than it allows. On one that brakes less, the "
         "factor of the slower neighbour must be reached before the boundary. As motions of a program: one linear "
-        "motion a piece, to its to_x_m, to_y_m, to_z_m, at commanded_speed_mps, blended along a straight line alone, "
-        "by no more than the position tolerance leaves beside the robot's own deviation"
+        "motion a piece, to its to_x_m, to_y_m, to_z_m (y is 0 of a path in distances and heights), at "
+        "commanded_speed_mps, blended only with the next row of its segment on the same straight line, by no more than "
+        "the position tolerance leaves beside the robot's own deviation; at rest everywhere else"
     )
 
 

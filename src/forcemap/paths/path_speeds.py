@@ -343,13 +343,19 @@ def _notes(
     payloads = dict.fromkeys(threatened or [matched.atlas.conditions.payload])
     masses = [Finding.of(FindingKind.STANDARD_MASSES, moving_mass_kg=mass, payload_kg=load) for load in payloads]
     directions = ", ".join(dict.fromkeys(entry.conditions.direction for entry in matched.atlas.maps))
-    straight: dict[str, float | bool] = {"straight_deg": ON_AXIS, "straight_m": math.tan(math.radians(ON_AXIS))}
-    straight |= {"widest_deg": WIDEST_ANGLE, "raised": RAISED_OFF_AXIS - 1, "off": matched.raised}
     return (
         *task.findings,
         *matched.atlas.findings,
         *([Finding.of(FindingKind.SITES_NOT_HITTING, sites=sites)] if (sites := matched.not_hitting) else []),
-        Finding.of(FindingKind.MOTION_WITHIN, angle_deg=matched.angle, direction=directions, **straight),
+        Finding.of(
+            FindingKind.MOTION_WITHIN,
+            direction=directions,
+            straight_deg=ON_AXIS,
+            straight_m=math.tan(math.radians(ON_AXIS)),  # beside 1 m
+            widest_deg=WIDEST_ANGLE,
+            raised=RAISED_OFF_AXIS - 1,
+            angle_deg=matched.angle if matched.raised else None,
+        ),
         allowance.of_position,
         Finding.of(FindingKind.ACCELERATION, acceleration_mps2=task.acceleration, corner_deg=CORNER_ANGLE),
         *([] if math.isnan(mass) else masses),
