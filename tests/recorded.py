@@ -40,7 +40,7 @@ def hold(found, expected, **rounding):
 def write(table, rows, **rounding):
     """Write a table anew; a row in which nothing but rounding has moved stays as it was."""
     before = defaultdict(list)
-    for row in rows_of(table):
+    for row in rows_of(table) if table.exists() else []:
         before[row[0]].append(row)
     kept = [_kept(row, before[row[0]].pop(0), ROUNDING | rounding) if before[row[0]] else row for row in rows]
     with table.open("w", newline="") as stream:
