@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import statsmodels.api as sm
@@ -103,3 +105,11 @@ def test_which_accuracy_comes_first(examples):
     in_turn = ["leave-one-state-out", "leave-one-place-out"]
     assert [a.on for a in fm.map_accuracy(force_map, dataset)] == ["test states", *in_turn, "all states"]
     assert fm.map_accuracy(force_map, dataset.train)[0].on == "leave-one-state-out"
+    # impacts that confirm were made where the map permitted speeds alone: they stand beside the others, not first
+    tests = np.flatnonzero(dataset.role == "test")
+    name = dataset.state.astype("U64")
+    name[tests] = [f"c-{each}" for each in name[tests]]
+    confirming = replace(dataset, state=name)
+    found = fm.map_accuracy(force_map, confirming)
+    assert [a.on for a in found] == [*in_turn, "confirming impacts", "all states"]
+    assert found[2].max_underestimation == fm.map_accuracy(force_map, dataset)[0].max_underestimation

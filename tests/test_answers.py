@@ -2,28 +2,26 @@
 
 from __future__ import annotations
 
+import importlib
 import json
+import pkgutil
 
 import pytest
 
 import forcemap as fm
-from forcemap.answers.comparison import ComparisonAnswer
-from forcemap.answers.error import ErrorAnswer
-from forcemap.answers.evaluate import EvaluateAnswer
-from forcemap.answers.forms import FormsAnswer
-from forcemap.answers.limits import LimitsAnswer
-from forcemap.answers.map import FitAnswer
-from forcemap.answers.map_check import MapCheckAnswer
-from forcemap.answers.path import PathAnswer, PlacesAnswer
-from forcemap.answers.speed import SpeedAnswer
-from forcemap.answers.speed_map import SpeedMapAnswer
-from forcemap.answers.two_maps import TwoMapsAnswer
+from forcemap import answers
+from forcemap.answers.answer import Answer
 from web_server import client_of
 
-MODELS = (
-    ComparisonAnswer, ErrorAnswer, EvaluateAnswer, FitAnswer, FormsAnswer, LimitsAnswer, MapCheckAnswer, PathAnswer,
-    PlacesAnswer, SpeedAnswer, SpeedMapAnswer, TwoMapsAnswer,
-)  # fmt: skip
+for module in pkgutil.iter_modules(answers.__path__, "forcemap.answers."):
+    importlib.import_module(module.name)
+
+
+def answers_of(kind):
+    return [each for part in kind.__subclasses__() for each in (part, *answers_of(part))]
+
+
+MODELS = sorted({each for each in answers_of(Answer) if each.__module__.startswith("forcemap.answers.")}, key=str)
 AREA = ("--area", "back_of_hand", "--contact")
 
 
@@ -106,7 +104,9 @@ def test_every_answer_has_a_schema_with_units_in_its_keys(model):
     schema = model.model_json_schema(mode="serialization")
     for part in (schema, *schema.get("$defs", {}).values()):
         assert part["description"], part["title"]
-    keys = {key for part in (schema, *schema.get("$defs", {}).values()) for key in part.get("properties", {})}
+    parts = (schema, *schema.get("$defs", {}).values())
+    figures = [part.get("properties", {}).items() for part in parts]
+    keys = {key for part in figures for key, said in part if '"number"' in json.dumps(said)}
     for quantity in ("speed", "distance", "height", "force", "limit", "length", "margin"):
         assert quantity not in keys - {"limit"}
 

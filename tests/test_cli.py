@@ -100,6 +100,36 @@ def test_outcomes_and_exit_codes(ask, arguments, code, outcome):
     assert found["reason"]
 
 
+def test_a_refused_place_says_what_the_map_has_there_and_what_was_measured_nearest(ask, forcemap, tmp_path):
+    """Against the map and the table themselves; what permits nothing stands under another name than a permission."""
+    folder = fm.copy_example("ur10e", tmp_path / "work")
+    place = ("--distance", 0.55, "--height", 0.2)
+    code, found = ask("speed", folder, *place, *HAND, "quasi-static")
+    assert (code, found["outcome"], found["bound_force_N"]) == (1, "unconfirmed", None)
+    dataset = fm.read_dataset(folder)
+    force_map = fm.fit_force_map(dataset)
+    low = found["lowest_measured_speed_mps"]
+    upper = fm.ToleranceBound(device_error=dataset.conditions.device.error_or_default).upper(force_map, 0.55, 0.2, low)
+    lowest = found["at_lowest"]
+    assert (lowest["speed_mps"], lowest["bound_force_N"]) == (low, pytest.approx(upper, rel=1e-9))
+    assert lowest["predicted_force_N"] == pytest.approx(force_map.predict(0.55, 0.2, low), rel=1e-9)
+    assert lowest["bound_force_N"] > found["limit_N"] > 0
+    away = np.hypot(dataset.distance - 0.55, dataset.height - 0.2)
+    here = away <= away.min() + 1e-9
+    assert {round(each["speed_mps"], 3) for each in found["nearest"]} == set(np.unique(dataset.speed[here]).round(3))
+    for each in found["nearest"]:
+        of_state = here & np.isclose(dataset.speed, each["speed_mps"])
+        assert each["force_N"] == pytest.approx(dataset.peak_force[of_state].max())
+        assert each["at_least"] == bool(dataset.censored[of_state].any())
+    out = unwrapped(forcemap("speed", folder, *place, *HAND, "quasi-static")[1])
+    assert f"{lowest['bound_force_N']:.1f} N at {fm.floor_speed(low)} m/s at contact, the lowest measured there" in out
+    assert f"measured at d = {found['nearest'][0]['distance_m']:.3f} m" in out
+    assert "for this place alone, measure at it (docs/contact_points.md)" in out
+    permitted = ask("speed", folder, *AT, *HAND, "transient")[1]
+    assert (permitted["at_lowest"], permitted["outcome"]) == (None, "admissible")
+    assert ask("speed", "ur10e", *AT, *HAND, "quasi-static")[1]["nearest"] == []  # a published map has no states
+
+
 def test_where_to_measure_next(ask):
     _, found = ask("speed", "ur10e", *AT, *HAND, "quasi-static")
     assert found["measure_next"]["speed_mps"] == found["extrapolated_speed_mps"] == pytest.approx(0.1381, abs=2e-4)

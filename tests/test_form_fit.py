@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+import re
 
 import numpy as np
 import pytest
@@ -66,7 +67,15 @@ def test_states_that_scatter_are_said_before_every_speed(tmp_path):
         found = fm.safe_speed(
             force_map, 0.7, 0.3, limit=300.0, contact=fm.Contact.QUASI_STATIC, bound=fm.ToleranceBound()
         )
-        assert any(sentence(each).startswith("STATES SCATTER by") for each in found.basis.warnings) == said
+        scatter = [sentence(each) for each in found.basis.warnings if each.kind == "states_scatter"]
+        assert [each.startswith("STATES SCATTER by") for each in scatter] == [True] * said
+        predicted = force_map.predict(*force_map.fit.states.coordinates.T)
+        off = np.abs(np.log(force_map.fit.states.force / predicted))
+        furthest = [force_map.fit.states.name[i] for i in np.argsort(-off)[:3]]
+        for each in scatter:
+            assert re.findall(r"(\S+) \(\d+ N, the map", each) == furthest
+            i = int(np.argmax(off))
+            assert f"({force_map.fit.states.force[i]:.0f} N, the map {predicted[i]:.0f} N)" in each
         ends = [sentence(each) for each in compare_forms(dataset).reasons if each.kind == "form_off"]
         assert [each.endswith("as wide as this scatter asks") for each in ends] == [True] * said
         assert not any("covers that" in each for each in ends)  # scatter alone shows nothing that a bound may cover

@@ -6,6 +6,7 @@ import dataclasses
 import hashlib
 import json
 import math
+import re
 
 import numpy as np
 import pytest
@@ -266,7 +267,8 @@ def test_speeds_of_a_files_rows_are_compared_and_scaled(capsys, tmp_path):
     assert {piece["programmed_speed_mps"] for piece in found["pieces"]} == {0.45}  # 0.4 and 0.5 in the task
     assert [piece["too_fast"] for piece in found["pieces"]] == [True] * 4 + [False] * 4
     assert run(["export-path", "ur10e", "rows.csv", "--task", "task.toml", "-o", "s.csv"]) == 0
-    assert "8 of 8 pieces permitted, 4 of them slowed down;" in " ".join(capsys.readouterr().out.split())
+    said = " ".join(capsys.readouterr().out.split())
+    assert "8 of 8 pieces permitted, 4 of them slowed down, 0.820 s at their commanded speeds (0.815 s at the " in said
     text = (tmp_path / "rows.csv").read_text().replace("lift,0.45", "lift,0.2")
     (tmp_path / "rows.csv").write_text(text.replace("lift,\n", "lift,\n0.8,0,0.36,press,0.4\n0.8,0,0.30,press,0.3\n"))
     assert run(["export-path", "ur10e", "rows.csv", "--task", "task.toml", "-o", "s.csv"]) == 0
@@ -308,18 +310,33 @@ def test_export_writes_what_it_prints(form, capsys, tmp_path, monkeypatch):
     assert run(command) == 0
     printed = capsys.readouterr().out
     assert run([*command, "-o", "out.txt"]) == 0
-    said = capsys.readouterr().out
+    said = grid = capsys.readouterr().out
+    heads = re.search(r"h . d \[m\]((?:  0\.\d{3})+)\n", grid)[1].split()
+    assert len(heads) == 8
     words = "20 of 56 zones permitted, 0.201 to 0.281 m/s to program, 4 of them above the 0.253 m/s to program of"
     said = " ".join(said.split())
     assert (
         f"{words} the standard's one speed (on a way its slowest zone counts); up to 0.052 m/s slower than their "
         "fastest corner; not safety-rated" in said
     )
-    assert "where path permits and a zone does not, export smaller zones (--zone-m 0.02)" in said
+    assert "take the path's own factors (forcemap export-path), or smaller zones (--zone-m 0.02), for motion" in said
     assert "the bound is raised by 14 % everywhere" in " ".join(said.split())
-    assert "without these degrees (--angle-deg 0); it may take both" in " ".join(said.split())
+    assert "without these degrees, too (--angle-deg 0)" in said
+    table = fm.robot_table(
+        fm.published_map("ur10e"), limits=[(fm.force_limit("back_of_hand"), fm.Contact.TRANSIENT)],
+        bound=fm.FixedMargin(0.10),
+    )  # fmt: skip
+    for row in re.findall(r"(?<=\n)(0\.\d{3})((?:  +[\d.?]+)+)(?=\n)", grid):
+        height = float(row[0])
+        for column, cell in zip(heads, row[1].split(), strict=True):
+            speed = table.speed(float(column), 0.0, height)
+            assert cell == (f"{speed:.3f}" if speed else "?")
     assert run([*command, "--angle-deg", "0", "-o", "out0.txt"]) == 0
     straight = " ".join(capsys.readouterr().out.split())
+    assert run([*command, "--zone-m", "0.02", "-o", "small.txt"]) == 0
+    small = " ".join(capsys.readouterr().out.split())
+    assert "smaller zones" not in small
+    assert "speeds of the zones: more than a line takes, see --format csv" in small
     assert "raised" not in straight
     assert "up to 0 degrees" not in straight
     assert "a zone has the lowest speed of all its places" in straight

@@ -127,6 +127,31 @@ def test_one_state_measured_again_and_one_warning_of_the_spring(ask, forcemap, t
     assert "Python" not in spring
 
 
+def test_a_plan_says_which_payload_it_expects_and_how_to_plan_anew(ask, tmp_path):
+    """Planned without one, 0 kg is assumed and said; deleting plan.csv and giving the payload is the printed way."""
+    folder, options = tmp_path / "a", (*CELL, "--speeds-mps", "0.15,0.4", *HAND)
+    first = ask("plan", folder, *options)[1]
+    (doubt,) = [each for each in first["warnings"] if "no speed is expected to be permitted" in each]
+    assert "no payload is stated (--payload-kg" in doubt
+    assert "m_L = 0 kg, as no payload is stated), a coarse guess: forces may be 2 times these" in first["expected_from"]
+    code, refused = ask("plan", folder, *options, "--payload-kg", 6)
+    assert code == 2
+    assert (
+        "no recordings; to plan it anew, delete its plan.csv and give this command again" in refused["error"]["message"]
+    )
+    (folder / "plan.csv").unlink()
+    code, found = ask("plan", folder, *CELL[:4], "--speeds-mps", "0.15,0.4", *HAND, "--payload-kg", 6)
+    assert (code, fm.read_conditions(folder / "campaign.toml").payload) == (0, 6.0)
+    assert "m_L = 6 kg)" in found["expected_from"]
+    assert not any("no payload" in each for each in found["warnings"])
+    for plan, payload in ((first, 0), (found, 6)):
+        forces = [run["speed_mps"] * np.sqrt(75e3 * (30 / 2 + payload)) for run in plan["runs"]]  # F = v sqrt(k m_R)
+        assert [run["expected_force_N"] for run in plan["runs"]] == pytest.approx(forces)
+    (folder / "recordings" / "a.csv").write_text("time_s,force_N\n")
+    code, refused = ask("plan", folder, *options)
+    assert "has a plan and recordings; name a new folder" in refused["error"]["message"]
+
+
 @pytest.mark.parametrize("options", [("--design", "paper", "--places", 9), ("--base-angles-deg", "0,90"),
                                      ("--design", "symmetry")])  # fmt: skip
 def test_refusals_name_options_as_they_are_typed(ask, tmp_path, options):
@@ -219,6 +244,9 @@ def test_next_keeps_to_the_reach_and_the_speeds_that_plan_was_told(ask, forcemap
     assert code == 0
     speeds = [run["speed_mps"] for run in found["runs"]]
     assert max(speeds) <= 0.3
+    said = flowing(forcemap("next", copied(reached, tmp_path / "c"), *HAND)[1])
+    assert "you may stop here, if that is not worth the time: take the rows of these states out of plan.csv" in said
+    assert f"forcemap speed-map {tmp_path / 'c'} --area back_of_hand --contact transient" in said
     assert max(np.hypot(run["distance_m"], run["height_m"]) for run in found["runs"]) <= REACH
     assert [words.partition(", as")[0] for words in found["planned_within"]] == [
         "speeds up to 0.3 m/s",
@@ -518,7 +546,6 @@ def test_what_cannot_be_answered_is_refused_in_one_line(ask, tmp_path, command, 
         (("--confirm", "--limit-N", 140), "is a command: forcemap confirm FOLDER"),
         (("--batch=3",), "goes with forcemap next"),
         (("--form", "CFM_3D"), "--design i-optimal:LOG_SPEED"),
-        (("--payload-kg", 2), "campaign.toml (tool.payload_kg)"),
     ],
 )
 def test_an_option_that_moved_is_refused_with_its_new_place(ask, tmp_path, option, where):
@@ -532,7 +559,7 @@ def test_a_command_has_one_example_and_not_too_many_options(forcemap, name):
     code, out, _ = forcemap(name, "--help")
     assert code == 0
     assert out.count("Example: forcemap " + name) == 1
-    assert len(typer.main.get_command(app).commands[name].params) <= (19 if name == "plan" else 15)
+    assert len(typer.main.get_command(app).commands[name].params) <= (20 if name == "plan" else 15)
 
 
 @pytest.mark.parametrize("source", ["ur10e", "map.json"])

@@ -460,6 +460,9 @@ def test_a_campaign_opens_with_its_answer_and_the_next_step(page, served, force_
     program = fm.speed_map(force_map, *where, **asked, bound=bound, allowance=fm.Allowance()).speeds.speed_to_program
     playwright.expect(page.locator("#lowest")).to_have_text(fm.floor_speed(np.nanmin(program)))
     playwright.expect(page.locator("#highest")).to_have_text(fm.floor_speed(np.nanmax(program)))
+    playwright.expect(page.locator("#confirmed")).to_contain_text(
+        "Not confirmed by impacts at these speeds yet; before they are released: forcemap confirm lab"
+    )
     opening, table = page.locator("#headline").bounding_box(), page.locator("#recordings").bounding_box()
     assert opening["y"] < table["y"]
     assert page.locator("#headline .basis > ul > li").count() == 3
@@ -645,8 +648,10 @@ def test_an_entry_is_changed_with_the_keyboard(page, served):
         page.wait_for_selector("#save:disabled")
         page.focus("[data-entry='robot.firmware']")
         page.keyboard.type("5.15")
+        assert "robot.firmware" in page.locator("#not-stated").inner_text()
         page.keyboard.press("Enter")
         playwright.expect(page.locator("#said")).to_contain_text("Written to campaign.toml")
+        playwright.expect(page.locator("#not-stated")).not_to_contain_text("robot.firmware")
         assert 'firmware = "5.15"  # version' in file.read_text()
         page.fill("[data-entry='tool.name']", "gripper")
         page.keyboard.press("Enter")

@@ -54,7 +54,7 @@ class StateContact(Answer):
 
 
 class Outlier(Answer):
-    """A repeat far from the others of its state."""
+    """A repeat far from the others of its state that were measured in the same set-up."""
 
     state_id: str = of("state")
     repeat: int
@@ -66,7 +66,8 @@ class Outlier(Answer):
     def words(self) -> str:
         """What to look at, in a line."""
         name = self.recording or self.state_id
-        return f"{name} repeat {self.repeat}: {self.force_N:.1f} N, {self.deviation_N:+.1f} N from the others"
+        apart = f"{self.deviation_N:+.1f} N from the others of its set-up"
+        return f"{name} repeat {self.repeat}: {self.force_N:.1f} N, {apart}"
 
 
 class Symmetry(Answer):

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from typing import Any, Self
+
+import numpy as np
 
 from forcemap.answers.accuracy import AccuracyAnswer
 from forcemap.answers.answer import Answer, Figure, PlaceAndSpeed, Said, if_any, of
 from forcemap.answers.basis import RestsOn, rests_on
+from forcemap.campaigns.state import PLACE_SIZE
 from forcemap.findings import Finding
 from forcemap.maps.accuracy import Accuracy
 from forcemap.maps.bounds import FixedMargin
@@ -35,12 +39,32 @@ class QuantityAnswer(Answer):
     bound: Figure
 
 
+class ForcesAtLowest(Answer):
+    """What the map says at the lowest speed measured at a place that has no speed; it permits nothing."""
+
+    speed_mps: float
+    predicted_force_N: float
+    bound_force_N: float
+
+
+class NearestState(PlaceAndSpeed):
+    """A state measured at the place nearest to the one asked for, and the largest of its forces.
+
+    The force is at least the figure where an impact of the state was above the device range.
+    """
+
+    state_id: str
+    force_N: float
+    at_least: bool
+
+
 class SpeedAnswer(RestsOn):
     """The safe speed at a place: at contact, and to program; null unless its outcome is capped or admissible.
 
     Where several quantities count, `governed_by` is the one that gives the speed, or because of which there is none.
 
-    `measure_next` is where a measurement could turn "unconfirmed" into an answer: a hint, no permission.
+    `measure_next` is where a measurement could turn "unconfirmed" into an answer: a hint, no permission. `at_lowest` is
+    null unless the outcome is unconfirmed; `nearest` is empty for a map without states, as a published one.
     """
 
     outcome: str
@@ -61,6 +85,8 @@ class SpeedAnswer(RestsOn):
     measured_distance_m: list[float]
     measured_height_m: list[float]
     measure_next: PlaceAndSpeed | None
+    at_lowest: ForcesAtLowest | None
+    nearest: list[NearestState]
     accuracy: AccuracyAnswer | None
     governed_by: str | None = if_any()
     quantities: list[QuantityAnswer] | None = if_any()
@@ -88,11 +114,44 @@ class SpeedAnswer(RestsOn):
             measure_next=coordinates | {"speed_mps": speed.extrapolated_speed} if hint else None,
             measured_distance_m=[low[0], high[0]],
             measured_height_m=[low[1], high[1]],
+            at_lowest=_at_lowest(force_map, place, speed),
+            nearest=_nearest(force_map, place),
             accuracy=accuracy,
             governed_by=speed.governed_by,
             quantities=_of_quantities(speed),
             **rests_on(force_map, speed.basis, notes),
         )
+
+
+def _at_lowest(force_map: ForceMap, place: tuple[float, float], speed: SafeSpeed) -> ForcesAtLowest | None:
+    """Prediction and bound at the lowest speed measured at a place that is unconfirmed; None elsewhere."""
+    if speed.to_program_outcome != SpeedOutcome.UNCONFIRMED or speed.basis.bound is None:
+        return None
+    low = float(speed.lowest_measured_speed)
+    predicted = force_map.predict(*place, low)
+    upper = speed.basis.raised * speed.basis.bound.upper(force_map, *place, low)
+    return ForcesAtLowest(speed_mps=low, predicted_force_N=float(predicted), bound_force_N=float(upper))
+
+
+def _nearest(force_map: ForceMap, place: tuple[float, float]) -> list[NearestState]:
+    """The measured states of the place nearest to another, slow to fast."""
+    groups = force_map.fit.measured if force_map.fit else ()
+    rows = [
+        row
+        for states in groups
+        for row in zip(
+            *states.coordinates.T.tolist(),
+            states.name,
+            np.fmax(states.highest, states.at_least).tolist(),
+            (states.at_least > np.nan_to_num(states.highest)).tolist(),
+            strict=True,
+        )
+    ]
+    if not rows:
+        return []
+    nearest = min(rows, key=lambda row: math.dist(row[:2], place))
+    here = [row for row in rows if math.dist(row[:2], nearest[:2]) <= PLACE_SIZE]
+    return [NearestState.model_validate(row) for row in sorted(here, key=lambda row: row[2])]
 
 
 def _of_quantities(speed: SafeSpeed) -> list[QuantityAnswer] | None:

@@ -18,7 +18,7 @@ _NORMAL_QUARTILE = 0.6744897501960817  # of the standard normal distribution
 
 @dataclass(frozen=True)
 class Outlier:
-    """A repeat far from the others of its state (at its base angle): look at its recording.
+    """A repeat far from the others of its state, base angle and set-up: look at its recording.
 
     If just two repeats disagree, it is unknown which one is wrong, and both are named.
 

@@ -72,7 +72,6 @@ _PLAN = {
     "--largest-force-N": "goes with forcemap next",
     "--form": "is part of the design: --design i-optimal:LOG_SPEED",
     "--device-error-N": "is stated in campaign.toml (device.error_N)",
-    "--payload-kg": "is stated in campaign.toml (tool.payload_kg)",
 }
 _BOUND = dict.fromkeys(("--confidence", "--content"), "is part of the bound: --bound tolerance:CONFIDENCE/CONTENT")
 _FITTED = _BOUND | {"--form": "goes with forcemap fit: fit the map first, then name its file"}

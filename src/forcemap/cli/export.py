@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import os
 import time
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from enum import StrEnum
 from pathlib import Path
@@ -15,7 +16,17 @@ from typer import Argument, Option
 
 import forcemap as fm
 from forcemap.cli import options
-from forcemap.cli.output import emit, json_text, shown, verdict_first, write_result
+from forcemap.cli.output import (
+    GRID_MARKS,
+    MOST_DISTANCES,
+    emit,
+    grid,
+    json_text,
+    shown,
+    speed_cell,
+    verdict_first,
+    write_result,
+)
 from forcemap.cli.task_options import (
     Angle,
     LogColumns,
@@ -29,7 +40,7 @@ from forcemap.comparisons.beside_standard import standard_speed
 from forcemap.errors import InputError
 from forcemap.exports.directed_tables import DirectedTables, directed_csv, directed_result, directed_tables
 from forcemap.exports.krl import krl_along_data, krl_along_source, krl_data, krl_source
-from forcemap.exports.robot_table import Provenance, RobotTable
+from forcemap.exports.robot_table import ZONE_SIZE, Provenance, RobotTable
 from forcemap.exports.safety_proposal import safety_proposal
 from forcemap.exports.scaling import scaling_csv, scaling_result
 from forcemap.exports.urscript import urscript, urscript_along
@@ -39,6 +50,9 @@ from forcemap.paths.atlas import Atlas
 from forcemap.words import sentence, warnings
 
 _MARK = "made by forcemap"
+
+_SMALL_ZONE = 0.02
+"""Extent of zones that is advised where larger ones permit too little [m]; a choice, as in docs/universal_robots.md."""
 
 
 class Format(StrEnum):
@@ -93,9 +107,11 @@ def export(
     case: dict[str, Any] = {"limits": limits, "bound": used, "size": size, "angle": angle, "date": date_of_files()}
     case["allowance"] = fm.Allowance(speed=overshoot, position=tolerance)
     zones: RobotTable | DirectedTables
+    cells: list[str] = []
     if one := isinstance(maps, fm.ForceMap):
         zones = fm.robot_table(maps, **case)
         zones = replace(zones, provenance=with_map_file(zones.provenance, source))
+        cells = _grid_lines(zones)
     else:
         zones = directed_tables(maps, task=task, **case)
     result = _result(zones)
@@ -105,7 +121,8 @@ def export(
     files = _files(format, zones, task) if isinstance(zones, RobotTable) else _files_by_direction(format, zones)
     said: dict[str, Any] = {
         "angle": angle,
-        "raised": zones_raised(angle, one=one),
+        "raised": zones_raised(angle, size, one=one),
+        "cells": cells,
         "output": output,
         "as_json": as_json,
     }
@@ -161,11 +178,26 @@ def _zones_permitted(found: _Permitted, angle: float, *, one: bool) -> str:
     return f"{words}, with the bound raised by {off}{without}"
 
 
-def zones_raised(angle: float, *, one: bool) -> fm.Finding:
+def _grid_lines(zones: RobotTable) -> list[str]:
+    """The speed to program of every zone, at the middle of the zone."""
+    if zones.distance_edges.size > MOST_DISTANCES + 1:
+        return ["speeds of the zones: more than a line takes, see --format csv"]
+    distances, heights = ((edges[:-1] + edges[1:]) / 2 for edges in (zones.distance_edges, zones.height_edges))
+    cells = {
+        (d, h): speed_cell(zones.outcome[i, j], zones.speed_mmps[i, j].item() / 1000)
+        for i, d in enumerate(distances.tolist())
+        for j, h in enumerate(heights.tolist())
+    }
+    return ["", "speed to program in m/s, each zone at its middle", *grid(cells), GRID_MARKS, ""]
+
+
+def zones_raised(angle: float, size: float, *, one: bool) -> fm.Finding:
     """Why zones give less than a path: how far their bound is raised, since a program that looks them up knows no
     direction, and the places that they hold for."""
     raised = raised_off_axis(angle) - 1 or None
-    return fm.Finding.of(fm.FindingKind.ZONES_RAISED, angle_deg=angle, raised=raised, further=bool(one and raised))
+    smaller = _SMALL_ZONE if size > _SMALL_ZONE else None
+    figures = {"angle_deg": angle, "raised": raised, "smaller_m": smaller, "further": bool(one and raised)}
+    return fm.Finding.of(fm.FindingKind.ZONES_RAISED, **figures)
 
 
 def task_of(given: options.Stated, maps: fm.ForceMap | Atlas, *others: fm.Contact | float | None) -> fm.Task:
@@ -210,12 +242,13 @@ def write(
     *,
     angle: float,
     raised: fm.Finding,
+    cells: Sequence[str] = (),
     output: str | None,
     as_json: bool,
 ) -> None:
     """Write the files, or print them, and say what is permitted; `files` are texts by their names in a folder.
 
-    `raised` says why zones give less than a path.
+    `raised` says why zones give less than a path, `cells` shows their speeds.
     """
     written = []
     for name, text in files.items() if output else ():
@@ -226,11 +259,11 @@ def write(
         print("\n".join(files.values()), end="")
         return
     words += "" if raised_off_axis(angle) > 1 else ", for motion straight along the map's direction ONLY"
-    verdict = f"{words}; not safety-rated, to be confirmed before use"
+    verdict = f"{words}; not safety-rated: whoever is responsible for the risk assessment has to accept them"
     if any(basis.measure_more for basis in provenance.bases):
         verdict += "; NOT TO BE USED YET, measure more"
     lines = verdict_first(verdict, warnings(provenance.bases), simulated=provenance.simulated)
-    lines.append(sentence(raised))
+    lines += [*cells, sentence(raised)]
     lines += [f"written to {file}" for file in written]
     emit(result | {"written": written}, lines, as_json=as_json)
 
@@ -337,11 +370,12 @@ def export_path(
         words = _zones_permitted(_permitted(zones, maps, limits), angle, one=True)
         result = zones_result(zones)
         text = safety_proposal(zones, task=whole_task if given.tasks else None, speeds=speeds)
-        raised = zones_raised(angle, one=True)
+        raised = zones_raised(angle, ZONE_SIZE, one=True)
         permitted = zones.permitted > 0
     else:
         provenance = provenance.of_path(speeds)
-        words, result, text = _slowed(speeds), scaling_result(speeds, provenance), scaling_csv(speeds, provenance)
+        result, text = scaling_result(speeds, provenance), scaling_csv(speeds, provenance)
+        words = f"{_slowed(speeds)}{_time_as_commanded(speeds, result)}"
         raised = path_raised()
         permitted = not speeds.refused.any()
     write(result, {"": text}, words, provenance, angle=angle, raised=raised, output=output, as_json=as_json)
@@ -355,6 +389,14 @@ def _slowed(speeds: fm.PathSpeeds) -> str:
     permitted = f"{int((~speeds.refused).sum())} of {len(speeds.path)} pieces permitted"
     only = f" ({braking} only to brake for a slower one)" if braking else ""
     return f"{permitted}, {int(slowed.sum())} of them slowed down{only}"
+
+
+def _time_as_commanded(speeds: fm.PathSpeeds, result: dict[str, Any]) -> str:
+    """How long the path takes at the speeds of the file, and at the allowed ones; empty if a piece has none."""
+    time = speeds.duration(np.array([piece["commanded_speed_mps"] for piece in result["pieces"]]))
+    if math.isnan(time):
+        return ""
+    return f", {time:.3f} s at their commanded speeds ({speeds.allowed.duration:.3f} s at the allowed ones)"
 
 
 def _zones_beside(

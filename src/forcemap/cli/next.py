@@ -28,7 +28,11 @@ _REPEATS = 3
 
 _Budget = Annotated[
     int | None,
-    Option("--states", help="Budget: states of the whole campaign; default 27, or 12 more than are measured."),
+    Option(
+        "--states",
+        help="Budget: states of the whole campaign, at which to stop; if not given, it goes on as long as there is "
+        "something to gain.",
+    ),
 ]
 _LargestForce = Annotated[
     float | None, Option("--largest-force-N", help="No impact is to exceed it, nor the device's range.")
@@ -97,7 +101,8 @@ def next_(
     if table_alone:
         repeated |= {"--device-range-N": device_range, "--device-spring-N-per-mm": device_spring}
     again = planned.command_line("next", folder, repeated)
-    emit(NextAnswer.of_next(answer, folder, files, again), _lines(folder, answer, files, again), as_json=as_json)
+    now = planned.command_line("speed-map", folder, planned.limit_words(limit, contact) | {"--form": form})
+    emit(NextAnswer.of_next(answer, folder, files, again), _lines(folder, answer, files, again, now), as_json=as_json)
     return 1 if answer.plan is None else 0
 
 
@@ -169,7 +174,7 @@ def _with_device(dataset: fm.ImpactDataset, stated: fm.Conditions) -> fm.ImpactD
     return replace(dataset, conditions=conditions, device_range=float(np.fmin(device.range, dataset.device_range)))
 
 
-def _lines(folder: str, answer: fm.NextMeasurements, files: list[str], again: str) -> list[str]:
+def _lines(folder: str, answer: fm.NextMeasurements, files: list[str], again: str, now: str) -> list[str]:
     why = "; ".join(sentences(answer.reasons))
     confirmed = sentence(answer.progress)
     said: dict[str, Any] = {"doubts": sentences(answer.warnings), "simulated": answer.simulated}
@@ -186,10 +191,22 @@ def _lines(folder: str, answer: fm.NextMeasurements, files: list[str], again: st
         f"why: {why}",
         planned.time_words(answer.plan),
         confirmed,
+        *(_may_stop(now) if answer.confirmed else []),
         *sentences(answer.within),
         "",
         *planned.runs_table(answer.plan, answer.upper_force.tolist()),
         sentence(answer.upper_is),
         "",
         *(planned.measuring_lines(folder, files, again) if files else unwritten),
+    ]
+
+
+def _may_stop(speeds_now: str) -> list[str]:
+    """That nothing has to be measured for the speeds that there are, and what is for one place alone."""
+    return [
+        "you may stop here, if that is not worth the time: take the rows of these states out of plan.csv; the speeds "
+        "that there are now hold without them",
+        *planned.command_lines(speeds_now, "    "),
+        "they may raise speeds, and lower them where they show more force than expected; for a speed at one place "
+        "alone, measure at that place (docs/contact_points.md)",
     ]

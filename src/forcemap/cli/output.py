@@ -50,6 +50,12 @@ _DOUBT = "  ! "
 _GAP = "  "
 """Between the columns of a table."""
 
+_MARKS = {"outside": ".", "unconfirmed": "?", "not_permitted": "x"}
+"""What stands in a grid for an outcome without a speed."""
+
+GRID_MARKS = "+ capped at the highest speed measured there; ? unconfirmed: no speed; . outside"
+"""What they mean, for a reader."""
+
 MOST_DISTANCES = 13
 """Columns of a grid of places that is printed; nine columns for the heights and seven for each fill a line."""
 
@@ -225,6 +231,11 @@ def grid(cells: Mapping[tuple[float, float], str]) -> list[str]:
     lines = table([r"h \ d [m]", *(f"{d:.3f}" for d in distances)], rows)
     too_many = f"{len(cells)} places, too many to show: see --json (or -o), or a larger step"
     return lines if len(distances) <= MOST_DISTANCES else [too_many]
+
+
+def speed_cell(outcome: str, speed: float | None) -> str:
+    """A speed [m/s] in a grid of places, or the mark of an outcome that has none."""
+    return _MARKS.get(outcome) or f"{shown(speed)}{'+' if outcome == 'capped' else ''}"
 
 
 def listing(title: str, lines: Iterable[str]) -> list[str]:

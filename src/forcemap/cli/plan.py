@@ -12,8 +12,9 @@ from typer import Argument, Context, Option
 
 import forcemap as fm
 from forcemap.answers.plan import PlanAnswer
+from forcemap.campaigns.recordings_table import REGISTER_FILE
 from forcemap.cli import planned
-from forcemap.cli.options import ContactKind, DeviceSpring, Json, Limit, force_map_from, limit_from, number
+from forcemap.cli.options import ContactKind, DeviceSpring, Json, Limit, Payload, force_map_from, limit_from, number
 from forcemap.cli.output import counted, emit, listing, verdict_first
 from forcemap.cli.task_options import figures
 from forcemap.files import file_sha256, read_bytes, write_atomically
@@ -88,6 +89,7 @@ def plan(
     device_range: planned.DeviceRange = None,
     device_spring: DeviceSpring = None,
     expect: planned.Expect = None,
+    payload: Payload = None,
     limit: Limit = None,
     contact: ContactKind = None,
     as_json: Json = False,
@@ -105,13 +107,13 @@ def plan(
     carried = _carried(design)
     if carried is None and (distances is None or heights is None or speeds is None):
         raise fm.InputError("plan: expected --distances-m, --heights-m and --speeds-mps, the ranges to measure")
-    if Path(folder, "plan.csv").exists() and not carried:
-        raise fm.InputError("the folder has a plan already; name a new folder, or move the plan away", file=folder)
+    if not carried:
+        _require_unplanned(folder)
     mass, source = planned.expected_of(expect)
     named = {"distances": distances, "heights": heights, "speeds": speeds}
     ranges = [figures(name, text) if text else [] for name, text in named.items()]
-    of_plan = {} if carried else _of_plan(reach, ranges[2])
-    conditions, added = planned.completed_conditions(folder, device_range, device_spring, mass, **of_plan)
+    stated = ({} if carried else _of_plan(reach, ranges[2])) | ({} if payload is None else {"payload": payload})
+    conditions, added = planned.completed_conditions(folder, device_range, device_spring, mass, **stated)
     newtons, doubts = _to_confirm(limit, contact, conditions.device.stiffness) if limit else (math.nan, [])
     shared: dict[str, Any] = {"states": states, "repeats": repeats, "device": conditions.device, "limit": newtons}
     angles = figures("base angles", base_angles) if base_angles else []
@@ -131,8 +133,7 @@ def plan(
     completed = planned.complete(folder, conditions, added)
     files = planned.write_campaign(Path(folder), whole, campaign_plan, conditions)
     files += ["campaign.toml"] * bool(completed)
-    if carried:
-        files.append(_kept(folder, carried[0]))
+    files += [_kept(folder, carried[0])] if carried else []
     notes = [planned.time_words(campaign_plan, place_minutes, impact_minutes)]
     notes += [f"campaign.toml was there; added to it: {', '.join(completed)}"] * bool(completed)
     answer = PlanAnswer.of_plan(campaign_plan, folder, files, minutes)
@@ -143,6 +144,18 @@ def _of_plan(reach: float, speeds: list[float]) -> dict[str, float]:
     """What campaign.toml is to state of the plan, for `next` to keep to."""
     reached = {"reach": reach} if 0 < reach < math.inf else {}
     return reached | ({"fastest": max(speeds)} if max(speeds) > 0 else {})
+
+
+def _require_unplanned(folder: str) -> None:
+    """Raise InputError for a folder that has a plan; it says how one is planned anew."""
+    if not Path(folder, "plan.csv").exists():
+        return
+    recordings = Path(folder, "recordings")
+    if Path(folder, REGISTER_FILE).exists() or (recordings.is_dir() and any(recordings.iterdir())):
+        way = "and recordings; name a new folder, or plan more of this one (forcemap next)"
+    else:
+        way = "already and no recordings; to plan it anew, delete its plan.csv and give this command again"
+    raise fm.InputError(f"the folder has a plan {way}", file=folder)
 
 
 def _alone(context: Context) -> bool:

@@ -77,7 +77,7 @@ def completed_conditions(
     device_range: float | None,
     device_spring: float | None,
     moving_mass: float | None,
-    **of_plan: Any,
+    **others: Any,
 ) -> tuple[fm.Conditions, dict[str, Any]]:
     """What the folder's campaign.toml and the options state, and of that what is not in the file.
 
@@ -95,7 +95,7 @@ def completed_conditions(
         conditions,
         device=device if device_range is None else dataclasses.replace(device, range=device_range),
         moving_mass=conditions.moving_mass if moving_mass is None else moving_mass,
-        **of_plan,
+        **others,
     )
     before = conditions.stated
     more = {entry: value for entry, value in described.stated.items() if before.get(entry) != value}

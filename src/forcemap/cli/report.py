@@ -376,12 +376,14 @@ def _limit_line(part: PlaceSpeeds) -> str:
         f"{newtons}: {part.confirmed} places {_permitted(part)}, program at most "
         f"{fm.floor_speed(part.slowest_to_program)} to {fm.floor_speed(part.fastest_to_program)} m/s "
         f"({fm.floor_speed(part.slowest)} to {fm.floor_speed(part.fastest)} m/s at contact), place by place; "
-        f"{part.unconfirmed} unconfirmed"
+        f"{part.unconfirmed} without a speed"
     )
 
 
 def _permitted(part: PlaceSpeeds) -> str:
-    return f"confirmed by {len(part.confirmed_by)} impacts" if part.confirmed_by else "permitted by the map"
+    if part.confirmed_by:
+        return f"confirmed by {len(part.confirmed_by)} impacts"
+    return "permitted by the map and not confirmed yet (before release: forcemap confirm)"
 
 
 def _point_lines(assessment: fm.CampaignAssessment) -> list[str]:

@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import math
 from collections import Counter
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from typer import Option
 
 import forcemap as fm
 from forcemap.answers.speed import SLOWEST_HINT, SpeedAnswer
+from forcemap.campaigns.point_list import POINTS_FILE
 from forcemap.cli import options
 from forcemap.cli.output import (
+    GRID_MARKS,
     accuracy_words,
     assumes,
     bound_words,
@@ -19,6 +22,7 @@ from forcemap.cli.output import (
     emit,
     grid,
     shown,
+    speed_cell,
     speed_first,
     table,
     write_result,
@@ -59,7 +63,7 @@ def speed(
     force_map, accuracy = options.force_map_from(source, form, device_spring)
     case["bound"] = options.bound_from(force_map, bound, margin)
     answer = SpeedAnswer.of_place(force_map, (distance, height), accuracy, **case)
-    emit(answer, speed_lines(answer), as_json=as_json)
+    emit(answer, speed_lines(answer, points=Path(source, POINTS_FILE).is_file()), as_json=as_json)
     return 1 if answer.speed_to_program_mps is None else 0
 
 
@@ -173,19 +177,24 @@ _FARTHEST = 10.0
 _HINTS = 3
 """Places where a speed is only just missing that are listed; a choice: the nearest come first, --json has all."""
 
-_MARKS = {"outside": ".", "unconfirmed": "?", "not_permitted": "x"}
 _MARGIN = FixedMargin().describe()
 _IN_PROGRAM = "lower in what forcemap export writes: zones, and motion up to 5 degrees off the map's direction"
 
 
-def speed_lines(answer: SpeedAnswer) -> list[str]:
-    """The speed to program at a place, the speed at contact, and what they rest on."""
+def speed_lines(answer: SpeedAnswer, *, points: bool = False) -> list[str]:
+    """The speed to program at a place, the speed at contact, and what they rest on.
+
+    `points` is true where the campaign lists contact points, whose speeds may rest on impacts made there.
+    """
     program, contact, forces = answer.speed_to_program_mps, "", ""
     where = f"d = {answer.distance_m:.6g} m, h = {answer.height_m:.6g} m"
     head = "No speed to program" if program is None else f"Program at most {shown(program)} m/s"
     if answer.speed_mps is not None:
         contact = f"contact  {shown(answer.speed_mps)} m/s with {answer.speed_overshoot_mps:g} m/s overshoot: "
         forces = f": {answer.bound_force_N:.1f} N at contact, predicted {answer.predicted_force_N:.1f} N"
+    elif lowest := answer.at_lowest:
+        at = f"{shown(lowest.speed_mps)} m/s at contact, the lowest measured there"
+        forces = f": {lowest.bound_force_N:.1f} N at {at}, predicted {lowest.predicted_force_N:.1f} N"
     lines = [
         *speed_first(f"{head} at {where}: {answer.to_program_outcome}", answer),
         f"  {contact}{answer.to_program_reason}",
@@ -202,6 +211,8 @@ def speed_lines(answer: SpeedAnswer) -> list[str]:
     if answer.lowest_measured_speed_mps is not None:
         low, high = shown(answer.lowest_measured_speed_mps), shown(answer.highest_measured_speed_mps)
         lines.append(f"  measured {low} to {high} m/s around this place")
+    if answer.nearest and answer.outcome != "outside":
+        lines.append(f"  nearest  {_nearest(answer)}")
     if answer.accuracy:
         lines.append(f"  map      {accuracy_words(answer.accuracy)}")
     if answer.bound != _MARGIN:
@@ -210,12 +221,27 @@ def speed_lines(answer: SpeedAnswer) -> list[str]:
         lines.append(f"  beside   prediction + 10 %: {beside} (a fixed margin, which promises nothing)")
     if program is not None:
         lines.append(f"  program  {_IN_PROGRAM}")
+    if points:
+        lines.append(f"  points   {POINTS_FILE} lists contact points: forcemap report has the speeds measured at them")
     if answer.measure_next:
         hint = shown(answer.measure_next.speed_mps)
         lines.append(f"  next     measure here at about {hint} m/s (a hint, no permission)")
     elif answer.to_program_outcome == "unconfirmed" and answer.accuracy:
-        lines.append("  next     forcemap next plans what to measure for this limit")
+        alone = "for this place alone, measure at it (docs/contact_points.md)"
+        lines.append(f"  next     forcemap next plans what to measure for this limit; {alone}")
     return [*lines, *assumes(answer)]
+
+
+def _nearest(answer: SpeedAnswer) -> str:
+    """The largest forces measured at the nearest place, and where that is."""
+    first = answer.nearest[0]
+    away = math.hypot(first.distance_m - answer.distance_m, first.height_m - answer.height_m)
+    forces = [
+        f"{'at least ' * state.at_least}{state.force_N:.0f} N at {shown(state.speed_mps)} m/s"
+        for state in answer.nearest
+    ]
+    where = f"d = {first.distance_m:.3f} m, h = {first.height_m:.3f} m, {100 * away:.0f} cm away"
+    return f"{', '.join(forces)}, measured at {where}"
 
 
 def quantity_lines(answer: SpeedAnswer) -> list[str]:
@@ -242,7 +268,7 @@ def speed_map_lines(answer: SpeedMapAnswer, written: str | None) -> list[str]:
         *([_IN_PROGRAM] if any(place.speed_to_program_mps is not None for place in answer.places) else []),
         "",
         "speed at contact in m/s",
-        *grid({(place.distance_m, place.height_m): _cell(place.outcome, place.speed_mps) for place in answer.places}),
+        *grid({(p.distance_m, p.height_m): speed_cell(p.outcome, p.speed_mps) for p in answer.places}),
         "",
         *next_lines(answer),
         *([f"written to {written}"] if written else []),
@@ -290,13 +316,9 @@ def standard_lines(answer: SpeedMapAnswer) -> list[str]:
 def grid_lines(answer: SpeedMapAnswer) -> list[str]:
     """Speeds to program as a table, heights downwards."""
     off = f"{answer.speed_overshoot_mps:g} m/s overshoot subtracted"
-    cells = {(p.distance_m, p.height_m): _cell(p.to_program_outcome, p.speed_to_program_mps) for p in answer.places}
-    marks = "+ capped at the highest speed measured there; ? unconfirmed; . outside"
-    return [f"speed to program in m/s, {off}", *grid(cells), marks]
-
-
-def _cell(outcome: str, speed: float | None) -> str:
-    return _MARKS.get(outcome) or f"{shown(speed)}{'+' if outcome == 'capped' else ''}"
+    places = answer.places
+    cells = {(p.distance_m, p.height_m): speed_cell(p.to_program_outcome, p.speed_to_program_mps) for p in places}
+    return [f"speed to program in m/s, {off}", *grid(cells), GRID_MARKS]
 
 
 def next_lines(answer: SpeedMapAnswer) -> list[str]:

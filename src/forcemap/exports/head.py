@@ -20,7 +20,7 @@ SIMULATED = "SIMULATED: made from simulated impacts, not a measurement of any ro
 _ELSEWHERE = (FindingKind.LIMIT, FindingKind.BOUND, FindingKind.OVERSHOOT)  # lines of their own in the head
 _LEAST_SPACING, _MOST_SPACING = 0.001, 0.005  # [m]; choices: whole millimetres, and what docs/universal_robots.md says
 WHO_CONFIRMS = (
-    "to be confirmed before use: by the person responsible for the risk assessment, with measurements at the speeds "
+    "to be accepted before use: by the person responsible for the risk assessment, with measurements at the speeds "
     "used, and by whoever changes the safety configuration"
 )
 

@@ -12,13 +12,17 @@ from forcemap.exports.robot_table import RobotTable
 from forcemap.paths.path_speeds import PathSpeeds
 from forcemap.paths.task import Task
 
+_WIDEST = "rectangle of permitted zones with the largest area times speed"
+
 
 def safety_proposal(table: RobotTable, *, task: Task | None = None, speeds: PathSpeeds | None = None) -> str:
-    """The text of the sheet (Markdown): one speed limit for the largest block of zones, planes, and lines to sign.
+    """The text of the sheet (Markdown): one speed limit for a block of zones, planes, and lines to sign.
 
-    With a task or the speeds of a path, it warns of the segments that would violate the entries.
+    The block is the one that a path needs, if every zone in it is permitted, else the largest. With a task or the
+    speeds of a path, it warns of the segments that would violate the entries.
     """
-    block = widest_block(table)
+    of_path = None if speeds is None else block_of_path(table, speeds)
+    block = of_path or widest_block(table)
     lines = ["# Proposal for the safety configuration", "", *(f"- {line}" for line in head_lines(table.provenance)), ""]
     if block is None:
         return "\n".join([*lines, "No zone has a permitted speed: there is nothing to configure.", ""])
@@ -39,8 +43,8 @@ def safety_proposal(table: RobotTable, *, task: Task | None = None, speeds: Path
         f"| force, power, momentum, stopping | as in the campaign | {force:g} N at most on the body | the speeds above "
         "keep this limit under the campaign's safety settings, not by an entry of this sheet | | |",
         "",
-        "The block is the rectangle of permitted zones with the largest area times speed. A faster program needs the",
-        "table of zones; the safety configuration knows one speed.",
+        f"The block is the {'smallest rectangle of zones that holds the path' if of_path else _WIDEST}.",
+        "A faster program needs the table of zones; the safety configuration knows one speed.",
         "",
         *_violations(table, block, task, speeds),
         "- [ ] the campaign's safety settings are those of this robot; changing them makes the map invalid",
@@ -74,7 +78,15 @@ def _violations(
     compared = "speeds and places" if speeds is not None else "speeds alone; give the path to compare places"
     if not words:
         return [f"No segment of the task violates these entries (compared: {compared}).", ""]
-    return [f"**WARNING: these entries may stop the robot in its task** (compared: {compared}).", "", *words, ""]
+    return [
+        f"**WARNING: these entries may stop the robot in its task** (compared: {compared}).",
+        "",
+        *words,
+        "",
+        f"To type them in, program at most {limit:.3f} m/s, and stay within the block; the factors of a scaling file",
+        "may command more, which the speed limit would stop.",
+        "",
+    ]
 
 
 def _driven(
@@ -88,6 +100,20 @@ def _driven(
     for name in dict.fromkeys(speeds.path.names):
         pieces = np.array([piece == name for piece in speeds.path.names])
         yield name, float(speeds.programmed[pieces].max()), bool(outside[pieces].any())
+
+
+def block_of_path(table: RobotTable, speeds: PathSpeeds) -> tuple[int, int, int, int, int] | None:
+    """As `widest_block`, the smallest rectangle that holds a path; None if the path leaves the zones, or one of the
+    rectangle has no speed."""
+    ends = []
+    for values, edges in zip(speeds.path.pieces.probes, (table.distance_edges, table.height_edges), strict=True):
+        first, last = int(np.searchsorted(edges, values.min(), "right")) - 1, int(np.searchsorted(edges, values.max()))
+        if first < 0 or last > edges.size - 1:
+            return None
+        ends += [first, max(last, first + 1)]
+    first, last, bottom, top = ends
+    lowest = int(table.speed_mmps[first:last, bottom:top].min())
+    return (first, last, bottom, top, lowest) if lowest else None
 
 
 def widest_block(table: RobotTable) -> tuple[int, int, int, int, int] | None:

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from forcemap.arrays import FloatArray, Indices
-from forcemap.campaigns.dataset import ImpactDataset, States
+from forcemap.campaigns.dataset import CONFIRMING, ImpactDataset, States
 from forcemap.errors import FitError, InputError
 from forcemap.maps.censored import CensoredRegression, coefficients_at
 from forcemap.maps.force_map import ForceMap
@@ -113,17 +113,24 @@ def map_accuracy(force_map: ForceMap, dataset: ImpactDataset) -> tuple[Accuracy,
     """Accuracies of a map fitted to a dataset, the most trustworthy one first.
 
     On the test states (those that repeat no training state) if there are any; on the fitted states, and on their
-    places, each left out in turn where that is possible; and on all states (paper, Table II, rows Ts and All).
+    places, each left out in turn where that is possible; on the impacts that were to confirm a map, which were made
+    only where it permitted speeds; and on all states (paper, Table II, rows Ts and All).
     """
     accuracies: list[Accuracy] = []
     test = dataset.independent_test
-    if (test.states.impacts > 0).any():
-        accuracies.append(force_map_accuracy(force_map, test, on="test states"))
+    confirms = np.char.startswith(test.state, CONFIRMING)
+    accuracies += _of_test(force_map, test.select(~confirms), "test states")
     for left_out in (leave_one_state_out, leave_one_place_out):
         with contextlib.suppress(InputError):  # as many states as coefficients: none can be left out
             accuracies.append(left_out(force_map))
+    accuracies += _of_test(force_map, test.select(confirms), "confirming impacts")
     accuracies.append(force_map_accuracy(force_map, dataset, on="all states"))
     return tuple(accuracies)
+
+
+def _of_test(force_map: ForceMap, test: ImpactDataset, on: str) -> list[Accuracy]:
+    """The accuracy on test states; none without an uncensored impact."""
+    return [force_map_accuracy(force_map, test, on=on)] if (test.states.impacts > 0).any() else []
 
 
 def force_map_accuracy(force_map: ForceMap, dataset: ImpactDataset, *, on: str = "all states") -> Accuracy:

@@ -316,7 +316,7 @@ class ForceMap:
         if self.fit is None:
             return None
         if (transfer := self.fit.transfer) is None:
-            return form_test(self.form, self.fit.states, self.fit.state_sd)
+            return form_test(self.form, self.fit.states, self.fit.state_sd, self.fit.between_states.residuals)
         first = form_test(transfer.form, transfer.earlier[0].states, self.fit.state_sd)
         return replace(first, gaps=tuple(dict.fromkeys((*first.gaps, *gaps_of(self.fit.states)))))
 

@@ -53,6 +53,9 @@ _WITHIN = 0.25
 """Share of what the terms leave that must differ between states of one place for a test on these differences alone,
 which is exact (docs/decisions.md). A choice: less leaves too little to test."""
 
+_FURTHEST = 3
+"""States furthest from the form that are named where states scatter. A choice."""
+
 _LEAST_FREEDOM = 3
 """Residual degrees of freedom below which no departure is tested. A choice, as for a tolerance bound."""
 
@@ -122,6 +125,8 @@ class FormTest:
         That speed [m/s].
     state_sd : float
         Standard deviation s of ln F of the states about the form.
+    furthest : tuple of (str, float, float)
+        Name, measured and predicted force [N] of the states that lie furthest from the form; empty if not known.
     """
 
     departures: tuple[Departure, ...]
@@ -135,6 +140,7 @@ class FormTest:
     slow_places: int
     slowest: float
     state_sd: float
+    furthest: tuple[tuple[str, float, float], ...] = ()
 
     @property
     def significant(self) -> tuple[Departure, ...]:
@@ -194,7 +200,11 @@ class FormTest:
     def scatter(self) -> tuple[Finding, ...]:
         """A warning if the states scatter about the form by more than they should."""
         figures = {"state_sd": self.state_sd, "most": MOST_SCATTER}
-        return (Finding.of(FindingKind.STATES_SCATTER, **figures),) if self.state_sd > MOST_SCATTER else ()
+        furthest = [
+            Finding.of(FindingKind.STATE_FURTHEST_OFF, state=name, force_N=force, predicted_N=predicted)
+            for name, force, predicted in self.furthest
+        ]
+        return (Finding.of(FindingKind.STATES_SCATTER, *furthest, **figures),) if self.state_sd > MOST_SCATTER else ()
 
     @property
     def warnings(self) -> tuple[Finding, ...]:
@@ -203,7 +213,7 @@ class FormTest:
         return (*doubt, *self.scatter, *self.unseen)
 
 
-def form_test(form: Form, states: States, state_sd: float = math.nan) -> FormTest:
+def form_test(form: Form, states: States, state_sd: float = math.nan, residuals: FloatArray | None = None) -> FormTest:
     """Test whether states have the form that is fitted to them.
 
     Parameters
@@ -214,6 +224,8 @@ def form_test(form: Form, states: States, state_sd: float = math.nan) -> FormTes
         The states it was fitted to; those with a censored impact are left out, since their means are too low.
     state_sd : float, optional
         Standard deviation of ln F of the states about the fit.
+    residuals : array (m,), optional
+        ln F of the states less that of the fit; NaN where it is not known.
 
     Returns
     -------
@@ -237,7 +249,16 @@ def form_test(form: Form, states: States, state_sd: float = math.nan) -> FormTes
         slow_places=np.unique(place[slow]).size,
         slowest=float(states.speed.min()),
         state_sd=state_sd,
+        furthest=() if residuals is None else _furthest(states, residuals),
     )
+
+
+def _furthest(states: States, residuals: FloatArray) -> tuple[tuple[str, float, float], ...]:
+    """Name, measured and predicted force [N] of the states with the largest residuals."""
+    known = np.flatnonzero(~np.isnan(residuals))
+    largest = known[np.argsort(-np.abs(residuals[known]), kind="stable")][:_FURTHEST]
+    predicted = np.exp(states.log_force - residuals)
+    return tuple((str(states.name[i]), float(states.force[i]), float(predicted[i])) for i in largest)
 
 
 def _near(places: FloatArray) -> list[tuple[float, ...]]:

@@ -173,6 +173,11 @@ class PathSpeeds:
         allowed = np.where(self.refused, 0.0, self.speed)
         return braking_speeds(self.path.lengths, allowed, acceleration=self.acceleration)
 
+    def duration(self, speed: FloatArray) -> float:
+        """Time of the whole path [s] at a speed on each piece [m/s], shape (n,); NaN where a piece has none."""
+        driven = np.where(speed > 0, speed, math.nan)
+        return _cycle_time("", self.path, self.refused, self.acceleration, driven).duration
+
 
 def path_speeds(
     maps: ForceMap | Atlas,

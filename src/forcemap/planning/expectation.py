@@ -41,7 +41,7 @@ class StandardExpectation:
     moving_mass : float
         Total mass M of the moving parts of the robot [kg].
     payload : float
-        Effective payload m_L [kg].
+        Effective payload m_L [kg]; NaN if it is not stated, which counts as 0.
     stiffness : float
         Spring constant [N/m]; that of the paper's device.
     body_mass : float
@@ -49,7 +49,7 @@ class StandardExpectation:
     """
 
     moving_mass: float
-    payload: float = 0.0
+    payload: float = math.nan
     stiffness: float = PAPER_STIFFNESS
     body_mass: float = math.inf
 
@@ -59,7 +59,7 @@ class StandardExpectation:
         if math.isnan(conditions.moving_mass):
             return None
         stiffness = conditions.device.stiffness
-        return cls(conditions.moving_mass, conditions.load, cls.stiffness if math.isnan(stiffness) else stiffness)
+        return cls(conditions.moving_mass, conditions.payload, cls.stiffness if math.isnan(stiffness) else stiffness)
 
     def __call__(self, distance: float, height: float, speed: float) -> float:
         """Force [N] at a speed [m/s]; the same at every place [m]."""
@@ -67,7 +67,7 @@ class StandardExpectation:
 
     def forces(self, speed: FloatArray) -> FloatArray:
         """Force [N] at speeds [m/s]."""
-        mass = pfl_robot_mass(self.moving_mass, self.payload)
+        mass = pfl_robot_mass(self.moving_mass, 0.0 if math.isnan(self.payload) else self.payload)
         force = pfl_contact_force(speed, robot_mass=mass, body_mass=self.body_mass, stiffness=self.stiffness)
         return np.asarray(force)
 
@@ -144,6 +144,7 @@ def source_of(expectation: Expectation | None, states: FloatArray) -> Finding | 
         return Finding.of(FindingKind.EXPECTED_BY_MAP, **figures, states=len(states))
     if isinstance(expectation, StandardExpectation):
         masses = {"moving_mass_kg": expectation.moving_mass, "payload_kg": expectation.payload}
-        return Finding.of(FindingKind.EXPECTED_BY_STANDARD, **masses)
+        beyond = {"factor": STANDARD_FACTOR, "rest_N": REST_FORCE}
+        return Finding.of(FindingKind.EXPECTED_BY_STANDARD, **masses, **beyond)
     name = getattr(expectation, "__name__", type(expectation).__name__)
     return None if expectation is None else Finding.of(FindingKind.EXPECTED_BY_FUNCTION, name=name)

@@ -98,6 +98,7 @@ def unconfirmed(
         parts.append(Finding.of(FindingKind.MAP_EXTRAPOLATES_BELOW, lowest_mps=lowest))
     elif isinstance(expectation, StandardExpectation):
         parts.append(Finding.of(FindingKind.MODEL_VANISHES_AT_REST))
+        parts += [Finding.of(FindingKind.PAYLOAD_NOT_STATED)] * math.isnan(expectation.payload)
     places = {"places": len(exceeding), "of": len(slowest), "factor": factor}
     yield Finding.of(FindingKind.NOT_EXPECTED_TO_CONFIRM, *parts, limit_N=limit, **places)
 

@@ -94,7 +94,8 @@ def report_html(
             cell_words=cell_words(assessment),
             sheets=sheets(assessment),
             rests_on=_rests_on(assessment),
-            straight=_straight(assessment),
+            straight=_depended_on(assessment, FindingKind.ALONG_ONLY),
+            transient_free=sentence(_depended_on(assessment, FindingKind.TRANSIENT_FREE)),
             device_words=device_words(assessment.conditions),
             spring=lambda limit: _spring(limit, assessment.conditions).statement,
             further_inputs=further_inputs(assessment.inputs),
@@ -109,12 +110,12 @@ def report_html(
     )
 
 
-def _straight(assessment: CampaignAssessment) -> Finding | None:
-    """That speeds hold straight along the direction of the map alone; None if none is given."""
+def _depended_on(assessment: CampaignAssessment, kind: FindingKind) -> Finding | None:
+    """What the first speeds that depend on a thing of this kind say of it; None if none do."""
     for results in assessment.speeds:
         if not isinstance(results.speeds, Missing):
             for finding in results.speeds.speeds.basis.statements:
-                if finding.kind is FindingKind.ALONG_ONLY:
+                if finding.kind is kind:
                     return finding
     return None
 

@@ -143,7 +143,9 @@ class Basis:
         bound = [] if self.bound is None else [Finding.of(FindingKind.BOUND, bound=str(self.bound))]
         limit = Finding.of(FindingKind.LIMIT, self.limit_finding)
         overshoot = [] if self.allowance is None else [self.allowance.of_speed]
-        return (*self.conditions.findings, *overshoot, *source, self.phase_two.finding, limit, *bound, *self.notes)
+        free = [Finding.of(FindingKind.TRANSIENT_FREE)] if self.contact is Contact.TRANSIENT and self.permitted else []
+        of_limit = (self.phase_two.finding, limit, *free, *bound)
+        return (*self.conditions.findings, *overshoot, *source, *of_limit, *self.notes)
 
 
 def basis_of(

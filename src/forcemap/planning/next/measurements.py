@@ -177,8 +177,8 @@ def next_measurements(
     batch : int
         The most states to plan.
     states : int, optional
-        Budget: states of the whole campaign. If not given, 27, or 12 more than are measured if that is more: a campaign
-        goes on as long as there is something to gain.
+        Budget: states of the whole campaign, at which to stop. If not given, a campaign goes on as long as there is
+        something to gain; the states that may follow are then up to the 27th, or 12 if that is more.
     repeats : int
         Impacts of every state.
     least_gain : float

@@ -1,5 +1,5 @@
 // The entries of campaign.toml: only those that were changed are sent; the reader's checks answer beside the entry.
-import { GONE } from "./live.js";
+import { fetched, GONE, put } from "./live.js";
 import { waited } from "./wait.js";
 
 const form = document.getElementById("conditions");
@@ -46,6 +46,8 @@ async function write(confirmed) {
     save.disabled = confirm.hidden = true;
     if (answer.binding) say(`Written. ${answer.binding}`);
     else say("Written to campaign.toml", "note");
+    const page = await fetched(location.href); // what is missing before signing may have changed
+    if (page.answers) put(page.document);
   }
 }
 
