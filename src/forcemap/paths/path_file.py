@@ -48,7 +48,7 @@ def read_path(path: str | Path, *, robot: Robot | None = None, columns: Mapping[
     joint_2_rad, ...` (or `_deg`) with a robot, whose joints move in proportion from row to row. Optional:
     `segment`, the name of the segment that begins at the point; and `time_s`, or `speed_mps`, the programmed speed of
     the contact point there. Robots differ in whether it is that of the motion to a point or from it, so a motion has
-    the faster of its two points' speeds; with an empty cell at both its speed is the task's.
+    the faster of its two points' speeds, where the task's counts for an empty cell at its begin.
 
     Parameters
     ----------
@@ -91,14 +91,16 @@ def read_path(path: str | Path, *, robot: Robot | None = None, columns: Mapping[
     time = np.array(table.numbers("time_s", required=True)) if "time_s" in table.columns else None
     if len(values) < 2:
         raise TableError(f"found {len(values)} points, expected at least two", file=str(path))
-    speeds = _stated_speeds(table)
-    names = table.columns.get("segment", ["path"] * len(values))[:-1]
+    speeds, by_end = _stated_speeds(table)
+    *names, end_name = table.columns.get("segment", ["path"] * len(values))
     if "" in names:
         row = table.rows[names.index("")]
-        raise TableError("found no name, expected the segment's", file=str(path), row=row, column="segment")
+        expected = "expected that of the segment whose motion begins at this row"
+        raise TableError(f"found no name, {expected}", file=str(path), row=row, column="segment")
     try:
         if joints:
-            return _joint_path(table, joints, values, tuple(names), time, robot, speeds)
+            bent = _joint_path(table, joints, values, tuple(names), time, robot, speeds, by_end)
+            return replace(bent, end_name=end_name)
         points = values if len(layout) == 3 else np.column_stack([values[:, 0], np.zeros(len(values)), values[:, 1]])
         if len(layout) == 2 and np.any(values[:, 0] < 0):
             raise InputError("distance_m: found a negative distance, expected at least 0")
@@ -106,13 +108,15 @@ def read_path(path: str | Path, *, robot: Robot | None = None, columns: Mapping[
         raise
     except InputError as error:
         raise InputError(error.message, file=str(path)) from None
-    return _path_through(points, (*names, ""), time, str(path), speeds)
+    straight = _path_through(points, (*names, ""), time, str(path), speeds)
+    return replace(straight, by_end=by_end, end_name=end_name)
 
 
-def _stated_speeds(table: Table) -> FloatArray | None:
-    """Programmed speed of each motion between two rows [m/s], NaN where neither states one; None if no row does."""
+def _stated_speeds(table: Table) -> tuple[FloatArray | None, Mask | None]:
+    """Programmed speed of each motion between two rows [m/s], NaN where neither states one, and where the row at its
+    end alone states it; None if no row does."""
     if "speed_mps" not in table.columns:
-        return None
+        return None, None
     if "time_s" in table.columns:
         raise table.error("found it beside time_s, expected one of them", table.header_row, "speed_mps")
     speeds = np.array(table.numbers("speed_mps", required=False))
@@ -121,8 +125,8 @@ def _stated_speeds(table: Table) -> FloatArray | None:
         row = int(np.argmax(wrong))
         expected = f"expected a positive number of at most {FASTEST:g} m/s, or nothing"
         raise table.error(f"found {table.columns['speed_mps'][row]!r}, {expected}", table.rows[row], "speed_mps")
-    faster = np.fmax(speeds[:-1], speeds[1:])
-    return None if np.isnan(faster).all() else faster
+    faster, by_end = np.fmax(speeds[:-1], speeds[1:]), np.isnan(speeds[:-1]) & ~np.isnan(speeds[1:])
+    return (None, None) if np.isnan(faster).all() else (faster, by_end if by_end.any() else None)
 
 
 def _path_through(
@@ -175,6 +179,7 @@ def _joint_path(
     time: FloatArray | None,
     robot: Robot | None,
     speeds: FloatArray | None,
+    by_end: Mask | None,
 ) -> ToolPath:
     """The path of the contact point, cut where joint motion would bend away from a straight piece."""
     if robot is None:
@@ -219,8 +224,8 @@ def _joint_path(
     path = replace(path, deviation=_STRAIGHT, turning=turning)
     if time is not None:
         return path
-    stated = None if speeds is None else speeds[path.rows]
-    return replace(path, time=None, wait=None, rows=None, stated_speeds=stated)
+    stated, ends = None if speeds is None else speeds[path.rows], None if by_end is None else by_end[path.rows]
+    return replace(path, time=None, wait=None, rows=None, stated_speeds=stated, by_end=ends)
 
 
 def _bends(robot: Robot, q: FloatArray, slides: Mask) -> FloatArray:

@@ -246,7 +246,7 @@ def path_speeds_at(
     table: LimitTable | None = None,
 ) -> list[PathSpeeds]:
     """As `path_speeds`, of a path moved by each of some offsets, shape (3,) [m]; together faster than one by one."""
-    task.require_segments(path.names)
+    task.require_segments(path.names, path.end_name)
     atlas = Atlas.of(maps).carrying(bound)
     atlas.require_task(task)
     raised_off_axis(angle)  # refuses an angle for which nothing was measured
@@ -317,7 +317,10 @@ def _programmed_speeds(path: ToolPath, of_task: FloatArray, excluded: Mask, acce
     """
     mean, fastest, stated = path.speeds, path.fastest_speeds(acceleration), path.stated_speeds
     if mean is None or fastest is None:
-        return of_task if stated is None else np.where(np.isnan(stated), of_task, stated)
+        if stated is None:
+            return of_task
+        by_task = np.isnan(stated) if path.by_end is None else np.isnan(stated) | path.by_end
+        return np.where(by_task, np.fmax(stated, of_task), stated)
     within = (of_task < mean) & (mean <= of_task * (1 + _LAST_DIGIT))
     return np.where(excluded, np.where(within, of_task, mean), fastest)
 
@@ -468,7 +471,7 @@ def _programmed(path: ToolPath, programmed: FloatArray, excluded: Mask, accelera
     if np.isnan(programmed).all():
         return Finding.of(FindingKind.PROGRAMMED_NOT_STATED)
     if stated is not None:
-        by_task = bool((np.isnan(stated) & ~np.isnan(programmed)).any())
+        by_task = bool((np.nan_to_num(programmed) > np.nan_to_num(stated)).any())
         return Finding.of(FindingKind.PROGRAMMED_BY_POINTS, by_task=by_task, missing=missing)
     if path.speeds is None:
         return Finding.of(FindingKind.PROGRAMMED_BY_TASK, missing=missing)

@@ -156,8 +156,20 @@ class Task:
             )
         return np.asarray(offsets.get(normalised(site), (0.0, 0.0, 0.0)), dtype=np.float64)
 
-    def require_segments(self, names: tuple[str, ...]) -> None:
-        """Raise InputError unless path and task name the same segments."""
+    def require_segments(self, names: tuple[str, ...], end_name: str = "") -> None:
+        """Raise InputError unless path and task name the same segments.
+
+        `end_name` stands in the path's last row, where no motion begins. A name that stands nowhere else tells that
+        the rows may name the motions that end at them: an excluded contact would then hold for another motion.
+        """
+        beside = end_name and end_name not in names
+        if beside and any(segment.name == end_name or segment.contact is None for segment in self.segments):
+            raise InputError(
+                f"segment: the path's last row names {end_name!r}, and no motion begins there, for a row names the "
+                "motion from it to the next one; if yours name the motion that ends at them, move every name up by one "
+                "row; else leave that of the last row empty",
+                file=self.source or None,
+            )
         for name in dict.fromkeys(names):
             self.segment(name)
         for segment in self.segments:
