@@ -641,12 +641,23 @@ def test_evaluate_forms(ask, forcemap, example_folders):
 def test_evaluate_and_compare_say_which_states_lie_above_the_device_range(ask, forcemap, example_folders):
     folder = example_folders["ur10e"]
     words = (["evaluate", folder], ["compare", folder, "--area", "back_of_hand"])
-    for command in words:
-        out = " ".join(forcemap(*command)[1].split())
-        (of,) = re.findall(r"not compared: 9 states above the device range \((.*?)\)", out)
-        assert of.startswith("test states: 8, ")
-        assert of.endswith("all states: 9")
     of_evaluate, of_compare = (ask(*command)[1] for command in words)
+
+    def counted(name, accuracy):
+        return f"{name} {accuracy['censored_underestimated']} of {accuracy['censored_states']}"
+
+    said = [counted(each["on"], each) for each in of_evaluate["accuracies"] if each["censored_states"]]
+    assert said[0].endswith(" of 8")
+    of_models = []
+    for model in of_compare["models"]:
+        if model["accuracy"]["censored_states"]:
+            of_models.append(counted(model["model"], model["accuracy"]))
+        if model["accuracy_all"] and model["accuracy_all"]["censored_states"]:
+            of_models.append(counted(f"{model['model']}, all states", model["accuracy_all"]))
+    for command, counts in zip(words, (said, of_models), strict=True):
+        out = " ".join(forcemap(*command)[1].split())
+        head = "not compared: states above the device range; predicted below what they reached, the dangerous side: "
+        assert head + "; ".join(counts) in out
     all_states = of_evaluate["accuracies"][-1]["censored_states"]
     assert all_states == 9
     assert {model["accuracy_all"]["censored_states"] for model in of_compare["models"][:2]} == {all_states}

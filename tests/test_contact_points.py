@@ -172,6 +172,22 @@ def test_a_point_by_the_map_has_the_speed_of_its_zone(cell, judge):
 
 
 @pytest.mark.parametrize(
+    ("body", "contact", "doubted"),
+    [("free", "transient", False), ("constrained", "transient", True), ("constrained", "quasi-static", False)],
+)
+def test_a_transient_limit_for_a_part_that_is_held_is_said_first(cell, judge, tmp_path, body, contact, doubted):
+    """The standard's transient contact is one of a part that is not clamped and can recoil (ISO/TS 15066, 3.8)."""
+    point = {**PLACE, "body": body, "contact": contact}
+    (found,) = judge(point)
+    words = "TRANSIENT LIMIT FOR A BODY PART THAT CANNOT GIVE WAY, contact point P1"
+    assert (words in said(found)) == doubted
+    folder = shutil.copytree(cell, tmp_path / "cell")
+    write_list(folder, {**POINT, **point})
+    findings = sentences(fm.assess_campaign(folder).findings)
+    assert any(each.startswith(words) for each in findings) == doubted
+
+
+@pytest.mark.parametrize(
     ("cells", "part"),
     [
         ({"distance_m": "", "height_m": ""}, "place not stated"),

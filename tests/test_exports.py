@@ -471,7 +471,7 @@ def test_scaling_factors_keep_the_program_within_the_allowed_speeds():
         one_segment_task("path", ("back_of_hand",), fm.Contact.TRANSIENT),
         bound=bound,
     )
-    with pytest.raises(fm.InputError, match="state one above them all, such as 2 m/s"):
+    with pytest.raises(fm.InputError, match="state one just above the highest of them"):
         scaling_csv(unstated, basis)
 
 

@@ -346,6 +346,30 @@ def test_a_gap_that_may_hide_a_force(empty, gap):
         collect(empty)
 
 
+@pytest.mark.parametrize(("taken_out", "said"), [(0, False), (3, False), (8, True)])
+def test_impacts_that_a_person_took_out_are_said_before_every_speed(taken_out, said, tmp_path):
+    """Many exclusions make any map look better; a slip at the bench now and then is not said first."""
+    folder = write_campaign(tmp_path / "cell", repeats=3, toml=TOML)
+    collect(folder)
+    of = len(rows(folder / "recordings.csv"))
+    edit(
+        folder / "recordings.csv",
+        lambda number, row: row.update(exclude="inconvenient" if number < taken_out * of // 100 else ""),
+    )
+    collect(folder)
+    register = rows(folder / "recordings.csv")
+    out = [float(row["peak_force_N"]) for row in register if row["use"] == "excluded"]
+    force_map = fm.fit_force_map(fm.read_dataset(folder))
+    fm.write_map(force_map, tmp_path / "map.json")
+    for each in (force_map, fm.read_map(tmp_path / "map.json")):
+        found = fm.safe_speed(each, 0.6, 0.3, limit=HAND, contact=fm.Contact.TRANSIENT, bound=fm.ToleranceBound())
+        first = [sentence(warning) for warning in found.basis.warnings if warning.kind == "impacts_excluded"]
+        assert len(first) == said
+        if said:
+            assert first[0].startswith(f"IMPACTS EXCLUDED BY A PERSON: {len(out)} of {of}, with forces of up to ")
+            assert f"{max(out):.0f} N; speeds rest on the others" in first[0]
+
+
 def test_check_of_a_folder_names_what_it_does_not_judge(folder, ask):
     assert ask("check", folder, *HAND_OPTIONS)[0] == 0
     edit(folder / "recordings.csv", lambda number, row: row.update(exclude="gripper was open" if number == 0 else ""))

@@ -81,6 +81,17 @@ def test_states_that_scatter_are_said_before_every_speed(tmp_path):
         assert not any("covers that" in each for each in ends)  # scatter alone shows nothing that a bound may cover
 
 
+def test_the_place_where_measured_forces_fall_most_with_speed_is_named():
+    """By hand: of three places the one that falls by a tenth; a fall of 4 % is the scatter of two states."""
+    at = np.array([[0.6, 0.2, v] for v in (0.1, 0.2, 0.3)] + [[0.7, 0.3, v] for v in (0.1, 0.2)])
+    force = np.array([200.0, 192.5, 260.0, 240.0, 216.0])
+    states = States.of(at, force, np.array(list("abcde")), np.zeros(5, dtype=bool))
+    assert form_test(fm.CFM_3D, states).falling == pytest.approx((0.7, 0.3, 0.1, 240.0, 0.2, 216.0))
+    assert form_test(fm.CFM_3D, states.select(np.arange(5) < 3)).falling == ()
+    censored = States.of(at, force, np.array(list("abcde")), np.arange(5) == 4)
+    assert form_test(fm.CFM_3D, censored).falling == ()  # the faster one is known only as a lower bound
+
+
 def test_states_of_different_places_are_told_as_by_ordinary_least_squares():
     """With a state a place there is nothing that states share; each column beside the terms, one by one."""
     rng = np.random.default_rng(3)

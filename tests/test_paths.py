@@ -257,13 +257,53 @@ def test_speeds_of_the_file_are_compared_and_the_tasks_fill_in(tmp_path):
     filled = along(dataclasses.replace(press, speed=0.1))
     np.testing.assert_array_equal(filled.programmed, [0.5, 0.5, 0.1, 0.7, 0.7])
     np.testing.assert_array_equal(filled.speed[3:], [0.6, 0.6])  # what the task allows where contact is excluded
-    assert f"{of_rows}; the task's where neither states one" in lines(filled)
+    assert f"{of_rows}; the task's counts for one that states none where a motion begins" in lines(filled)
+    np.testing.assert_array_equal(along(dataclasses.replace(press, speed=0.6)).programmed, [0.5, 0.5, 0.6, 0.7, 0.7])
     most = time_law(
         filled.path.lengths, np.minimum(filled.programmed, filled.speed), acceleration=20.0, stops=[0, 0, 1, 0]
     )
     assert filled.slowed.duration == pytest.approx(most.duration)
     assert filled.program.duration < filled.slowed.duration
     assert filled.slowed.duration > filled.allowed.duration  # the program is slower than allowed on a piece
+
+
+def test_a_row_without_a_speed_where_a_motion_begins_is_as_fast_as_the_task(tmp_path):
+    """A robot that takes the speed from a motion's begin drives the task's; the slower row at its end hides nothing."""
+    rows = ["0.8,0,0.44,press,", "0.8,0,0.40,press,0.2", "0.8,0,0.36,press,", "0.8,0,0.32,press,"]
+    (tmp_path / "path.csv").write_text("\n".join(["x_m,y_m,z_m,segment,speed_mps", *rows]))
+    path = fm.read_path(tmp_path / "path.csv")
+    task = one_segment_task("press", ("back_of_hand",), fm.Contact.TRANSIENT, speed=0.5)
+    speeds = fm.path_speeds(fm.published_map("ur10e"), path, task, bound=fm.FixedMargin(0.10))
+    ends = np.cumsum(path.lengths)
+    piece = np.searchsorted(ends, np.cumsum(speeds.path.lengths) - speeds.path.lengths / 2)
+    np.testing.assert_array_equal(speeds.programmed, np.array([0.5, 0.2, 0.5])[piece])
+    assert speeds.too_fast[piece == 0].all()
+
+
+@pytest.mark.parametrize("last", ["place", "lift", ""])
+def test_names_of_rows_that_end_motions_exclude_no_wrong_motion(last, tmp_path):
+    """Rows that name the motion to them have a last name that begins none: the exclusion would be one motion off."""
+    rows = ["0.8,0,0.44,carry", "0.8,0,0.30,carry", "0.8,0,0.44,place", f"0.8,0,0.30,{last}"]
+    (tmp_path / "path.csv").write_text("\n".join(["x_m,y_m,z_m,segment", *rows]))
+    path = fm.read_path(tmp_path / "path.csv")
+    assert path.end_name == path.moved([0, 0, 0.01]).resampled(0.01).end_name == last
+    hand = {"areas": ("back_of_hand",), "contact": fm.Contact.TRANSIENT}
+    carry, place = fm.TaskSegment("carry", (), None, 0.5), fm.TaskSegment("place", **hand)
+    for segments, refused in (
+        ((carry, place), last == "lift"),
+        ((carry, place, fm.TaskSegment("lift", **hand)), True),
+        ((fm.TaskSegment("carry", **hand), place), False),
+    ):
+        asked = {"task": fm.Task(segments), "bound": fm.FixedMargin(0.10)}
+        if refused:
+            words = "move every name up by one row" if last == "lift" else "which the path does not have"
+            with pytest.raises(fm.InputError, match=words):
+                fm.path_speeds(fm.published_map("ur10e"), path, **asked)
+        else:
+            assert fm.path_speeds(fm.published_map("ur10e"), path, **asked).speed.size
+    (tmp_path / "path.csv").write_text("x_m,y_m,z_m,segment\n0.8,0,0.44,\n0.8,0,0.30,press\n")
+    with pytest.raises(fm.InputError, match="whose motion begins at this row"):
+        fm.read_path(tmp_path / "path.csv")
 
 
 @pytest.mark.parametrize("speeds", [[0.2], [0.2, 0.0], [0.2, -1.0], [0.2, math.inf], [0.2, 10.01]])

@@ -592,6 +592,18 @@ def test_the_sheet_is_written_again_with_what_the_campaign_states_now(ask, force
     assert before.count("WARNING: forcemap collect will need device.range_N") == 1
     assert ask("plan", tmp_path / "a") == (0, {"folder": str(tmp_path / "a"), "files": [sheet]})
     assert (tmp_path / "a" / sheet).read_text() == before
+    plan = (tmp_path / "a" / "plan.csv").read_text()  # rows that a person adds come below, once
+    columns = plan.splitlines()[0].split(",")
+    cells = {"state_id": "mine", "repeat": "1", "role": "train", "distance_m": "0.7", "height_m": "0.3",
+             "speed_mps": "0.2", "recording": "mine-r1"}  # fmt: skip
+    (tmp_path / "a" / "plan.csv").write_text(f"{plan}{','.join(cells.get(name, '') for name in columns)}\n")
+    assert "and 1 run that plan.csv has besides" in flowing(forcemap("plan", tmp_path / "a")[1])
+    added = (tmp_path / "a" / sheet).read_text()
+    assert added.startswith(before)
+    assert added.count("mine-r1") == added.count("Added to plan.csv") == 1
+    assert "besides" not in forcemap("plan", tmp_path / "a")[1]
+    (tmp_path / "a" / "plan.csv").write_text(plan)
+    (tmp_path / "a" / sheet).write_text(before)
     conditions = fm.Conditions(
         robot="R7", direction="down", contact_site="flange", device=fm.Device(range=500.0, stiffness=75e3)
     )

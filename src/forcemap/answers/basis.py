@@ -13,7 +13,7 @@ from forcemap.findings import Finding
 from forcemap.limits.force_limits import ForceLimit
 from forcemap.maps.force_map import ForceMap
 from forcemap.maps.map_file import map_sha256
-from forcemap.speeds.basis import Basis
+from forcemap.speeds.basis import Basis, confirming_states
 from forcemap.words import assumptions, warnings
 
 
@@ -22,6 +22,7 @@ class RestsOn(Answer):
 
     `speed_kind` and `speed_error` are what the campaign states about its speeds, the error as a share that is
     subtracted from them; `speed_overshoot_mps` is how far a speed to program lies below the speed at contact.
+    `confirming_states` were measured to confirm the map; whether they do for this limit says `forcemap confirm`.
     """
 
     limit: Said
@@ -34,6 +35,7 @@ class RestsOn(Answer):
     speed_overshoot_mps: float
     simulated: bool
     measure_more_first: bool
+    confirming_states: int
     warnings: AllSaid
     assumptions: AllSaid
     map_sha256: str
@@ -60,6 +62,7 @@ def rests_on(force_map: ForceMap, basis: Basis, notes: Iterable[Finding | str] =
         "speed_overshoot_mps": math.nan if basis.allowance is None else basis.allowance.speed,
         "simulated": force_map.simulated,
         "measure_more_first": basis.measure_more,
+        "confirming_states": len(confirming_states(force_map.fit)) if force_map.fit else 0,
         "warnings": warnings([basis]),
         "assumptions": [*notes, *assumptions([basis])],
         "map_sha256": map_sha256(force_map),

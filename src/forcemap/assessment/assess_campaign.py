@@ -353,6 +353,8 @@ def _stated(folder: Path, limits: Sequence[ForceLimit], table: LimitTable | None
     unnamed = () if isinstance(listed, Missing) else attempt(lambda: unnamed_files(folder, listed))
     if unnamed and not isinstance(unnamed, Missing):
         findings.append(Finding.of(FindingKind.POINT_FILES_UNNAMED, names=unnamed))
+    if held := tuple(point.name for point in (() if isinstance(listed, Missing) else listed) if point.held_as_free):
+        findings.append(Finding.of(FindingKind.POINT_HELD_AS_FREE, names=held))
     protocol = read_protocol(folder / CAMPAIGN_FILE) if has_conditions else Protocol()
     return _Stated(folder, inputs, conditions, tuple(limits), chosen, tuple(findings), listed, protocol)
 

@@ -103,6 +103,11 @@ class ContactPoint:
         return not (math.isnan(self.distance) or math.isnan(self.height))
 
     @property
+    def held_as_free(self) -> bool:
+        """True if a transient limit is stated for a body part that cannot give way, for which it is not made."""
+        return self.body is Body.CONSTRAINED and self.contact is Contact.TRANSIENT
+
+    @property
     def by_map(self) -> bool:
         """True if it is to rest on the map."""
         return self.rests_on is not RestsOn.MEASUREMENTS

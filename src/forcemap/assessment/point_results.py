@@ -208,11 +208,13 @@ def _result(
     confirmed_by = tuple(name for part in parts for name in part.confirmed_by)
     outcome = PointOutcome.CONFIRMED if confirmed_by else PointOutcome.BY_MAP
     named = {impact.recording: impact for each in impacts.values() for impact in each}
+    rests_on = [finding for part in parts for finding in part.rests_on]
+    rests_on += [Finding.of(FindingKind.POINT_HELD_AS_FREE, names=(point.name,))] if point.held_as_free else []
     return PointResult(
         point=point,
         outcome=PointOutcome.NOT_PERMITTED if lacks else outcome,
         speed=math.nan if lacks else speed,
-        rests_on=() if refusal else _with_lacks(lacks, [finding for part in parts for finding in part.rests_on]),
+        rests_on=() if refusal else _with_lacks(lacks, rests_on),
         lacks=lacks,
         impacts=tuple(named.values()),
         confirmed_by=() if lacks else confirmed_by,
@@ -267,7 +269,9 @@ def _by_map(
                 why = Finding.of(FindingKind.POINT_NOT_RELEASED, refusal)
                 parts[point.name] = _Part(math.nan, lacks=(why,))
                 continue
-            reason = Finding.of(FindingKind.POINT_MAP_REFUSES, speeds.to_program_reason[i])
+            reason = Finding.of(
+                FindingKind.POINT_MAP_REFUSES, speeds.to_program_reason[i], grown_m=allowance.position or None
+            )
             part = _mapped(float(speeds.speed_to_program[i]), reason, confirmed(limit, contact), limit, contact)
             rests_on = (*part.rests_on, lowest) if part.rests_on else ()
             parts[point.name] = replace(part, rests_on=rests_on, pressed=force_map.other(Quantity.PRESSURE) is not None)

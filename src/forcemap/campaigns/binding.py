@@ -28,6 +28,10 @@ from forcemap.errors import InputError
 from forcemap.files import sha256
 from forcemap.findings import Finding, FindingKind
 
+MOST_EXCLUDED = 0.05
+"""Share of the impacts that a person may exclude before speeds say so first. A choice: a slip at the bench now and
+then."""
+
 
 class BindingState(StrEnum):
     """Whether an impacts table is what its recordings gave."""
@@ -47,7 +51,7 @@ class Binding:
     state : BindingState
         NO_RECORDINGS where the table names none; BROKEN where its figures cannot be what was measured.
     reason : Finding or None
-        Why it is unbound or broken.
+        Why it is unbound or broken; of a bound one that many impacts were excluded.
     """
 
     state: BindingState = BindingState.NO_RECORDINGS
@@ -119,7 +123,16 @@ def binding_of(table: Path, rows: Sequence[Mapping[str, str]], conditions: Condi
     springs = np.array([conditions.device_of(entry.state_id, entry.name).stiffness for entry in used.values()])
     durations = np.array([entry.phase1_duration for entry in used.values()])
     mistaken = unit_of_time_finding(durations, springs, conditions.robot_mass)
-    return Binding(BindingState.BROKEN, mistaken) if mistaken else Binding(BindingState.BOUND)
+    return Binding(BindingState.BROKEN, mistaken) if mistaken else Binding(BindingState.BOUND, _taken_out(entries))
+
+
+def _taken_out(entries: Iterable[Entry]) -> Finding | None:
+    """That a person excluded more impacts than a disturbed measurement now and then explains; None if not."""
+    peaks = {use: [e.peak_force for e in entries if e.use is use and e.peak_force > 0] for use in Use}
+    excluded, of = len(peaks[Use.EXCLUDED]), len(peaks[Use.EXCLUDED]) + len(peaks[Use.USED])
+    if excluded <= MOST_EXCLUDED * of:
+        return None
+    return Finding.of(FindingKind.IMPACTS_EXCLUDED, impacts=excluded, of=of, highest_N=max(peaks[Use.EXCLUDED]))
 
 
 def in_stated_units(binding: Binding, conditions: Conditions, *groups: States) -> Binding:

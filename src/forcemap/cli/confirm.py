@@ -100,10 +100,10 @@ def _lines(source: str, answer: ConfirmationPlan, files: list[str], again: str, 
     if not math.isnan(answer.not_passed):
         chances = (
             f"A sound map does not pass with a probability of {100 * answer.not_passed:.0f} % "
-            f"({100 * answer.above_bound:.0f} %: above the bound); a force 10 % higher, "
-            f"{100 * answer.higher_detected:.0f} %; "
-            f"one 15 % higher along a ridge 4 cm wide at some distance, {100 * answer.ridge_detected:.0f} %; "
-            f"one 25 % higher at a bump as wide at some place, {100 * answer.bump_detected:.0f} %"
+            f"({100 * answer.above_bound:.0f} %: above the bound). They find a force that is 10 % higher in "
+            f"{100 * answer.higher_detected:.0f} of 100 cases and miss it in the others; "
+            f"one 15 % higher along a ridge 4 cm wide at some distance in {100 * answer.ridge_detected:.0f}; "
+            f"one 25 % higher at a bump as wide at some place in {100 * answer.bump_detected:.0f}"
         )
     before = "" if len(answer.added) else ", planned before and not measured yet"
     return [
@@ -116,6 +116,8 @@ def _lines(source: str, answer: ConfirmationPlan, files: list[str], again: str, 
         "",
         f"Rule: {sentence(answer.rule)}",
         chances,
+        "Measure nothing else until these are judged: a map fitted to more states has other speeds, which they do not "
+        "confirm",
         *(to_measure if files else ["Nothing written: the source is no campaign with a plan"]),
     ]
 

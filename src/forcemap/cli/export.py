@@ -15,6 +15,7 @@ import numpy as np
 from typer import Argument, Option
 
 import forcemap as fm
+from forcemap.campaigns.point_list import POINTS_FILE
 from forcemap.cli import options
 from forcemap.cli.output import (
     GRID_MARKS,
@@ -123,6 +124,7 @@ def export(
         "angle": angle,
         "raised": zones_raised(angle, size, one=one),
         "cells": cells,
+        "points": Path(source, POINTS_FILE).is_file(),
         "output": output,
         "as_json": as_json,
     }
@@ -243,12 +245,14 @@ def write(
     angle: float,
     raised: fm.Finding,
     cells: Sequence[str] = (),
+    points: bool = False,
     output: str | None,
     as_json: bool,
 ) -> None:
     """Write the files, or print them, and say what is permitted; `files` are texts by their names in a folder.
 
-    `raised` says why zones give less than a path, `cells` shows their speeds.
+    `raised` says why zones give less than a path, `cells` shows their speeds, and `points` is true where
+    the campaign lists contact points.
     """
     written = []
     for name, text in files.items() if output else ():
@@ -264,6 +268,8 @@ def write(
         verdict += "; NOT TO BE USED YET, measure more"
     lines = verdict_first(verdict, warnings(provenance.bases), simulated=provenance.simulated)
     lines += [*cells, sentence(raised)]
+    if points:
+        lines.append(f"contact points that {POINTS_FILE} lists are not in it: their speeds stand in the report")
     lines += [f"written to {file}" for file in written]
     emit(result | {"written": written}, lines, as_json=as_json)
 

@@ -284,7 +284,7 @@ def accuracy_words(accuracy: AccuracyAnswer) -> str:
 
 def accuracy_lines(accuracies: Sequence[tuple[str, AccuracyAnswer]]) -> list[str]:
     """A table of accuracies, the dangerous side first."""
-    header = ["", "states", "underest. max", "mean", "overest. max", "mean", "RMSE"]
+    header = ["% of measured", "states", "underest. max", "mean", "overest. max", "mean", "RMSE"]
     rows = []
     for name, a in accuracies:
         pairs = [
@@ -295,15 +295,14 @@ def accuracy_lines(accuracies: Sequence[tuple[str, AccuracyAnswer]]) -> list[str
         ]
         rows.append([name, str(a.states), *(f"{p:.2f} % {n:.1f} N" for p, n in pairs), f"{a.rmse_N:.1f} N"])
     lines = table(header, rows)
-    _, censored = max(accuracies, key=lambda pair: pair[1].censored_states)
-    if censored.censored_states:
-        by = {a.on: a.censored_states for _, a in accuracies if a.censored_states}
-        each = f" ({', '.join(f'{on}: {count}' for on, count in by.items())})" * (len(by) > 1)
-        lines.append(
-            f"not compared: {counted(censored.censored_states, 'state')} above the device range{each}, of which "
-            f"{censored.censored_underestimated} predicted below it"
-        )
-    return lines
+    above, model = [], ""
+    for name, a in accuracies:
+        model = name if name == name.strip() else model  # below it, indented, what it was compared with, too
+        if a.censored_states:
+            of = name if name == model else f"{model}, {name.strip()}"
+            above.append(f"{of} {a.censored_underestimated} of {a.censored_states}")
+    head = "not compared: states above the device range; predicted below what they reached, the dangerous side"
+    return [*lines, *([f"{head}: {'; '.join(above)}"] if above else [])]
 
 
 def fit_notes(answer: FitAnswer | EvaluateAnswer) -> list[str]:

@@ -301,12 +301,23 @@ def _verdict(answer: PathAnswer) -> str:
         )
     allowed, standard, *_ = answer.cycle_times
     times = "" if allowed.cycle_time_s is None else f", {allowed.cycle_time_s:.3f} s"
-    times += "" if standard.cycle_time_s is None else f" ({standard.cycle_time_s:.3f} s at the standard's one speed)"
+    times += "" if standard.cycle_time_s is None else f" ({standard.cycle_time_s:.3f} s {_standard(answer)})"
     if verdicts:
         return "; ".join([*verdicts, *[f"at the allowed speeds{times.removeprefix(',')}"] * bool(times)])
     if not answer.programmed:
         return f"permitted at the allowed speeds{times}; not compared with a program, which is not stated everywhere"
     return f"permitted as programmed; at the allowed speeds{times.removeprefix(',')}"
+
+
+def _standard(answer: PathAnswer) -> str:
+    """The standard's one speed, and where the map does not permit it."""
+    speed = answer.cycle_times[1].speed_mps
+    words = "at the standard's one speed"
+    if speed is None:
+        return words
+    slower = sum(each.length_m for each in answer.pieces if each.governed_by and (each.speed_mps or 0.0) < speed)
+    beyond = f", which the map does not permit on {_share(slower, answer)} of the path" if slower else ""
+    return f"{words}{beyond}"
 
 
 def _slowed(answer: PathAnswer) -> str:

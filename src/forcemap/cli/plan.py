@@ -166,8 +166,9 @@ def _alone(context: Context) -> bool:
 
 def _state_again(folder: str, *, as_json: bool) -> None:
     """Write what campaign.toml states now into the sheet of a plan."""
-    planned.state_again(folder)
+    added = planned.state_again(folder)
     written = f"Written: {Path(folder, planned.SHEET)}, its runs as before, with what campaign.toml states now"
+    written += f", and {counted(added, 'run')} that plan.csv has besides" if added else ""
     emit({"folder": folder, "files": [planned.SHEET]}, [written], as_json=as_json)
 
 

@@ -21,7 +21,7 @@ from forcemap.campaigns.recordings_table import REGISTER_FILE
 from forcemap.campaigns.template import campaign_text, completed_text
 from forcemap.cli.options import number, stated, stiffness
 from forcemap.cli.output import WIDEST, table
-from forcemap.exports.run_sheet import restated, run_sheet
+from forcemap.exports.run_sheet import restated, run_sheet, with_added
 from forcemap.files import read_bytes, write_atomically
 
 SHEET = "run_sheet.txt"
@@ -176,14 +176,19 @@ def write_campaign(
     return files
 
 
-def state_again(folder: str) -> None:
-    """Write what campaign.toml states now into the run sheet of a folder; the runs stay as they are."""
+def state_again(folder: str) -> int:
+    """Write what campaign.toml states now into the run sheet of a folder, and the runs that were added to plan.csv.
+
+    The runs of the sheet stay as they are; how many were added.
+    """
     sheet, conditions = Path(folder, SHEET), fm.read_conditions(Path(folder, CAMPAIGN_FILE))
     try:
         lines = restated(read_bytes(sheet).decode().splitlines(), conditions)
+        lines, added = with_added(lines, waiting_runs(fm.read_campaign(folder)))
     except (fm.InputError, UnicodeDecodeError) as error:
         raise fm.InputError(f"no run sheet to write again ({error})", file=str(sheet)) from error
     write_atomically(sheet, "\n".join(lines) + "\n")
+    return added
 
 
 def time_words(plan: fm.MeasurementPlan, place_minutes: float = 10.0, impact_minutes: float = 1.0) -> str:

@@ -7,6 +7,8 @@ import math
 import textwrap
 from collections.abc import Sequence
 
+import numpy as np
+
 from forcemap.campaigns.conditions import Conditions
 from forcemap.campaigns.plan import MeasurementPlan
 from forcemap.errors import InputError
@@ -69,6 +71,16 @@ def restated(sheet: Sequence[str], conditions: Conditions) -> list[str]:
     if not 0 <= first < last:
         raise InputError(f"found no line {_BEFORE!r} and below it one {_AFTER!r}, expected them as in every run sheet")
     return [*sheet[: first + 1], *_wrapped(*_stated(conditions)), *sheet[last:]]
+
+
+def with_added(sheet: Sequence[str], waiting: MeasurementPlan) -> tuple[list[str], int]:
+    """The lines of a run sheet with the waiting runs that are not on it below them, and how many these are."""
+    there = {word for line in sheet for word in line.split()}
+    added = waiting.select(np.array([name not in there for name in waiting.recording.tolist()], dtype=np.bool_))
+    if not len(added):
+        return list(sheet), 0
+    width = max(len("save as"), *(len(name) for name in added.recording.tolist()))
+    return [*sheet, "", "Added to plan.csv", *_runs(added, width, [])], len(added)
 
 
 def _stated(conditions: Conditions) -> list[str]:

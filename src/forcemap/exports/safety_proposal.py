@@ -9,9 +9,10 @@ import numpy as np
 
 from forcemap.exports.head import head_lines, one_line
 from forcemap.exports.robot_table import RobotTable
-from forcemap.paths.path_speeds import PathSpeeds
+from forcemap.paths.path_speeds import PathSpeeds, PieceOutcome
 from forcemap.paths.task import Task
 
+_OF_PATH = "smallest rectangle of zones that holds the path where contact is possible"
 _WIDEST = "rectangle of permitted zones with the largest area times speed"
 
 
@@ -43,7 +44,7 @@ def safety_proposal(table: RobotTable, *, task: Task | None = None, speeds: Path
         f"| force, power, momentum, stopping | as in the campaign | {force:g} N at most on the body | the speeds above "
         "keep this limit under the campaign's safety settings, not by an entry of this sheet | | |",
         "",
-        f"The block is the {'smallest rectangle of zones that holds the path' if of_path else _WIDEST}.",
+        f"The block is the {_OF_PATH if of_path else _WIDEST}.",
         "A faster program needs the table of zones; the safety configuration knows one speed.",
         "",
         *_violations(table, block, task, speeds),
@@ -64,17 +65,18 @@ def _violations(
     if speeds is not None:
         segments = list(_driven(table, block, speeds))
     elif task is not None:
-        segments = [(segment.name, segment.speed, False) for segment in task.segments]
+        segments = [(segment.name, segment.speed, False, segment.contact is None) for segment in task.segments]
     else:
         return []
     words = []
-    for name, fastest, beyond in segments:
+    for name, fastest, beyond, excluded in segments:
         subject = f"- segment {one_line(name)}:"
+        off = "; contact is excluded there: let what excludes it switch these entries off" * excluded
         if not fastest <= limit:
             stated = "no speed is stated" if math.isnan(fastest) else f"programmed up to {fastest:.3f} m/s"
-            words.append(f"{subject} {stated}, the tool speed limit is {limit:.3f} m/s")
+            words.append(f"{subject} {stated}, the tool speed limit is {limit:.3f} m/s{off}")
         if beyond:
-            words.append(f"{subject} leaves the block of zones, so a safety plane would stop it")
+            words.append(f"{subject} leaves the block of zones, so a safety plane would stop it{off}")
     compared = "speeds and places" if speeds is not None else "speeds alone; give the path to compare places"
     if not words:
         return [f"No segment of the task violates these entries (compared: {compared}).", ""]
@@ -84,29 +86,34 @@ def _violations(
         *words,
         "",
         f"To type them in, program at most {limit:.3f} m/s, and stay within the block; the factors of a scaling file",
-        "may command more, which the speed limit would stop.",
+        "may command more, which the speed limit would stop. One limit is for the whole block and all motion in the",
+        "degrees stated above; where it is too low, only a safety function that knows places lets the factors stand.",
         "",
     ]
 
 
 def _driven(
     table: RobotTable, block: tuple[int, int, int, int, int], speeds: PathSpeeds
-) -> Iterator[tuple[str, float, bool]]:
-    """Name, highest programmed speed [m/s] and whether it leaves the block, of each segment of a path."""
+) -> Iterator[tuple[str, float, bool, bool]]:
+    """Name and highest programmed speed [m/s] of segments, whether they leave the block, and contact is excluded."""
     first, last, bottom, top, _ = block
     distance, height = speeds.path.pieces.probes
     ranges = ((distance, table.distance_edges, first, last), (height, table.height_edges, bottom, top))
     outside = np.any([((p < e[a]) | (p > e[b])).any(axis=1) for p, e, a, b in ranges], axis=0)
     for name in dict.fromkeys(speeds.path.names):
         pieces = np.array([piece == name for piece in speeds.path.names])
-        yield name, float(speeds.programmed[pieces].max()), bool(outside[pieces].any())
+        excluded = bool(np.all(speeds.outcome[pieces] == PieceOutcome.NO_CONTACT))
+        yield name, float(speeds.programmed[pieces].max()), bool(outside[pieces].any()), excluded
 
 
 def block_of_path(table: RobotTable, speeds: PathSpeeds) -> tuple[int, int, int, int, int] | None:
-    """As `widest_block`, the smallest rectangle that holds a path; None if the path leaves the zones, or one of the
-    rectangle has no speed."""
-    ends = []
-    for values, edges in zip(speeds.path.pieces.probes, (table.distance_edges, table.height_edges), strict=True):
+    """As `widest_block`, the smallest rectangle that holds a path where contact is possible; None if the path leaves
+    the zones there, or one of the rectangle has no speed."""
+    ends, possible = [], speeds.outcome != PieceOutcome.NO_CONTACT
+    if not possible.any():
+        return None
+    for probes, edges in zip(speeds.path.pieces.probes, (table.distance_edges, table.height_edges), strict=True):
+        values = probes[possible]
         first, last = int(np.searchsorted(edges, values.min(), "right")) - 1, int(np.searchsorted(edges, values.max()))
         if first < 0 or last > edges.size - 1:
             return None

@@ -56,8 +56,8 @@ def scaling_result(speeds: PathSpeeds, provenance: Provenance) -> dict[str, Any]
     if any(math.isnan(value) for value in speeds.programmed.tolist()):
         raise InputError(
             "scaling: the path has no programmed speed; give times (time_s) or speeds (speed_mps) in the path, or "
-            "speed_mps in the task; to have the allowed speeds themselves, state one above them all, such as 2 m/s, "
-            "and take commanded_speed_mps"
+            "speed_mps in the task; to have the allowed speeds themselves, state one just above the highest of them "
+            "(forcemap path prints it), and take commanded_speed_mps"
         )
     rows = []
     points, commanded = speeds.path.points.tolist(), speeds.commanded.tolist()

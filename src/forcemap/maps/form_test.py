@@ -53,6 +53,9 @@ _WITHIN = 0.25
 """Share of what the terms leave that must differ between states of one place for a test on these differences alone,
 which is exact (docs/decisions.md). A choice: less leaves too little to test."""
 
+SMALL_FALL = 0.05
+"""Share by which a force may fall from one speed to the next at a place without being said; a choice."""
+
 _FURTHEST = 3
 """States furthest from the form that are named where states scatter. A choice."""
 
@@ -127,6 +130,9 @@ class FormTest:
         Standard deviation s of ln F of the states about the form.
     furthest : tuple of (str, float, float)
         Name, measured and predicted force [N] of the states that lie furthest from the form; empty if not known.
+    falling : tuple of float
+        Where the measured force falls most with speed: distance, height [m], then speed [m/s] and force [N] of the
+        slower and of the faster state; empty if it nowhere falls by more than SMALL_FALL.
     """
 
     departures: tuple[Departure, ...]
@@ -141,6 +147,7 @@ class FormTest:
     slowest: float
     state_sd: float
     furthest: tuple[tuple[str, float, float], ...] = ()
+    falling: tuple[float, ...] = ()
 
     @property
     def significant(self) -> tuple[Departure, ...]:
@@ -204,6 +211,9 @@ class FormTest:
             Finding.of(FindingKind.STATE_FURTHEST_OFF, state=name, force_N=force, predicted_N=predicted)
             for name, force, predicted in self.furthest
         ]
+        names = ("distance_m", "height_m", "slow_mps", "slow_N", "fast_mps", "fast_N")
+        if self.falling:
+            furthest.append(Finding.of(FindingKind.MEASURED_FALLS, **dict(zip(names, self.falling, strict=True))))
         return (Finding.of(FindingKind.STATES_SCATTER, *furthest, **figures),) if self.state_sd > MOST_SCATTER else ()
 
     @property
@@ -250,7 +260,20 @@ def form_test(form: Form, states: States, state_sd: float = math.nan, residuals:
         slowest=float(states.speed.min()),
         state_sd=state_sd,
         furthest=() if residuals is None else _furthest(states, residuals),
+        falling=_falling(tested),
     )
+
+
+def _falling(states: States) -> tuple[float, ...]:
+    """Where the force of states without censored impacts falls most from a speed to the next one at the place."""
+    order = np.lexsort((states.speed, states.place)) if len(states) else np.empty(0, dtype=np.int64)
+    place, force = states.place[order], states.force[order]
+    fall = np.where(place[1:] == place[:-1], 1 - force[1:] / force[:-1], 0.0)
+    if not fall.size or fall.max() <= SMALL_FALL:
+        return ()
+    slow, fast = order[fall.argmax()], order[fall.argmax() + 1]
+    where = (states.distance[slow], states.height[slow])
+    return tuple(map(float, (*where, states.speed[slow], states.force[slow], states.speed[fast], states.force[fast])))
 
 
 def _furthest(states: States, residuals: FloatArray) -> tuple[tuple[str, float, float], ...]:

@@ -162,6 +162,8 @@ class Task:
         `end_name` stands in the path's last row, where no motion begins. A name that stands nowhere else tells that
         the rows may name the motions that end at them: an excluded contact would then hold for another motion.
         """
+        for name in dict.fromkeys(names):
+            self.segment(name)
         beside = end_name and end_name not in names
         if beside and any(segment.name == end_name or segment.contact is None for segment in self.segments):
             raise InputError(
@@ -170,8 +172,6 @@ class Task:
                 "row; else leave that of the last row empty",
                 file=self.source or None,
             )
-        for name in dict.fromkeys(names):
-            self.segment(name)
         for segment in self.segments:
             if segment.name not in names:
                 raise self._unknown("task", segment.name, "path", set(names))

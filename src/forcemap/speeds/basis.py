@@ -34,7 +34,7 @@ from forcemap.limits.device_spring import DeviceSuitability, device_suitability
 from forcemap.limits.force_limits import Contact, ForceLimit, NewtonLimit
 from forcemap.maps.bounds import PAPER_MARGIN, Bound, ToleranceBound, contradiction, margins, weakness
 from forcemap.maps.direction import RAISED_OFF_AXIS, WIDEST_ANGLE, raised_off_axis
-from forcemap.maps.force_map import ForceMap
+from forcemap.maps.force_map import Fit, ForceMap
 from forcemap.maps.saturation import saturation_doubt
 from forcemap.speeds.allowance import Allowance
 
@@ -313,12 +313,16 @@ def exceedances(force_map: ForceMap, bound: Bound, limits: FloatArray, raised: f
             yield Exceedance(str(inside.name[i]), float(measured[i]), place, between)
 
 
+def confirming_states(fit: Fit) -> States:
+    """The states that were measured to confirm a map."""
+    return fit.test.select(np.array([name.startswith(CONFIRMING) for name in fit.test.name], dtype=np.bool_))
+
+
 def _confirming_above(force_map: ForceMap, bound: Bound) -> Finding | None:
     """Impacts that were to confirm a map and lie above its bound, whatever the limit; None without any."""
     if force_map.fit is None:
         return None
-    test = force_map.fit.test
-    test = test.select(np.array([name.startswith(CONFIRMING) for name in test.name], dtype=np.bool_))
+    test = confirming_states(force_map.fit)
     low, _ = force_map.measured_range.speeds(test.distance, test.height)
     above = np.fmax(test.highest, test.at_least) > bound.upper(force_map, test.distance, test.height, test.speed)
     names = tuple(np.array(test.name)[above & ~np.isnan(low)].tolist())
@@ -326,9 +330,11 @@ def _confirming_above(force_map: ForceMap, bound: Bound) -> Finding | None:
 
 
 def doubts_of_fit(force_map: ForceMap) -> tuple[Finding, ...]:
-    """Doubts about the form of a map, and the drift that states measured again show."""
+    """Doubts about a map: impacts that were taken out, its form, and the drift that states measured again show."""
     tested, drift = force_map.form_test, force_map.fit.drift if force_map.fit else None
+    excluded = force_map.binding.reason if force_map.binding.state is BindingState.BOUND else None
     return (
+        *([excluded] if excluded else []),
         *_falls(force_map),
         *(tested.warnings if tested else ()),
         *([drift.finding] if drift and drift.significant else []),
@@ -446,6 +452,7 @@ def map_notes(force_map: ForceMap, bound: Bound) -> list[Finding]:
         note(kind.PAPER_MARGIN_TOO_SMALL, too_small, count=too_small, states=states)
     if fit is None:
         return notes
+    note(kind.NOT_CONFIRMED, not len(confirming_states(fit)))
     scattered = int(np.sum(np.fmax(fit.states.highest, fit.states.at_least) > _SCATTERED * fit.states.force))
     note(kind.SCATTERED, scattered, states=scattered)
     censored = fit.censored_samples + int(fit.test.censored.sum())

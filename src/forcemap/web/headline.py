@@ -142,7 +142,10 @@ def next_step(name: str, path: Path, question: Question, limits: Limits) -> Next
     plan = found.plan
     rows = np.unique(np.column_stack([plan.distance, plan.height, plan.speed]), axis=0).tolist()
     states = [dict(zip(("distance_m", "height_m", "speed_mps"), row, strict=True)) for row in rows]
-    said = "; ".join([f"measure {len(states)} further states", *map(sentence, (found.progress, *found.within))])
+    confirm = "first confirm the speeds that there are (forcemap confirm); for speeds at more places "
+    first = "" if case.confirmed_by or not case.permitted else confirm
+    further = f"{first}measure {len(states)} further states"
+    said = "; ".join([further, *map(sentence, (found.progress, *found.within))])
     warnings = tuple(sentences(found.warnings))
     return NextStep(sentence=said, states=states, command=f"forcemap next {asked}", warnings=warnings)
 
