@@ -376,7 +376,9 @@ def test_the_block_of_a_path_holds_it_and_is_permitted_throughout(table, seed):
     from forcemap.exports.safety_proposal import block_of_path
 
     rng = np.random.default_rng(seed)
-    points = [[rng.uniform(0.6, 0.88), 0.0, rng.uniform(0.15, 0.45)] for _ in range(3)]
+    distance, tops = rng.uniform(0.7, 0.88), np.sort(rng.uniform(0.25, 0.45, 3))[::-1]
+    distance = table.distance_edges[-1] if seed % 5 == 0 else distance  # the outermost edge, too
+    points = [[distance, 0.0, top] for top in tops]
     task = one_segment_task("path", ("back_of_hand",), fm.Contact.TRANSIENT, speed=0.05)
     speeds = fm.path_speeds(fm.published_map("ur10e"), fm.ToolPath.through(points), task, bound=fm.FixedMargin(0.10))
     places = np.array(speeds.path.points)[:, [0, 2]]
@@ -385,7 +387,7 @@ def test_the_block_of_a_path_holds_it_and_is_permitted_throughout(table, seed):
     block = block_of_path(table, speeds)
     zones = [[(table.speed(d, 0.0, h) > 0) for h in places[:, 1]] for d in places[:, 0]]
     if block is None:
-        assert not inside or not np.all(zones)
+        assert not inside or not np.all(zones) or speeds.refused.any()
         return
     first, last, bottom, top, speed = block
     for (a, b), e, p in zip(((first, last), (bottom, top)), edges, places.T, strict=True):
@@ -395,6 +397,18 @@ def test_the_block_of_a_path_holds_it_and_is_permitted_throughout(table, seed):
     text = safety_proposal(table, speeds=speeds)
     assert f"| tool speed limit | {speed / 1000:.3f} m/s |" in text
     assert "leaves the block" not in text
+
+
+def test_a_sheet_for_a_path_without_permission_says_so(table):
+    """Sideways no zone holds, whatever its speed is."""
+    from forcemap.exports.safety_proposal import block_of_path
+
+    path = fm.ToolPath.through([[0.80, 0, 0.40], [0.84, 0, 0.40]])
+    task = one_segment_task("path", ("back_of_hand",), fm.Contact.TRANSIENT, speed=0.05)
+    speeds = fm.path_speeds(fm.published_map("ur10e"), path, task, bound=fm.FixedMargin(0.10))
+    assert speeds.refused.all()
+    assert block_of_path(table, speeds) is None
+    assert "segment path: the map gives no permission on all of it" in safety_proposal(table, speeds=speeds)
 
 
 def test_the_strictest_of_several_limits_and_the_gate_hold():

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import forcemap as fm
-from forcemap.campaigns.binding import BindingState
+from forcemap.campaigns.binding import Binding, BindingState
 from forcemap.campaigns.phase_two import unused_cells
 from forcemap.campaigns.recordings_table import Use
 from forcemap.errors import CampaignFileError, RecordingError, TableError
@@ -346,28 +346,57 @@ def test_a_gap_that_may_hide_a_force(empty, gap):
         collect(empty)
 
 
-@pytest.mark.parametrize(("taken_out", "said"), [(0, False), (3, False), (8, True)])
-def test_impacts_that_a_person_took_out_are_said_before_every_speed(taken_out, said, tmp_path):
-    """Many exclusions make any map look better; a slip at the bench now and then is not said first."""
+def leave_out(folder, chosen, reason="slip"):
+    """Exclude the recordings of which `chosen` holds, by their row, and collect."""
+    edit(folder / "recordings.csv", lambda _, row: row.update(exclude=reason if chosen(row) else ""))
+    collect(folder)
+    return folder
+
+
+def unplanned(folder, state):
+    """Take the rows of a state out of the plan; collect then finds its recordings in no run."""
+    lines = (folder / "plan.csv").read_text().splitlines(keepends=True)
+    (folder / "plan.csv").write_text("".join(line for line in lines if not line.startswith(state)))
+    collect(folder)
+    return folder
+
+
+STATE = "d500-h200-v100"
+LEFT_OUT = {
+    "nothing": (lambda folder: folder, ""),
+    "a slip or two": (lambda folder: leave_out(folder, lambda row: row["file"] in (f"{RUN}.csv",)), ""),
+    "many": (
+        lambda folder: leave_out(folder, lambda row: row["file"].endswith("r1.csv") and row["file"] > "d6"),
+        "with forces of up to",
+    ),
+    "a whole state": (
+        lambda folder: leave_out(folder, lambda row: row["file"].startswith(STATE)), f"all those of {STATE}"
+    ),
+    "a state taken out of the plan": (lambda folder: unplanned(folder, STATE), f"all those of {STATE}"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", LEFT_OUT)
+def test_impacts_that_a_person_left_out_are_said_before_every_speed(case, tmp_path):
+    """Who leaves out what is inconvenient gets a better map of the same robot; so does a map that is carried over."""
+    leave, words = LEFT_OUT[case]
     folder = write_campaign(tmp_path / "cell", repeats=3, toml=TOML)
     collect(folder)
-    of = len(rows(folder / "recordings.csv"))
-    edit(
-        folder / "recordings.csv",
-        lambda number, row: row.update(exclude="inconvenient" if number < taken_out * of // 100 else ""),
-    )
-    collect(folder)
-    register = rows(folder / "recordings.csv")
-    out = [float(row["peak_force_N"]) for row in register if row["use"] == "excluded"]
+    leave(folder)
+    left = [row for row in rows(folder / "recordings.csv") if row["use"] != "used"]
     force_map = fm.fit_force_map(fm.read_dataset(folder))
     fm.write_map(force_map, tmp_path / "map.json")
     for each in (force_map, fm.read_map(tmp_path / "map.json")):
         found = fm.safe_speed(each, 0.6, 0.3, limit=HAND, contact=fm.Contact.TRANSIENT, bound=fm.ToleranceBound())
-        first = [sentence(warning) for warning in found.basis.warnings if warning.kind == "impacts_excluded"]
-        assert len(first) == said
-        if said:
-            assert first[0].startswith(f"IMPACTS EXCLUDED BY A PERSON: {len(out)} of {of}, with forces of up to ")
-            assert f"{max(out):.0f} N; speeds rest on the others" in first[0]
+        first = [sentence(warning) for warning in found.basis.warnings if warning.kind == "impacts_left_out"]
+        assert len(first) == bool(words)
+        for line in first:
+            assert line.startswith(f"IMPACTS LEFT OUT BY A PERSON: {len(left)} of ")
+            assert words in line
+            assert f"up to {max(float(row['peak_force_N']) for row in left):.0f} N" in line
+    sound = Binding(BindingState.BOUND)
+    for one, other in ((force_map.binding, sound), (sound, force_map.binding)):
+        assert one.weaker(other).reason == force_map.binding.reason
 
 
 def test_check_of_a_folder_names_what_it_does_not_judge(folder, ask):

@@ -21,15 +21,16 @@ import numpy as np
 from forcemap.campaigns.columns import COLUMNS, NUMBERS, RAW_PEAK, TRUTHS, UNUSED
 from forcemap.campaigns.conditions import MEASURED_UNDER, Conditions
 from forcemap.campaigns.phase_two import unused_cells
+from forcemap.campaigns.point_list import POINT_REGISTER
 from forcemap.campaigns.recordings_table import MEASURED_ON, REGISTER_FILE, Entry, Use, read_register, row_sha256
-from forcemap.campaigns.state import States
+from forcemap.campaigns.state import CONFIRMING, States
 from forcemap.campaigns.units import unit_finding, unit_of_time_finding
 from forcemap.errors import InputError
 from forcemap.files import sha256
 from forcemap.findings import Finding, FindingKind
 
-MOST_EXCLUDED = 0.05
-"""Share of the impacts that a person may exclude before speeds say so first. A choice: a slip at the bench now and
+MOST_LEFT_OUT = 0.05
+"""Share of the impacts that a person may leave out before speeds say so first. A choice: a slip at the bench now and
 then."""
 
 
@@ -51,7 +52,7 @@ class Binding:
     state : BindingState
         NO_RECORDINGS where the table names none; BROKEN where its figures cannot be what was measured.
     reason : Finding or None
-        Why it is unbound or broken; of a bound one that many impacts were excluded.
+        Why it is unbound or broken; of a bound one that impacts were left out.
     """
 
     state: BindingState = BindingState.NO_RECORDINGS
@@ -59,7 +60,7 @@ class Binding:
 
     def weaker(self, other: Binding) -> Binding:
         """Of two bindings the one that says less for the figures."""
-        return max(self, other, key=lambda binding: _WEAKNESS.index(binding.state))
+        return max(self, other, key=lambda binding: (_WEAKNESS.index(binding.state), binding.reason is not None))
 
     @property
     def refusal(self) -> Finding | None:
@@ -123,16 +124,35 @@ def binding_of(table: Path, rows: Sequence[Mapping[str, str]], conditions: Condi
     springs = np.array([conditions.device_of(entry.state_id, entry.name).stiffness for entry in used.values()])
     durations = np.array([entry.phase1_duration for entry in used.values()])
     mistaken = unit_of_time_finding(durations, springs, conditions.robot_mass)
-    return Binding(BindingState.BROKEN, mistaken) if mistaken else Binding(BindingState.BOUND, _taken_out(entries))
+    if mistaken:
+        return Binding(BindingState.BROKEN, mistaken)
+    return Binding(BindingState.BOUND, _left_out(table.parent, entries))
 
 
-def _taken_out(entries: Iterable[Entry]) -> Finding | None:
-    """That a person excluded more impacts than a disturbed measurement now and then explains; None if not."""
-    peaks = {use: [e.peak_force for e in entries if e.use is use and e.peak_force > 0] for use in Use}
-    excluded, of = len(peaks[Use.EXCLUDED]), len(peaks[Use.EXCLUDED]) + len(peaks[Use.USED])
-    if excluded <= MOST_EXCLUDED * of:
+def _left_out(folder: Path, entries: Sequence[Entry]) -> Finding | None:
+    """That a person left impacts out, by their reason or by no plan that names them; None if so few that it says
+    nothing: at most `MOST_LEFT_OUT`, no state as a whole, none that was to confirm the map, none at a contact point."""
+    hit = [entry for entry in entries if entry.peak_force > 0]
+    used = [entry for entry in hit if entry.use is Use.USED]
+    out = [entry for entry in hit if entry.use in (Use.EXCLUDED, Use.UNASSIGNED)]
+    points = [entry for entry in _at_points(folder) if entry.exclude and entry.peak_force > 0]
+    lost = tuple(dict.fromkeys(e.state_id for e in out if e.state_id and e.state_id not in {u.state_id for u in used}))
+    confirming = sum(entry.state_id.startswith(CONFIRMING) for entry in out)
+    if not (lost or confirming or points or len(out) > MOST_LEFT_OUT * len([*out, *used])):
         return None
-    return Finding.of(FindingKind.IMPACTS_EXCLUDED, impacts=excluded, of=of, highest_N=max(peaks[Use.EXCLUDED]))
+    every = [*out, *points]
+    counts = {"impacts": len(every), "of": len(every) + len(used), "confirming": confirming, "points": len(points)}
+    highest = max(entry.peak_force for entry in every)
+    return Finding.of(FindingKind.IMPACTS_LEFT_OUT, **counts, lost=lost, highest_N=highest)
+
+
+def _at_points(folder: Path) -> Sequence[Entry]:
+    """The register of recordings at contact points; what is wrong with it is said elsewhere."""
+    register = folder / POINT_REGISTER
+    try:
+        return read_register(register) if register.exists() else ()
+    except InputError:
+        return ()
 
 
 def in_stated_units(binding: Binding, conditions: Conditions, *groups: States) -> Binding:

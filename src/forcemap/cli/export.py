@@ -377,7 +377,8 @@ def export_path(
         result = zones_result(zones)
         text = safety_proposal(zones, task=whole_task if given.tasks else None, speeds=speeds)
         raised = zones_raised(angle, ZONE_SIZE, one=True)
-        permitted = zones.permitted > 0
+        permitted = zones.permitted > 0 and not speeds.refused.any()
+        words += ", NOT for this path, which is not permitted everywhere" * bool(speeds.refused.any())
     else:
         provenance = provenance.of_path(speeds)
         result, text = scaling_result(speeds, provenance), scaling_csv(speeds, provenance)

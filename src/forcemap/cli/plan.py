@@ -167,7 +167,7 @@ def _alone(context: Context) -> bool:
 def _state_again(folder: str, *, as_json: bool) -> None:
     """Write what campaign.toml states now into the sheet of a plan."""
     added = planned.state_again(folder)
-    written = f"Written: {Path(folder, planned.SHEET)}, its runs as before, with what campaign.toml states now"
+    written = f"Written: {Path(folder, planned.SHEET)}, its runs as printed before, with what campaign.toml states now"
     written += f", and {counted(added, 'run')} that plan.csv has besides" if added else ""
     emit({"folder": folder, "files": [planned.SHEET]}, [written], as_json=as_json)
 

@@ -23,7 +23,8 @@ from forcemap.cli.output import Progress, emit
 from forcemap.cli.publication_tables import tables_of
 from forcemap.files import new_folder, read_bytes, sha256, write_atomically
 from forcemap.maps.map_file import map_text
-from forcemap.words import sentence
+from forcemap.speeds.basis import doubts_of_fit
+from forcemap.words import sentences
 
 _PAPER = "3D Collision-Force-Map for Safe Human-Robot Collaboration"
 _PAPERS_AUTHORS = (("Svarny", "Petr"), ("Rozlivek", "Jakub"), ("Rustler", "Lukas"), ("Hoffmann", "Matej"))
@@ -73,7 +74,7 @@ def publication(
                 except fm.ForcemapError as error:
                     left_out[f"figures/{name}"] = error.message
     parts["CITATION.cff"] = _citation(dataset.conditions, dataset.simulated, author or []).encode()
-    first = sentence(dataset.binding.reason)
+    first = [line for line in sentences([dataset.binding.reason or "", *doubts_of_fit(force_map)]) if line]
     mass = [] if moving_mass is None else [f"--moving-mass-kg {moving_mass:g}"]
     options = [f"--area {area}" if area else "no --area", *mass, f"--width {width}", *["--grey"] * grey]
     parts["README.md"] = _readme(dataset, first, parts, left_out, no_speed, options).encode()
@@ -84,7 +85,7 @@ def publication(
     count = {kind: sum(name.startswith(f"{kind}/") for name in parts) for kind in ("data", "tables", "figures")}
     said = {"folder": output, "files": sorted(parts), "left_out": left_out, "no_speed": no_speed}
     lines = [
-        *([first] if first else []),
+        *first,
         f"{target}: {count['data']} files of data, map.json, {count['tables']} tables, {count['figures']} figures, "
         f"CITATION.cff, README.md; checksums in {_SUMS} (sha256sum -c {_SUMS})",
         *(f"{name}: {why}" for name, why in no_speed.items()),
@@ -160,13 +161,13 @@ def _citation(conditions: fm.Conditions, simulated: bool, authors: list[str]) ->
 
 def _readme(
     dataset: fm.ImpactDataset,
-    first: str,
+    first: list[str],
     parts: Iterable[str],
     left_out: dict[str, str],
     no_speed: dict[str, str],
     options: list[str],
 ) -> str:
-    """What is in the folder, and how each part is made again; `first` is what speaks against the table."""
+    """What is in the folder, and how each part is made again; `first` is what speaks against the table and its map."""
     conditions = dataset.conditions
     error = conditions.speed_error
     less = "none is stated, both are the same" if math.isnan(error) else f"here {100 * error:g} %"
@@ -181,7 +182,8 @@ def _readme(
     data = ", ".join(dict.fromkeys(f"`{name.partition('/')[0]}{'/' * ('/' in name)}`" for name in sorted(files)))
     lines = [f"# Collision forces: {conditions.robot or 'robot not stated'}", ""]
     lines += ["**SIMULATED: not a measurement of any robot.**", ""] if dataset.simulated else []
-    lines += [f"**{first}**", ""] if first else []
+    for line in first:
+        lines += [f"**{line}**", ""]
     lines += [
         "Estimated from measurements; nothing here certifies a robot or a cell.",
         "",

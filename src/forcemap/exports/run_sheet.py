@@ -75,12 +75,12 @@ def restated(sheet: Sequence[str], conditions: Conditions) -> list[str]:
 
 def with_added(sheet: Sequence[str], waiting: MeasurementPlan) -> tuple[list[str], int]:
     """The lines of a run sheet with the waiting runs that are not on it below them, and how many these are."""
-    there = {word for line in sheet for word in line.split()}
+    there = {words[1] for line in sheet if len(words := line.split()) > 1 and words[0].isdecimal()}
     added = waiting.select(np.array([name not in there for name in waiting.recording.tolist()], dtype=np.bool_))
     if not len(added):
         return list(sheet), 0
     width = max(len("save as"), *(len(name) for name in added.recording.tolist()))
-    return [*sheet, "", "Added to plan.csv", *_runs(added, width, [])], len(added)
+    return [*sheet, "", "Added to plan.csv", *_runs(added, width, [], first=len(there) + 1)], len(added)
 
 
 def _stated(conditions: Conditions) -> list[str]:

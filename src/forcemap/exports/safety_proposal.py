@@ -61,14 +61,15 @@ def _violations(
     table: RobotTable, block: tuple[int, int, int, int, int], task: Task | None, speeds: PathSpeeds | None
 ) -> list[str]:
     """Segments that the safety configuration would stop, a line each."""
-    limit = block[4] / 1000
+    limit, refused = block[4] / 1000, dict[str, None]()
     if speeds is not None:
         segments = list(_driven(table, block, speeds))
+        refused = dict.fromkeys(np.array(speeds.path.names, dtype=object)[speeds.refused].tolist())
     elif task is not None:
         segments = [(segment.name, segment.speed, False, segment.contact is None) for segment in task.segments]
     else:
         return []
-    words = []
+    words = [f"- segment {one_line(name)}: the map gives no permission on all of it, at no speed" for name in refused]
     for name, fastest, beyond, excluded in segments:
         subject = f"- segment {one_line(name)}:"
         off = "; contact is excluded there: let what excludes it switch these entries off" * excluded
@@ -108,16 +109,16 @@ def _driven(
 
 def block_of_path(table: RobotTable, speeds: PathSpeeds) -> tuple[int, int, int, int, int] | None:
     """As `widest_block`, the smallest rectangle that holds a path where contact is possible; None if the path leaves
-    the zones there, or one of the rectangle has no speed."""
+    the zones there, a piece of it has no permission, or a zone of the rectangle has no speed."""
     ends, possible = [], speeds.outcome != PieceOutcome.NO_CONTACT
-    if not possible.any():
+    if not possible.any() or speeds.refused.any():
         return None
     for probes, edges in zip(speeds.path.pieces.probes, (table.distance_edges, table.height_edges), strict=True):
         values = probes[possible]
-        first, last = int(np.searchsorted(edges, values.min(), "right")) - 1, int(np.searchsorted(edges, values.max()))
-        if first < 0 or last > edges.size - 1:
+        if values.min() < edges[0] or values.max() > edges[-1]:
             return None
-        ends += [first, max(last, first + 1)]
+        first = min(int(np.searchsorted(edges, values.min(), "right")) - 1, edges.size - 2)
+        ends += [first, max(int(np.searchsorted(edges, values.max())), first + 1)]
     first, last, bottom, top = ends
     lowest = int(table.speed_mmps[first:last, bottom:top].min())
     return (first, last, bottom, top, lowest) if lowest else None

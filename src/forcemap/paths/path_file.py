@@ -48,7 +48,7 @@ def read_path(path: str | Path, *, robot: Robot | None = None, columns: Mapping[
     joint_2_rad, ...` (or `_deg`) with a robot, whose joints move in proportion from row to row. Optional:
     `segment`, the name of the segment that begins at the point; and `time_s`, or `speed_mps`, the programmed speed of
     the contact point there. Robots differ in whether it is that of the motion to a point or from it, so a motion has
-    the faster of its two points' speeds, where the task's counts for an empty cell at its begin.
+    the faster of its two points' speeds, where the task's counts for an empty cell.
 
     Parameters
     ----------
@@ -77,7 +77,8 @@ def read_path(path: str | Path, *, robot: Robot | None = None, columns: Mapping[
         if robot is not None:
             raise InputError("path: a column map is one of positions; joints are named joint_1_rad, joint_2_rad, ...")
         points, clock, labels = read_pose_log(read_bytes(path), str(path), columns)
-        return _path_through(points, tuple(labels or ["path"] * len(points)), clock, str(path))
+        logged = _path_through(points, tuple(labels or ["path"] * len(points)), clock, str(path))
+        return replace(logged, end_name=labels[-1] if labels else "")
     try:
         table = read_table(read_bytes(path), str(path), what="point")
     except TableError as error:
@@ -91,7 +92,7 @@ def read_path(path: str | Path, *, robot: Robot | None = None, columns: Mapping[
     time = np.array(table.numbers("time_s", required=True)) if "time_s" in table.columns else None
     if len(values) < 2:
         raise TableError(f"found {len(values)} points, expected at least two", file=str(path))
-    speeds, by_end = _stated_speeds(table)
+    speeds, by_one = _stated_speeds(table)
     *names, end_name = table.columns.get("segment", ["path"] * len(values))
     if "" in names:
         row = table.rows[names.index("")]
@@ -99,7 +100,7 @@ def read_path(path: str | Path, *, robot: Robot | None = None, columns: Mapping[
         raise TableError(f"found no name, {expected}", file=str(path), row=row, column="segment")
     try:
         if joints:
-            bent = _joint_path(table, joints, values, tuple(names), time, robot, speeds, by_end)
+            bent = _joint_path(table, joints, values, tuple(names), time, robot, speeds, by_one)
             return replace(bent, end_name=end_name)
         points = values if len(layout) == 3 else np.column_stack([values[:, 0], np.zeros(len(values)), values[:, 1]])
         if len(layout) == 2 and np.any(values[:, 0] < 0):
@@ -109,12 +110,12 @@ def read_path(path: str | Path, *, robot: Robot | None = None, columns: Mapping[
     except InputError as error:
         raise InputError(error.message, file=str(path)) from None
     straight = _path_through(points, (*names, ""), time, str(path), speeds)
-    return replace(straight, by_end=by_end, end_name=end_name)
+    return replace(straight, by_one=by_one, end_name=end_name)
 
 
 def _stated_speeds(table: Table) -> tuple[FloatArray | None, Mask | None]:
-    """Programmed speed of each motion between two rows [m/s], NaN where neither states one, and where the row at its
-    end alone states it; None if no row does."""
+    """Programmed speed of each motion between two rows [m/s], NaN where neither states one, and where just one of them
+    does; None if no row does."""
     if "speed_mps" not in table.columns:
         return None, None
     if "time_s" in table.columns:
@@ -125,8 +126,8 @@ def _stated_speeds(table: Table) -> tuple[FloatArray | None, Mask | None]:
         row = int(np.argmax(wrong))
         expected = f"expected a positive number of at most {FASTEST:g} m/s, or nothing"
         raise table.error(f"found {table.columns['speed_mps'][row]!r}, {expected}", table.rows[row], "speed_mps")
-    faster, by_end = np.fmax(speeds[:-1], speeds[1:]), np.isnan(speeds[:-1]) & ~np.isnan(speeds[1:])
-    return (None, None) if np.isnan(faster).all() else (faster, by_end if by_end.any() else None)
+    faster, by_one = np.fmax(speeds[:-1], speeds[1:]), np.isnan(speeds[:-1]) != np.isnan(speeds[1:])
+    return (None, None) if np.isnan(faster).all() else (faster, by_one if by_one.any() else None)
 
 
 def _path_through(
@@ -179,7 +180,7 @@ def _joint_path(
     time: FloatArray | None,
     robot: Robot | None,
     speeds: FloatArray | None,
-    by_end: Mask | None,
+    by_one: Mask | None,
 ) -> ToolPath:
     """The path of the contact point, cut where joint motion would bend away from a straight piece."""
     if robot is None:
@@ -224,8 +225,8 @@ def _joint_path(
     path = replace(path, deviation=_STRAIGHT, turning=turning)
     if time is not None:
         return path
-    stated, ends = None if speeds is None else speeds[path.rows], None if by_end is None else by_end[path.rows]
-    return replace(path, time=None, wait=None, rows=None, stated_speeds=stated, by_end=ends)
+    stated, ends = None if speeds is None else speeds[path.rows], None if by_one is None else by_one[path.rows]
+    return replace(path, time=None, wait=None, rows=None, stated_speeds=stated, by_one=ends)
 
 
 def _bends(robot: Robot, q: FloatArray, slides: Mask) -> FloatArray:

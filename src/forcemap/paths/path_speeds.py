@@ -319,7 +319,7 @@ def _programmed_speeds(path: ToolPath, of_task: FloatArray, excluded: Mask, acce
     if mean is None or fastest is None:
         if stated is None:
             return of_task
-        by_task = np.isnan(stated) if path.by_end is None else np.isnan(stated) | path.by_end
+        by_task = np.isnan(stated) if path.by_one is None else np.isnan(stated) | path.by_one
         return np.where(by_task, np.fmax(stated, of_task), stated)
     within = (of_task < mean) & (mean <= of_task * (1 + _LAST_DIGIT))
     return np.where(excluded, np.where(within, of_task, mean), fastest)
@@ -471,8 +471,8 @@ def _programmed(path: ToolPath, programmed: FloatArray, excluded: Mask, accelera
     if np.isnan(programmed).all():
         return Finding.of(FindingKind.PROGRAMMED_NOT_STATED)
     if stated is not None:
-        by_task = bool((np.nan_to_num(programmed) > np.nan_to_num(stated)).any())
-        return Finding.of(FindingKind.PROGRAMMED_BY_POINTS, by_task=by_task, missing=missing)
+        empty = path.by_one is not None or bool(np.isnan(stated).any())
+        return Finding.of(FindingKind.PROGRAMMED_BY_POINTS, empty=empty, missing=missing)
     if path.speeds is None:
         return Finding.of(FindingKind.PROGRAMMED_BY_TASK, missing=missing)
     above_mean = max(0.0, float(np.max(programmed - path.speeds)))

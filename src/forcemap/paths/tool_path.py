@@ -47,9 +47,9 @@ class ToolPath:
     stated_speeds : array, shape (n,) or None
         Programmed speed that the path states for each piece [m/s], NaN where it states none; None if it states none
         anywhere. Not together with times.
-    by_end : array of bool, shape (n,) or None
-        True where the speed is stated at the end of the piece's motion alone: the task's counts there, too, for the
-        robot may have that of the motion from a point. None if it never is.
+    by_one : array of bool, shape (n,) or None
+        True where just one end of the piece's motion states a speed: the task's counts there, too, for the robot may
+        have that of the other end. None if it nowhere is so.
     end_name : str
         Segment that the file names at its last point, where no motion begins; empty if it names none there.
 
@@ -69,7 +69,7 @@ class ToolPath:
     deviation: float = 0.0
     turning: FloatArray | None = None
     stated_speeds: FloatArray | None = None
-    by_end: Mask | None = None
+    by_one: Mask | None = None
     end_name: str = ""
 
     def __post_init__(self) -> None:
@@ -243,9 +243,9 @@ class ToolPath:
         names = tuple(self.names[i] for i in piece)
         turning = None if self.turning is None else self.turning[piece]
         stated = None if self.stated_speeds is None else self.stated_speeds[piece]
-        by_end = None if self.by_end is None else self.by_end[piece]
+        by_one = None if self.by_one is None else self.by_one[piece]
         bent = self.deviation, turning
-        return ToolPath(points, names, time, self.source, wait, rows, *bent, stated, by_end, self.end_name)
+        return ToolPath(points, names, time, self.source, wait, rows, *bent, stated, by_one, self.end_name)
 
     def moved(self, offset: ArrayLike) -> ToolPath:
         """The path shifted by an offset, shape (3,) [m]."""

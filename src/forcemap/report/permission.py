@@ -180,7 +180,7 @@ def _edition(limit: ForceLimit) -> str:
 
 def _state(confirmed_by: tuple[str, ...]) -> str:
     if not confirmed_by:
-        return "permitted by the map, not confirmed by impacts at these speeds yet (before release: forcemap confirm)"
+        return "permitted by the map, not confirmed by measurement yet (forcemap confirm)"
     more = len(confirmed_by) - _LISTED
     names = ", ".join(confirmed_by[:_LISTED]) + (f" and {more} more" if more > 0 else "")
     return f"confirmed by {len(confirmed_by)} impacts ({names})"

@@ -452,7 +452,7 @@ def map_notes(force_map: ForceMap, bound: Bound) -> list[Finding]:
         note(kind.PAPER_MARGIN_TOO_SMALL, too_small, count=too_small, states=states)
     if fit is None:
         return notes
-    note(kind.NOT_CONFIRMED, not len(confirming_states(fit)))
+    note(kind.NOT_CONFIRMED, made=len(confirming_states(fit)) or None)
     scattered = int(np.sum(np.fmax(fit.states.highest, fit.states.at_least) > _SCATTERED * fit.states.force))
     note(kind.SCATTERED, scattered, states=scattered)
     censored = fit.censored_samples + int(fit.test.censored.sum())
