@@ -412,6 +412,36 @@ def test_what_a_person_took_out_is_said_beside_what_confirms(tmp_path):
     assert "taken out by a person, and not counted: d700-h300-v100-r1.csv" in said(result)
 
 
+@pytest.mark.parametrize("cells", [{"peak_force_N": "100", "raw_peak_force_N": "100"}, {"peak_force_N": ""}])
+def test_forces_that_a_person_types_into_the_register_of_points_are_read_again(cell, tmp_path, cells):
+    """What contradicts the map stays what the file shows; a person's reason to leave it out is said first."""
+    folder = shutil.copytree(cell, tmp_path / "cell")
+    (folder / "points").mkdir()
+    of_point(folder, [200, 210, 205])
+    register = folder / "point_recordings.csv"
+    before = register.read_text()
+    for exclude in ("", "slipped"):
+        typed = list(csv.DictReader(io.StringIO(before)))
+        typed[0] |= {**cells, "exclude": exclude}
+        stream = io.StringIO()
+        writer = csv.DictWriter(stream, typed[0], lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(typed)
+        register.write_text(stream.getvalue())
+        registered_points(folder)
+        again = list(csv.DictReader(io.StringIO(register.read_text())))
+        sound = list(csv.DictReader(io.StringIO(before)))
+        assert again[0]["peak_force_N"] == sound[0]["peak_force_N"]
+        assert again[0]["exclude"] == exclude
+        assert [row["peak_force_N"] for row in again] == [row["peak_force_N"] for row in sound]
+        assert [row["conditions"] for row in again if "conditions" in row] == [
+            row["conditions"] for row in sound if "conditions" in row
+        ]
+        found = fm.read_dataset(folder).binding.reason
+        assert (found is not None) == bool(exclude)
+        assert not exclude or "1 of them at contact points" in sentences([found])[0]
+
+
 def test_a_list_that_cannot_be_used_permits_nothing_and_is_said_first(cell):
     (cell / "contact_points.csv").write_text("point_id\nP1\n")
     try:

@@ -391,7 +391,7 @@ def test_impacts_that_a_person_left_out_are_said_before_every_speed(case, tmp_pa
         first = [sentence(warning) for warning in found.basis.warnings if warning.kind == "impacts_left_out"]
         assert len(first) == bool(words)
         for line in first:
-            assert line.startswith(f"IMPACTS LEFT OUT BY A PERSON: {len(left)} of ")
+            assert line.startswith(f"IMPACTS LEFT OUT: {len(left)} of ")
             assert words in line
             assert f"up to {max(float(row['peak_force_N']) for row in left):.0f} N" in line
     sound = Binding(BindingState.BOUND)

@@ -8,6 +8,7 @@ show that a unit is mistaken.
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -130,19 +131,19 @@ def binding_of(table: Path, rows: Sequence[Mapping[str, str]], conditions: Condi
 
 
 def _left_out(folder: Path, entries: Sequence[Entry]) -> Finding | None:
-    """That a person left impacts out, by their reason or by no plan that names them; None if so few that it says
-    nothing: at most `MOST_LEFT_OUT`, no state as a whole, none that was to confirm the map, none at a contact point."""
+    """That impacts do not count, as a person excluded them, no plan names them, or they were discarded; None if so few
+    that it says nothing: at most `MOST_LEFT_OUT`, no whole state, none to confirm the map, none at a contact point."""
     hit = [entry for entry in entries if entry.peak_force > 0]
     used = [entry for entry in hit if entry.use is Use.USED]
-    out = [entry for entry in hit if entry.use in (Use.EXCLUDED, Use.UNASSIGNED)]
-    points = [entry for entry in _at_points(folder) if entry.exclude and entry.peak_force > 0]
+    out = [entry for entry in hit if entry.use is not Use.USED]
+    points = [entry for entry in _at_points(folder) if entry.exclude]
     lost = tuple(dict.fromkeys(e.state_id for e in out if e.state_id and e.state_id not in {u.state_id for u in used}))
     confirming = sum(entry.state_id.startswith(CONFIRMING) for entry in out)
     if not (lost or confirming or points or len(out) > MOST_LEFT_OUT * len([*out, *used])):
         return None
     every = [*out, *points]
     counts = {"impacts": len(every), "of": len(every) + len(used), "confirming": confirming, "points": len(points)}
-    highest = max(entry.peak_force for entry in every)
+    highest = float(np.fmax.reduce([math.nan, *(entry.peak_force for entry in every)]))
     return Finding.of(FindingKind.IMPACTS_LEFT_OUT, **counts, lost=lost, highest_N=highest)
 
 

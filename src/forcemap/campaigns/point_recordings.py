@@ -130,6 +130,9 @@ def register_points(folder: Path, conditions: Conditions, columns: ColumnMap | N
         if then is None or then.blank:
             known[name] = _registered(films, name, path, digest, conditions, columns)
         elif then.sha256 == digest:  # of conditions whose cell a person emptied, what is stated now
+            if then.row_sha256 != row_sha256(then):  # a person's reason stands; figures are those of the file
+                read = _registered(films, name, path, digest, conditions, columns)
+                then = replace(read, exclude=then.exclude, conditions=then.conditions)
             now = _stated(name, conditions) | _film(films, name, conditions)  # a film may be added later
             known[name] = replace(then, conditions=now | dict(then.conditions))
     text = register_text(known.values())
