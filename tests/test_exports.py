@@ -408,7 +408,7 @@ def test_a_sheet_for_a_path_without_permission_says_so(table):
     speeds = fm.path_speeds(fm.published_map("ur10e"), path, task, bound=fm.FixedMargin(0.10))
     assert speeds.refused.all()
     assert block_of_path(table, speeds) is None
-    assert "segment path: the map gives no permission on all of it" in safety_proposal(table, speeds=speeds)
+    assert "segment path: the map gives no permission on it" in safety_proposal(table, speeds=speeds)
 
 
 def test_the_strictest_of_several_limits_and_the_gate_hold():

@@ -31,8 +31,7 @@ from forcemap.files import sha256
 from forcemap.findings import Finding, FindingKind
 
 MOST_LEFT_OUT = 0.05
-"""Share of the impacts that a person may leave out before speeds say so first. A choice: a slip at the bench now and
-then."""
+"""Share of the impacts that may be left out before speeds say so first. A choice: a slip at the bench now and then."""
 
 
 class BindingState(StrEnum):

@@ -69,7 +69,7 @@ def _violations(
         segments = [(segment.name, segment.speed, False, segment.contact is None) for segment in task.segments]
     else:
         return []
-    words = [f"- segment {one_line(name)}: the map gives no permission on all of it, at no speed" for name in refused]
+    words = [f"- segment {one_line(name)}: the map gives no permission on it, or on a part of it" for name in refused]
     for name, fastest, beyond, excluded in segments:
         subject = f"- segment {one_line(name)}:"
         off = "; contact is excluded there: let what excludes it switch these entries off" * excluded
