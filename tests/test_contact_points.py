@@ -438,8 +438,12 @@ def test_forces_that_a_person_types_into_the_register_of_points_are_read_again(c
             row["conditions"] for row in sound if "conditions" in row
         ]
         found = fm.read_dataset(folder).binding.reason
+        assert "3 of them at contact points" in sentences([found])[0]  # of which no list names any
+        write_list(folder, {**POINT, **OWN})
+        found = fm.read_dataset(folder).binding.reason
         assert (found is not None) == bool(exclude)
         assert not exclude or "1 of them at contact points" in sentences([found])[0]
+        (folder / "contact_points.csv").unlink()
 
 
 def test_a_list_that_cannot_be_used_permits_nothing_and_is_said_first(cell):

@@ -22,7 +22,7 @@ import numpy as np
 from forcemap.campaigns.columns import COLUMNS, NUMBERS, RAW_PEAK, TRUTHS, UNUSED
 from forcemap.campaigns.conditions import MEASURED_UNDER, Conditions
 from forcemap.campaigns.phase_two import unused_cells
-from forcemap.campaigns.point_list import POINT_REGISTER
+from forcemap.campaigns.point_list import left_out_at_points
 from forcemap.campaigns.recordings_table import MEASURED_ON, REGISTER_FILE, Entry, Use, read_register, row_sha256
 from forcemap.campaigns.state import CONFIRMING, States
 from forcemap.campaigns.units import unit_finding, unit_of_time_finding
@@ -135,7 +135,7 @@ def _left_out(folder: Path, entries: Sequence[Entry]) -> Finding | None:
     hit = [entry for entry in entries if entry.peak_force > 0]
     used = [entry for entry in hit if entry.use is Use.USED]
     out = [entry for entry in hit if entry.use is not Use.USED]
-    points = [entry for entry in _at_points(folder) if entry.exclude]
+    points = _at_points(folder)
     lost = tuple(dict.fromkeys(e.state_id for e in out if e.state_id and e.state_id not in {u.state_id for u in used}))
     confirming = sum(entry.state_id.startswith(CONFIRMING) for entry in out)
     if not (lost or confirming or points or len(out) > MOST_LEFT_OUT * len([*out, *used])):
@@ -147,10 +147,9 @@ def _left_out(folder: Path, entries: Sequence[Entry]) -> Finding | None:
 
 
 def _at_points(folder: Path) -> Sequence[Entry]:
-    """The register of recordings at contact points; what is wrong with it is said elsewhere."""
-    register = folder / POINT_REGISTER
+    """Recordings at contact points that do not count; what is wrong with list or register is said elsewhere."""
     try:
-        return read_register(register) if register.exists() else ()
+        return left_out_at_points(folder)
     except InputError:
         return ()
 

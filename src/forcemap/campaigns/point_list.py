@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import NamedTuple
@@ -92,13 +92,41 @@ def measured_at_points(folder: Path, conditions: Conditions) -> tuple[AtPoint, .
         row = {name: float(column[i]) for name, column in numbers.items()}
         stated = row.get("recorded_at_mps", math.nan)
         speed = _NOT_STATED if math.isnan(stated) else float(conditions.at_contact(np.array(stated)))
-        patterns = [pattern.strip().casefold() for pattern in cells.get("recordings", "").split(";")]
-        named = [name for name in shown if any(fnmatchcase(name.casefold(), pattern) for pattern in patterns)]
+        named = [name for name in shown if _names(_patterns(cells), name)]
         for name, (distance, height) in itertools.product(named, _corners(row)):
             entry = shown[name]
             of_file = (_force(entry), entry.peak_force, entry.phase2_force, entry.scenario)
             found[AtPoint(name, cells.get("direction", ""), distance, height, speed, *of_file)] = None
     return tuple(found)
+
+
+def left_out_at_points(folder: Path) -> list[Entry]:
+    """Collected files in points/ that count for nothing: a person took them out, or no contact point names them.
+
+    Raises
+    ------
+    TableError
+        List or register cannot be used.
+    """
+    register, listed = folder / POINT_REGISTER, folder / POINTS_FILE
+    if not register.exists():
+        return []
+    rows = point_table(read_bytes(listed), str(listed)).texts if listed.exists() else []
+    named = [pattern for cells in rows for pattern in _patterns(cells)]
+    return [
+        entry
+        for entry in read_register(register)
+        if entry.exclude or (np.fmax(entry.peak_force, entry.phase2_force) >= _LEAST and not _names(named, entry.file))
+    ]
+
+
+def _patterns(cells: Mapping[str, str]) -> list[str]:
+    """What the row of a contact point names as its recordings."""
+    return [pattern.strip().casefold() for pattern in cells.get("recordings", "").split(";")]
+
+
+def _names(patterns: Iterable[str], file: str) -> bool:
+    return any(fnmatchcase(file.casefold(), pattern) for pattern in patterns)
 
 
 def phase_two_of(at_points: Iterable[AtPoint]) -> PhaseTwo:
