@@ -86,10 +86,12 @@ def test_the_place_where_measured_forces_fall_most_with_speed_is_named():
     at = np.array([[0.6, 0.2, v] for v in (0.1, 0.2, 0.3)] + [[0.7, 0.3, v] for v in (0.1, 0.2)])
     force = np.array([200.0, 192.5, 260.0, 240.0, 216.0])
     states = States.of(at, force, np.array(list("abcde")), np.zeros(5, dtype=bool))
-    assert form_test(fm.CFM_3D, states).falling == pytest.approx((0.7, 0.3, 0.1, 240.0, 0.2, 216.0))
-    assert form_test(fm.CFM_3D, states.select(np.arange(5) < 3)).falling == ()
+    (falls,) = form_test(fm.CFM_3D, states).off
+    named = {"distance_m": 0.7, "height_m": 0.3, "slow_mps": 0.1, "slow_N": 240, "fast_mps": 0.2, "fast_N": 216}
+    assert dict(falls.figures) == pytest.approx(named)
+    assert form_test(fm.CFM_3D, states.select(np.arange(5) < 3)).off == ()
     censored = States.of(at, force, np.array(list("abcde")), np.arange(5) == 4)
-    assert form_test(fm.CFM_3D, censored).falling == ()  # the faster one is known only as a lower bound
+    assert form_test(fm.CFM_3D, censored).off == ()  # the faster one is known only as a lower bound
 
 
 def test_states_of_different_places_are_told_as_by_ordinary_least_squares():
@@ -411,6 +413,9 @@ def test_commands_say_it(table, forcemap, ask):
     assert "; NOT TO BE USED YET, measure more; first read" in " ".join(forcemap(*at)[1].split())
     assert ask(*at)[1]["measure_more_first"]
     assert forcemap("fit", table)[1].startswith("MEASURE MORE before speeds of this map are used")
+    code, further, _ = forcemap("next", table, "--limit-N", 250, "--device-range-N", 900, "--states", 60)
+    assert (code, "would have a speed" in further) == (0, True)
+    assert "you may stop here" not in further  # a doubted form is not left as it is
     _, of_published = ask("evaluate", table, "--map", "ur10e")
     assert of_published["form_test"] is of_published["drift"] is None
     stated = 'schema = "forcemap-campaign/1"\n[contact]\ndirection = "down"\n[device]\nstiffness_N_per_m = 75000.0\n'

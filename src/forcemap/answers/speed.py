@@ -128,6 +128,8 @@ def _at_lowest(force_map: ForceMap, place: tuple[float, float], speed: SafeSpeed
     if speed.to_program_outcome != SpeedOutcome.UNCONFIRMED or speed.basis.bound is None:
         return None
     low = float(speed.lowest_measured_speed)
+    if math.isnan(low):
+        return None
     predicted = force_map.predict(*place, low)
     upper = speed.basis.raised * speed.basis.bound.upper(force_map, *place, low)
     return ForcesAtLowest(speed_mps=low, predicted_force_N=float(predicted), bound_force_N=float(upper))

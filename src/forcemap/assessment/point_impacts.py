@@ -15,7 +15,7 @@ from forcemap.assessment.contact_points import ContactPoint
 from forcemap.assessment.originals import Originals
 from forcemap.campaigns.campaign import Campaign
 from forcemap.campaigns.conditions import CAMPAIGN_FILE, Conditions, normalised, pattern_fits, read_campaign_file
-from forcemap.campaigns.point_list import POINTS_FOLDER
+from forcemap.campaigns.point_list import POINTS_FOLDER, names_file
 from forcemap.campaigns.point_recordings import POINT_FILMS, PointRecording, point_names, point_recordings
 from forcemap.campaigns.pressures import PRESSURES_FOLDER, Films, films_in, measured_pressure
 from forcemap.campaigns.recorded_impacts import RecordedImpacts
@@ -121,7 +121,7 @@ def point_impacts(
 def unnamed_files(folder: Path, points: Sequence[ContactPoint]) -> tuple[str, ...]:
     """Files in points/ that no point names; errors as `point_recordings`."""
     patterns = [pattern.casefold() for point in points for pattern in point.recordings]
-    return tuple(name for name in point_names(folder) if not any(fnmatchcase(name.casefold(), p) for p in patterns))
+    return tuple(name for name in point_names(folder) if not names_file(patterns, name))
 
 
 def _may_exceed(campaign: Campaign, points: Sequence[ContactPoint]) -> bool:

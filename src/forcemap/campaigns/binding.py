@@ -135,8 +135,8 @@ def _left_out(folder: Path, entries: Sequence[Entry]) -> Finding | None:
     hit = [entry for entry in entries if entry.peak_force > 0]
     used = [entry for entry in hit if entry.use is Use.USED]
     out = [entry for entry in hit if entry.use is not Use.USED]
-    points = _at_points(folder)
-    lost = tuple(dict.fromkeys(e.state_id for e in out if e.state_id and e.state_id not in {u.state_id for u in used}))
+    points, counted = _at_points(folder), {"", *(entry.state_id for entry in used)}
+    lost = tuple(dict.fromkeys(entry.state_id for entry in out if entry.state_id not in counted))
     confirming = sum(entry.state_id.startswith(CONFIRMING) for entry in out)
     if not (lost or confirming or points or len(out) > MOST_LEFT_OUT * len([*out, *used])):
         return None

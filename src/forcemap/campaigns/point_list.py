@@ -92,7 +92,7 @@ def measured_at_points(folder: Path, conditions: Conditions) -> tuple[AtPoint, .
         row = {name: float(column[i]) for name, column in numbers.items()}
         stated = row.get("recorded_at_mps", math.nan)
         speed = _NOT_STATED if math.isnan(stated) else float(conditions.at_contact(np.array(stated)))
-        named = [name for name in shown if _names(_patterns(cells), name)]
+        named = [name for name in shown if names_file(_patterns(cells), name)]
         for name, (distance, height) in itertools.product(named, _corners(row)):
             entry = shown[name]
             of_file = (_force(entry), entry.peak_force, entry.phase2_force, entry.scenario)
@@ -116,7 +116,7 @@ def left_out_at_points(folder: Path) -> list[Entry]:
     return [
         entry
         for entry in read_register(register)
-        if entry.exclude or (np.fmax(entry.peak_force, entry.phase2_force) >= _LEAST and not _names(named, entry.file))
+        if entry.exclude or (not names_file(named, entry.file) and _force(entry) >= _LEAST)
     ]
 
 
@@ -125,7 +125,8 @@ def _patterns(cells: Mapping[str, str]) -> list[str]:
     return [pattern.strip().casefold() for pattern in cells.get("recordings", "").split(";")]
 
 
-def _names(patterns: Iterable[str], file: str) -> bool:
+def names_file(patterns: Iterable[str], file: str) -> bool:
+    """Whether one of the patterns of contact points, in small letters, names a file."""
     return any(fnmatchcase(file.casefold(), pattern) for pattern in patterns)
 
 

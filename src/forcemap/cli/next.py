@@ -191,7 +191,7 @@ def _lines(folder: str, answer: fm.NextMeasurements, files: list[str], again: st
         f"why: {why}",
         planned.time_words(answer.plan),
         confirmed,
-        *(_may_stop(now) if answer.confirmed else []),
+        *(_may_stop(now) if answer.confirmed and not answer.needs_more else []),
         *sentences(answer.within),
         "",
         *planned.runs_table(answer.plan, answer.upper_force.tolist()),

@@ -32,6 +32,7 @@ from forcemap.cli.options import (
 )
 from forcemap.cli.output import Progress, counted, emit, listing, verdict_first, write_result
 from forcemap.files import read_bytes, write_atomically
+from forcemap.report.permission import BY_MAP_ALONE
 from forcemap.words import sentence, sentences
 
 REPORT_FILE = "report.html"
@@ -381,9 +382,7 @@ def _limit_line(part: PlaceSpeeds) -> str:
 
 
 def _permitted(part: PlaceSpeeds) -> str:
-    if part.confirmed_by:
-        return f"confirmed by {len(part.confirmed_by)} impacts"
-    return "permitted by the map and not confirmed yet (before release: forcemap confirm)"
+    return f"confirmed by {len(part.confirmed_by)} impacts" if part.confirmed_by else BY_MAP_ALONE
 
 
 def _point_lines(assessment: fm.CampaignAssessment) -> list[str]:

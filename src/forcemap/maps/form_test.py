@@ -128,11 +128,8 @@ class FormTest:
         That speed [m/s].
     state_sd : float
         Standard deviation s of ln F of the states about the form.
-    furthest : tuple of (str, float, float)
-        Name, measured and predicted force [N] of the states that lie furthest from the form; empty if not known.
-    falling : tuple of float
-        Where the measured force falls most with speed: distance, height [m], then speed [m/s] and force [N] of the
-        slower and of the faster state; empty if it nowhere falls by more than SMALL_FALL.
+    off : tuple of Finding
+        The states furthest from the form, and where the measured force falls most with speed.
     """
 
     departures: tuple[Departure, ...]
@@ -146,8 +143,7 @@ class FormTest:
     slow_places: int
     slowest: float
     state_sd: float
-    furthest: tuple[tuple[str, float, float], ...] = ()
-    falling: tuple[float, ...] = ()
+    off: tuple[Finding, ...] = ()
 
     @property
     def significant(self) -> tuple[Departure, ...]:
@@ -207,14 +203,7 @@ class FormTest:
     def scatter(self) -> tuple[Finding, ...]:
         """A warning if the states scatter about the form by more than they should."""
         figures = {"state_sd": self.state_sd, "most": MOST_SCATTER}
-        furthest = [
-            Finding.of(FindingKind.STATE_FURTHEST_OFF, state=name, force_N=force, predicted_N=predicted)
-            for name, force, predicted in self.furthest
-        ]
-        names = ("distance_m", "height_m", "slow_mps", "slow_N", "fast_mps", "fast_N")
-        if self.falling:
-            furthest.append(Finding.of(FindingKind.MEASURED_FALLS, **dict(zip(names, self.falling, strict=True))))
-        return (Finding.of(FindingKind.STATES_SCATTER, *furthest, **figures),) if self.state_sd > MOST_SCATTER else ()
+        return (Finding.of(FindingKind.STATES_SCATTER, *self.off, **figures),) if self.state_sd > MOST_SCATTER else ()
 
     @property
     def warnings(self) -> tuple[Finding, ...]:
@@ -259,29 +248,32 @@ def form_test(form: Form, states: States, state_sd: float = math.nan, residuals:
         slow_places=np.unique(place[slow]).size,
         slowest=float(states.speed.min()),
         state_sd=state_sd,
-        furthest=() if residuals is None else _furthest(states, residuals),
-        falling=_falling(tested),
+        off=(*(() if residuals is None else _furthest(states, residuals)), *_falling(tested)),
     )
 
 
-def _falling(states: States) -> tuple[float, ...]:
-    """Where the force of states without censored impacts falls most from a speed to the next one at the place."""
-    order = np.lexsort((states.speed, states.place)) if len(states) else np.empty(0, dtype=np.int64)
-    place, force = states.place[order], states.force[order]
-    fall = np.where(place[1:] == place[:-1], 1 - force[1:] / force[:-1], 0.0)
-    if not fall.size or fall.max() <= SMALL_FALL:
-        return ()
-    slow, fast = order[fall.argmax()], order[fall.argmax() + 1]
-    where = (states.distance[slow], states.height[slow])
-    return tuple(map(float, (*where, states.speed[slow], states.force[slow], states.speed[fast], states.force[fast])))
-
-
-def _furthest(states: States, residuals: FloatArray) -> tuple[tuple[str, float, float], ...]:
-    """Name, measured and predicted force [N] of the states with the largest residuals."""
+def _furthest(states: States, residuals: FloatArray) -> Iterator[Finding]:
+    """The states with the largest residuals, measured and predicted."""
     known = np.flatnonzero(~np.isnan(residuals))
-    largest = known[np.argsort(-np.abs(residuals[known]), kind="stable")][:_FURTHEST]
     predicted = np.exp(states.log_force - residuals)
-    return tuple((str(states.name[i]), float(states.force[i]), float(predicted[i])) for i in largest)
+    for i in known[np.argsort(-np.abs(residuals[known]), kind="stable")][:_FURTHEST]:
+        forces = {"force_N": float(states.force[i]), "predicted_N": float(predicted[i])}
+        yield Finding.of(FindingKind.STATE_FURTHEST_OFF, state=str(states.name[i]), **forces)
+
+
+def _falling(states: States) -> Iterator[Finding]:
+    """Where the force of states without censored impacts falls most from a speed to the next one at the place."""
+    if len(states) < 2:
+        return
+    order = np.lexsort((states.speed, states.place))
+    place, force, speed = states.place[order], states.force[order], states.speed[order]
+    fall = np.where(place[1:] == place[:-1], 1 - force[1:] / force[:-1], 0.0)
+    i = int(fall.argmax())
+    if fall[i] > SMALL_FALL:
+        where = {"distance_m": float(states.distance[order[i]]), "height_m": float(states.height[order[i]])}
+        slow, fast = ((float(speed[k]), float(force[k])) for k in (i, i + 1))
+        pair = {"slow_mps": slow[0], "slow_N": slow[1], "fast_mps": fast[0], "fast_N": fast[1]}
+        yield Finding.of(FindingKind.MEASURED_FALLS, **where, **pair)
 
 
 def _near(places: FloatArray) -> list[tuple[float, ...]]:

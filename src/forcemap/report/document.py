@@ -95,7 +95,7 @@ def report_html(
             sheets=sheets(assessment),
             rests_on=_rests_on(assessment),
             straight=_depended_on(assessment, FindingKind.ALONG_ONLY),
-            transient=_depended_on(assessment, FindingKind.TRANSIENT_FREE) is not None,
+            transient=_depended_on(assessment, FindingKind.TRANSIENT_FREE),
             device_words=device_words(assessment.conditions),
             spring=lambda limit: _spring(limit, assessment.conditions).statement,
             further_inputs=further_inputs(assessment.inputs),

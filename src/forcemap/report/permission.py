@@ -17,6 +17,7 @@ from forcemap.speeds.safe_speed import floor_speed
 from forcemap.words import sentence
 
 _NO_CONTACT = "the standard permits no contact; keep the robot from reaching it"
+BY_MAP_ALONE = "permitted by the map, not confirmed by measurement yet (forcemap confirm)"
 _LISTED = 6  # names in a sentence; the others are counted
 
 
@@ -180,7 +181,7 @@ def _edition(limit: ForceLimit) -> str:
 
 def _state(confirmed_by: tuple[str, ...]) -> str:
     if not confirmed_by:
-        return "permitted by the map, not confirmed by measurement yet (forcemap confirm)"
+        return BY_MAP_ALONE
     more = len(confirmed_by) - _LISTED
     names = ", ".join(confirmed_by[:_LISTED]) + (f" and {more} more" if more > 0 else "")
     return f"confirmed by {len(confirmed_by)} impacts ({names})"

@@ -144,6 +144,7 @@ def next_step(name: str, path: Path, question: Question, limits: Limits) -> Next
     states = [dict(zip(("distance_m", "height_m", "speed_mps"), row, strict=True)) for row in rows]
     confirm = "first confirm the speeds that there are (forcemap confirm); for speeds at more places "
     first = "" if case.confirmed_by or not case.permitted else confirm
+    first = f"{_OTHER_FORM}; else " if _form_doubted(path) else first
     further = f"{first}measure {len(states)} further states"
     said = "; ".join([further, *map(sentence, (found.progress, *found.within))])
     warnings = tuple(sentences(found.warnings))

@@ -54,6 +54,13 @@ _AHEAD = 3  # batches for which the gain is predicted at most
 _FURTHER = 12  # states by which a campaign may exceed its usual number, or with which a spent budget is compared
 _NEARLY = 0.9  # share of the places that counts as nearly everywhere
 
+_MORE_ANSWERS = (
+    *(FindingKind.FORM_DOUBTED, FindingKind.FORM_NOT_TESTED, FindingKind.FORM_PARTLY_TESTED),
+    *(FindingKind.FORM_UNSEEN_BETWEEN, FindingKind.FALLS_WITH_SPEED, FindingKind.SLOW_AT_FEW_PLACES),
+    FindingKind.DRIFT_FOUND,
+)
+"""Doubts about a map that further states may answer: where there is one, nobody is told that measuring may stop."""
+
 _DECIMALS, _ROUNDING = 6, 1e-9  # of the speeds to choose from [m/s]
 
 
@@ -111,6 +118,11 @@ class NextMeasurements:
     upper_is: Finding | None = None
     warnings: tuple[Finding, ...] = ()
     within: tuple[Finding, ...] = ()
+
+    @property
+    def needs_more(self) -> bool:
+        """True if something speaks against the map that further states may answer."""
+        return any(warning.kind in _MORE_ANSWERS for warning in self.warnings)
 
     @property
     def progress(self) -> Finding:
