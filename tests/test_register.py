@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import datetime
+import html
 import itertools
 import json
 import multiprocessing
@@ -34,6 +35,7 @@ from sqlalchemy.exc import DBAPIError
 
 import forcemap as fm
 import postgres
+from forcemap.exports.head import head_result
 from forcemap.register.audit import Action, verify
 from forcemap.register.connection import connect, file_system, is_local, is_network
 from forcemap.register.enter import change, enter
@@ -310,6 +312,9 @@ def test_from_a_release_to_its_end(register, measured, asked):
         bound=fm.ToleranceBound(device_error=3.0),
     )
     assert shown["speeds"]["speed_mmps"] == table.speed_mmps.tolist()
+    said = head_result(table.provenance)
+    assert (shown["speeds"]["warnings"], bool(said["warnings"])) == (said["warnings"], True)
+    assert set(said["assumptions"]) < set(shown["speeds"]["assumptions"])
     assert shown["map_sha256"] == fm.map_sha256(fm.fit_force_map(fm.read_dataset(measured)))
     assert asked("due")[1]["due"] == []
     (ends,) = asked("due", "--days", "400")[1]["due"][:1]
@@ -318,6 +323,9 @@ def test_from_a_release_to_its_end(register, measured, asked):
     if not register.postgresql or FULL_SIZE:  # a contact point needs the whole assessment, seconds each
         point = ["release", "cell-1", measured, "--point", "P1", "--valid-until", UNTIL]
         assert asked(*point)[1]["release"] == 2
+        of_point = asked("state", "cell-1")[1]["releases"][0]["speeds"]
+        assert set(said["warnings"]) <= set(of_point["warnings"])
+        assert any("map" in line for line in of_point["assumptions"])
     assert asked("change", "plant/cel-1", "firmware=5.12")[0] == 2  # a slip changes nothing
     assert asked("change", "cell-1", "device=PFMD, D9")[0] == 0
     assert asked("state", "plant/cell-1")[0] == 0
@@ -340,6 +348,23 @@ def test_from_a_release_to_its_end(register, measured, asked):
     done = [each["action"] for each in asked("state", "plant/cell-1")[1]["history"]]
     assert list(dict.fromkeys(done)) == ["withdraw", "release", "change", "enter"]
     assert whole(register)
+
+
+def test_speeds_of_a_release_are_shown_behind_what_must_be_said_first(blank, measured, forcemap, tmp_path):
+    where = str(shutil.copy(blank, tmp_path / "r.sqlite"))
+    chest = [(fm.force_limit("chest"), fm.Contact.TRANSIENT)]
+    with open_register(where) as register:
+        enter(register, measured)
+        release(register, "cell-1", measured, limits=chest, valid_until=UNTIL)
+        warnings = cell_state(register, "cell-1")[0].releases[0].speeds["warnings"]
+        add_release(register, subject="task old")  # as an earlier version entered it
+    said = (warnings[0], "WHAT MUST BE SAID FIRST IS NOT KNOWN")
+    text = " ".join(forcemap("register", "state", "cell-1", "--register", where)[1].split())
+    newest, before = text.split("Releases")[1].split("History")[0].split("- release")[1:]
+    assert (said[1] in newest, said[0] in newest, said[0] in before, said[1] in before) == (True, False, True, False)
+    with client_of(measured.parent, register=where) as client:
+        page = html.unescape(client.get("/register/cell?cell=cell-1").text)
+    assert all(warning in page for warning in said)
 
 
 REFUSALS = {

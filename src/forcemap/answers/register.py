@@ -8,6 +8,10 @@ from pydantic import Field
 
 from forcemap.answers.answer import AllSaid, Answer, Words
 
+WARNINGS_NOT_KEPT = (
+    "WHAT MUST BE SAID FIRST IS NOT KNOWN: released by an earlier version; see its report, or release anew"
+)
+
 
 class HeadAnswer(Answer):
     """The newest entry of the audit trail; `noted` is what `verify --head` takes."""
@@ -103,6 +107,16 @@ class ReleaseAnswer(Answer):
     report_sha256: str
     replaces: int | None
     simulated: bool
+
+    @property
+    def warnings(self) -> list[str]:
+        """What must be said before its speeds; empty if it gives none."""
+        return [] if self.speeds is None else list(self.speeds.get("warnings", [WARNINGS_NOT_KEPT]))
+
+    @property
+    def assumptions(self) -> list[str]:
+        """What its speeds rest on; empty if it gives none, or was released by an earlier version."""
+        return [] if self.speeds is None else list(self.speeds.get("assumptions", []))
 
     @classmethod
     def of(cls, release: Any) -> ReleaseAnswer:

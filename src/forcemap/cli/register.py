@@ -186,7 +186,7 @@ def state(cell: Cell, where: Where = None, as_json: Json = False) -> int:
     lines.append(f"{answer.cell}: {'in force' if answer.in_force else 'NOT IN FORCE'}")
     lines += [f"  {fact.kind}: {fact.value or 'not known'} since {fact.since[:10]}" for fact in answer.facts]
     lines += [f"  not known: {', '.join(answer.unknown)}"] if answer.unknown else []
-    lines += listing("Releases", [_release_line(each) for each in answer.releases[:_FEW]]) if answer.releases else []
+    lines += ["Releases", *_release_lines(answer.releases)] if answer.releases else []
     lines += listing(
         "History",
         [
@@ -237,7 +237,7 @@ def release(
     )
     line = f"Release {made.release} {'is entered' if made.new else 'is the same, there already'}"
     line += f"; it replaces release {made.replaces}" if made.replaces else ""
-    lines = [line, f"  {_release_line(ReleaseAnswer.of(shown))}", *_shared(made.also_of)]
+    lines = [line, *_release_lines([ReleaseAnswer.of(shown)]), *_shared(made.also_of)]
     emit(answer, [*lines, _head_line(made.head)], as_json=as_json)
     return 0
 
@@ -325,7 +325,7 @@ def who(
         lines.append(f"NOT KNOWN of {counted(len(not_known), 'cell')}: {few}")
     for relying in cells:
         lines += [f"{relying.cell or 'NO CELL STATED'}: {relying.because}"]
-        lines += [f"  - {_release_line(each)}" for each in relying.releases[:_FEW]]
+        lines += _release_lines(relying.releases)
     emit(answer, lines, as_json=as_json)
     return 0
 
@@ -446,6 +446,15 @@ def _head_line(head: audit.Head) -> str:
 def _due_line(entry: DueEntry) -> str:
     what: Sequence[str] = [entry.cell, f"release {entry.release}" if entry.release else ""]
     return ": ".join([*([", ".join(filter(None, what))] if entry.cell else []), "; ".join(entry.findings)])
+
+
+def _release_lines(releases: Sequence[ReleaseAnswer]) -> list[str]:
+    """The newest releases, each with what must be said before its speeds."""
+    lines = []
+    for release in releases[:_FEW]:
+        lines.append(f"  - {_release_line(release)}")
+        lines += [f"      {warning}" for warning in release.warnings]
+    return lines
 
 
 def _release_line(release: ReleaseAnswer) -> str:

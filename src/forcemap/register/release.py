@@ -17,6 +17,7 @@ from forcemap.assessment.point_results import PointOutcome
 from forcemap.errors import InputError, NotReleasable, RegisterError
 from forcemap.exports.robot_table import require_exportable
 from forcemap.files import file_sha256, read_bytes, stated_date
+from forcemap.findings import Finding
 from forcemap.register.audit import Action, Head, head, stated
 from forcemap.register.connection import Register
 from forcemap.register.enter import cells_with, facts_of, require_cell
@@ -25,7 +26,7 @@ from forcemap.register.in_force import Released, failed
 from forcemap.register.tables import AUDIT, CAMPAIGNS, RELEASES, WITHDRAWALS
 from forcemap.speeds.basis import Basis, limit_basis
 from forcemap.speeds.quantities import cases_of
-from forcemap.words import sentence, sentences
+from forcemap.words import assumptions, sentence, sentences, warnings
 
 REPORT_FILE = "report.html"
 _POINT = "point "  # with which the subject of a contact point's release begins
@@ -221,6 +222,7 @@ def _of_workspace(content: CampaignContent, limits: _Limits, task: str) -> _Spee
         "distance_edges_m": table.distance_edges.tolist(),
         "height_edges_m": table.height_edges.tolist(),
         "speed_mmps": table.speed_mmps.tolist(),
+        **_said(table.provenance.bases, table.provenance.notes),
     }
     subject = f"task {stated('task', task, longest=100)}" if task else "workspace"
     return _Speeds(subject, limits, str(bound), speeds, fm.map_sha256(force_map))
@@ -238,22 +240,30 @@ def _of_point(content: CampaignContent, name: str) -> _Speeds:
     point = result.point
     if result.outcome is PointOutcome.NOT_PERMITTED:
         raise NotReleasable(f"nothing is released of point {name}: {'; '.join(sentences(result.lacks))}")
+    bases: list[Basis] = []
     bound, digest = "impacts at the point", None
     if content.dataset is not None:
         table = content.dataset
-        _gate(
-            limit_basis(point.limit, point.contact, table.conditions, phase_two=table.phase_two, binding=table.binding)
-        )
+        phase_two, binding = table.phase_two, table.binding
+        bases.append(limit_basis(point.limit, point.contact, table.conditions, phase_two=phase_two, binding=binding))
     if point.by_map:
         force_map, carried = present(assessment.force_map), present(assessment.bound)
-        _gate(cases_of(force_map, point.limit, bound=carried, contact=point.contact)[0].basis)
+        bases.append(cases_of(force_map, point.limit, bound=carried, contact=point.contact)[0].basis)
         bound, digest = str(carried), fm.map_sha256(force_map)
+    for basis in bases:
+        _gate(basis)
     speed = fm.floor_speed(result.speed)
     ends: dict[str, Any] = {"lowest_to_program_mps": float(speed), "highest_to_program_mps": float(speed)}
     if point.placed:
         ends |= {"distance_m": [point.distance, point.distance_to], "height_m": [point.height, point.height_to]}
     speeds = {**ends, "outcome": str(result.outcome), "confirmed_by": list(result.confirmed_by)}
+    speeds |= _said(bases, result.rests_on)
     return _Speeds(f"{_POINT}{name}", ((point.limit, point.contact),), bound, speeds, digest)
+
+
+def _said(bases: Sequence[Basis], notes: Sequence[Finding]) -> dict[str, list[str]]:
+    """What must be said before speeds, and what they rest on, as it was said when they were released."""
+    return {"warnings": warnings(bases), "assumptions": assumptions(bases, notes)}
 
 
 def _gate(basis: Basis) -> None:
