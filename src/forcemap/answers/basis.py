@@ -62,7 +62,7 @@ def rests_on(force_map: ForceMap, basis: Basis, notes: Iterable[Finding | str] =
         "speed_overshoot_mps": math.nan if basis.allowance is None else basis.allowance.speed,
         "simulated": force_map.simulated,
         "measure_more_first": basis.measure_more,
-        "confirming_states": len(confirming_states(force_map.fit)) if force_map.fit else 0,
+        "confirming_states": len(confirming_states(force_map)),
         "warnings": warnings([basis]),
         "assumptions": [*notes, *assumptions([basis])],
         "map_sha256": map_sha256(force_map),

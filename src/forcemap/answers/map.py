@@ -173,7 +173,7 @@ class FitAnswer(PlaceFigures):
             states=len(fit.states),
             states_left_out=len(fit.left_out),
             states_left_out_names=fit.left_out.name,
-            test_samples=len(dataset.test),
+            test_samples=len(dataset.tested),
             spring_stated=not math.isnan(force_map.conditions.device.stiffness),
             repeats=most,
             fewest_repeats=fewest,
@@ -207,7 +207,12 @@ def margins_of(force_map: ForceMap) -> tuple[float, float]:
 def _states(force_map: ForceMap) -> list[MeasuredState]:
     fit = force_map.require_fit()
     rows: list[MeasuredState] = []
-    for role, states in (("train", fit.states), ("left out", fit.left_out), ("test", fit.test)):
+    for role, states in (
+        ("train", fit.states),
+        ("left out", fit.left_out),
+        ("test", force_map.tested),
+        ("slower", force_map.slower),
+    ):
         d, h, v = states.coordinates.T
         forces = (states.force, states.at_least, force_map.predict(d, h, v))
         rows += MeasuredState.of_columns(states.name, [role] * len(states), d, h, v, *forces)

@@ -28,7 +28,7 @@ class StateResult:
     distance, height, speed : float
         Its coordinates [m], [m], [m/s].
     role : str
-        "train", "test", or both.
+        "train", "test", or both; "slower" where it is slower than the map is to hold for.
     impacts, censored : int
         Number of uncensored and of censored repeats.
     mean, sd, highest : float
@@ -83,7 +83,7 @@ def state_results(
     columns: dict[str, Any] = {"mean": states.force, "sd": scatter.sd, "predicted": predicted}
     for field in ("distance", "height", "speed", "impacts", "censored", "highest", "at_least"):
         columns[field] = getattr(states, field)
-    results = []
+    slower, results = dataset.slower, []
     for i, name in enumerate(states.name):
         rows = dataset.state == name
         own = [recording for recording in judged if recording.entry.state_id == name]
@@ -94,7 +94,9 @@ def state_results(
             StateResult(
                 name=name,
                 **{field: column[i].item() for field, column in columns.items()},
-                role=" and ".join(sorted(set(dataset.role[rows].tolist()), reverse=True)),
+                role="slower"
+                if slower[rows].all()
+                else " and ".join(sorted(set(dataset.role[rows].tolist()), reverse=True)),
                 phase2_force=float(np.fmax.reduce(dataset.phase2_force[rows])),
                 scenarios={scenario: count for scenario in ContactScenario if (count := scenarios.count(scenario))},
                 flags=tuple(sorted(set(flags) - {"", "simulated"})),

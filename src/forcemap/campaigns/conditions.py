@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from forcemap.arrays import FloatArray
+from forcemap.arrays import FloatArray, Mask
 from forcemap.campaigns.entries import typed_entry
 from forcemap.campaigns.protocol import Protocol
 from forcemap.errors import CampaignFileError, InputError, nearest_names
@@ -33,6 +33,7 @@ UNFINISHED = "unfinished"
 """The entry that stands in campaign.toml as long as the lab writes recordings beside it."""
 
 _LARGEST_SPEED_ERROR = 0.5  # more is a percentage, or a campaign that says nothing of speeds
+_ROUNDING = 1e-9  # of a speed [m/s]
 _USUAL_SPEED_ERROR = 0.03  # that a warning names as an example: at this one, half of campaigns break their promise
 
 
@@ -67,6 +68,8 @@ class Conditions:
         Class of the low-pass whose peak is reported beside the raw one; NaN for none.
     place_tolerance, speed_tolerance : float
         How far repeats of a state may lie apart [m], [m/s].
+    slowest : float
+        States slower than this are not fitted [m/s]: a map holds from there. NaN for none.
     reach, fastest : float
         What `plan` was told and `next` keeps to: the largest distance of a place from the base's origin [m], the
         fastest speed [m/s]. No conditions of what is measured.
@@ -102,6 +105,7 @@ class Conditions:
     channel_frequency_class: float = math.nan
     place_tolerance: float = math.nan
     speed_tolerance: float = math.nan
+    slowest: float = math.nan
     reach: float = math.nan
     fastest: float = math.nan
     simulated: bool = False
@@ -121,6 +125,8 @@ class Conditions:
             raise InputError(f"payload: found {self.payload:g} kg, expected a finite number of at least 0")
         if self.channel_frequency_class <= 0 or self.channel_frequency_class == math.inf:
             raise InputError("channel frequency class: expected a positive finite number, such as 180 or 600")
+        if self.slowest <= 0:
+            raise InputError(f"map.slowest_mps: found {self.slowest:g}, expected metres per second above 0")
         if self.reach <= 0:
             raise InputError(f"plan.reach_m: found {self.reach:g}, expected metres above 0")
         if self.fastest <= 0:
@@ -142,6 +148,10 @@ class Conditions:
     def as_stated(self, at_contact: FloatArray) -> FloatArray:
         """What the campaign states of speeds at contact that count [m/s], rounded to 1e-9 where an error is stated."""
         return at_contact if math.isnan(self.speed_error) else np.round(at_contact / (1 - self.speed_error), 9)
+
+    def slower_than_map(self, stated: FloatArray) -> Mask:
+        """Which speeds [m/s], as the campaign states them, a map is not to hold for."""
+        return np.asarray(stated < self.slowest - _ROUNDING)
 
     @property
     def speed_doubt(self) -> Finding | None:
@@ -442,6 +452,7 @@ ENTRIES: dict[str, tuple[str, str | None]] = {  # entry: field, and what a new c
     "pressure.pitch_m": ("film.pitch", None),
     "standard.edition": ("standard_edition", "for example ISO/TS 15066:2016"),
     "standard.limit_table": ("limit_table", "your own table of limits, if any"),
+    "map.slowest_mps": ("slowest", None),
     f"{PLAN_TABLE}.reach_m": ("reach", "next plans no place farther from the base's origin"),
     f"{PLAN_TABLE}.fastest_mps": ("fastest", "next plans no faster impact, unless --speeds-mps says so"),
 }

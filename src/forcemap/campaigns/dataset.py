@@ -305,26 +305,39 @@ class ImpactDataset:
         return int(np.sum(~np.isnan(self.peak_pressure)))
 
     @property
+    def slower(self) -> Mask:
+        """Which impacts are of states slower than a map of them is to hold for (map.slowest_mps in campaign.toml)."""
+        _, index, count = np.unique(self.state, return_inverse=True, return_counts=True)
+        speed = np.bincount(index, weights=self.stated_speed) / count
+        return self.conditions.slower_than_map(speed)[index]
+
+    @property
     def train(self) -> ImpactDataset:
-        """The impacts with role train."""
-        return self.select(self.role == "train")
+        """The impacts that a map is fitted to: with role train, none slower than it is to hold for."""
+        return self.select((self.role == "train") & ~self.slower)
 
     @property
     def test(self) -> ImpactDataset:
-        """The impacts with role test."""
-        return self.select(self.role == "test")
+        """The impacts that no map is fitted to, but which may contradict it: with role test, and the slower ones."""
+        return self.select((self.role == "test") | self.slower)
+
+    @property
+    def tested(self) -> ImpactDataset:
+        """The impacts with role test that a map is to hold for."""
+        return self.select((self.role == "test") & ~self.slower)
 
     @property
     def independent_test(self) -> ImpactDataset:
-        """The impacts with role test of states that no training impact shares, by name or by coordinates.
+        """Of `tested` the impacts of states that no training impact shares, by name or by coordinates.
 
         Repeats of a training state share its error: they would flatter the map.
         """
-        train, test = self.train.states, self.test.states
+        tested = self.tested
+        train, test = self.train.states, tested.states
         if not len(train) or not len(test):
-            return self.test
+            return tested
         copies = test.repeats_of(train, self.tolerance)
-        return self.select((self.role == "test") & np.isin(self.state, np.array(test.name)[~copies]))
+        return tested.select(np.isin(tested.state, np.array(test.name)[~copies]))
 
     @cached_property
     def states(self) -> States:

@@ -171,7 +171,7 @@ def _readme(
     conditions = dataset.conditions
     error = conditions.speed_error
     less = "none is stated, both are the same" if math.isnan(error) else f"here {100 * error:g} %"
-    tested = [len(part.states) if len(part) else 0 for part in (dataset.test, dataset.independent_test)]
+    tested = [len(part.states) if len(part) else 0 for part in (dataset.tested, dataset.independent_test)]
     again = [
         f"Of the {tested[0]} states of role test, {tested[0] - tested[1]} are training states measured again: "
         f"`states.csv` has a row of each role for them, `accuracy.csv` compares the map with the other {tested[1]} "

@@ -38,7 +38,7 @@ def tables_of(source: Source, choices: Choices) -> tuple[dict[str, str], dict[st
     tables = {
         "dataset": _csv(dataset, [_counts(dataset)]),
         "states": _csv(
-            dataset, [row for role in ("train", "test") for row in _states(source.force_map, dataset, role)]
+            dataset, [row for role, part in _by_role(dataset) for row in _states(source.force_map, part, role)]
         ),
         "coefficients": _csv(dataset, [vars(row) for row in coefficient_intervals(source.force_map)]),
     }
@@ -86,15 +86,19 @@ def _counts(dataset: fm.ImpactDataset) -> dict[str, object]:
     """The row of a campaign in the paper's Table I."""
     every = dataset.states
     counts: dict[str, object] = {"most_repeats_of_a_state": int((every.impacts + every.censored).max())}
-    for role, part in (("training", dataset.train), ("testing", dataset.test)):
+    for role, part in (("training", dataset.train), ("testing", dataset.tested)):
         counts[f"{role}_states"] = len(part.states) if len(part) else 0
         counts[f"{role}_impacts_used"] = int(np.sum(~part.censored))
     return counts | {"impacts_above_device_range": int(dataset.censored.sum())}
 
 
+def _by_role(dataset: fm.ImpactDataset) -> tuple[tuple[str, fm.ImpactDataset], ...]:
+    """The impacts by what became of them; a training state that was measured again has some of role test, too."""
+    return ("train", dataset.train), ("test", dataset.tested), ("slower", dataset.select(dataset.slower))
+
+
 def _states(force_map: fm.ForceMap, dataset: fm.ImpactDataset, role: str) -> Iterator[dict[str, object]]:
-    """Every state of a role with its mean force and the map's; one that was measured again is a state of both."""
-    dataset = dataset.train if role == "train" else dataset.test
+    """The states of impacts of a role with their mean force and the map's."""
     if not len(dataset):
         return
     scatter = dict(zip(*(getattr(fm.repeatability(dataset), name) for name in ("state", "sd")), strict=True))

@@ -42,7 +42,7 @@ class Measured:
         assert force_map is not None
         fit, stated = force_map.fit, force_map.conditions
         tolerance = StateTolerance.stated(stated.place_tolerance, stated.speed_tolerance)
-        states, test = (None, None) if fit is None else (fit.states, fit.test)
+        states, test = (None, None) if fit is None else (fit.states, force_map.tested)
         return cls(states, test, tolerance, simulated)
 
     @property

@@ -124,7 +124,7 @@ def map_accuracy(force_map: ForceMap, dataset: ImpactDataset) -> tuple[Accuracy,
         with contextlib.suppress(InputError):  # as many states as coefficients: none can be left out
             accuracies.append(left_out(force_map))
     accuracies += _of_test(force_map, test.select(confirms), "confirming impacts")
-    accuracies.append(force_map_accuracy(force_map, dataset, on="all states"))
+    accuracies.append(force_map_accuracy(force_map, dataset.select(~dataset.slower), on="all states"))
     return tuple(accuracies)
 
 

@@ -258,13 +258,13 @@ def contradiction(force_map: ForceMap, bound: Bound) -> Finding | None:
     States that the map was fitted to, measured again, are no test: they share its error. The others contradict a bound
     for the share `content` of states if so many or more above it have a probability below 1 % (binomial distribution).
     """
-    if force_map.fit is None or not isinstance(bound, ToleranceBound) or not len(force_map.fit.test):
+    if force_map.fit is None or not isinstance(bound, ToleranceBound) or not len(force_map.tested):
         return None
     from scipy.special import bdtrc
 
     fit, conditions = force_map.fit, force_map.conditions
     tolerance = StateTolerance.stated(conditions.place_tolerance, conditions.speed_tolerance)
-    states = fit.test.select(~fit.test.repeats_of(fit.states, tolerance))
+    states = force_map.tested.select(~force_map.tested.repeats_of(fit.states, tolerance))
     if not len(states):
         return None
     upper = bound.upper(force_map, states.distance, states.height, states.speed)

@@ -19,6 +19,7 @@ from forcemap.maps.force_map import Fit, ForceMap
 from forcemap.maps.forms import CFM_3D, Form
 from forcemap.maps.map_file import map_sha256, read_map
 from forcemap.maps.measured_range import MeasuredRange
+from forcemap.maps.slower_impacts import cover_slower
 from forcemap.maps.transfer import REFUSED_BELOW, Earlier, Transfer, joint_fit, range_of, usual_shift
 
 EARLIER_MAP = "maps/earlier.json"
@@ -127,7 +128,9 @@ def transfer_map(old_map: ForceMap, dataset: ImpactDataset, *, shift: Form | Non
         raise _refused(joint.p_value, joint.new)
     near = np.any([new.at_places_of(each.states) for each in campaigns], axis=0)
     transfer = Transfer(form, campaigns, shifts, joint, int(near.sum()))
-    conditions = replace(dataset.conditions, simulated=dataset.simulated or old_map.simulated)
+    slowest = float(np.fmax(dataset.conditions.slowest, old_map.conditions.slowest))
+    simulated = dataset.simulated or old_map.simulated
+    conditions = replace(dataset.conditions, simulated=simulated, slowest=slowest)
     pressures = dataset.pressures or old_map.unmapped or old_map.other(Quantity.PRESSURE)
     return ForceMap(
         name=dataset.source or "carried over",
@@ -136,7 +139,7 @@ def transfer_map(old_map: ForceMap, dataset: ImpactDataset, *, shift: Form | Non
         measured_range=range_of(new, campaigns),
         fit=Fit(
             states=new,
-            test=dataset.test.states,
+            test=dataset.test.states.and_(old_map.slower),
             at_points=states_at_points(dataset),
             left_out=left_out,
             between_states=joint.regression,
@@ -168,6 +171,11 @@ def require_sound(old_map: ForceMap) -> None:
         raise FitError(
             f"{refused}: {old.censored_samples} impacts above the device range were discarded, so it may lie too low; "
             "fit it again with them"
+        )
+    if (cover := cover_slower(old_map)).refusal or cover.raised > 1:
+        raise FitError(
+            f"{refused}: impacts slower than it holds for measured more than it predicts, and what they measure at the "
+            "changed robot is not known; measure a new map"
         )
     try:
         ToleranceBound().require(old_map)

@@ -147,8 +147,10 @@ def _fitted(dataset: ImpactDataset, form: Form, impacts: CensoredImpacts) -> For
     """The map of the dataset's quantity alone; arguments and errors as in `fit_force_map`."""
     train = dataset.train
     if not len(train):
+        slowest = dataset.conditions.slowest
+        slower = f", none slower than {slowest:g} m/s (map.slowest_mps in campaign.toml)" * bool(slowest > 0)
         raise FitError(
-            "found no impact with role train, expected some; give role train to the impacts to fit",
+            f"found no impact with role train{slower}, expected some; give role train to the impacts to fit",
             file=dataset.source or None,
             column="role" if dataset.source else None,
         )

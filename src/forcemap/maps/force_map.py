@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from forcemap._version import __version__
-from forcemap.arrays import FloatArray
+from forcemap.arrays import FloatArray, Mask
 from forcemap.campaigns.dataset import Binding, Conditions, Drift, PhaseTwo, Quantity, States, measured_again
 from forcemap.errors import InputError
 from forcemap.findings import Finding
@@ -23,6 +23,8 @@ from forcemap.maps.measured_range import MeasuredRange
 from forcemap.maps.places import PlaceEffect
 from forcemap.maps.regression import Regression
 from forcemap.maps.transfer import Transfer, TransferRegression
+
+NO_STATES = States.single((), np.empty((0, 3)), np.empty(0))
 
 _GRID = 25
 """Points along each axis at which it is checked whether the prediction falls with speed. A choice: what is missed
@@ -41,7 +43,8 @@ class Fit:
         States that were left out because all of their impacts are censored and those were discarded; of a map that was
         carried over, those outside the earlier map's range.
     test : States
-        States with role test: not fitted, but what they measured may contradict a speed.
+        States with role test, or slower than the map is to hold for: not fitted, but what they measured may contradict
+        a speed.
     at_points : States
         Impacts at contact points alone, along the map's direction: not fitted either, each a state of its own.
     between_states : Regression
@@ -69,7 +72,7 @@ class Fit:
     table: str = ""
     table_sha256: str = ""
     transfer: Transfer | None = None
-    at_points: States = field(default_factory=lambda: States.single((), np.empty((0, 3)), np.empty(0)))
+    at_points: States = NO_STATES
 
     @property
     def measured(self) -> tuple[States, ...]:
@@ -292,6 +295,24 @@ class ForceMap:
     def other(self, quantity: Quantity) -> ForceMap | None:
         """The map of another quantity of the same impacts; None if there is none."""
         return next((each for each in self.others if each.quantity is quantity), None)
+
+    @cached_property
+    def slower(self) -> States:
+        """Measured states slower than the map is to hold for (map.slowest_mps in campaign.toml)."""
+        return self._test.select(self._is_slower)
+
+    @cached_property
+    def tested(self) -> States:
+        """States with role test that the map is to hold for."""
+        return self._test.select(~self._is_slower)
+
+    @property
+    def _test(self) -> States:
+        return NO_STATES if self.fit is None else self.fit.test
+
+    @property
+    def _is_slower(self) -> Mask:
+        return self.conditions.slower_than_map(self.conditions.as_stated(self._test.speed))
 
     @property
     def simulated(self) -> bool:

@@ -458,9 +458,8 @@ class _PlannedBefore:
 
 
 def _without_tests(force_map: ForceMap) -> ForceMap:
-    """A fitted map as if no state had role test."""
-    fit = force_map.require_fit()
-    return replace(force_map, fit=replace(fit, test=fit.test.select(np.arange(0))))
+    """A fitted map as if no state had role test; what is slower than it holds for stays."""
+    return replace(force_map, fit=replace(force_map.require_fit(), test=force_map.slower))
 
 
 def _grid(force_map: ForceMap, tolerance: StateTolerance) -> FloatArray:

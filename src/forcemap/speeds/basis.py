@@ -34,8 +34,9 @@ from forcemap.limits.device_spring import DeviceSuitability, device_suitability
 from forcemap.limits.force_limits import Contact, ForceLimit, NewtonLimit
 from forcemap.maps.bounds import PAPER_MARGIN, Bound, ToleranceBound, contradiction, margins, weakness
 from forcemap.maps.direction import RAISED_OFF_AXIS, WIDEST_ANGLE, raised_off_axis
-from forcemap.maps.force_map import Fit, ForceMap
+from forcemap.maps.force_map import ForceMap
 from forcemap.maps.saturation import saturation_doubt
+from forcemap.maps.slower_impacts import cover_slower, slower_impacts
 from forcemap.speeds.allowance import Allowance
 
 _SCATTERED = 1.05
@@ -177,14 +178,13 @@ def basis_of(
     transfer = fit.transfer if (fit := force_map.fit) else None
     weak, contradicted = weakness(bound, force_map), contradiction(force_map, bound)
     doubt = basis.conditions.speed_doubt
-    above = exceeded = None
-    if weak is None:
-        above = _confirming_above(force_map, bound)
-        exceeded = exceeded_where_permitted(force_map, bound, basis.newtons, basis.raised * off_axis) or above
-    measured = tuple(filter(None, (contradicted, exceeded if np.ndim(basis.newtons) == 0 else above)))
+    slower = cover_slower(force_map)
+    raised = basis.raised * off_axis * slower.raised
+    exceeded, refuses = (None, None) if weak else _measured_above(force_map, bound, basis.newtons, raised)
+    measured = tuple(filter(None, (slower.refusal, contradicted, refuses)))
     return replace(
         basis,
-        raised=basis.raised * off_axis,
+        raised=raised,
         refusals=basis.refusals or measured,
         warnings=(
             *([exceeded] if exceeded and (basis.refusals or exceeded not in measured) else []),
@@ -202,6 +202,7 @@ def basis_of(
             *basis.notes,
             *(transfer.findings if transfer else ()),
             direction,
+            *slower.notes,
             *map_notes(force_map, bound),
         ),
         export_refusal=exceeded or weak or basis.export_refusal,
@@ -313,16 +314,25 @@ def exceedances(force_map: ForceMap, bound: Bound, limits: FloatArray, raised: f
             yield Exceedance(str(inside.name[i]), float(measured[i]), place, between)
 
 
-def confirming_states(fit: Fit) -> States:
+def confirming_states(force_map: ForceMap) -> States:
     """The states that were measured to confirm a map."""
-    return fit.test.select(np.array([name.startswith(CONFIRMING) for name in fit.test.name], dtype=np.bool_))
+    tested = force_map.tested
+    return tested.select(np.array([name.startswith(CONFIRMING) for name in tested.name], dtype=np.bool_))
+
+
+def _measured_above(
+    force_map: ForceMap, bound: Bound, newtons: Any, raised: float
+) -> tuple[Finding | None, Finding | None]:
+    """What was measured above the limit or the bound, and what of it refuses every speed: of several limits each does
+    for itself."""
+    above = _confirming_above(force_map, bound)
+    exceeded = exceeded_where_permitted(force_map, bound, newtons, raised) or above
+    return exceeded, exceeded if np.ndim(newtons) == 0 else above
 
 
 def _confirming_above(force_map: ForceMap, bound: Bound) -> Finding | None:
     """Impacts that were to confirm a map and lie above its bound, whatever the limit; None without any."""
-    if force_map.fit is None:
-        return None
-    test = confirming_states(force_map.fit)
+    test = confirming_states(force_map)
     low, _ = force_map.measured_range.speeds(test.distance, test.height)
     above = np.fmax(test.highest, test.at_least) > bound.upper(force_map, test.distance, test.height, test.speed)
     names = tuple(np.array(test.name)[above & ~np.isnan(low)].tolist())
@@ -335,6 +345,7 @@ def doubts_of_fit(force_map: ForceMap) -> tuple[Finding, ...]:
     excluded = force_map.binding.reason if force_map.binding.state is BindingState.BOUND else None
     return (
         *([excluded] if excluded else []),
+        *([slower] if (slower := slower_impacts(force_map)) else []),
         *_falls(force_map),
         *(tested.warnings if tested else ()),
         *([drift.finding] if drift and drift.significant else []),
@@ -452,7 +463,7 @@ def map_notes(force_map: ForceMap, bound: Bound) -> list[Finding]:
         note(kind.PAPER_MARGIN_TOO_SMALL, too_small, count=too_small, states=states)
     if fit is None:
         return notes
-    note(kind.NOT_CONFIRMED, made=len(confirming_states(fit)) or None)
+    note(kind.NOT_CONFIRMED, made=len(confirming_states(force_map)) or None)
     scattered = int(np.sum(np.fmax(fit.states.highest, fit.states.at_least) > _SCATTERED * fit.states.force))
     note(kind.SCATTERED, scattered, states=scattered)
     censored = fit.censored_samples + int(fit.test.censored.sum())

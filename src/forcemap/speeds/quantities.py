@@ -16,6 +16,7 @@ from forcemap.limits.body_areas import PASCALS
 from forcemap.limits.force_limits import PHASE_TWO_SHARE, Contact, ForceLimit
 from forcemap.maps.bounds import Bound, contradiction, weakness
 from forcemap.maps.force_map import ForceMap
+from forcemap.maps.slower_impacts import cover_slower
 from forcemap.speeds.basis import Basis, basis_of, doubts_of_fit, exceeded_where_permitted, map_notes
 
 _ONCE = (FindingKind.PERSON_AT_REST, FindingKind.PRESSURE_NOT_ASSESSED, FindingKind.DEVICE_ERROR_NOT_STATED)
@@ -105,7 +106,7 @@ def _other_basis(force_map: ForceMap, other: ForceMap, of_force: Basis) -> Basis
             return None
         newtons, raised = of_force.newtons, of_force.raised
         note = Finding.of(FindingKind.CLAMPING_FORCE_ASSESSED, limit=float(np.min(newtons)), **figures)
-    refusals: list[Finding] = []
+    slower, refusals = cover_slower(other), list[Finding]()
     try:
         bound.require(other)
     except BoundNotAvailable as error:
@@ -115,19 +116,19 @@ def _other_basis(force_map: ForceMap, other: ForceMap, of_force: Basis) -> Basis
     else:
         if other.quantity is Quantity.PRESSURE:
             _require_within(newtons, other, other.highest_force * of_force.raised / raised)
-        refusals += [why] if (why := contradiction(other, bound)) else []
+        refusals += filter(None, (slower.refusal, contradiction(other, bound)))
     weak = None if refusals else weakness(bound, other)
-    exceeded = None if refusals or weak else exceeded_where_permitted(other, bound, newtons, raised)
+    exceeded = None if refusals or weak else exceeded_where_permitted(other, bound, newtons, raised * slower.raised)
     notes = [] if refusals else [each for each in map_notes(other, bound) if each.kind not in _ONCE]
     alone = exceeded if np.ndim(newtons) == 0 else None  # of several limits each refuses for itself
     refusals += [alone] if alone else []
     return replace(
         of_force,
         newtons=newtons,
-        raised=raised,
+        raised=raised * slower.raised,
         refusals=tuple(refusals),
         warnings=(*filter(None, (None if alone else exceeded, weak)), *doubts_of_fit(other)),
-        notes=(note, *notes),
+        notes=(note, *slower.notes, *notes),
         export_refusal=exceeded or weak,
     )
 

@@ -271,14 +271,18 @@ def _choice(
 
 def _as_planned(conditions: Conditions, speeds: Sequence[float]) -> tuple[Sequence[float], float, tuple[Finding, ...]]:
     """Speeds that may be planned [m/s] and the reach [m], as the conditions state of the plan; what they state."""
-    reach, kept = math.inf, []
+    reach, kept = math.inf, list[Finding]()
     if not len(speeds) and conditions.fastest > 0:
         speeds = min(SPEEDS[0], conditions.fastest / 2), conditions.fastest
         kept.append(Finding.of(FindingKind.SPEEDS_AS_PLANNED, fastest_mps=conditions.fastest))
+    speeds = speeds if len(speeds) else SPEEDS
+    if min(speeds) < conditions.slowest:
+        speeds = conditions.slowest, max(speeds)
+        kept.append(Finding.of(FindingKind.SPEEDS_OF_MAP, slowest_mps=conditions.slowest))
     if conditions.reach > 0:
         reach = conditions.reach
         kept.append(Finding.of(FindingKind.PLACES_AS_PLANNED, reach_m=reach))
-    return speeds if len(speeds) else SPEEDS, reach, tuple(kept)
+    return speeds, reach, tuple(kept)
 
 
 def _by_force_alone(

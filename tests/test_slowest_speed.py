@@ -1,0 +1,206 @@
+"""A map that holds from a stated speed on: slower impacts are not fitted, and never passed over."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, strategies as st
+from oracle import DEVICE, full_grid, printed_force
+
+import forcemap as fm
+from forcemap.campaigns.quantity import Quantity
+from forcemap.errors import CampaignFileError
+from forcemap.recordings.film import Film
+
+GRID = full_grid("ur10e")
+HAND = fm.force_limit("back_of_hand")
+CASE = {"contact": fm.Contact.TRANSIENT, "bound": fm.ToleranceBound()}
+SLOWEST, SLOW = 0.19, 0.12
+PLACES = np.unique(GRID[:, :2], axis=0)[[0, 6, 12, 18, 24]]
+
+
+def impacts(ratios, slowest=SLOWEST, censored=(), role="train", pressures=False):
+    """The full grid, and slow impacts at five places: their force is a ratio of the printed one at 0.2 m/s."""
+    rng = np.random.default_rng(5)
+    force = printed_force("ur10e", *GRID.T) * np.exp(rng.normal(0, 0.02, len(GRID)))
+    slow = np.column_stack([PLACES, np.full(len(PLACES), SLOW)])
+    of_slow = np.asarray(ratios) * printed_force("ur10e", *PLACES.T, np.full(len(PLACES), 0.2))
+    states, force = np.vstack([GRID, slow]), np.append(force, of_slow)
+    above = np.isin(np.arange(len(states)) - len(GRID), censored)
+    film = {"peak_pressure": 0.9 * force} if pressures else {}
+    return fm.ImpactDataset.from_arrays(
+        distance=states[:, 0],
+        height=states[:, 1],
+        speed=states[:, 2],
+        peak_force=force,
+        censored=above,
+        state=[f"s{i}" for i in range(len(GRID))] + [f"slow{i}" for i in range(len(slow))],
+        role=["train"] * len(GRID) + [role] * len(slow),
+        conditions=fm.Conditions(
+            device=replace(DEVICE, range=2000.0),
+            direction="down",
+            slowest=slowest,
+            film=Film(range=1800.0, error=0.05, mean_over=1.0),
+        ),
+        **film,
+    )
+
+
+def alone():
+    """The map of the grid without any slower impact."""
+    dataset = impacts(np.full(5, 0.5))
+    return fm.fit_force_map(dataset.select(~dataset.slower))
+
+
+def said(found):
+    return [fm.sentence(finding) for finding in (*found.basis.refusals, *found.basis.warnings, *found.basis.notes)]
+
+
+@pytest.mark.parametrize("role", ["train", "test"])
+def test_slower_impacts_are_not_fitted_and_said_first(role, tmp_path):
+    dataset = impacts([0.5, 0.6, 0.7, 0.8, 0.9], role=role)
+    force_map = fm.fit_force_map(dataset)
+    assert np.array_equal(force_map.coefficients, alone().coefficients)
+    assert force_map.measured_range.lowest[2] == 0.2
+    assert force_map.slower.name == tuple(f"slow{i}" for i in range(5))
+    assert [each.on for each in fm.map_accuracy(force_map, dataset)] == [
+        "leave-one-state-out",
+        "leave-one-place-out",
+        "all states",
+    ]
+    assert fm.map_accuracy(force_map, dataset)[-1].states == len(GRID)
+    fm.write_map(force_map, tmp_path / "m.json")
+    for each in (force_map, fm.read_map(tmp_path / "m.json")):
+        found = fm.safe_speed(each, 0.7, 0.3, limit=HAND, **CASE)
+        (line,) = [line for line in said(found) if "MAP HOLDS FROM" in line]
+        assert "from 0.19 m/s" in line.lower()
+        assert "5 slower states are not fitted; none of the 5 at its places measured more" in line
+        assert found.speed == fm.safe_speed(alone(), 0.7, 0.3, limit=HAND, **CASE).speed
+    with_them = fm.fit_force_map(impacts([0.5, 0.6, 0.7, 0.8, 0.9], slowest=float("nan"), role=role))
+    assert with_them.measured_range.lowest[2] == (SLOW if role == "train" else 0.2)
+    assert not len(with_them.slower)
+
+
+def test_what_slower_impacts_measured_above_the_map_raises_the_bound_everywhere():
+    ratios = [0.9, 1.3, 0.9, 1.1, 0.9]
+    force_map = fm.fit_force_map(impacts(ratios))
+    slow = np.asarray(ratios) * printed_force("ur10e", *PLACES.T, np.full(5, 0.2))
+    raised = float(np.max(slow / alone().predict(*PLACES.T, np.full(5, 0.2))))
+    assert raised == pytest.approx(1.3, rel=0.03)
+    found = fm.safe_speed(force_map, 0.7, 0.3, limit=400.0, quasi_static_limit=200.0, **CASE)
+    assert found.basis.raised == pytest.approx(raised, rel=1e-12)
+    lower = fm.safe_speed(alone(), 0.7, 0.3, limit=400 / raised, quasi_static_limit=200.0, **CASE)
+    assert lower.speed > 0.2
+    assert found.speed == pytest.approx(lower.speed, abs=1e-9)
+    lines = said(found)
+    assert any(f"forces raised by {100 * (raised - 1):.1f} % everywhere" in line for line in lines)
+    assert any("of the 5 at its places measured more than it predicts" in line for line in lines)
+
+
+@given(st.lists(st.floats(0.3, 2.5), min_size=5, max_size=5), st.sampled_from([140.0, 200.0, 280.0, 400.0]))
+def test_property_no_speed_where_slower_motion_measured_more_than_the_limit(ratios, limit):
+    dataset = impacts(ratios)
+    found = fm.safe_speed(fm.fit_force_map(dataset), *PLACES.T, limit=limit, quasi_static_limit=limit / 2, **CASE)
+    exceeds = dataset.peak_force[dataset.slower] > limit
+    assert np.isnan(found.speed[exceeds]).all()
+    assert not (found.speed < 0.2).any()
+
+
+def test_slower_impacts_above_the_device_range_permit_nothing():
+    force_map = fm.fit_force_map(impacts([0.5, 0.5, 3.0, 0.5, 0.5], censored=[2]))
+    found = fm.safe_speed(force_map, 0.7, 0.3, limit=HAND, **CASE)
+    assert np.isnan(found.speed)
+    assert "slow2" in said(found)[0]
+    with pytest.raises(fm.NotReleasable, match="slow2"):
+        fm.robot_table(force_map, limits=[(HAND, fm.Contact.TRANSIENT)], bound=fm.ToleranceBound(), size=0.1)
+
+
+def test_it_holds_for_pressures_alike():
+    ratios = [0.9, 1.3, 0.9, 1.1, 0.9]
+    force_map = fm.fit_force_map(impacts(ratios, pressures=True))
+    assert len(force_map.other(Quantity.PRESSURE).slower) == 5
+    plain = impacts(np.full(5, 0.5), pressures=True)
+    speeds = [
+        float(fm.safe_speed(each, 0.85, 0.4, limit=HAND, **CASE).speed) for each in (force_map, fm.fit_force_map(plain))
+    ]
+    assert speeds[0] < speeds[1]
+
+
+def test_a_state_counts_with_the_mean_speed_of_its_repeats():
+    """As the campaign states speeds, not less their error."""
+    dataset = impacts(np.full(5, 0.5), slowest=0.2)
+    assert dataset.slower.sum() == 5
+    wider = replace(dataset.conditions, speed_error=0.05)
+    assert replace(dataset, conditions=wider).slower.sum() == 5
+    force_map = fm.fit_force_map(replace(dataset, conditions=wider))
+    assert len(force_map.slower) == 5
+    assert force_map.measured_range.lowest[2] == pytest.approx(0.19)
+    scattered = dataset.stated_speed.copy()
+    scattered[:2], state = [0.195, 0.205], dataset.state.copy()
+    state[:2] = "one"
+    assert not replace(dataset, stated_speed=scattered, state=state).slower[:2].any()
+
+
+@pytest.mark.parametrize(
+    ("words", "column"),
+    [("slowest_mps = 0", "found 0,"), ('slowest_mps = "0.2"', "a finite number"), ("slowst_mps = 0.2", "slowest_mps")],
+)
+def test_an_entry_that_is_none_is_one_line(words, column, tmp_path):
+    file = tmp_path / "campaign.toml"
+    file.write_text(f'schema = "forcemap-campaign/1"\n[map]\n{words}\n')
+    with pytest.raises(CampaignFileError, match=column):
+        fm.read_conditions(file)
+
+
+def test_where_all_is_slower_nothing_is_fitted_and_it_is_said_why():
+    with pytest.raises(fm.FitError, match=r"map\.slowest_mps"):
+        fm.fit_force_map(impacts(np.full(5, 0.5), slowest=0.9))
+
+
+def test_a_map_is_carried_over_with_its_slower_impacts_or_not_at_all(tmp_path):
+    """What they measure at the changed robot is not known: where they raise the bound, nothing is carried over."""
+    d, h, v = (GRID + np.array([0.03, 0.03, 0.01]))[GRID[:, 0] < 0.85].T
+    new = fm.ImpactDataset.from_arrays(
+        distance=d,
+        height=h,
+        speed=v,
+        peak_force=1.1 * printed_force("ur10e", d, h, v) * np.exp(np.random.default_rng(2).normal(0, 0.02, d.size)),
+        conditions=replace(impacts(np.full(5, 0.5)).conditions, slowest=float("nan")),
+    )
+    force_map = fm.transfer_map(fm.fit_force_map(impacts([0.5, 0.6, 0.7, 0.8, 0.9])), new)
+    fm.write_map(force_map, tmp_path / "m.json")
+    for each in (force_map, fm.read_map(tmp_path / "m.json")):
+        assert len(each.slower) == 5
+        assert any("MAP HOLDS FROM 0.19" in line for line in said(fm.safe_speed(each, 0.7, 0.3, limit=HAND, **CASE)))
+    with pytest.raises(fm.FitError, match="measure a new map"):
+        fm.transfer_map(fm.fit_force_map(impacts([0.5, 1.3, 0.7, 0.8, 0.9])), new)
+
+
+def test_next_plans_nothing_slower():
+    dataset = impacts([0.5, 0.6, 0.7, 0.8, 0.9]).select(np.arange(len(GRID) + 5) % 3 != 1)
+    options = {"limit": HAND, "contact": fm.Contact.TRANSIENT, "largest_force": 900.0}
+    for speeds in ((), (0.05, 0.4)):
+        found = fm.next_measurements(dataset.bound_by(impacts(np.full(5, 0.5)).binding), speeds=speeds, **options)
+        assert any("map.slowest_mps" in fm.sentence(each) for each in found.within)
+        assert found.plan is None or (found.plan.speed >= SLOWEST).all()
+
+
+def test_commands_say_which_states_are_slower(example_folders, tmp_path, ask):
+    import shutil
+
+    folder = shutil.copytree(example_folders["ur10e"], tmp_path / "c")
+    before = ask("fit", folder)[1]
+    with (folder / "campaign.toml").open("a") as file:
+        file.write("\n[map]\nslowest_mps = 0.25\n")
+    code, answer = ask("fit", folder, "-o", tmp_path / "m.json")
+    assert code == 0
+    assert answer["states"] < before["states"]
+    slower = [each for each in answer["measured_states"] if each["role"] == "slower"]
+    assert slower
+    assert all(each["speed_mps"] < 0.25 for each in slower)
+    assert min(e["speed_mps"] for e in answer["measured_states"] if e["role"] == "train") >= 0.25
+    assert any("MAP HOLDS FROM 0.25" in doubt for doubt in answer["doubts"])
+    for command in (["evaluate", folder], ["compare", folder, "--area", "back_of_hand"]):
+        assert ask(*command)[0] == 0

@@ -1,0 +1,84 @@
+"""Maps that hold from a stated speed on (map.slowest_mps), on the virtual lab's truth: is slower motion safe with them?
+
+A place that is permitted a speed is too fast if the lab's force there exceeds the limit at any speed up to it, also
+slower than the map holds for. The default plan from 0.05 m/s on, of which the states below 0.2 m/s are not fitted.
+`make validity` runs 100 campaigns a row and prints the table of docs/validity.md.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from test_lab_bound import NOISE, REPEATS, box
+
+import forcemap as fm
+from forcemap.lab.bench import simulate_peaks
+from forcemap.lab.virtual_robot import PRESETS, virtual_robot
+from sizes import FULL_SIZE
+from truths import spread
+
+SEED, SLOWEST, MEASURED_FROM, EFFECT = 202627, 0.2, 0.05, 0.022
+STATES = {27: 14, 36: 18}  # of the plan, and its places
+LIMITS = (140.0, 180.0, 220.0, 260.0, 300.0, 340.0)  # N
+LEVELS = np.linspace(0.05, 0.4, 36)  # m/s, at which the lab's force is known
+
+
+def truth(preset):
+    """Places of a fine grid, shape (n, 2), and the largest force of the lab up to each of LEVELS there, (n, 36)."""
+    places = np.unique(box(preset, MEASURED_FROM).grid(13, 13, 2)[:, :2], axis=0)
+    d, h = places.repeat(LEVELS.size, axis=0).T
+    force = simulate_peaks(virtual_robot(preset), d, h, np.tile(LEVELS, len(places)))
+    return places, np.maximum.accumulate(force.reshape(len(places), -1), axis=1)
+
+
+def campaign(preset, states, number):
+    """A seeded campaign whose robot's speeds scatter; the conditions state from which speed on its map is to hold."""
+    robot, rng = virtual_robot(preset), np.random.default_rng([SEED, number])
+    points = spread(box(preset, MEASURED_FROM), states=states, places=STATES[states]).repeat(REPEATS, axis=0)
+    d, h, v = points.T
+    state = np.arange(v.size) // REPEATS
+    peak = simulate_peaks(robot, d, h, v * (1 + robot.speed_scatter * rng.standard_normal(v.size)))
+    force = peak * np.exp(EFFECT * rng.standard_normal(state[-1] + 1)[state]) + rng.normal(0, NOISE, v.size)
+    stated = fm.Conditions(direction="down", slowest=SLOWEST, device=fm.Device(stiffness=75e3, range=2000.0, error=3.0))
+    names = [f"s{i}" for i in state]
+    return fm.ImpactDataset.from_arrays(
+        distance=d,
+        height=h,
+        speed=v,
+        peak_force=force,
+        state=names,
+        conditions=stated,
+        phase2_force=np.full(v.size, 20.0),
+    )
+
+
+@pytest.mark.parametrize("states", STATES if FULL_SIZE else [36])
+@pytest.mark.parametrize("preset", PRESETS if FULL_SIZE else ["ur10e-like"])
+def test_slower_motion_is_safe_where_a_speed_is_permitted(preset, states, full_size):
+    """Counted as the promise: 95 % of the places in 95 % of campaigns, and far off nowhere."""
+    places, highest = truth(preset)
+    permitted = above = slower = much = campaigns = 0
+    worst, most_raised = 0.0, 1.0
+    for number in range(100 if full_size else 4):
+        force_map = fm.fit_force_map(campaign(preset, states, number))
+        assert force_map.measured_range.lowest[2] >= SLOWEST
+        for limit in LIMITS:
+            found = fm.safe_speed(
+                force_map, *places.T, limit=limit, bound=fm.ToleranceBound(), contact=fm.Contact.TRANSIENT,
+                quasi_static_limit=limit / 2,
+            )  # fmt: skip
+            has = ~np.isnan(found.speed)
+            if not has.any():
+                continue
+            reached = highest[has, np.searchsorted(LEVELS, found.speed[has] + 1e-9) - 1]
+            below = highest[has, np.searchsorted(LEVELS, SLOWEST + 1e-9) - 1]
+            campaigns, permitted = campaigns + 1, permitted + int(has.sum())
+            above, slower = above + int((reached > limit).sum()), slower + int((below > limit).sum())
+            much += np.mean(reached > limit) > 0.2
+            worst, most_raised = max(worst, float((reached / limit).max())), max(most_raised, found.basis.raised)
+    share = 100 * np.array([above, slower]) / permitted
+    row = f"{permitted:,} | {share[0]:.2f} % | {share[1]:.2f} % | {worst:.3f} | {100 * much / campaigns:.1f} %"
+    print(f"| {preset} | {states} | {row} | {100 * (most_raised - 1):.1f} % |")
+    assert permitted > 500
+    assert share[0] <= 5.0
+    assert worst < 1.15
