@@ -799,8 +799,8 @@ def test_the_table_of_what_censored_impacts_change_stands_before_the_coefficient
 def test_select_says_that_it_needs_a_full_grid_and_concludes_on_one(forcemap, paper_grids, tmp_path):
     fm.write_dataset(paper_grids["ur10e"].train, tmp_path / "impacts.csv")
     error = unwrapped(forcemap("select", tmp_path / "impacts.csv")[2])
-    assert "Term selection needs a full grid (plan --design full-grid): the training states alone" in error
-    assert "cannot tell 20 coefficients" in error
+    assert "starts from 20 terms up to the third power, so it needs at least four distances" in error
+    assert "best a full grid of them (plan --design full-grid has five of each" in error
     fm.write_dataset(paper_grids["ur10e"], tmp_path / "impacts.csv")
     assert "Conclusion: which terms" in forcemap("select", tmp_path / "impacts.csv")[1]
 

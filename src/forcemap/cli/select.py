@@ -41,8 +41,9 @@ def select(
     except (fm.TooFewStates, fm.RankDeficient) as error:
         coefficients = len(fm.FULL_CUBIC.terms)
         raise type(error)(
-            "Term selection needs a full grid (plan --design full-grid): the training states alone cannot tell "
-            f"{coefficients} coefficients ({error.problem})",
+            f"Term selection starts from {coefficients} terms up to the third power, so it needs at least four "
+            "distances, heights and speeds, best a full grid of them (plan --design full-grid has five of "
+            f"each, and test states count): {error.problem}",
             file=error.file,
         ) from None
     answer = SelectionAnswer.of_selection(stability, simulated=any(dataset.simulated for dataset in datasets))

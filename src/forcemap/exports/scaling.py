@@ -68,7 +68,6 @@ def scaling_result(speeds: PathSpeeds, provenance: Provenance) -> dict[str, Any]
         reason = sentence(speeds.reason[i])
         if driven < min(Decimal(allowed), Decimal(repr(programmed))):
             reason += "; slower here, because a later piece allows less"
-        scaling = _scaling(driven, programmed)
         rows.append(
             {
                 "piece": i + 1,
@@ -76,8 +75,8 @@ def scaling_result(speeds: PathSpeeds, provenance: Provenance) -> dict[str, Any]
                 **dict(zip(_PLACES, [*points[i], *points[i + 1]], strict=True)),
                 "programmed_speed_mps": programmed,
                 "allowed_speed_mps": float(allowed),
-                "commanded_speed_mps": float(scaling * Decimal(repr(programmed))),
-                "scaling": float(scaling),
+                "commanded_speed_mps": float(driven),
+                "scaling": float(_scaling(driven, programmed)),
                 "outcome": str(speeds.outcome[i]),
                 "governed_by": one_line(str(speeds.governed_by[i])),
                 "limit_N": None if math.isnan(speeds.limit[i]) else float(speeds.limit[i]),
@@ -90,12 +89,13 @@ def scaling_result(speeds: PathSpeeds, provenance: Provenance) -> dict[str, Any]
 def _use(speeds: PathSpeeds) -> str:
     """How the factors must be applied, so that they also hold at the boundaries of pieces."""
     return (
-        "use: apply each factor from the start of its piece, on a robot that then brakes along the path with at least "
-        f"{speeds.acceleration:g} m/s^2; no piece is then entered faster than it allows. On one that brakes less, the "
-        "factor of the slower neighbour must be reached before the boundary. As motions of a program: one linear "
-        "motion a piece, to its to_x_m, to_y_m, to_z_m (y is 0 of a path in distances and heights), at "
-        "commanded_speed_mps, blended only with the next row of its segment on the same straight line, by no more than "
-        "the position tolerance leaves beside the robot's own deviation; at rest everywhere else"
+        "use: apply each factor, whole percent rounded down, from the start of its piece, on a robot that then "
+        f"brakes along the path with at least {speeds.acceleration:g} m/s^2; no piece is then entered faster than "
+        "it allows. On one that brakes less, the factor of the slower neighbour must be reached before the boundary. "
+        "As motions of a program: one linear motion a piece, to its to_x_m, to_y_m, to_z_m (y is 0 of a path in "
+        "distances and heights), at commanded_speed_mps, blended only with the next row of its segment on the same "
+        "straight line, by no more than the position tolerance leaves beside the robot's own deviation; at rest "
+        "everywhere else"
     )
 
 
