@@ -350,7 +350,7 @@ def test_from_a_release_to_its_end(register, measured, asked):
     assert whole(register)
 
 
-def test_speeds_of_a_release_are_shown_behind_what_must_be_said_first(blank, measured, forcemap, tmp_path):
+def test_speeds_of_a_release_are_shown_behind_what_must_be_said_first(blank, measured, forcemap, ask, tmp_path):
     where = str(shutil.copy(blank, tmp_path / "r.sqlite"))
     chest = [(fm.force_limit("chest"), fm.Contact.TRANSIENT)]
     with open_register(where) as register:
@@ -359,9 +359,13 @@ def test_speeds_of_a_release_are_shown_behind_what_must_be_said_first(blank, mea
         warnings = cell_state(register, "cell-1")[0].releases[0].speeds["warnings"]
         add_release(register, subject="task old")  # as an earlier version entered it
     said = (warnings[0], "WHAT MUST BE SAID FIRST IS NOT KNOWN")
+    _, answer = ask("register", "state", "cell-1", "--register", where)
+    assert [each["speeds"]["warnings"][0].startswith(said[1]) for each in answer["releases"]] == [True, False]
     text = " ".join(forcemap("register", "state", "cell-1", "--register", where)[1].split())
     newest, before = text.split("Releases")[1].split("History")[0].split("- release")[1:]
-    assert (said[1] in newest, said[0] in newest, said[0] in before, said[1] in before) == (True, False, True, False)
+    for shown, warning in ((newest, said[1]), (before, said[0])):
+        assert 0 < shown.index("in force until") < shown.index(warning) < shown.index("program at most")
+    assert said[0] not in newest
     with client_of(measured.parent, register=where) as client:
         page = html.unescape(client.get("/register/cell?cell=cell-1").text)
     assert all(warning in page for warning in said)

@@ -111,7 +111,7 @@ class ReleaseAnswer(Answer):
     @property
     def warnings(self) -> list[str]:
         """What must be said before its speeds; empty if it gives none."""
-        return [] if self.speeds is None else list(self.speeds.get("warnings", [WARNINGS_NOT_KEPT]))
+        return [] if self.speeds is None else list(self.speeds["warnings"])
 
     @property
     def assumptions(self) -> list[str]:
@@ -121,7 +121,7 @@ class ReleaseAnswer(Answer):
     @classmethod
     def of(cls, release: Any) -> ReleaseAnswer:
         """The answer from a state of a release."""
-        speeds = release.speeds if release.in_force else None
+        speeds = {"warnings": [WARNINGS_NOT_KEPT], **release.speeds} if release.in_force else None
         also = {name: getattr(release, name) for name in cls.model_fields if name not in ("speeds", "why_not")}
         return cls.model_validate({**also, "speeds": speeds, "why_not": release.failed})
 

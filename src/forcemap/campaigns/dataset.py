@@ -307,7 +307,8 @@ class ImpactDataset:
     @property
     def slower(self) -> Mask:
         """Which impacts are of states slower than a map of them is to hold for (map.slowest_mps in campaign.toml)."""
-        _, index, count = np.unique(self.state, return_inverse=True, return_counts=True)
+        of_role = np.char.add(self.role, self.state)
+        _, index, count = np.unique(of_role, return_inverse=True, return_counts=True)
         speed = np.bincount(index, weights=self.stated_speed) / count
         return self.conditions.slower_than_map(speed)[index]
 
@@ -317,9 +318,14 @@ class ImpactDataset:
         return self.select((self.role == "train") & ~self.slower)
 
     @property
+    def slower_train(self) -> ImpactDataset:
+        """The impacts with role train that are slower than a map is to hold for."""
+        return self.select((self.role == "train") & self.slower)
+
+    @property
     def test(self) -> ImpactDataset:
-        """The impacts that no map is fitted to, but which may contradict it: with role test, and the slower ones."""
-        return self.select((self.role == "test") | self.slower)
+        """The impacts with role test."""
+        return self.select(self.role == "test")
 
     @property
     def tested(self) -> ImpactDataset:
@@ -370,7 +376,7 @@ class ImpactDataset:
     @property
     def drift(self) -> Drift | None:
         """How far the force of states that were measured again, with role test, has changed; None if none was."""
-        return measured_again(self.train.states, self.test.states)
+        return measured_again(self.select(self.role == "train").states, self.test.states)
 
     @property
     def disagreeing_repeats(self) -> list[str]:

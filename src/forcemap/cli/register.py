@@ -449,22 +449,17 @@ def _due_line(entry: DueEntry) -> str:
 
 
 def _release_lines(releases: Sequence[ReleaseAnswer]) -> list[str]:
-    """The newest releases, each with what must be said before its speeds."""
+    """The newest releases: in force or why not, what must be said first, and only then the speeds."""
     lines = []
     for release in releases[:_FEW]:
-        lines.append(f"  - {_release_line(release)}")
+        limit = "" if release.limit_N is None else f", {release.limit_N:g} N"
+        name = f"  - release {release.release}, {release.subject}, {release.areas}, {release.contact}{limit}"
+        if release.speeds is None:
+            lines.append(f"{name}: NOT IN FORCE: {'; '.join(release.why_not)}")
+            continue
+        lines.append(f"{name}: in force until {release.valid_until}{', SIMULATED' if release.simulated else ''}")
         lines += [f"      {warning}" for warning in release.warnings]
+        ends = (release.speeds["lowest_to_program_mps"], release.speeds["highest_to_program_mps"])
+        speeds = f"program at most {' to '.join(map(shown, ends))} m/s, place by place"
+        lines.append(f"      {speeds}; {release.bound}; report {release.report_sha256[:12]}")
     return lines
-
-
-def _release_line(release: ReleaseAnswer) -> str:
-    """A release in a line; its speeds only if it is in force."""
-    limit = "" if release.limit_N is None else f", {release.limit_N:g} N"
-    name = f"release {release.release}, {release.subject}, {release.areas}, {release.contact}{limit}"
-    if release.speeds is None:
-        return f"{name}: NOT IN FORCE: {'; '.join(release.why_not)}"
-    ends = (release.speeds["lowest_to_program_mps"], release.speeds["highest_to_program_mps"])
-    speeds = f"program at most {' to '.join(map(shown, ends))} m/s, place by place"
-    marked = " SIMULATED," if release.simulated else ""
-    rests_on = f"{release.bound}; report {release.report_sha256[:12]}"
-    return f"{name}: in force until {release.valid_until},{marked} {speeds}; {rests_on}"

@@ -258,7 +258,7 @@ def compared_maps(dataset: ImpactDataset, form: Form = CFM_3D) -> tuple[list[For
     has_test = bool((test.states.impacts > 0).any())
     on = "test states" if has_test else "each state left out in turn"
     states = test.states if has_test else maps[0].require_fit().states.uncensored
-    models = Models(states, on, dataset.states)
+    models = Models(states, on, dataset.select(~dataset.slower).states)
     for force_map in maps:
         models.add_map(force_map, has_test)
     models.add_per_height(maps_per_height(dataset), has_test)

@@ -20,6 +20,7 @@ from forcemap.maps.bounds import FixedMargin, ToleranceBound
 from forcemap.maps.fit import repeat_variance
 from forcemap.maps.force_map import Fit, ForceMap
 from forcemap.maps.places import correlations
+from forcemap.maps.slower_impacts import slower_above, slower_impacts
 
 MIN_STATES = 3
 """New states below which a map is not said to hold."""
@@ -218,6 +219,8 @@ def check_map(force_map: ForceMap, dataset: ImpactDataset, *, error_probability:
     outcome, reason, next_step = _outcome(tests, of_whole, len(left_out), error_probability, narrow)
     if outcome is MapOutcome.HOLDS and (against := _not_comparable(force_map, dataset)):
         outcome, reason, next_step = MapOutcome.CANNOT_TELL, against, Finding.of(FindingKind.MEND_AND_CHECK)
+    if outcome is MapOutcome.HOLDS and (above := slower_above(force_map, ToleranceBound(), dataset.states)):
+        outcome, reason, next_step = MapOutcome.CANNOT_TELL, above, Finding.of(FindingKind.MEASURE_STATES_AGAIN)
     low, high = interval(tests.mean, tests.mean_sd, freedom, MEAN_SHARE * error_probability)
     spread = np.sqrt(np.diag(covariance))
     expected = interval(predicted, spread, freedom, STATES_SHARE * error_probability / max(len(states), 1))
@@ -378,6 +381,7 @@ def _check_statements(
     statements = [Finding.of(kind.SIMULATED)] if dataset.simulated or force_map.simulated else []
     bindings = (("the map", force_map.binding), ("the new impacts", dataset.binding))
     statements += [Finding.of(kind.BINDING_OF, binding.reason, of=of) for of, binding in bindings if binding.reason]
+    statements += [slower] if (slower := slower_impacts(force_map)) else []
     if math.isnan(dataset.conditions.device.stiffness):
         statements.append(Finding.of(kind.NEW_SPRING_NOT_STATED))
     shares = {"mean": MEAN_SHARE, "whole": WHOLE_SHARE, "single": STATES_SHARE}

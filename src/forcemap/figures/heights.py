@@ -201,7 +201,7 @@ def _draw_heights(
 
 def _roles(drawn: set[Look]) -> list[Line2D]:
     """Legend's entries for the markers: filled training states, open test states."""
-    faces = {style.TRAIN: style.GREY, style.TEST: "#ffffff"}
+    faces = {style.TRAIN: style.GREY, style.TEST: "#ffffff", style.SLOWER: "#ffffff"}
     look: dict[str, Any] = {"color": style.BLACK, "linestyle": "none", "marker": "o", "markersize": 3.6}
     return [Line2D([], [], markerfacecolor=faces[role], label=role.words, **look) for role in faces if role in drawn]
 

@@ -26,10 +26,11 @@ _POINTS = 81  # of a line
 
 @dataclass(frozen=True, eq=False)
 class Measured:
-    """Training and test states to draw, the tolerance of repeats, and whether any state is simulated."""
+    """Training, test and slower states to draw, the tolerance of repeats, and whether any state is simulated."""
 
     train: States | None
     test: States | None
+    slower: States | None
     tolerance: StateTolerance
     simulated: bool
 
@@ -38,12 +39,13 @@ class Measured:
         """The states of a dataset; without one those of the fitted map, if it was fitted."""
         simulated = any(source is not None and source.simulated for source in (force_map, dataset))
         if dataset is not None:
-            return cls(dataset.train.states, dataset.independent_test.states, dataset.tolerance, simulated)
+            slower = dataset.select(dataset.slower).states if dataset.slower.any() else None
+            return cls(dataset.train.states, dataset.independent_test.states, slower, dataset.tolerance, simulated)
         assert force_map is not None
         fit, stated = force_map.fit, force_map.conditions
         tolerance = StateTolerance.stated(stated.place_tolerance, stated.speed_tolerance)
         states, test = (None, None) if fit is None else (fit.states, force_map.tested)
-        return cls(states, test, tolerance, simulated)
+        return cls(states, test, force_map.slower, tolerance, simulated)
 
     @property
     def tolerances(self) -> tuple[float, float, float]:
@@ -61,8 +63,8 @@ class Measured:
 
     @property
     def by_look(self) -> list[tuple[Look, States]]:
-        """The training and the test states with their looks, where there are any."""
-        pairs = [(style.TRAIN, self.train), (style.TEST, self.test)]
+        """The training, the test and the slower states with their looks, where there are any."""
+        pairs = [(style.TRAIN, self.train), (style.TEST, self.test), (style.SLOWER, self.slower)]
         return [(look, states) for look, states in pairs if states is not None and len(states)]
 
 

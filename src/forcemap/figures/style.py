@@ -97,6 +97,7 @@ class Look:
 
 
 TRAIN = Look("measured, training state", BLUE, marker="s", face=BLUE, size=3.6)
+SLOWER = Look("measured, slower than the map", GREY, marker="v", face="#ffffff", size=3.6)
 TEST = Look("measured, test state", BLACK, marker="o", face="#ffffff")
 CENSORED = Look("censored: at least this force", VERMILLION, marker=UP_ARROW, size=11.0)
 PREDICTION = Look("3D map", GREEN, "-", 1.4)

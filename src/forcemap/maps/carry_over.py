@@ -103,6 +103,8 @@ def transfer_map(old_map: ForceMap, dataset: ImpactDataset, *, shift: Form | Non
     TooFewStates, RankDeficient
         The states and their places do not determine map and shift, or nothing is left to tell whether the shift fits.
     """
+    slowest = float(np.fmax(dataset.conditions.slowest, old_map.conditions.slowest))
+    dataset = replace(dataset, conditions=replace(dataset.conditions, slowest=slowest))
     old, train = old_map.require_fit(), dataset.train
     if not len(train):
         raise FitError("found no impact with role train, expected new states; give role train to the impacts to fit")
@@ -128,9 +130,7 @@ def transfer_map(old_map: ForceMap, dataset: ImpactDataset, *, shift: Form | Non
         raise _refused(joint.p_value, joint.new)
     near = np.any([new.at_places_of(each.states) for each in campaigns], axis=0)
     transfer = Transfer(form, campaigns, shifts, joint, int(near.sum()))
-    slowest = float(np.fmax(dataset.conditions.slowest, old_map.conditions.slowest))
-    simulated = dataset.simulated or old_map.simulated
-    conditions = replace(dataset.conditions, simulated=simulated, slowest=slowest)
+    conditions = replace(dataset.conditions, simulated=dataset.simulated or old_map.simulated)
     pressures = dataset.pressures or old_map.unmapped or old_map.other(Quantity.PRESSURE)
     return ForceMap(
         name=dataset.source or "carried over",
@@ -139,7 +139,8 @@ def transfer_map(old_map: ForceMap, dataset: ImpactDataset, *, shift: Form | Non
         measured_range=range_of(new, campaigns),
         fit=Fit(
             states=new,
-            test=dataset.test.states.and_(old_map.slower),
+            test=dataset.test.states,
+            slower=dataset.slower_train.states.and_(old_map.slower),
             at_points=states_at_points(dataset),
             left_out=left_out,
             between_states=joint.regression,

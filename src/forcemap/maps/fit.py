@@ -172,6 +172,7 @@ def _fitted(dataset: ImpactDataset, form: Form, impacts: CensoredImpacts) -> For
         states=states,
         test=dataset.test.states,
         at_points=states_at_points(dataset),
+        slower=dataset.slower_train.states,
         left_out=left_out,
         between_states=between_states,
         place_effect=effect,

@@ -43,8 +43,9 @@ class Fit:
         States that were left out because all of their impacts are censored and those were discarded; of a map that was
         carried over, those outside the earlier map's range.
     test : States
-        States with role test, or slower than the map is to hold for: not fitted, but what they measured may contradict
-        a speed.
+        States with role test: not fitted, but what they measured may contradict a speed.
+    slower : States
+        States with role train that are slower than the map is to hold for: not fitted either, but they count.
     at_points : States
         Impacts at contact points alone, along the map's direction: not fitted either, each a state of its own.
     between_states : Regression
@@ -73,11 +74,17 @@ class Fit:
     table_sha256: str = ""
     transfer: Transfer | None = None
     at_points: States = NO_STATES
+    slower: States = NO_STATES
 
     @property
     def measured(self) -> tuple[States, ...]:
         """All that may contradict a speed."""
-        return (self.states, self.left_out, self.test, self.at_points)
+        return (*self.of_table, self.at_points)
+
+    @property
+    def of_table(self) -> tuple[States, ...]:
+        """All states of the impacts table."""
+        return (self.states, self.left_out, self.test, self.slower)
 
     @property
     def samples(self) -> int:
@@ -116,7 +123,7 @@ class Fit:
     @cached_property
     def drift(self) -> Drift | None:
         """How far the force has changed in states measured again with role test; None if none was measured again."""
-        return measured_again(self.states, self.test)
+        return measured_again(self.states.and_(self.slower), self.test)
 
     @cached_property
     def rmse_force(self) -> float:
@@ -298,8 +305,8 @@ class ForceMap:
 
     @cached_property
     def slower(self) -> States:
-        """Measured states slower than the map is to hold for (map.slowest_mps in campaign.toml)."""
-        return self._test.select(self._is_slower)
+        """Measured states slower than the map is to hold for (map.slowest_mps in campaign.toml), of both roles."""
+        return NO_STATES if self.fit is None else self.fit.slower.and_(self._test.select(self._is_slower))
 
     @cached_property
     def tested(self) -> States:
@@ -324,8 +331,8 @@ class ForceMap:
         """Range of the device [N]; if none is stated, the largest measured force, NaN if no force was measured."""
         if not math.isnan(self.device_range) or self.fit is None:
             return self.device_range
-        groups = (self.fit.states, self.fit.left_out, self.fit.test)
-        return float(np.fmax.reduce(np.concatenate([[math.nan], *(group.highest for group in groups)])))
+        highest = (group.highest for group in self.fit.of_table)
+        return float(np.fmax.reduce(np.concatenate([[math.nan], *highest])))
 
     @cached_property
     def form_test(self) -> FormTest | None:

@@ -80,7 +80,16 @@ _ROUNDING = 1e-9  # share by which means and logarithms in the file may contradi
 _TEXTS = {"schema", "name", "source", "software", "form", "terms", "state_id", "states_found"}
 _TEXTS |= {"impacts_table", "impacts_table_sha256", "map_sha256"}
 
-_TABLES = {"phase_two", "scenarios", "measured_states", "states_left_out", "test_states", "impacts_at_points", "fit"}
+_TABLES = {
+    "phase_two",
+    "scenarios",
+    "measured_states",
+    "states_left_out",
+    "test_states",
+    "slower_states",
+    "impacts_at_points",
+    "fit",
+}
 _LISTS = {"terms", "coefficients", "standard_errors", "state_weights"}
 
 # column of the file -> field of States
@@ -234,6 +243,8 @@ def _to_content(force_map: ForceMap) -> dict[str, Any]:
         content["carried_over"] = _transfer_to_content(fit.transfer)
     if len(fit.at_points):
         content["impacts_at_points"] = _states_to_columns(fit.at_points)
+    if len(fit.slower):
+        content["slower_states"] = _states_to_columns(fit.slower)
     return content | {
         "measured_states": _states_to_columns(fit.states),
         "states_left_out": _states_to_columns(fit.left_out),
@@ -305,14 +316,15 @@ def _from_content(content: dict[str, Any]) -> ForceMap:
     _require_consistent(content, conditions)
     fit = None
     if statistics is not None:
-        states = _states_from_columns(columns)
+        states, nothing = _states_from_columns(columns), dict[str, list[Any]]((name, []) for name in _STATE_COLUMNS)
         transfer = _transfer_from_content(content, states, coefficients) if "carried_over" in content else None
         effect = transfer.joint.place_effect if transfer else effect_of_places(form, states)
         fit = Fit(
             states=states,
             left_out=_states_from_columns(content["states_left_out"]),
             test=_states_from_columns(content["test_states"]),
-            at_points=_states_from_columns(content.get("impacts_at_points", {name: [] for name in _STATE_COLUMNS})),
+            at_points=_states_from_columns(content.get("impacts_at_points", nothing)),
+            slower=_states_from_columns(content.get("slower_states", nothing)),
             between_states=replace(transfer.joint.regression, coefficients=coefficients)
             if transfer
             else _regression(form, states, coefficients, effect, statistics),
@@ -354,7 +366,7 @@ def _from_content(content: dict[str, Any]) -> ForceMap:
     if fit is None:
         _require_published(force_map)
         return force_map
-    binding = in_stated_units(force_map.binding, conditions, fit.states, fit.left_out, fit.test)
+    binding = in_stated_units(force_map.binding, conditions, *fit.of_table)
     return replace(force_map, binding=binding)
 
 

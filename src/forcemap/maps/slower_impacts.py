@@ -12,8 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from forcemap.arrays import FloatArray
-from forcemap.campaigns.dataset import States
+from forcemap.campaigns.dataset import CONFIRMING, States
 from forcemap.findings import Finding, FindingKind
+from forcemap.maps.bounds import Bound
 from forcemap.maps.force_map import ForceMap
 
 
@@ -24,7 +25,7 @@ class SlowerCover:
     Parameters
     ----------
     raised : float
-        Factor on the bound, at least 1: the largest F / F(d, h, lowest speed there).
+        Factor on the bound, at least 1: the largest F / F(d, h, lowest speed of the map).
     refusal : Finding or None
         Why nothing is permitted: slower impacts were above the device's range, and how far is not known.
     notes : tuple of Finding
@@ -37,44 +38,78 @@ class SlowerCover:
 
 
 def cover_slower(force_map: ForceMap) -> SlowerCover:
-    """What a bound of a map needs for the slower impacts at its places."""
-    slower, at_slowest = _at_slowest_speed(force_map)
+    """What a bound of a map needs for slower impacts."""
+    slower = force_map.slower
     if slower.censored.any():
         names = tuple(np.array(slower.name)[slower.censored > 0].tolist())
         figures = {"names": names, "slowest_mps": force_map.conditions.slowest}
         return SlowerCover(refusal=Finding.of(FindingKind.SLOWER_ABOVE_RANGE, **figures))
-    raised = float(np.max(slower.highest / force_map.predict(*at_slowest), initial=1.0))
+    raised = float(np.max(slower.highest / _at_lowest_speed(force_map), initial=1.0))
     notes = (Finding.of(FindingKind.RAISED_FOR_SLOWER, raised=raised - 1),) if raised > 1 else ()
     return SlowerCover(raised, notes=notes)
 
 
 def slower_impacts(force_map: ForceMap) -> Finding | None:
-    """What slower impacts measured, beside the map's prediction at its lowest speed there; None without any."""
-    if not len(force_map.slower):
+    """What slower impacts measured, beside the map's prediction at its lowest speed; None without any."""
+    slower = force_map.slower
+    if not len(slower):
         return None
-    slower, at_slowest = _at_slowest_speed(force_map)
-    force = np.fmax(slower.highest, slower.at_least)
-    above = force / force_map.predict(*at_slowest) - 1
-    count, figures = int(np.sum(above > 0)), dict[str, float]()
-    if count:
-        i = int(np.argmax(above))
-        speed = force_map.conditions.as_stated(slower.speed)
-        figures = {"more": float(above[i]), "force_N": float(force[i]), "speed_mps": float(speed[i])}
+    ratio = np.fmax(slower.highest, slower.at_least) / _at_lowest_speed(force_map)
+    i = int(np.argmax(ratio))
     return Finding.of(
         FindingKind.SLOWER_IMPACTS,
         slowest_mps=force_map.conditions.slowest,
-        states=len(force_map.slower),
-        compared=len(slower),
-        above=count,
-        below=bool(len(slower)) and not count,
-        elsewhere=not len(slower),
-        **figures,
+        states=len({*slower.name}),
+        confirming=len({*confirming_of(slower).name}),
+        above=int(np.sum(ratio > 1)),
+        most=float(ratio[i]),
+        force_N=float(np.fmax(slower.highest, slower.at_least)[i]),
+        speed_mps=float(force_map.conditions.as_stated(slower.speed)[i]),
+        lowest_mps=float(force_map.conditions.as_stated(force_map.measured_range.lowest[2:])[0]),
     )
 
 
-def _at_slowest_speed(force_map: ForceMap) -> tuple[States, tuple[FloatArray, FloatArray, FloatArray]]:
-    """The slower states at places of the map, n of them, and these places at the map's lowest speed, three of (n,)."""
-    slower = force_map.slower
-    low, _ = force_map.measured_range.speeds(slower.distance, slower.height)
-    inside = slower.select(~np.isnan(low))
-    return inside, (inside.distance, inside.height, low[~np.isnan(low)])
+def confirming_of(states: States) -> States:
+    """Those that were measured to confirm a map."""
+    return states.select(np.array([name.startswith(CONFIRMING) for name in states.name], dtype=np.bool_))
+
+
+def slower_above(force_map: ForceMap, bound: Bound, states: States) -> Finding | None:
+    """New states slower than a map holds for that lie above what it allows for slower motion; None without any.
+
+    Parameters
+    ----------
+    force_map : ForceMap
+    bound : Bound
+        One that the map can carry.
+    states : States
+        With speeds at contact, as those of the map.
+    """
+    conditions = force_map.conditions
+    slower = states.select(conditions.slower_than_map(conditions.as_stated(states.speed)))
+    if not len(slower):
+        return None
+    allowed = cover_slower(force_map).raised * bound.upper(force_map, *_nearest(force_map, slower))
+    force = np.fmax(slower.highest, slower.at_least)
+    names = tuple(np.array(slower.name)[force > allowed].tolist())
+    if not names:
+        return None
+    figures = {"names": names, "force_N": float(force.max()), "slowest_mps": conditions.slowest}
+    return Finding.of(FindingKind.SLOWER_ABOVE_MAP, **figures)
+
+
+def _at_lowest_speed(force_map: ForceMap) -> FloatArray:
+    """Predicted force [N] for the slower states, n of them, at the map's lowest speed, shape (n,); where the map begins
+    at a faster speed, the lower of both predictions."""
+    distance, height, lowest = _nearest(force_map, force_map.slower)
+    there, _ = force_map.measured_range.speeds(distance, height)
+    there = np.where(np.isnan(there), lowest, there)
+    both = (force_map.predict(distance, height, speed) for speed in (lowest, there))
+    return np.asarray(np.minimum(*both))
+
+
+def _nearest(force_map: ForceMap, states: States) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """The places of states, or the nearest in the box around the measured ones, at the map's lowest speed."""
+    low, high = force_map.measured_range.lowest, force_map.measured_range.highest
+    distance, height = np.clip(states.distance, low[0], high[0]), np.clip(states.height, low[1], high[1])
+    return distance, height, np.full(len(states), low[2])

@@ -19,7 +19,7 @@ from forcemap.errors import FitError, NotReleasable
 from forcemap.findings import Finding, FindingKind
 from forcemap.limits.force_limits import Contact, ForceLimit, NewtonLimit
 from forcemap.maps.bounds import PAPER_MARGIN, Bound, weakness
-from forcemap.maps.force_map import Fit, ForceMap
+from forcemap.maps.force_map import NO_STATES, Fit, ForceMap
 from forcemap.maps.forms import Form
 from forcemap.maps.places import LEAST_BETWEEN, place_regression
 from forcemap.maps.regression import Regression
@@ -459,7 +459,7 @@ class _PlannedBefore:
 
 def _without_tests(force_map: ForceMap) -> ForceMap:
     """A fitted map as if no state had role test; what is slower than it holds for stays."""
-    return replace(force_map, fit=replace(force_map.require_fit(), test=force_map.slower))
+    return replace(force_map, fit=replace(force_map.require_fit(), test=NO_STATES, slower=force_map.slower))
 
 
 def _grid(force_map: ForceMap, tolerance: StateTolerance) -> FloatArray:

@@ -17,7 +17,6 @@ from numpy.typing import ArrayLike
 
 from forcemap.arrays import FloatArray, Mask
 from forcemap.campaigns.dataset import (
-    CONFIRMING,
     Binding,
     BindingState,
     Conditions,
@@ -36,7 +35,7 @@ from forcemap.maps.bounds import PAPER_MARGIN, Bound, ToleranceBound, contradict
 from forcemap.maps.direction import RAISED_OFF_AXIS, WIDEST_ANGLE, raised_off_axis
 from forcemap.maps.force_map import ForceMap
 from forcemap.maps.saturation import saturation_doubt
-from forcemap.maps.slower_impacts import cover_slower, slower_impacts
+from forcemap.maps.slower_impacts import confirming_of, cover_slower, slower_impacts
 from forcemap.speeds.allowance import Allowance
 
 _SCATTERED = 1.05
@@ -315,9 +314,8 @@ def exceedances(force_map: ForceMap, bound: Bound, limits: FloatArray, raised: f
 
 
 def confirming_states(force_map: ForceMap) -> States:
-    """The states that were measured to confirm a map."""
-    tested = force_map.tested
-    return tested.select(np.array([name.startswith(CONFIRMING) for name in tested.name], dtype=np.bool_))
+    """The states that were measured to confirm a map, and that it holds for."""
+    return confirming_of(force_map.tested)
 
 
 def _measured_above(
@@ -332,7 +330,9 @@ def _measured_above(
 
 def _confirming_above(force_map: ForceMap, bound: Bound) -> Finding | None:
     """Impacts that were to confirm a map and lie above its bound, whatever the limit; None without any."""
-    test = confirming_states(force_map)
+    if force_map.fit is None:
+        return None
+    test = confirming_of(force_map.fit.test)  # also slower than it is to hold for now: a failure stays one
     low, _ = force_map.measured_range.speeds(test.distance, test.height)
     above = np.fmax(test.highest, test.at_least) > bound.upper(force_map, test.distance, test.height, test.speed)
     names = tuple(np.array(test.name)[above & ~np.isnan(low)].tolist())
@@ -440,7 +440,7 @@ def _unchecked_units(force_map: ForceMap) -> list[Finding]:
     """A warning if the units of the forces and speeds of a fitted map could not be checked."""
     if (fit := force_map.fit) is None:
         return []
-    units = unit_finding(force_map.conditions, fit.states, fit.left_out, fit.test)
+    units = unit_finding(force_map.conditions, *fit.of_table)
     return [units] if units and units.kind is FindingKind.UNITS_NOT_CHECKED else []
 
 
@@ -466,7 +466,7 @@ def map_notes(force_map: ForceMap, bound: Bound) -> list[Finding]:
     note(kind.NOT_CONFIRMED, made=len(confirming_states(force_map)) or None)
     scattered = int(np.sum(np.fmax(fit.states.highest, fit.states.at_least) > _SCATTERED * fit.states.force))
     note(kind.SCATTERED, scattered, states=scattered)
-    censored = fit.censored_samples + int(fit.test.censored.sum())
+    censored = fit.censored_samples + int(fit.test.censored.sum() + fit.slower.censored.sum())
     doubt = saturation_doubt(fit.states.highest, fit.states.name, censored=censored)
     notes += [doubt] if doubt else []
     note(kind.NO_RESIDUALS, fit.between_states.degrees_of_freedom == 0)
