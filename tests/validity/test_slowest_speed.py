@@ -75,7 +75,7 @@ def test_slower_motion_is_safe_where_a_speed_is_permitted(preset, states, full_s
             campaigns, permitted = campaigns + 1, permitted + int(has.sum())
             above, slower = above + int((reached > limit).sum()), slower + int((below > limit).sum())
             much += np.mean(reached > limit) > 0.2
-            worst, most_raised = max(worst, float((reached / limit).max())), max(most_raised, found.basis.raised)
+            worst, most_raised = max(worst, float((reached / limit).max())), max(most_raised, found.basis.slower)
     share = 100 * np.array([above, slower]) / permitted
     row = f"{permitted:,} | {share[0]:.2f} % | {share[1]:.2f} % | {worst:.3f} | {100 * much / campaigns:.1f} %"
     print(f"| {preset} | {states} | {row} | {100 * (most_raised - 1):.1f} % |")

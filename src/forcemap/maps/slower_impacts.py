@@ -1,8 +1,8 @@
 """Impacts slower than a map is to hold for (map.slowest_mps): not fitted, but every motion passes through their speeds.
 
-A speed permits slower motion with it. So the bound at the lowest speed of the map has to hold for slower impacts, too.
-It is raised, everywhere, by what they measured above the prediction: the width of the bound is then left for the
-places where none was measured.
+A speed permits slower motion with it. So a place has a speed only where c U(d, h, v_0) lies below the limit, v_0 being
+the map's lowest speed and c = max(1, max F_i / F(d_i, h_i, v_0)) over the slower impacts i: the width of the bound is
+left for the places where none was measured.
 """
 
 from __future__ import annotations
@@ -25,11 +25,11 @@ class SlowerCover:
     Parameters
     ----------
     raised : float
-        Factor on the bound, at least 1: the largest F / F(d, h, lowest speed of the map).
+        The factor c on the bound at the map's lowest speed, at least 1.
     refusal : Finding or None
         Why nothing is permitted: slower impacts were above the device's range, and how far is not known.
     notes : tuple of Finding
-        That the bound is raised, if it is.
+        That it asks for more than the bound alone, if it does.
     """
 
     raised: float = 1.0
@@ -45,8 +45,14 @@ def cover_slower(force_map: ForceMap) -> SlowerCover:
         figures = {"names": names, "slowest_mps": force_map.conditions.slowest}
         return SlowerCover(refusal=Finding.of(FindingKind.SLOWER_ABOVE_RANGE, **figures))
     raised = float(np.max(slower.highest / _at_lowest_speed(force_map), initial=1.0))
-    notes = (Finding.of(FindingKind.RAISED_FOR_SLOWER, raised=raised - 1),) if raised > 1 else ()
+    notes = (Finding.of(FindingKind.SLOWER_ASKS_MORE, raised=raised - 1),) if raised > 1 else ()
     return SlowerCover(raised, notes=notes)
+
+
+def upper_of_slower(force_map: ForceMap, bound: Bound, distance: FloatArray, height: FloatArray) -> FloatArray:
+    """c U(d, h, v_0) [N], below which a limit must not lie, of any shape."""
+    lowest = np.full(np.shape(distance), force_map.measured_range.lowest[2])
+    return np.asarray(cover_slower(force_map).raised * bound.upper(force_map, distance, height, lowest))
 
 
 def slower_impacts(force_map: ForceMap) -> Finding | None:

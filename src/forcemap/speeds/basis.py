@@ -35,7 +35,7 @@ from forcemap.maps.bounds import PAPER_MARGIN, Bound, ToleranceBound, contradict
 from forcemap.maps.direction import RAISED_OFF_AXIS, WIDEST_ANGLE, raised_off_axis
 from forcemap.maps.force_map import ForceMap
 from forcemap.maps.saturation import saturation_doubt
-from forcemap.maps.slower_impacts import confirming_of, cover_slower, slower_impacts
+from forcemap.maps.slower_impacts import confirming_of, cover_slower, slower_impacts, upper_of_slower
 from forcemap.speeds.allowance import Allowance
 
 _SCATTERED = 1.05
@@ -75,6 +75,9 @@ class Basis:
         How far the robot may deviate, subtracted from speeds to program; None before there are speeds.
     source : str
         Where the map comes from.
+    slower : float
+        Further factor on the bound at the lowest measured speed of a place, for motion slower than the map holds for: a
+        place has a speed only if it lies below the limit with it.
     """
 
     limit: ForceLimit | NewtonLimit
@@ -90,6 +93,7 @@ class Basis:
     bound: Bound | None = None
     allowance: Allowance | None = None
     source: str = ""
+    slower: float = 1.0
 
     @property
     def level(self) -> Any:
@@ -178,12 +182,13 @@ def basis_of(
     weak, contradicted = weakness(bound, force_map), contradiction(force_map, bound)
     doubt = basis.conditions.speed_doubt
     slower = cover_slower(force_map)
-    raised = basis.raised * off_axis * slower.raised
+    raised = basis.raised * off_axis
     exceeded, refuses = (None, None) if weak else _measured_above(force_map, bound, basis.newtons, raised)
     measured = tuple(filter(None, (slower.refusal, contradicted, refuses)))
     return replace(
         basis,
         raised=raised,
+        slower=slower.raised,
         refusals=basis.refusals or measured,
         warnings=(
             *([exceeded] if exceeded and (basis.refusals or exceeded not in measured) else []),
@@ -306,7 +311,9 @@ def exceedances(force_map: ForceMap, bound: Bound, limits: FloatArray, raised: f
         within = np.flatnonzero(force_map.measured_range.contains(group.distance, group.height, speed))
         inside, speed = group.select(within), speed[within]
         measured = np.fmax(inside.highest, inside.at_least)
-        upper = raised * bound.upper(force_map, inside.distance, inside.height, speed)
+        at_place = inside.distance, inside.height
+        slower = np.where(inside.speed < speed, upper_of_slower(force_map, bound, *at_place), 0.0)
+        upper = raised * np.maximum(bound.upper(force_map, *at_place, speed), slower)
         for i in np.flatnonzero(measured > upper):
             place = float(inside.distance[i]), float(inside.height[i]), float(inside.speed[i])
             between = (limits >= upper[i]) & (limits < measured[i])

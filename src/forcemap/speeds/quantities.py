@@ -118,14 +118,15 @@ def _other_basis(force_map: ForceMap, other: ForceMap, of_force: Basis) -> Basis
             _require_within(newtons, other, other.highest_force * of_force.raised / raised)
         refusals += filter(None, (slower.refusal, contradiction(other, bound)))
     weak = None if refusals else weakness(bound, other)
-    exceeded = None if refusals or weak else exceeded_where_permitted(other, bound, newtons, raised * slower.raised)
+    exceeded = None if refusals or weak else exceeded_where_permitted(other, bound, newtons, raised)
     notes = [] if refusals else [each for each in map_notes(other, bound) if each.kind not in _ONCE]
     alone = exceeded if np.ndim(newtons) == 0 else None  # of several limits each refuses for itself
     refusals += [alone] if alone else []
     return replace(
         of_force,
         newtons=newtons,
-        raised=raised * slower.raised,
+        raised=raised,
+        slower=slower.raised,
         refusals=tuple(refusals),
         warnings=(*filter(None, (None if alone else exceeded, weak)), *doubts_of_fit(other)),
         notes=(note, *slower.notes, *notes),

@@ -12,13 +12,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from forcemap.arrays import FloatArray, Indices, Objects
+from forcemap.arrays import FloatArray, Indices, Mask, Objects
 from forcemap.campaigns.dataset import Quantity, StateTolerance
 from forcemap.errors import InputError
 from forcemap.findings import Finding, FindingKind
 from forcemap.limits.force_limits import Contact, ForceLimit, NewtonLimit
 from forcemap.maps.bounds import Bound
 from forcemap.maps.force_map import ForceMap
+from forcemap.maps.slower_impacts import upper_of_slower
 from forcemap.speeds.allowance import Allowance
 from forcemap.speeds.basis import Basis, exceedances
 from forcemap.speeds.crossings import highest_within, lowest_exceeded
@@ -391,6 +392,9 @@ def _safe_speed(
     else:
         ends = low[inside], high[inside]
         speed[inside] = highest_within(force_map, bound, d[inside], h[inside], ends, np.log(limit[inside]))
+        covered = _slower_covered(force_map, bound, basis, d[inside], h[inside], limit[inside])
+        too_slow = inside[~np.isnan(speed[inside]) & ~covered]
+        speed[too_slow] = np.nan
         for kind, where in (
             (SpeedOutcome.ADMISSIBLE, speed < high),
             (SpeedOutcome.CAPPED, speed >= high),
@@ -398,7 +402,9 @@ def _safe_speed(
         ):
             unseen = basis.unseen if kind.has_speed else ()
             outcome[where], reason[where] = kind, Finding.of(FindingKind(kind.value)).and_(*unseen)
-        slower = np.flatnonzero(np.isnan(speed) & ~np.isnan(low)) if hints else np.empty(0, dtype=np.int64)
+        reason[too_slow] = Finding.of(FindingKind.SLOWER_NOT_COVERED, slower=basis.slower - 1)
+        refused = np.setdiff1d(np.flatnonzero(np.isnan(speed) & ~np.isnan(low)), too_slow)
+        slower = refused if hints else np.empty(0, dtype=np.int64)
         hint[slower] = lowest_exceeded(force_map, bound, d[slower], h[slower], low[slower], np.log(limit[slower]))
         for state, where in _measured_beyond(force_map, d, h, limit, speed, "at_least"):
             outcome[where], speed[where], reason[where] = SpeedOutcome.UNCONFIRMED, np.nan, state
@@ -412,6 +418,15 @@ def _safe_speed(
     bounded[with_speed] = bound.upper(force_map, d[with_speed], h[with_speed], speed[with_speed])
     programmed = to_program(speed, outcome, reason, low, allowance)
     return speed, outcome, hint, low, high, predicted, bounded, reason, *programmed
+
+
+def _slower_covered(
+    force_map: ForceMap, bound: Bound, basis: Basis, d: FloatArray, h: FloatArray, limit: FloatArray
+) -> Mask:
+    """Where the bound at the map's lowest speed covers slower motion, too, shape (n,)."""
+    if basis.slower == 1.0:
+        return np.ones(d.size, dtype=np.bool_)
+    return upper_of_slower(force_map, bound, d, h) <= limit
 
 
 def _exceeded_elsewhere(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Any
@@ -183,7 +184,8 @@ def _of_case(case: QuantityCase, zones: Regions, probes: SafeSpeed, allowance: A
     lowest, highest = _measured_speeds(force_map, zones)
     refused, outcome, reason = _refusals(force_map, zones, probes, highest, level, bound)
     open_ = np.flatnonzero(~refused)
-    certified = _divided(force_map, zones, open_, np.log(level), bound, highest, probes.speed.min(axis=1))
+    logs = np.log(level), math.log(case.basis.slower)
+    certified = _divided(force_map, zones, open_, logs, bound, highest, probes.speed.min(axis=1))
     known = np.isfinite(certified)
     given = open_[known]
     capped = certified[known] >= highest[given]
@@ -252,27 +254,28 @@ def _divided(
     force_map: ForceMap,
     zones: Regions,
     open_: Indices,
-    log_limit: FloatArray,
+    logs: tuple[FloatArray, float],
     bound: Bound,
     cap: FloatArray,
     probed: FloatArray,
 ) -> FloatArray:
     """Certified speed of the open zones, shape (m,); -inf if refused.
 
+    `logs` are ln of the limits, shape (n,), and by how much more ln of the bound lies below them at the lowest speeds.
     Patches are cut where it is not yet close to the lowest safe speed `probed` in the zone.
     """
-    goal = np.minimum(probed, cap)
+    goal, (log_limit, slower) = np.minimum(probed, cap), logs
     certified = np.full(len(zones), np.inf)
     which, part = open_, np.tile([0.0, 1.0, 0.0, 1.0], (open_.size, 1))
     for remaining in range(_ROUNDS, -1, -1):
         if not which.size:
             break
-        speed = _certified(force_map, zones.patches(which, part), bound, log_limit[which], cap[which])
+        speed = _certified(force_map, zones.patches(which, part), bound, (log_limit[which], slower), cap[which])
         cut = speed < goal[which] * (1 - _GAP_SHARE) - _GAP_SPEED if remaining else np.zeros(which.size, np.bool_)
         np.minimum.at(certified, which[~cut], speed[~cut])
         which, part = which[cut], part[cut]
         middle = _middle(zones.patches(which, part))
-        np.minimum.at(goal, which, _certified(force_map, middle, bound, log_limit[which], cap[which]))
+        np.minimum.at(goal, which, _certified(force_map, middle, bound, (log_limit[which], slower), cap[which]))
         hopeless = np.isneginf(goal) & np.isin(np.arange(len(zones)), which)
         certified[hopeless] = -np.inf
         keep = ~hopeless[which]
@@ -288,10 +291,11 @@ def _middle(patches: Patches) -> Patches:
 
 
 def _certified(
-    force_map: ForceMap, patches: Patches, bound: Bound, log_limit: FloatArray, cap: FloatArray
+    force_map: ForceMap, patches: Patches, bound: Bound, logs: tuple[FloatArray, float], cap: FloatArray
 ) -> FloatArray:
-    """Speed up to the cap that is certified on each patch, shape (n,); -inf if not even the lowest measured one is."""
-    speeds = [np.empty(0)]
+    """Speed up to the cap that is certified on each patch, shape (n,); -inf if not even the lowest measured one is,
+    with what slower motion asks for there."""
+    speeds, (log_limit, slower) = [np.empty(0)], logs
     for start in range(0, len(patches), _PATCHES_AT_ONCE):
         batch = slice(start, start + _PATCHES_AT_ONCE)
         patch = Patches(patches.corner[batch], patches.first[batch], patches.second[batch])
@@ -300,6 +304,10 @@ def _certified(
         enclosed = enclose(force_map, bound, patch, least, top)
         speed = enclosed.speed(enclosed.certified(log_limit[batch]))
         enough = speed >= np.minimum(most, top)
+        if slower:
+            lowest = np.full(len(patch), force_map.measured_range.lowest[2])
+            begun, ends = enclose(force_map, bound, patch, lowest, lowest), np.zeros(len(patch))
+            enough &= begun.largest(ends, ends) <= log_limit[batch] - slower
         speeds.append(np.where(enough, np.minimum(speed, cap[batch]), -np.inf))
     return np.concatenate(speeds)
 
