@@ -452,7 +452,7 @@ ENTRIES: dict[str, tuple[str, str | None]] = {  # entry: field, and what a new c
     "pressure.pitch_m": ("film.pitch", None),
     "standard.edition": ("standard_edition", "for example ISO/TS 15066:2016"),
     "standard.limit_table": ("limit_table", "your own table of limits, if any"),
-    "map.slowest_mps": ("slowest", None),
+    "map.slowest_mps": ("slowest", "the map holds from this speed on; slower states are not fitted, but count"),
     f"{PLAN_TABLE}.reach_m": ("reach", "next plans no place farther from the base's origin"),
     f"{PLAN_TABLE}.fastest_mps": ("fastest", "next plans no faster impact, unless --speeds-mps says so"),
 }

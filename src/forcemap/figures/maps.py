@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -75,7 +76,8 @@ def force_profiles_figure(
         for value in a_few(axis_levels[by]):
             fixed = {by: value, constant: level}
             x, force = draw_map(axes, force_map, bound, along, fixed)
-            ends += write_at_end(axes, x, force, WORDS[by].format(value).partition(" ")[2])
+            if np.sum(~np.isnan(force)) > 1:  # else the range touches the line at one point, where nothing is drawn
+                ends += write_at_end(axes, x, force, WORDS[by].format(value).partition(" ")[2])
             draw_profile(axes, measured, along, fixed)
         axes.set(xlabel=_AXES[along], title=f"{WORDS[constant].format(level)}\nlines: {WORDS[by].split()[0]}")
         axes.margins(y=0.12)
@@ -178,7 +180,7 @@ def residuals_figure(
     place = dict(zip(dataset.states.name, (dataset.states.place + 1).tolist(), strict=True))
     runs = (plan.role, plan.state_id) if plan else (dataset.role, dataset.state)
     order = {run: i + 1 for i, run in enumerate(dict.fromkeys(zip(*(column.tolist() for column in runs), strict=True)))}
-    for look, states in measured.by_look:
+    for look, states in replace(measured, slower=None).by_look:  # the map is not to hold for these
         predicted = np.asarray(force_map.predict(states.distance, states.height, states.speed))
         residual = 100 * (states.force - predicted) / states.force
         at_least = 100 * (states.at_least - predicted) / states.at_least
