@@ -16,7 +16,6 @@ from forcemap.findings import Finding
 from forcemap.maps.accuracy import Accuracy
 from forcemap.maps.bounds import FixedMargin
 from forcemap.maps.force_map import ForceMap
-from forcemap.maps.slower_impacts import upper_of_slower
 from forcemap.speeds.safe_speed import SafeSpeed, SpeedOutcome, safe_speed
 
 SLOWEST_HINT = 0.02
@@ -132,10 +131,7 @@ def _at_lowest(force_map: ForceMap, place: tuple[float, float], speed: SafeSpeed
     if math.isnan(low):
         return None
     predicted = force_map.predict(*place, low)
-    bound, slower = speed.basis.bound, 0.0
-    if speed.basis.slower > 1:
-        slower = float(upper_of_slower(force_map, bound, *map(np.array, place)))
-    upper = speed.basis.raised * max(float(bound.upper(force_map, *place, low)), slower)
+    upper = speed.basis.raised * speed.basis.bound.upper(force_map, *place, low)
     return ForcesAtLowest(speed_mps=low, predicted_force_N=float(predicted), bound_force_N=float(upper))
 
 

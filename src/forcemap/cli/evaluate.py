@@ -11,7 +11,17 @@ import forcemap as fm
 from forcemap.answers.evaluate import EvaluateAnswer
 from forcemap.answers.forms import FormAnswer, FormsAnswer
 from forcemap.answers.map_check import MapCheckAnswer, StateCheck
-from forcemap.cli.options import FormName, Json, Table, fitted, force_map_from, impacts_of, too_few_states_named
+from forcemap.answers.slowest import FromSpeedAnswer, SlowestAnswer
+from forcemap.cli.options import (
+    ContactKind,
+    FormName,
+    Json,
+    Table,
+    fitted,
+    force_map_from,
+    impacts_of,
+    too_few_states_named,
+)
 from forcemap.cli.output import (
     accuracy_lines,
     change,
@@ -20,9 +30,11 @@ from forcemap.cli.output import (
     fit_notes,
     listing,
     place_lines,
+    shown,
     table,
     verdict_first,
 )
+from forcemap.comparisons.slowest_speeds import compare_slowest_speeds
 from forcemap.maps.forms import FORMS
 
 _EXIT = {fm.MapOutcome.HOLDS: 0, fm.MapOutcome.DOES_NOT_HOLD: 1, fm.MapOutcome.CANNOT_TELL: 2}
@@ -37,6 +49,13 @@ def evaluate(
         str | None, Option("--against", help="Does this older map still hold for these new impacts?")
     ] = None,
     forms: Annotated[bool, Option("--forms", help="Compare the forms on the same states, and recommend.")] = False,
+    slowest: Annotated[
+        bool, Option("--slowest", help="From which speed on may the map hold? Fits it from each of its speeds on.")
+    ] = False,
+    area: Annotated[
+        str | None, Option("--area", "--region", help="For --slowest: body area or region, to count places.")
+    ] = None,
+    contact: ContactKind = None,
     form: FormName = None,
     as_json: Json = False,
 ) -> int:
@@ -46,12 +65,18 @@ def evaluate(
     each place left out in turn, and with all. Says whether the form fits, and whether states measured again show a
     drift.
 
-    With --against: exit code 0 the map holds, 1 it does not hold, 2 cannot tell. With --forms: 2 none is recommended.
+    With --slowest: bound, and places with a speed, by the speed from which the map holds (map.slowest_mps in
+    campaign.toml). With --against: exit code 0 the map holds, 1 it does not hold, 2 cannot tell. With --forms: 2 none
+    is recommended.
 
     Example: forcemap evaluate impacts.csv --map ur10e
     """
-    if sum((map_source is not None, against is not None, forms)) > 1:
-        raise fm.InputError("evaluate: found more than one of --map, --against and --forms, expected at most one")
+    if sum((map_source is not None, against is not None, forms, slowest)) > 1:
+        raise fm.InputError(
+            "evaluate: found more than one of --map, --against, --forms and --slowest, expected at most one"
+        )
+    if (area is not None or contact is not None) and not slowest:
+        raise fm.InputError("evaluate: --area and --contact go with --slowest")
     if forms and form:
         raise fm.InputError("form: --forms compares all forms, leave --form out")
     if against is not None:
@@ -67,6 +92,10 @@ def evaluate(
         compared = FormsAnswer.from_result(fm.compare_forms(dataset), simulated=dataset.simulated)
         emit(compared, forms_lines(compared, table), as_json=as_json)
         return 2 if compared.recommended is None else 0
+    if slowest:
+        answer_slowest = _slowest(table, area, contact, form)
+        emit(answer_slowest, slowest_lines(answer_slowest), as_json=as_json)
+        return 0
     if map_source:
         dataset = impacts_of(table)
         with too_few_states_named(map_source, form):
@@ -79,6 +108,72 @@ def evaluate(
     answer = EvaluateAnswer.of_map(force_map, dataset, accuracies)
     emit(answer, evaluate_lines(answer), as_json=as_json)
     return 0
+
+
+def _slowest(source: str, area: str | None, contact: fm.Contact | None, form: str | None) -> SlowestAnswer:
+    """The maps of a table from each of its speeds on."""
+    if area is not None and contact is None:
+        raise fm.InputError("contact: expected --contact transient or --contact quasi-static")
+    dataset, limit = impacts_of(source), None if area is None else fm.force_limit(area)
+    with too_few_states_named(source, form):
+        found = compare_slowest_speeds(
+            dataset, limit=limit, contact=contact or fm.Contact.TRANSIENT, form=fm.form_named(form or fm.CFM_3D.name)
+        )
+    return SlowestAnswer(
+        area=None if limit is None else limit.name,
+        contact=None if contact is None else str(contact),
+        stated_mps=dataset.conditions.slowest,
+        from_speeds=[FromSpeedAnswer.of_map(each) for each in found],
+        simulated=dataset.simulated,
+    )
+
+
+def slowest_lines(answer: SlowestAnswer) -> list[str]:
+    """Which speed gives the narrowest bound and which the most places, and every speed beside the others."""
+    narrow, wide = answer.narrowest, answer.widest
+    if narrow is None or narrow.bound_margin_percent is None:
+        verdict = "NO TOLERANCE BOUND from any speed on: too few states"
+    else:
+        span = narrow.bound_margin_percent
+        above = f"{span.lowest:.1f} to {span.highest:.1f} % above the prediction"
+        verdict = f"Narrowest bound: from {shown(narrow.slowest_mps)} m/s, {above}"
+        if wide:
+            verdict += (
+                f"; most places with a speed: from {shown(wide.slowest_mps)} m/s, {wide.places_with_a_speed} of "
+                f"{wide.places_looked_at}"
+            )
+    with_places = answer.area is not None
+    header = ["from m/s", "states", "scatter", "bound above", "slower reach", "places", "to program m/s"]
+    rows = [_from_speed_row(each) for each in answer.from_speeds]
+    columns = len(header) if with_places else len(header) - 2
+    for_area = f" for {answer.area}, {answer.contact} contact" if with_places else ""
+    stated = f"{shown(answer.stated_mps)} m/s" if answer.stated_mps else "none"
+    return [
+        *verdict_first(verdict, simulated=answer.simulated),
+        "",
+        f"Maps of this campaign from each of its speeds on{for_area}; map.slowest_mps in campaign.toml states {stated}",
+        *table(header[:columns], [row[:columns] for row in rows]),
+        "bound above: the tolerance bound above the prediction at the fitted states; slower reach: the most that "
+        "slower impacts measured, of the map's force at its lowest speed, where that is above 100 %: fewer places "
+        "have a speed then",
+        *(f"from {shown(each.slowest_mps)} m/s: {each.reason}" for each in answer.from_speeds if each.reason),
+        "A faster one gains speed where there is any and loses the places that permit only slower ones; the first row "
+        "is the map of all states. Say which in campaign.toml: [map] slowest_mps = V "
+        '(docs/your_device_files.md, "A robot that feels slow contacts late")',
+    ]
+
+
+def _from_speed_row(each: FromSpeedAnswer) -> list[str]:
+    span, low, high = each.bound_margin_percent, each.lowest_to_program_mps, each.highest_to_program_mps
+    return [
+        shown(each.slowest_mps),
+        f"{each.states} at {each.places} places",
+        "-" if each.state_sd_percent is None else f"{each.state_sd_percent:.1f} %",
+        "-" if span is None else f"{span.lowest:.1f} to {span.highest:.1f} %",
+        f"{100 * each.slower_over_map:.0f} %" if each.slower_over_map > 1 else "-",
+        f"{each.places_with_a_speed} of {each.places_looked_at}",
+        "-" if low is None or high is None else f"{shown(low)} to {shown(high)}",
+    ]
 
 
 def evaluate_lines(answer: EvaluateAnswer) -> list[str]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import os
 import time
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from enum import StrEnum
@@ -20,6 +21,7 @@ from forcemap.cli import options
 from forcemap.cli.output import (
     GRID_MARKS,
     MOST_DISTANCES,
+    counted,
     emit,
     grid,
     json_text,
@@ -51,6 +53,8 @@ from forcemap.paths.atlas import Atlas
 from forcemap.words import sentence, warnings
 
 _MARK = "made by forcemap"
+
+_FEW_REASONS = 3  # why zones have no speed: the most frequent ones. A choice
 
 _SMALL_ZONE = 0.02
 """Extent of zones that is advised where larger ones permit too little [m]; a choice, as in docs/universal_robots.md."""
@@ -175,7 +179,7 @@ def _zones_permitted(found: _Permitted, angle: float, *, one: bool) -> str:
         return f"{words}; up to {found.spread_mps:.3f} m/s slower than their fastest corner"
     if raised <= 1:
         return words
-    without = "; --angle-deg 0 does not raise it, for motion straight along it alone" if one else ""
+    without = "; --angle-deg 0 leaves these out, for motion exactly along the direction ONLY" if one else ""
     off = f"{100 * (raised - 1):.0f} % for motion up to {angle:g} degrees off the map's direction"
     return f"{words}, with the bound raised by {off}{without}"
 
@@ -190,7 +194,9 @@ def _grid_lines(zones: RobotTable) -> list[str]:
         for i, d in enumerate(distances.tolist())
         for j, h in enumerate(heights.tolist())
     }
-    return ["", "speed to program in m/s, each zone at its middle", *grid(cells), GRID_MARKS, ""]
+    without = Counter(sentence(why) for why in zones.reason[zones.speed_mmps == 0])
+    reasons = [f"without a speed, {counted(count, 'zone')}: {why}" for why, count in without.most_common(_FEW_REASONS)]
+    return ["", "speed to program in m/s, each zone at its middle", *grid(cells), GRID_MARKS, *reasons, ""]
 
 
 def zones_raised(angle: float, size: float, *, one: bool) -> fm.Finding:

@@ -28,13 +28,10 @@ class SlowerCover:
         The factor c on the bound at the map's lowest speed, at least 1.
     refusal : Finding or None
         Why nothing is permitted: slower impacts were above the device's range, and how far is not known.
-    notes : tuple of Finding
-        That it asks for more than the bound alone, if it does.
     """
 
     raised: float = 1.0
     refusal: Finding | None = None
-    notes: tuple[Finding, ...] = ()
 
 
 def cover_slower(force_map: ForceMap) -> SlowerCover:
@@ -44,9 +41,7 @@ def cover_slower(force_map: ForceMap) -> SlowerCover:
         names = tuple(np.array(slower.name)[slower.censored > 0].tolist())
         figures = {"names": names, "slowest_mps": force_map.conditions.slowest}
         return SlowerCover(refusal=Finding.of(FindingKind.SLOWER_ABOVE_RANGE, **figures))
-    raised = float(np.max(slower.highest / _at_lowest_speed(force_map), initial=1.0))
-    notes = (Finding.of(FindingKind.SLOWER_ASKS_MORE, raised=raised - 1),) if raised > 1 else ()
-    return SlowerCover(raised, notes=notes)
+    return SlowerCover(float(np.max(slower.highest / _at_lowest_speed(force_map), initial=1.0)))
 
 
 def upper_of_slower(force_map: ForceMap, bound: Bound, distance: FloatArray, height: FloatArray) -> FloatArray:
@@ -67,7 +62,7 @@ def slower_impacts(force_map: ForceMap) -> Finding | None:
         slowest_mps=force_map.conditions.slowest,
         states=len({*slower.name}),
         confirming=len({*confirming_of(slower).name}),
-        above=int(np.sum(ratio > 1)),
+        more=max(0.0, float(ratio[i]) - 1),
         most=float(ratio[i]),
         force_N=float(np.fmax(slower.highest, slower.at_least)[i]),
         speed_mps=float(force_map.conditions.as_stated(slower.speed)[i]),

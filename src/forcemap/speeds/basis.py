@@ -206,7 +206,6 @@ def basis_of(
             *basis.notes,
             *(transfer.findings if transfer else ()),
             direction,
-            *slower.notes,
             *map_notes(force_map, bound),
         ),
         export_refusal=exceeded or weak or basis.export_refusal,
@@ -460,6 +459,8 @@ def map_notes(force_map: ForceMap, bound: Bound) -> list[Finding]:
             notes.append(Finding.of(kind, **figures))
 
     note(kind.PERSON_AT_REST)
+    stated = force_map.conditions.as_stated(force_map.measured_range.lowest[2:])
+    note(kind.SLOWER_UNMEASURED, not len(force_map.slower), lowest_mps=float(stated[0]))
     note(kind.PRESSURE_NOT_ASSESSED)
     note(kind.DEVICE_RANGE_NOT_STATED, math.isnan(force_map.device_range))
     device = force_map.conditions.device

@@ -19,7 +19,12 @@ from forcemap.maps.force_map import ForceMap
 from forcemap.maps.slower_impacts import cover_slower
 from forcemap.speeds.basis import Basis, basis_of, doubts_of_fit, exceeded_where_permitted, map_notes
 
-_ONCE = (FindingKind.PERSON_AT_REST, FindingKind.PRESSURE_NOT_ASSESSED, FindingKind.DEVICE_ERROR_NOT_STATED)
+_ONCE = (
+    FindingKind.PERSON_AT_REST,
+    FindingKind.SLOWER_UNMEASURED,
+    FindingKind.PRESSURE_NOT_ASSESSED,
+    FindingKind.DEVICE_ERROR_NOT_STATED,
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,7 +134,7 @@ def _other_basis(force_map: ForceMap, other: ForceMap, of_force: Basis) -> Basis
         slower=slower.raised,
         refusals=tuple(refusals),
         warnings=(*filter(None, (None if alone else exceeded, weak)), *doubts_of_fit(other)),
-        notes=(note, *slower.notes, *notes),
+        notes=(note, *notes),
         export_refusal=exceeded or weak,
     )
 

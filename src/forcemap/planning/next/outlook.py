@@ -12,6 +12,7 @@ from forcemap.maps.bounds import ToleranceBound
 from forcemap.maps.force_map import ForceMap
 from forcemap.maps.measured_range import MeasuredRange
 from forcemap.maps.places import whitened
+from forcemap.maps.slower_impacts import cover_slower
 from forcemap.planning.optimal_states import LARGEST_LOG, tolerance_factor
 
 _STEP = 0.0025  # [m/s] of the grid of speeds; a choice: gains are means over many places
@@ -40,6 +41,7 @@ class Outlook:
         self, force_map: ForceMap, bound: ToleranceBound, places: FloatArray, limit: float, fastest: float
     ) -> None:
         self._map, self._bound, self._limit = force_map, bound, limit
+        self._slower = cover_slower(force_map).raised
         speeds = np.arange(1, math.ceil(fastest / _STEP) + 2) * _STEP
         self._places, self._speeds = places, speeds
         states = np.column_stack([np.repeat(places, speeds.size, axis=0), np.tile(speeds, len(places))])
@@ -72,7 +74,9 @@ class Outlook:
         beyond = (upper > self._limit) & measured
         first = np.where(beyond.any(axis=1), beyond.argmax(axis=1), self._speeds.size)
         speed = np.minimum(np.append(0.0, self._speeds)[first], high)
-        return np.where(np.isnan(low) | (speed < low), 0.0, speed)
+        slowest = np.searchsorted(self._speeds, self._map.measured_range.lowest[2])
+        closed = self._slower * upper[:, slowest] > self._limit if self._slower > 1 else np.zeros(len(low), np.bool_)
+        return np.where(np.isnan(low) | (speed < low) | closed, 0.0, speed)
 
     def _of(self, states: FloatArray) -> FloatArray:
         """Information X'V^-1 X of states, shape (n, 3), those of a place correlated as in the map's fit."""
