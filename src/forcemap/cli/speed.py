@@ -193,7 +193,7 @@ def speed_lines(answer: SpeedAnswer, *, points: bool = False) -> list[str]:
         contact = f"contact  {shown(answer.speed_mps)} m/s with {answer.speed_overshoot_mps:g} m/s overshoot: "
         forces = f": {answer.bound_force_N:.1f} N at contact, predicted {answer.predicted_force_N:.1f} N"
     elif lowest := answer.at_lowest:
-        at = f"{shown(lowest.speed_mps)} m/s at contact, the lowest measured there"
+        at = f"{shown(lowest.speed_mps)} m/s at contact, the lowest of the map there"
         forces = f": {lowest.bound_force_N:.1f} N at {at}, predicted {lowest.predicted_force_N:.1f} N"
     lines = [
         *speed_first(f"{head} at {where}: {answer.to_program_outcome}", answer),
