@@ -122,7 +122,9 @@ def test_a_refused_place_says_what_the_map_has_there_and_what_was_measured_neare
         assert each["force_N"] == pytest.approx(dataset.peak_force[of_state].max())
         assert each["at_least"] == bool(dataset.censored[of_state].any())
     out = unwrapped(forcemap("speed", folder, *place, *HAND, "quasi-static")[1])
-    assert f"{lowest['bound_force_N']:.1f} N at {fm.floor_speed(low)} m/s at contact, the lowest of the map there" in out
+    assert (
+        f"{lowest['bound_force_N']:.1f} N at {fm.floor_speed(low)} m/s at contact, the lowest of the map there" in out
+    )
     assert f"measured at d = {found['nearest'][0]['distance_m']:.3f} m" in out
     assert "for this place alone, measure at it (docs/contact_points.md)" in out
     permitted = ask("speed", folder, *AT, *HAND, "transient")[1]

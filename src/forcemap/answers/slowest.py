@@ -10,7 +10,8 @@ from forcemap.comparisons.slowest_speeds import FromSpeed
 class FromSpeedAnswer(Answer):
     """The map that holds from a speed on; places with a speed are null without a body area.
 
-    `slower_over_map` is what slower impacts reached at most over the map's force at its lowest speed, at least 1.
+    `slower_over_map` is what slower impacts reached at most over the map's force at its lowest speed, at least 1; 0
+    without any.
     """
 
     slowest_mps: float = of("slowest")

@@ -154,8 +154,8 @@ def slowest_lines(answer: SlowestAnswer) -> list[str]:
         f"Maps of this campaign from each of its speeds on{for_area}; map.slowest_mps in campaign.toml states {stated}",
         *table(header[:columns], [row[:columns] for row in rows]),
         "bound above: the tolerance bound above the prediction at the fitted states; slower reach: the most that "
-        "slower impacts measured, of the map's force at its lowest speed, where that is above 100 %: fewer places "
-        "have a speed then",
+        "slower impacts measured, of the map's force at its lowest speed, at least 100 %: the more, the fewer places "
+        "have a speed",
         *(f"from {shown(each.slowest_mps)} m/s: {each.reason}" for each in answer.from_speeds if each.reason),
         "A faster one gains speed where there is any and loses the places that permit only slower ones; the first row "
         "is the map of all states. Say which in campaign.toml: [map] slowest_mps = V "
@@ -170,7 +170,7 @@ def _from_speed_row(each: FromSpeedAnswer) -> list[str]:
         f"{each.states} at {each.places} places",
         "-" if each.state_sd_percent is None else f"{each.state_sd_percent:.1f} %",
         "-" if span is None else f"{span.lowest:.1f} to {span.highest:.1f} %",
-        f"{100 * each.slower_over_map:.0f} %" if each.slower_over_map > 1 else "-",
+        f"{100 * each.slower_over_map:.0f} %" if each.slower_over_map else "-",
         f"{each.places_with_a_speed} of {each.places_looked_at}",
         "-" if low is None or high is None else f"{shown(low)} to {shown(high)}",
     ]

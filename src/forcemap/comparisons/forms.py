@@ -19,6 +19,7 @@ from forcemap.maps.force_map import ForceMap
 from forcemap.maps.form_test import MOST_SCATTER
 from forcemap.maps.forms import CFM_2D, CFM_3D, FULL_CUBIC, LOG_SPEED, Form
 from forcemap.maps.measured_range import MeasuredRange
+from forcemap.maps.slower_impacts import slower_impacts
 
 CLEARLY_LOWER = 0.90
 """A form is clearly better only if its left-out error is at most this share of the default's: a choice."""
@@ -223,6 +224,7 @@ def compare_forms(
         bound=bound,
         statements=(
             *fitted[0].force_map.conditions.findings,
+            *filter(None, [slower_impacts(fitted[0].force_map)]),
             Finding.of(FindingKind.STATES_LEFT_OUT_IN_TURN, states=measured),
             Finding.of(FindingKind.FLATTERED),
             Finding.of(FindingKind.WHOLLY_CENSORED, states=wholly_censored, compared=len(states) - measured),

@@ -39,7 +39,8 @@ class FromSpeed:
     margin : tuple of float
         Smallest and largest share by which the tolerance bound lies above the prediction at them; NaN without one.
     slower : float
-        What slower impacts reached at most, over the prediction at the lowest speed; 1 where they reached less.
+        What slower impacts reached at most, over the prediction at the lowest speed; 1 where they reached less, 0
+        without any.
     permitted : int or None
         Of `counted` places those with a speed to program; None without a limit.
     counted : int

@@ -25,18 +25,20 @@ class SlowerCover:
     Parameters
     ----------
     raised : float
-        The factor c on the bound at the map's lowest speed, at least 1.
+        The factor c on the bound at the map's lowest speed, at least 1; 0 without slower impacts.
     refusal : Finding or None
         Why nothing is permitted: slower impacts were above the device's range, and how far is not known.
     """
 
-    raised: float = 1.0
+    raised: float = 0.0
     refusal: Finding | None = None
 
 
 def cover_slower(force_map: ForceMap) -> SlowerCover:
     """What a bound of a map needs for slower impacts."""
     slower = force_map.slower
+    if not len(slower):
+        return SlowerCover()
     if slower.censored.any():
         names = tuple(np.array(slower.name)[slower.censored > 0].tolist())
         figures = {"names": names, "slowest_mps": force_map.conditions.slowest}
@@ -45,7 +47,7 @@ def cover_slower(force_map: ForceMap) -> SlowerCover:
 
 
 def upper_of_slower(force_map: ForceMap, bound: Bound, distance: FloatArray, height: FloatArray) -> FloatArray:
-    """c U(d, h, v_0) [N], below which a limit must not lie, of any shape."""
+    """c U(d, h, v_0) [N], below which a limit must not lie, of any shape; 0 without slower impacts."""
     lowest = np.full(np.shape(distance), force_map.measured_range.lowest[2])
     return np.asarray(cover_slower(force_map).raised * bound.upper(force_map, distance, height, lowest))
 
@@ -90,7 +92,7 @@ def slower_above(force_map: ForceMap, bound: Bound, states: States) -> Finding |
     slower = states.select(conditions.slower_than_map(conditions.as_stated(states.speed)))
     if not len(slower):
         return None
-    allowed = cover_slower(force_map).raised * bound.upper(force_map, *_nearest(force_map, slower))
+    allowed = max(cover_slower(force_map).raised, 1.0) * bound.upper(force_map, *_nearest(force_map, slower))
     force = np.fmax(slower.highest, slower.at_least)
     names = tuple(np.array(slower.name)[force > allowed].tolist())
     if not names:

@@ -76,8 +76,8 @@ class Basis:
     source : str
         Where the map comes from.
     slower : float
-        Further factor on the bound at the lowest measured speed of a place, for motion slower than the map holds for: a
-        place has a speed only if it lies below the limit with it.
+        Factor c on the bound at the map's lowest speed, for motion slower than the map holds for: a place has a speed
+        only where the limit does not lie below it. 0 without slower impacts.
     """
 
     limit: ForceLimit | NewtonLimit
@@ -93,7 +93,7 @@ class Basis:
     bound: Bound | None = None
     allowance: Allowance | None = None
     source: str = ""
-    slower: float = 1.0
+    slower: float = 0.0
 
     @property
     def level(self) -> Any:

@@ -424,7 +424,7 @@ def _slower_covered(
     force_map: ForceMap, bound: Bound, basis: Basis, d: FloatArray, h: FloatArray, limit: FloatArray
 ) -> Mask:
     """Where the bound at the map's lowest speed covers slower motion, too, shape (n,)."""
-    if basis.slower == 1.0:
+    if not basis.slower:
         return np.ones(d.size, dtype=np.bool_)
     return upper_of_slower(force_map, bound, d, h) <= limit
 

@@ -184,7 +184,8 @@ def _of_case(case: QuantityCase, zones: Regions, probes: SafeSpeed, allowance: A
     lowest, highest = _measured_speeds(force_map, zones)
     refused, outcome, reason = _refusals(force_map, zones, probes, highest, level, bound)
     open_ = np.flatnonzero(~refused)
-    logs = np.log(level), math.log(case.basis.slower)
+    slower = case.basis.slower
+    logs = np.log(level), math.log(slower) if slower else -math.inf
     certified = _divided(force_map, zones, open_, logs, bound, highest, probes.speed.min(axis=1))
     known = np.isfinite(certified)
     given = open_[known]
@@ -304,7 +305,7 @@ def _certified(
         enclosed = enclose(force_map, bound, patch, least, top)
         speed = enclosed.speed(enclosed.certified(log_limit[batch]))
         enough = speed >= np.minimum(most, top)
-        if slower:
+        if slower > -math.inf:
             lowest = np.full(len(patch), force_map.measured_range.lowest[2])
             begun, ends = enclose(force_map, bound, patch, lowest, lowest), np.zeros(len(patch))
             enough &= begun.largest(ends, ends) <= log_limit[batch] - slower

@@ -75,7 +75,7 @@ class Outlook:
         first = np.where(beyond.any(axis=1), beyond.argmax(axis=1), self._speeds.size)
         speed = np.minimum(np.append(0.0, self._speeds)[first], high)
         slowest = np.searchsorted(self._speeds, self._map.measured_range.lowest[2])
-        closed = self._slower * upper[:, slowest] > self._limit if self._slower > 1 else np.zeros(len(low), np.bool_)
+        closed = self._slower * upper[:, slowest] > self._limit if self._slower else np.zeros(len(low), np.bool_)
         return np.where(np.isnan(low) | (speed < low) | closed, 0.0, speed)
 
     def _of(self, states: FloatArray) -> FloatArray:
