@@ -157,6 +157,9 @@ def test_a_departure_has_the_sign_of_the_state_where_it_is_largest(sign):
 def test_what_a_plan_cannot_show_is_said_first():
     paper, wide = in_the_form(PAPER), in_the_form(spread())
     assert (paper.gaps, wide.gaps) == (("distance", "height", "speed"), ())
+    (doubt,) = [each for each in paper.warnings if each.kind is FindingKind.FORM_UNSEEN_BETWEEN]
+    ends = [(gap.figure("low"), gap.figure("high")) for gap in doubt.also]
+    assert np.allclose(ends, np.column_stack([LOW, (LOW + HIGH) / 2]))
     assert FindingKind.FORM_UNSEEN_BETWEEN in {each.kind for each in paper.warnings}
     assert "distance" not in {each.along for each in paper.departures}  # 1, d and d^2 take up three distances exactly
     assert wide.warnings == ()

@@ -579,7 +579,7 @@ def test_what_passes_unseen_between_the_new_states_is_said_first(old_map, tmp_pa
     force_map = fm.transfer_map(old_map, data)
     speed = fm.safe_speed(force_map, 0.7, 0.3, limit=250.0, contact=fm.Contact.QUASI_STATIC, bound=fm.ToleranceBound())
     unseen = [warning for warning in speed.basis.warnings if warning.kind is FindingKind.FORM_UNSEEN_BETWEEN]
-    assert ["speed" in warning.figure("axes") for warning in unseen] == [True]
+    assert [[gap.figure("along") for gap in warning.also].count("speed") for warning in unseen] == [1]
     source, table = tmp_path / "old.json", tmp_path / "new.csv"
     fm.write_map(old_map, source)
     fm.write_dataset(data, table)

@@ -346,7 +346,8 @@ class ForceMap:
         if (transfer := self.fit.transfer) is None:
             return form_test(self.form, self.fit.states, self.fit.state_sd, self.fit.between_states.residuals)
         first = form_test(transfer.form, transfer.earlier[0].states, self.fit.state_sd)
-        return replace(first, gaps=tuple(dict.fromkeys((*first.gaps, *gaps_of(self.fit.states)))))
+        gaps = gaps_of(self.fit.states) | dict(zip(first.gaps, first.between, strict=True))
+        return replace(first, gaps=tuple(gaps), between=tuple(gaps.values()))
 
     @cached_property
     def rises_with_speed(self) -> bool:

@@ -39,6 +39,7 @@ MOST_SCATTER = 0.06
 are not what they should be, even if no departure is significant."""
 
 _AXES = ("distance", "height", "speed")
+_UNITS = {"distance": "m", "height": "m", "speed": "m/s"}
 
 _BUMP = 0.1
 """Share of the range at which a bump has fallen to 1/e, and distance between bumps (docs/decisions.md: tenths)."""
@@ -62,6 +63,7 @@ _FURTHEST = 3
 _LEAST_FREEDOM = 3
 """Residual degrees of freedom below which no departure is tested. A choice, as for a tolerance bound."""
 
+_DECIMALS = 9  # of a width [m], [m/s]
 _RANK = 1e-8  # of the largest singular value; a smaller one is a linear combination up to rounding
 _SAME = 1e-6  # share by which departures up and down may differ by rounding
 
@@ -130,6 +132,8 @@ class FormTest:
         Standard deviation s of ln F of the states about the form.
     off : tuple of Finding
         The states furthest from the form, and where the measured force falls most with speed.
+    between : tuple of (float, float)
+        From where to where each of `gaps` reaches [m], [m], [m/s].
     """
 
     departures: tuple[Departure, ...]
@@ -144,6 +148,7 @@ class FormTest:
     slowest: float
     state_sd: float
     off: tuple[Finding, ...] = ()
+    between: tuple[tuple[float, float], ...] = ()
 
     @property
     def significant(self) -> tuple[Departure, ...]:
@@ -185,7 +190,12 @@ class FormTest:
         """What these states cannot show."""
         blind_spots = []
         if self.gaps:
-            blind_spots.append(Finding.of(FindingKind.FORM_UNSEEN_BETWEEN, axes=self.gaps))
+            ends = zip(self.gaps, self.between, strict=True)
+            gaps = [
+                Finding.of(FindingKind.FORM_GAP, along=name, low=low, high=high, unit=_UNITS[name])
+                for name, (low, high) in ends
+            ]
+            blind_spots.append(Finding.of(FindingKind.FORM_UNSEEN_BETWEEN, *gaps))
         elif self.departures and self.not_tested:
             blind_spots.append(Finding.of(FindingKind.FORM_PARTLY_TESTED, axes=self.not_tested))
         if self.near:
@@ -240,7 +250,8 @@ def form_test(form: Form, states: States, state_sd: float = math.nan, residuals:
         departures=tuple(sorted(departures, key=lambda departure: departure.p_value)),
         states=len(tested),
         left_out=len(states) - len(tested),
-        gaps=gaps,
+        gaps=tuple(gaps),
+        between=tuple(gaps.values()),
         not_tested=tuple(kind for kind in (*_AXES, "place") if kind not in kinds and kind not in gaps),
         places=len(places),
         near=len(near),
@@ -297,18 +308,23 @@ def _most_significant(form: Form, states: States) -> list[Departure]:
     return [replace(departure, p_value=p) for departure, p in zip(departures, adjusted, strict=True)]
 
 
-def gaps_of(states: States) -> tuple[str, ...]:
-    """Along which of distance, height and speed little was measured between widely spaced values."""
+def gaps_of(states: States) -> dict[str, tuple[float, float]]:
+    """Along which of distance, height and speed little was measured between widely spaced values, and which these
+    are."""
     axes = zip(_AXES, (*states.places.T, states.speed), strict=True)
-    return tuple(name for name, values in axes if _gap(values) > GAP)
+    return {name: ends for name, values in axes if (ends := _gap(values)) is not None}
 
 
-def _gap(values: FloatArray) -> float:
-    """Largest share of the range of values with at most one value inside; 0 if they do not vary."""
+def _gap(values: FloatArray) -> tuple[float, float] | None:
+    """Ends of the widest part of the range of values with at most one value inside; None if it is no gap."""
     spread, ordered = float(np.ptp(values)), np.sort(values)
     if spread <= StateTolerance().place:
-        return 0.0
-    return float((ordered[2:] - ordered[:-2]).max()) / spread if values.size > 2 else 1.0
+        return None
+    if values.size <= 2:
+        return float(ordered[0]), float(ordered[-1])
+    i = int(np.argmax(np.round(ordered[2:] - ordered[:-2], _DECIMALS)))  # of several that are as wide the first
+    low, high = float(ordered[i]), float(ordered[i + 2])
+    return (low, high) if high - low > GAP * spread else None
 
 
 def _candidates(states: States) -> Iterator[tuple[Departure, FloatArray]]:

@@ -64,7 +64,7 @@ def slower_impacts(force_map: ForceMap) -> Finding | None:
         slowest_mps=force_map.conditions.slowest,
         states=len({*slower.name}),
         confirming=len({*confirming_of(slower).name}),
-        more=max(0.0, float(ratio[i]) - 1),
+        more=float(ratio[i]) - 1 if ratio[i] > 1 else None,
         most=float(ratio[i]),
         force_N=float(np.fmax(slower.highest, slower.at_least)[i]),
         speed_mps=float(force_map.conditions.as_stated(slower.speed)[i]),

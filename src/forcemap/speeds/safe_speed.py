@@ -402,7 +402,7 @@ def _safe_speed(
         ):
             unseen = basis.unseen if kind.has_speed else ()
             outcome[where], reason[where] = kind, Finding.of(FindingKind(kind.value)).and_(*unseen)
-        reason[too_slow] = Finding.of(FindingKind.SLOWER_NOT_COVERED, slower=basis.slower - 1)
+        reason[too_slow] = Finding.of(FindingKind.SLOWER_NOT_COVERED, slower=basis.slower - 1 or None)
         refused = np.setdiff1d(np.flatnonzero(np.isnan(speed) & ~np.isnan(low)), too_slow)
         slower = refused if hints else np.empty(0, dtype=np.int64)
         hint[slower] = lowest_exceeded(force_map, bound, d[slower], h[slower], low[slower], np.log(limit[slower]))
