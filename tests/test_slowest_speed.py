@@ -392,6 +392,10 @@ def test_maps_from_each_speed_on_stand_beside_each_other(tmp_path, ask, forcemap
         given = [place["speed_to_program_mps"] for place in speeds["places"] if place["speed_to_program_mps"]]
         assert (row["places_with_a_speed"], row["places_looked_at"]) == (len(given), len(speeds["places"]))
         assert row["highest_to_program_mps"] == pytest.approx(max(given))
+        d, h = (np.array([place[name] for place in speeds["places"]]) for name in ("distance_m", "height_m"))
+        dataset, case = fm.read_dataset(folder), {"limit": HAND, "angle": 5.0, **CASE}
+        tilted = fm.safe_speed(fm.fit_force_map(dataset), d, h, **case).speed_to_program
+        assert row["places_with_a_speed_5_deg_off"] == np.sum(~np.isnan(tilted)) < row["places_with_a_speed"]
         assert ask("evaluate", folder, "--slowest", *hand)[1]["from_speeds"] == rows
     assert rows[1]["slower_over_map"] > 1.25 > rows[0]["slower_over_map"] == 0
     text = forcemap("evaluate", folder, "--slowest")[1]

@@ -11,7 +11,7 @@ class FromSpeedAnswer(Answer):
     """The map that holds from a speed on; places with a speed are null without a body area.
 
     `slower_over_map` is what slower impacts reached at most over the map's force at its lowest speed, at least 1; 0
-    without any.
+    without any. `places_with_a_speed_5_deg_off` are those for motion up to 5 degrees off the map's direction.
     """
 
     slowest_mps: float = of("slowest")
@@ -21,6 +21,7 @@ class FromSpeedAnswer(Answer):
     bound_margin_percent: Span = of("margin")
     slower_over_map: float = of("slower")
     places_with_a_speed: int | None = of("permitted")
+    places_with_a_speed_5_deg_off: int | None = of("off_axis")
     places_looked_at: int = of("counted")
     lowest_to_program_mps: Figure
     highest_to_program_mps: Figure

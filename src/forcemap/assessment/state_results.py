@@ -36,7 +36,7 @@ class StateResult:
     at_least : float
         Largest force that censored repeats reached at least [N]; NaN where none is censored.
     predicted : float
-        Force predicted by the map [N]; NaN without a map.
+        Force predicted by the map [N]; NaN without a map, and where it is not to hold.
     phase2_force : float
         Largest Phase II force [N]; NaN if none was recorded.
     scenarios : mapping of ContactScenario to int
@@ -79,11 +79,13 @@ def state_results(
     states = dataset.states
     unknown = np.full(len(states), math.nan)
     predicted = unknown if isinstance(force_map, Missing) else force_map.predict(*states.coordinates.T)
+    slower = dataset.slower
+    predicted = np.where(np.isin(states.name, dataset.state[slower]), math.nan, predicted)  # it is not to hold there
     judged = () if isinstance(recordings, Missing) else recordings.results
     columns: dict[str, Any] = {"mean": states.force, "sd": scatter.sd, "predicted": predicted}
     for field in ("distance", "height", "speed", "impacts", "censored", "highest", "at_least"):
         columns[field] = getattr(states, field)
-    slower, results = dataset.slower, []
+    results = []
     for i, name in enumerate(states.name):
         rows = dataset.state == name
         own = [recording for recording in judged if recording.entry.state_id == name]

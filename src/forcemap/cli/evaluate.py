@@ -143,9 +143,9 @@ def slowest_lines(answer: SlowestAnswer) -> list[str]:
                 f"{wide.places_looked_at}"
             )
     with_places = answer.area is not None
-    header = ["from m/s", "states", "scatter", "bound above", "slower reach", "places", "to program m/s"]
+    header = ["from m/s", "states", "scatter", "bound above", "slower reach", "places", "5 deg off", "to program m/s"]
     rows = [_from_speed_row(each) for each in answer.from_speeds]
-    columns = len(header) if with_places else len(header) - 2
+    columns = len(header) if with_places else len(header) - 3
     for_area = f" for {answer.area}, {answer.contact} contact" if with_places else ""
     stated = f"{shown(answer.stated_mps)} m/s" if answer.stated_mps else "none"
     return [
@@ -156,9 +156,13 @@ def slowest_lines(answer: SlowestAnswer) -> list[str]:
         "bound above: the tolerance bound above the prediction at the fitted states; slower reach: the most that "
         "slower impacts measured, of the map's force at its lowest speed, at least 100 %: the more, the fewer places "
         "have a speed",
+        *(
+            ["5 deg off: places with a speed for motion up to 5 degrees off the direction, as a table of zones has it"]
+            * with_places
+        ),
         *(f"from {shown(each.slowest_mps)} m/s: {each.reason}" for each in answer.from_speeds if each.reason),
-        "A faster one gains speed where there is any and loses the places that permit only slower ones; the first row "
-        "is the map of all states. Say which in campaign.toml: [map] slowest_mps = V "
+        "From a faster speed on, speeds are higher where there are any, and places that permit only slower ones have "
+        "none; the first row is the map of all states. Say which in campaign.toml: [map] slowest_mps = V "
         '(docs/your_device_files.md, "A robot that feels slow contacts late")',
     ]
 
@@ -170,8 +174,9 @@ def _from_speed_row(each: FromSpeedAnswer) -> list[str]:
         f"{each.states} at {each.places} places",
         "-" if each.state_sd_percent is None else f"{each.state_sd_percent:.1f} %",
         "-" if span is None else f"{span.lowest:.1f} to {span.highest:.1f} %",
-        f"{100 * each.slower_over_map:.0f} %" if each.slower_over_map else "-",
+        f"{100 * each.slower_over_map:.0f} %" if each.slower_over_map and span else "-",
         f"{each.places_with_a_speed} of {each.places_looked_at}",
+        str(each.places_with_a_speed_5_deg_off),
         "-" if low is None or high is None else f"{shown(low)} to {shown(high)}",
     ]
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -11,6 +12,7 @@ from forcemap.errors import FitError, ForcemapError
 from forcemap.findings import Finding, FindingKind
 from forcemap.limits.force_limits import Contact, ForceLimit
 from forcemap.maps.bounds import ToleranceBound, margins
+from forcemap.maps.direction import WIDEST_ANGLE
 from forcemap.maps.fit import fit_force_map
 from forcemap.maps.force_map import ForceMap
 from forcemap.maps.forms import CFM_3D, Form
@@ -43,6 +45,8 @@ class FromSpeed:
         without any.
     permitted : int or None
         Of `counted` places those with a speed to program; None without a limit.
+    off_axis : int or None
+        The same for motion up to `WIDEST_ANGLE` off the map's direction, as a program's table of zones has it.
     counted : int
         Places of the whole measured range.
     speeds : tuple of float
@@ -58,6 +62,7 @@ class FromSpeed:
     margin: tuple[float, float]
     slower: float
     permitted: int | None
+    off_axis: int | None
     counted: int
     speeds: tuple[float, float]
     reason: Finding | None
@@ -111,12 +116,15 @@ def _from_speed(
     bound = ToleranceBound(device_error=force_map.conditions.device.error_or_default)
     margin, speeds, reason = nothing, nothing, None
     grid = measured_grid(whole, STEP)
-    counted, permitted = grid[0].size * grid[1].size, 0
+    counted, permitted, off_axis = grid[0].size * grid[1].size, 0, 0
     try:
         above = margins(bound, force_map)
         margin = float(above.min()), float(above.max())
         if limit is not None:
-            result = speed_map(force_map, *grid, limit=limit, bound=bound, contact=contact).speeds
+            case: dict[str, Any] = {"limit": limit, "bound": bound, "contact": contact}
+            result = speed_map(force_map, *grid, **case).speeds
+            tilted = speed_map(force_map, *grid, **case, angle=WIDEST_ANGLE).speeds
+            off_axis = int(np.sum(~np.isnan(tilted.speed_to_program)))
             programmed = result.speed_to_program[~np.isnan(result.speed_to_program)]
             permitted, reason = programmed.size, result.basis.refusal
             speeds = (float(programmed.min()), float(programmed.max())) if permitted else nothing
@@ -130,6 +138,7 @@ def _from_speed(
         margin=margin,
         slower=cover_slower(force_map).raised,
         permitted=None if limit is None else permitted,
+        off_axis=None if limit is None else off_axis,
         counted=counted,
         speeds=speeds,
         reason=reason,
