@@ -43,13 +43,16 @@ def cover_slower(force_map: ForceMap) -> SlowerCover:
         names = tuple(np.array(slower.name)[slower.censored > 0].tolist())
         figures = {"names": names, "slowest_mps": force_map.conditions.slowest}
         return SlowerCover(refusal=Finding.of(FindingKind.SLOWER_ABOVE_RANGE, **figures))
-    return SlowerCover(float(np.max(slower.highest / _at_lowest_speed(force_map), initial=1.0)))
+    with np.errstate(divide="ignore", over="ignore"):  # a prediction of 0 closes every place
+        return SlowerCover(float(np.max(slower.highest / _at_lowest_speed(force_map), initial=1.0)))
 
 
 def upper_of_slower(force_map: ForceMap, bound: Bound, distance: FloatArray, height: FloatArray) -> FloatArray:
     """c U(d, h, v_0) [N], below which a limit must not lie, of any shape; 0 without slower impacts."""
+    if not (raised := cover_slower(force_map).raised):
+        return np.zeros(np.shape(distance))
     lowest = np.full(np.shape(distance), force_map.measured_range.lowest[2])
-    return np.asarray(cover_slower(force_map).raised * bound.upper(force_map, distance, height, lowest))
+    return np.asarray(raised * bound.upper(force_map, distance, height, lowest))
 
 
 def slower_impacts(force_map: ForceMap) -> Finding | None:
@@ -57,7 +60,8 @@ def slower_impacts(force_map: ForceMap) -> Finding | None:
     slower = force_map.slower
     if not len(slower):
         return None
-    ratio = np.fmax(slower.highest, slower.at_least) / _at_lowest_speed(force_map)
+    with np.errstate(divide="ignore", over="ignore"):
+        ratio = np.fmax(slower.highest, slower.at_least) / _at_lowest_speed(force_map)
     i = int(np.argmax(ratio))
     return Finding.of(
         FindingKind.SLOWER_IMPACTS,
