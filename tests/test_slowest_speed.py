@@ -365,6 +365,9 @@ def test_a_map_is_carried_over_with_its_slower_impacts_or_not_at_all(tmp_path):
     for each in (force_map, fm.read_map(tmp_path / "m.json")):
         assert len(each.slower) == 5
         assert any("MAP HOLDS FROM 0.19" in line for line in said(fm.safe_speed(each, 0.7, 0.3, limit=HAND, **CASE)))
+    again = replace(new, role=np.where(np.arange(d.size) == 7, "test", "train"))  # of the name of an old slower state
+    again = replace(again, state=np.where(np.arange(d.size) == 7, "slow0", again.state))
+    assert fm.transfer_map(fm.fit_force_map(impacts([0.5, 0.6, 0.7, 0.8, 0.9])), again).fit.drift is None
     with pytest.raises(fm.FitError, match="measure a new map"):
         fm.transfer_map(fm.fit_force_map(impacts([0.5, 1.3, 0.7, 0.8, 0.9])), new)
 
@@ -398,9 +401,17 @@ def test_maps_from_each_speed_on_stand_beside_each_other(tmp_path, ask, forcemap
         assert row["places_with_a_speed_5_deg_off"] == np.sum(~np.isnan(tilted)) < row["places_with_a_speed"]
         assert ask("evaluate", folder, "--slowest", *hand)[1]["from_speeds"] == rows
     assert rows[1]["slower_over_map"] > 1.25 > rows[0]["slower_over_map"] == 0
+    (folder / "campaign.toml").write_text(f"{stated}[map]\nslowest_mps = {rows[1]['slowest_mps']}\n")
+    assert ask("speed-map", folder, *hand)[1]["warnings"] == rows[1]["warnings"] != []
+    with_places = " ".join(forcemap("evaluate", folder, "--slowest", *hand)[1].split())
+    assert "NO PERMISSION" in with_places
+    bounded = [row["warnings"] for row in rows if row["bound_margin_percent"]]
+    shared = [line for line in bounded[0] if all(line in said for said in bounded)]
+    assert shared
+    assert all(line in with_places for line in shared)
     text = forcemap("evaluate", folder, "--slowest")[1]
     assert text.startswith("Narrowest bound: from ")
-    assert "places" not in text.splitlines()[3].split("states")[0]
+    assert "m/s to program" not in text
     assert ask("evaluate", folder, "--slowest", "--area", "back_of_hand")[0] == 2
     assert ask("evaluate", folder, "--area", "back_of_hand")[0] == 2
     assert ask("evaluate", folder, "--slowest", "--forms")[0] == 2
@@ -413,6 +424,10 @@ def test_next_plans_nothing_slower():
         found = fm.next_measurements(dataset.bound_by(impacts(np.full(5, 0.5)).binding), speeds=speeds, **options)
         assert any("map.slowest_mps" in fm.sentence(each) for each in found.within)
         assert found.plan is None or (found.plan.speed >= SLOWEST).all()
+    for speeds, slowest in (((), 0.5), ((0.05, 0.15), SLOWEST), ((0.1, SLOWEST), SLOWEST)):  # not faster than asked for
+        stated = replace(dataset.conditions, slowest=slowest)
+        with pytest.raises(fm.InputError, match=r"above map\.slowest_mps"):
+            fm.next_measurements(stated, speeds=speeds, **options)
 
 
 def test_commands_say_which_states_are_slower(example_folders, tmp_path, ask):

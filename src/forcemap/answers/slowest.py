@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from forcemap.answers.answer import Answer, Figure, Percent, Said, of
+from forcemap.answers.answer import AllSaid, Answer, Figure, Percent, Said, of
 from forcemap.answers.map import Span
 from forcemap.comparisons.slowest_speeds import FromSpeed
 
@@ -26,6 +26,7 @@ class FromSpeedAnswer(Answer):
     lowest_to_program_mps: Figure
     highest_to_program_mps: Figure
     reason: Said
+    warnings: AllSaid
 
     @classmethod
     def of_map(cls, found: FromSpeed) -> FromSpeedAnswer:
@@ -42,6 +43,12 @@ class SlowestAnswer(Answer):
     stated_mps: Figure
     from_speeds: list[FromSpeedAnswer]
     simulated: bool
+
+    @property
+    def shared_warnings(self) -> list[str]:
+        """What must be said before the speeds of every one of these maps that carries a bound."""
+        said = [each.warnings for each in self.from_speeds if each.bound_margin_percent]
+        return [line for line in said[0] if all(line in other for other in said)] if said else []
 
     @property
     def narrowest(self) -> FromSpeedAnswer | None:

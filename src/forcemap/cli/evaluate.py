@@ -143,23 +143,35 @@ def slowest_lines(answer: SlowestAnswer) -> list[str]:
                 f"{wide.places_looked_at}"
             )
     with_places = answer.area is not None
-    header = ["from m/s", "states", "scatter", "bound above", "slower reach", "places", "5 deg off", "to program m/s"]
-    rows = [_from_speed_row(each) for each in answer.from_speeds]
+    header = [
+        "from m/s",
+        "states",
+        "scatter",
+        "bound above",
+        "slower",
+        "doubts",
+        "places",
+        "5 deg off",
+        "to program m/s",
+    ]
+    shared = answer.shared_warnings
+    rows = [_from_speed_row(each, len({*each.warnings} - {*shared})) for each in answer.from_speeds]
     columns = len(header) if with_places else len(header) - 3
     for_area = f" for {answer.area}, {answer.contact} contact" if with_places else ""
     stated = f"{shown(answer.stated_mps)} m/s" if answer.stated_mps else "none"
     return [
-        *verdict_first(verdict, simulated=answer.simulated),
+        *verdict_first(f"{verdict}; figures to compare, NO PERMISSION", shared, simulated=answer.simulated),
         "",
         f"Maps of this campaign from each of its speeds on{for_area}; map.slowest_mps in campaign.toml states {stated}",
         *table(header[:columns], [row[:columns] for row in rows]),
-        "bound above: the tolerance bound above the prediction at the fitted states; slower reach: the most that "
+        "bound above: the tolerance bound above the prediction at the fitted states; slower: the most that "
         "slower impacts measured, of the map's force at its lowest speed, at least 100 %: the more, the fewer places "
         "have a speed",
         *(
             ["5 deg off: places with a speed for motion up to 5 degrees off the direction, as a table of zones has it"]
             * with_places
         ),
+        "doubts: further ones of that map alone; forcemap speed-map says them, and permits, once the speed is stated",
         *(f"from {shown(each.slowest_mps)} m/s: {each.reason}" for each in answer.from_speeds if each.reason),
         "From a faster speed on, speeds are higher where there are any, and places that permit only slower ones have "
         "none; the first row is the map of all states. Say which in campaign.toml: [map] slowest_mps = V "
@@ -167,7 +179,7 @@ def slowest_lines(answer: SlowestAnswer) -> list[str]:
     ]
 
 
-def _from_speed_row(each: FromSpeedAnswer) -> list[str]:
+def _from_speed_row(each: FromSpeedAnswer, doubts: int) -> list[str]:
     span, low, high = each.bound_margin_percent, each.lowest_to_program_mps, each.highest_to_program_mps
     return [
         shown(each.slowest_mps),
@@ -175,6 +187,7 @@ def _from_speed_row(each: FromSpeedAnswer) -> list[str]:
         "-" if each.state_sd_percent is None else f"{each.state_sd_percent:.1f} %",
         "-" if span is None else f"{span.lowest:.1f} to {span.highest:.1f} %",
         f"{100 * each.slower_over_map:.0f} %" if each.slower_over_map and span else "-",
+        str(doubts),
         f"{each.places_with_a_speed} of {each.places_looked_at}",
         str(each.places_with_a_speed_5_deg_off),
         "-" if low is None or high is None else f"{shown(low)} to {shown(high)}",

@@ -17,6 +17,7 @@ from forcemap.maps.fit import fit_force_map
 from forcemap.maps.force_map import ForceMap
 from forcemap.maps.forms import CFM_3D, Form
 from forcemap.maps.slower_impacts import cover_slower
+from forcemap.speeds.basis import doubts_of_fit
 from forcemap.speeds.speed_map import measured_grid, speed_map
 
 _MOST = 12  # speeds that are tried: more are spread over them. A choice
@@ -53,6 +54,8 @@ class FromSpeed:
         Lowest and highest speed to program there [m/s]; NaN where there is none.
     reason : Finding or None
         Why the map carries no bound, or no speed; None if nothing forbids it.
+    warnings : tuple of Finding
+        What must be said before its speeds; without a limit the doubts about the map.
     """
 
     slowest: float
@@ -66,6 +69,7 @@ class FromSpeed:
     counted: int
     speeds: tuple[float, float]
     reason: Finding | None
+    warnings: tuple[Finding, ...]
 
 
 def compare_slowest_speeds(
@@ -114,7 +118,7 @@ def _from_speed(
 ) -> FromSpeed:
     fit, nothing = force_map.require_fit(), (float("nan"), float("nan"))
     bound = ToleranceBound(device_error=force_map.conditions.device.error_or_default)
-    margin, speeds, reason = nothing, nothing, None
+    margin, speeds, reason, warnings = nothing, nothing, None, doubts_of_fit(force_map)
     grid = measured_grid(whole, STEP)
     counted, permitted, off_axis = grid[0].size * grid[1].size, 0, 0
     try:
@@ -126,7 +130,7 @@ def _from_speed(
             tilted = speed_map(force_map, *grid, **case, angle=WIDEST_ANGLE).speeds
             off_axis = int(np.sum(~np.isnan(tilted.speed_to_program)))
             programmed = result.speed_to_program[~np.isnan(result.speed_to_program)]
-            permitted, reason = programmed.size, result.basis.refusal
+            permitted, reason, warnings = programmed.size, result.basis.refusal, result.basis.warnings
             speeds = (float(programmed.min()), float(programmed.max())) if permitted else nothing
     except ForcemapError as error:
         reason = Finding.of(FindingKind.WORDS, words=error.message)
@@ -142,4 +146,5 @@ def _from_speed(
         counted=counted,
         speeds=speeds,
         reason=reason,
+        warnings=warnings,
     )

@@ -140,7 +140,7 @@ def transfer_map(old_map: ForceMap, dataset: ImpactDataset, *, shift: Form | Non
         fit=Fit(
             states=new,
             test=dataset.test.states,
-            slower=dataset.slower_train.states.and_(old_map.slower),
+            slower=dataset.slower_train.states.and_(_named_for(old_map)),
             at_points=states_at_points(dataset),
             left_out=left_out,
             between_states=joint.regression,
@@ -157,6 +157,12 @@ def transfer_map(old_map: ForceMap, dataset: ImpactDataset, *, shift: Form | Non
         unmapped=_pressure_lost(dataset) if pressures else None,
         source=f"carried over from {old_map.name} by {dataset.source or 'arrays'}",
     )
+
+
+def _named_for(old_map: ForceMap) -> States:
+    """The slower states of an earlier map by other names than new ones have: they are no repeats of these."""
+    slower = old_map.slower
+    return replace(slower, name=tuple(f"{name} of {old_map.name}" for name in slower.name))
 
 
 def _pressure_lost(dataset: ImpactDataset) -> Finding:

@@ -459,8 +459,9 @@ def map_notes(force_map: ForceMap, bound: Bound) -> list[Finding]:
             notes.append(Finding.of(kind, **figures))
 
     note(kind.PERSON_AT_REST)
-    stated = force_map.conditions.as_stated(force_map.measured_range.lowest[2:])
-    note(kind.SLOWER_UNMEASURED, not len(force_map.slower), lowest_mps=float(stated[0]))
+    measured = np.concatenate([force_map.measured_range.lowest[2:], *(s.speed for s in (fit.of_table if fit else ()))])
+    lowest = float(force_map.conditions.as_stated(measured).min())
+    note(kind.SLOWER_UNMEASURED, not len(force_map.slower), lowest_mps=lowest)
     note(kind.PRESSURE_NOT_ASSESSED)
     note(kind.DEVICE_RANGE_NOT_STATED, math.isnan(force_map.device_range))
     device = force_map.conditions.device

@@ -276,6 +276,11 @@ def _as_planned(conditions: Conditions, speeds: Sequence[float]) -> tuple[Sequen
         speeds = min(SPEEDS[0], conditions.fastest / 2), conditions.fastest
         kept.append(Finding.of(FindingKind.SPEEDS_AS_PLANNED, fastest_mps=conditions.fastest))
     speeds = speeds if len(speeds) else SPEEDS
+    if max(speeds) <= conditions.slowest:  # never faster than was asked for
+        raise InputError(
+            f"speeds: found up to {max(speeds):g} m/s, expected above map.slowest_mps of {conditions.slowest:g} m/s "
+            "(campaign.toml), below which nothing is fitted"
+        )
     if min(speeds) < conditions.slowest:
         speeds = conditions.slowest, max(speeds)
         kept.append(Finding.of(FindingKind.SPEEDS_OF_MAP, slowest_mps=conditions.slowest))
