@@ -23,7 +23,7 @@ for name in fm.PUBLISHED_MAPS:
         crossing = force_map.crossing_speed(0.8, 0.4, newtons)
         speed = f"{fm.floor_speed(answer.speed)} m/s at contact" if answer.outcome.has_speed else "no speed"
         print(
-            f"  {contact}, {newtons:g} N: {answer.outcome}, {speed} ({answer.reason}); "
+            f"  {contact}, {newtons:g} N: {answer.outcome}, {speed} ({fm.sentence(answer.reason)}); "
             f"the prediction alone reaches the limit at {fm.floor_speed(crossing)} m/s, "
             f"the contact model says {fm.floor_speed(formula)} m/s"
         )

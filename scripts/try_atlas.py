@@ -17,10 +17,10 @@ import numpy as np
 
 import forcemap as fm
 from forcemap.arrays import FloatArray
+from forcemap.direction import direction_vector
 from forcemap.lab.bench import simulate_peaks
 from forcemap.lab.simulated_device import PAPER_DEVICE
 from forcemap.lab.virtual_robot import virtual_robot
-from forcemap.maps.direction import direction_vector
 from forcemap.paths.atlas import Atlas, AtlasMap
 from forcemap.paths.bent_path import bent_path
 

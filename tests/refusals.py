@@ -19,9 +19,9 @@ import numpy as np
 from oracle import full_grid, simulate
 
 import forcemap as fm
+from forcemap.direction import direction_vector, raised_off_axis
 from forcemap.limits.covers import cover_estimate, payload_estimate
 from forcemap.limits.pfl import pfl_energy, pfl_pressure_speed_limit
-from forcemap.maps.direction import direction_vector, raised_off_axis
 from forcemap.maps.forms import Term
 from forcemap.maps.map_file import map_text
 from test_map_file import resealed

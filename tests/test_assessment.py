@@ -125,7 +125,7 @@ def change_a_recording(folder):
 
 def remove_a_recording(folder):
     (folder / "recordings" / "d500-h200-v100-r1.csv").unlink()
-    return "the files are gone: d500-h200-v100-r1.csv"
+    return "RECORDINGS GONE since they were registered: d500-h200-v100-r1.csv"
 
 
 def add_a_recording(folder):

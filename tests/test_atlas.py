@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import replace
 
@@ -9,10 +10,10 @@ import numpy as np
 import pytest
 
 import forcemap as fm
+from forcemap.direction import DIRECTIONS, angle_between, direction_vector, direction_words, same_direction
 from forcemap.exports.directed_tables import directed_csv, directed_result, directed_tables
 from forcemap.exports.krl import krl_along_data, krl_along_source
 from forcemap.exports.urscript import urscript_along
-from forcemap.maps.direction import DIRECTIONS, angle_between, direction_vector, direction_words, same_direction
 from forcemap.paths.atlas import Atlas, AtlasMap
 from forcemap.paths.bent_path import bent_path
 from forcemap.paths.gaps import map_gaps
@@ -458,6 +459,28 @@ def test_a_bent_path_does_the_same_task_by_measured_directions(full_size):
         again = fm.path_speeds(atlas, bent.path, a_task(), bound=BOUND)
         np.testing.assert_array_equal(again.speed, bent.speeds.speed)
     assert bends > 10
+
+
+def test_a_descent_a_little_off_says_so_where_that_costs_it_its_speed_and_is_bent_straight():
+    """Where straight down is permitted and a hair beside it not, the reason names the angle; its bound has the 14 %."""
+    atlas, task, seen = an_atlas(), a_task(), 0
+    for top, aside in itertools.product((0.30, 0.38, 0.44), (0.0005, 0.002, 0.01)):
+        straight, off = (
+            fm.path_speeds(atlas, fm.ToolPath.through([[d, 0, top], [0.6, 0, 0.15]]), task, bound=BOUND)
+            for d in (0.6, 0.6 + aside)
+        )
+        kinds = [reason.kind for reason in off.reason]
+        unconfirmed = off.outcome == "unconfirmed"
+        assert [kind is fm.FindingKind.OFF_DIRECTION for kind in kinds] == unconfirmed.tolist()
+        for reason in off.reason[unconfirmed]:
+            angle = math.degrees(math.atan2(aside, top - 0.15))
+            assert reason.figure("off_deg") == pytest.approx(angle, rel=0.05)
+        bent = bent_path(atlas, off.path, task, bound=BOUND)
+        if straight.refused.sum() < off.refused.sum():
+            seen += 1
+            permitted = [float(each.path.lengths[~each.refused].sum()) for each in (bent.speeds, off)]
+            assert (bent.bent > 0, permitted[0] > permitted[1]) == (True, True)
+    assert seen
 
 
 def test_a_path_that_needs_no_bending_or_gains_nothing_stays_as_it_is():

@@ -16,7 +16,7 @@ from conftest import made_once
 from forcemap.answers.path import GapAnswer
 from forcemap.campaigns.template import campaign_text
 from forcemap.cli.path import gap_lines
-from forcemap.maps.direction import direction_vector
+from forcemap.direction import direction_vector
 from forcemap.paths.atlas import is_atlas
 from test_web import client_of
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import math
+import re
 import sys
 
 import numpy as np
@@ -339,6 +340,43 @@ def test_mistakes_in_the_column_map_are_named(tmp_path, columns, entry):
         fm.read_campaign(folder)
     assert e.value.column == f"recordings.{entry}"
     assert e.value.file == str(folder / "campaign.toml")
+
+
+@pytest.mark.parametrize("words", ["dwon", "towards the wall", "0,0,0", "1,0", "down and up"])
+def test_a_direction_that_is_none_is_refused_where_it_is_read(tmp_path, words):
+    toml = f'{TOML}[contact]\ndirection = "{words}"\n'
+    folder = write_campaign(tmp_path / "campaign", recorded=False, toml=toml)
+    with pytest.raises(CampaignFileError, match="expected one of down, up, out, in, left, right") as e:
+        fm.read_campaign(folder)
+    assert (e.value.column, e.value.file) == ("contact.direction", str(folder / "campaign.toml"))
+
+
+def test_a_recording_may_be_registered_anew_as_its_refusal_says(tmp_path):
+    folder = write_campaign(tmp_path / "campaign")
+    before = collect(folder)
+    name = str(before.recording[3])
+    file = folder / "recordings" / name
+    save(file, *pulse(99.0, rate=1000.0, seed=7))
+    with pytest.raises(CampaignFileError, match=r"delete its row in recordings\.csv first"):
+        collect(folder)
+    other = folder / "recordings" / str(before.recording[5])
+    content = other.read_bytes()
+    other.write_bytes((folder / "recordings" / str(before.recording[6])).read_bytes())
+    with pytest.raises(CampaignFileError, match=f"the same holds for {re.escape(other.name)}"):
+        collect(folder)
+    mine = file.read_bytes()
+    file.write_bytes(content)
+    with pytest.raises(CampaignFileError, match=f"it holds what was registered as {re.escape(other.name)}"):
+        collect(folder)
+    file.write_bytes(mine)
+    other.write_bytes(content)
+    register_file = folder / "recordings.csv"
+    lines = register_file.read_text().splitlines(keepends=True)
+    register_file.write_text("".join(line for line in lines if name not in line))
+    after = collect(folder)
+    then, now = (dict(zip(each.recording.tolist(), each.peak_force.tolist(), strict=True)) for each in (before, after))
+    assert {each for each in then if now[each] != then[each]} == {name}
+    assert (now.keys(), now[name]) == (then.keys(), pytest.approx(99.0, abs=2.0))
 
 
 def speed_at(folder):

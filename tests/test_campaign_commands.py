@@ -101,7 +101,7 @@ class TestPlan:
             value = (
                 plausible.get(name)
                 or (not blank and proposed)
-                or ("2.5" if re.search("_(kg|deg|m|N|N_per_m)$", name) else '"x"')
+                or ("2.5" if re.search("_(kg|deg|m|N|N_per_m)$", name) else '"down"')
             )
             lines = [*template[:number], f"{name} = {value}", *template[number + 1 :]]
             if name in ("time_unit", "sign"):

@@ -826,7 +826,10 @@ def test_what_places_share_stands_beside_what_is_a_states_own(ask, forcemap, exa
         shared = f"{100 * fit.place_sd:.2f} % of scatter shared by the states of a place, the most that is likely"
         if round(likeliest, 2) == 0:
             shared = "no scatter shared by the states of a place found"
-        assert f"14 places: {'' if likeliest < 0.005 else 'a tolerance bound reckons with '}{shared}" in out
+        assert (
+            f"14 places: {'' if likeliest < 0.005 else 'bound, standard errors and p values reckon with '}{shared}"
+            in out
+        )
         assert f"{100 * fit.place_sd:.2f} %" in out
         assert f"and {100 * fit.own_sd:.2f} % of a state's own" in out
         assert "leave-one-place-out" in out
@@ -958,3 +961,18 @@ def test_outside_the_measured_range_is_named(forcemap, ask):
     found = ask("speed", "ur10e", *case)[1]
     assert found["measured_distance_m"] == pytest.approx([0.52, 0.89])
     assert found["measured_height_m"] == pytest.approx([0.14, 0.46])
+
+
+def test_a_form_with_as_many_coefficients_as_states_says_that_nothing_tells_its_error(forcemap, tmp_path):
+    rng = np.random.default_rng(3)
+    rows = ["state_id,repeat,role,distance_m,height_m,speed_mps,peak_force_N"]
+    for state in range(20):
+        d, h, v = rng.uniform((0.5, 0.1, 0.1), (0.9, 0.5, 0.4))
+        rows += [f"s{state},{repeat},train,{d:.3f},{h:.3f},{v:.3f},{150 + 100 * v + repeat:.1f}" for repeat in (1, 2)]
+    (tmp_path / "impacts.csv").write_text("\n".join(rows) + "\n")
+    code, out, _ = forcemap("fit", tmp_path / "impacts.csv", "--form", "FULL_CUBIC")
+    assert code == 0
+    assert "AS MANY COEFFICIENTS AS MEASURED STATES" in out
+    assert "state-to-state SD - %" in out
+    code, out, _ = forcemap("evaluate", tmp_path / "impacts.csv", "--form", "FULL_CUBIC")
+    assert (code, out.startswith("NOTHING TELLS HOW FAR THIS MAP IS OFF")) == (0, True)

@@ -92,7 +92,7 @@ def test_the_note_of_maps_per_height_counts_the_states_without_one(forcemap, exa
 
 def test_without_test_states_each_is_left_out_in_turn(campaign):
     comparison = fm.compare_force_models(campaign.dataset.train, **HAND)
-    assert comparison.on == "each state left out in turn"
+    assert comparison.on == "leave-one-state-out"
     loso = fm.leave_one_state_out(fm.fit_force_map(campaign.dataset.train))
     found = model(comparison, "CFM_3D").accuracy
     assert found.max_underestimation_percent == pytest.approx(loso.max_underestimation_percent, rel=1e-12)

@@ -12,9 +12,10 @@ import pytest
 
 import forcemap as fm
 from forcemap.assessment.assess_campaign import assess_points
+from forcemap.assessment.confirmation import confirmations
 from forcemap.assessment.contact_points import COLUMNS, REQUIRED, read_contact_points
 from forcemap.assessment.missing import Missing
-from forcemap.assessment.point_results import PointOutcome, confirmations, point_results
+from forcemap.assessment.point_results import PointOutcome, point_results
 from forcemap.campaigns.not_stated import Matters, not_stated
 from forcemap.campaigns.point_recordings import register_points
 from forcemap.campaigns.protocol import PROTOCOL_ENTRIES, read_protocol
@@ -61,7 +62,7 @@ def parts(cell):
     dataset = fm.read_dataset(cell)
     found = {"campaign": fm.read_campaign(cell), "force_map": fm.fit_force_map(dataset)}
     found["bound"] = fm.ToleranceBound(device_error=3.0)
-    confirmed = confirmations(found["campaign"], dataset, found["force_map"], found["bound"])
+    confirmed = confirmations(cell, dataset, found["force_map"], found["campaign"])
     return {**found, "folder": cell, "conditions": dataset.conditions, "confirmed": confirmed}
 
 

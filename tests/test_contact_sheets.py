@@ -124,7 +124,7 @@ def test_every_permitting_sentence_names_point_limit_edition_device_and_who_sign
         for part in ("280 N", "ISO/TS 15066:2016", "CBSF-75-Basic", "Sam Officer"):
             assert part in sentence, (part, sentence)
     assert "Contact point P5" not in joined
-    assert "Contact points P1 (at most" in joined
+    assert "Contact points P1 (program at most" in joined
 
 
 @pytest.mark.parametrize(("contact", "levels"), [("transient", (280, 140)), ("quasi-static", (140, 140))])

@@ -229,6 +229,47 @@ def test_no_face_gives_a_speed(cell, forcemap, door, full_size):
     assert len(found) == (9 if door in ALIKE and not full_size else 24)
 
 
+def test_a_recording_that_is_another_one_by_now_gives_no_speed_in_any_command_nor_on_the_page(cell, forcemap):
+    """Also where the table itself is named, without a plan, and in an atlas; the page finds it without a restart."""
+    recording = cell / "recordings" / sorted(path.name for path in (cell / "recordings").iterdir())[0]
+    why, answers = f"RECORDINGS CHANGED since they were registered: {recording.name}", []
+    with client_of(cell.parent) as client:
+        base = f"/api/campaigns/{cell.name}/speed"
+        assert client.get(base, params=QUESTION | PLACE).json()["speed_mps"] is not None
+        recording.write_text(recording.read_text().replace("\n", "\n\n", 1))
+        answers.append(client.get(base, params=QUESTION | PLACE).json())
+    assert [(each["speed_mps"], why in each["reason"]) for each in answers] == [(None, True)]
+    found = [*commands(cell, forcemap), *page(cell)]
+    at = ("--distance", 0.85, "--height", 0.25, *OPTIONS)
+    (cell / "plan.csv").rename(cell.parent / "plan.csv")
+    found.append(("no plan", forcemap("speed", cell, *at)[0] == 0, forcemap("speed", cell, *at)[1]))
+    (cell.parent / "plan.csv").rename(cell / "plan.csv")
+    shutil.copytree(cell, cell.parent / "atlas" / "down")
+    for source in (cell / "impacts.csv", cell.parent / "atlas"):
+        code, out, err = forcemap("speed", source, *at)
+        found.append((source.name, code == 0, out + err))
+    for command in (("compare", cell, *OPTIONS[:2]), ("next", cell, *OPTIONS)):
+        code, out, err = forcemap(*command)
+        found.append((command[0], "have a speed" in out or "permits more" in out, out + err))
+    (cell / "point_recordings.csv").write_text("file;note\n")  # damaged: hides nothing
+    code, out, err = forcemap("speed", cell, *at)
+    found.append(("damaged point register", code == 0, out + err))
+    assert [name for name, has_speed, _ in found if has_speed] == []
+    said = [(name, " ".join(words.split())) for name, _, words in found]
+    assert [name for name, words in said if "RECORDINGS CHANGED" not in words] == []
+
+
+def test_a_recording_that_is_gone_is_said_first(cell, forcemap):
+    recording = cell / "recordings" / sorted(path.name for path in (cell / "recordings").iterdir())[0]
+    at = ("--distance", 0.85, "--height", 0.25, *OPTIONS)
+    recording.rename(recording.with_name("other name.csv"))  # the same content is the same recording
+    assert "RECORDINGS GONE" not in forcemap("speed", cell, *at)[1]
+    (cell / "recordings" / "other name.csv").rename(cell.parent / "kept.csv")
+    for command in (("speed", cell, *at), ("speed-map", cell, *OPTIONS), ("path", cell, "press.csv", *OPTIONS)):
+        out = " ".join(forcemap(*command)[1].split())
+        assert f"! RECORDINGS GONE since they were registered: {recording.name}; put them back" in out
+
+
 def test_a_clamping_robot_has_no_transient_speed_in_newtons_either(forcemap, ask, tmp_path):
     """The published KUKA clamped in all 369 impacts."""
     kuka, at = fm.published_map("kuka-iiwa7-30nm"), ("--distance", 0.8, "--height", 0.4)

@@ -405,7 +405,7 @@ def test_test_impacts_of_training_states_do_not_flatter_the_map(named):
     assert len(copied.independent_test) == 0
     assert fm.map_accuracy(force_map, copied)[0].on == "leave-one-state-out"
     hand = {"robot_mass": 10.0, "body_mass": math.inf, "stiffness": 75e3}
-    assert fm.compare_force_models(copied, **hand).on == "each state left out in turn"
+    assert fm.compare_force_models(copied, **hand).on == "leave-one-state-out"
 
 
 def test_test_forces_are_not_held_against_training_ones():

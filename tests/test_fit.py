@@ -350,3 +350,20 @@ def test_a_map_is_that_of_the_impacts_as_they_are_now():
     assert len(fm.fit_force_map(dataset).fit.states) < len(before.fit.states)
     with pytest.raises(ValueError, match="read-only"):
         before.coefficients[0] -= 1.0  # whoever asks next has the same map
+
+
+def test_states_in_which_one_coordinate_follows_another_say_which():
+    """As many levels as a form needs, and yet no map: another person's table cannot be measured again by guessing."""
+    at = np.array([(d, h, v) for d in (0.5, 0.6, 0.7, 0.8, 0.9) for h, v in ((0.1, 0.1), (0.25, 0.2), (0.4, 0.3))])
+    force = printed_force("ur10e", *at.T)
+    dataset = fm.ImpactDataset.from_arrays(distance=at[:, 0], height=at[:, 1], speed=at[:, 2], peak_force=force)
+    words = (
+        "each height at one speed alone and each speed at one height alone: found that the measured states determine"
+    )
+    with pytest.raises(fm.RankDeficient, match=words) as error:
+        fm.fit_force_map(dataset)
+    assert error.value.remedy.startswith("measure heights at several speeds")
+    at = np.vstack([at, [(0.5, 0.1, 0.3), (0.9, 0.4, 0.1), (0.7, 0.25, 0.3), (0.6, 0.1, 0.2)]])
+    force = printed_force("ur10e", *at.T)
+    spread = fm.ImpactDataset.from_arrays(distance=at[:, 0], height=at[:, 1], speed=at[:, 2], peak_force=force)
+    np.testing.assert_allclose(fm.fit_force_map(spread).coefficients, PRINTED["ur10e"], rtol=1e-6)

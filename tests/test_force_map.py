@@ -9,7 +9,7 @@ from scipy.optimize import brentq
 
 import forcemap as fm
 from forcemap.arrays import BLOCK
-from forcemap.maps.direction import direction_vector, raised_off_axis
+from forcemap.direction import direction_vector, raised_off_axis
 from forcemap.maps.forms import FORMS
 from forcemap.maps.saturation import saturation_doubt
 

@@ -291,6 +291,19 @@ def test_a_sure_but_tiny_change_is_no_drift():
     assert sentence(small.finding).endswith("less than matters (1 %)")
 
 
+def test_a_state_whose_force_changed_beyond_all_scatter_is_named():
+    """Repeats of two states in each other's place: their mean has not changed, and nothing explains that."""
+    at, names, none = spread()[[0, 9, 20]], np.array(["a", "b", "c"]), np.zeros(3, dtype=bool)
+    force, exchanged = np.array([100.0, 250.0, 200.0]), np.array([250.0, 100.0, 201.0])
+    found = measured_again(*(States.of(at, each, names, none) for each in (force, exchanged)))
+    assert not found.significant
+    said = sentence(found.finding)
+    assert "CHANGED BY MORE THAN STATES EVER DO: a by +150 %, b by -60 %: look whether" in said
+    assert "explains" not in said
+    within = measured_again(*(States.of(at, each, names, none) for each in (force, force * [1.03, 0.97, 1.0])))
+    assert sentence(within.finding).endswith(", no more than putting the device up again explains")
+
+
 def test_states_that_rose_above_the_device_range_have_drifted_by_at_least_that(table):
     """Not left out: they are the ones that rose."""
     frame = fm.read_dataset(table).to_frame()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import dataclasses
 import hashlib
 import json
@@ -389,6 +390,23 @@ def test_export_of_programs(capsys, tmp_path):
     assert refused["outcome"] == "not_permitted"
 
 
+def test_the_allowed_speeds_are_had_without_a_program_and_pass_as_one(capsys, tmp_path):
+    """The file as `docs/robot_program.md` says it is checked: each speed on the row of the point it leads to."""
+    assert run(["export-path", "ur10e", "press.csv", *HAND, "-o", "s.csv"]) == 0
+    capsys.readouterr()
+    rows = list(csv.DictReader(line for line in (tmp_path / "s.csv").read_text().splitlines() if line[0] != "#"))
+    assert {(row["programmed_speed_mps"], row["scaling"]) for row in rows} == {("", "")}
+    allowed = [piece["speed_mps"] for piece in result(capsys, "path", "ur10e", "press.csv", *HAND)["pieces"]]
+    for row, speed in zip(rows, allowed, strict=True):
+        assert 0 < float(row["commanded_speed_mps"]) <= float(row["allowed_speed_mps"]) <= speed
+    points = [(row["to_x_m"], row["to_y_m"], row["to_z_m"], row["commanded_speed_mps"]) for row in rows]
+    first = (rows[0]["from_x_m"], rows[0]["from_y_m"], rows[0]["from_z_m"], rows[0]["commanded_speed_mps"])
+    text = "x_m,y_m,z_m,speed_mps\n" + "".join(",".join(point) + "\n" for point in (first, *points))
+    (tmp_path / "back.csv").write_text(text)
+    assert run(["path", "ur10e", "back.csv", *HAND]) == 0
+    assert "permitted as programmed" in capsys.readouterr().out
+
+
 BAD = {
     "no such path": (["path", "ur10e", "none.csv", *HAND], "no such file"),
     "not a number": (["path", "ur10e", "bad.csv", *HAND], "row 2, column z_m: found 'nan'"),
@@ -409,7 +427,6 @@ BAD = {
     "scaling of places": (["export", "ur10e", "--format", "scaling", *HAND], "'scaling' is not one of"),
     "zones with a path": (["export", "ur10e", "--format", "csv", *HAND, "--path", "path.csv"], "forcemap export-path"),
     "times and speeds": (["path", "ur10e", "both.csv", *HAND], "column speed_mps: found it beside time_s"),
-    "scaling without a program": (["export-path", "ur10e", "press.csv", *HAND], "no programmed speed"),
     "newtons along a path": (["path", "ur10e", "path.csv", "--limit-N", "140"], "--limit-N"),
     "positions": (["place", "ur10e", "table.csv", *HAND, "--step-m", "1e-9"], "step"),
 }  # fmt: skip

@@ -341,12 +341,23 @@ def test_the_confirmation_is_shown_again_until_it_is_measured_and_then_judged(as
         force = printed_force("ur10e", plan.distance[i], plan.height[i], plan.speed[i])
         save(measured / "recordings" / f"{name}.csv", *pulse(min(share * force, upper - 4), rate=1000.0, seed=i))
 
+    def said():
+        """What a speed and a speed map of the folder say of the confirmation."""
+        place = ("--distance", 0.8, "--height", 0.4)
+        answers = [ask("speed", measured, *place, *HAND)[1], ask("speed-map", measured, *HAND)[1]]
+        texts = [answer["warnings"] + answer["assumptions"] for answer in answers]
+        return {line for text in texts for line in text if "onfirm" in line or "CONFIRM" in line}
+
+    assert all(line.startswith("not confirmed by impacts") for line in said())
     for name in names[:3]:
         record(name, 0.97)
     _, out, _ = forcemap("collect", measured)
     assert f"Next: forcemap confirm {measured}, with the same area and contact" in flowing(out)
     code, partly = ask("confirm", measured, *HAND, *number)
     assert (code, partly["outcome"], partly["missing"]) == (2, "cannot_tell", names[3:])
+    lines = said()
+    missing = "planned runs without an impact: 3 of 6; release nothing yet"
+    assert lines == {f"NOT CONFIRMED YET by impacts at the speeds that the map permits: {missing} (forcemap confirm)"}
     record(names[3], 0.97)
     assert ask("collect", measured)[0] == 0
     code, found = ask("confirm", measured, *HAND, *number)
@@ -355,6 +366,20 @@ def test_the_confirmation_is_shown_again_until_it_is_measured_and_then_judged(as
     code, out, _ = forcemap("confirm", measured, *HAND, *number)
     assert code == 0
     assert out.startswith("PASSES: each of the 4 impacts is within 280 N and below the bound")
+    assert "count a map as confirmed from 6 impacts on" in flowing(out)
+    assert all("without an impact: 2 of 6" in line for line in said())
+    whole = ask("confirm", measured, *HAND)[1]
+    first["runs"], place = whole["runs"], {name: i for i, name in enumerate(fm.read_plan(measured).recording.tolist())}
+    plan = fm.read_plan(measured)
+    for name in whole["missing"]:
+        record(name, 0.97)
+    assert all("collect" in line or "without an impact" in line for line in said())
+    assert ask("collect", measured)[0] == 0
+    assert ask("confirm", measured, *HAND)[1]["outcome"] == "passes"
+    assert said() == {"confirmed by 6 impacts at the speeds that the map permits"}
+    other = ask("speed", measured, "--distance", 0.8, "--height", 0.4, "--area", "middle_of_shin", *HAND[2:])[1]
+    assert any(line.lower().startswith("not confirmed") for line in other["assumptions"])  # they had another limit
+    assert not any(line.startswith("confirmed by") for line in other["assumptions"])
     assert ask("next", measured, *HAND)[0] == 0
 
 
@@ -453,7 +478,8 @@ def test_a_confirming_recording_under_another_name_or_changed_cannot_tell(ask, m
     path.with_name("other.csv").rename(path)
     save(path, *pulse(90.0, rate=1000.0))
     code, found = ask("confirm", measured, *HAND)
-    assert (code, found["outcome"]) == (2, "cannot_tell")
+    assert (code, found["outcome"]) == (1, None)
+    assert "RECORDINGS CHANGED since they were registered" in found["reason"]
 
 
 def test_a_limit_without_any_speed_leads_to_more_measurements(ask, forcemap, measured):

@@ -67,7 +67,7 @@ REFUSED = {
     "unit of time": (ROWS, XYZ | {"time": "t"}, "expected the unit of the time column"),
     "one column": (ROWS, XYZ | {"position": "X"}, "position: found 'X', expected three columns such as position=X,Y,Z"),
     "no such entry": (ROWS, XYZ | {"force": "X"}, "force: unknown entry"),
-    "no such column": (ROWS, XYZ | {"position": ["X", "Y", "H"]}, "column H: no column has that name; found 't', 'X'"),
+    "no such column": (ROWS, XYZ | {"position": ["X", "Y", "H"]}, "column H: no column is named 'H'; found 't', 'X'"),
     "a column twice": (ROWS, XYZ | {"position": ["X", "Y", "Y"]}, "found a column in two places"),
     "metres in mm": (ROWS, XYZ | {"length_unit": "m"}, "at most 10 m; positions are in metres"),
     "names say otherwise": (

@@ -292,10 +292,18 @@ class TestColumns:
         error = refused(path, {"time": "time", "force": "Force"})
         assert error.message == "found 2 columns of that name, expected one; give its number"
 
+    @pytest.mark.parametrize("stamp", ["10:15:00.{:03d}", "2026-11-02 10:15:00.{:03d}"])
+    def test_a_time_of_day_is_named(self, write, stamp):
+        lines = "".join(f"{stamp.format(i)};{5 + i % 3}\n" for i in range(200))
+        error = refused(write("clock;force\n" + lines), None)
+        assert error.message.startswith(f"found the time of day '{stamp.format(0)}', expected seconds; state sampling")
+        assert error.row == 2
+
     def test_a_name_that_is_missing_lists_those_found(self, write):
         error = refused(write("t,f\n" + table(TIME, FORCE)), {"time": "t", "force": "F1"})
         assert error.column == "F1"
-        assert error.message == "no column has that name; found 't', 'f'"
+        assert error.message.startswith("no column is named ")
+        assert error.message.endswith("; found 't', 'f'; columns by number fit files that name them otherwise")
         assert "no names of columns" in refused(write(table(TIME, FORCE)), {"time": "t", "force": "f"}).message
 
     def test_a_number_beyond_the_width(self, write):

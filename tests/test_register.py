@@ -313,12 +313,15 @@ def test_from_a_release_to_its_end(register, measured, asked):
     )
     assert shown["speeds"]["speed_mmps"] == table.speed_mmps.tolist()
     said = head_result(table.provenance)
-    assert (shown["speeds"]["warnings"], bool(said["warnings"])) == (said["warnings"], True)
+    unconfirmed, *warnings = shown["speeds"]["warnings"]
+    assert unconfirmed.startswith("NOT CONFIRMED BY MEASUREMENT when it was released")
+    assert (warnings, bool(said["warnings"]), shown["speeds"]["confirmed"]) == (said["warnings"], True, False)
     assert set(said["assumptions"]) < set(shown["speeds"]["assumptions"])
     assert shown["map_sha256"] == fm.map_sha256(fm.fit_force_map(fm.read_dataset(measured)))
-    assert asked("due")[1]["due"] == []
-    (ends,) = asked("due", "--days", "400")[1]["due"][:1]
-    assert UNTIL in ends["findings"][0]
+    (due,) = asked("due")[1]["due"]
+    assert (due["release"], due["findings"][0][:30]) == (1, "in force, but released without")
+    unconfirmed, ends = asked("due", "--days", "400")[1]["due"][:2]
+    assert (unconfirmed, UNTIL in ends["findings"][0]) == (due, True)
 
     if not register.postgresql or FULL_SIZE:  # a contact point needs the whole assessment, seconds each
         point = ["release", "cell-1", measured, "--point", "P1", "--valid-until", UNTIL]

@@ -16,11 +16,11 @@ import numpy as np
 import pytest
 
 import forcemap as fm
+from forcemap.direction import WIDEST_ANGLE
 from forcemap.dynamics.inverse_kinematics import inverse_kinematics
 from forcemap.dynamics.kinematics import forward_kinematics
 from forcemap.lab.bench import simulate_impacts, simulate_peaks
 from forcemap.lab.virtual_robot import PRESETS, virtual_robot
-from forcemap.maps.direction import WIDEST_ANGLE
 from forcemap.paths.path_speeds import PieceOutcome
 from forcemap.paths.task import one_segment_task
 from forcemap.speeds.zones import Segments

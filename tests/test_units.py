@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import dataclasses
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from forcemap.campaigns.units import unit_of_time_finding
 from forcemap.errors import ForcemapError, TableError
 from forcemap.lab.bench import simulate_peaks
 from forcemap.lab.virtual_robot import PRESETS, virtual_robot
+from forcemap.recordings.units import ForceUnit, TimeUnit
 from forcemap.words import sentence
 from pulses import TOML, collect, pulse, register, rows, save, write_campaign
 from real_data import needs_real_data
@@ -294,3 +296,39 @@ def test_real_recordings_raise_no_alarm(real_data):
             device_stiffness=spring,
         )  # fmt: skip
         assert dataset.no_speed is None or dataset.no_speed.kind.value == "spring_not_stated"
+
+
+@pytest.mark.parametrize("unit", ForceUnit)
+def test_every_unit_of_force_reads_as_the_same_newtons_and_is_offered(unit, tmp_path):
+    time, force = np.arange(400) / 1000, 200 * np.sin(np.pi * np.clip((np.arange(400) - 100) / 100, 0, 1)) ** 2
+    factors = {ForceUnit.NEWTONS: 1.0, ForceUnit.KILONEWTONS: 1000.0, ForceUnit.COUNTS: 0.25}
+    file, factor = tmp_path / "impact.csv", factors[unit]
+    file.write_text("t,F\n" + "".join(f"{t:.3f},{float(f) / factor!r}\n" for t, f in zip(time, force, strict=True)))
+    counts = {"newtons_per_count": factor} if unit is ForceUnit.COUNTS else {}
+    columns = fm.ColumnMap(time="t", force="F", force_unit=unit, **counts)
+    (read,) = fm.read_recordings(file, columns=columns)
+    np.testing.assert_allclose(read.force, force, atol=1e-9)
+    root = Path(__file__).parents[1]
+    (row,) = [
+        row for row in (root / "docs/campaign_file.md").read_text().splitlines() if "`recordings.force_unit`" in row
+    ]
+    assert f'`"{unit}"`' in row
+    if unit is not ForceUnit.COUNTS:
+        (refused,) = [
+            row
+            for row in (root / "docs/your_device_files.md").read_text().splitlines()
+            if row.startswith("| a unit that is neither")
+        ]
+        assert str(unit) in refused
+
+
+@pytest.mark.parametrize("unit", TimeUnit)
+def test_every_unit_of_time_reads_as_the_same_seconds_and_is_offered(unit, tmp_path):
+    factors = {TimeUnit.SECONDS: 1, TimeUnit.MILLISECONDS: 10**3, TimeUnit.MICROSECONDS: 10**6}
+    factor, file = factors.get(unit, 10**9), tmp_path / "impact.csv"
+    file.write_text("t,F\n" + "".join(f"{i * factor / 1000!r},{i % 7}\n" for i in range(400)))
+    (read,) = fm.read_recordings(file, columns=fm.ColumnMap(time="t", time_unit=unit, force="F", force_unit="N"))
+    np.testing.assert_allclose(read.time, np.arange(400) / 1000, atol=1e-9)
+    rows = (Path(__file__).parents[1] / "docs/campaign_file.md").read_text().splitlines()
+    (row,) = [row for row in rows if "`recordings.time_unit`" in row]
+    assert f'`"{unit}"`' in row

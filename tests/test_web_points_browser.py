@@ -155,10 +155,10 @@ def test_a_cell_of_five_points_from_the_plan_to_the_report_on_the_page_alone(tmp
     assert "NOT PERMITTED: P5 (not measured)" in first
     for point, speed, pressure in (
         ("P3", "0.200 m/s", "pressure within its limit of 190 N/cm² by the film at this point"),
-        ("P4", "0.200 m/s, programmed 0.15", "pressure not assessed"),
+        ("P4", "0.200 m/s, now 0.15", "pressure not assessed"),
     ):
-        named = f"{point} (at most {speed}, 3 impacts)"
-        assert f"{named} to program, back of hand, quasi-static contact" in first
+        named = f"{point} (program at most {speed}, 3 impacts)"
+        assert f"{named}, back of hand, quasi-static contact" in first
         assert f"(75 N/mm); {pressure}; to be signed by the safety officer." in first
     assert run(["report", str(folder), "--verify", str(tmp_path / "report.html")]) == 0
     (folder / "photographs" / "P5.jpg").write_bytes(picture("JPEG", size=(61, 40)))

@@ -103,6 +103,9 @@ class _Figures(dict[str, Any]):
             f"{entry} was {was or 'not stated'}, now {now or 'not stated'}" for entry, was, now in self["changes"]
         )
 
+    def _changes_of_states(self) -> str:
+        return ", ".join(f"{name} by {100 * share:+.0f} %" for name, share in self["apart"])
+
     def _columns(self) -> str:
         return ", ".join(dict.fromkeys(entry for entry, *_ in self["changes"]))
 

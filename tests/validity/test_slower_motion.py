@@ -82,3 +82,33 @@ def test_slower_motion_is_safe_where_a_speed_is_permitted(preset, states, full_s
     assert permitted > 300
     assert share[0] <= 5.0
     assert worst < 1.15
+
+
+@pytest.mark.parametrize("preset", PRESETS if FULL_SIZE else ["ur10e-like"])
+def test_what_is_planned_next_exceeds_what_it_is_expected_to_reach_no_more_often_than_the_bound(preset, full_size):
+    """Also below the map's lowest speed, where slower impacts say how far the bound is to be raised: there first the
+    corners, at which the plan measured nothing between its slowest and its fastest speed."""
+    robot, states, above, worst, corners = virtual_robot(preset), 0, 0, 0.0, 0
+    for number in range(60 if full_size else 4):
+        dataset = campaign(preset, 27, number)
+        found = fm.next_measurements(dataset, 280.0, contact=fm.Contact.QUASI_STATIC, speeds=(SLOWEST, 0.4))
+        if found.plan is None or found.upper_force is None:
+            continue
+        at = found.plan.distance, found.plan.height, found.plan.speed
+        ratio = simulate_peaks(robot, *at) / found.upper_force
+        states, above, worst = states + ratio.size, above + int((ratio > 1).sum()), max(worst, float(ratio.max()))
+        ends = [
+            np.isin(axis, (axis_of.min(), axis_of.max()))
+            for axis, axis_of in zip(at[:2], places_of(dataset), strict=True)
+        ]
+        corners += int((ends[0] & ends[1] & (at[2] < 0.25)).sum())
+    print(f"| {preset} | {states} | {100 * above / states:.1f} % | {worst:.3f} | {corners} |")
+    assert states > 10
+    assert above <= 0.05 * states
+    assert worst < 1.15
+    assert corners
+
+
+def places_of(dataset):
+    """Distances and heights of the states."""
+    return dataset.distance, dataset.height

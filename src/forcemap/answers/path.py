@@ -133,11 +133,15 @@ class AlongAnswer(Answer):
 
 
 class PathAnswer(AlongAnswer):
-    """Allowed speeds along a path; `too_fast` and the lowest speed refer to the pieces with permission."""
+    """Allowed speeds along a path; `too_fast` and the lowest speed refer to the pieces with permission.
+
+    If `programmed_by_points`, programmed speeds are those of the path's rows, on each motion the faster of its two.
+    """
 
     permitted: bool
     too_fast: bool
     programmed: bool
+    programmed_by_points: bool
     length_m: float
     refused_length_m: float
     too_fast_length_m: float
@@ -161,6 +165,7 @@ class PathAnswer(AlongAnswer):
             permitted=not refused.any(),
             too_fast=bool(fast.any()),
             programmed=not np.isnan(speeds.programmed).any(),
+            programmed_by_points=speeds.path.stated_speeds is not None,
             length_m=float(lengths.sum()),
             refused_length_m=float(lengths[refused].sum()),
             too_fast_length_m=float(lengths[fast].sum()),

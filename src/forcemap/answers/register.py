@@ -118,6 +118,20 @@ class ReleaseAnswer(Answer):
         """What its speeds rest on; empty if it gives none, or was released by an earlier version."""
         return [] if self.speeds is None else list(self.speeds.get("assumptions", []))
 
+    @property
+    def to_program(self) -> str:
+        """Its speeds in a line, and of zones why they are lower than those of the report; empty if it gives none."""
+        if self.speeds is None:
+            return ""
+        low, high = (f"{self.speeds[f'{end}_to_program_mps']:.3f}" for end in ("lowest", "highest"))
+        if "zones" not in self.speeds:
+            return f"program at most {f'{low} to ' * (low != high)}{high} m/s"
+        zones = f"{self.speeds['zones_with_a_speed']} of {self.speeds['zones']} zones"
+        return (
+            f"program at most {low} to {high} m/s in {zones} of the robot's program, the others none (zones hold up to "
+            "5 degrees off the map's direction, so they are slower than the report's places)"
+        )
+
     @classmethod
     def of(cls, release: Any) -> ReleaseAnswer:
         """The answer from a state of a release."""

@@ -14,7 +14,7 @@ from forcemap.comparisons.beside_standard import beside_standard
 from forcemap.findings import Finding
 from forcemap.maps.accuracy import Accuracy
 from forcemap.maps.force_map import ForceMap
-from forcemap.speeds.safe_speed import SpeedOutcome
+from forcemap.speeds.safe_speed import SpeedOutcome, floor_speed
 from forcemap.speeds.speed_map import SpeedMap
 
 
@@ -54,6 +54,26 @@ class StandardAnswer(Answer):
     highest_speed_of_map_mps: Figure = of("fastest")
     lowest_predicted_force_N: Figure = of("lowest_predicted")
     highest_predicted_force_N: Figure = of("highest_predicted")
+
+    @property
+    def lines(self) -> list[str]:
+        """The standard's one speed and what the map predicts at it; where the map permits more, if it permits any."""
+        low, high, fastest = (
+            self.lowest_predicted_force_N,
+            self.highest_predicted_force_N,
+            self.highest_speed_of_map_mps,
+        )
+        forces = "no impact was measured at that speed"
+        if low is not None and high is not None:
+            forces = f"the map predicts {low:.0f} to {high:.0f} N at it"
+        speed = f"{floor_speed(self.speed_mps)} m/s everywhere"
+        lines = [f"the standard's contact model: {speed}, confirmed by no measurement; {forces}"]
+        if fastest is None:
+            return lines
+        more = self.places_with_more
+        upto = f", up to {floor_speed(fastest)} m/s at contact" if more else ""
+        less = f"less or nothing at {self.places - more}"
+        return [*lines, f"the map permits more at {more} of {self.places} places{upto}, {less}"]
 
 
 class SpeedMapAnswer(RestsOn):

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from forcemap._version import __version__
+from forcemap.assessment.confirmation import Confirmations, confirmations, saying
 from forcemap.assessment.contact_points import POINTS_FILE, ContactPoint, read_contact_points
 from forcemap.assessment.folder import (
     CampaignLimitTable,
@@ -20,13 +21,13 @@ from forcemap.assessment.folder import (
     campaign_limit_table,
     file_findings,
     stated_findings,
+    withheld_by,
 )
 from forcemap.assessment.missing import Missing, attempt, present
 from forcemap.assessment.place_speeds import PlaceSpeeds, place_speeds
 from forcemap.assessment.point_impacts import unnamed_files
-from forcemap.assessment.point_results import Confirmations, PointResult, confirmations, point_results
+from forcemap.assessment.point_results import PointResult, point_results
 from forcemap.assessment.state_results import StateResult, state_results
-from forcemap.campaigns.binding import Binding, BindingState
 from forcemap.campaigns.campaign import Campaign, read_campaign
 from forcemap.campaigns.conditions import CAMPAIGN_FILE, Conditions, read_conditions
 from forcemap.campaigns.dataset import ImpactDataset, Quantity
@@ -49,6 +50,7 @@ from forcemap.maps.carry_over import campaign_map
 from forcemap.maps.fit import fit_force_map
 from forcemap.maps.force_map import ForceMap
 from forcemap.maps.forms import CFM_2D, CFM_3D, Form
+from forcemap.planning.confirm import ConfirmationResult
 from forcemap.speeds.allowance import Allowance
 from forcemap.speeds.basis import doubts_of_fit
 from forcemap.verdicts.recording_results import JudgedRecordings, judge_recordings
@@ -256,20 +258,20 @@ def assess_campaign(
     measured = _measured(records, stated, progress)
     conditions, judged, dataset = measured.conditions, measured.recordings, measured.dataset
     fitted = _fitted(
-        stated.folder, dataset, form, bound or ToleranceBound(device_error=conditions.device.error_or_default)
+        stated.folder, records, dataset, form, bound or ToleranceBound(device_error=conditions.device.error_or_default)
     )
     force_map, carried = fitted.force_map, fitted.bound
     scatter = attempt(lambda: repeatability(present(dataset)))
     models = tuple(attempt(partial(contact_model, conditions, limit.name)) for limit in stated.limits)
     cases = tuple(zip(stated.limits, models, strict=True))
-    robot, confirmed = allowance or Allowance(), confirmations(records, dataset, force_map, carried)
+    robot = allowance or Allowance()
 
     def speeds_of(limit: ForceLimit, model: ContactModel | Missing, contact: Contact) -> PlaceSpeeds:
         known = conditions if isinstance(dataset, Missing) else dataset
         plan = None if isinstance(records, Missing) else records.plan
-        rest: dict[str, Any] = {"measured": known, "plan": plan, "model": model, "step": step}
-        rest |= {"allowance": robot, "confirmation": confirmed(limit, contact)}
-        return place_speeds(limit, contact, force_map, carried, **rest)
+        rest: dict[str, Any] = {"measured": known, "plan": plan, "model": model, "step": step, "allowance": robot}
+        told = None if isinstance(carried, Missing) else fitted.confirmed(limit, contact, carried)
+        return place_speeds(limit, contact, force_map, carried, confirmation=told, **rest)
 
     return CampaignAssessment(
         name=stated.folder.resolve().name,
@@ -294,7 +296,7 @@ def assess_campaign(
         map_2d=attempt(lambda: fit_force_map(present(dataset), form=CFM_2D)),
         contact_models=models,
         comparisons=tuple(attempt(partial(_compared, measured, fitted, form, *case)) for case in cases),
-        points=attempt(lambda: _points(stated, measured, records, fitted, confirmed, robot)),
+        points=attempt(lambda: _points(stated, measured, records, fitted, robot)),
         protocol=stated.protocol,
         not_stated=not_stated(conditions, stated.protocol),
     )
@@ -359,11 +361,6 @@ def _stated(folder: Path, limits: Sequence[ForceLimit], table: LimitTable | None
     return _Stated(folder, inputs, conditions, tuple(limits), chosen, tuple(findings), listed, protocol)
 
 
-_WITHHOLD = (FindingKind.RECORDINGS_CHANGED, FindingKind.POINTS_NEW)
-"""What a folder holds beside its table that leaves no speed: a recording that is another one, or an impact that nobody
-has held against the map."""
-
-
 @dataclass(frozen=True, eq=False)
 class _Measured:
     """Recordings and impacts of a campaign, its conditions with what they add, and what does not fit together."""
@@ -393,33 +390,47 @@ def _measured(records: Campaign | Missing, stated: _Stated, progress: Callable[[
         findings.append(Finding.of(FindingKind.SIMULATED_NOT_STATED))
     if not isinstance(dataset, Missing) and dataset.binding.reason:
         findings.append(dataset.binding.reason)
-    withheld = next((each for each in findings if each.kind in _WITHHOLD), None)
-    if withheld and not isinstance(dataset, Missing) and not dataset.binding.refusal:
-        dataset = replace(dataset, binding=Binding(BindingState.BROKEN, withheld))
+    dataset = dataset if isinstance(dataset, Missing) else withheld_by(findings, dataset)
     findings += [doubt] if (doubt := conditions.speed_doubt) else []
     return _Measured(recordings, dataset, conditions, simulated, tuple(findings))
 
 
 @dataclass(frozen=True, eq=False)
 class _Fitted:
-    """A map and the bound it carries, with the findings against them: first (`weakness`) and last (`doubts`)."""
+    """A map and the bound it carries, with the findings against them: first (`weakness`) and last (`doubts`).
+
+    `confirmed` tells what the impacts that were to confirm it show.
+    """
 
     force_map: ForceMap | Missing
     bound: Bound | Missing
+    confirmed: Confirmations
     weakness: tuple[Finding, ...] = ()
     doubts: tuple[Finding, ...] = ()
 
 
-def _fitted(folder: Path, dataset: ImpactDataset | Missing, form: Form, bound: Bound) -> _Fitted:
+def _fitted(
+    folder: Path, records: Campaign | Missing, dataset: ImpactDataset | Missing, form: Form, bound: Bound
+) -> _Fitted:
     stated = None if form == CFM_3D else form
     force_map = attempt(lambda: campaign_map(folder, present(dataset), form=stated))
     carried = attempt(lambda: _carried(present(force_map), bound))
     if isinstance(force_map, Missing):
-        return _Fitted(force_map, carried)
+        return _Fitted(force_map, carried, _none_confirms)
+    confirmed: Confirmations = _none_confirms
+    told = force_map
+    if not isinstance(records, Missing):
+        confirmed = confirmations(folder, present(dataset), force_map, records)
+        told = saying(force_map, confirmed)
     weak = weakness(bound, force_map)
     transfer = force_map.require_fit().transfer
     first = (*((weak,) if weak else ()), *((*transfer.warnings, *transfer.findings) if transfer else ()))
-    return _Fitted(force_map, carried, first, tuple(doubts_of_fit(force_map)))
+    return _Fitted(told, carried, confirmed, first, tuple(doubts_of_fit(force_map)))
+
+
+def _none_confirms(*_: Any) -> ConfirmationResult | None:
+    """What impacts show that nobody can read."""
+    return None
 
 
 def _compared(
@@ -435,7 +446,6 @@ def _points(
     measured: _Measured,
     records: Campaign | Missing,
     fitted: _Fitted,
-    confirmed: Confirmations,
     allowance: Allowance,
 ) -> tuple[PointResult, ...]:
     return point_results(
@@ -445,7 +455,7 @@ def _points(
         campaign=records,
         force_map=fitted.force_map,
         bound=fitted.bound,
-        confirmed=confirmed,
+        confirmed=fitted.confirmed,
         allowance=allowance,
     )
 
@@ -497,9 +507,8 @@ def assess_points(folder: str | Path, *, limit_table: LimitTable | None = None) 
     simulated = stated.conditions.simulated if isinstance(dataset, Missing) else dataset.simulated
     measured = _Measured(Missing("not asked for"), dataset, stated.conditions, simulated, said)
     bound = ToleranceBound(device_error=stated.conditions.device.error_or_default)
-    fitted = _fitted(stated.folder, dataset, CFM_3D, bound)
-    confirmed = confirmations(records, dataset, fitted.force_map, fitted.bound)
-    points = attempt(lambda: _points(stated, measured, records, fitted, confirmed, robot))
+    fitted = _fitted(stated.folder, records, dataset, CFM_3D, bound)
+    points = attempt(lambda: _points(stated, measured, records, fitted, robot))
     judged = () if isinstance(points, Missing) else points
     return AssessedPoints(
         points,

@@ -2,19 +2,28 @@
 
 from __future__ import annotations
 
-from pathlib import PurePosixPath
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path, PurePosixPath
+from typing import Any
 
-from forcemap.campaigns.campaign import Campaign
+import numpy as np
+
+from forcemap.campaigns.campaign import Campaign, read_campaign
 from forcemap.campaigns.dataset import ImpactDataset
+from forcemap.campaigns.plan import PLAN_FILE
 from forcemap.campaigns.recordings_table import Use
-from forcemap.findings import Finding, in_words
+from forcemap.errors import ForcemapError
+from forcemap.findings import Finding, FindingKind, in_words
 from forcemap.limits.force_limits import Contact, ForceLimit, NewtonLimit
 from forcemap.maps.bounds import Bound, weakness
 from forcemap.maps.force_map import ForceMap
-from forcemap.planning.confirm import ConfirmationPlan, ConfirmationResult, confirm_plan
+from forcemap.planning.confirm import ConfirmationPlan, ConfirmationResult, Confirmed, confirm_plan
+from forcemap.speeds.basis import confirming_states
 from forcemap.verdicts.recording_results import check_campaign
 from forcemap.verdicts.verdict import VerdictOutcome
 
+_WAITING = FindingKind.RECORDINGS_NEW
 _WITHIN = {VerdictOutcome.WITHIN: True, VerdictOutcome.CANNOT_TELL: None, VerdictOutcome.EXCEEDED: False}
 
 
@@ -24,8 +33,8 @@ def confirmation(
     force_map: ForceMap,
     *,
     bound: Bound,
-    limit: ForceLimit,
-    contact: Contact,
+    limit: ForceLimit | NewtonLimit,
+    contact: Contact | None,
 ) -> ConfirmationResult | None:
     """Whether the impacts at released speeds that were measured confirm the map for a limit; None if there are none.
 
@@ -39,16 +48,87 @@ def confirmation(
         The map that released the speeds.
     bound : Bound
         The bound that released them.
-    limit : ForceLimit
-    contact : Contact
+    limit : ForceLimit or NewtonLimit
+    contact : Contact or None
     """
-    if not ConfirmationPlan.among(campaign.plan).any() or not limit.permitted or weakness(bound, force_map):
+    if not ConfirmationPlan.among(campaign.plan).any() or weakness(bound, force_map):
         return None
-    if set(campaign.files()) - {entry.file for entry in campaign.entries}:
-        return None  # not collected yet
-    recorded = campaign.recorded.union(dataset.state.tolist())
-    plan = confirm_plan(force_map, limit, bound=bound, contact=contact, planned=campaign.plan, recorded=recorded)
-    return plan.judged(dataset, checked_impacts(campaign, limit, contact)).result
+    if isinstance(limit, ForceLimit) and not limit.permitted:
+        return None
+    plan = confirmation_plan(campaign, dataset, force_map, bound=bound, limit=limit, contact=contact)
+    waiting = sorted(set(campaign.files()) - {entry.file for entry in campaign.entries})
+    if plan.result is None or plan.result.outcome is Confirmed.DOES_NOT_PASS or not waiting:
+        return plan.result
+    return replace(plan.result, outcome=Confirmed.CANNOT_TELL, reason=Finding.of(_WAITING, files=tuple(waiting)))
+
+
+def confirmation_plan(
+    campaign: Campaign,
+    dataset: ImpactDataset,
+    force_map: ForceMap,
+    *,
+    bound: Bound,
+    limit: ForceLimit | NewtonLimit,
+    contact: Contact | None,
+    impacts: int | None = None,
+) -> ConfirmationPlan:
+    """The impacts that confirm a campaign's map, planned and judged; arguments as `confirmation` and `confirm_plan`.
+
+    One that fails at a higher speed than is released now is replaced by one at a speed that is.
+    """
+    recorded, checked = campaign.recorded.union(dataset.state.tolist()), checked_impacts(campaign, limit, contact)
+    case: dict[str, Any] = {"bound": bound, "contact": contact, "impacts": impacts, "recorded": recorded}
+    case["planned"] = campaign.plan
+    plan = confirm_plan(force_map, limit, **case).judged(dataset, checked)
+    if not plan.superseded:
+        return plan
+    return confirm_plan(force_map, limit, superseded=plan.superseded, **case).judged(dataset, checked)
+
+
+Confirmations = Callable[[ForceLimit | NewtonLimit, Contact | None, Bound], ConfirmationResult | None]
+"""The result of the impacts that were made to confirm a map, for a limit, a contact and a bound; None without any."""
+
+
+def confirmations(
+    folder: str | Path, dataset: ImpactDataset, force_map: ForceMap, campaign: Campaign | None = None
+) -> Confirmations:
+    """Those of a campaign's map; each is worked out once, and the folder read when the first is asked for."""
+
+    known: dict[tuple[ForceLimit | NewtonLimit, Contact | None, Bound], ConfirmationResult | None] = {}
+
+    def of(limit: ForceLimit | NewtonLimit, contact: Contact | None, bound: Bound) -> ConfirmationResult | None:
+        if (limit, contact, bound) not in known:
+            known[limit, contact, bound] = judged(limit, contact, bound)
+        return known[limit, contact, bound]
+
+    def judged(limit: ForceLimit | NewtonLimit, contact: Contact | None, bound: Bound) -> ConfirmationResult | None:
+        if campaign is None and not (Path(folder) / PLAN_FILE).exists():
+            return None
+        whole = campaign or read_campaign(folder)
+        return confirmation(whole, dataset, force_map, bound=bound, limit=limit, contact=contact)
+
+    return of
+
+
+def saying(force_map: ForceMap, confirmed: Confirmations) -> ForceMap:
+    """The map, whose speeds say what the impacts that were to confirm it show."""
+
+    def finding(limit: ForceLimit | NewtonLimit, contact: Contact | None, bound: Bound) -> Finding | None:
+        if isinstance(limit, NewtonLimit) and np.ndim(limit.force):
+            return None
+        try:
+            result = confirmed(limit, contact, bound)
+        except ForcemapError as error:
+            return Finding.of(FindingKind.NOT_CONFIRMED_YET, in_words(error.message))
+        if result is None:
+            made = Finding.of(FindingKind.CONFIRMED_OTHERWISE)
+            return Finding.of(FindingKind.NOT_CONFIRMED_YET, made) if confirming_states(force_map) else None
+        if result.outcome is Confirmed.PASSES:
+            return Finding.of(FindingKind.CONFIRMED_BY, impacts=len(result.impacts))
+        failed = result.outcome is Confirmed.DOES_NOT_PASS
+        return Finding.of(FindingKind.NOT_BORNE_OUT if failed else FindingKind.NOT_CONFIRMED_YET, result.reason)
+
+    return replace(force_map, confirmed=finding)
 
 
 def checked_impacts(
@@ -59,8 +139,8 @@ def checked_impacts(
     By recording; by run where a recording is there that is not used.
     """
     plan = campaign.plan
-    confirming = plan.select(ConfirmationPlan.among(plan)).states
-    check = check_campaign(campaign, limit, contact=contact)
+    confirming = frozenset(plan.select(ConfirmationPlan.among(plan)).states)
+    check = check_campaign(campaign, limit, contact=contact, states=confirming)
     recordings = {recording.name: recording for recording in check.recordings}
     checked: dict[str, tuple[bool | None, Finding]] = {}
     for entry in campaign.entries:

@@ -12,11 +12,11 @@ from typing import Any
 
 from forcemap.campaigns.point_list import COLUMNS, NUMBERS, POINTS_FILE, REQUIRED, point_table
 from forcemap.csv_table import csv_text
+from forcemap.direction import direction_vector
 from forcemap.errors import InputError, UnknownName
 from forcemap.files import read_bytes
 from forcemap.limits.body_areas import LimitTable
 from forcemap.limits.force_limits import Contact, ForceLimit, force_limit
-from forcemap.maps.direction import direction_vector
 
 __all__ = ["COLUMNS", "NUMBERS", "POINTS_FILE", "REQUIRED"]  # what others take from here beside the points
 

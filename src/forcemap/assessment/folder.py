@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from forcemap.assessment.contact_points import PHOTOGRAPHS_FOLDER, POINTS_FILE
@@ -13,13 +13,14 @@ from forcemap.assessment.missing import error_words
 from forcemap.campaigns.build import collected, table_text
 from forcemap.campaigns.campaign import RECORDINGS_FOLDER, Campaign, campaign_folder
 from forcemap.campaigns.conditions import CAMPAIGN_FILE, Conditions
-from forcemap.campaigns.impacts_table import TABLE_FILE
+from forcemap.campaigns.dataset import Binding, BindingState, ImpactDataset
+from forcemap.campaigns.impacts_table import TABLE_FILE, read_dataset
 from forcemap.campaigns.plan import PLAN_FILE
 from forcemap.campaigns.point_list import POINT_REGISTER, POINTS_FOLDER
 from forcemap.campaigns.point_recordings import unregistered
 from forcemap.campaigns.pressures import PRESSURES_FOLDER
 from forcemap.campaigns.readout import Reader
-from forcemap.campaigns.recordings_table import REGISTER_FILE
+from forcemap.campaigns.recordings_table import REGISTER_FILE, Entry, read_register
 from forcemap.errors import CampaignFileError, ForcemapError, InputError
 from forcemap.files import file_sha256, read_bytes, sha256
 from forcemap.findings import Finding, FindingKind
@@ -170,12 +171,10 @@ def file_findings(campaign: Campaign, reader: Reader) -> list[Finding]:
         return [Finding.of(FindingKind.RECORDINGS_UNREADABLE, error=error.message)]
     if not there and not campaign.entries:
         return [Finding.of(FindingKind.RECORDINGS_NONE)]
-    digests = {entry.file: entry.sha256 for entry in campaign.entries if entry.sha256}
+    registered = {entry.file: None for entry in campaign.entries if entry.sha256}
     differing = {
-        FindingKind.RECORDINGS_CHANGED: [
-            file for file in digests if file in there and file_sha256(campaign.recordings / file) != digests[file]
-        ],
-        FindingKind.RECORDINGS_GONE: [file for file in digests if file not in there],
+        FindingKind.RECORDINGS_CHANGED: _changed(campaign.recordings, campaign.entries),
+        FindingKind.RECORDINGS_GONE: [file for file in registered if file not in there],
         FindingKind.RECORDINGS_NEW: sorted(there - {entry.file for entry in campaign.entries}),
         FindingKind.POINTS_NEW: of_points,
     }
@@ -183,6 +182,76 @@ def file_findings(campaign: Campaign, reader: Reader) -> list[Finding]:
     if any(files for kind, files in differing.items() if kind is not FindingKind.POINTS_NEW):
         return findings
     return [*findings, *_table_findings(campaign, reader)]
+
+
+def _changed(recordings: Path, entries: Iterable[Entry]) -> list[str]:
+    """Files of recordings whose content is another one than was registered."""
+    digests = {entry.file: entry.sha256 for entry in entries if entry.sha256 and (recordings / entry.file).is_file()}
+    return [file for file, digest in digests.items() if file_sha256(recordings / file) != digest]
+
+
+def _gone(folder: Path) -> tuple[str, ...]:
+    """Registered recordings whose files are not there any more, whatever their names are now."""
+    try:
+        entries = read_register(folder / REGISTER_FILE)
+    except ForcemapError:  # said by the binding
+        return ()
+    missing = [e for e in entries if e.sha256 and not (folder / RECORDINGS_FOLDER / e.file).is_file()]
+    if not missing:
+        return ()
+    known = {entry.file for entry in entries}
+    there = (path for path in (folder / RECORDINGS_FOLDER).rglob("*") if path.is_file())
+    new = {file_sha256(path) for path in there if path.relative_to(folder / RECORDINGS_FOLDER).as_posix() not in known}
+    return tuple(dict.fromkeys(entry.file for entry in missing if entry.sha256 not in new))
+
+
+def withheld_by(findings: Iterable[Finding], dataset: ImpactDataset) -> ImpactDataset:
+    """The impacts of a folder, which give no speed where a recording beside them is another one, or one at a contact
+    point was held against no map."""
+    kinds = (FindingKind.RECORDINGS_CHANGED, FindingKind.RECORDINGS_UNREADABLE, FindingKind.POINTS_NEW)
+    withheld = next((each for each in findings if each.kind in kinds), None)
+    if withheld is None or dataset.binding.refusal:
+        return dataset
+    return replace(dataset, binding=Binding(BindingState.BROKEN, withheld))
+
+
+def read_recorded(source: str | Path) -> ImpactDataset:
+    """The impacts of a folder or table, as `as_recorded` has them."""
+    return as_recorded(read_dataset(source), source)
+
+
+def beside(source: str | Path) -> Path:
+    """The folder whose recordings gave a table: the source itself, or that of its impacts table."""
+    path = Path(source)
+    return path.parent if path.name == TABLE_FILE else path
+
+
+def as_recorded(dataset: ImpactDataset, source: str | Path) -> ImpactDataset:
+    """The impacts of a folder whose files are looked at, as `withheld_by` has them; no recording is judged.
+
+    Those of a table that has no register beside it stay as they are.
+    """
+    folder = beside(source)
+    if not (folder / REGISTER_FILE).exists():
+        return dataset
+
+    def changed() -> list[str]:
+        return _changed(folder / RECORDINGS_FOLDER, read_register(folder / REGISTER_FILE))
+
+    def at_points() -> list[str]:
+        return list(unregistered(folder))
+
+    if dataset.binding.state is BindingState.BOUND and (gone := _gone(folder)):
+        reason = Finding.of(FindingKind.RECORDINGS_GONE, files=gone)
+        before = dataset.binding.reason
+        dataset = replace(dataset, binding=Binding(BindingState.BOUND, before.and_(reason) if before else reason))
+    findings = []
+    for kind, look in ((FindingKind.RECORDINGS_CHANGED, changed), (FindingKind.POINTS_NEW, at_points)):
+        try:  # one that fails must not hide what the other finds
+            findings += [Finding.of(kind, files=tuple(files))] if (files := look()) else []
+        except ForcemapError as error:
+            findings.append(Finding.of(FindingKind.RECORDINGS_UNREADABLE, error=error.message))
+    return withheld_by(findings, dataset)
 
 
 def _table_findings(campaign: Campaign, reader: Reader) -> list[Finding]:

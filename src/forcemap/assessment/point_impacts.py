@@ -22,10 +22,10 @@ from forcemap.campaigns.recorded_impacts import RecordedImpacts
 from forcemap.campaigns.recordings_table import PRESSURE_FROM, REGISTER_FILE, Entry, Use
 from forcemap.campaigns.state import StateTolerance
 from forcemap.campaigns.walk import CampaignRecording, FileState, mistaken_unit, walk
+from forcemap.direction import same_direction
 from forcemap.findings import Finding, FindingKind, in_words
 from forcemap.impacts.scenario import ContactScenario
 from forcemap.limits.force_limits import Contact
-from forcemap.maps.direction import same_direction
 from forcemap.verdicts.pressure_verdict import PressureVerdict
 from forcemap.verdicts.recording_results import recording_doubt, recording_pressure, recording_verdicts, thinned
 from forcemap.verdicts.verdict import Judgement, Verdict, VerdictOutcome

@@ -3,26 +3,22 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from pathlib import Path
 
 import numpy as np
 
-from forcemap.assessment.confirmation import confirmation
+from forcemap.assessment.confirmation import Confirmations
 from forcemap.assessment.contact_points import PHOTOGRAPHS_FOLDER, ContactPoint
 from forcemap.assessment.missing import Missing
 from forcemap.assessment.point_impacts import PASSED_OVER, PointImpact, point_impacts
 from forcemap.campaigns.campaign import Campaign
 from forcemap.campaigns.conditions import Conditions, normalised
-from forcemap.campaigns.dataset import ImpactDataset, Quantity
+from forcemap.campaigns.dataset import Quantity
 from forcemap.campaigns.state import StateTolerance
-from forcemap.errors import ForcemapError, InputError
-from forcemap.findings import Finding, FindingKind, in_words
-from forcemap.limits.force_limits import Contact, ForceLimit
-from forcemap.maps.bounds import Bound
-from forcemap.maps.direction import (
+from forcemap.direction import (
     ON_AXIS,
     WIDEST_ANGLE,
     angle_between,
@@ -30,6 +26,10 @@ from forcemap.maps.direction import (
     raised_off_axis,
     same_direction,
 )
+from forcemap.errors import ForcemapError, InputError
+from forcemap.findings import Finding, FindingKind, in_words
+from forcemap.limits.force_limits import Contact, ForceLimit
+from forcemap.maps.bounds import Bound
 from forcemap.maps.force_map import ForceMap
 from forcemap.planning.confirm import ConfirmationResult, Confirmed
 from forcemap.speeds.allowance import Allowance
@@ -108,9 +108,6 @@ class _Part:
     pressed: bool = False
 
 
-Confirmations = Callable[[ForceLimit, Contact], ConfirmationResult | None]
-
-
 def point_results(
     points: Sequence[ContactPoint],
     *,
@@ -134,7 +131,7 @@ def point_results(
     campaign, force_map, bound
         Of the campaign; a missing one permits nothing.
     confirmed : callable
-        The result of the impacts that confirm the map, for a limit and a contact.
+        The result of the impacts that confirm the map, for a limit, a contact and a bound.
     allowance : Allowance
         How far the robot may deviate from its program.
     """
@@ -258,21 +255,20 @@ def _by_map(
                 force_map, zones, limit=limit, bound=bound, contact=contact, angle=angle, allowance=allowance
             )
         except ForcemapError as error:
-            why = Finding.of(FindingKind.POINT_MAP_REFUSES, in_words(error.message))
+            why = Finding.of(FindingKind.POINT_MAP_REFUSES, in_words(error.message), grown_m=None, area=None)
             parts |= {point.name: _Part(math.nan, lacks=(why,)) for point in group}
             continue
         refusal = speeds.basis.export_refusal
         near = {"grown_m": allowance.position or None, "raised": raised_off_axis(angle) - 1 or None}
         lowest = Finding.of(FindingKind.POINT_LOWEST_NEAR, **near)
+        asked = {"area": limit.name, "contact": contact.value, "grown_m": allowance.position or None}
         for i, point in enumerate(group):
             if refusal:
                 why = Finding.of(FindingKind.POINT_NOT_RELEASED, refusal)
                 parts[point.name] = _Part(math.nan, lacks=(why,))
                 continue
-            reason = Finding.of(
-                FindingKind.POINT_MAP_REFUSES, speeds.to_program_reason[i], grown_m=allowance.position or None
-            )
-            part = _mapped(float(speeds.speed_to_program[i]), reason, confirmed(limit, contact), limit, contact)
+            reason = Finding.of(FindingKind.POINT_MAP_REFUSES, speeds.to_program_reason[i], **asked)
+            part = _mapped(float(speeds.speed_to_program[i]), reason, confirmed(limit, contact, bound), limit, contact)
             rests_on = (*part.rests_on, lowest) if part.rests_on else ()
             parts[point.name] = replace(part, rests_on=rests_on, pressed=force_map.other(Quantity.PRESSURE) is not None)
     return parts
@@ -402,26 +398,3 @@ def _unusable(point: ContactPoint, impact: PointImpact, tolerance: StateToleranc
         at = {"distance_m": impact.place[0], "height_m": impact.place[1]}
         return Finding.of(FindingKind.POINT_ELSEWHERE, **name, **at)
     return None
-
-
-def confirmations(
-    campaign: Campaign | Missing,
-    dataset: ImpactDataset | Missing,
-    force_map: ForceMap | Missing,
-    bound: Bound | Missing,
-) -> Confirmations:
-    """The result of the impacts that confirm a map, for a limit and a contact; each is worked out once."""
-    known: dict[tuple[ForceLimit, Contact], ConfirmationResult | None] = {}
-
-    def of(limit: ForceLimit, contact: Contact) -> ConfirmationResult | None:
-        if isinstance(campaign, Missing) or isinstance(dataset, Missing):
-            return None
-        if isinstance(force_map, Missing) or isinstance(bound, Missing):
-            return None
-        if (limit, contact) not in known:
-            known[limit, contact] = confirmation(
-                campaign, dataset, force_map, bound=bound, limit=limit, contact=contact
-            )
-        return known[limit, contact]
-
-    return of

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from forcemap.campaigns.binding import impact_sha256
@@ -195,17 +195,33 @@ def _require_unchanged(campaign: Campaign, recording: CampaignRecording) -> None
             "the file has changed since it was registered "
             f"({entry.sha256[:12]}... then, {recording.sha256[:12]}... now); "
             "restore it; a new measurement of the same run takes another repeat as its name (-r4), or delete its "
-            f"row in {register} first"
+            f"row in {register} first{_others_changed(campaign, entry, recording.sha256)}"
         ),
     }
     if message := refusals.get(recording.state, recording.unreadable):
         raise CampaignFileError(message, file=str(campaign.recordings / entry.file))
 
 
+def _others_changed(campaign: Campaign, entry: Entry, now: str) -> str:
+    """Which files have changed besides, and whether this one holds what was registered under another name."""
+    others = [
+        each.file
+        for each in campaign.entries
+        if each.file != entry.file
+        and each.sha256
+        and (campaign.recordings / each.file).is_file()
+        and file_sha256(campaign.recordings / each.file) != each.sha256
+    ]
+    was = next((each.file for each in campaign.entries if each.sha256 == now and each.file != entry.file), "")
+    held = f"; it holds what was registered as {was}: name it so, if files were renamed" if was else ""
+    return held + (f"; the same holds for {', '.join(dict.fromkeys(others))}" if others else "")
+
+
 def _require_own(campaign: Campaign, entries: list[Entry], text: str) -> None:
     """Refuse to replace an impacts table that was not written here: it would be lost.
 
-    The register knows the rows of its table, and so does the one to be written. Without a register, as when a person
+    The register knows the rows of its table, and so does the one to be written; those of files whose rows a person took
+    out of the register are read again. Without a register, as when a person
     deleted it to register anew, a table counts as made from these recordings if it has the columns written here and
     nearly all of its rows name one of them.
     """
@@ -220,16 +236,22 @@ def _require_own(campaign: Campaign, entries: list[Entry], text: str) -> None:
         rows = read_table(content, TABLE_FILE, what="impact").texts
     except TableError:
         rows = [{}]
+    files = {file.lower() for file in campaign.files()}
     if known:
-        own = all(impact_sha256(row) in known | written_now for row in rows)
+        taken_out = files - {entry.file.lower() for entry in campaign.entries}  # their rows were, to register them anew
+        own = all(impact_sha256(row) in known | written_now or _file_of(row) in taken_out for row in rows)
     else:
-        files = {file.lower() for file in campaign.files()}
-        named = sum(row.get("recording", "").partition("#")[0].lower() in files for row in rows)
+        named = sum(_file_of(row) in files for row in rows)
         own = not rows or ({*WRITTEN} - {*LEFT_OUT_IF_EMPTY} <= rows[0].keys() and named >= _NEARLY_ALL * len(rows))
     if not own or not all(row.keys() <= {*WRITTEN, *UNUSED, OLD_COLUMN} for row in rows):
         problem = "forcemap collect did not write this table, or it was changed since, so it is not replaced"
         remedy = "move it away or rename it, then run forcemap collect again"
         raise CampaignFileError(f"{problem}; {remedy}", file=str(campaign.table_file))
+
+
+def _file_of(row: Mapping[str, str]) -> str:
+    """The file that a row of the impacts table names, in small letters."""
+    return row.get("recording", "").partition("#")[0].lower()
 
 
 def _write_together(campaign: Campaign, register: str, table: str) -> None:

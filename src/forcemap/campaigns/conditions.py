@@ -17,6 +17,7 @@ import numpy as np
 from forcemap.arrays import FloatArray, Mask
 from forcemap.campaigns.entries import typed_entry
 from forcemap.campaigns.protocol import Protocol
+from forcemap.direction import direction_vector
 from forcemap.errors import CampaignFileError, InputError, nearest_names
 from forcemap.files import read_bytes, toml_tables
 from forcemap.findings import Finding, FindingKind
@@ -393,6 +394,9 @@ def read_campaign_file(path: str | Path) -> tuple[Conditions, ColumnMap | None]:
     try:
         Protocol.from_table(protocol)
         conditions = Conditions.from_tables(tables)
+        section = "contact.direction"
+        if conditions.direction:
+            direction_vector(conditions.direction, whose="the campaign")
         section = "recordings"
         if recordings is not None and not isinstance(recordings, Mapping):
             raise InputError("found no table, expected [recordings]")

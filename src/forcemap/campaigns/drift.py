@@ -13,6 +13,10 @@ from forcemap.findings import Finding, FindingKind
 ERROR_PROBABILITY = 0.05
 """Share of campaigns without a drift in which one is found."""
 
+_APART = 0.2
+"""Change of the force of one state above which it is said by its name. A choice: six times what states scatter by;
+devices put up again differ by less."""
+
 LEAST_DRIFT = 0.01
 """Change of the force, as a share of it, below which it does not matter, however sure. A choice: states scatter by 2.1
 to 3.3 % (the paper's robots)."""
@@ -32,6 +36,8 @@ class Drift:
         Number k of states measured again.
     censored : int
         In how many of them the later force is a lower bound: then so is their change, and the mean change.
+    apart : tuple of (str, float)
+        States whose force changed by more than states ever scatter, and by how much, as a share of it.
     change, low, high : float
         Mean change as a share of the force, and its 95 % confidence interval; infinite with one state.
     p_value : float
@@ -40,6 +46,7 @@ class Drift:
 
     states: int
     censored: int
+    apart: tuple[tuple[str, float], ...]
     change: float
     low: float
     high: float
@@ -68,7 +75,8 @@ class Drift:
             high=self.high,
             p=self.p_value,
             small=self.p_value <= ERROR_PROBABILITY and self.small,
-            explained=self.p_value > ERROR_PROBABILITY,
+            explained=self.p_value > ERROR_PROBABILITY and not self.apart,
+            apart=self.apart,
             least=LEAST_DRIFT,
         )
 
@@ -97,12 +105,14 @@ def measured_again(first: States, again: States) -> Drift | None:
     of_first, of_again, above = (dict(zip(name, values.tolist(), strict=True)) for name, values in pairs)
     change = np.array([of_again[name] - of_first[name] for name in names])
     k, mean, censored = len(names), float(change.mean()), sum(above[name] for name in names)
+    shares = zip(names, np.expm1(change).tolist(), strict=True)
+    apart = tuple((name, share) for name, share in shares if abs(share) > _APART)
     if k == 1:
-        return Drift(k, censored, math.expm1(mean), -1.0, math.inf, math.nan)
+        return Drift(k, censored, apart, math.expm1(mean), -1.0, math.inf, math.nan)
     from scipy.special import stdtr, stdtrit
 
     # the same forces to the last digit, as in a table typed by hand, show no scatter, but no sure drift of 0 either
     sd = max(float(change.std(ddof=1)), np.finfo(np.float64).eps) / math.sqrt(k)
     half = float(stdtrit(k - 1, 1 - ERROR_PROBABILITY / 2)) * sd
     p_value = float(2 * stdtr(k - 1, -abs(mean) / sd))
-    return Drift(k, censored, math.expm1(mean), math.expm1(mean - half), math.expm1(mean + half), p_value)
+    return Drift(k, censored, apart, math.expm1(mean), math.expm1(mean - half), math.expm1(mean + half), p_value)

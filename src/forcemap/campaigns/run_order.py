@@ -114,7 +114,10 @@ def propose_runs(
         problem = f"found {len(unnamed)} recordings that say no run, and {up_to} runs without one"
         problem += f" up to {last!r}" if last else ""
         shifts = "a run that was left out shifts all after it"
-        which = f"write into {register} which run each recording is (state_id, repeat)"
+        which = (
+            "take the row of that run out of plan.csv, assign, and put it back; or write into "
+            f"{register} which run each recording is (state_id, repeat)"
+        )
         remedy = which if last else f"name the last run that was made (--last), or {which}"
         raise CampaignFileError(f"{problem}; {shifts}: {remedy}", file=where)
     orders = {

@@ -12,6 +12,7 @@ from typing import Any
 from forcemap.campaigns.conditions import ENTRIES, SCHEMA, Conditions
 from forcemap.campaigns.protocol import PROTOCOL_ENTRIES
 from forcemap.recordings.column_map import ColumnMap
+from forcemap.recordings.units import ForceUnit, TimeUnit, listed
 
 _DATES = ("date", "calibrated", "calibration_expires")
 
@@ -25,13 +26,13 @@ _PROTOCOL = (
     "[protocol]",
     *(f"# {name} = {_blank(name)}" for name in PROTOCOL_ENTRIES),
 )
-_COLUMN_HELP = """
+_COLUMN_HELP = f"""
 # How the device writes its files; see docs/your_device_files.md. Columns by name or by number, counted from 1.
 [recordings]
 # time = "time_ms"             # or sampling_rate_Hz = 1000.0
-# time_unit = "ms"             # s, ms, us or ns
+# time_unit = "ms"             # {listed(TimeUnit)}
 # force = "force_N"            # or three columns: [20, 21, 22]
-# force_unit = "N"             # N, kN or counts (with newtons_per_count, zero_count)
+# force_unit = "N"             # {listed(ForceUnit)} (with newtons_per_count, zero_count)
 # sign = 1                     # -1 if pressing forces are negative
 # direction = [0.0, 0.0, -1.0] # of three columns; left out: their norm
 """

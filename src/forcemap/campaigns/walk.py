@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from pathlib import PurePosixPath
@@ -131,7 +131,11 @@ def mistaken_unit(campaign: Campaign, measured: Iterable[Measured]) -> Finding |
 
 
 def walk(
-    campaign: Campaign, *, progress: Progress | None = None, reader: Reader | None = None
+    campaign: Campaign,
+    *,
+    progress: Progress | None = None,
+    reader: Reader | None = None,
+    states: Collection[str] | None = None,
 ) -> Iterator[CampaignRecording]:
     """Every recording of a campaign, the registered ones first and in their order; nothing is written.
 
@@ -142,6 +146,8 @@ def walk(
         Called with the number of files done and of all files.
     reader : Reader, optional
         Reads a file; if not given, every file is judged, and its recordings are given, too.
+    states : collection of str, optional
+        States whose registered files alone are read; all files if not given.
 
     Raises
     ------
@@ -152,6 +158,8 @@ def walk(
     known = _registered(campaign, files)
     there = set(files)
     order = [*known, *(file for file in files if file not in known)]
+    if states is not None:
+        order = [file for file, entries in known.items() if _holds(campaign.plan, entries.values(), states)]
     for done, file in enumerate(order, start=1):
         if file in there:
             yield from _file(campaign, file, known.get(file, {}), read)
@@ -159,6 +167,12 @@ def walk(
             yield from (CampaignRecording(entry, FileState.GONE) for entry in known[file].values())
         if progress:
             progress(done, len(order))
+
+
+def _holds(plan: MeasurementPlan, entries: Collection[Entry], states: Collection[str]) -> bool:
+    """Whether a file that is registered so holds a recording of one of the states, by register, curve or file name."""
+    runs = (plan.run_named(name) for entry in entries for name in (entry.curve, PurePosixPath(entry.file).stem))
+    return any(state in states for state in (*(entry.state_id for entry in entries), *(run[0] for run in runs if run)))
 
 
 def _registered(campaign: Campaign, files: list[str]) -> dict[str, dict[str, Entry]]:

@@ -13,6 +13,7 @@ from forcemap.answers.accuracy import AccuracyAnswer
 from forcemap.answers.comparison import AllowedSpeed, Body, ComparisonAnswer
 from forcemap.answers.effective_mass import MassComparisonAnswer
 from forcemap.answers.two_maps import RatioAt, TwoMapsAnswer
+from forcemap.assessment.folder import read_recorded
 from forcemap.cli.effective_mass import mass_comparison_lines
 from forcemap.cli.options import (
     FormName,
@@ -103,7 +104,7 @@ def _compare_with_mass(
     source: str, form: str | None, robot: fm.Robot, tool_direction: tuple[float, ...], *, as_json: bool
 ) -> None:
     """A map, or measured impacts, beside what the effective mass of a robot alone would give."""
-    forces = force_map_from(source, form)[0] if _is_map(source) else fm.read_dataset(source)
+    forces = force_map_from(source, form)[0] if _is_map(source) else read_recorded(source)
     comparison = fm.compare_effective_mass(forces, robot, tool_direction=tool_direction)
     emit(MassComparisonAnswer.of_comparison(comparison), mass_comparison_lines(comparison), as_json=as_json)
 
@@ -142,7 +143,7 @@ def _compare_models(
         others = f"beside another map: compare {source} OTHER; {_for_impacts('IMPACTS', source)}"
         emit(of_map, [*comparison_lines(of_map), "", others], as_json=as_json)
         return
-    dataset = fm.read_dataset(source)
+    dataset = read_recorded(source)
     model = contact_model(dataset.conditions, limit.name, **masses, constrained=constrained)
     with too_few_states_named(source, form):
         comparison = fm.compare_force_models(
@@ -229,7 +230,7 @@ def _gain(answer: ComparisonAnswer) -> str:
     for contact in dict.fromkeys(row.contact for row in answer.allowed):
         of_map, *_, standard = (row for row in answer.allowed if row.contact == contact)
         one, places = f"{shown(standard.highest_speed_mps)} m/s", counted(of_map.places, "measured place")
-        counts = f"permits nothing at any of {places} (standard: {one})"
+        counts = f"{of_map.note or f'permits nothing at any of {places}'} (standard: {one})"
         if of_map.confirmed_places:
             counts = (
                 f"permits more than the standard's {one} at {of_map.places_with_more} of {places} (up to "

@@ -11,11 +11,11 @@ from typer import Option
 
 import forcemap as fm
 from forcemap.answers.plan import ConfirmAnswer
-from forcemap.assessment.confirmation import checked_impacts
+from forcemap.assessment.confirmation import confirmation_plan
 from forcemap.cli import planned
 from forcemap.cli.options import ContactKind, FormName, Json, Limit, Source, bound_from, force_map_from, limit_from
 from forcemap.cli.output import emit, listing, table, verdict_first
-from forcemap.planning.confirm import ConfirmationPlan, ConfirmationResult, Confirmed
+from forcemap.planning.confirm import IMPACTS, ConfirmationPlan, ConfirmationResult, Confirmed
 from forcemap.planning.runs import extend_plan
 from forcemap.words import sentence, sentences
 
@@ -44,14 +44,13 @@ def confirm(
     campaign = fm.read_campaign(source) if Path(source, "plan.csv").exists() else None
     plan = campaign.plan if campaign else None
     dataset = fm.read_dataset(source) if campaign else None
-    recorded = None if campaign is None or dataset is None else campaign.recorded.union(dataset.state.tolist())
-    answer = fm.confirm_plan(
-        force_map, force_limit, bound=bound, contact=kind, impacts=impacts, planned=plan, recorded=recorded
-    )
     files: list[str] = []
-    if campaign is not None and dataset is not None:
+    if campaign is None or dataset is None:
+        answer = fm.confirm_plan(force_map, force_limit, bound=bound, contact=kind, impacts=impacts, planned=plan)
+    else:
         planned.refuse_waiting(campaign, campaign.plan.role == "train", dataset, "planned states")
-        answer = answer.judged(dataset, checked_impacts(campaign, force_limit, kind))
+        case: dict[str, Any] = {"limit": force_limit, "contact": kind, "impacts": impacts}
+        answer = confirmation_plan(campaign, dataset, force_map, bound=bound, **case)
         stays = campaign.plan.select(~np.isin(campaign.plan.recording, answer.replaced.recording))
         if len(answer.added) or (len(answer.plan) and answer.result is None and not answer.refusal):
             unmeasured = np.isin(answer.plan.recording, [*campaign.missing, *answer.added.recording.tolist()])
@@ -80,6 +79,9 @@ def _lines(source: str, answer: ConfirmationPlan, files: list[str], again: str, 
     result, to_measure = answer.result, planned.measuring_lines(source, files, again)
     if result is not None:
         after = to_measure if files or result.outcome is Confirmed.CANNOT_TELL else []
+        if result.outcome is Confirmed.PASSES and len({*answer.plan.state_id.tolist()}) < IMPACTS:
+            few = f"Speeds, exports and the report count a map as confirmed from {IMPACTS} impacts on"
+            after = [f"{few}: ask again without --impacts"]
         if result.outcome is Confirmed.DOES_NOT_PASS:
             after = _remedy(source, answer, again, more)
         return [

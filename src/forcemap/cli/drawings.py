@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields
 from enum import StrEnum
@@ -15,6 +16,7 @@ from matplotlib.figure import Figure
 import forcemap as fm
 from forcemap import figures
 from forcemap.assessment.assess_campaign import PLACES_APART
+from forcemap.assessment.folder import read_recorded
 from forcemap.assessment.missing import Missing, attempt, present
 from forcemap.assessment.place_speeds import PlaceSpeeds, place_speeds
 from forcemap.campaigns.campaign import Campaign
@@ -32,7 +34,7 @@ from forcemap.errors import UnknownName
 from forcemap.figures.heights import default_cuts, states_shown
 from forcemap.figures.names import label
 from forcemap.maps.bounds import Bound
-from forcemap.words import warnings
+from forcemap.words import sentence, warnings
 
 _DENSE = 38, 33
 """Distances and heights of a dense grid, 1 cm apart, as dense as the paper's figure 3 seems; a choice."""
@@ -117,7 +119,7 @@ class Source:
     def dataset(self) -> fm.ImpactDataset | None:
         """The impacts; None of a map."""
         self._require_there()
-        return None if self._is_map else fm.read_dataset(self.name)
+        return None if self._is_map else read_recorded(self.name)
 
     @cached_property
     def force_map(self) -> fm.ForceMap:
@@ -222,6 +224,8 @@ def _states_of(source: Source) -> fm.ImpactDataset:
 
 def _repeatability(sources: list[Source], _: Choices, **size: Any) -> Figure:
     dataset = sources[0].impacts(Kind.REPEATABILITY)
+    if dataset.repeat.size == len(dataset.states):
+        raise fm.InputError("found no state that was repeated, so nothing tells how repeats scatter")
     return figures.repeatability_figure(fm.repeatability(dataset), dataset, **size)
 
 
@@ -351,7 +355,7 @@ def _file_and_curve(name: str) -> tuple[str, str]:
 
 def _hardest(folder: str) -> str:
     """The recording of a campaign's largest force."""
-    dataset = fm.read_dataset(folder)
+    dataset = read_recorded(folder)
     recording = dataset.recording[int(np.argmax(np.where(dataset.censored, 0.0, dataset.peak_force)))]
     named = str(Path(folder, "recordings", str(recording)))
     if recording and Path(_file_and_curve(named)[0]).is_file():
@@ -376,8 +380,18 @@ def _called(campaign: Campaign, recording: str) -> str:
 def _speeds(sources: list[Source], choices: Choices, *, said: list[str], **size: Any) -> Figure:
     found = _at_places(sources[0], choices)
     speeds = present(found.speeds)
+    if np.isnan(speeds.speeds.speed_to_program).all():
+        said.append(f"NO SPEED AT ANY PLACE: {sentence(_commonest(speeds))}")
     said += warnings([speeds.speeds.basis])
     return figures.safe_speed_figure(speeds, standard=found.standard_speed, **size)
+
+
+def _commonest(speeds: fm.SpeedMap) -> fm.Finding:
+    """Why most places without a speed have none, those outside the measured range apart."""
+    inside = speeds.speeds.to_program_outcome != fm.SpeedOutcome.OUTSIDE
+    reasons = speeds.speeds.to_program_reason
+    counted: Counter[fm.Finding] = Counter((reasons[inside] if inside.any() else reasons.ravel()).tolist())
+    return counted.most_common(1)[0][0]
 
 
 def _to_measure(sources: list[Source], choices: Choices, **size: Any) -> Figure:

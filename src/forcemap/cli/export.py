@@ -40,6 +40,7 @@ from forcemap.cli.task_options import (
     task_from,
 )
 from forcemap.comparisons.beside_standard import standard_speed
+from forcemap.direction import WIDEST_ANGLE, raised_off_axis
 from forcemap.errors import InputError
 from forcemap.exports.directed_tables import DirectedTables, directed_csv, directed_result, directed_tables
 from forcemap.exports.krl import krl_along_data, krl_along_source, krl_data, krl_source
@@ -48,7 +49,6 @@ from forcemap.exports.safety_proposal import safety_proposal
 from forcemap.exports.scaling import scaling_csv, scaling_result
 from forcemap.exports.urscript import urscript, urscript_along
 from forcemap.exports.zones import zones_csv, zones_result
-from forcemap.maps.direction import WIDEST_ANGLE, raised_off_axis
 from forcemap.paths.atlas import Atlas
 from forcemap.words import sentence, warnings
 
@@ -397,11 +397,15 @@ def export_path(
 
 def _slowed(speeds: fm.PathSpeeds) -> str:
     """How many pieces are permitted, how many of them slowed down, and how many only to brake for a slower one."""
+    without = int(np.isnan(speeds.programmed).sum())
     slowed = (speeds.commanded < speeds.programmed) & ~speeds.refused
     braking = int((slowed & ~speeds.too_fast).sum())
     permitted = f"{int((~speeds.refused).sum())} of {len(speeds.path)} pieces permitted"
     only = f" ({braking} only to brake for a slower one)" if braking else ""
-    return f"{permitted}, {int(slowed.sum())} of them slowed down{only}"
+    factors = f"{int(slowed.sum())} of them slowed down{only}"
+    if without:
+        factors = f"{without} without a programmed speed, so without a factor: commanded_speed_mps alone counts"
+    return f"{permitted}, {factors}"
 
 
 def _time_as_commanded(speeds: fm.PathSpeeds, result: dict[str, Any]) -> str:
@@ -409,7 +413,10 @@ def _time_as_commanded(speeds: fm.PathSpeeds, result: dict[str, Any]) -> str:
     time = speeds.duration(np.array([piece["commanded_speed_mps"] for piece in result["pieces"]]))
     if math.isnan(time):
         return ""
-    return f", {time:.3f} s at their commanded speeds ({speeds.allowed.duration:.3f} s at the allowed ones)"
+    return (
+        f", {time:.3f} s at their commanded speeds ({speeds.allowed.duration:.3f} s at the allowed ones: every piece "
+        "is slow enough to brake for the next, also where the robot rests between them)"
+    )
 
 
 def _zones_beside(

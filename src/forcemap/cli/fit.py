@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import shlex
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Annotated
 
@@ -100,14 +101,15 @@ def fit_lines(answer: FitAnswer) -> list[str]:
     lines += ["", *_censoring_lines(answer, effect)] if effect else []
     columns = [answer.terms, [f"{b:.4f}" for b in answer.coefficients]]
     columns += [[f"{b:.4f}" for b in effect.coefficients]] if effect else []
-    columns += [[f"{e:.4f}" for e in answer.standard_errors], [f"{p:.3g}" for p in answer.p_values]]
+    columns += [_figures(answer.standard_errors, ".4f"), _figures(answer.p_values, ".3g")]
+    (scatter,) = _figures([answer.state_sd_percent], ".2f")
     header = ["term", "coefficient", *["if discarded"] * bool(effect), "standard error", "p value"]
     return [
         *lines,
         "",
         "ln F = sum of coefficient x term; F in N, d and h in m, v in m/s",
         *table(header, zip(*columns, strict=True)),
-        f"state-to-state SD {answer.state_sd_percent:.2f} % ({answer.degrees_of_freedom:.1f} degrees of freedom), "
+        f"state-to-state SD {scatter} % ({answer.degrees_of_freedom:.1f} degrees of freedom), "
         f"RMSE {answer.rmse_N:.2f} N, R^2 {answer.r_squared:.4f}, condition number {answer.condition_number:.0f}",
         *place_lines(answer),
         *other_lines(answer),
@@ -116,6 +118,11 @@ def fit_lines(answer: FitAnswer) -> list[str]:
         *accuracy_lines([(accuracy.on, accuracy) for accuracy in answer.accuracies]),
         *fit_notes(answer),
     ]
+
+
+def _figures(values: Iterable[float | None], digits: str) -> list[str]:
+    """Figures for a table, a dash for one that there is none of."""
+    return ["-" if value is None else format(value, digits) for value in values]
 
 
 def _less(speed_error: float | None) -> str:

@@ -12,6 +12,7 @@ from typer import Argument, Option
 
 import forcemap as fm
 from forcemap.answers.plan import NextAnswer
+from forcemap.assessment.folder import read_recorded
 from forcemap.cli import planned
 from forcemap.cli.options import ContactKind, DeviceSpring, FormName, Json, Limit, force_map_from, limit_from
 from forcemap.cli.output import counted, emit, verdict_first
@@ -145,7 +146,7 @@ def _written(
 def _table(folder: str, conditions: fm.Conditions) -> fm.ImpactDataset | fm.Conditions:
     """An impacts table that is no campaign; the conditions of a new campaign if there is none."""
     if Path(folder).is_file() or Path(folder, "impacts.csv").exists():
-        return _with_device(fm.read_dataset(folder), conditions)
+        return _with_device(read_recorded(folder), conditions)
     return conditions
 
 
@@ -154,7 +155,7 @@ def _measured(campaign: fm.Campaign) -> fm.ImpactDataset | fm.Conditions:
 
     One to train would be planned again, and the speed of one that confirms is that of the map before.
     """
-    dataset = fm.read_dataset(str(campaign.folder)) if campaign.table_file.exists() else None
+    dataset = read_recorded(str(campaign.folder)) if campaign.table_file.exists() else None
     planned.refuse_waiting(campaign, campaign.plan.role == "train", dataset, "planned states")
     planned.refuse_waiting(campaign, ConfirmationPlan.among(campaign.plan), dataset, "states to confirm the map")
     return campaign.conditions if dataset is None else dataset

@@ -13,7 +13,6 @@ from typer import Argument, Option
 import forcemap as fm
 from forcemap import LimitTable as TableOfLimits
 from forcemap.maps.bounds import Bound
-from forcemap.maps.carry_over import campaign_map
 
 if TYPE_CHECKING:  # most commands take one map
     from forcemap.paths.atlas import Atlas
@@ -151,7 +150,9 @@ def maps_from(source: str, device_spring: float | None = None) -> fm.ForceMap | 
         return force_map_from(source, None, device_spring)[0]
     if device_spring is not None:
         raise fm.InputError("device spring: the campaigns of an atlas state it in their campaign.toml")
-    return fm.read_atlas(source)
+    from forcemap.assessment.folder_map import map_of_folder
+
+    return fm.read_atlas(source, map_of=map_of_folder)
 
 
 def fitted(
@@ -164,7 +165,11 @@ def fitted(
     """The impacts of a table or campaign folder, and the map fitted to its train rows."""
     require_one_map(table)
     dataset = impacts_of(table, device_spring)
-    return dataset, campaign_map(table, dataset, form=fm.form_named(form) if form else None, impacts=impacts)
+    named = fm.form_named(form) if form else None
+    from forcemap.assessment.folder_map import folder_map  # a map file needs none of it
+
+    found = folder_map(table, dataset, form=named, impacts=impacts)
+    return found.dataset, found.force_map
 
 
 def impacts_of(table: str, device_spring: float | None = None) -> fm.ImpactDataset:
@@ -273,9 +278,7 @@ def areas_from(source: str, named: Sequence[str] | None) -> list[str]:
     from forcemap.assessment.contact_points import POINTS_FILE, read_contact_points  # most commands name their area
 
     beside = (Path(source) if Path(source).is_dir() else Path(source).parent) / POINTS_FILE
-    areas: list[str] = []
-    with contextlib.suppress(fm.InputError):  # of a list that cannot be used no area is taken
-        areas = [point.limit.name for point in read_contact_points(beside)] if beside.exists() else []
+    areas = [point.limit.name for point in read_contact_points(beside)] if beside.exists() else []
     if not areas:
         raise no_area(f", or the contact points in {beside.name}")
     return list(dict.fromkeys(areas))

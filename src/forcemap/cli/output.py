@@ -318,14 +318,18 @@ def place_lines(answer: PlaceFigures) -> list[str]:
     """What the states of a place share, beside what is a state's own; nothing for a map that was not fitted."""
     if answer.places is None or answer.place_sd_percent is None:
         return []
+    if not answer.place_correlation:
+        return [
+            f"{answer.places} places: too few have several states to tell what the states of a place share; a "
+            f"tolerance bound has it within the {answer.own_sd_percent:.2f} % by which states scatter"
+        ]
     likeliest = f"{answer.likely_place_correlation:.2f}"
     found = "no scatter shared by the states of a place found; " if likeliest == "0.00" else ""
-    if not answer.place_correlation:
-        found = "the states do not show what those of a place share; "
     shared = f"{answer.place_sd_percent:.2f} %{' of scatter shared by the states of a place' * (not found)}"
     return [
-        f"{answer.places} places: {found}a tolerance bound reckons with {shared}, the most that is likely (correlation "
-        f"{answer.place_correlation:.2f}, likeliest {likeliest}), and {answer.own_sd_percent:.2f} % of a state's own"
+        f"{answer.places} places: {found}bound, standard errors and p values reckon with {shared}, the most that is "
+        f"likely (correlation {answer.place_correlation:.2f}, likeliest {likeliest}), and {answer.own_sd_percent:.2f} "
+        "% of a state's own"
     ]
 
 

@@ -34,7 +34,7 @@ from forcemap.cli.output import (
     table,
     write_result,
 )
-from forcemap.maps.direction import DIRECTIONS, WIDEST_ANGLE, angle_between, direction_vector, raised_off_axis
+from forcemap.direction import DIRECTIONS, WIDEST_ANGLE, angle_between, direction_vector, raised_off_axis
 from forcemap.paths.atlas import Atlas
 from forcemap.paths.bent_path import bent_path
 from forcemap.paths.path_file import PATH_COLUMNS, path_csv
@@ -113,6 +113,8 @@ def place(
 ) -> int:
     """Find where to put the table: the cycle time of a task at every position in the measured range.
 
+    It is moved outwards and in height; across (y) it stays as the path has it: shift the path's y and ask again.
+
     Where none permits the whole path it looks closer, around the one that permits most.
 
     Exit code 1 if no position permits the whole path; then it says why.
@@ -164,8 +166,8 @@ _ROUNDING = 1e-6
 _HINTS = {
     "not_downward": "not downward: the map permits no such motion; if other measures exclude contact there, say so in "
     "a task file (--task) with contact_possible = false for that segment",
-    "no_map": "no map: measure what is missing (forcemap path lists it), bend the path (forcemap path --suggest), or "
-    "say so in a task file (--task) with contact_possible = false where other measures exclude contact",
+    "no_map": "no map: measure what is missing (forcemap path lists it), bend the path (--suggest FILE.csv tries it), "
+    "or say so in a task file (--task) with contact_possible = false where other measures exclude contact",
     "outside": "outside: move the path into the measured range, less the position tolerance ({inside}), or measure "
     "there",
 }
@@ -179,6 +181,9 @@ _HINTS_BY_REASON = {
     "zone_unconfirmed": _TOO_SLOW,
     "below_measured": _TOO_SLOW,
     "below_measured_of": _TOO_SLOW,
+    "off_direction": "off the map's direction: program the motion straight along it, and what is left of the way as a "
+    "move of its own (--suggest FILE.csv writes such a path), end the descent higher, move the path, or measure at "
+    "lower speeds there (forcemap next)",
     "transient_not_usable": "unconfirmed: ask for the quasi-static limit there (--contact quasi-static, or contact = "
     '"quasi-static" in the task file)',
 }
@@ -210,17 +215,14 @@ def path_lines(
         *speed_first(_verdict(answer), answer),
         *reasons,
         *_hints(answer, answer.refusals),
-        *gap_lines(answer.gaps),
+        *gap_lines(answer.gaps, suggest=answer.suggestion is None),
         *([] if answer.suggestion is None else suggestion_lines(answer.suggestion, suggested)),
         "",
         f"Speeds to program along {file}: {len(answer.pieces)} pieces, {answer.length_m:.3f} m; at contact "
         f"{answer.speed_overshoot_mps:g} m/s overshoot is added",
         *([sentence(task_options.path_raised())] if raised_off_axis(angle) > 1 else []),
         *table(header, rows),
-        *(
-            ["! programmed faster than this path may be driven there: slow down to the speed to program"]
-            * answer.too_fast
-        ),
+        *(_too_fast(answer) if answer.too_fast else []),
         "",
         *_cycle_lines(answer, refused=not answer.permitted),
         f"bound: {bound_words(answer.bound)}",
@@ -228,8 +230,11 @@ def path_lines(
     ]
 
 
-def gap_lines(gaps: Sequence[GapAnswer]) -> list[str]:
-    """What to measure so that more of a path has permission, most first; an estimate of what it gains."""
+def gap_lines(gaps: Sequence[GapAnswer], *, suggest: bool = False) -> list[str]:
+    """What to measure so that more of a path has permission, most first; an estimate of what it gains.
+
+    `suggest`: that the path may be bent is proposed, too.
+    """
     if not gaps:
         return []
     lines = ["To close the gaps measure (ESTIMATES, no permission; places and limits must allow it, too)"]
@@ -245,7 +250,9 @@ def gap_lines(gaps: Sequence[GapAnswer]) -> list[str]:
     more = gaps[_GAPS:]
     if more:
         length = sum(gap.length_m for gap in more)
-        lines.append(f"  and {counted(len(more), 'more direction')} for {length:.3f} m: bend the path (--suggest)")
+        lines.append(f"  and {counted(len(more), 'more direction')} for {length:.3f} m")
+    if suggest:
+        lines.append("  whether vertical, radial and circular moves would have more permission: --suggest FILE.csv")
     return lines
 
 
@@ -278,6 +285,18 @@ def suggestion_lines(suggestion: Suggestion, file: str | None) -> list[str]:
 def _place(point: list[float]) -> str:
     x, y, z = point
     return f"{math.hypot(x, y):.3f}, {z:.3f}"
+
+
+def _too_fast(answer: PathAnswer) -> list[str]:
+    """What the mark says, and how speeds of two motions that meet are stated apart."""
+    by_points = answer.programmed_by_points
+    lines = ["! programmed faster than this path may be driven there: slow down to the speed to program"]
+    if by_points:
+        lines.append(
+            "  a motion counts with the faster speed_mps of its two points; where a slow motion meets a fast one, "
+            "leave speed_mps out of the path and state it for each segment in the task"
+        )
+    return lines
 
 
 def _programmed(pieces: list[PieceAnswer]) -> str:
@@ -382,7 +401,11 @@ def places_lines(answer: PlacesAnswer) -> list[str]:
             verdict += f", {standard.cycle_time_s:.3f} s at the standard's one speed"
         if answer.finer_step_m is not None:
             verdict += f"; on a grid of {answer.finer_step_m:g} m, since one of {answer.step_m:g} m has none"
-        lines = speed_first(verdict, answer)
+        lines = [
+            *speed_first(verdict, answer),
+            f"of positions every {answer.finer_step_m or answer.step_m:g} m outwards and in height (--step-m); across, "
+            "the table stays where the path's y has it: shift y and ask again",
+        ]
         for shift in answer.sensitivity:
             change = shift.cycle_time_change_s
             cost = "a part has no permission" if change is None else f"{change:+.3f} s"

@@ -201,6 +201,8 @@ def _readme(
         "`speeds-quasi-static` for the contact that they name.",
         "Speeds in `states.csv`: `speed_stated_mps` as the campaign states them, `speed_less_error_mps` less its speed "
         f"error ({less}): to these the map is fitted, and figures and other tables show them.",
+        "Of a coefficient `low` and `high` are the ends of its 95 % confidence interval (Student's t), "
+        "with the largest correlation of the states of a place that is likely.",
         *again,
         f"Software: forcemap {fm.__version__}. Units stand in the names of columns. How to cite: `CITATION.cff`.",
         "Choose a licence for the data before you publish them.",

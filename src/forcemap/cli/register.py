@@ -32,7 +32,7 @@ from forcemap.answers.register import (
     WhoAnswer,
 )
 from forcemap.cli.options import ContactKind, Json, LimitTable
-from forcemap.cli.output import SIMULATED, Progress, counted, emit, listing, shown
+from forcemap.cli.output import SIMULATED, Progress, counted, emit, listing
 from forcemap.errors import ForcemapError
 from forcemap.files import file_sha256
 from forcemap.register import audit
@@ -183,7 +183,9 @@ def state(cell: Cell, where: Where = None, as_json: Json = False) -> int:
         found, events = cell_state(opened, cell)
     answer = CellAnswer.of(found, events)
     lines = [SIMULATED] if any(release.simulated for release in answer.releases) else []
-    lines.append(f"{answer.cell}: {'in force' if answer.in_force else 'NOT IN FORCE'}")
+    unconfirmed = any(release.speeds and release.speeds.get("confirmed") is False for release in answer.releases)
+    in_force = f"in force{', NOT CONFIRMED BY MEASUREMENT' * unconfirmed}"
+    lines.append(f"{answer.cell}: {in_force if answer.in_force else 'NOT IN FORCE'}")
     lines += [f"  {fact.kind}: {fact.value or 'not known'} since {fact.since[:10]}" for fact in answer.facts]
     lines += [f"  not known: {', '.join(answer.unknown)}"] if answer.unknown else []
     lines += ["Releases", *_release_lines(answer.releases)] if answer.releases else []
@@ -459,7 +461,6 @@ def _release_lines(releases: Sequence[ReleaseAnswer]) -> list[str]:
             continue
         lines.append(f"{name}: in force until {release.valid_until}{', SIMULATED' if release.simulated else ''}")
         lines += [f"      {warning}" for warning in release.warnings]
-        ends = (release.speeds["lowest_to_program_mps"], release.speeds["highest_to_program_mps"])
-        speeds = f"program at most {' to '.join(map(shown, ends))} m/s, place by place"
-        lines.append(f"      {speeds}; {release.bound}; report {release.report_sha256[:12]}")
+        lines.append(f"      {release.to_program}")
+        lines.append(f"      {release.bound}; released by {release.person}; report {release.report_sha256[:12]}")
     return lines

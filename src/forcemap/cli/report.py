@@ -161,9 +161,10 @@ def _report_atlas(
     as_json: bool,
 ) -> int:
     """Write the reports of all campaigns of an atlas, and the one of the atlas."""
+    from forcemap.assessment.folder_map import map_of_folder
     from forcemap.report import atlas_html
 
-    atlas, root = fm.read_atlas(source), default_file(source, "")
+    atlas, root = fm.read_atlas(source, map_of=map_of_folder), default_file(source, "")
     assessments, reports, files, lines = {}, {}, [], sentences(atlas.warnings)
     for campaign in atlas.campaigns:
         folder = root / campaign.name

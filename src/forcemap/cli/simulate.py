@@ -13,7 +13,7 @@ import forcemap as fm
 from forcemap.answers.simulation import SimulationAnswer
 from forcemap.cli.options import Json
 from forcemap.cli.output import emit
-from forcemap.maps.direction import direction_vector
+from forcemap.direction import direction_vector
 
 _PRESETS = "ur10e-like, iiwa7-like-30nm, iiwa7-like-10nm"
 

@@ -111,8 +111,10 @@ def atlas_speed_lines(answer: AtlasSpeedAnswer) -> list[str]:
         ]
         for each in answer.maps
     ]
+    why = [f"{each.map.name}: {each.speed.to_program_reason}" for each in answer.maps if each.map.name in none]
     return [
         *speed_first(head, answer),
+        *why,
         "",
         *table(["map", "direction", "contact site", "tool", "kg", "outcome", "to program m/s"], rows),
         "",
@@ -295,22 +297,7 @@ def fastest_line(answer: SpeedMapAnswer) -> str:
 
 def standard_lines(answer: SpeedMapAnswer) -> list[str]:
     """The standard's one speed beside the map's; nothing where it has none."""
-    standard = answer.standard
-    if standard is None:
-        return []
-    low, high = standard.lowest_predicted_force_N, standard.highest_predicted_force_N
-    forces = "no impact was measured at that speed"
-    if low is not None and high is not None:
-        forces = f"the map predicts {low:.0f} to {high:.0f} N at it"
-    words = f"the standard's contact model: {shown(standard.speed_mps)} m/s everywhere, confirmed by no measurement"
-    if standard.highest_speed_of_map_mps is None:
-        return [f"{words}; {forces}"]
-    more, most = standard.places_with_more, shown(standard.highest_speed_of_map_mps)
-    return [
-        f"{words}; {forces}",
-        f"the map permits more at {more} of {standard.places} places{f', up to {most} m/s at contact' * bool(more)}, "
-        f"less or nothing at {standard.places - more}",
-    ]
+    return [] if answer.standard is None else answer.standard.lines
 
 
 def grid_lines(answer: SpeedMapAnswer) -> list[str]:

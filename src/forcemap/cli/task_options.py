@@ -13,8 +13,8 @@ from typer import Option
 import forcemap as fm
 from forcemap.cli.column_options import entries_of
 from forcemap.cli.options import Stated, number
+from forcemap.direction import RAISED_OFF_AXIS
 from forcemap.dynamics.robots import ROBOTS, identified_drive_inertia
-from forcemap.maps.direction import RAISED_OFF_AXIS
 
 DriveInertiaOption = Annotated[
     str | None,

@@ -256,7 +256,7 @@ def compared_maps(dataset: ImpactDataset, form: Form = CFM_3D) -> tuple[list[For
     maps = [fit_force_map(dataset, form=map_form) for map_form in dict.fromkeys((form, CFM_2D))]
     test = dataset.independent_test
     has_test = bool((test.states.impacts > 0).any())
-    on = "test states" if has_test else "each state left out in turn"
+    on = "test states" if has_test else "leave-one-state-out"
     states = test.states if has_test else maps[0].require_fit().states.uncensored
     models = Models(states, on, dataset.select(~dataset.slower).states)
     for force_map in maps:

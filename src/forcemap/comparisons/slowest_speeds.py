@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 
 from forcemap.campaigns.dataset import ImpactDataset
+from forcemap.direction import WIDEST_ANGLE
 from forcemap.errors import FitError, ForcemapError
 from forcemap.findings import Finding, FindingKind
 from forcemap.limits.force_limits import Contact, ForceLimit
 from forcemap.maps.bounds import ToleranceBound, margins
-from forcemap.maps.direction import WIDEST_ANGLE
 from forcemap.maps.fit import fit_force_map
 from forcemap.maps.force_map import ForceMap
 from forcemap.maps.forms import CFM_3D, Form

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from forcemap.arrays import FloatArray
+from forcemap.direction import WIDEST_ANGLE
 from forcemap.errors import InputError, NotReleasable
 from forcemap.exports.head import cell, csv_text, head_lines, head_result, one_line
 from forcemap.exports.robot_table import ZONE_SIZE, Provenance, RobotTable, robot_table
@@ -20,7 +21,6 @@ from forcemap.files import sha256
 from forcemap.findings import Finding
 from forcemap.limits.force_limits import Contact, ForceLimit, NewtonLimit
 from forcemap.maps.bounds import Bound
-from forcemap.maps.direction import WIDEST_ANGLE
 from forcemap.paths.atlas import Atlas, AtlasMap, Loaded, told_apart
 from forcemap.paths.task import Task, TaskSegment
 from forcemap.speeds.allowance import Allowance

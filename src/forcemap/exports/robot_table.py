@@ -13,12 +13,12 @@ from typing import Self
 import numpy as np
 
 from forcemap.arrays import FloatArray, Indices, Objects
+from forcemap.direction import WIDEST_ANGLE, direction_vector
 from forcemap.errors import InputError, NotReleasable
 from forcemap.files import file_sha256, stated_date
 from forcemap.findings import Finding, FindingKind
 from forcemap.limits.force_limits import Contact, ForceLimit, NewtonLimit
 from forcemap.maps.bounds import Bound
-from forcemap.maps.direction import WIDEST_ANGLE, direction_vector
 from forcemap.maps.force_map import ForceMap
 from forcemap.maps.map_file import map_sha256
 from forcemap.paths.path_speeds import PathSpeeds

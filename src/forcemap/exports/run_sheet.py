@@ -11,9 +11,9 @@ import numpy as np
 
 from forcemap.campaigns.conditions import Conditions
 from forcemap.campaigns.plan import MeasurementPlan
+from forcemap.direction import direction_vector, direction_words
 from forcemap.errors import InputError
 from forcemap.findings import FindingKind
-from forcemap.maps.direction import direction_vector, direction_words
 from forcemap.words import sentence, sentences
 
 _STANDS_WITHIN = 1.0  # [deg]; a choice: what a spirit level and a square give

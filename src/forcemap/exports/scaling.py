@@ -7,7 +7,6 @@ from decimal import ROUND_FLOOR, Decimal
 from operator import itemgetter
 from typing import Any
 
-from forcemap.errors import InputError
 from forcemap.exports.head import cell, csv_text, head_lines, head_result, one_line
 from forcemap.exports.robot_table import Provenance, require_exportable
 from forcemap.paths.path_speeds import PathSpeeds
@@ -23,18 +22,15 @@ _TEXTS = ("segment", "outcome", "governed_by", "reason")
 def scaling_csv(speeds: PathSpeeds, provenance: Provenance) -> str:
     """A row for each piece below a head in comments (#); scaling floored to 0.01, 0.00 where none is permitted.
 
-    Raises
-    ------
-    InputError
-        The path has no programmed speed.
+    Where no speed is programmed there is none to scale: both cells are empty, and the commanded speed stands alone.
     """
     rows = [
         piece
         | {name: cell(piece[name]) for name in _TEXTS}
         | {name: f"{round(piece[name], 4) + 0.0:.4f}" for name in _PLACES}
-        | {name: f"{piece[name]:.3f}" for name in _SPEEDS}
+        | {name: "" if piece[name] is None else f"{piece[name]:.3f}" for name in _SPEEDS}
         | {"commanded_speed_mps": floor_speed(piece["commanded_speed_mps"])}
-        | {"scaling": f"{piece['scaling']:.2f}"}
+        | {"scaling": "" if piece["scaling"] is None else f"{piece['scaling']:.2f}"}
         | {"limit_N": "" if piece["limit_N"] is None else f"{piece['limit_N']:g}"}
         for piece in scaling_result(speeds, provenance)["pieces"]
     ]
@@ -42,31 +38,24 @@ def scaling_csv(speeds: PathSpeeds, provenance: Provenance) -> str:
 
 
 def scaling_result(speeds: PathSpeeds, provenance: Provenance) -> dict[str, Any]:
-    """The head and a dictionary for each piece, for JSON.
+    """The head and a dictionary for each piece, for JSON; without a programmed speed that and scaling are None.
 
     Raises
     ------
-    InputError
-        The path has no programmed speed.
     NotReleasable
         Nothing may be exported of speeds with their basis.
     """
     for basis in speeds.bases:
         require_exportable(basis)
-    if any(math.isnan(value) for value in speeds.programmed.tolist()):
-        raise InputError(
-            "scaling: the path has no programmed speed; give times (time_s) or speeds (speed_mps) in the path, or "
-            "speed_mps in the task; to have the allowed speeds themselves, state one just above the highest of them "
-            "(forcemap path prints it), and take commanded_speed_mps"
-        )
     rows = []
     points, commanded = speeds.path.points.tolist(), speeds.commanded.tolist()
     for i, name in enumerate(speeds.path.names):
-        programmed = float(speeds.programmed[i])
+        programmed = None if math.isnan(speeds.programmed[i]) else float(speeds.programmed[i])
+        most = Decimal("Infinity") if programmed is None else Decimal(repr(programmed))
         allowed = floor_speed(0.0 if speeds.refused[i] else float(speeds.speed[i]))
-        driven = min(Decimal(floor_speed(commanded[i])), Decimal(repr(programmed)))
+        driven = min(Decimal(floor_speed(commanded[i])), most)
         reason = sentence(speeds.reason[i])
-        if driven < min(Decimal(allowed), Decimal(repr(programmed))):
+        if driven < min(Decimal(allowed), most):
             reason += "; slower here, because a later piece allows less"
         rows.append(
             {
@@ -76,7 +65,7 @@ def scaling_result(speeds: PathSpeeds, provenance: Provenance) -> dict[str, Any]
                 "programmed_speed_mps": programmed,
                 "allowed_speed_mps": float(allowed),
                 "commanded_speed_mps": float(driven),
-                "scaling": float(_scaling(driven, programmed)),
+                "scaling": None if programmed is None else float(_scaling(driven, programmed)),
                 "outcome": str(speeds.outcome[i]),
                 "governed_by": one_line(str(speeds.governed_by[i])),
                 "limit_N": None if math.isnan(speeds.limit[i]) else float(speeds.limit[i]),
@@ -95,7 +84,7 @@ def _use(speeds: PathSpeeds) -> str:
         "As motions of a program: one linear motion a piece, to its to_x_m, to_y_m, to_z_m (y is 0 of a path in "
         "distances and heights), at commanded_speed_mps, blended only with the next row of its segment on the same "
         "straight line, by no more than the position tolerance leaves beside the robot's own deviation; at rest "
-        "everywhere else"
+        "everywhere else. Where no speed is programmed there is no factor, only that speed"
     )
 
 

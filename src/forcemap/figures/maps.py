@@ -12,6 +12,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.patheffects import withStroke
 from matplotlib.text import Annotation
 
 from forcemap.arrays import FloatArray
@@ -129,7 +130,8 @@ def workspace_figure(force_map: ForceMap, dataset: ImpactDataset | None = None, 
         for look, states in measured.by_look:
             here = states.select(near(states.speed, speed, measured.tolerance.speed))
             small = {} if wide else {"markersize": 0.6 * look.size}
-            axes.plot(here.distance, here.height, here.speed, zorder=2 * number + 1, **(look.drawn | small))
+            seen = look.drawn | small | {"path_effects": [withStroke(linewidth=2.4, foreground="white")]}
+            axes.plot(here.distance, here.height, here.speed, zorder=2 * number + 1, **seen)
             if len(above := here.select(here.censored > 0)):
                 axes.plot(above.distance, above.height, above.speed, zorder=2 * number + 1, **style.CENSORED.drawn)
     beside = 0.05 * (ticks[2][-1] - ticks[2][0]) or 0.01

@@ -10,10 +10,10 @@ import numpy as np
 
 from forcemap.arrays import Mask
 from forcemap.campaigns.dataset import ImpactDataset, Quantity, States, StateTolerance
+from forcemap.direction import same_direction
 from forcemap.errors import BoundNotAvailable, FitError, InputError, TransferRefused
 from forcemap.findings import Finding, FindingKind
 from forcemap.maps.bounds import FEW_STATES, ToleranceBound, contradiction
-from forcemap.maps.direction import same_direction
 from forcemap.maps.fit import CensoredImpacts, fit_force_map, phase_two_with_points, repeat_variance, states_at_points
 from forcemap.maps.force_map import Fit, ForceMap
 from forcemap.maps.forms import CFM_3D, Form

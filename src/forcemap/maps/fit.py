@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import replace
 from enum import StrEnum
 from functools import lru_cache
@@ -17,11 +18,11 @@ from forcemap.campaigns.dataset import (
     StateTolerance,
     phase_two_of,
 )
+from forcemap.direction import same_direction
 from forcemap.errors import FitError, RankDeficient
 from forcemap.files import sha256
 from forcemap.findings import Finding, FindingKind
 from forcemap.maps.censored import censored_regression, state_data
-from forcemap.maps.direction import same_direction
 from forcemap.maps.force_map import Fit, ForceMap
 from forcemap.maps.forms import CFM_3D, Form
 from forcemap.maps.measured_range import MeasuredRange
@@ -159,6 +160,7 @@ def _fitted(dataset: ImpactDataset, form: Form, impacts: CensoredImpacts) -> For
     likelihood = impacts is CensoredImpacts.AT_LEAST and bool(train.censored.any()) and len(states) > len(form.terms)
     if likelihood:
         states, left_out = train.states, left_out.select(np.zeros(len(left_out), dtype=np.bool_))
+    _refuse_bound_together(form, states, dataset.tolerance)
     effect = effect_of_places(form, states)
     design = form.design(*states.coordinates.T)
     data = state_data(design, states, repeat_variance(train), effect.correlation)
@@ -234,6 +236,30 @@ def repeat_variance(train: ImpactDataset) -> float:
     log_force = np.log(known.peak_force)
     mean = np.bincount(index, weights=log_force) / count
     return float(np.sum((log_force - mean[index]) ** 2) / freedom)
+
+
+def _refuse_bound_together(form: Form, states: States, tolerance: StateTolerance) -> None:
+    """Refuse states that do not determine a form where a coordinate of theirs follows from another, and say which."""
+    levels = np.round(states.coordinates / tolerance.scale)
+    counts = [len(np.unique(of_one)) for of_one in levels.T]
+    pairs = [
+        (one, other)
+        for one, other in itertools.permutations(range(3), 2)
+        if 1 < counts[other] <= counts[one] < len(states)
+        and len(np.unique(levels[:, [one, other]], axis=0)) == counts[one]
+    ]
+    if not pairs:
+        return
+    try:
+        least_squares(form.design(*states.coordinates.T), states.log_force)
+    except RankDeficient as error:
+        names = ("distance", "height", "speed")
+        together = " and ".join(f"each {names[one]} at one {names[other]} alone" for one, other in pairs)
+        (one, other), *_ = pairs
+        raise RankDeficient(
+            f"the states were measured {together}: {error.problem}",
+            remedy=f"measure {names[one]}s at several {names[other]}s",
+        ) from None
 
 
 def _refuse_noise(form: Form, states: States, tolerance: StateTolerance) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
@@ -192,6 +193,9 @@ class ForceMap:
         Of a map of the force: maps of the other quantities of the same impacts, which count in every speed.
     unmapped : Finding or None
         Why pressures were measured, but bear no map: then no speed is given for limits that have one.
+    confirmed : callable or None
+        Of a limit, a contact and a bound: what the impacts that were to confirm the map show; None without such
+        impacts. None for a map whose recordings are not at hand, as one of a file.
     """
 
     name: str
@@ -209,6 +213,7 @@ class ForceMap:
     without: int = 0
     others: tuple[ForceMap, ...] = ()
     unmapped: Finding | None = None
+    confirmed: Callable[[Any, Any, Any], Finding | None] | None = None
 
     def __repr__(self) -> str:
         states = f"{len(self.fit.states)} states" if self.fit else "no states"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -16,12 +16,12 @@ from forcemap.arrays import FloatArray
 from forcemap.campaigns.campaign import campaign_folders, is_campaign
 from forcemap.campaigns.conditions import CAMPAIGN_FILE, ENTRIES, Conditions, normalised, read_conditions
 from forcemap.campaigns.impacts_table import read_dataset
+from forcemap.direction import ON_AXIS, WIDEST_ANGLE, angle_between, direction_vector, direction_words
 from forcemap.errors import BoundNotAvailable, CampaignFileError, ForcemapError, InputError
 from forcemap.files import read_bytes, sha256, toml_tables
 from forcemap.findings import Finding, FindingKind
 from forcemap.maps.bounds import Bound
 from forcemap.maps.carry_over import campaign_map
-from forcemap.maps.direction import ON_AXIS, WIDEST_ANGLE, angle_between, direction_vector, direction_words
 from forcemap.maps.force_map import ForceMap
 from forcemap.maps.map_file import map_sha256, read_map
 from forcemap.paths.task import Task, TaskSegment
@@ -310,7 +310,7 @@ def told_apart(bases: Sequence[tuple[str, Basis]], atlas: Atlas) -> tuple[Basis,
     return tuple(replace(basis, warnings=tuple(map(told, basis.warnings))) for _, basis in bases)
 
 
-def read_atlas(path: str | Path) -> Atlas:
+def read_atlas(path: str | Path, *, map_of: Callable[[Path], ForceMap] | None = None) -> Atlas:
     """Read the maps of one robot: a file `atlas.toml`, its folder, or a folder of campaigns.
 
     `atlas.toml` holds `schema = "forcemap-atlas/1"` and `maps`, a list of campaign folders and map files, from where it
@@ -321,6 +321,8 @@ def read_atlas(path: str | Path) -> Atlas:
     ----------
     path : str or Path
         The file or folder.
+    map_of : callable, optional
+        The map of a campaign's folder; if not given, that of its impacts table, whatever has become of its recordings.
 
     Returns
     -------
@@ -345,7 +347,7 @@ def read_atlas(path: str | Path) -> Atlas:
             raise CampaignFileError(
                 f"found neither {ATLAS_FILE} nor folders with a {CAMPAIGN_FILE} in it", file=str(path)
             )
-    return Atlas(tuple(_campaign(file.parent, name) for name in names), str(path))
+    return Atlas(tuple(_campaign(file.parent, name, map_of or _map_of_table) for name in names), str(path))
 
 
 def is_atlas(path: str | Path) -> bool:
@@ -377,7 +379,11 @@ def _named_maps(file: Path) -> list[str]:
     return maps
 
 
-def _campaign(folder: Path, name: str) -> AtlasMap:
+def _map_of_table(folder: Path) -> ForceMap:
+    return campaign_map(folder, read_dataset(folder))
+
+
+def _campaign(folder: Path, name: str, map_of: Callable[[Path], ForceMap]) -> AtlasMap:
     """The campaign of a folder or map file; what it states must be readable, its map need not be there."""
     root = folder / name
     if not root.is_dir():
@@ -385,7 +391,7 @@ def _campaign(folder: Path, name: str) -> AtlasMap:
         return AtlasMap(name, force_map.conditions, force_map)
     conditions = read_conditions(root / CAMPAIGN_FILE)
     try:
-        force_map = campaign_map(root, read_dataset(root))
+        force_map = map_of(root)
     except ForcemapError as error:
         return AtlasMap(name, conditions, None, error)
     return AtlasMap(name, force_map.conditions, force_map)

@@ -12,7 +12,7 @@ from forcemap.arrays import FloatArray, Indices
 from forcemap.errors import InputError
 from forcemap.maps.force_map import ForceMap
 from forcemap.paths.atlas import Atlas
-from forcemap.paths.path_speeds import LONGEST_PIECE, PathSpeeds, PieceOutcome, path_speeds
+from forcemap.paths.path_speeds import LONGEST_PIECE, PathSpeeds, path_speeds
 from forcemap.paths.task import Task
 from forcemap.paths.tool_path import ToolPath
 
@@ -22,7 +22,7 @@ _STANDING = 1e-6  # [m]; a step shorter than this is none
 
 @dataclass(frozen=True, eq=False)
 class BentPath:
-    """A path whose moves without a map are replaced by vertical, radial and circular ones.
+    """A path whose moves without permission are replaced by vertical, radial and circular ones.
 
     Parameters
     ----------
@@ -42,7 +42,7 @@ class BentPath:
 def bent_path(
     maps: ForceMap | Atlas, path: ToolPath, task: Task, *, step: float = LONGEST_PIECE, **case: Any
 ) -> BentPath:
-    """Replace the moves that lack a map by vertical, radial and circular ones between the same points.
+    """Replace the moves that lack permission somewhere by vertical, radial and circular ones between the same points.
 
     Each move has six orders of these three. Of those the one that permits the largest share of its length is taken, of
     several the fastest; a move is left as it is where none permits more. Whether the robot and its load collide with
@@ -73,8 +73,7 @@ def bent_path(
     straight = ToolPath(path.points, path.names, source=path.source)
     as_is = path_speeds(maps, straight, task, step=step, **case)
     of_move = _moves(straight, as_is.path)
-    lacks = np.isin(as_is.outcome.astype(str), [PieceOutcome.NO_MAP.value, PieceOutcome.NOT_DOWNWARD.value])
-    moves = np.unique(of_move[lacks])
+    moves = np.unique(of_move[as_is.refused])
     if not moves.size:
         return BentPath(straight, as_is, 0)
     ways = [{move: _way(straight, int(move), order, step) for move in moves.tolist()} for order in _ORDERS]

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from forcemap.arrays import FloatArray, Mask
+from forcemap.direction import DIRECTIONS, WIDEST_ANGLE, direction_vector, direction_words, same_direction
 from forcemap.maps.bounds import FEW_STATES
-from forcemap.maps.direction import DIRECTIONS, WIDEST_ANGLE, direction_vector, direction_words, same_direction
 from forcemap.paths.atlas import Loaded
 from forcemap.paths.path_speeds import PathSpeeds
 

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from forcemap.arrays import FloatArray, Mask, Objects
+from forcemap.direction import ON_AXIS
 from forcemap.errors import InputError
 from forcemap.findings import Finding, FindingKind
-from forcemap.maps.direction import ON_AXIS
 from forcemap.paths.atlas import Atlas, Loaded
 from forcemap.paths.task import Task
 from forcemap.paths.tool_path import ToolPath

@@ -12,12 +12,12 @@ from typing import Any
 import numpy as np
 
 from forcemap.arrays import FloatArray, Indices, Mask, Objects
+from forcemap.direction import ON_AXIS, RAISED_OFF_AXIS, WIDEST_ANGLE, raised_off_axis
 from forcemap.findings import Finding, FindingKind
 from forcemap.limits.body_areas import LimitTable, standard_limit_table
 from forcemap.limits.force_limits import Contact, ForceLimit, force_limit
 from forcemap.limits.pfl import pfl_robot_mass, pfl_speed_limit
 from forcemap.maps.bounds import Bound
-from forcemap.maps.direction import ON_AXIS, RAISED_OFF_AXIS, WIDEST_ANGLE, raised_off_axis
 from forcemap.maps.force_map import ForceMap
 from forcemap.paths.atlas import Atlas, told_apart
 from forcemap.paths.matched_maps import MatchedMaps, matched_maps
@@ -270,6 +270,7 @@ def _path_speeds(
     outcome, reason, missing = strictest.outcome, strictest.reason, matched.missing
     reason[missing] = matched.reasons(missing)
     outcome[missing] = [_without_map(each) for each in reason[missing]]
+    _say_off_direction(strictest, path, matched)
     outcome[excluded], reason[excluded] = PieceOutcome.NO_CONTACT, Finding.of(FindingKind.CONTACT_EXCLUDED)
     without_speed = missing | np.isinf(strictest.speed)
     speed = np.where(excluded, stated, np.where(without_speed, np.nan, strictest.speed))
@@ -301,6 +302,20 @@ def _path_speeds(
         notes=_notes(matched, path, task, programmed, excluded, allowance),
         matched=matched,
     )
+
+
+def _say_off_direction(strictest: _Strictest, path: ToolPath, matched: MatchedMaps) -> None:
+    """Add to the reason of pieces without a confirmed speed that they point off the map's direction, and how far."""
+    names, unconfirmed = np.array(path.names), strictest.outcome == PieceOutcome.UNCONFIRMED
+    for entry, off_angle in zip(matched.atlas.maps, matched.off_angles, strict=True):
+        off = unconfirmed & (strictest.map_name == entry.name) & (off_angle > ON_AXIS)
+        for name in dict.fromkeys(names[off].tolist()):
+            pieces = np.flatnonzero(off & (names == name))
+            figures = {"off_deg": float(off_angle[pieces].max()), "raised": RAISED_OFF_AXIS - 1}
+            words = {"direction": entry.conditions.direction}
+            for piece in pieces:
+                reason = strictest.reason[piece]
+                strictest.reason[piece] = Finding.of(FindingKind.OFF_DIRECTION, reason, **figures, **words)
 
 
 def _lowest_of_segments(names: Sequence[str], speed: FloatArray) -> FloatArray:

@@ -12,12 +12,12 @@ import numpy as np
 
 from forcemap.arrays import FloatArray
 from forcemap.campaigns.conditions import Conditions, normalised
+from forcemap.direction import ON_AXIS, angle_between, direction_vector
 from forcemap.errors import InputError, UnknownName, nearest_names
 from forcemap.files import read_bytes, toml_tables
 from forcemap.findings import Finding, FindingKind
 from forcemap.limits.body_areas import LimitTable
 from forcemap.limits.force_limits import Contact, force_limit
-from forcemap.maps.direction import ON_AXIS, angle_between, direction_vector
 
 SCHEMA = "forcemap-task/1"
 

@@ -30,12 +30,13 @@ from forcemap.planning.plan_warnings import map_warnings
 from forcemap.planning.runs import extend_plan, runs_of, slow_to_fast
 from forcemap.speeds.safe_speed import SafeSpeed, SpeedOutcome, floor_speed, safe_speed
 
-_IMPACTS = 6
+IMPACTS = 6
 """Impacts that confirm a map, unless stated. A choice: what they detect is printed with every plan
 (docs/short_campaigns.md)."""
 
 _FEWEST = 2  # of them: one at the fastest and one at the slowest released speed
 _PLACES = 15  # along each axis, to choose from; a choice
+_AS_RELEASED = 0.010  # [m/s]; how far from the speed released now, however far repeats of a state may lie apart
 _SAME_SPEED = 5e-4  # [m/s]; half of the last digit to which released speeds are cut
 
 # Robots that the impacts should detect: the shapes are those of docs/validity.md.
@@ -53,6 +54,9 @@ _MEASURE = (  # why no place has a speed, if further impacts can change that
     FindingKind.CONFIRMING_ABOVE_BOUND,
     FindingKind.NONE_CAN_BE_CONFIRMED,
 )
+
+
+_FASTER = FindingKind.FASTER_THAN_RELEASED
 
 
 class Confirmed(StrEnum):
@@ -89,6 +93,17 @@ class ConfirmingImpact:
     bound_force: float
     outcome: Confirmed
     reason: Finding
+
+    def too_fast_for(self, released: float, within: float) -> ConfirmingImpact | None:
+        """The same as telling nothing, if its force alone fails, above the speed released now [m/s]; else None.
+
+        `within` is the force up to which an impact is within the limit [N].
+        """
+        fails = self.outcome is Confirmed.DOES_NOT_PASS and within < self.force <= self.bound_force
+        if not fails or self.speed <= released + _SAME_SPEED:
+            return None
+        figures = {"speed_mps": self.speed, "released_mps": released}
+        return replace(self, outcome=Confirmed.CANNOT_TELL, reason=Finding.of(_FASTER, self.reason, **figures))
 
 
 @dataclass(frozen=True)
@@ -184,6 +199,12 @@ class ConfirmationPlan:
     pressed: bool = False
     result: ConfirmationResult | None = None
 
+    @property
+    def superseded(self) -> tuple[str, ...]:
+        """States that do not pass at a higher speed than is released now: others take their place."""
+        impacts = self.result.impacts if self.result else ()
+        return tuple(each.state for each in impacts if each.reason.kind is FindingKind.FASTER_THAN_RELEASED)
+
     @staticmethod
     def among(plan: MeasurementPlan) -> Mask:
         """Which runs of a plan confirm a map, shape (n,)."""
@@ -209,6 +230,14 @@ class ConfirmationPlan:
             False if it exceeds it, None if that cannot be told; and why.
         """
         judged = _judged(self, self.plan, self.released, impacts, checked)
+        # One that fails faster than is released now, but below the bound there, agrees with the map.
+        speeds = dict(zip(self.plan.state_id.tolist(), self.released.tolist(), strict=True))
+        within = math.inf if self.pressed else self.limit - self.force_map.conditions.device.error_or_default
+        known = {*impacts.recording[~impacts.censored].tolist()}  # how far a censored one lies above is not
+        judged = [
+            (impact.recording in known and impact.too_fast_for(speeds[impact.state], within)) or impact
+            for impact in judged
+        ]
         missing = ~np.isin(self.plan.state_id, [impact.state for impact in judged])
         released = dict(zip(self.earlier.state_id.tolist(), self.earlier_released.tolist(), strict=True))
         # Planned for a lower speed than is released now, an impact that fails still contradicts the map.
@@ -254,12 +283,12 @@ def _judged(
     checked: Mapping[str, _Checked],
 ) -> list[ConfirmingImpact]:
     """Every impact of the runs' states, slow to fast, and the runs whose recording gave no usable impact."""
-    judged = []
+    judged, done = [], set[str]()
     columns = (runs.recording, runs.state_id, *_states_of(runs, plan.force_map.conditions).T, released)
     measured = (impacts.speed, impacts.peak_force, impacts.recording)
     for name, state, d, h, v, now in zip(*(column.tolist() for column in columns), strict=True):
         rows = np.flatnonzero(impacts.state == state).tolist()
-        for row in rows:
+        for row in [] if state in done else rows:  # repeats of a state are several runs, and each impact counts once
             speed, force, recording = (column[row].item() for column in measured)
             upper = float(plan.bound.upper(plan.force_map, d, h, speed))
             within = checked.get(recording, (None, Finding.of(FindingKind.RECORDING_NOT_CHECKED)))
@@ -267,13 +296,14 @@ def _judged(
             place = impacts.distance[row], impacts.height[row]
             if outcome is Confirmed.PASSES and plan.pressed and math.isnan(impacts.peak_pressure[row]):
                 outcome, reason = Confirmed.CANNOT_TELL, Finding.of(FindingKind.CONFIRM_WITH_FILM)
-            if outcome is Confirmed.PASSES and now - speed > impacts.tolerance.speed:
+            if outcome is Confirmed.PASSES and now - speed > min(impacts.tolerance.speed, _AS_RELEASED):
                 outcome = Confirmed.CANNOT_TELL
                 reason = Finding.of(FindingKind.SLOWER_THAN_RELEASED, speed_mps=speed, released_mps=now)
             if outcome is Confirmed.PASSES and max(abs(place[0] - d), abs(place[1] - h)) > impacts.tolerance.scale[0]:
                 outcome = Confirmed.CANNOT_TELL
                 reason = Finding.of(FindingKind.NOT_WHERE_PLANNED, distance_m=place[0].item(), height_m=place[1].item())
             judged.append(ConfirmingImpact(recording, state, d, h, speed, force, upper, outcome, reason))
+        done.add(state)
         if not rows and name in checked:
             upper = float(plan.bound.upper(plan.force_map, d, h, v))
             outcome = Confirmed.DOES_NOT_PASS if checked[name][0] is False else Confirmed.CANNOT_TELL
@@ -305,6 +335,7 @@ def confirm_plan(
     impacts: int | None = None,
     planned: MeasurementPlan | None = None,
     recorded: Collection[str] | None = None,
+    superseded: Collection[str] = (),
 ) -> ConfirmationPlan:
     """Plan a few impacts at released speeds: the fastest, the slowest, and where a wrong form would show.
 
@@ -333,6 +364,8 @@ def confirm_plan(
         The campaign's plan. Nothing is added as close to its test states as repeats may be.
     recorded : collection of str, optional
         Names of its states that have a recording; all if not given: nothing is then replaced.
+    superseded : collection of str
+        Confirming states planned before that stand for none, as close as their speeds are.
 
     Returns
     -------
@@ -359,34 +392,31 @@ def confirm_plan(
         limit.require_permitted()
     if weakness(bound, force_map):
         raise NotReleasable(f"nothing is released with a WEAK BOUND: {bound}")
-    conditions, count = force_map.conditions, _IMPACTS if impacts is None else int(impacts)
+    conditions, count = force_map.conditions, IMPACTS if impacts is None else int(impacts)
     tolerance = StateTolerance.stated(conditions.place_tolerance, conditions.speed_tolerance)
     places = _grid(force_map, tolerance)
     released = safe_speed(force_map, places[:, 0], places[:, 1], limit=limit, bound=bound, contact=contact)
     newtons, usable = float(released.limit), ~np.isnan(released.speed_to_program)
-
     whole = planned or runs_of(np.empty((0, 3)), 1, np.empty(0))
-    before = _PlannedBefore.sorted_from(whole, force_map, limit, bound, contact, recorded, tolerance)
+    before = _PlannedBefore.sorted_from(whole, force_map, limit, bound, contact, recorded, superseded, tolerance)
     states = np.column_stack([places, conditions.at_contact(_released(released.speed, conditions))])[usable]
-    tests = whole.select((whole.role == "test") & ~np.isin(whole.recording, before.replaced.recording))
-    states = states[no_repeats(states, _states_of(tests, conditions), tolerance)]
-    candidates, warnings = _worth_confirming(force_map, bound, states, tolerance)
-    new = _farthest(force_map, candidates, _states_of(before.valid, conditions), count)
+    gone = np.isin(whole.recording, before.replaced.recording) | np.isin(whole.state_id, list(superseded))
+    tests = _states_of(whole.select((whole.role == "test") & ~gone), conditions)
+    candidates, warnings = _worth_confirming(force_map, bound, states[no_repeats(states, tests, tolerance)], tolerance)
+    new = _farthest(force_map, candidates, np.unique(_states_of(before.valid, conditions), axis=0), count)
     added = _added_runs(force_map, new)
-
     both = extend_plan(before.valid, added)
     order = np.lexsort((both.height, -both.distance, both.speed))
     plan, at_contact = both.select(order), np.append(before.valid_speed, new[:, 2])[order]
-    states = _states_of(plan, conditions)
+    states, refusal = _states_of(plan, conditions), _refusal(released, plan, newtons)
     upper = np.asarray(bound.upper(force_map, *states.T))
-    refusal = _refusal(released, plan, newtons)
     if refusal is None and len(plan) < count:
         warnings.append(Finding.of(FindingKind.FEWER_THAN_ASKED, impacts=len(plan), asked=count))
     pressed = isinstance(limit, ForceLimit) and force_map.other(Quantity.PRESSURE) is not None
-    film = [Finding.of(FindingKind.CONFIRM_WITH_FILM)] if pressed else []
-    warnings = [*film, *released.basis.warnings, *warnings, *_doubts(force_map, plan, states, upper, tolerance)]
-    error = conditions.device.error_or_default
-    most = np.minimum(newtons - error, upper)
+    film = [Finding.of(FindingKind.CONFIRM_WITH_FILM)] * pressed
+    doubts = _doubts(force_map, plan, states, upper, tolerance)
+    warnings = [*film, *released.basis.warnings, *warnings, *doubts]
+    most = np.minimum(newtons - conditions.device.error_or_default, upper)
     return ConfirmationPlan(
         plan=replace(plan, warnings=tuple(warnings)),
         added=added,
@@ -433,6 +463,7 @@ class _PlannedBefore:
         bound: Bound,
         contact: Contact | None,
         recorded: Collection[str] | None,
+        superseded: Collection[str],
         tolerance: StateTolerance,
     ) -> _PlannedBefore:
         """The confirming runs of a campaign's plan; arguments as in `confirm_plan`.
@@ -449,7 +480,9 @@ class _PlannedBefore:
         speeds = safe_speed(blind, runs.distance, runs.height, limit=limit, bound=bound, contact=kind)
         now = _released(speeds.speed, conditions)
         apart = np.abs(now - runs.speed)
-        current = apart <= tolerance.scale[2]
+        current = (apart <= min(tolerance.scale[2], _AS_RELEASED * (1 + 1e-9))) & ~np.isin(
+            runs.state_id, list(superseded)
+        )
         same = (apart < _SAME_SPEED) & ~np.isnan(speeds.speed_to_program)
         stays = same | (recorded is None) | np.isin(runs.state_id, list(recorded or ()))
         valid, earlier, replaced = (runs.select(rows) for rows in (current & stays, ~current, current & ~stays))

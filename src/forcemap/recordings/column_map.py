@@ -242,7 +242,8 @@ def missing_column(column: str, names: Sequence[str]) -> str:
     if times > 1:
         return f"found {times} columns of that name, expected one; give its number"
     nameless = "the file has no names of columns; give numbers"
-    return f"no column has that name; found {listed(names)}" if names else nameless
+    where = "columns by number fit files that name them otherwise"
+    return f"no column is named {shortened(column.strip())}; found {listed(names)}; {where}" if names else nameless
 
 
 def listed(names: Sequence[str]) -> str:

@@ -15,6 +15,8 @@ from forcemap.recordings.units import ForceUnit, TimeUnit, in_brackets, plain_un
 
 _COMMENTS = ("comment", "comments", "kommentar", "commentaire", "remark", "remarks", "bemerkung", "note", "notes")
 _OPTIONAL = (*_COMMENTS, "start", "increment")
+_CLOCK = re.compile(r"(\d{4}-\d{2}-\d{2}[ T])?\d{1,2}:\d{2}(:\d{2}([.,]\d+)?)?Z?")
+_WHERE = " ([recordings] in campaign.toml, or --column)"
 _REMEDY = "correct the line, or state header_lines in the column map if it belongs to the header"
 
 
@@ -110,6 +112,10 @@ def plain_columns(lines: Iterable[tuple[int, str]], delimiter: str) -> ColumnMap
         if len(filled) == len(times) + len(forces) and len(times) == len(forces) == 1:
             ((time, time_unit),), ((force, force_unit),) = times, forces
             return ColumnMap(time=time, time_unit=time_unit, force=force, force_unit=force_unit)
+    for row, cells in enumerate(table, start=1):
+        if clock := next(filter(_CLOCK.fullmatch, cells), None):
+            expected = "expected seconds; state sampling_rate_Hz in place of time, and the column of the force"
+            raise RecordingError(f"found the time of day {clock!r}, {expected}, in a column map{_WHERE}", row=row)
     names = [[cell for cell in cells if cell and stated_unit(cell, alone=True) is None] for cells in table]
     longest = max(range(len(names)), key=lambda row: (len(names[row]), row), default=0)
     present = (
@@ -118,7 +124,7 @@ def plain_columns(lines: Iterable[tuple[int, str]], delimiter: str) -> ColumnMap
         else "found no names of columns"
     )
     expected = "expected one time and one force with their units, such as time_s and force_N"
-    remedy = "else state the columns and their units in a column map ([recordings] in campaign.toml, or --column)"
+    remedy = f"else state the columns and their units in a column map{_WHERE}"
     raise RecordingError(f"{present}, {expected}; {remedy}", row=longest + 1 if table else None)
 
 

@@ -17,6 +17,7 @@ from forcemap.recordings.units import (
     ForceUnit,
     TimeUnit,
     Unit,
+    listed,
     stated_unit,
 )
 
@@ -72,11 +73,9 @@ def in_newtons(raw: FloatArray, columns: ColumnMap, rows: Sequence[int], column:
     RecordingError
         A force that no device measures: its unit is another one.
     """
-    force = raw
     with np.errstate(over="ignore"):  # what is infinite is refused
-        if columns.force_unit is ForceUnit.KILONEWTONS:
-            force = raw * 1000.0
-        elif columns.force_unit is ForceUnit.COUNTS:
+        force = raw * columns.force_unit.newtons
+        if columns.force_unit is ForceUnit.COUNTS:
             force = (raw - columns.zero_count) * columns.newtons_per_count
     if columns.sign < 0:
         force = -force
@@ -171,7 +170,8 @@ def refuse_other_unit(column: str, stated: Unit, *texts: str, alone: bool = Fals
         raise RecordingError(f"{problem}; correct the one that is wrong", column=column)
     if stated is ForceUnit.COUNTS:  # a unit of its own, with a factor
         return
-    expected = "s, ms, us or ns; convert, or state sampling_rate_Hz in place of time"
+    expected = f"{listed(TimeUnit)}; convert, or state sampling_rate_Hz in place of time"
     if not of_time:
-        expected = "N or kN; convert, or state force_unit = 'counts' with newtons_per_count"
+        units = [each for each in ForceUnit if each is not ForceUnit.COUNTS]
+        expected = f"{listed(units)}; convert, or state force_unit = 'counts' with newtons_per_count"
     raise RecordingError(f"the file says {str(unit)!r}, expected {expected}", column=column)

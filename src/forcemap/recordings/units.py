@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterable, Iterator
 from enum import StrEnum
@@ -28,6 +29,17 @@ class ForceUnit(StrEnum):
     NEWTONS = "N"
     KILONEWTONS = "kN"
     COUNTS = "counts"
+
+    @property
+    def newtons(self) -> float:
+        """How many newtons it is; NaN for counts, whose factor a column map states."""
+        return {"N": 1.0, "kN": 1e3, "counts": math.nan}[self.value]
+
+
+def listed(units: Iterable[TimeUnit | ForceUnit]) -> str:
+    """Units as a sentence lists them: N or kN."""
+    *first, last = (unit.value for unit in units)
+    return f"{', '.join(first)} or {last}"
 
 
 Unit: TypeAlias = TimeUnit | ForceUnit

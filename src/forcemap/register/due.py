@@ -1,4 +1,4 @@
-"""What is due: releases that do not hold or end, cells without one, calibrations."""
+"""What is due: releases that do not hold, end or were never confirmed, cells without one, calibrations."""
 
 from __future__ import annotations
 
@@ -26,7 +26,8 @@ class Due:
 
 
 def what_is_due(register: Register, *, within: int = DUE_WITHIN) -> tuple[Due, ...]:
-    """What is due: releases that do not hold or end within so many days, cells without one, calibrations that end."""
+    """What is due: releases that do not hold, end within so many days or were never confirmed, cells without one,
+    calibrations that end."""
     found: list[Due] = []
     states = states_with(register, NOT_REPLACED)
     with register.reading() as connection:
@@ -37,7 +38,10 @@ def what_is_due(register: Register, *, within: int = DUE_WITHIN) -> tuple[Due, .
         for release in counting:
             if release.failed:
                 found.append(Due(state.cell, release.release, release.failed))
-            elif (days := _days(today, release.valid_until or today)) <= within:
+                continue
+            if release.confirmed is False:
+                found.append(Due(state.cell, release.release, (Finding.of(FindingKind.RELEASE_UNCONFIRMED),)))
+            if (days := _days(today, release.valid_until or today)) <= within:
                 figures = {"until": release.valid_until, "days": days}
                 found.append(Due(state.cell, release.release, (Finding.of(FindingKind.RELEASE_ENDS, **figures),)))
         if not counting:

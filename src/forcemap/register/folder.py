@@ -185,11 +185,11 @@ def force_map_of(content: CampaignContent) -> fm.ForceMap:
     ForcemapError
         There are no impacts, or they determine none.
     """
-    from forcemap.maps.carry_over import campaign_map
+    from forcemap.assessment.folder_map import folder_map
 
     if content.dataset is None:
         raise CampaignFileError(f"there is no {TABLE_FILE} yet; forcemap collect writes it", file=str(content.folder))
-    return campaign_map(content.folder, content.dataset)
+    return folder_map(content.folder, content.dataset).force_map
 
 
 def _together(*texts: str) -> str:

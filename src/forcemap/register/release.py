@@ -17,7 +17,7 @@ from forcemap.assessment.point_results import PointOutcome
 from forcemap.errors import InputError, NotReleasable, RegisterError
 from forcemap.exports.robot_table import require_exportable
 from forcemap.files import file_sha256, read_bytes, stated_date
-from forcemap.findings import Finding
+from forcemap.findings import Finding, FindingKind
 from forcemap.register.audit import Action, Head, head, stated
 from forcemap.register.connection import Register
 from forcemap.register.enter import cells_with, facts_of, require_cell
@@ -30,6 +30,7 @@ from forcemap.words import assumptions, sentence, sentences, warnings
 
 REPORT_FILE = "report.html"
 _POINT = "point "  # with which the subject of a contact point's release begins
+_UNCONFIRMED = (FindingKind.NOT_CONFIRMED, FindingKind.NOT_CONFIRMED_YET)
 _Limits = Sequence[tuple[fm.ForceLimit, fm.Contact]]
 
 
@@ -261,9 +262,14 @@ def _of_point(content: CampaignContent, name: str) -> _Speeds:
     return _Speeds(f"{_POINT}{name}", ((point.limit, point.contact),), bound, speeds, digest)
 
 
-def _said(bases: Sequence[Basis], notes: Sequence[Finding]) -> dict[str, list[str]]:
-    """What must be said before speeds, and what they rest on, as it was said when they were released."""
-    return {"warnings": warnings(bases), "assumptions": assumptions(bases, notes)}
+def _said(bases: Sequence[Basis], notes: Sequence[Finding]) -> dict[str, Any]:
+    """What must be said before speeds, and what they rest on, as it was said when they were released.
+
+    That no impacts confirm them is said first, and `confirmed` tells it to programs.
+    """
+    confirmed = not any(note.kind in _UNCONFIRMED for basis in bases for note in basis.notes)
+    first = [] if confirmed else [sentence(Finding.of(FindingKind.RELEASED_UNCONFIRMED))]
+    return {"confirmed": confirmed, "warnings": [*first, *warnings(bases)], "assumptions": assumptions(bases, notes)}
 
 
 def _gate(basis: Basis) -> None:

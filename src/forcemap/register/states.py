@@ -74,6 +74,11 @@ class ReleaseState:
         return dict(json.loads(self.speeds_json))
 
     @property
+    def confirmed(self) -> bool | None:
+        """Whether impacts at released speeds confirmed it; None of an earlier version, which did not keep it."""
+        return self.speeds.get("confirmed")
+
+    @property
     def in_force(self) -> bool:
         """True if nothing speaks against it."""
         return not self.failed

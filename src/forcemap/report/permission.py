@@ -115,11 +115,11 @@ def point_permissions(assessment: CampaignAssessment) -> list[str]:
             point = result.point
             alone = result.confirmed_by if point.by_measurements else ()
             confirmed_by = ("",) if alone else result.confirmed_by
-            programmed = "" if math.isnan(point.programmed) else f", programmed {point.programmed:g}"
-            named = f"{point.name} (at most {floor_speed(result.speed)} m/s{programmed}{_counted(alone)})"
+            programmed = "" if math.isnan(point.programmed) else f", now {point.programmed:g}"
+            named = f"{point.name} (program at most {floor_speed(result.speed)} m/s{programmed}{_counted(alone)})"
             groups.setdefault((point.limit, point.contact, confirmed_by, pressure_words(result)), []).append(named)
     return [
-        f"Contact {'points' if len(named) > 1 else 'point'} {', '.join(named)} to program, {_limit(limit, contact)}: "
+        f"Contact {'points' if len(named) > 1 else 'point'} {', '.join(named)}, {_limit(limit, contact)}: "
         f"{_state_of_all(confirmed_by)}; measured with {device_words(assessment.conditions)}; {pressure}; "
         f"to be signed by {signer(assessment.protocol)}."
         for (limit, contact, confirmed_by, pressure), named in groups.items()

@@ -26,13 +26,13 @@ from forcemap.campaigns.dataset import (
     contradictions,
     unit_finding,
 )
+from forcemap.direction import RAISED_OFF_AXIS, WIDEST_ANGLE, raised_off_axis
 from forcemap.errors import InputError
 from forcemap.findings import Finding, FindingKind
 from forcemap.limits.body_areas import MAX_TRANSIENT_FACTOR, standard_limit_table
 from forcemap.limits.device_spring import DeviceSuitability, device_suitability
 from forcemap.limits.force_limits import Contact, ForceLimit, NewtonLimit
 from forcemap.maps.bounds import PAPER_MARGIN, Bound, ToleranceBound, contradiction, margins, weakness
-from forcemap.maps.direction import RAISED_OFF_AXIS, WIDEST_ANGLE, raised_off_axis
 from forcemap.maps.force_map import ForceMap
 from forcemap.maps.saturation import saturation_doubt
 from forcemap.maps.slower_impacts import confirming_of, cover_slower, slower_impacts, upper_of_slower
@@ -176,12 +176,13 @@ def basis_of(
     if not (basis.refusals and (math.isnan(force_map.device_range) or force_map.binding.refusal)):
         _require_measured(force_map, basis.newtons)
     off_axis = raised_off_axis(angle)
-    figures = {"widest_deg": WIDEST_ANGLE, "angle_deg": angle, "raised": RAISED_OFF_AXIS - 1}
-    direction = Finding.of(FindingKind.RAISED_OFF_AXIS if off_axis > 1 else FindingKind.ALONG_ONLY, **figures)
+    kind = FindingKind.RAISED_OFF_AXIS if off_axis > 1 else FindingKind.ALONG_ONLY
+    direction = Finding.of(kind, widest_deg=WIDEST_ANGLE, angle_deg=angle, raised=RAISED_OFF_AXIS - 1)
     transfer = fit.transfer if (fit := force_map.fit) else None
     weak, contradicted = weakness(bound, force_map), contradiction(force_map, bound)
     doubt = basis.conditions.speed_doubt
     slower = cover_slower(force_map)
+    confirmed, not_borne_out = _confirmed(force_map, limit, basis.contact, bound)
     raised = basis.raised * off_axis
     exceeded, refuses = (None, None) if weak else _measured_above(force_map, bound, basis.newtons, raised)
     measured = tuple(filter(None, (slower.refusal, contradicted, refuses)))
@@ -192,7 +193,7 @@ def basis_of(
         refusals=basis.refusals or measured,
         warnings=(
             *([exceeded] if exceeded and (basis.refusals or exceeded not in measured) else []),
-            *([weak] if weak else []),
+            *filter(None, (not_borne_out, weak)),
             *(transfer.warnings if transfer else ()),
             *basis.warnings,
             *_clamping_unseen(basis),
@@ -206,12 +207,21 @@ def basis_of(
             *basis.notes,
             *(transfer.findings if transfer else ()),
             direction,
-            *map_notes(force_map, bound),
+            *map_notes(force_map, bound, confirmed),
         ),
-        export_refusal=exceeded or weak or basis.export_refusal,
+        export_refusal=exceeded or not_borne_out or weak or basis.export_refusal,
         bound=bound,
         source=force_map.source,
     )
+
+
+def _confirmed(
+    force_map: ForceMap, limit: ForceLimit | NewtonLimit, contact: Contact | None, bound: Bound
+) -> tuple[Finding | None, Finding | None]:
+    """What the impacts that were to confirm a map show, and the same if it is that they do not bear it out."""
+    found = force_map.confirmed(limit, contact, bound) if force_map.confirmed else None
+    failed = found is not None and found.kind is FindingKind.NOT_BORNE_OUT
+    return found, found if failed else None
 
 
 def _clamping_unseen(basis: Basis) -> list[Finding]:
@@ -349,8 +359,10 @@ def doubts_of_fit(force_map: ForceMap) -> tuple[Finding, ...]:
     """Doubts about a map: impacts that were taken out, its form, and the drift that states measured again show."""
     tested, drift = force_map.form_test, force_map.fit.drift if force_map.fit else None
     excluded = force_map.binding.reason if force_map.binding.state is BindingState.BOUND else None
+    saturated = force_map.fit is not None and force_map.fit.between_states.degrees_of_freedom == 0
     return (
         *([excluded] if excluded else []),
+        *([Finding.of(FindingKind.NO_RESIDUALS)] if saturated else []),
         *([slower] if (slower := slower_impacts(force_map)) else []),
         *_falls(force_map),
         *(tested.warnings if tested else ()),
@@ -450,8 +462,8 @@ def _unchecked_units(force_map: ForceMap) -> list[Finding]:
     return [units] if units and units.kind is FindingKind.UNITS_NOT_CHECKED else []
 
 
-def map_notes(force_map: ForceMap, bound: Bound) -> list[Finding]:
-    """What a reader of the speed must know about the map and the bound."""
+def map_notes(force_map: ForceMap, bound: Bound, confirmed: Finding | None = None) -> list[Finding]:
+    """What a reader of the speed must know about the map and the bound, and what impacts that confirm it show."""
     kind, notes, fit = FindingKind, [], force_map.fit
 
     def note(kind: FindingKind, holds: Any = True, **figures: Any) -> None:
@@ -472,13 +484,12 @@ def map_notes(force_map: ForceMap, bound: Bound) -> list[Finding]:
         note(kind.PAPER_MARGIN_TOO_SMALL, too_small, count=too_small, states=states)
     if fit is None:
         return notes
-    note(kind.NOT_CONFIRMED, made=len(confirming_states(force_map)) or None)
+    notes.append(confirmed or Finding.of(kind.NOT_CONFIRMED, made=len(confirming_states(force_map)) or None))
     scattered = int(np.sum(np.fmax(fit.states.highest, fit.states.at_least) > _SCATTERED * fit.states.force))
     note(kind.SCATTERED, scattered, states=scattered)
     censored = fit.censored_samples + int(fit.test.censored.sum() + fit.slower.censored.sum())
     doubt = saturation_doubt(fit.states.highest, fit.states.name, censored=censored)
     notes += [doubt] if doubt else []
-    note(kind.NO_RESIDUALS, fit.between_states.degrees_of_freedom == 0)
     if fit.censored_samples and not fit.censored_fit:
         wholly = fit.left_out.select(fit.left_out.impacts == 0).name
         note(kind.CENSORED_NOT_IN_FIT, impacts=fit.censored_samples, left_out=", ".join(wholly))

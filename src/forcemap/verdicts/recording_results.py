@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -199,6 +199,7 @@ def check_campaign(
     interpretation: Interpretation | None = None,
     contact: Contact | None = None,
     progress: Progress | None = None,
+    states: Collection[str] | None = None,
 ) -> RecordingsCheck:
     """Check the impacts of all recordings of a campaign against a limit, except those that a person excluded.
 
@@ -212,6 +213,8 @@ def check_campaign(
         As in `check_impact`.
     progress : callable, optional
         Called with the number of files done and of all files.
+    states : collection of str, optional
+        States whose recordings alone are checked, and may show that a unit is mistaken; all if not given.
 
     Raises
     ------
@@ -221,7 +224,7 @@ def check_campaign(
         A link that leads to no file lies among the recordings.
     """
     asked = {"interpretation": interpretation, "contact": contact}
-    recordings = list(walk(campaign, progress=progress))
+    recordings = list(walk(campaign, progress=progress, states=states))
     mistaken = mistaken_unit(campaign, filter(None, (recording.measured for recording in recordings)))
     checked, films = [], films_in(campaign.folder / PRESSURES_FOLDER)
     for recording in recordings:
@@ -231,7 +234,7 @@ def check_campaign(
         film = (films, campaign.conditions, recording.entry)
         pressure = None if excluded else recording_pressure(film, recorded, limit, contact)
         checked.append(CheckedRecording(name, recorded, verdicts, why, excluded, pressure))
-    if not checked:
+    if not checked and states is None:
         raise InputError("found no recording to check", file=str(campaign.recordings))
     return RecordingsCheck(campaign.folder.resolve().name, limit, campaign.conditions, tuple(checked))
 

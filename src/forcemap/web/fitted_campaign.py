@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import os
 import threading
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -10,9 +12,11 @@ from pathlib import Path
 from typing import TypeVar
 
 from forcemap import Accuracy, ForceMap, ImpactDataset, map_accuracy, read_dataset
+from forcemap.assessment.confirmation import Confirmations
+from forcemap.assessment.folder_map import folder_map
 from forcemap.campaigns.point_list import POINT_REGISTER, POINTS_FILE
-from forcemap.files import file_sha256
-from forcemap.maps.carry_over import EARLIER_MAP, campaign_map
+from forcemap.files import file_sha256, sha256
+from forcemap.maps.carry_over import EARLIER_MAP
 from forcemap.web.request_error import RequestError
 
 _Result = TypeVar("_Result")
@@ -40,11 +44,14 @@ class FittedCampaign:
     force_map : ForceMap
     accuracy : tuple of Accuracy
         The most trustworthy first.
+    confirmed : callable
+        The result of the impacts that were made to confirm the map, for a limit, a contact and a bound.
     """
 
     dataset: ImpactDataset
     force_map: ForceMap
     accuracy: tuple[Accuracy, ...]
+    confirmed: Confirmations
 
 
 def impacts_of(campaign: Path) -> ImpactDataset:
@@ -74,8 +81,9 @@ def fitted_campaign(campaign: Path) -> FittedCampaign:
 
 _Contents = tuple[str, ...]
 
-_FILES = ("impacts.csv", "campaign.toml", "recordings.csv", EARLIER_MAP, POINTS_FILE, POINT_REGISTER)
-"""What a map rests on."""
+_FOLDERS = ("recordings", "points", "pressures")
+_FILES = ("impacts.csv", "campaign.toml", "recordings.csv", "plan.csv", EARLIER_MAP, POINTS_FILE, POINT_REGISTER)
+"""What a map rests on, by content; the recordings, by `_stamp`."""
 
 
 def _contents(campaign: Path) -> _Contents:
@@ -83,7 +91,19 @@ def _contents(campaign: Path) -> _Contents:
     if not (campaign / _FILES[0]).exists():
         message = "there are no impacts yet, so no map; add recordings, or run forcemap collect"
         raise RequestError(409, "no_impacts", message)
-    return tuple(file_sha256(campaign / name) if (campaign / name).exists() else "" for name in _FILES)
+    hashes = (file_sha256(campaign / name) if (campaign / name).exists() else "" for name in _FILES)
+    return (*hashes, *(_stamp(campaign / name) for name in _FOLDERS))
+
+
+def _stamp(folder: Path) -> str:
+    """What changes when a file below a folder does: names, sizes and times, as thousands cannot be hashed each time."""
+    lines = []
+    for root, _, names in os.walk(folder):
+        for file in (os.path.join(root, name) for name in names):
+            with contextlib.suppress(OSError):  # removed meanwhile, or a link that leads nowhere
+                of = os.stat(file)
+                lines.append(f"{file} {of.st_size} {of.st_mtime_ns}")
+    return sha256("\n".join(sorted(lines)))
 
 
 def _read_unchanged(read: Callable[[Path, _Contents], _Result], campaign: Path) -> _Result:
@@ -113,5 +133,5 @@ def _impacts(campaign: Path, contents: _Contents) -> ImpactDataset:
 @lru_cache(maxsize=_IN_MEMORY)
 def _fitted(campaign: Path, contents: _Contents) -> FittedCampaign:
     dataset = _impacts(campaign, contents)
-    force_map = campaign_map(campaign, dataset)
-    return FittedCampaign(dataset, force_map, map_accuracy(force_map, dataset))
+    found = folder_map(campaign, dataset)
+    return FittedCampaign(found.dataset, found.force_map, map_accuracy(found.force_map, found.dataset), found.confirmed)

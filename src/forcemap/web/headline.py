@@ -15,7 +15,6 @@ from forcemap.answers.basis import RestsOn, rests_on
 from forcemap.answers.speed_map import StandardAnswer
 from forcemap.assessment.assess_campaign import PLACES_APART
 from forcemap.assessment.missing import Missing, attempt, present
-from forcemap.assessment.point_results import confirmations
 from forcemap.comparisons.beside_standard import beside_standard
 from forcemap.files import file_sha256
 from forcemap.findings import FindingKind
@@ -196,7 +195,7 @@ def _of(asked: _Asked) -> Case:
     if standard := beside_standard(force_map, grid):
         figures |= {"standard_speed_mps": standard.speed, "standard": StandardAnswer.from_result(standard)}
     figures |= {"places": int(known.sum()), "rests_on": RestsOn(**rests_on(force_map, speeds.basis, asked.notes))}
-    confirmed = _confirmed(asked, force_map, bound)
+    confirmed = _confirmed(asked, bound)
     if confirmed is not None and confirmed.outcome is Confirmed.DOES_NOT_PASS:
         return Case(state="contradicted", reason=confirmed.reason, **figures)
     passes = confirmed is not None and confirmed.outcome is Confirmed.PASSES
@@ -222,11 +221,9 @@ def _bound(force_map: fm.ForceMap) -> fm.ToleranceBound:
     return bound
 
 
-def _confirmed(asked: _Asked, force_map: fm.ForceMap, bound: fm.ToleranceBound) -> Any:
+def _confirmed(asked: _Asked, bound: fm.ToleranceBound) -> Any:
     """The result of impacts at released speeds; None if none are planned."""
-    campaign = attempt(lambda: fm.read_campaign(asked.path))
-    of = confirmations(campaign, impacts_of(asked.path), force_map, bound)
-    found = attempt(lambda: of(asked.limit, asked.contact))
+    found = attempt(lambda: asked.fitted.confirmed(asked.limit, asked.contact, bound))
     return None if isinstance(found, Missing) else found
 
 

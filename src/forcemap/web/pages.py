@@ -20,6 +20,7 @@ from pydantic import ValidationError
 import forcemap as fm
 from forcemap.answers.comparison import Body
 from forcemap.paths.atlas import Atlas
+from forcemap.recordings.units import ForceUnit, TimeUnit
 from forcemap.web.admission import TOKEN, WHERE, is_page
 from forcemap.web.campaign_answers import campaign_answer, problem_words
 from forcemap.web.campaign_map import CampaignMap
@@ -164,7 +165,8 @@ def condition_pages(site: Site) -> APIRouter:
             limits = limits_of(path, site.table)
         question = _stated(request, Question, limits.otherwise)
         answer = conditions_answer(path)
-        return _campaign_html(site, request, template, name, question, limits, answer=answer, taken=_TAKEN)
+        units = {"time_units": list(TimeUnit), "force_units": list(ForceUnit)}
+        return _campaign_html(site, request, template, name, question, limits, answer=answer, taken=_TAKEN, **units)
 
     @router.get("/campaigns/{name}/conditions")
     def conditions_page(request: Request, name: str) -> Response:

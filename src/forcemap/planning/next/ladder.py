@@ -11,6 +11,7 @@ from forcemap.campaigns.state import States, StateTolerance
 from forcemap.findings import Finding, FindingKind
 from forcemap.maps.bounds import Bound
 from forcemap.maps.force_map import ForceMap
+from forcemap.maps.slower_impacts import cover_slower, upper_of_slower
 from forcemap.planning import measured_before as before
 from forcemap.planning.expectation import Expectation, expected_forces, factor_of, never_falling, rest_of, source_of
 from forcemap.planning.measured_before import NEAR, ONE_PLACE
@@ -56,7 +57,7 @@ class OpeningLadder:
         """Where the expected forces come from."""
         return source_of(self.expectation, states)
 
-    def upper_is(self) -> Finding:
+    def upper_is(self, states: FloatArray) -> Finding:
         """How `upper` is computed."""
         figures = {"factor": factor_of(self.expectation), "rest_N": rest_of(self.expectation), "near_mm": 1000 * NEAR}
         return Finding.of(FindingKind.UPPER_BY_EXPECTATION, **figures)
@@ -148,13 +149,16 @@ class BoundLadder:
         """The bound [N], shape (n,), raised where forces measured within 5 cm at a lower speed contradict it.
 
         It does not fall with speed; above the fastest speed measured at the place it rises at least in proportion.
+        It is nowhere below what impacts demand that are slower than the map is to hold for, which contradict nothing.
         """
 
         def bound(points: FloatArray) -> FloatArray:
             return np.asarray(self.bound.upper(self.force_map, *points.T))
 
         upper = never_falling(bound, states, *self._measured(states))
-        return before.raised_by_measured(upper, states, self.seen, bound(self.seen.coordinates), self.tolerance)
+        upper = np.maximum(upper, upper_of_slower(self.force_map, self.bound, *states[:, :2].T))
+        held_for = self.seen.select(~np.isin(self.seen.name, self.force_map.slower.name))
+        return before.raised_by_measured(upper, states, held_for, bound(held_for.coordinates), self.tolerance)
 
     def _measured(self, states: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Lowest and fastest speed measured at places [m/s]; outside the measured range those of the nearest state."""
@@ -163,9 +167,15 @@ class BoundLadder:
         low, high = self.force_map.measured_range.speeds(states[:, 0], states[:, 1])
         return np.where(np.isnan(low), nearest, low), np.where(np.isnan(high), nearest, high)
 
-    def upper_is(self) -> Finding:
+    def upper_is(self, states: FloatArray) -> Finding:
         """How `upper` is computed."""
-        return Finding.of(FindingKind.UPPER_BY_BOUND, bound=self.bound, near_mm=1000 * NEAR)
+        slower = upper_of_slower(self.force_map, self.bound, *states[:, :2].T)
+        demanded = bool((slower >= self.upper(states)).any())
+        figures = {
+            "lowest_mps": float(self.force_map.measured_range.lowest[2]),
+            "slower": max(cover_slower(self.force_map).raised - 1, 0.0) if demanded else 0.0,
+        }
+        return Finding.of(FindingKind.UPPER_BY_BOUND, bound=self.bound, near_mm=1000 * NEAR, **figures)
 
     def allows(self, states: FloatArray) -> Mask:
         """Which states may be measured, shape (n,)."""

@@ -407,7 +407,7 @@ class _Choice:
         plan = runs_of(states, repeats, expected, expected_from=source, warnings=self.warnings)
         upper = np.repeat(ladder.upper(states), repeats)
         warnings = tuple(dict.fromkeys((*self.now.warnings, *plan.warnings)))
-        return replace(self.now, plan=plan, upper_force=upper, upper_is=ladder.upper_is(), warnings=warnings)
+        return replace(self.now, plan=plan, upper_force=upper, upper_is=ladder.upper_is(states), warnings=warnings)
 
 
 def _stopped(now: NextMeasurements, why: Stop, *reasons: Finding | None) -> NextMeasurements:

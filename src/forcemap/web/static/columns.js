@@ -49,9 +49,9 @@ async function take(next) {
   choices.hidden = !columns;
   if (!columns) table.replaceChildren(Object.assign(document.createElement("p"), { className: "problem", textContent: problem }));
   if (!columns) return;
-  const units = { s: "time", ms: "time", us: "time", ns: "time", N: "force", kN: "force" };
+  const states = (role, unit) => [...choices.elements[`${role}_unit`].options].some((option) => option.value === unit);
   columns.units.forEach((unit, number) => {
-    const role = units[unit];
+    const role = ["time", "force"].find((each) => states(each, unit));
     if (!role || Object.values(roles).includes(role)) return;
     roles[number] = role;
     choices.elements[`${role}_unit`].value = unit;

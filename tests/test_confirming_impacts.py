@@ -1,0 +1,88 @@
+"""Which impacts confirm a map: each once, at the speeds released now, and no others for them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import forcemap as fm
+from forcemap.findings import in_words
+from forcemap.planning.confirm import Confirmed
+from forcemap.planning.runs import runs_of
+
+BOUND = fm.FixedMargin(0.10)
+CASE = {"bound": BOUND, "contact": fm.Contact.QUASI_STATIC}
+
+
+@pytest.fixture(scope="module")
+def force_map():
+    return fm.published_map("ur10e")
+
+
+def made(force_map, runs, share):
+    """An impact at every run, whose force is a share of the bound there, and whether it is within a limit."""
+    at = runs.distance, runs.height, runs.speed
+    force = share * np.asarray(BOUND.upper(force_map, *at))
+    dataset = fm.ImpactDataset.from_arrays(
+        distance=at[0], height=at[1], speed=at[2], peak_force=force, state=runs.state_id, repeat=runs.repeat,
+        role=runs.role, recording=runs.recording,
+    )  # fmt: skip
+
+    def within(limit):
+        return {
+            str(name): (bool(f + 3 <= limit), in_words("judged")) for name, f in zip(runs.recording, force, strict=True)
+        }
+
+    return dataset, within
+
+
+def test_impacts_that_fail_above_the_speed_released_now_are_made_again_at_it(force_map):
+    """Below the bound of their own speed they agree with the map; at or below the released speed they contradict it."""
+    first = fm.confirm_plan(force_map, 280.0, **CASE)
+    dataset, within = made(force_map, first.plan, 0.995)
+    plan = {"planned": first.plan, "recorded": first.plan.state_id.tolist()}
+    lower = fm.confirm_plan(force_map, 278.0, **CASE, **plan).judged(dataset, within(278.0))
+    assert {impact.outcome for impact in lower.result.impacts} == {Confirmed.CANNOT_TELL}
+    assert set(lower.superseded) == set(first.plan.state_id)
+    again = fm.confirm_plan(force_map, 278.0, **CASE, **plan, superseded=lower.superseded)
+    again = again.judged(dataset, within(278.0))
+    assert again.result is None
+    assert (len(again.added), len(again.earlier)) == (6, 6)
+    places = [
+        fm.safe_speed(force_map, d, h, limit=278.0, **CASE).speed
+        for d, h in zip(again.added.distance, again.added.height, strict=True)
+    ]
+    assert (again.added.speed <= np.array(places) + 1e-9).all()
+    for limit, outcome in ((280.0, Confirmed.DOES_NOT_PASS), (282.0, Confirmed.PASSES)):
+        found = fm.confirm_plan(force_map, limit, **CASE, **plan).judged(dataset, within(limit)).result
+        assert (found.outcome, len(found.impacts)) == (outcome, 6)
+    saturated = replace(dataset, censored=np.full(6, True))
+    found = fm.confirm_plan(force_map, 278.0, **CASE, **plan).judged(saturated, within(278.0))
+    assert (found.result.outcome, found.superseded) == (Confirmed.DOES_NOT_PASS, ())
+    above, _ = made(force_map, first.plan, 1.01)
+    found = fm.confirm_plan(force_map, 278.0, **CASE, **plan).judged(above, within(278.0))
+    assert (found.result.outcome, found.superseded) == (Confirmed.DOES_NOT_PASS, ())
+
+
+def test_repeats_of_one_state_are_one_and_each_impact_counts_once(force_map):
+    first = fm.confirm_plan(force_map, 280.0, **CASE).plan
+    one = np.array([[first.distance[0], first.height[0], first.speed[0]]])
+    runs = runs_of(one, 6, np.array([100.0]), role="test", prefix="c-")
+    dataset, within = made(force_map, runs, 0.9)
+    plan = fm.confirm_plan(force_map, 280.0, **CASE, planned=runs, recorded=runs.state_id.tolist())
+    found = plan.judged(dataset, within(280.0))
+    assert len({*found.plan.state_id}) == 6
+    assert (len(found.result.impacts), found.result.outcome, len(found.result.missing)) == (6, Confirmed.CANNOT_TELL, 5)
+
+
+@pytest.mark.parametrize("tolerance", [0.01, 0.03, 0.2])
+def test_impacts_confirm_no_speed_that_is_much_faster_however_far_repeats_may_lie_apart(force_map, tolerance):
+    wide = replace(force_map, conditions=replace(force_map.conditions, speed_tolerance=tolerance))
+    first = fm.confirm_plan(wide, 280.0, **CASE).plan
+    dataset, within = made(wide, first, 0.9)
+    plan = fm.confirm_plan(wide, 310.0, **CASE, planned=first, recorded=first.state_id.tolist())
+    found = plan.judged(dataset, within(310.0))
+    assert len(found.earlier) > 3
+    assert found.result is None or found.result.outcome is Confirmed.CANNOT_TELL
