@@ -35,6 +35,7 @@ from sqlalchemy.exc import DBAPIError
 
 import forcemap as fm
 import postgres
+from forcemap.answers.register import CellAnswer
 from forcemap.exports.head import head_result
 from forcemap.register.audit import Action, verify
 from forcemap.register.connection import connect, file_system, is_local, is_network
@@ -316,6 +317,8 @@ def test_from_a_release_to_its_end(register, measured, asked):
     unconfirmed, *warnings = shown["speeds"]["warnings"]
     assert unconfirmed.startswith("NOT CONFIRMED BY MEASUREMENT when it was released")
     assert (warnings, bool(said["warnings"]), shown["speeds"]["confirmed"]) == (said["warnings"], True, False)
+    cell_of = CellAnswer.of(cell_state(register, "plant/cell-1")[0])
+    assert cell_of.standing == "in force, NOT CONFIRMED BY MEASUREMENT"
     assert set(said["assumptions"]) < set(shown["speeds"]["assumptions"])
     assert shown["map_sha256"] == fm.map_sha256(fm.fit_force_map(fm.read_dataset(measured)))
     (due,) = asked("due")[1]["due"]

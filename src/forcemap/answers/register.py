@@ -7,6 +7,7 @@ from typing import Any
 from pydantic import Field
 
 from forcemap.answers.answer import AllSaid, Answer, Words
+from forcemap.direction import WIDEST_ANGLE
 
 WARNINGS_NOT_KEPT = (
     "WHAT MUST BE SAID FIRST IS NOT KNOWN: released by an earlier version; see its report, or release anew"
@@ -129,7 +130,7 @@ class ReleaseAnswer(Answer):
         zones = f"{self.speeds['zones_with_a_speed']} of {self.speeds['zones']} zones"
         return (
             f"program at most {low} to {high} m/s in {zones} of the robot's program, the others none (zones hold up to "
-            "5 degrees off the map's direction, so they are slower than the report's places)"
+            f"{WIDEST_ANGLE:g} degrees off the map's direction, so they are slower than the report's places)"
         )
 
     @classmethod
@@ -167,6 +168,14 @@ class CellAnswer(Answer):
     unknown: list[str]
     releases: list[ReleaseAnswer]
     history: list[EventAnswer] = Field(default_factory=list)
+
+    @property
+    def standing(self) -> str:
+        """Whether it is in force, and whether a release that is was never confirmed."""
+        if not self.in_force:
+            return "NOT IN FORCE"
+        unconfirmed = any(each.speeds and each.speeds.get("confirmed") is False for each in self.releases)
+        return f"in force{', NOT CONFIRMED BY MEASUREMENT' * unconfirmed}"
 
     @classmethod
     def of(cls, state: Any, events: Any = ()) -> CellAnswer:

@@ -23,43 +23,7 @@ from forcemap.speeds.basis import confirming_states
 from forcemap.verdicts.recording_results import check_campaign
 from forcemap.verdicts.verdict import VerdictOutcome
 
-_WAITING = FindingKind.RECORDINGS_NEW
 _WITHIN = {VerdictOutcome.WITHIN: True, VerdictOutcome.CANNOT_TELL: None, VerdictOutcome.EXCEEDED: False}
-
-
-def confirmation(
-    campaign: Campaign,
-    dataset: ImpactDataset,
-    force_map: ForceMap,
-    *,
-    bound: Bound,
-    limit: ForceLimit | NewtonLimit,
-    contact: Contact | None,
-) -> ConfirmationResult | None:
-    """Whether the impacts at released speeds that were measured confirm the map for a limit; None if there are none.
-
-    Parameters
-    ----------
-    campaign : Campaign
-        With the plan and the recordings of these impacts.
-    dataset : ImpactDataset
-        Its impacts.
-    force_map : ForceMap
-        The map that released the speeds.
-    bound : Bound
-        The bound that released them.
-    limit : ForceLimit or NewtonLimit
-    contact : Contact or None
-    """
-    if not ConfirmationPlan.among(campaign.plan).any() or weakness(bound, force_map):
-        return None
-    if isinstance(limit, ForceLimit) and not limit.permitted:
-        return None
-    plan = confirmation_plan(campaign, dataset, force_map, bound=bound, limit=limit, contact=contact)
-    waiting = sorted(set(campaign.files()) - {entry.file for entry in campaign.entries})
-    if plan.result is None or plan.result.outcome is Confirmed.DOES_NOT_PASS or not waiting:
-        return plan.result
-    return replace(plan.result, outcome=Confirmed.CANNOT_TELL, reason=Finding.of(_WAITING, files=tuple(waiting)))
 
 
 def confirmation_plan(
@@ -72,9 +36,22 @@ def confirmation_plan(
     contact: Contact | None,
     impacts: int | None = None,
 ) -> ConfirmationPlan:
-    """The impacts that confirm a campaign's map, planned and judged; arguments as `confirmation` and `confirm_plan`.
+    """The impacts that confirm a campaign's map, planned and judged.
 
     One that fails at a higher speed than is released now is replaced by one at a speed that is.
+
+    Parameters
+    ----------
+    campaign : Campaign
+        With the plan and the recordings of these impacts.
+    dataset : ImpactDataset
+        Its impacts.
+    force_map : ForceMap
+        The map that released the speeds.
+    bound : Bound
+        The bound that released them.
+    limit, contact, impacts
+        As in `confirm_plan`.
     """
     recorded, checked = campaign.recorded.union(dataset.state.tolist()), checked_impacts(campaign, limit, contact)
     case: dict[str, Any] = {"bound": bound, "contact": contact, "impacts": impacts, "recorded": recorded}
@@ -105,7 +82,16 @@ def confirmations(
         if campaign is None and not (Path(folder) / PLAN_FILE).exists():
             return None
         whole = campaign or read_campaign(folder)
-        return confirmation(whole, dataset, force_map, bound=bound, limit=limit, contact=contact)
+        if not ConfirmationPlan.among(whole.plan).any() or weakness(bound, force_map):
+            return None
+        if isinstance(limit, ForceLimit) and not limit.permitted:
+            return None
+        result = confirmation_plan(whole, dataset, force_map, bound=bound, limit=limit, contact=contact).result
+        waiting = sorted(set(whole.files()) - {entry.file for entry in whole.entries})
+        if result is None or result.outcome is Confirmed.DOES_NOT_PASS or not waiting:
+            return result
+        new = Finding.of(FindingKind.RECORDINGS_NEW, files=tuple(waiting))
+        return replace(result, outcome=Confirmed.CANNOT_TELL, reason=new)
 
     return of
 

@@ -201,7 +201,7 @@ def evaluate_lines(answer: EvaluateAnswer) -> list[str]:
         f"predictions are at most {first.max_underestimation_percent:.1f} % too low, the dangerous side, and "
         f"{first.max_overestimation_percent:.1f} % too high, on {first.on}"
     )
-    if first.on == "all states" and answer.places is not None and answer.own_sd_percent is None:
+    if len(answer.accuracies) == 1 and answer.places is not None and answer.own_sd_percent is None:
         verdict = "NOTHING TELLS HOW FAR THIS MAP IS OFF: it passes through every state that it was fitted to"
     return [
         *verdict_first(verdict, answer.doubts, simulated=answer.simulated),

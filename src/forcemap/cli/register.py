@@ -183,9 +183,7 @@ def state(cell: Cell, where: Where = None, as_json: Json = False) -> int:
         found, events = cell_state(opened, cell)
     answer = CellAnswer.of(found, events)
     lines = [SIMULATED] if any(release.simulated for release in answer.releases) else []
-    unconfirmed = any(release.speeds and release.speeds.get("confirmed") is False for release in answer.releases)
-    in_force = f"in force{', NOT CONFIRMED BY MEASUREMENT' * unconfirmed}"
-    lines.append(f"{answer.cell}: {in_force if answer.in_force else 'NOT IN FORCE'}")
+    lines.append(f"{answer.cell}: {answer.standing}")
     lines += [f"  {fact.kind}: {fact.value or 'not known'} since {fact.since[:10]}" for fact in answer.facts]
     lines += [f"  not known: {', '.join(answer.unknown)}"] if answer.unknown else []
     lines += ["Releases", *_release_lines(answer.releases)] if answer.releases else []

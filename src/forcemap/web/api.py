@@ -286,7 +286,7 @@ def file_routes(site: Site) -> APIRouter:
 
     @router.get("/scaling.csv", responses=_file("csv"))
     async def scaling(request: Request, name: Name, question: Annotated[PathQuestion, Query()]) -> Response:
-        """Speed-scaling factors along a path with a programmed speed."""
+        """Speeds to command along a path, and the factors that they are of its programmed speed, if it has one."""
         text = await site.queue.run(request, lambda: scaling_text(site.campaign_map(name), question))
         return _download(text, "scaling.csv")
 

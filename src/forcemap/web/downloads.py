@@ -74,7 +74,7 @@ def export_text(campaign_map: CampaignMap, question: Export) -> str:
 
 
 def scaling_text(campaign_map: CampaignMap, question: PathQuestion) -> str:
-    """Speed-scaling factors along a path with a programmed speed, as CSV."""
+    """Speeds to command along a path, with factors where a speed is programmed, as CSV."""
     speeds = campaign_map.speeds_along(question)
     zones = _zones(campaign_map, ZoneSize(**question.model_dump(include=set(ZoneSize.model_fields))))
     return scaling_csv(speeds, _with_statements(zones.provenance.of_path(speeds), campaign_map.limits))
