@@ -24,7 +24,7 @@ for name in ("ur10e", "kuka-iiwa7-30nm"):
         for margin in (0.0, 0.10):
             found = fm.safe_speed(force_map, 0.8, 0.4, limit=hand, contact=contact, bound=fm.FixedMargin(margin))
             speed = f"{fm.floor_speed(found.speed)} m/s at contact" if found.outcome.has_speed else "no speed"
-            print(f"  prediction + {100 * margin:g} %: {found.outcome}, {speed} ({found.reason})")
+            print(f"  prediction + {100 * margin:g} %: {found.outcome}, {speed} ({fm.sentence(found.reason)})")
             if found.outcome is fm.SpeedOutcome.UNCONFIRMED and found.extrapolated_speed > 0:
                 print(f"    to confirm it, measure here at about {fm.floor_speed(found.extrapolated_speed)} m/s")
 
@@ -38,6 +38,9 @@ for where, offset in {"near": (0.60, 0.0, 0.34), "far": (0.85, 0.0, 0.36)}.items
     speeds = fm.path_speeds(ur10e, stroke.moved(offset), task, bound=bound)
     slowest = fm.floor_speed(speeds.constant.speed)
     times = [f"{each.rule} {each.duration:.3f} s" for each in (speeds.allowed, speeds.standard, speeds.constant)]
+    if speeds.refused.any():  # a path that is not permitted everywhere has no cycle time (NaN)
+        why = {fm.sentence(reason) for reason in speeds.reason[speeds.refused]}
+        times = [f"no permission on {speeds.refused.sum()} of {len(speeds.path)} pieces: {'; '.join(sorted(why))}"]
     print(f"{where}, {offset[0]} m away: slowest {slowest} m/s; " + ", ".join(times))
 
 # 3. Where the table should stand.
@@ -50,6 +53,7 @@ for along, up, change in places.sensitivity:
 
 # 4. The table of speeds for the program.
 table = fm.robot_table(ur10e, limits=[(fm.force_limit("back_of_hand"), fm.Contact.TRANSIENT)], bound=bound)
-print(f"{table.permitted} of {table.speed_mmps.size} zones permitted, {table.provenance.allowance}")
+overshoot = table.provenance.allowance.speed
+print(f"{table.permitted} of {table.speed_mmps.size} zones permitted, {overshoot:g} m/s overshoot subtracted")
 print(f"a zone of 5 cm costs up to {np.nanmax(table.spread):.3f} m/s against its fastest corner")
 print("\n".join(urscript(table).splitlines()[:4]))

@@ -24,7 +24,7 @@ Edges = set[tuple[str, str]]
 
 Node = tuple[str, ...]
 
-_WIDTH, _HEIGHT, _ROW = 116, 42, 78
+_WIDTH, _HEIGHT, _ROW = 116, 28, 64
 
 
 def rooms() -> dict[str, list[Path]]:
@@ -112,7 +112,7 @@ def _middle(node: Node, row: list[Node], steps: list[tuple[Node, Node]]) -> floa
 
 def picture() -> str:
     """The picture as SVG."""
-    pairs, files = needed(edges()), rooms()
+    pairs = needed(edges())
     found, _ = rows(pairs)
     widths = [sum(_space(node) for node in row) for row in found]
     width, height = max(widths) + 16, _ROW * (len(found) - 1) + _HEIGHT + 16
@@ -134,7 +134,7 @@ def picture() -> str:
     for a, b in sorted(pairs):
         passed = [(places[(a, b), i], i) for i in range(at[a][1] + 1, at[b][1])]
         lines.append(_arrow(f"{a}-{b}", [at[a], *passed, at[b]]))
-    lines += [_box(room, files[room], x, _ROW * i + 8) for room, (x, i) in at.items()]
+    lines += [_box(room, x, _ROW * i + 8) for room, (x, i) in at.items()]
     return "\n".join([*lines, "</svg>"]) + "\n"
 
 
@@ -155,15 +155,12 @@ def _arrow(name: str, points: list[tuple[float, int]]) -> str:
     return f'<path id="{name}" d="{path}" fill="none" stroke="#506070" stroke-width="1.2" marker-end="url(#head)"/>'
 
 
-def _box(room: str, files: list[Path], x: float, y: int) -> str:
-    lines = sum(bool(line.strip()) for file in files for line in file.read_text().splitlines())
-    size = f"{len(files)} file{'s' * (len(files) > 1)}, {max(lines, 50) / 1000:.1f}k lines"
+def _box(room: str, x: float, y: int) -> str:
     colour = "#fff3d6" if room == NAMES else "#e8f0f8"
     return (
         f'<rect x="{x - _WIDTH / 2:.0f}" y="{y}" width="{_WIDTH}" height="{_HEIGHT}" rx="5" fill="{colour}" '
         'stroke="#506070"/>'
         f'<text x="{x:.0f}" y="{y + 18}" font-size="13" font-weight="bold" text-anchor="middle">{room}</text>'
-        f'<text x="{x:.0f}" y="{y + 33}" font-size="10" fill="#404040" text-anchor="middle">{size}</text>'
     )
 
 

@@ -91,12 +91,15 @@ ITEMS = (
     ),
     Item(
         "Figure 4 a: the planar arm at nine inspection points",
-        "The paper leaves open how the last link stands and whether its joint gives way: all six readings.",
+        "The paper leaves open how the last link stands, whether its joint gives way, where a link's mass lies and\n"
+        "how high the shoulder is: six readings with uniform rods and a shoulder at 0.18 m (two nearly coincide);\n"
+        "the others are in [effective_mass.md](effective_mass.md).",
         f"{FIGURE} planar-postures --width page -o paper-planar-postures.png",
     ),
     Item(
         "Figure 4 b: effective mass over distance and height",
-        "Of the first reading; `forcemap planar-arm` gives the figures of any other.",
+        "Of the first reading; the figures of any other gives, for instance,\n"
+        "`forcemap planar-arm --link-mass uniform_rod --last-link aligned --wrist locked --base-height-m 0.18`.",
         f"{FIGURE} planar-mass -o paper-planar-mass.png",
     ),
     Item(
@@ -107,7 +110,7 @@ ITEMS = (
     ),
     Item(
         "Figure 5: where was measured",
-        "A panel a speed; the example campaigns have the paper's grid as test states.",
+        "A panel a speed, or a few neighbouring ones; the example campaigns have the paper's grid as test states.",
         f"{FIGURE} grid ur10e-impacts --width page -o paper-grid.png",
     ),
     Item(
@@ -119,7 +122,7 @@ ITEMS = (
     ),
     Item(
         "Section V-A: repeatability",
-        "Largest and mean standard deviation of the repeats of a state.",
+        "Largest and mean standard deviation of the repeats of a state, above the picture.",
         f"{FIGURE} repeatability ur10e-impacts -o paper-repeatability.png",
     ),
     Item(

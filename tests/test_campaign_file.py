@@ -193,3 +193,18 @@ def test_columns_are_seen_tried_and_written(served):
     assert changed(client, way="/recordings", columns=tried, confirmed=True).json()["written"]
     assert fm.read_campaign(folder).columns.to_table() == tried
     (folder / "campaign.toml").write_text(kept)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ('[recording]\ntime = "t"\n', "the nearest known ones are recordings.time"),
+        ('[protocols]\ncell = "7"\n', "protocol.cell"),
+        ("[device]\nrange_N = 500,0  # of the device\n", "numbers have a decimal point: range_N = 500.0"),
+    ],
+)
+def test_a_slip_is_answered_with_what_was_meant(tmp_path, text, words):
+    (tmp_path / "campaign.toml").write_text(f'schema = "forcemap-campaign/1"\n{text}')
+    with pytest.raises(fm.ForcemapError) as refused:
+        fm.read_conditions(tmp_path / "campaign.toml")
+    assert words in str(refused.value)

@@ -23,6 +23,7 @@ from forcemap.campaigns.recordings_table import Use
 from forcemap.cli.app import app, run
 from forcemap.web.question import PathQuestion, ZoneSize
 from forcemap.words import assumptions
+from pulses import pulse, save, write_campaign
 from sizes import FULL_SIZE
 
 SPEED_KEYS = {
@@ -536,6 +537,47 @@ def test_repeats_that_disagree_are_named(ask, examples, tmp_path):
     assert ask("fit", tmp_path / "impacts.csv")[1]["disagreeing_repeats"] == [frame.loc[0, "state_id"]]
 
 
+def test_collect_names_repeats_that_disagree_above_the_device_range_too(ask, forcemap, tmp_path):
+    """A saturated recording in another's place is no outlier: its force is not known."""
+    folder = write_campaign(tmp_path / "cell", repeats=2)
+    run = str(fm.read_plan(folder).recording[0])
+    time, force = pulse(900.0, rate=1000.0)
+    save(folder / "recordings" / f"{run}.csv", time, np.minimum(force, 500.0))
+    found = ask("collect", folder)[1]
+    assert found["disagreeing_repeats"] == [run.rpartition("-r")[0]]
+    assert f"repeats lie more than 10 % apart, look at their recordings: {run.rpartition('-r')[0]}" in " ".join(
+        forcemap("collect", folder)[1].split()
+    )
+
+
+def test_a_campaign_most_of_which_cannot_be_read_is_to_be_mended_first(forcemap, tmp_path):
+    folder = write_campaign(tmp_path / "cell")
+    assert "Next: forcemap fit" in forcemap("collect", folder)[1]
+    (tmp_path / "other").mkdir()
+    other = write_campaign(tmp_path / "other" / "cell")
+    for file in sorted((other / "recordings").iterdir())[:14]:
+        file.write_text("no recording")
+    assert "Next: mend what keeps most recordings from being used" in forcemap("collect", other)[1]
+
+
+def test_impacts_in_another_runs_place_are_said_to_be(forcemap, tmp_path):
+    folder = write_campaign(tmp_path / "cell", repeats=3)
+    run = fm.read_plan(folder).recording[4]
+    save(folder / "recordings" / f"{run}.csv", *pulse(20.0, rate=1000.0))
+    said = " ".join(forcemap("collect", folder)[2].split())
+    assert f"of recording {run}.csv" in said
+    assert "is it in another unit, or of another run (recordings one place off in the order of the runs)?" in said
+
+
+def test_a_map_of_impacts_that_clamp_is_for_quasi_static_contact_alone(ask, forcemap, example_folders):
+    for name, folder in example_folders.items():
+        said = " ".join(forcemap("fit", folder)[1].split())
+        clamps = name in CLAMPING_EXAMPLES
+        assert (ask("fit", folder)[1]["transient_refused"] is not None) == clamps, name
+        assert ("FOR QUASI-STATIC CONTACT ALONE" in said) == clamps
+        assert ("--contact transient" in said) == (not clamps)
+
+
 def test_the_head_in_compare_and_the_version(ask, forcemap, example_folders):
     code, found = ask("compare", example_folders["ur10e"], "--region", "face")
     assert (code, found["permitted"], found["allowed"]) == (0, False, [])
@@ -579,7 +621,7 @@ def test_without_a_speed_the_commonest_reason_is_named(ask, forcemap, example_fo
     commonest = max(set(reasons), key=reasons.count)
     assert found["to_program_reason"] != commonest  # that of the place where least is missing
     first = " ".join(forcemap(*asked)[1].split()).partition("; ")[0]
-    at = f" ({reasons.count(commonest)} of {len(reasons)} places)"
+    at = f" (the reason at {reasons.count(commonest)} of {len(reasons)} places"
     assert first.startswith(f"No speed to program at any place: {commonest}{at}")
 
 

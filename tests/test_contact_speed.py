@@ -157,9 +157,7 @@ class TestSpeedError:
             shifted = stating(dataset, speed_error=error)
             force_map = fm.fit_force_map(shifted)
             plan = plans[error] = fm.confirm_plan(force_map, **SEVERAL)
-            said = (
-                "those to be measured: the released speeds at contact divided by 0.97, as the robot may hit 3 % slower"
-            )
+            said = "those to be measured, the released speeds at contact divided by 0.97: the robot may hit 3 % slower"
             assert (said in sentence(plan.rule)) == (error == ERROR)
             runs = plan.plan
             force = force_map.predict(runs.distance, runs.height, shifted.conditions.at_contact(runs.speed))

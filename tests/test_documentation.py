@@ -353,12 +353,12 @@ def test_every_entry_of_a_logs_column_map_is_documented():
 
 def test_every_entry_of_campaign_toml_is_documented():
     from forcemap.campaigns.conditions import ENTRIES
-    from forcemap.recordings.column_map import _KEYS
+    from forcemap.recordings.column_map import KEYS
 
     fields = {field.name for field in dataclasses.fields(forcemap.Conditions)}
     assert {name.partition(".")[0] for name, _ in ENTRIES.values()} == fields - {"devices"}  # tables of their own
     known = {"schema", *ENTRIES}
-    assert set(first_cells("docs/campaign_file.md", "campaign.toml")) == known | {f"recordings.{key}" for key in _KEYS}
+    assert set(first_cells("docs/campaign_file.md", "campaign.toml")) == known | {f"recordings.{key}" for key in KEYS}
     (text,) = toml_blocks(ROOT / "docs" / "campaign_file.md")
     shown = tomllib.loads(text)
     for entry in ENTRIES:

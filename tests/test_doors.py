@@ -473,8 +473,9 @@ def test_collect_replaces_no_table_that_it_did_not_write(tmp_path, forcemap):
     code, _, err = forcemap("collect", folder)
     assert (code, (folder / "impacts.csv").read_bytes()) == (2, before)
     assert "did not write this table" in err
+    save(tmp_path / "other.csv", *pulse(160.0, seed=4))
     with client_of(folder.parent) as client:
-        text = (folder / "recordings" / "d500-h200-v100-r1.csv").read_bytes().replace(b"\n0.", b"\n0.0", 1)
+        text = (tmp_path / "other.csv").read_bytes()
         answer = client.post(f"/api/campaigns/{folder.name}/recordings",
                              params={"file": "d700-h200-v100-r1.csv", "area": "back_of_hand"}, content=text,
                              headers={"content-type": "application/octet-stream"})  # fmt: skip

@@ -18,7 +18,7 @@ import pytest
 
 import forcemap as fm
 from forcemap.exports.krl import krl_data, krl_source
-from forcemap.exports.safety_proposal import safety_proposal
+from forcemap.exports.safety_proposal import safety_proposal, segments_stopped
 from forcemap.exports.scaling import scaling_csv, scaling_result
 from forcemap.exports.urscript import urscript
 from forcemap.exports.zones import zones_csv, zones_result
@@ -110,7 +110,8 @@ def test_neutral_tables(table):
     result = json.loads(json.dumps(zones_result(table), allow_nan=False))
     assert len(rows) == len(result["zones"]) == table.speed_mmps.size
     for row, zone in zip(rows, result["zones"], strict=True):
-        assert float(row["speed_mps"]) == zone["speed_mps"]
+        assert float(row["speed_mps"]) == zone["speed_mps"] == float(row["speed_to_program_mps"])
+        assert zone["speed_to_program_mps"] == zone["speed_mps"]
         assert row["outcome"] == zone["outcome"]
         assert float(row["distance_from_m"]) == zone["distance_from_m"]
         assert (zone["speed_mps"] == 0) == (zone["outcome"] in ("unconfirmed", "outside"))
@@ -364,6 +365,9 @@ def test_the_safety_proposal_warns_of_segments_that_it_would_stop(table):
     assert "segment place: no speed is stated" in warned
     slow = one_segment_task("path", ("back_of_hand",), fm.Contact.TRANSIENT, speed=0.05)
     assert "No segment of the task violates" in safety_proposal(table, task=slow)
+    assert segments_stopped(table, slow, None) == []
+    stopped = segments_stopped(table, fm.Task(segments), None)
+    assert stopped == [segment.name for segment in segments if f"- segment {segment.name}:" in warned]
     for bottom, words in ((0.40, "No segment of the task violates"), (0.10, "segment path: leaves the block")):
         path = fm.ToolPath.through([[0.8, 0, 0.44], [0.8, 0, bottom]])
         speeds = fm.path_speeds(fm.published_map("ur10e"), path, slow, bound=fm.FixedMargin(0.10))

@@ -11,6 +11,7 @@ import pytest
 
 import forcemap as fm
 from forcemap.campaigns.binding import Binding, BindingState
+from forcemap.campaigns.copies import Edges, edge_of
 from forcemap.campaigns.phase_two import unused_cells
 from forcemap.campaigns.recordings_table import Use
 from forcemap.errors import CampaignFileError, RecordingError, TableError
@@ -508,6 +509,98 @@ def test_a_copy_under_another_runs_name_is_no_repeat(folder):
     dataset = collect(folder)
     assert len(dataset) == 27
     assert "a copy is no repeat" in register(folder)[f"{AGAIN}.csv"]["reason"]
+
+
+def rewritten(recording, time=lambda t: t, force=lambda f: f, cut=slice(None), unit="N"):
+    """The text of a recording written otherwise."""
+    header, *lines = recording.read_text().splitlines()
+    t, f = np.array([line.split(",") for line in lines[cut]], dtype=float).T
+    rows = "".join(f"{x:.6f},{y!r}\n" for x, y in zip(time(t).tolist(), force(f).tolist(), strict=True))
+    return f"{header.replace('_N', f'_{unit}')}\n{rows}"
+
+
+COPIES = {
+    "whole": {},
+    "end": {"cut": slice(None, -1)},
+    "both": {"cut": slice(30, -200)},
+    **{f"first {n} samples": {"cut": slice(n, None)} for n in (7, 20, 45, 70, 100)},
+    "another zero of time": {"time": lambda t: t - 0.123456},
+    "an offset": {"force": lambda f: f + 7.3},
+    "rounded to 1 N": {"force": np.round},
+    "in kN": {"force": lambda f: np.round(f / 1000, 3), "unit": "kN"},
+    "single precision": {"force": lambda f: (f + 1.1).astype(np.float32).astype(float)},
+}
+
+
+@pytest.mark.parametrize("copy", COPIES)
+def test_a_copy_that_was_written_otherwise_is_a_copy(folder, copy):
+    text = rewritten(folder / "recordings" / f"{RUN}.csv", **COPIES[copy])
+    (folder / "recordings" / f"{AGAIN}.csv").write_text(text)
+    assert len(collect(folder)) == 27
+    assert "a copy is no repeat" in register(folder)[f"{AGAIN}.csv"]["reason"]
+
+
+@pytest.mark.parametrize("share", [(-0.6, 0.8, 0.0), (0.1, -0.2, -0.9)])
+def test_a_copy_of_three_components_is_a_copy(share):
+    def edge(time, force):
+        (impact,) = fm.find_impacts(shown := recording(time, force))
+        return edge_of(impact, shown)
+
+    (time, one), (_, other) = (pulse(200.0, rate=1000.0, seed=seed) for seed in (3, 4))
+    one, other = (np.round(force[:, None] * np.array(share), 1) for force in (one, other))
+    every = Edges([edge(time, one), edge(time, other)])
+    assert every.same_as(edge(time[45:] - 0.0123, one[45:] + 2.5)).tolist() == [0]
+
+
+@pytest.mark.parametrize("copy", ["whole", "first 45 samples", "in kN"])
+def test_forces_of_two_states_count_for_neither(folder, copy):
+    """Whichever was read first: nothing tells which of the two was made where its name says."""
+    other = next(name for name in fm.read_plan(folder).recording.tolist() if not name.startswith(RUN[:-3]))
+    text = rewritten(folder / "recordings" / f"{RUN}.csv", **COPIES[copy])
+    (folder / "recordings" / f"{other}.csv").write_text(text)
+    for name in ("recordings.csv", "impacts.csv"):
+        (folder / name).unlink(missing_ok=True)
+    assert len(collect(folder)) == 25
+    for name in (RUN, other):
+        assert "is of another state: one of the two is wrong" in register(folder)[f"{name}.csv"]["reason"]
+
+
+@pytest.mark.parametrize(
+    ("step", "noise", "most"), [(0.01, 0.02, 0), (0.01, 0.4, 0), (0.5, 0.02, 0), (2.0, 0.4, 0), (2.0, 0.02, 40)]
+)
+def test_repeats_are_no_copies(step, noise, most):
+    """Of a robot that repeats well, by a device that reads coarsely: hardly two of 19,900 pairs are alike."""
+    rng, edges = np.random.default_rng(17), []
+    for _ in range(200):
+        time, force = pulse(rng.normal(200.0, 0.4), rate=1000.0)
+        shift = rng.uniform(0, 1e-3)
+        force = np.interp(time + shift, time, force) + rng.normal(0, noise, time.size)
+        (impact,) = fm.find_impacts(shown := recording(time, step * np.round(force / step)))
+        edges.append(edge_of(impact, shown))
+    every = Edges(edges)
+    assert sum(every.same_as(edge).size for edge in edges) - 200 <= 2 * most
+
+
+@pytest.mark.parametrize("cut", [None, -1], ids=["whole", "cut off"])
+def test_a_copy_of_an_excluded_recording_is_no_other_run(folder, cut):
+    """An exclusion takes the impact out, not one of its files: the copy is no repeat of its state, either."""
+    collect(folder)
+    other = next(name for name in fm.read_plan(folder).recording.tolist() if name != RUN)
+    text = (folder / "recordings" / f"{RUN}.csv").read_text().splitlines(keepends=True)
+    (folder / "recordings" / f"{other}.csv").unlink()
+    shown = [row for row in register(folder).values() if row["file"] != f"{other}.csv"]
+    for row in shown:
+        row["exclude"] = "wrong place" if row["file"] == f"{RUN}.csv" else row["exclude"]
+    with (folder / "recordings.csv").open("w", newline="") as stream:
+        writer = csv.DictWriter(stream, shown[0])
+        writer.writeheader()
+        writer.writerows(shown)
+    (folder / "recordings" / f"{other}.csv").write_text("".join(text[:cut]))
+    assert len(collect(folder)) == 25
+    assert "which is excluded: a copy is no other run" in register(folder)[f"{other}.csv"]["reason"]
+    (folder / "recordings" / f"{AGAIN}.csv").write_text("".join(text[:cut]))
+    assert len(collect(folder)) == 25
+    assert "which is excluded: a copy is no other run" in register(folder)[f"{AGAIN}.csv"]["reason"]
 
 
 @pytest.mark.parametrize("linked", ["", "linked"], ids=["itself", "through a link"])

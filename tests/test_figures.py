@@ -19,8 +19,10 @@ from PIL import Image
 
 import forcemap as fm
 from forcemap import figures
+from forcemap.comparisons.force_models import maps_per_height
 from forcemap.dynamics.mass_map import planar_mass_map
 from forcemap.dynamics.planar_arm import INSPECTION_DISTANCES, INSPECTION_HEIGHTS, LINK_DOWN, LinkMass, PlanarArm, Wrist
+from forcemap.figures.maps import profile_states_shown, workspace_states_shown
 from forcemap.words import warnings
 from pulses import pulse, save
 
@@ -313,6 +315,52 @@ def test_model_comparison(made, dataset, force_map):
     hatched = [bool(bar.get_hatch()) for bar in errors.patches]
     assert hatched == [False, True] * len(comparison.models)
     assert "Measured − predicted" in errors.get_xlabel()
+
+
+def test_2d_maps_of_single_heights_are_drawn_as_far_as_they_were_measured():
+    """Places at random have heights that few states share: their own maps are no map of all heights."""
+    rng = np.random.default_rng(3)
+    d, h, v = (rng.uniform(low, high, 60) for low, high in ((0.5, 0.9), (0.1, 0.5), (0.1, 0.4)))
+    force = np.exp(4 + 4 * v - d + rng.normal(0, 0.02, 60))
+    dataset = fm.ImpactDataset.from_arrays(distance=d, height=h, speed=v, peak_force=force)
+    force_map, flat = fm.fit_force_map(dataset), fm.fit_force_map(dataset, form=fm.CFM_2D)
+    single = list(maps_per_height(dataset).values())
+    assert single
+    comparison = fm.compare_force_models(dataset, bound=fm.ToleranceBound(), limit=fm.force_limit(HAND), **STANDARD)
+    figure = figures.model_comparison_figure(comparison, dataset, force_map, maps_2d=[flat, *single], **STANDARD)
+    distance, height, errors = figure.axes
+    for axes in (distance, height):
+        drawn = [line for line in axes.get_lines() if line.get_label() == "2D map"]
+        assert len(drawn) == 1
+    counts = [model.accuracy.states for model in comparison.models]
+    labels = [label.get_text() for label in errors.get_yticklabels()]
+    assert [f"({count} of 60 states)" in label for count, label in zip(counts, labels, strict=True)] == [
+        count < 60 for count in counts
+    ]
+
+
+@pytest.mark.parametrize("speeds", [None, (0.2, 0.3)])
+def test_states_that_lie_on_no_line_or_slice_are_counted(speeds):
+    rng = np.random.default_rng(4)
+    place = rng.uniform((0.5, 0.1), (0.9, 0.5), (20, 2))
+    d, h = np.repeat(place, 2, axis=0).T
+    v = np.where(np.arange(40) % 2, 0.2, np.repeat(rng.choice([0.3, 0.4], 20), 2))
+    dataset = fm.ImpactDataset.from_arrays(distance=d, height=h, speed=v, peak_force=np.exp(4 + 4 * v - d))
+    force_map = fm.fit_force_map(dataset)
+    cube, _ = figures.workspace_figure(force_map, dataset, speeds=speeds).axes
+    shown = sum(len(line.get_data_3d()[0]) for line in cube.get_lines() if line.get_label() == TRAIN)
+    assert workspace_states_shown(force_map, dataset, speeds) == (shown, len(dataset.states))
+    profiles = figures.force_profiles_figure(force_map, dataset, speeds=speeds)
+    points = {
+        (axes.get_xlabel(), *point)
+        for axes in profiles.axes
+        for line in axes.get_lines()
+        if line.get_label() == TRAIN
+        for point in zip(*line.get_data(), strict=True)
+    }
+    seen, most = profile_states_shown(force_map, dataset, speeds)
+    assert most == len(dataset.states)
+    assert len({force for *_, force in points}) == seen
 
 
 def test_force_evolution(made, impact):

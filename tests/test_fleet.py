@@ -324,3 +324,16 @@ def test_a_folder_whose_name_is_no_text(north, ask):
     page = (strange.parent / "fleet.html").read_text()
     assert "&lt;b&gt;" in page
     assert "caf%E9%0A%3Cb%3E/report.html" in page
+
+
+def test_a_pdf_of_an_earlier_report_is_due(north, ask):
+    """It lies beside the new report: somebody might sign it."""
+    printed = north / "report.pdf"
+    printed.write_bytes(b"%PDF-1.7 of an earlier report")
+    os.utime(printed, (0, 0))
+    assert (
+        "report.pdf is of an earlier report; forcemap report --pdf writes it again"
+        in fleet(ask, [north])["north"]["due"]
+    )
+    os.utime(printed)
+    assert not any("report.pdf" in line for line in fleet(ask, [north])["north"]["due"])

@@ -227,6 +227,16 @@ class TestCampaign:
         assert not (tmp_path / "x" / "plan.csv").exists()
 
 
+@pytest.mark.parametrize(
+    "options", [["--threshold-Nm", 10], ["--payload-kg", 1], ["--cover-N-per-m", 3e4], ["--hold-force-N", 100], []]
+)
+def test_every_change_of_the_robot_gives_recordings_that_are_read(ask, plan, tmp_path, options):
+    """What the first line says of the robot is no unit."""
+    folder = tmp_path / "made"
+    assert ask("simulate", tmp_path / "plan.csv", "--preset", "iiwa7-like-30nm", *options, "-o", folder)[0] == 0
+    assert ask("collect", folder)[1]["used"] == 2
+
+
 def test_simulate_command(forcemap, ask, plan, tmp_path):
     code, found = ask("simulate", tmp_path / "plan.csv", "--preset", "ur10e-like", "--threshold-Nm", 40)
     assert (code, found["recordings"], found["scenarios"]) == (0, 2, ["unconstrained"])

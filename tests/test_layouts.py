@@ -151,6 +151,18 @@ class TestUnits:
         with pytest.raises(RecordingError, match="the file says '.*" + re.escape(said)):
             read_recording(path, columns={"time": 1, "force": 2})
 
+    @pytest.mark.parametrize(
+        ("name", "unit"), [("ForceNewton", "N"), ("Force [KN]", "kN"), ("ForceKilonewton", "kN"), ("Force [hN]", None)]
+    )
+    def test_a_unit_that_is_spelled_otherwise_is_said_to_be(self, tmp_path, name, unit):
+        path = tmp_path / "run.csv"
+        path.write_text(f"time_s,{name}\n" + "".join(f"{t:.3f},{f:.3f}\n" for t, f in zip(SECONDS, FORCE, strict=True)))
+        for stated in ("N", "kN"):
+            with pytest.raises(RecordingError) as refused:
+                read_recording(path, columns={"time": 1, "force": 2, "force_unit": stated})
+            way = f"if it is in {stated}, write so there: 'Force [{stated}]'"
+            assert (way in str(refused.value)) == (stated == unit or name == "ForceKilonewton")
+
     def test_hours_and_minutes_are_no_axes(self):
         assert stated_unit("time_h", of_time=True) == "h"
         assert stated_unit("F_h") is None

@@ -8,6 +8,7 @@ import hashlib
 import json
 import math
 import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -132,7 +133,10 @@ def test_joint_paths_need_their_robot(capsys, tmp_path):
     assert run(["path", "ur10e", "joints.csv", *HAND, "--robot", "ur10e", "--contact-offset-m", "0,0,0.1"]) in (0, 1)
     out = " ".join(capsys.readouterr().out.split())
     assert "Speeds to program along" in out
-    assert "others off it raised by 14 %; export raises it everywhere, unless with --angle-deg 0" in out
+    assert (
+        "others off it raised by 14 %; the zones of forcemap export raise it everywhere, unless with --angle-deg 0"
+        in out
+    )
     assert run(["path", "ur10e", "joints.csv", *HAND]) == 2
 
 
@@ -264,6 +268,11 @@ def test_of_several_maps_each_range_is_said_and_whose_place_counts():
     assert said in " ".join(path_lines(answer, "press.csv"))
 
 
+def time_by(rule, found):
+    """Cycle time by a rule, as it is shown."""
+    return next(f"{each['cycle_time_s']:.3f}" for each in found["cycle_times"] if each["rule"] == rule)
+
+
 def test_speeds_of_a_files_rows_are_compared_and_scaled(capsys, tmp_path):
     (tmp_path / "rows.csv").write_text(
         "x_m,y_m,z_m,segment,speed_mps\n0.8,0,0.44,press,0.2\n0.8,0,0.36,lift,0.45\n0.8,0,0.44,lift,\n"
@@ -274,15 +283,30 @@ def test_speeds_of_a_files_rows_are_compared_and_scaled(capsys, tmp_path):
     assert [piece["too_fast"] for piece in found["pieces"]] == [True] * 4 + [False] * 4
     assert run(["export-path", "ur10e", "rows.csv", "--task", "task.toml", "-o", "s.csv"]) == 0
     said = " ".join(capsys.readouterr().out.split())
-    assert "8 of 8 pieces permitted, 4 of them slowed down, 0.819 s at their commanded speeds (0.815 s at the " in said
+    unbraked = f"({time_by('as programmed, slowed where too fast', found)} s without braking ahead of slower pieces"
+    assert f"8 of 8 pieces permitted, 4 of them slowed down, 0.819 s at their commanded speeds {unbraked});" in said
     text = (tmp_path / "rows.csv").read_text().replace("lift,0.45", "lift,0.2")
     (tmp_path / "rows.csv").write_text(text.replace("lift,\n", "lift,\n0.8,0,0.36,press,0.4\n0.8,0,0.30,press,0.3\n"))
     assert run(["export-path", "ur10e", "rows.csv", "--task", "task.toml", "-o", "s.csv"]) == 0
     said = " ".join(capsys.readouterr().out.split())
+    found = result(capsys, "path", "ur10e", "rows.csv", "--task", "task.toml", code=1)
+    slowed, allowed = (time_by(rule, found) for rule in ("as programmed, slowed where too fast", "allowed speeds"))
+    costs = f"({slowed} s without braking ahead of slower pieces; {allowed} s if the program were as fast as allowed:"
     assert "of them slowed down (" in said
+    assert costs in said
+    assert slowed > allowed
     assert "only to brake for a slower one)" in said
     assert run(["path", "ur10e", "path.csv", *HAND, "--column", "speed=v"]) == 2
-    assert "the columns x_m, y_m, z_m, speed_mps" in capsys.readouterr().err
+    assert "the columns x_m, y_m, z_m, speed_to_point_mps" in capsys.readouterr().err
+
+
+def test_the_terminal_says_which_segments_a_safety_sheet_would_stop(capsys):
+    for command in (["export", "ur10e"], ["export-path", "ur10e", "path.csv"]):
+        run([*command, "--format", "safety", "--task", "task.toml", "-o", "safety.md"])
+        said = " ".join(capsys.readouterr().out.split())
+        stopped = re.findall(r"^- segment (\w+):", Path("safety.md").read_text(), re.M)
+        assert stopped
+        assert f"THESE ENTRIES WOULD STOP THE ROBOT on {', '.join(dict.fromkeys(stopped))} (the sheet says why)" in said
 
 
 def test_exports_into_a_folder_that_is_not_there_say_what_to_do(capsys, tmp_path):
@@ -401,7 +425,7 @@ def test_the_allowed_speeds_are_had_without_a_program_and_pass_as_one(capsys, tm
         assert 0 < float(row["commanded_speed_mps"]) <= float(row["allowed_speed_mps"]) <= speed
     points = [(row["to_x_m"], row["to_y_m"], row["to_z_m"], row["commanded_speed_mps"]) for row in rows]
     first = (rows[0]["from_x_m"], rows[0]["from_y_m"], rows[0]["from_z_m"], rows[0]["commanded_speed_mps"])
-    text = "x_m,y_m,z_m,speed_mps\n" + "".join(",".join(point) + "\n" for point in (first, *points))
+    text = "x_m,y_m,z_m,speed_to_point_mps\n" + "".join(",".join(point) + "\n" for point in (first, *points))
     (tmp_path / "back.csv").write_text(text)
     assert run(["path", "ur10e", "back.csv", *HAND]) == 0
     assert "permitted as programmed" in capsys.readouterr().out

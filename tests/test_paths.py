@@ -282,6 +282,40 @@ def test_a_row_without_a_speed_is_as_fast_as_the_task_at_both_its_motions(tmp_pa
     assert speeds.too_fast[piece != 1].all()
 
 
+def test_a_row_without_a_speed_leaves_its_motions_unknown_unless_they_are_too_fast(tmp_path):
+    """Without a speed of the task nobody knows what the robot drives there: no factor follows from the other end."""
+    rows = ["0.8,0,0.44,0.05", "0.8,0,0.41,", "0.8,0,0.38,0.05", "0.8,0,0.35,0.05", "0.8,0,0.33,", "0.8,0,0.32,0.9"]
+    (tmp_path / "path.csv").write_text("\n".join(["x_m,y_m,z_m,speed_mps", *rows]))
+    path = fm.read_path(tmp_path / "path.csv")
+    hand = ("back_of_hand",), fm.Contact.TRANSIENT
+
+    def along(speed):
+        task = one_segment_task("path", *hand, speed=speed)
+        return fm.path_speeds(fm.published_map("ur10e"), path, task, bound=fm.FixedMargin(0.10), step=1.0)
+
+    np.testing.assert_array_equal(along(math.nan).programmed, [np.nan, np.nan, 0.05, np.nan, 0.9])
+    assert along(math.nan).too_fast.tolist() == [False] * 4 + [True]
+    np.testing.assert_array_equal(along(0.06).programmed, [0.06, 0.06, 0.05, 0.06, 0.9])
+
+
+@pytest.mark.parametrize("layout", LAYOUTS)
+def test_a_speed_to_a_point_is_that_of_the_motion_to_it(layout, tmp_path):
+    robot = robot_named("ur10e") if layout.startswith("joint") else None
+    rows = [f"{row},{speed}" for row, speed in zip(LAYOUTS[layout], ("0.9", "0.4", "", "0.2", "0.3"), strict=True)]
+    (tmp_path / "path.csv").write_text("\n".join([f"{layout},speed_to_point_mps", *rows]))
+    path = fm.read_path(tmp_path / "path.csv", robot=robot)
+    runs = [speed for speed, _ in itertools.groupby(np.nan_to_num(path.stated_speeds).tolist())]
+    assert runs == [0.4, 0.0, 0.2, 0.3]  # the first leads to where the path begins
+    hand = ("back_of_hand",), fm.Contact.TRANSIENT
+    task = one_segment_task("path", *hand, speed=0.25)
+    speeds = fm.path_speeds(fm.published_map("ur10e"), path, task, bound=fm.FixedMargin(0.10))
+    ends, middles = np.cumsum(path.lengths), np.cumsum(speeds.path.lengths) - speeds.path.lengths / 2
+    filled = np.where(np.isnan(path.stated_speeds), 0.25, path.stated_speeds)
+    np.testing.assert_array_equal(speeds.programmed, filled[np.searchsorted(ends, middles)])
+    of_rows = "programmed speed: that of the path's rows, on each motion that of the point it leads to"
+    assert f"{of_rows}; for one that states none the task's counts, if it states one" in lines(speeds)
+
+
 @pytest.mark.parametrize("last", ["place", "lift", ""])
 def test_names_of_rows_that_end_motions_exclude_no_wrong_motion(last, tmp_path):
     """Rows that name the motion to them have a last name that begins none: the exclusion would be one motion off."""
@@ -637,7 +671,7 @@ def test_task_files_that_cannot_be_used(old, new, words, tmp_path):
 def test_path_and_task_name_the_same_segments(tmp_path):
     task = fm.read_task(write(tmp_path, TASK))
     path = fm.ToolPath(np.array([[0.8, 0, 0.44], [0.8, 0, 0.3], [0.8, 0, 0.4]]), ("press", "left"))
-    with pytest.raises(fm.InputError, match=r"'left'.*nearest is 'lift'"):
+    with pytest.raises(fm.InputError, match=r"'left'.*nearest: 'lift'"):
         fm.path_speeds(fm.published_map("ur10e"), path, task, bound=fm.FixedMargin())
     with pytest.raises(fm.InputError, match="'lift', which the path does not have"):
         fm.path_speeds(

@@ -131,7 +131,7 @@ def test_a_plan_says_which_payload_it_expects_and_how_to_plan_anew(ask, tmp_path
     """Planned without one, 0 kg is assumed and said; deleting plan.csv and giving the payload is the printed way."""
     folder, options = tmp_path / "a", (*CELL, "--speeds-mps", "0.15,0.4", *HAND)
     first = ask("plan", folder, *options)[1]
-    (doubt,) = [each for each in first["warnings"] if "no speed is expected to be permitted" in each]
+    (doubt,) = [each for each in first["warnings"] if "there may be no speed" in each]
     assert "no payload is stated (--payload-kg" in doubt
     assert "m_L = 0 kg, as no payload is stated), a coarse guess: forces may be 2 times these" in first["expected_from"]
     code, refused = ask("plan", folder, *options, "--payload-kg", 6)
@@ -315,11 +315,12 @@ def test_the_confirmation_of_a_campaign_is_added_to_its_plan_as_test_runs(ask, f
 
 
 def test_the_confirmation_is_shown_again_until_it_is_measured_and_then_judged(ask, forcemap, measured):
-    """As often as asked; with next nothing that was printed is lost. A report that is there is known to be older."""
+    """As often as asked; with next nothing that was printed is lost. A report that is older than the plan is known."""
     number, older = ("--impacts", 4), "The report in this folder rests on the plan before: write it again"
-    assert older not in forcemap("confirm", measured, *HAND, *number)[1]
     assert forcemap("report", measured, *HAND[:2])[0] == 0
     assert older in flowing(forcemap("confirm", measured, *HAND, *number)[1])
+    assert forcemap("report", measured, *HAND[:2])[0] == 0
+    assert older not in flowing(forcemap("confirm", measured, *HAND, *number)[1])
     assert forcemap("report", "--verify", measured / "report.html", measured)[0] == 0
     first = ask("confirm", measured, *HAND, "--impacts", 4)[1]
     assert (first["outcome"], first["missing"]) == (None, [run["recording"] for run in first["runs"]])
@@ -357,7 +358,8 @@ def test_the_confirmation_is_shown_again_until_it_is_measured_and_then_judged(as
     assert (code, partly["outcome"], partly["missing"]) == (2, "cannot_tell", names[3:])
     lines = said()
     missing = "planned runs without an impact: 3 of 6; release nothing yet"
-    assert lines == {f"NOT CONFIRMED YET by impacts at the speeds that the map permits: {missing} (forcemap confirm)"}
+    of = "NOT CONFIRMED YET for 280 N (transient) by impacts at the speeds that the map permits"
+    assert lines == {f"{of}: {missing} (forcemap confirm)"}
     record(names[3], 0.97)
     assert ask("collect", measured)[0] == 0
     code, found = ask("confirm", measured, *HAND, *number)
@@ -376,11 +378,13 @@ def test_the_confirmation_is_shown_again_until_it_is_measured_and_then_judged(as
     assert all("collect" in line or "without an impact" in line for line in said())
     assert ask("collect", measured)[0] == 0
     assert ask("confirm", measured, *HAND)[1]["outcome"] == "passes"
-    assert said() == {"confirmed by 6 impacts at the speeds that the map permits"}
+    assert said() == {"confirmed for 280 N (transient) by 6 impacts at the speeds that the map permits"}
     other = ask("speed", measured, "--distance", 0.8, "--height", 0.4, "--area", "middle_of_shin", *HAND[2:])[1]
     assert any(line.lower().startswith("not confirmed") for line in other["assumptions"])  # they had another limit
-    assert not any(line.startswith("confirmed by") for line in other["assumptions"])
-    assert ask("next", measured, *HAND)[0] == 0
+    assert not any(line.startswith("confirmed for") for line in other["assumptions"])
+    code, more = ask("next", measured, *HAND)
+    assert code == 0
+    assert more["warnings"][0].startswith("THE MAP IS NOW confirmed for 280 N (transient) by 6 impacts")
 
 
 def test_a_map_that_shifts_a_little_leaves_a_plan_that_can_be_read(ask, measured):
@@ -498,6 +502,7 @@ def test_the_next_step_is_the_whole_command(ask, forcemap, measured, tmp_path):
     assert found["next_command"] == f"forcemap next {measured} {step}"
     assert "95 % confidence" in found["upper_force_is"]
     assert "at most: tolerance bound" in (measured / "run_sheet.txt").read_text()
+    assert "slower impacts" not in found["upper_force_is"]  # there are none
     folder = tmp_path / "table"
     folder.mkdir()
     (folder / "impacts.csv").write_bytes((measured / "impacts.csv").read_bytes())

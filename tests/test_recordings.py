@@ -299,6 +299,11 @@ class TestColumns:
         assert error.message.startswith(f"found the time of day '{stamp.format(0)}', expected seconds; state sampling")
         assert error.row == 2
 
+    def test_a_time_of_day_above_the_columns_is_none_of_theirs(self, write):
+        lines = "".join(f"{i};{5 + i % 3};21.5\n" for i in range(200))
+        error = refused(write("Uhrzeit;10:21:00\nZeit [ms];Kraft [N];Temperatur [C]\n" + lines), None)
+        assert error.message.startswith("found the columns 'Zeit [ms]', 'Kraft [N]', 'Temperatur [C]'")
+
     def test_a_name_that_is_missing_lists_those_found(self, write):
         error = refused(write("t,f\n" + table(TIME, FORCE)), {"time": "t", "force": "F1"})
         assert error.column == "F1"

@@ -319,6 +319,10 @@ def test_from_a_release_to_its_end(register, measured, asked):
     assert (warnings, bool(said["warnings"]), shown["speeds"]["confirmed"]) == (said["warnings"], True, False)
     cell_of = CellAnswer.of(cell_state(register, "plant/cell-1")[0])
     assert cell_of.standing == "in force, NOT CONFIRMED BY MEASUREMENT"
+    (of_release,) = cell_of.releases
+    assert of_release.rests_on == of_release.bound
+    confirmed = of_release.model_copy(update={"speeds": of_release.speeds | {"confirmed": True}})
+    assert confirmed.rests_on == f"{of_release.bound}, confirmed by measurement"
     assert set(said["assumptions"]) < set(shown["speeds"]["assumptions"])
     assert shown["map_sha256"] == fm.map_sha256(fm.fit_force_map(fm.read_dataset(measured)))
     (due,) = asked("due")[1]["due"]
@@ -375,6 +379,22 @@ def test_speeds_of_a_release_are_shown_behind_what_must_be_said_first(blank, mea
     with client_of(measured.parent, register=where) as client:
         page = html.unescape(client.get("/register/cell?cell=cell-1").text)
     assert all(warning in page for warning in said)
+
+
+def test_a_release_of_a_point_says_first_that_it_is_held_and_what_it_holds_for(blank, measured, forcemap, tmp_path):
+    where = str(shutil.copy(blank, tmp_path / "r.sqlite"))
+    folder = shutil.copytree(measured, tmp_path / "west")
+    reported(
+        folder, lambda f: edit(f / "contact_points.csv", "P1,chest,transient,free", "P1,chest,transient,constrained")
+    )
+    with open_register(where) as register:
+        enter(register, folder)
+        release(register, "cell-1", folder, point="P1", limits=[], valid_until=UNTIL)
+    text = " ".join(forcemap("register", "state", "cell-1", "--register", where)[1].split())
+    held = text.index("TRANSIENT LIMIT FOR A BODY PART THAT CANNOT GIVE WAY, contact point P1")
+    assert held < text.index("program at most") < text.index("; ONLY for motion straight along the map's direction")
+    page = " ".join((folder / "report.html").read_text().split())
+    assert page.index('</h3> <p class="refused"><strong>TRANSIENT LIMIT FOR A BODY PART THAT CANNOT GIVE WAY') > 0
 
 
 REFUSALS = {

@@ -600,3 +600,13 @@ def rows(page, section):
 def facts(page, section):
     """Name and value of a table of facts."""
     return [(text_of(row[0]), text_of(row[1])) for row in parts(page, section, "tr") if len(row) == 2]
+
+
+def test_a_pdf_of_an_earlier_report_is_named(tmp_path, forcemap):
+    """It lies beside the new report under its name: somebody might sign it."""
+    folder = fm.copy_example("ur10e", tmp_path / "cell")
+    (folder / "report.pdf").write_bytes(b"%PDF-1.7 of an earlier report")
+    said = " ".join(forcemap("report", folder, "--area", "chest")[1].split())
+    assert f"{folder / 'report.pdf'}: of an earlier report, not of this one; --pdf writes it again" in said
+    (folder / "report.pdf").unlink()
+    assert "earlier report" not in forcemap("report", folder, "--area", "chest")[1]

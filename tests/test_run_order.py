@@ -47,6 +47,19 @@ def test_in_the_order_of_the_sheet(measured):
     assert propose_runs(fm.read_campaign(measured)) == ()
 
 
+def test_a_folder_that_was_collected_first_is_assigned_all_the_same(measured):
+    """The folder is as it was left, but for what is to be registered now."""
+    plan, count = fm.read_plan(measured), 21
+    for i in range(count):
+        (measured / "recordings" / f"Messung {i + 1}.csv").rename(measured / "recordings" / f"{plan.recording[i]}.csv")
+    for _ in range(2):
+        collect(measured)
+    assert [row["use"] for row in register(measured).values()].count("unassigned") == len(plan) - count
+    campaign = fm.read_campaign(measured)
+    assert len(assign_runs(campaign, propose_runs(campaign))) == len(plan)
+    assert fm.read_campaign(measured).missing == []
+
+
 def test_runs_that_have_a_recording_are_passed_over(measured):
     plan = fm.read_plan(measured)
     for at in (0, 5):

@@ -222,7 +222,7 @@ def test_short_reasons_are_of_kinds_and_the_gravest_is_said():
     fast = Finding.of(FindingKind.POINT_TOO_FAST, programmed_mps=0.35, permitted_mps=0.328)
     for findings, said in (
         ([few], "2 of 3 repeats"),
-        ([slow], "nothing slow enough measured"),
+        ([slow], "limit not kept at the slowest speed measured"),
         ([unclear], "an impact not shown to be within the limit"),
         ([few, slow, *exceeded], "limit exceeded, 290.1 N of 280 N"),
         ([fast], "too fast, at most 0.328 m/s"),

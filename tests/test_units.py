@@ -214,7 +214,7 @@ def test_collect_says_it_at_once(tmp_path, ask, forcemap):
     plan = fm.read_plan(wrong)
     for i, name in enumerate(plan.recording.tolist()):
         force = 20.0 + 50.0 * float(plan.speed[i])
-        save(wrong / "recordings" / f"{name}.csv", *pulse(force, rate=1000.0))
+        save(wrong / "recordings" / f"{name}.csv", *pulse(force, rate=1000.0, seed=i))
     code, found = ask("collect", wrong)
     assert code == 0
     assert "such as" in found["no_speed"]

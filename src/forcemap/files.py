@@ -160,6 +160,9 @@ _LARGEST_TOML, _LONGEST_TOML_LINE, _DEEPEST_TOML = 1 << 18, 1 << 12, 20
 _LONGEST_SHOWN = 100  # characters of an entry's name in an error
 
 
+_DECIMAL_COMMA = re.compile(r"^[ \t]*[\w.]+[ \t]*=[ \t]*[-+]?[0-9]+,[0-9]+(?=[ \t]*(?:#.*)?$)", re.MULTILINE)
+
+
 def toml_tables(content: bytes) -> dict[str, Any]:
     """The tables of a TOML file.
 
@@ -178,7 +181,9 @@ def toml_tables(content: bytes) -> dict[str, Any]:
     except RecursionError:
         raise InputError("not a TOML file that can be used: nested too deeply") from None
     except ValueError as error:  # also a number of thousands of digits
-        raise InputError(f"not a TOML file in UTF-8: {error}") from None
+        commas = _DECIMAL_COMMA.findall(content.decode("utf-8", "replace"))
+        hint = f"; numbers have a decimal point: {commas[0].strip().replace(',', '.')}" if commas else ""
+        raise InputError(f"not a TOML file in UTF-8: {error}{hint}") from None
     entries: list[tuple[str, Any, int]] = [("", tables, 0)]
     while entries:
         name, value, depth = entries.pop()

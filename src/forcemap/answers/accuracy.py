@@ -32,6 +32,7 @@ class PlaceFigures(Answer):
     """Scatter that states of a place share, and that of single states, as the bound uses them; null if not fitted."""
 
     places: int | None = of_if_any("fit", "place_effect", "places")
+    places_shared: int | None = of_if_any("fit", "places_shared")
     place_correlation: float | None = of_if_any("fit", "place_effect", "correlation")
     likely_place_correlation: float | None = of_if_any("fit", "place_effect", "likely")
     place_sd_percent: Percent = of_if_any("fit", "place_sd")

@@ -67,7 +67,8 @@ class Outlier(Answer):
         """What to look at, in a line."""
         name = self.recording or self.state_id
         apart = f"{self.deviation_N:+.1f} N from the others of its set-up"
-        return f"{name} repeat {self.repeat}: {self.force_N:.1f} N, {apart}"
+        remedy = "look at the recording; if it is of another run, give it that one in recordings.csv (state_id, repeat)"
+        return f"{name} repeat {self.repeat}: {self.force_N:.1f} N, {apart}; {remedy}"
 
 
 class Symmetry(Answer):
@@ -119,6 +120,7 @@ class CollectAnswer(Answer):
     transient_refused: list[str]
     contacts: list[StateContact]
     repeatability: Repeatability
+    disagreeing_repeats: list[str]
     contradictions: AllSaid
     drift: DriftAnswer | None
     not_stated: list[str]
@@ -145,6 +147,7 @@ class CollectAnswer(Answer):
             contradictions=dataset.contradictions,
             drift=dataset.drift,
             repeatability=repeatability(dataset),
+            disagreeing_repeats=dataset.disagreeing_repeats,
             units=unit_finding(dataset.conditions, dataset.states),
             point_recordings=of_points,
             files=[campaign.register_file.name, campaign.table_file.name, *[POINT_REGISTER] * bool(of_points)],

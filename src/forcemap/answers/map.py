@@ -15,6 +15,7 @@ from forcemap.comparisons.censoring_effect import censoring_effect
 from forcemap.errors import BoundNotAvailable
 from forcemap.maps.accuracy import Accuracy
 from forcemap.maps.bounds import ToleranceBound, margins
+from forcemap.maps.coefficients import coefficient_intervals
 from forcemap.maps.force_map import ForceMap
 from forcemap.maps.map_file import map_sha256
 from forcemap.maps.saturation import saturation_doubt
@@ -108,7 +109,7 @@ class OtherMapAnswer(Answer):
 
 
 class FitAnswer(PlaceFigures):
-    """A map fitted to the train rows of a table, ln F = sum of coefficient times term."""
+    """A map fitted to the train rows of a table, ln F = sum of coefficient times term; intervals of 95 %."""
 
     name: str
     source: str
@@ -118,6 +119,8 @@ class FitAnswer(PlaceFigures):
     standard_errors: Figures = of("fit", "between_states", "standard_errors")
     t_values: Figures = of("fit", "between_states", "t_values")
     p_values: Figures = of("fit", "between_states", "p_values")
+    intervals_low: Figures
+    intervals_high: Figures
     over_samples: OverSamples | None = of("fit", "over_samples")
     states: int
     states_left_out: int
@@ -126,6 +129,7 @@ class FitAnswer(PlaceFigures):
     samples: int = of("fit", "samples")
     test_samples: int
     spring_stated: bool
+    transient_refused: SaidIfAny
     censored_samples: int = of("fit", "censored_samples")
     censored_fit: bool = of("fit", "censored_fit")
     repeats: int
@@ -162,7 +166,7 @@ class FitAnswer(PlaceFigures):
     def of_fit(cls, dataset: ImpactDataset, force_map: ForceMap, accuracies: tuple[Accuracy, ...], **also: Any) -> Self:
         """The answer for a map fitted to impacts; the accuracy to trust first comes first."""
         fit = force_map.require_fit()
-        fewest, most = fit.repeats
+        (fewest, most), coefficients = fit.repeats, coefficient_intervals(force_map)
         if fit.censored_fit and not fit.transfer:  # its own states alone give no map to compare with
             effect = censoring_effect(dataset, form=force_map.form)
             also["discard_fit"] = CensoringAnswer.from_result(
@@ -175,9 +179,12 @@ class FitAnswer(PlaceFigures):
             states_left_out_names=fit.left_out.name,
             test_samples=len(dataset.tested),
             spring_stated=not math.isnan(force_map.conditions.device.stiffness),
+            transient_refused=force_map.phase_two.transient_refusal(math.inf, 0.0),
             repeats=most,
             fewest_repeats=fewest,
             bound_margin_percent=margins_of(force_map),
+            intervals_low=[each.low for each in coefficients],
+            intervals_high=[each.high for each in coefficients],
             accuracy=accuracies[0],
             accuracies=accuracies,
             disagreeing_repeats=dataset.disagreeing_repeats,

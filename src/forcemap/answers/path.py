@@ -22,12 +22,16 @@ RULES = ("allowed", "standard", "constant", "segmented", "program", "slowed")
 
 
 class PieceAnswer(Answer):
-    """A short piece of a path; its speed to program, and at contact, null where none is permitted."""
+    """A short piece of a path; its speed to program, and at contact, null where none is permitted.
+
+    `speed_mps` is the speed to program once more, by the name that it had before `speed_to_program_mps`.
+    """
 
     segment: str
     from_m: list[float]
     to_m: list[float]
     length_m: float
+    speed_to_program_mps: Figure
     speed_mps: Figure
     contact_speed_mps: Figure
     programmed_speed_mps: Figure
@@ -165,7 +169,7 @@ class PathAnswer(AlongAnswer):
             permitted=not refused.any(),
             too_fast=bool(fast.any()),
             programmed=not np.isnan(speeds.programmed).any(),
-            programmed_by_points=speeds.path.stated_speeds is not None,
+            programmed_by_points=speeds.path.stated_speeds is not None and not speeds.path.to_point,
             length_m=float(lengths.sum()),
             refused_length_m=float(lengths[refused].sum()),
             too_fast_length_m=float(lengths[fast].sum()),
@@ -304,7 +308,7 @@ def _gaps(speeds: PathSpeeds) -> list[GapAnswer]:
 
 def _pieces(speeds: PathSpeeds) -> list[PieceAnswer]:
     path, points = speeds.path, speeds.path.points.tolist()
-    figures = (path.lengths, speeds.speed, speeds.contact_speed, speeds.programmed, speeds.too_fast)
+    figures = (path.lengths, speeds.speed, speeds.speed, speeds.contact_speed, speeds.programmed, speeds.too_fast)
     grounds = (speeds.outcome, speeds.reason, speeds.governed_by, speeds.map_name, speeds.limit)
     return PieceAnswer.of_columns(path.names, points[:-1], points[1:], *figures, *grounds)
 

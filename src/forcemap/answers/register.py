@@ -120,13 +120,20 @@ class ReleaseAnswer(Answer):
         return [] if self.speeds is None else list(self.speeds.get("assumptions", []))
 
     @property
+    def rests_on(self) -> str:
+        """Its bound, and whether impacts confirmed it."""
+        confirmed = self.speeds is not None and self.speeds.get("confirmed")
+        return f"{self.bound}{', confirmed by measurement' if confirmed else ''}"
+
+    @property
     def to_program(self) -> str:
         """Its speeds in a line, and of zones why they are lower than those of the report; empty if it gives none."""
         if self.speeds is None:
             return ""
         low, high = (f"{self.speeds[f'{end}_to_program_mps']:.3f}" for end in ("lowest", "highest"))
         if "zones" not in self.speeds:
-            return f"program at most {f'{low} to ' * (low != high)}{high} m/s"
+            holds_for = f"; {self.speeds['holds_for']}" if "holds_for" in self.speeds else ""
+            return f"program at most {f'{low} to ' * (low != high)}{high} m/s{holds_for}"
         zones = f"{self.speeds['zones_with_a_speed']} of {self.speeds['zones']} zones"
         return (
             f"program at most {low} to {high} m/s in {zones} of the robot's program, the others none (zones hold up to "

@@ -9,8 +9,6 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from forcemap._version import __version__
 from forcemap.assessment.confirmation import Confirmations, confirmations, saying
 from forcemap.assessment.contact_points import POINTS_FILE, ContactPoint, read_contact_points
@@ -47,6 +45,7 @@ from forcemap.limits.force_limits import Contact, ForceLimit, force_limit
 from forcemap.maps.accuracy import Accuracy, map_accuracy
 from forcemap.maps.bounds import Bound, ToleranceBound, weakness
 from forcemap.maps.carry_over import campaign_map
+from forcemap.maps.coefficients import Coefficient, coefficient_intervals
 from forcemap.maps.fit import fit_force_map
 from forcemap.maps.force_map import ForceMap
 from forcemap.maps.forms import CFM_2D, CFM_3D, Form
@@ -54,55 +53,6 @@ from forcemap.planning.confirm import ConfirmationResult
 from forcemap.speeds.allowance import Allowance
 from forcemap.speeds.basis import doubts_of_fit
 from forcemap.verdicts.recording_results import JudgedRecordings, judge_recordings
-
-CONFIDENCE = 0.95
-"""Confidence of the coefficients' intervals: the usual one."""
-
-
-@dataclass(frozen=True)
-class Coefficient:
-    """A coefficient of ln F.
-
-    Parameters
-    ----------
-    term : str
-        Its term.
-    value : float
-        The estimate, for F in N, d and h in m, v in m/s.
-    standard_error : float
-        Of the fit to the states; NaN with as many states as coefficients.
-    low, high : float
-        Ends of its 95 % confidence interval, value -+ t x standard error; NaN with as many states as coefficients.
-    p_value : float
-        Two-sided.
-    """
-
-    term: str
-    value: float
-    standard_error: float
-    low: float
-    high: float
-    p_value: float
-
-
-def coefficient_intervals(force_map: ForceMap) -> tuple[Coefficient, ...]:
-    """The coefficients of a fitted map, each with the confidence interval of Student's t.
-
-    Raises
-    ------
-    InputError
-        The map was not fitted here.
-    """
-    from scipy.special import stdtrit
-
-    between = force_map.require_fit().between_states
-    freedom = between.degrees_of_freedom
-    t = float(stdtrit(freedom, (1 + CONFIDENCE) / 2)) if freedom > 0 else math.nan
-    rows = np.column_stack([force_map.coefficients, between.standard_errors, between.p_values]).tolist()
-    return tuple(
-        Coefficient(term, value, error, value - t * error, value + t * error, p)
-        for term, (value, error, p) in zip(force_map.form.term_names, rows, strict=True)
-    )
 
 
 @dataclass(frozen=True, eq=False)

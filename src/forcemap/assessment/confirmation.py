@@ -100,19 +100,22 @@ def saying(force_map: ForceMap, confirmed: Confirmations) -> ForceMap:
     """The map, whose speeds say what the impacts that were to confirm it show."""
 
     def finding(limit: ForceLimit | NewtonLimit, contact: Contact | None, bound: Bound) -> Finding | None:
-        if isinstance(limit, NewtonLimit) and np.ndim(limit.force):
+        if np.ndim(limit.force) if isinstance(limit, NewtonLimit) else not limit.permitted:
             return None
+        newtons = limit.force if isinstance(limit, NewtonLimit) else limit.force(contact or Contact.TRANSIENT)
+        of: dict[str, Any] = {"limit_N": float(newtons), "contact": contact and str(contact)}
         try:
             result = confirmed(limit, contact, bound)
         except ForcemapError as error:
-            return Finding.of(FindingKind.NOT_CONFIRMED_YET, in_words(error.message))
+            return Finding.of(FindingKind.NOT_CONFIRMED_YET, in_words(error.message), **of)
         if result is None:
             made = Finding.of(FindingKind.CONFIRMED_OTHERWISE)
-            return Finding.of(FindingKind.NOT_CONFIRMED_YET, made) if confirming_states(force_map) else None
+            return Finding.of(FindingKind.NOT_CONFIRMED_YET, made, **of) if confirming_states(force_map) else None
         if result.outcome is Confirmed.PASSES:
-            return Finding.of(FindingKind.CONFIRMED_BY, impacts=len(result.impacts))
-        failed = result.outcome is Confirmed.DOES_NOT_PASS
-        return Finding.of(FindingKind.NOT_BORNE_OUT if failed else FindingKind.NOT_CONFIRMED_YET, result.reason)
+            return Finding.of(FindingKind.CONFIRMED_BY, impacts=len(result.impacts), **of)
+        if result.outcome is Confirmed.DOES_NOT_PASS:
+            return Finding.of(FindingKind.NOT_BORNE_OUT, result.reason)
+        return Finding.of(FindingKind.NOT_CONFIRMED_YET, result.reason, **of)
 
     return replace(force_map, confirmed=finding)
 

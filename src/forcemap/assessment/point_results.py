@@ -205,8 +205,8 @@ def _result(
     confirmed_by = tuple(name for part in parts for name in part.confirmed_by)
     outcome = PointOutcome.CONFIRMED if confirmed_by else PointOutcome.BY_MAP
     named = {impact.recording: impact for each in impacts.values() for impact in each}
-    rests_on = [finding for part in parts for finding in part.rests_on]
-    rests_on += [Finding.of(FindingKind.POINT_HELD_AS_FREE, names=(point.name,))] if point.held_as_free else []
+    held = [Finding.of(FindingKind.POINT_HELD_AS_FREE, names=(point.name,))] * point.held_as_free
+    rests_on = [*held, *(finding for part in parts for finding in part.rests_on)]
     return PointResult(
         point=point,
         outcome=PointOutcome.NOT_PERMITTED if lacks else outcome,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from pathlib import Path
 
 from forcemap.campaigns.binding import impact_sha256
@@ -142,8 +143,10 @@ def collected(
         message = "found no recording; put the device's files there, named as plan.csv says"
         raise CampaignFileError(message, file=str(campaign.recordings))
     judged: list[tuple[Entry, Row | None]] = []
-    used, films = UsedRecordings(), films_in(campaign.folder / PRESSURES_FOLDER)
-    for recording in walk(campaign, progress=progress, reader=reader):
+    walked = walk(campaign, progress=progress, reader=reader)
+    found = [replace(each, recorded=None) for each in walked]  # curves take memory
+    used, films = UsedRecordings(found), films_in(campaign.folder / PRESSURES_FOLDER)
+    for recording in found:
         if recording.state is FileState.GONE and recording.entry.blank:
             continue
         if recording.missing_extra:  # what is not installed here must not take its row out of the table
@@ -188,22 +191,28 @@ def _require_unchanged(campaign: Campaign, recording: CampaignRecording) -> None
     if recording.state not in _NOT_AS_REGISTERED and recording.sha256:
         return
     entry, register = recording.entry, campaign.register_file.name
+    was = next((each.file for each in campaign.entries if each.sha256 == recording.sha256 != entry.sha256), "")
+    way = "restore it; a new measurement of the same run takes another repeat as its name (-r4), or delete its row in "
+    way = f"{way}{register} first"
+    if was:
+        way = (
+            f"it holds what was registered as {was}: name it so again; or, if the names are right now, delete the rows "
+            f"of all that were renamed in {register}, and collect"
+        )
     refusals = {
         FileState.GONE: f"registered in {register}, but the file is gone; put it back, or delete its row",
         FileState.CURVE_GONE: f"registered with a curve {entry.curve!r}, which the file does not hold; delete the row",
         FileState.CHANGED: (
             "the file has changed since it was registered "
-            f"({entry.sha256[:12]}... then, {recording.sha256[:12]}... now); "
-            "restore it; a new measurement of the same run takes another repeat as its name (-r4), or delete its "
-            f"row in {register} first{_others_changed(campaign, entry, recording.sha256)}"
+            f"({entry.sha256[:12]}... then, {recording.sha256[:12]}... now); {way}{_others_changed(campaign, entry)}"
         ),
     }
     if message := refusals.get(recording.state, recording.unreadable):
         raise CampaignFileError(message, file=str(campaign.recordings / entry.file))
 
 
-def _others_changed(campaign: Campaign, entry: Entry, now: str) -> str:
-    """Which files have changed besides, and whether this one holds what was registered under another name."""
+def _others_changed(campaign: Campaign, entry: Entry) -> str:
+    """Which files have changed besides."""
     others = [
         each.file
         for each in campaign.entries
@@ -212,9 +221,7 @@ def _others_changed(campaign: Campaign, entry: Entry, now: str) -> str:
         and (campaign.recordings / each.file).is_file()
         and file_sha256(campaign.recordings / each.file) != each.sha256
     ]
-    was = next((each.file for each in campaign.entries if each.sha256 == now and each.file != entry.file), "")
-    held = f"; it holds what was registered as {was}: name it so, if files were renamed" if was else ""
-    return held + (f"; the same holds for {', '.join(dict.fromkeys(others))}" if others else "")
+    return f"; the same holds for {', '.join(dict.fromkeys(others))}" if others else ""
 
 
 def _require_own(campaign: Campaign, entries: list[Entry], text: str) -> None:

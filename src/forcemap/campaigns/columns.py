@@ -182,8 +182,10 @@ def scenarios(values: Any, where: Where) -> Objects:
     return result
 
 
-def refuse_other_units(column: str, force: FloatArray, censored: Mask, names: Texts, where: Where) -> None:
-    """Refuse repeats of a state that differ by a factor of 3: another unit (kgf, lbf) or another impact."""
+def refuse_other_units(
+    column: str, force: FloatArray, censored: Mask, names: Texts, recordings: Texts, where: Where
+) -> None:
+    """Refuse repeats of a state that differ by a factor of 3: another unit (kgf, lbf) or the impact of another run."""
     measured = np.flatnonzero(~censored & (force > 0))
     order = measured[np.lexsort((force[measured], names[measured]))]
     _, first, count = np.unique(names[order], return_index=True, return_counts=True)
@@ -192,8 +194,10 @@ def refuse_other_units(column: str, force: FloatArray, censored: Mask, names: Te
         member = order[first[group] : first[group] + count[group]]
         usual = float(np.median(force[member]))
         position = int(member[np.abs(np.log(force[member] / usual)).argmax()])
-        expected = f"expected about {usual:g} as the repeats of its state; is it in another unit?"
-        raise where.error(position, column, f"found {force[position]:g}, {expected}")
+        name = str(recordings[position])
+        found = f"found {force[position]:g}{f' of recording {name}' if name else ''}, expected about {usual:g}"
+        asked = "is it in another unit, or of another run (recordings one place off in the order of the runs)?"
+        raise where.error(position, column, f"{found} as the repeats of its state; {asked}")
 
 
 def repeats(values: ArrayLike | None, names: Texts, where: Where) -> Indices:

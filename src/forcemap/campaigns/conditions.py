@@ -16,12 +16,12 @@ import numpy as np
 
 from forcemap.arrays import FloatArray, Mask
 from forcemap.campaigns.entries import typed_entry
-from forcemap.campaigns.protocol import Protocol
+from forcemap.campaigns.protocol import PROTOCOL_ENTRIES, Protocol
 from forcemap.direction import direction_vector
 from forcemap.errors import CampaignFileError, InputError, nearest_names
 from forcemap.files import read_bytes, toml_tables
 from forcemap.findings import Finding, FindingKind
-from forcemap.recordings.column_map import ColumnMap
+from forcemap.recordings.column_map import KEYS, ColumnMap
 from forcemap.recordings.device import Device
 from forcemap.recordings.film import Film
 
@@ -322,7 +322,7 @@ class Conditions:
         film: dict[str, Any] = {}
         for entry, value in flat.items():
             if entry not in ENTRIES or ("." in entry and entry in tables):  # a quoted key is no entry of a section
-                near = ", ".join(nearest_names(entry, ENTRIES, 3))
+                near = ", ".join(nearest_names(entry, [*ENTRIES, *_OF_OTHER_TABLES], 3))
                 raise InputError(f"unknown entry; the nearest known ones are {near}", column=entry)
             name, _ = ENTRIES[entry]
             target = device if name.startswith("device.") else film if name.startswith("film.") else known
@@ -356,6 +356,9 @@ def _several(entries: Any) -> Iterator[tuple[str, Device]]:
 def _device_finding(recordings: str, device: Device) -> Finding:
     figures = {"range_N": device.range, "spring_N_per_m": device.stiffness}
     return Finding.of(FindingKind.DEVICE, recordings=recordings, model=device.model, pad=device.pad, **figures)
+
+
+_OF_OTHER_TABLES = (*(f"recordings.{key}" for key in KEYS), *(f"protocol.{key}" for key in PROTOCOL_ENTRIES))
 
 
 def read_conditions(path: str | Path) -> Conditions:

@@ -464,13 +464,13 @@ def _require_one_unit(dataset: ImpactDataset, where: columns.Where) -> None:
         dataset.peak_pressure,
         dataset.pressure_censored,
     )
-    columns.refuse_other_units("peak_force_N", dataset.peak_force, dataset.censored, of_role, where)
+    columns.refuse_other_units("peak_force_N", dataset.peak_force, dataset.censored, of_role, dataset.recording, where)
     column, range_ = "peak_pressure_N_per_cm2", dataset.conditions.film.range
     expected = f"less than the pressure range of {range_:g} N/cm^2, or pressure_censored true"
     where.refuse((pressure >= range_) & ~above, column, pressure, expected)
     at_least = "the pressure that was reached at least where pressure_censored is true"
     where.refuse(np.isnan(pressure) & above, column, pressure, at_least)
-    columns.refuse_other_units(column, np.nan_to_num(pressure), above, of_role, where)
+    columns.refuse_other_units(column, np.nan_to_num(pressure), above, of_role, dataset.recording, where)
 
 
 def _stated_names(state: ArrayLike | None, where: columns.Where) -> Texts | None:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, fields, replace
+from collections.abc import Iterable
+from dataclasses import fields, replace
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from forcemap.campaigns.campaign import Campaign
 from forcemap.campaigns.columns import COLUMNS, RAW_PEAK
 from forcemap.campaigns.conditions import CAMPAIGN_FILE
 from forcemap.campaigns.contradictions import SPEEDS_APART
+from forcemap.campaigns.copies import Edge, Edges
 from forcemap.campaigns.plan import PLAN_FILE
 from forcemap.campaigns.pressures import FilmReading, Films, film_reading
 from forcemap.campaigns.readout import Readout
@@ -36,12 +38,34 @@ Row = dict[str, str]
 """A row of the impacts table, a text for each column."""
 
 
-@dataclass
 class UsedRecordings:
-    """The recording that is used, by its run and by its forces."""
+    """The recording that is used of each run, and which recordings of a campaign hold one and the same impact.
 
-    runs: dict[tuple[str, int], str] = field(default_factory=dict)
-    forces: dict[str, str] = field(default_factory=dict)  # SHA-256 of all samples -> recording
+    Parameters
+    ----------
+    recordings : iterable of CampaignRecording
+        All of the campaign: an impact is of one run, whatever becomes of the files that hold it.
+    """
+
+    def __init__(self, recordings: Iterable[CampaignRecording]) -> None:
+        self.runs: dict[tuple[str, int], str] = {}
+        self._held = [(each, impact.edge) for each in recordings if each.readout for impact in each.readout.impacts]
+        self._edges = Edges(edge for _, edge in self._held)
+
+    def copied(self, recording: CampaignRecording, edge: Edge, run: tuple[str, int]) -> str:
+        """Why an impact of a run counts already, or may be of another one; empty if it is neither."""
+        held = [self._held[i][0] for i in self._edges.same_as(edge)]
+        for other in (each for each in held if each is not recording):
+            name, of = other.entry.name, other.run
+            if other.excluded and of != run:
+                way = "if it was made at this run, give that recording this run in place of exclude"
+                return f"the same forces as {name}, which is excluded: a copy is no other run; {way}"
+            if of and of[0] != run[0]:
+                way = f"take the wrong file away, and its row out of {REGISTER_FILE}"
+                return f"the same forces as {name}, which is of another state: one of the two is wrong; {way}"
+            if self.runs.get(of or run) == name:
+                return f"the same forces as {name}: a copy is no repeat"
+        return ""
 
 
 def registered(
@@ -73,7 +97,7 @@ def registered(
     assert recording.readout is not None
     film = film_reading(films, campaign, entry)
     row = _row(campaign, recording.readout, entry) | (film.cells if film else _NO_PRESSURE)
-    used.runs[entry.state_id, entry.repeat] = used.forces[recording.readout.force_sha256] = entry.name
+    used.runs[entry.state_id, entry.repeat] = entry.name
     return _sealed(entry, row, now | _basis(campaign, entry, film), several=bool(campaign.conditions.devices)), row
 
 
@@ -136,8 +160,8 @@ def _assigned(campaign: Campaign, recording: CampaignRecording, entry: Entry, us
         pass
     elif not planned / SPEEDS_APART <= speed <= planned * SPEEDS_APART:
         reason = f"speed_mps {speed:g} is far from the planned {planned:g} m/s; is it another state?"
-    elif copied := used.forces.get(shown.force_sha256):
-        reason = f"the same forces as {copied}: a copy is no repeat"
+    elif copied := used.copied(recording, shown.impacts[0].edge, (state, repeat)):
+        reason = copied
     elif other := used.runs.get((state, repeat)):
         reason = f"{other} is that run already; give this one another repeat, or exclude one of the two"
     return replace(entry, use=Use.DISCARDED, reason=reason) if reason else entry

@@ -7,17 +7,19 @@ from pathlib import Path
 from typing import NamedTuple, Protocol
 
 from forcemap.campaigns.campaign import Campaign
+from forcemap.campaigns.copies import Edge, edge_of
 from forcemap.campaigns.recorded_impacts import RecordedImpacts, judged_under, recorded_impacts
 from forcemap.errors import InputError, MissingExtra, RecordingError
-from forcemap.files import file_sha256, sha256
+from forcemap.files import file_sha256
 from forcemap.findings import Finding, in_words
 from forcemap.impacts.detect import force_without_impact
 from forcemap.impacts.impact import Flag, Impact
 from forcemap.impacts.scenario import ContactScenario
+from forcemap.recordings.recording import Recording
 
 
 class ImpactReadout(NamedTuple):
-    """The figures of an impact, under the names and in the units of `Impact`."""
+    """The figures of an impact, under the names and in the units of `Impact`; and what tells a copy of it."""
 
     onset: float
     phase1_duration: float
@@ -27,11 +29,12 @@ class ImpactReadout(NamedTuple):
     phase2_force: float
     saturated: bool
     scenario: ContactScenario
+    edge: Edge
     flags: tuple[Flag, ...]
 
     @classmethod
-    def of(cls, impact: Impact) -> ImpactReadout:
-        """The figures of an impact."""
+    def of(cls, impact: Impact, recording: Recording) -> ImpactReadout:
+        """The figures of an impact in a recording."""
         return cls(
             onset=float(impact.onset),
             phase1_duration=float(impact.phase1_end - impact.onset),
@@ -41,6 +44,7 @@ class ImpactReadout(NamedTuple):
             phase2_force=float(impact.phase2_force),
             saturated=bool(impact.saturated),
             scenario=impact.scenario,
+            edge=edge_of(impact, recording),
             flags=impact.flags,
         )
 
@@ -48,15 +52,13 @@ class ImpactReadout(NamedTuple):
 class Readout(NamedTuple):
     """The figures of a recording: its curve's name, the file's size [bytes], and what its impacts show.
 
-    `force_sha256` is that of all samples of its force, whatever else is in its file; `force_without` the force where no
-    impact was found [N]; `doubt_words` why it shows no limit kept.
+    `force_without` is the force where no impact was found [N]; `doubt_words` why it shows no limit kept.
     """
 
     curve: str
     size: int
     simulated: bool
     notes: tuple[str, ...]
-    force_sha256: str
     force_without: float
     doubt_words: str
     impacts: tuple[ImpactReadout, ...]
@@ -75,10 +77,9 @@ class Readout(NamedTuple):
             size=recording.size,
             simulated=recording.simulated,
             notes=recording.notes,
-            force_sha256=sha256(recording.force.tobytes()),
             force_without=0.0 if impacts else float(force_without_impact(recording)),
             doubt_words=recorded.doubt_words,
-            impacts=tuple(map(ImpactReadout.of, impacts)),
+            impacts=tuple(ImpactReadout.of(impact, recording) for impact in impacts),
         )
 
 

@@ -164,7 +164,8 @@ def assign_runs(
     """
     assigned = {proposal.name: proposal.entry for proposal in proposals}
     known = [assigned.pop(entry.name, entry) for entry in campaign.entries]
-    return build_dataset(replace(campaign, entries=(*known, *assigned.values())), progress=progress)
+    entries = (*known, *assigned.values())  # other than the folder's, so that it is not as it was left
+    return build_dataset(replace(campaign, entries=entries, stated_sha256=()), progress=progress)
 
 
 def _key(campaign: Campaign, recording: CampaignRecording, order: RecordingOrder) -> tuple[object, ...]:

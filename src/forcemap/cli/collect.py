@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 import time
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, NamedTuple
 
@@ -12,6 +13,7 @@ from typer import Argument, Option, confirm
 
 from forcemap import Campaign, ForcemapError, ImpactDataset, InputError, collect_campaign, read_campaign
 from forcemap.answers.collect import AssignAnswer, CollectAnswer, ProposedRun, Repeatability
+from forcemap.campaigns.recordings_table import Use
 from forcemap.campaigns.run_order import RecordingOrder, assign_runs, propose_runs
 from forcemap.campaigns.workers import processors
 from forcemap.cli.check import SHOWN, shortened
@@ -62,6 +64,8 @@ def collect(
     after = f"Next: forcemap fit {folder} tells how good its map is; speed, report and export give its speeds"
     if np.isin(confirming, dataset.state).any():
         after = f"Next: forcemap confirm {folder}, with the same area and contact as when it was planned"
+    if 2 * sum(entry.use is not Use.USED for entry in campaign.entries) > len(campaign.entries):
+        after = "Next: mend what keeps most recordings from being used (above), and collect again"
     answer = CollectAnswer.of_campaign(campaign, dataset)
     emit(answer, _lines(answer, folder, after), as_json=as_json)
 
@@ -190,6 +194,7 @@ def _lines(answer: CollectAnswer, folder: str, after: str) -> list[str]:
     if answer.flags:
         lines += ["Flags of the used ones: " + ", ".join(f"{name} {count}" for name, count in answer.flags.items())]
     lines += ["", *contact_lines(answer), *scatter_lines(answer.repeatability)]
+    lines += disagreeing_lines(answer.disagreeing_repeats)
     lines += [answer.drift.finding] if answer.drift and not answer.drift.found else []
     lines += [answer.units.capitalize()] if answer.units and answer.units != answer.no_speed else []
     if answer.not_stated:
@@ -215,6 +220,11 @@ def contact_lines(answer: CollectAnswer) -> list[str]:
     return [answer.phase_two, refused, *(f"  - {line}" for line in why)]
 
 
+def disagreeing_lines(states: Sequence[str]) -> list[str]:
+    """States whose repeats, above the device range too, lie far apart."""
+    return [f"  repeats lie more than 10 % apart, look at their recordings: {', '.join(states)}"] if states else []
+
+
 def scatter_lines(scatter: Repeatability) -> list[str]:
     """How far repeats agree."""
     lines, symmetry = [], scatter.symmetry
@@ -223,7 +233,7 @@ def scatter_lines(scatter: Repeatability) -> list[str]:
             f"Repeatability: SD of the repeats of a state {scatter.mean_sd_N:.1f} N on average "
             f"({scatter.mean_sd_percent:.1f} %), {scatter.max_sd_N:.1f} N at most"
         )
-    lines += [f"  outlier: {outlier.words}; look at the recording" for outlier in scatter.outliers]
+    lines += [f"  outlier: {outlier.words}" for outlier in scatter.outliers]
     if symmetry is not None and symmetry.mean_difference_N is not None:
         lines.append(
             f"Rotational symmetry: forces on one circle differ by {symmetry.mean_difference_N:.1f} N on average "

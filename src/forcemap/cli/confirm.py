@@ -148,5 +148,5 @@ def _impacts_table(result: ConfirmationResult) -> list[str]:
     ]
     failed = [impact for impact in result.impacts if impact.outcome is not Confirmed.PASSES]
     doubts = [f"{impact.recording}: {sentence(impact.reason)}" for impact in failed]
-    header = ["state", "d [m]", "h [m]", "v [m/s]", "force [N]", "bound [N]", "outcome"]
+    header = ["state", "d [m]", "h [m]", "v at contact [m/s]", "force [N]", "bound [N]", "outcome"]
     return [*table(header, rows), *(listing("Why", doubts) if doubts else [])]

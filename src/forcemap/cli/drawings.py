@@ -32,6 +32,7 @@ from forcemap.dynamics.mass_map import MassMap, planar_mass_map
 from forcemap.dynamics.planar_arm import INSPECTION_DISTANCES, INSPECTION_HEIGHTS, PlanarArm, papers_arms
 from forcemap.errors import UnknownName
 from forcemap.figures.heights import default_cuts, states_shown
+from forcemap.figures.maps import profile_states_shown, workspace_states_shown
 from forcemap.figures.names import label
 from forcemap.maps.bounds import Bound
 from forcemap.words import sentence, warnings
@@ -229,9 +230,11 @@ def _repeatability(sources: list[Source], _: Choices, **size: Any) -> Figure:
     return figures.repeatability_figure(fm.repeatability(dataset), dataset, **size)
 
 
-def _profiles(sources: list[Source], _: Choices, **size: Any) -> Figure:
+def _profiles(sources: list[Source], choices: Choices, **size: Any) -> Figure:
+    _require_measured(sources, choices)
     (source,) = sources
-    return figures.force_profiles_figure(source.force_map, source.dataset, bound=bound_from(source.force_map), **size)
+    shown: dict[str, Any] = {"bound": bound_from(source.force_map), "speeds": choices.speeds}
+    return figures.force_profiles_figure(source.force_map, source.dataset, **shown, **size)
 
 
 def _require_measured(sources: list[Source], choices: Choices) -> None:
@@ -253,14 +256,17 @@ def _heights(sources: list[Source], choices: Choices, **size: Any) -> Figure:
 
 
 def left_out(kind: Kind, sources: Sequence[Source], choices: Choices) -> list[str]:
-    """How many measured states of each source a figure of heights does not show."""
-    if kind is not Kind.HEIGHTS:
-        return []
-    counts = states_shown([source.mapped() for source in sources], speeds=choices.speeds)
+    """How many measured states of each source a figure of lines or slices does not show."""
+    counts: Sequence[tuple[int, int]] = ()
+    if kind is Kind.HEIGHTS:
+        counts = states_shown([source.mapped() for source in sources], speeds=choices.speeds)
+    elif kind in (Kind.PROFILES, Kind.WORKSPACE):
+        shown = profile_states_shown if kind is Kind.PROFILES else workspace_states_shown
+        counts = [shown(source.force_map, source.dataset, choices.speeds) for source in sources]
     return [
-        f"{source.name}: {most - seen} of {most} measured states are not shown: they lie at other heights or speeds; "
-        "forcemap figure heights --speeds-mps shows other speeds, residuals all states"
-        for source, (seen, most) in zip(sources, counts, strict=True)
+        f"{source.name}: {most - seen} of {most} measured states are not shown: they lie on no line or slice that is "
+        f"drawn; --speeds-mps shows other speeds, forcemap figure residuals all states"
+        for source, (seen, most) in zip(sources, counts, strict=bool(counts))
         if seen < most
     ]
 
@@ -280,8 +286,9 @@ def unlike(kind: Kind, sources: Sequence[Source], choices: Choices) -> list[str]
     return lines
 
 
-def _workspace(sources: list[Source], _: Choices, **size: Any) -> Figure:
-    return figures.workspace_figure(sources[0].force_map, sources[0].dataset, **size)
+def _workspace(sources: list[Source], choices: Choices, **size: Any) -> Figure:
+    _require_measured(sources, choices)
+    return figures.workspace_figure(sources[0].force_map, sources[0].dataset, speeds=choices.speeds, **size)
 
 
 def _residuals(sources: list[Source], _: Choices, **size: Any) -> Figure:
@@ -455,9 +462,9 @@ _CUT = {"speeds", "distance", "height"}
 _WAYS = {
     Kind.GRID: _Way(_grid, 1),
     Kind.REPEATABILITY: _Way(_repeatability, 1),
-    Kind.PROFILES: _Way(_profiles, 1),
+    Kind.PROFILES: _Way(_profiles, 1, frozenset({"speeds"})),
     Kind.HEIGHTS: _Way(_heights, 3, frozenset({"speeds"})),
-    Kind.WORKSPACE: _Way(_workspace, 1),
+    Kind.WORKSPACE: _Way(_workspace, 1, frozenset({"speeds"})),
     Kind.RESIDUALS: _Way(_residuals, 1),
     Kind.COMPARISON: _Way(_comparison, 3, frozenset({"area", "moving_mass", *_CUT})),
     Kind.EVOLUTION: _Way(_evolution, 4, frozenset({"area"})),

@@ -41,11 +41,11 @@ from forcemap.cli.task_options import (
 )
 from forcemap.comparisons.beside_standard import standard_speed
 from forcemap.direction import WIDEST_ANGLE, raised_off_axis
-from forcemap.errors import InputError
+from forcemap.errors import InputError, one_line
 from forcemap.exports.directed_tables import DirectedTables, directed_csv, directed_result, directed_tables
 from forcemap.exports.krl import krl_along_data, krl_along_source, krl_data, krl_source
 from forcemap.exports.robot_table import ZONE_SIZE, Provenance, RobotTable
-from forcemap.exports.safety_proposal import safety_proposal
+from forcemap.exports.safety_proposal import safety_proposal, segments_stopped
 from forcemap.exports.scaling import scaling_csv, scaling_result
 from forcemap.exports.urscript import urscript, urscript_along
 from forcemap.exports.zones import zones_csv, zones_result
@@ -123,6 +123,7 @@ def export(
     if zones.refusal:
         return refused(zones.refusal, result, as_json=as_json)
     words = _zones_permitted(found := _permitted(zones, maps, limits), angle, one=one)
+    words += _stops(zones, task, None) if isinstance(zones, RobotTable) and format is Format.SAFETY else ""
     files = _files(format, zones, task) if isinstance(zones, RobotTable) else _files_by_direction(format, zones)
     said: dict[str, Any] = {
         "angle": angle,
@@ -385,6 +386,7 @@ def export_path(
         raised = zones_raised(angle, ZONE_SIZE, one=True)
         permitted = zones.permitted > 0 and not speeds.refused.any()
         words += ", NOT for this path, which is not permitted everywhere" * bool(speeds.refused.any())
+        words += _stops(zones, None, speeds)
     else:
         provenance = provenance.of_path(speeds)
         result, text = scaling_result(speeds, provenance), scaling_csv(speeds, provenance)
@@ -393,6 +395,13 @@ def export_path(
         permitted = not speeds.refused.any()
     write(result, {"": text}, words, provenance, angle=angle, raised=raised, output=output, as_json=as_json)
     return 0 if permitted else 1
+
+
+def _stops(zones: RobotTable, task: fm.Task | None, speeds: fm.PathSpeeds | None) -> str:
+    """That the entries of the safety sheet would stop segments; empty if they stop none."""
+    if not (stopped := segments_stopped(zones, task, speeds)):
+        return ""
+    return f"; THESE ENTRIES WOULD STOP THE ROBOT on {', '.join(map(one_line, stopped))} (the sheet says why)"
 
 
 def _slowed(speeds: fm.PathSpeeds) -> str:
@@ -409,14 +418,19 @@ def _slowed(speeds: fm.PathSpeeds) -> str:
 
 
 def _time_as_commanded(speeds: fm.PathSpeeds, result: dict[str, Any]) -> str:
-    """How long the path takes at the speeds of the file, and at the allowed ones; empty if a piece has none."""
+    """How long the path takes at the speeds of the file, and what costs time; empty if a piece has no speed."""
     time = speeds.duration(np.array([piece["commanded_speed_mps"] for piece in result["pieces"]]))
     if math.isnan(time):
         return ""
-    return (
-        f", {time:.3f} s at their commanded speeds ({speeds.allowed.duration:.3f} s at the allowed ones: every piece "
-        "is slow enough to brake for the next, also where the robot rests between them)"
-    )
+    allowed, slowed = speeds.allowed.duration, speeds.slowed.duration
+    unbraked = allowed if math.isnan(slowed) else slowed
+    costs = [f"{unbraked:.3f} s without braking ahead of slower pieces"]
+    if f"{allowed:.3f}" != f"{unbraked:.3f}":
+        costs.append(
+            f"{allowed:.3f} s if the program were as fast as allowed: no speed exceeds the programmed one; for the "
+            "fastest state none where contact is possible"
+        )
+    return f", {time:.3f} s at their commanded speeds ({'; '.join(costs)})"
 
 
 def _zones_beside(

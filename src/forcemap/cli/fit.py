@@ -12,6 +12,7 @@ from typer import Option
 
 import forcemap as fm
 from forcemap.answers.map import CensoringAnswer, FitAnswer, Margins
+from forcemap.cli.collect import disagreeing_lines
 from forcemap.cli.options import DeviceSpring, FormName, Json, Table, fitted, too_few_states_named
 from forcemap.cli.output import (
     accuracy_lines,
@@ -57,6 +58,7 @@ def fit(
     accuracies = fm.map_accuracy(force_map, dataset)
     if output:
         write_result(output, map_text(force_map), mark='"schema": "forcemap-map/')
+    answer = FitAnswer.of_fit(dataset, force_map, accuracies)
     written = [f"map written to {output}" if output else "no file written; -o MAP.json writes the map"]
     if force_map.binding.refusal:
         pass
@@ -66,11 +68,11 @@ def fit(
             "--device-spring-N-per-mm"
         )
     else:
+        contact = "quasi-static" if answer.transient_refused else "transient (or quasi-static)"
         written.append(
-            f"Next: forcemap speed-map {shlex.quote(output or table)} --area AREA --contact transient (or "
-            "quasi-static); forcemap limits lists the areas"
+            f"Next: forcemap speed-map {shlex.quote(output or table)} --area AREA --contact {contact}; forcemap limits "
+            "lists the areas"
         )
-    answer = FitAnswer.of_fit(dataset, force_map, accuracies)
     emit(answer, [*fit_lines(answer), "", *written], as_json=as_json)
 
 
@@ -95,15 +97,16 @@ def fit_lines(answer: FitAnswer) -> list[str]:
             f"  {counted(answer.states_left_out, 'state')} left out, with impacts above the device range alone: "
             f"{', '.join(answer.states_left_out_names)}"
         )
-    if answer.disagreeing_repeats:
-        names = ", ".join(answer.disagreeing_repeats)
-        lines.append(f"  repeats lie more than 10 % apart, look at their recordings: {names}")
+    lines += disagreeing_lines(answer.disagreeing_repeats)
     lines += ["", *_censoring_lines(answer, effect)] if effect else []
     columns = [answer.terms, [f"{b:.4f}" for b in answer.coefficients]]
     columns += [[f"{b:.4f}" for b in effect.coefficients]] if effect else []
-    columns += [_figures(answer.standard_errors, ".4f"), _figures(answer.p_values, ".3g")]
+    columns += [_figures(answer.standard_errors, ".4f")]
+    ends = zip(_figures(answer.intervals_low, ".4f"), _figures(answer.intervals_high, ".4f"), strict=True)
+    columns += [["-" if low == "-" else f"{low} to {high}" for low, high in ends]]
+    columns += [_figures(answer.p_values, ".3g")]
     (scatter,) = _figures([answer.state_sd_percent], ".2f")
-    header = ["term", "coefficient", *["if discarded"] * bool(effect), "standard error", "p value"]
+    header = ["term", "coefficient", *["if discarded"] * bool(effect), "standard error", "95 % interval", "p value"]
     return [
         *lines,
         "",
@@ -153,8 +156,9 @@ def _verdict(answer: FitAnswer) -> str:
     if answer.form_test.misses and not answer.form_test.covered:
         return "MEASURE MORE before speeds of this map are used: its form does not fit, and a bound may not cover that"
     follow = "can follow from this map" if answer.spring_stated else "follow only once the device's spring is stated"
+    only = f", FOR QUASI-STATIC CONTACT ALONE ({answer.transient_refused})" if answer.transient_refused else ""
     return (
-        f"SAFE SPEEDS {follow}: its tolerance bound lies {low:.1f} to {high:.1f} % above the "
+        f"SAFE SPEEDS {follow}{only}: its tolerance bound lies {low:.1f} to {high:.1f} % above the "
         f"prediction (a fixed + 10 % {fixed} here), and predictions are at most "
         f"{answer.accuracy.max_underestimation_percent:.1f} % too low on {answer.accuracy.on}"
     )

@@ -108,7 +108,7 @@ def _known(folder: str, ask: _Ask) -> FleetCampaign | None:
     except fm.ForcemapError:  # said when it is made
         return None
     row = FleetCampaign.model_validate(memory.found | {"made_again": False, "changed": []})
-    return row.model_copy(update={"due": _due(row, conditions, ask)})
+    return row.model_copy(update={"due": _due(row, conditions, ask, report)})
 
 
 def _conditions(folder: Path) -> fm.Conditions:
@@ -170,7 +170,8 @@ def _made(folder: str, ask: _Ask) -> FleetCampaign:
         row = _failure(str(error))
     except Exception as error:
         row = _failure(f"a defect of forcemap ({type(error).__name__}: {error}); please report it")
-    return row if conditions is None else row.model_copy(update={"due": _due(row, conditions, ask)})
+    report = Path(folder, REPORT_FILE)
+    return row if conditions is None else row.model_copy(update={"due": _due(row, conditions, ask, report)})
 
 
 def _make(folder: Path, conditions: fm.Conditions, ask: _Ask) -> FleetCampaign:
@@ -194,7 +195,7 @@ def _make(folder: Path, conditions: fm.Conditions, ask: _Ask) -> FleetCampaign:
         last_map=_last(last),
         report={key: value for key, value in of_report.items() if key != "inputs"},
     )
-    row = row.model_copy(update={"due": _due(row, conditions, ask)})
+    row = row.model_copy(update={"due": _due(row, conditions, ask, report)})
     Memory(made_from(assessment), file_sha256(report), known, row.model_dump(mode="json")).write(folder)
     return row
 
@@ -242,9 +243,12 @@ def _exceeds(result: PointResult) -> bool:
     return any(impact.outcome is VerdictOutcome.EXCEEDED for impact in result.impacts)
 
 
-def _due(row: FleetCampaign, conditions: fm.Conditions, ask: _Ask) -> list[str]:
-    """What is due of a campaign: of its device, its plan, its last map."""
+def _due(row: FleetCampaign, conditions: fm.Conditions, ask: _Ask, report: Path) -> list[str]:
+    """What is due of a campaign: of its device, its plan, its last map, and a PDF of an earlier report."""
     words = sentences(due(conditions, ask.today))
+    printed = report.with_suffix(".pdf")
+    if printed.exists() and report.exists() and printed.stat().st_mtime_ns < report.stat().st_mtime_ns:
+        words.append(f"{printed.name} is of an earlier report; forcemap report --pdf writes it again")
     if row.missing_runs:
         words.append(sentence(fm.Finding.of(fm.FindingKind.RUNS_LEFT, runs=row.missing_runs)))
     refused = [

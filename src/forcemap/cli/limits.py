@@ -14,6 +14,7 @@ from forcemap.cli.output import emit, listing, table
 from forcemap.comparisons.contact_model import ContactModel, contact_model
 from forcemap.limits.body_areas import PASCALS
 from forcemap.limits.pfl import pfl_pressure_speed_limit
+from forcemap.words import sentence
 
 BodyOption = Annotated[
     Body, Option("--body", help="constrained: the body part cannot move away; free: the region's own mass.")
@@ -48,9 +49,11 @@ def limits(
     if moving_mass is None and (contact_area is not None or payload is not None):
         raise fm.InputError("moving mass: --contact-area-cm2 and --payload-kg go with --moving-mass-kg")
     assumptions = [
-        "a formula, not confirmed by any measurement",
-        "person at rest",
-        "pressure not assessed" if contact_area is None else f"pressure assessed over {contact_area:g} cm^2",
+        sentence(fm.Finding.of(fm.FindingKind.FORMULA)),
+        sentence(fm.Finding.of(fm.FindingKind.PERSON_AT_REST)),
+        sentence(fm.Finding.of(fm.FindingKind.PRESSURE_NOT_ASSESSED))
+        if contact_area is None
+        else f"pressure assessed over {contact_area:g} cm^2",
         "the transient limit holds only where the contact does not clamp",
     ]
     answers = []

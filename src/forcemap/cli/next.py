@@ -13,8 +13,18 @@ from typer import Argument, Option
 import forcemap as fm
 from forcemap.answers.plan import NextAnswer
 from forcemap.assessment.folder import read_recorded
+from forcemap.assessment.folder_map import folder_map
 from forcemap.cli import planned
-from forcemap.cli.options import ContactKind, DeviceSpring, FormName, Json, Limit, force_map_from, limit_from
+from forcemap.cli.options import (
+    ContactKind,
+    DeviceSpring,
+    FormName,
+    Json,
+    Limit,
+    bound_from,
+    force_map_from,
+    limit_from,
+)
 from forcemap.cli.output import counted, emit, verdict_first
 from forcemap.cli.task_options import figures
 from forcemap.planning.confirm import ConfirmationPlan
@@ -75,17 +85,10 @@ def next_(
     options: dict[str, Any] = {} if largest_force is None else {"largest_force": largest_force}
     options |= _planned_ranges(campaign) if campaign else {}
     options |= {name: figures(name, text) for name, text in ranges.items() if text is not None}
-    answer = fm.next_measurements(
-        measured,
-        force_limit,
-        contact=kind,
-        expected_force=force_map_from(source, None)[0] if source else None,
-        form=fm.form_named(form or fm.CFM_3D.name),
-        batch=batch,
-        states=states,
-        repeats=repeats,
-        **options,
-    )
+    options |= {"batch": batch, "states": states, "repeats": repeats, "form": fm.form_named(form or fm.CFM_3D.name)}
+    expected = force_map_from(source, None)[0] if source else None
+    answer = fm.next_measurements(measured, force_limit, contact=kind, expected_force=expected, **options)
+    answer = _with_confirmed(answer, campaign, measured, force_limit, kind)
     files = [] if table_alone else _written(folder, campaign, answer, conditions)
     repeated = {
         **planned.limit_words(limit, contact),
@@ -159,6 +162,25 @@ def _measured(campaign: fm.Campaign) -> fm.ImpactDataset | fm.Conditions:
     planned.refuse_waiting(campaign, campaign.plan.role == "train", dataset, "planned states")
     planned.refuse_waiting(campaign, ConfirmationPlan.among(campaign.plan), dataset, "states to confirm the map")
     return campaign.conditions if dataset is None else dataset
+
+
+def _with_confirmed(
+    answer: fm.NextMeasurements,
+    campaign: fm.Campaign | None,
+    measured: fm.ImpactDataset | fm.Conditions,
+    limit: fm.ForceLimit | fm.NewtonLimit,
+    contact: fm.Contact | None,
+) -> fm.NextMeasurements:
+    """The answer, which says first that the map is confirmed as it is, if so: one of more states is not."""
+    if answer.plan is None or campaign is None or isinstance(measured, fm.Conditions):
+        return answer
+    if not ConfirmationPlan.among(campaign.plan).any():
+        return answer
+    force_map = folder_map(campaign.folder, measured).force_map
+    told = force_map.confirmed and force_map.confirmed(limit, contact, bound_from(force_map))
+    if told is None or told.kind is not fm.FindingKind.CONFIRMED_BY:
+        return answer
+    return replace(answer, warnings=(fm.Finding.of(fm.FindingKind.CONFIRMED_NO_LONGER, told), *answer.warnings))
 
 
 def _with_device(dataset: fm.ImpactDataset, stated: fm.Conditions) -> fm.ImpactDataset:

@@ -314,6 +314,10 @@ def fit_notes(answer: FitAnswer | EvaluateAnswer) -> list[str]:
     return [*continued * bool(first.outside_states), *(note for note in notes if note not in answer.doubts)]
 
 
+_TELLING = 4
+"""Places with several states from which on their scatter is told without a doubt added; a choice."""
+
+
 def place_lines(answer: PlaceFigures) -> list[str]:
     """What the states of a place share, beside what is a state's own; nothing for a map that was not fitted."""
     if answer.places is None or answer.place_sd_percent is None:
@@ -326,10 +330,13 @@ def place_lines(answer: PlaceFigures) -> list[str]:
     likeliest = f"{answer.likely_place_correlation:.2f}"
     found = "no scatter shared by the states of a place found; " if likeliest == "0.00" else ""
     shared = f"{answer.place_sd_percent:.2f} %{' of scatter shared by the states of a place' * (not found)}"
+    hardly = ""
+    if (shared_places := answer.places_shared or 0) < _TELLING:
+        hardly = f"only {shared_places} with several states, which hardly tells what these share: "
     return [
-        f"{answer.places} places: {found}bound, standard errors and p values reckon with {shared}, the most that is "
-        f"likely (correlation {answer.place_correlation:.2f}, likeliest {likeliest}), and {answer.own_sd_percent:.2f} "
-        "% of a state's own"
+        f"{answer.places} places: {hardly}{found}bound, standard errors and p values reckon with {shared}, the most "
+        f"that is likely (correlation {answer.place_correlation:.2f}, likeliest {likeliest}), and "
+        f"{answer.own_sd_percent:.2f} % of a state's own"
     ]
 
 

@@ -293,8 +293,8 @@ def _too_fast(answer: PathAnswer) -> list[str]:
     lines = ["! programmed faster than this path may be driven there: slow down to the speed to program"]
     if by_points:
         lines.append(
-            "  a motion counts with the faster speed_mps of its two points; where a slow motion meets a fast one, "
-            "leave speed_mps out of the path and state it for each segment in the task"
+            "  a motion counts with the faster speed_mps of its two points; if each is the speed of the motion to its "
+            "point, call the column speed_to_point_mps"
         )
     return lines
 

@@ -17,12 +17,13 @@ from typer import Option
 import forcemap as fm
 from forcemap.arrays import Mask
 from forcemap.campaigns.conditions import CAMPAIGN_FILE, PLAN_TABLE
+from forcemap.campaigns.plan import PLAN_FILE
 from forcemap.campaigns.recordings_table import REGISTER_FILE
 from forcemap.campaigns.template import campaign_text, completed_text
 from forcemap.cli.options import number, stated, stiffness
 from forcemap.cli.output import WIDEST, table
 from forcemap.exports.run_sheet import restated, run_sheet, with_added
-from forcemap.files import read_bytes, write_atomically
+from forcemap.files import file_sha256, read_bytes, write_atomically
 
 SHEET = "run_sheet.txt"
 Distances = Annotated[
@@ -219,7 +220,9 @@ def refuse_waiting(campaign: fm.Campaign, runs: Mask, dataset: fm.ImpactDataset 
 
 def measuring_lines(folder: str, files: Sequence[str], then: str) -> list[str]:
     """What was written, and the way from the printed sheet to the next answer."""
-    older = files and any(Path(folder).glob("*.sha256"))  # the list that each report has beside it
+    plan = f"{file_sha256(Path(folder, PLAN_FILE))}  {PLAN_FILE}" if files else ""
+    lists = [read_bytes(file).decode("utf-8", "replace") for file in Path(folder).glob("*.sha256")]  # of each report
+    older = any(f"  {PLAN_FILE}" in listed and plan not in listed for listed in lists)
     return [
         *([f"Written to {folder}: {', '.join(files)}"] if files else []),
         *(["The report in this folder rests on the plan before: write it again (forcemap report)"] if older else []),

@@ -201,6 +201,10 @@ def _readme(
         "`speeds-quasi-static` for the contact that they name.",
         "Speeds in `states.csv`: `speed_stated_mps` as the campaign states them, `speed_less_error_mps` less its speed "
         f"error ({less}): to these the map is fitted, and figures and other tables show them.",
+        "In `dataset.csv`, `impacts_used` counts those below the device range; a map has those above it, too, as at "
+        "least that force.",
+        "Errors in `states.csv` and `accuracy.csv` are predicted less measured (underestimation is below 0, or named); "
+        "figures show measured less predicted (underestimation is above 0).",
         "Of a coefficient `low` and `high` are the ends of its 95 % confidence interval (Student's t), "
         "with the largest correlation of the states of a place that is likely.",
         *again,

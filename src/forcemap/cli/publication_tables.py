@@ -8,13 +8,14 @@ import numpy as np
 
 import forcemap as fm
 from forcemap.answers.speed_map import SpeedMapAnswer
-from forcemap.assessment.assess_campaign import PLACES_APART, coefficient_intervals
+from forcemap.assessment.assess_campaign import PLACES_APART
 from forcemap.cli.drawings import Choices, Kind, Source
 from forcemap.cli.options import bound_from
 from forcemap.cli.speed import fastest_line
 from forcemap.comparisons.force_models import ModelComparison, compared_maps
 from forcemap.csv_table import csv_cell, csv_text
 from forcemap.exports.speed_table import speed_map_csv
+from forcemap.maps.coefficients import coefficient_intervals
 from forcemap.maps.map_file import map_sha256
 
 _ERRORS = {

@@ -456,9 +456,11 @@ def _release_lines(releases: Sequence[ReleaseAnswer]) -> list[str]:
         name = f"  - release {release.release}, {release.subject}, {release.areas}, {release.contact}{limit}"
         if release.speeds is None:
             lines.append(f"{name}: NOT IN FORCE: {'; '.join(release.why_not)}")
+            lines.append(f"      released by {release.person}; its speeds of then: forcemap register export releases")
             continue
         lines.append(f"{name}: in force until {release.valid_until}{', SIMULATED' if release.simulated else ''}")
         lines += [f"      {warning}" for warning in release.warnings]
         lines.append(f"      {release.to_program}")
-        lines.append(f"      {release.bound}; released by {release.person}; report {release.report_sha256[:12]}")
+        by = f"released by {release.person}; report {release.report_sha256[:12]}"
+        lines.append(f"      {release.rests_on}; {by}")
     return lines

@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import os
 import shlex
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated, Any
@@ -106,9 +106,9 @@ def report(
         *answer_lines(assessment),
         f"Written: {', '.join(files)} ({os.path.getsize(files[0]) / 1e6:.1f} MB; an estimate from measurements, not a "
         "certificate)",
-        f"Later: forcemap report --verify {files[0]} {folder}",
     ]
-    emit(report_result(assessment, files), lines, as_json=as_json)
+    verify = f"Later: forcemap report --verify {files[0]} {folder}"
+    emit(report_result(assessment, files), [*lines, *_older_pdf(files), verify], as_json=as_json)
     return int(isinstance(assessment.points, Missing))
 
 
@@ -182,7 +182,7 @@ def _report_atlas(
         "map_sha256": atlas.sha256,
         "campaigns": {name: report_result(each, [reports[name]]) for name, each in assessments.items()},
     }
-    emit(result, [*lines, f"Written: {', '.join(files)}"], as_json=as_json)
+    emit(result, [*lines, f"Written: {', '.join(files)}", *_older_pdf(files)], as_json=as_json)
     return int(any(isinstance(each.points, Missing) for each in assessments.values()))
 
 
@@ -217,6 +217,13 @@ def write_report(
     if pdf:
         write_atomically(beside, printed)
     return [str(target), str(listed), *([str(beside)] if pdf else [])]
+
+
+def _older_pdf(files: Sequence[str]) -> list[str]:
+    """PDFs of earlier reports that stay beside those that were written."""
+    beside = [str(Path(file).with_suffix(".pdf")) for file in files if file.endswith((".html", ".htm"))]
+    older = [name for name in beside if name not in files and Path(name).exists()]
+    return [f"{', '.join(older)}: of an earlier report, not of this one; --pdf writes it again"] if older else []
 
 
 def _register_head(where: str) -> str:

@@ -224,7 +224,10 @@ def speed_lines(answer: SpeedAnswer, *, points: bool = False) -> list[str]:
     if program is not None:
         lines.append(f"  program  {_IN_PROGRAM}")
     if points:
-        lines.append(f"  points   {POINTS_FILE} lists contact points: forcemap report has the speeds measured at them")
+        lines.append(
+            f"  points   {POINTS_FILE} lists contact points: forcemap report has the speeds measured at them, and of "
+            "the map the lowest within 5 mm around them"
+        )
     if answer.measure_next:
         hint = shown(answer.measure_next.speed_mps)
         lines.append(f"  next     measure here at about {hint} m/s (a hint, no permission)")
@@ -284,7 +287,8 @@ def fastest_line(answer: SpeedMapAnswer) -> str:
     program = [place for place in answer.places if place.speed_to_program_mps is not None]
     if not program:
         ((reason, count),) = Counter(place.to_program_reason for place in answer.places).most_common(1)
-        at = f" ({count} of {counted(len(answer.places), 'place')})" if count < len(answer.places) else ""
+        places = counted(len(answer.places), "place")
+        at = f" (the reason at {count} of {places}; the others have none either)" if count < len(answer.places) else ""
         return f"No speed to program at any place: {reason}{at}"
     slow, fast = (pick(program, key=lambda place: place.speed_to_program_mps or 0.0) for pick in (min, max))
     slowest, share = shown(slow.speed_to_program_mps), math.floor(100 * len(program) / len(answer.places))

@@ -36,7 +36,7 @@ ENDFCT
 """
 
 _USE = """\
-how to ask it: $TOOL is the contact site, $BASE is $NULLFRAME, the motion (LIN) is straight and in the map's direction;
+how to ask it: $TOOL is the contact site, $BASE is $ROBROOT, the motion (LIN) is straight and in the map's direction;
 take the least along the whole way from HERE to TARGET (E6POS), asked every {spacing:g} mm, never the speed at one end;
 on 0.0 do not move (docs/kuka.md); P is a FRAME, the others are REAL
   P = $NULLFRAME
@@ -60,7 +60,7 @@ on 0.0 do not move (docs/kuka.md); P is a FRAME, the others are REAL
 """
 
 _USE_ALONG = """\
-how to ask it: $TOOL is the point whose motion the maps are of, $BASE is $NULLFRAME; one question holds for the whole
+how to ask it: $TOOL is the point whose motion the maps are of, $BASE is $ROBROOT; one question holds for the whole
 straight way (LIN) from HERE to TARGET (E6POS); on 0.0 do not move (docs/kuka.md, docs/atlas.md)
   V = FORCEMAP_ALONG(HERE, TARGET, {tool})
   if V > 0.0, and only then: $VEL.CP = V and LIN TARGET

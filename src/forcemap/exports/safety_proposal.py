@@ -12,6 +12,7 @@ from forcemap.exports.robot_table import RobotTable
 from forcemap.paths.path_speeds import PathSpeeds, PieceOutcome
 from forcemap.paths.task import Task
 
+_Block = tuple[int, int, int, int, int]  # edges from, to along distance and height, and lowest speed [mm/s]
 _OF_PATH = "smallest rectangle of zones that holds the path where contact is possible"
 _WIDEST = "rectangle of permitted zones with the largest area times speed"
 
@@ -22,8 +23,7 @@ def safety_proposal(table: RobotTable, *, task: Task | None = None, speeds: Path
     The block is the one that a path needs, if every zone in it is permitted, else the largest. With a task or the
     speeds of a path, it warns of the segments that would violate the entries.
     """
-    of_path = None if speeds is None else block_of_path(table, speeds)
-    block = of_path or widest_block(table)
+    of_path, block = _block(table, speeds)
     lines = ["# Proposal for the safety configuration", "", *(f"- {line}" for line in head_lines(table.provenance)), ""]
     if block is None:
         return "\n".join([*lines, "No zone has a permitted speed: there is nothing to configure.", ""])
@@ -57,27 +57,48 @@ def safety_proposal(table: RobotTable, *, task: Task | None = None, speeds: Path
     return "\n".join(lines)
 
 
-def _violations(
-    table: RobotTable, block: tuple[int, int, int, int, int], task: Task | None, speeds: PathSpeeds | None
-) -> list[str]:
-    """Segments that the safety configuration would stop, a line each."""
-    limit, refused = block[4] / 1000, dict[str, None]()
+def segments_stopped(table: RobotTable, task: Task | None, speeds: PathSpeeds | None) -> list[str]:
+    """Names of the segments of a task, or of a path, that the entries of the sheet would stop."""
+    _, block = _block(table, speeds)
+    return [] if block is None else list(dict.fromkeys(name for name, _ in _stopped(table, block, task, speeds)))
+
+
+def _block(table: RobotTable, speeds: PathSpeeds | None) -> tuple[_Block | None, _Block | None]:
+    """The block that a path needs, None if there is none; and that of the sheet: this one, else the widest."""
+    of_path = None if speeds is None else block_of_path(table, speeds)
+    return of_path, of_path or widest_block(table)
+
+
+def _stopped(
+    table: RobotTable, block: _Block, task: Task | None, speeds: PathSpeeds | None
+) -> Iterator[tuple[str, str]]:
+    """Segments that the safety configuration would stop, and why; a segment for each reason."""
+    limit, segments = block[4] / 1000, list[tuple[str, float, bool, bool]]()
     if speeds is not None:
         segments = list(_driven(table, block, speeds))
-        refused = dict.fromkeys(np.array(speeds.path.names, dtype=object)[speeds.refused].tolist())
+        for name in dict.fromkeys(np.array(speeds.path.names, dtype=object)[speeds.refused].tolist()):
+            yield name, "the map gives no permission on it, or on a part of it"
     elif task is not None:
         segments = [(segment.name, segment.speed, False, segment.contact is None) for segment in task.segments]
-    else:
-        return []
-    words = [f"- segment {one_line(name)}: the map gives no permission on it, or on a part of it" for name in refused]
     for name, fastest, beyond, excluded in segments:
-        subject = f"- segment {one_line(name)}:"
         off = "; contact is excluded there: let what excludes it switch these entries off" * excluded
         if not fastest <= limit:
-            stated = "no speed is stated" if math.isnan(fastest) else f"programmed up to {fastest:.3f} m/s"
-            words.append(f"{subject} {stated}, the tool speed limit is {limit:.3f} m/s{off}")
+            stated = (
+                "no speed is stated on it, or on a part of it"
+                if math.isnan(fastest)
+                else f"programmed up to {fastest:.3f} m/s"
+            )
+            yield name, f"{stated}, the tool speed limit is {limit:.3f} m/s{off}"
         if beyond:
-            words.append(f"{subject} leaves the block of zones, so a safety plane would stop it{off}")
+            yield name, f"leaves the block of zones, so a safety plane would stop it{off}"
+
+
+def _violations(table: RobotTable, block: _Block, task: Task | None, speeds: PathSpeeds | None) -> list[str]:
+    """Segments that the safety configuration would stop, a line each."""
+    if speeds is None and task is None:
+        return []
+    limit = block[4] / 1000
+    words = [f"- segment {one_line(name)}: {why}" for name, why in _stopped(table, block, task, speeds)]
     compared = "speeds and places" if speeds is not None else "speeds alone; give the path to compare places"
     if not words:
         return [f"No segment of the task violates these entries (compared: {compared}).", ""]
@@ -93,9 +114,7 @@ def _violations(
     ]
 
 
-def _driven(
-    table: RobotTable, block: tuple[int, int, int, int, int], speeds: PathSpeeds
-) -> Iterator[tuple[str, float, bool, bool]]:
+def _driven(table: RobotTable, block: _Block, speeds: PathSpeeds) -> Iterator[tuple[str, float, bool, bool]]:
     """Name and highest programmed speed [m/s] of segments, whether they leave the block, and contact is excluded."""
     first, last, bottom, top, _ = block
     distance, height = speeds.path.pieces.probes
@@ -107,7 +126,7 @@ def _driven(
         yield name, float(speeds.programmed[pieces].max()), bool(outside[pieces].any()), excluded
 
 
-def block_of_path(table: RobotTable, speeds: PathSpeeds) -> tuple[int, int, int, int, int] | None:
+def block_of_path(table: RobotTable, speeds: PathSpeeds) -> _Block | None:
     """As `widest_block`, the smallest rectangle that holds a path where contact is possible; None if the path leaves
     the zones there, a piece of it has no permission, or a zone of the rectangle has no speed."""
     ends, possible = [], speeds.outcome != PieceOutcome.NO_CONTACT
@@ -124,7 +143,7 @@ def block_of_path(table: RobotTable, speeds: PathSpeeds) -> tuple[int, int, int,
     return (first, last, bottom, top, lowest) if lowest else None
 
 
-def widest_block(table: RobotTable) -> tuple[int, int, int, int, int] | None:
+def widest_block(table: RobotTable) -> _Block | None:
     """Edges from, to along distance and height, and lowest speed [mm/s], of the rectangle with largest area x speed."""
     speeds = table.speed_mmps
     best, block = 0.0, None

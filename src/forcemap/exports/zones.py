@@ -11,7 +11,8 @@ from forcemap.exports.robot_table import Provenance, RobotTable
 from forcemap.words import sentence
 
 _EDGES = ("distance_from_m", "distance_to_m", "height_from_m", "height_to_m")
-_SPEEDS = ("speed_mps", "outcome", "lower_bound_mps", "spread_mps")
+_PROGRAM = ("speed_to_program_mps", "speed_mps")  # one speed: by its name in every table, and by its older one here
+_OF_ZONE = ("outcome", "lower_bound_mps", "spread_mps")
 
 
 def zones_csv(table: RobotTable) -> str:
@@ -32,7 +33,7 @@ def use_of_zones(provenance: Provenance, rows: str = "") -> str:
 
 def zone_columns() -> list[str]:
     """The columns of a table of zones."""
-    return [*_EDGES, *_SPEEDS, "reason", "limit_N", "bound", "map_sha256"]
+    return [*_EDGES, *_PROGRAM, *_OF_ZONE, "reason", "limit_N", "bound", "map_sha256"]
 
 
 def zone_cells(table: RobotTable) -> list[list[Any]]:
@@ -40,7 +41,8 @@ def zone_cells(table: RobotTable) -> list[list[Any]]:
     rows = []
     for zone in zones_of(table):
         cells = [zone[name] for name in _EDGES]
-        speeds = [f"{zone['speed_mps']:.3f}", zone["outcome"], *map(_milli, (zone[n] for n in _SPEEDS[2:]))]
+        speeds = [*(f"{zone[name]:.3f}" for name in _PROGRAM), zone["outcome"]]
+        speeds += map(_milli, (zone[name] for name in _OF_ZONE[1:]))
         basis = [f"{zone['limit_N']:g}", cell(str(table.provenance.bound)), table.provenance.map_sha256]
         rows.append([*cells, *speeds, cell(zone["reason"]), *basis])
     return rows
@@ -60,8 +62,8 @@ def zones_of(table: RobotTable) -> list[dict[str, Any]]:
         edges = *table.distance_edges[i : i + 2].tolist(), *table.height_edges[j : j + 2].tolist()
         rows.append(
             dict(zip(_EDGES, edges, strict=True))
+            | dict.fromkeys(_PROGRAM, int(table.speed_mmps[i, j]) / 1000)
             | {
-                "speed_mps": int(table.speed_mmps[i, j]) / 1000,
                 "outcome": str(table.outcome[i, j]),
                 "lower_bound_mps": None if math.isnan(lowest) else lowest,
                 "spread_mps": None if math.isnan(spread) else spread,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -18,16 +19,17 @@ from matplotlib.text import Annotation
 from forcemap.arrays import FloatArray
 from forcemap.campaigns.dataset import ImpactDataset
 from forcemap.campaigns.plan import MeasurementPlan
-from forcemap.comparisons.force_models import Comparison
+from forcemap.comparisons.force_models import Comparison, ModelComparison
 from forcemap.figures import style
 from forcemap.figures.canvas import FewTicks, colour_bar, finish, is_wide, new_figure, panels, settings
 from forcemap.figures.ends import AT_END, keep_apart, write_at_end
 from forcemap.figures.layout import Room
-from forcemap.figures.measured import Measured, a_few, draw_forces, draw_map, draw_profile, measured_often, near
+from forcemap.figures.measured import Measured, a_few, draw_forces, draw_map, draw_profile, measured_often, near, within
 from forcemap.figures.style import DISTANCE, FORCE, HEIGHT, PAGE_WIDTH, QUANTITY, SPEED
 from forcemap.limits.pfl import pfl_contact_force
 from forcemap.maps.bounds import Bound
 from forcemap.maps.force_map import ForceMap
+from forcemap.maps.measured_range import MeasuredRange
 
 _AXES = (DISTANCE, HEIGHT, SPEED)
 WORDS = ("distance {:.2f} m", "height {:.2f} m", "speed {:.2f} m/s")
@@ -40,12 +42,17 @@ _LOOKS = {"CFM_2D": style.MAP_2D, "CFM_2D per height": style.MAP_2D_PER_HEIGHT, 
 
 @settings()
 def force_profiles_figure(
-    force_map: ForceMap, dataset: ImpactDataset | None = None, *, bound: Bound | None = None, width: float = PAGE_WIDTH
+    force_map: ForceMap,
+    dataset: ImpactDataset | None = None,
+    *,
+    bound: Bound | None = None,
+    speeds: Sequence[float] | None = None,
+    width: float = PAGE_WIDTH,
 ) -> Figure:
     """Force against distance, height and speed, the other variables held at values that many states have.
 
     Lines are drawn for the lowest, middle and highest measured speed (against speed: distance), each with its value
-    at its end, and end where the measured range ends.
+    at its end, and end where the measured range ends; states that lie on no line are not shown.
 
     Parameters
     ----------
@@ -55,6 +62,8 @@ def force_profiles_figure(
         Measured states to show; those of a fitted map if not given.
     bound : Bound, optional
         Bound to draw dashed.
+    speeds : sequence of float, optional
+        Speeds of the lines [m/s].
     width : float
         Width of the figure [m].
 
@@ -66,20 +75,16 @@ def force_profiles_figure(
     if bound is not None:
         bound.require(force_map)
     measured, wide = Measured.of(force_map, dataset), is_wide(width)
-    points = force_map.measured_range.points
-    axis_levels = measured.levels(points)
     figure = new_figure("Force against distance, height and speed", width, 0.068 if wide else 0.16)
     ends: list[Annotation] = []
     for along, axes in enumerate(panels(figure, 3, 3 if wide else 1, share_y=wide)):
-        by = 0 if along == _ALONG_SPEED else _ALONG_SPEED  # the variable that differs from line to line
-        constant = 3 - along - by
-        level = measured_often(points[:, constant], measured.tolerances[constant])
-        for value in a_few(axis_levels[by]):
-            fixed = {by: value, constant: level}
+        by, constant = _held(along)
+        for fixed in _lines(force_map, measured, along, speeds):
             x, force = draw_map(axes, force_map, bound, along, fixed)
             if np.sum(~np.isnan(force)) > 1:  # else the range touches the line at one point, where nothing is drawn
-                ends += write_at_end(axes, x, force, WORDS[by].format(value).partition(" ")[2])
+                ends += write_at_end(axes, x, force, WORDS[by].format(fixed[by]).partition(" ")[2])
             draw_profile(axes, measured, along, fixed)
+            level = fixed[constant]
         axes.set(xlabel=_AXES[along], title=f"{WORDS[constant].format(level)}\nlines: {WORDS[by].split()[0]}")
         axes.margins(y=0.12)
         if axes.get_subplotspec().is_first_col():  # type: ignore[union-attr]
@@ -91,12 +96,59 @@ def force_profiles_figure(
     return figure
 
 
+def _held(along: int) -> tuple[int, int]:
+    """Which variable differs from line to line of the profile along an axis, and which is the same for all."""
+    by = 0 if along == _ALONG_SPEED else _ALONG_SPEED
+    return by, 3 - along - by
+
+
+def _lines(
+    force_map: ForceMap, measured: Measured, along: int, speeds: Sequence[float] | None
+) -> list[dict[int, float]]:
+    """What each line of the profile along an axis is held at: those that cross the measured range, if any does."""
+    (by, constant), points = _held(along), force_map.measured_range.points
+    level = measured_often(points[:, constant], measured.tolerances[constant])
+    values = speeds if speeds and by == _ALONG_SPEED else a_few(measured.levels(points)[by])
+    lines = [{by: value, constant: level} for value in values]
+    return [fixed for fixed in lines if within(force_map, along, fixed)[1].sum() > 1] or lines
+
+
+def profile_states_shown(
+    force_map: ForceMap, dataset: ImpactDataset | None, speeds: Sequence[float] | None = None
+) -> tuple[int, int]:
+    """How many measured states `force_profiles_figure` shows, and how many there are."""
+    measured = Measured.of(force_map, dataset)
+    on_line = [
+        np.all([near(measured.coordinates[:, i], value, measured.tolerances[i]) for i, value in fixed.items()], axis=0)
+        for along in range(3)
+        for fixed in _lines(force_map, measured, along, speeds)
+    ]
+    return int(np.any(on_line, axis=0).sum()), len(measured.coordinates)
+
+
+def workspace_states_shown(
+    force_map: ForceMap, dataset: ImpactDataset | None, speeds: Sequence[float] | None = None
+) -> tuple[int, int]:
+    """How many measured states `workspace_figure` shows, and how many there are."""
+    measured = Measured.of(force_map, dataset)
+    speed = measured.coordinates[:, _ALONG_SPEED]
+    slices = speeds or a_few(measured.levels(force_map.measured_range.points)[_ALONG_SPEED])
+    seen = np.any([near(speed, value, measured.tolerance.speed) for value in slices], axis=0)
+    return int(seen.sum()), speed.size
+
+
 @settings()
-def workspace_figure(force_map: ForceMap, dataset: ImpactDataset | None = None, *, width: float = PAGE_WIDTH) -> Figure:
+def workspace_figure(
+    force_map: ForceMap,
+    dataset: ImpactDataset | None = None,
+    *,
+    speeds: Sequence[float] | None = None,
+    width: float = PAGE_WIDTH,
+) -> Figure:
     """Predicted force over distance, height and speed as colour, with the measured states (paper, section V-A).
 
     Slices of the workspace at the lowest, middle and highest measured speed, as far as the measured range reaches;
-    the states measured at these speeds lie on them.
+    the states measured at these speeds lie on them, others are not shown.
 
     Parameters
     ----------
@@ -104,12 +156,15 @@ def workspace_figure(force_map: ForceMap, dataset: ImpactDataset | None = None, 
         The map.
     dataset : ImpactDataset, optional
         Measured states to show; those of a fitted map if not given.
+    speeds : sequence of float, optional
+        Speeds of the slices [m/s].
     width : float
         Width of the figure [m].
     """
     measured = Measured.of(force_map, dataset)
     reach = force_map.measured_range
     ticks = [a_few(values) for values in measured.levels(reach.points)]
+    ticks[_ALONG_SPEED] = sorted(speeds) if speeds else ticks[_ALONG_SPEED]
     corners = np.meshgrid(*np.linspace(reach.lowest[:2], reach.highest[:2], _POINTS, axis=1), indexing="ij")
     state = *corners, np.c_[ticks[2]][:, None]
     slices = np.ma.masked_invalid(np.where(reach.contains(*state), force_map.predict(*state), np.nan))
@@ -288,20 +343,31 @@ def draw_2d(
     *,
     of_map: bool = False,
 ) -> None:
-    """Maps for all heights as lines; maps of one height at that height only; `of_map`: fitted to the 3D map."""
+    """The map that covers the heights of all as a line; maps of one height at that height, and as far as measured.
+
+    `of_map`: fitted to the 3D map.
+    """
     whole, single = (
         (style.MAP_2D_OF_MAP, style.MAP_2D_PER_HEIGHT_OF_MAP) if of_map else (style.MAP_2D, style.MAP_2D_PER_HEIGHT)
     )
+    lowest, highest = (
+        end(getattr(each.measured_range, name)[1] for each in maps_2d)
+        for name, end in (("lowest", partial(min, default=0.0)), ("highest", partial(max, default=0.0)))
+    )
     own: list[tuple[float, float]] = []
+    distances = x if along == 0 else np.full(x.size, fixed_at[0])
     for map_2d in maps_2d:
         low, high = map_2d.measured_range.lowest[1], map_2d.measured_range.highest[1]
-        if high - low > tolerance:
-            distances = x if along == 0 else np.full(x.size, fixed_at[0])
+        if (low, high) == (lowest, highest):
             whole.plot(axes, x, map_2d.predict(distances, 0.0, speed))
-        elif along == 1:
-            own.append(((low + high) / 2, float(map_2d.predict(fixed_at[0], 0.0, speed))))
-        elif low - tolerance <= fixed_at[1] <= high + tolerance:
-            single.plot(axes, x, map_2d.predict(x, 0.0, speed), marker="")
+            continue
+        reach = MeasuredRange(map_2d.measured_range.points * [1.0, 0.0, 1.0])  # in distance and speed: it has no height
+        inside = reach.contains(distances, np.zeros(x.size), np.full(x.size, speed))
+        force = np.where(inside, map_2d.predict(distances, 0.0, speed), np.nan)
+        if along == 1 and inside.any():
+            own.append(((low + high) / 2, float(force[0])))
+        elif along == 0 and inside.any() and low - tolerance <= fixed_at[1] <= high + tolerance:
+            single.plot(axes, x, force, marker="")
     if own:
         heights, forces = zip(*sorted(own), strict=True)
         single.plot(axes, heights, forces)
@@ -320,12 +386,19 @@ def _draw_errors(axes: Axes, comparison: Comparison) -> Line2D:
         for mean in (-accuracy.mean_overestimation_percent, accuracy.mean_underestimation_percent):
             axes.plot([mean, mean], [row - 0.27, row + 0.27], color="#000000", linewidth=1.2)
     axes.axvline(0, color="#404040", linewidth=0.7)
-    axes.set_yticks(range(len(comparison.models)), [_words(model.model) for model in comparison.models])
+    most = max(model.accuracy.states for model in comparison.models)
+    axes.set_yticks(range(len(comparison.models)), [_of_states(model, most) for model in comparison.models])
     axes.invert_yaxis()
     axes.margins(x=0.1)
     axes.set(xlabel="Measured − predicted\n[% of measured]", title=f"{comparison.on}\nhatched: underestimated")
     tick: dict[str, Any] = {"color": "#000000", "linestyle": "none", "marker": "|", "markersize": 8}
     return Line2D([], [], markeredgewidth=1.2, label="mean error (bar: largest)", **tick)
+
+
+def _of_states(model: ModelComparison, most: int) -> str:
+    """A model in words, with the number of its states if others were compared on more."""
+    states = model.accuracy.states
+    return _words(model.model) + (f"\n({states} of {most} states)" if states < most else "")
 
 
 def _words(model: str) -> str:

@@ -78,14 +78,20 @@ def draw_profile(axes: Axes, measured: Measured, along: int, fixed: Mapping[int,
         draw_forces(axes, look, some, some.coordinates[:, along], some.force, some.at_least)
 
 
+def within(force_map: ForceMap, along: int, fixed: Mapping[int, float]) -> tuple[list[FloatArray], Mask]:
+    """Distance, height and speed along an axis, the others fixed, and where that is inside the measured range."""
+    low, high = force_map.measured_range.lowest[along], force_map.measured_range.highest[along]
+    x = np.linspace(low, high, _POINTS)
+    state = [x if i == along else np.full(x.size, fixed[i]) for i in range(3)]
+    return state, force_map.measured_range.contains(*state)
+
+
 def draw_map(
     axes: Axes, force_map: ForceMap, bound: Bound | None, along: int, fixed: Mapping[int, float]
 ) -> tuple[FloatArray, FloatArray]:
     """Draw prediction and bound along an axis, the others fixed, within the measured range; returns the line drawn."""
-    low, high = force_map.measured_range.lowest[along], force_map.measured_range.highest[along]
-    x = np.linspace(low, high, _POINTS)
-    state = [x if i == along else np.full(x.size, fixed[i]) for i in range(3)]
-    inside = force_map.measured_range.contains(*state)
+    state, inside = within(force_map, along, fixed)
+    x = state[along]
     force = np.where(inside, force_map.predict(*state), np.nan)
     if inside.any():
         style.PREDICTION.plot(axes, x, force)
@@ -202,6 +208,8 @@ def repeatability_figure(
         style.CENSORED.plot(axes, force[partly], sd[partly], "some repeats above the device range, not counted")
     if np.isfinite(pooled := repeatability.within_state_sd):
         axes.axhline(pooled, **(style.POOLED.drawn | {"label": f"{style.POOLED.words}: {pooled:.2f} N"}))
+        ends = f"mean over the states {repeatability.mean_sd:.2f} N, largest {repeatability.max_sd:.2f} N"
+        axes.set_title(ends)
     error = np.nan if dataset is None else dataset.conditions.device.error
     if np.isfinite(error):
         axes.axhline(error, **(style.DEVICE_ERROR.drawn | {"label": f"{style.DEVICE_ERROR.words}: {error:g} N"}))

@@ -149,7 +149,7 @@ class LimitTable:
         words = [word for word in wanted.split("_") if len(word) >= _SHORTEST_WORD]
         named = list(dict.fromkeys([*areas, *self.regions]))
         holding = [each for each in named if any(word in each for word in words)]
-        return holding or [*self.areas, *self.regions]
+        return holding or named
 
     def find(self, name: str) -> list[BodyArea]:
         """The areas a name stands for: one area, an area of both sides, or all areas of a region.

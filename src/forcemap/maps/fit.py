@@ -82,6 +82,10 @@ def fit_force_map(
     RankDeficient
         The states do not tell the terms apart, or only by differences within the tolerance of repeats.
     """
+    if not isinstance(form, Form):
+        raise FitError(
+            f"found {getattr(form, 'name', form)}, which is compared (forcemap evaluate --forms), not fitted"
+        )
     content = b"".join(array.tobytes() for array in vars(dataset).values() if isinstance(array, np.ndarray))
     return _fitted_once(dataset, form, impacts, sha256(content))
 

@@ -117,6 +117,11 @@ class Fit:
         return self.state_sd * math.sqrt(self.place_effect.correlation)
 
     @property
+    def places_shared(self) -> int:
+        """Number of places with several fitted states, which tell what the states of a place share."""
+        return int(np.sum(np.bincount(self.states.place) > 1))
+
+    @property
     def own_sd(self) -> float:
         """Standard deviation of the effect that is a state's own."""
         return self.state_sd * math.sqrt(1 - self.place_effect.correlation)

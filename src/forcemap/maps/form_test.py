@@ -201,7 +201,8 @@ class FormTest:
         if self.near:
             names = ("distance_m", "height_m", "other_distance_m", "other_height_m")
             where = dict(zip(names, self.closest, strict=True))
-            apart = {"apart_m": math.dist(self.closest[:2], self.closest[2:]), "near_m": NEAR}
+            d, h, other_d, other_h = self.closest
+            apart = {"along_m": abs(d - other_d), "up_m": abs(h - other_h), "near_m": NEAR}
             several = {"several": self.near > 1, "pairs": self.near}
             blind_spots.append(Finding.of(FindingKind.PLACES_NEAR, **apart, **where, **several))
         if self.slow_places < SLOW_PLACES:

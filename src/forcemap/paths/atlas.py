@@ -293,21 +293,31 @@ class Atlas:
         )
 
 
+_CONFIRMATION = (FindingKind.CONFIRMED_BY, FindingKind.NOT_CONFIRMED, FindingKind.NOT_CONFIRMED_YET)
+
+
 def told_apart(bases: Sequence[tuple[str, Basis]], atlas: Atlas) -> tuple[Basis, ...]:
-    """Bases with the name of their map; a warning that not every map gives says which of them give it."""
+    """Bases with the name of their map; a warning that not every map gives, and what confirms them, says which do."""
     if len(atlas.campaigns) == 1:
         return tuple(basis for _, basis in bases)
     names: dict[Finding, list[str]] = {}
     for name, basis in bases:
-        for warning in basis.warnings:
-            names.setdefault(warning, []).append(name)
+        for finding in (*basis.warnings, *basis.notes):
+            names.setdefault(finding, []).append(name)
     every = len({name for name, _ in bases})
 
-    def told(warning: Finding) -> Finding:
-        of = tuple(dict.fromkeys(names[warning]))
-        return warning if len(of) == every else Finding.of(FindingKind.OF_MAP, warning, names=of)
+    def told(finding: Finding) -> Finding:
+        of = tuple(dict.fromkeys(names[finding]))
+        return finding if len(of) == every else Finding.of(FindingKind.OF_MAP, finding, names=of)
 
-    return tuple(replace(basis, warnings=tuple(map(told, basis.warnings))) for _, basis in bases)
+    return tuple(
+        replace(
+            basis,
+            warnings=tuple(map(told, basis.warnings)),
+            notes=tuple(told(note) if note.kind in _CONFIRMATION else note for note in basis.notes),
+        )
+        for _, basis in bases
+    )
 
 
 def read_atlas(path: str | Path, *, map_of: Callable[[Path], ForceMap] | None = None) -> Atlas:

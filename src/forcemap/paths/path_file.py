@@ -24,7 +24,9 @@ PATH_COLUMNS = "x_m,y_m,z_m,segment"
 """Columns of the paths that are written."""
 
 _LAYOUTS = (("x_m", "y_m", "z_m"), ("distance_m", "height_m"))
-_OPTIONAL = ("time_s", "speed_mps", "segment")
+_TIME, _SPEED, _SPEED_TO = "time_s", "speed_mps", "speed_to_point_mps"
+_PACE = (_TIME, _SPEED, _SPEED_TO)  # how fast the path is programmed: one of them
+_OPTIONAL = (*_PACE, "segment")
 _LOG = "a log as a controller writes it needs a column map (--column position=X,Y,Z --column length_unit=mm)"
 _OTHER_UNIT = re.compile(
     r"(x|y|z|distance|height)(_(mm|cm|in|inch))?|(time|t)(_(ms|min))?|(speed|velocity)(_\w+)?", re.ASCII
@@ -46,9 +48,10 @@ def read_path(path: str | Path, *, robot: Robot | None = None, columns: Mapping[
 
     `x_m, y_m, z_m` in the frame of the base; or `distance_m, height_m`, a path in a vertical plane; or `joint_1_rad,
     joint_2_rad, ...` (or `_deg`) with a robot, whose joints move in proportion from row to row. Optional:
-    `segment`, the name of the segment that begins at the point; and `time_s`, or `speed_mps`, the programmed speed of
-    the contact point there. Robots differ in whether it is that of the motion to a point or from it, so a motion has
-    the faster of its two points' speeds, where the task's counts for an empty cell.
+    `segment`, the name of the segment that begins at the point; and `time_s`, or `speed_to_point_mps`, the programmed
+    speed of the contact point on the motion to the point, or `speed_mps`, where the file does not say whether it is
+    that of the motion to a point or from it: then a motion has the faster of its two points' speeds, where the task's
+    counts for an empty cell.
 
     Parameters
     ----------
@@ -87,12 +90,12 @@ def read_path(path: str | Path, *, robot: Robot | None = None, columns: Mapping[
     joints = [name for name in table.columns if _JOINT.fullmatch(name)]
     layout = tuple(joints) or next((columns for columns in _LAYOUTS if set(columns) <= set(table.columns)), ())
     _check_columns(table, layout)
-    table = table.with_decimal_points([*layout, "time_s", "speed_mps"])
+    table = table.with_decimal_points([*layout, *_PACE])
     values = np.array([table.numbers(name, required=True) for name in layout]).T
-    time = np.array(table.numbers("time_s", required=True)) if "time_s" in table.columns else None
+    time = np.array(table.numbers(_TIME, required=True)) if _TIME in table.columns else None
     if len(values) < 2:
         raise TableError(f"found {len(values)} points, expected at least two", file=str(path))
-    speeds, by_one = _stated_speeds(table)
+    (speeds, by_one), to_point = _stated_speeds(table), _SPEED_TO in table.columns
     *names, end_name = table.columns.get("segment", ["path"] * len(values))
     if "" in names:
         row = table.rows[names.index("")]
@@ -101,7 +104,7 @@ def read_path(path: str | Path, *, robot: Robot | None = None, columns: Mapping[
     try:
         if joints:
             bent = _joint_path(table, joints, values, tuple(names), time, robot, speeds, by_one)
-            return replace(bent, end_name=end_name)
+            return replace(bent, end_name=end_name, to_point=to_point)
         points = values if len(layout) == 3 else np.column_stack([values[:, 0], np.zeros(len(values)), values[:, 1]])
         if len(layout) == 2 and np.any(values[:, 0] < 0):
             raise InputError("distance_m: found a negative distance, expected at least 0")
@@ -110,23 +113,27 @@ def read_path(path: str | Path, *, robot: Robot | None = None, columns: Mapping[
     except InputError as error:
         raise InputError(error.message, file=str(path)) from None
     straight = _path_through(points, (*names, ""), time, str(path), speeds)
-    return replace(straight, by_one=by_one, end_name=end_name)
+    return replace(straight, by_one=by_one, end_name=end_name, to_point=to_point)
 
 
 def _stated_speeds(table: Table) -> tuple[FloatArray | None, Mask | None]:
-    """Programmed speed of each motion between two rows [m/s], NaN where neither states one, and where just one of them
-    does; None if no row does."""
-    if "speed_mps" not in table.columns:
+    """Programmed speed of each motion between two rows [m/s], NaN where none is stated, and where just one of its two
+    rows states one of which nothing says whether it is of the motion to it or from it; None if no motion has it."""
+    first, *others = [name for name in _PACE if name in table.columns] or [_TIME]
+    if others:
+        raise table.error(f"found it beside {first}, expected one of them", table.header_row, others[0])
+    if first == _TIME:
         return None, None
-    if "time_s" in table.columns:
-        raise table.error("found it beside time_s, expected one of them", table.header_row, "speed_mps")
-    speeds = np.array(table.numbers("speed_mps", required=False))
+    speeds = np.array(table.numbers(first, required=False))
     wrong = ~(np.isnan(speeds) | ((speeds > 0) & (speeds <= FASTEST)))
     if wrong.any():
         row = int(np.argmax(wrong))
         expected = f"expected a positive number of at most {FASTEST:g} m/s, or nothing"
-        raise table.error(f"found {table.columns['speed_mps'][row]!r}, {expected}", table.rows[row], "speed_mps")
-    faster, by_one = np.fmax(speeds[:-1], speeds[1:]), np.isnan(speeds[:-1]) != np.isnan(speeds[1:])
+        raise table.error(f"found {table.columns[first][row]!r}, {expected}", table.rows[row], first)
+    before, after = speeds[:-1], speeds[1:]
+    if first == _SPEED_TO:
+        return None if np.isnan(after).all() else after, None
+    faster, by_one = np.fmax(before, after), np.isnan(before) != np.isnan(after)
     return (None, None) if np.isnan(faster).all() else (faster, by_one if by_one.any() else None)
 
 
@@ -157,7 +164,7 @@ def _check_columns(table: Table, layout: tuple[str, ...]) -> None:
     if unknown and _OTHER_UNIT.fullmatch(unknown[0]):
         raise TableError(
             "found a column without its unit, or in another one; expected metres (x_m, y_m, z_m, or distance_m, "
-            f"height_m), seconds (time_s) and metres per second (speed_mps); {_LOG}",
+            f"height_m), seconds (time_s) and metres per second (speed_mps, speed_to_point_mps); {_LOG}",
             file=table.file,
             row=table.header_row,
             column=unknown[0],

@@ -274,6 +274,9 @@ def _path_speeds(
     outcome[excluded], reason[excluded] = PieceOutcome.NO_CONTACT, Finding.of(FindingKind.CONTACT_EXCLUDED)
     without_speed = missing | np.isinf(strictest.speed)
     speed = np.where(excluded, stated, np.where(without_speed, np.nan, strictest.speed))
+    if path.by_one is not None:  # the end that states none may be faster: only that the other is too fast is known
+        with np.errstate(invalid="ignore"):
+            programmed = np.where(path.by_one & np.isnan(stated) & ~(programmed > speed), np.nan, programmed)
 
     refused = np.array([piece.refused for piece in outcome])
     driven = speed[~excluded & ~refused]
@@ -487,7 +490,7 @@ def _programmed(path: ToolPath, programmed: FloatArray, excluded: Mask, accelera
         return Finding.of(FindingKind.PROGRAMMED_NOT_STATED)
     if stated is not None:
         empty = path.by_one is not None or bool(np.isnan(stated).any())
-        return Finding.of(FindingKind.PROGRAMMED_BY_POINTS, empty=empty, missing=missing)
+        return Finding.of(FindingKind.PROGRAMMED_BY_POINTS, to_point=path.to_point, empty=empty, missing=missing)
     if path.speeds is None:
         return Finding.of(FindingKind.PROGRAMMED_BY_TASK, missing=missing)
     above_mean = max(0.0, float(np.max(programmed - path.speeds)))

@@ -26,7 +26,7 @@ _SAME = ("time", "time_unit", "sampling_rate_Hz", "delimiter", "decimal", "heade
 _CALLED = {"position": "force", "segment": "curve"}
 """Entries that a column map of recordings has as well, and under another name: three components beside a time."""
 
-_SPEEDS = ("speed", "speed_unit", "speed_mps")  # what a waypoint list has, and a log has not
+_SPEEDS = ("speed", "speed_unit", "speed_mps", "speed_to_point_mps")  # what a waypoint list has, and a log has not
 
 LOG_ENTRIES = ("position", "length_unit", *_SAME, "segment")
 _IN_BRACKETS = re.compile(r".*[\[(]\s*([a-zµ]+)\s*[\])]\s*", re.IGNORECASE)
@@ -72,7 +72,7 @@ def _column_map(columns: Mapping[str, Any]) -> ColumnMap:
         if key in _SPEEDS:
             raise InputError(
                 "unknown entry; programmed speeds of points go into a path file with the columns x_m, y_m, z_m, "
-                "speed_mps (and segment), without --column; of a segment into the task (speed_mps)",
+                "speed_to_point_mps (and segment), without --column; of a segment into the task (speed_mps)",
                 column=key,
             )
         if key not in LOG_ENTRIES:

@@ -135,8 +135,8 @@ class Task:
 
     def _unknown(self, one: str, name: str, other: str, names: Collection[str]) -> InputError:
         near = ", ".join(map(repr, nearest_names(name, names, _NEAREST)))
-        message = f"the {one} names the segment {name!r}, which the {other} does not have; its nearest is {near}"
-        return InputError(message, file=self.source or None)
+        message = f"the {one} names the segment {name!r}, which the {other} does not have (its nearest: {near})"
+        return InputError(f"{message}; both name the same", file=self.source or None)
 
     def site_offset(self, site: str, *, alone: bool) -> FloatArray:
         """Where a contact site lies from the point of the path [m], shape (3,); zero for one `alone` if none is stated.

@@ -52,6 +52,8 @@ class ToolPath:
         have that of the other end. None if it nowhere is so.
     end_name : str
         Segment that the file names at its last point, where no motion begins; empty if it names none there.
+    to_point : bool
+        True if the file says that the speed stated at a point is that of the motion to it.
 
     Raises
     ------
@@ -71,6 +73,7 @@ class ToolPath:
     stated_speeds: FloatArray | None = None
     by_one: Mask | None = None
     end_name: str = ""
+    to_point: bool = False
 
     def __post_init__(self) -> None:
         if self.points.ndim != 2 or self.points.shape[1] != 3 or len(self.points) < 2:
@@ -244,8 +247,8 @@ class ToolPath:
         turning = None if self.turning is None else self.turning[piece]
         stated = None if self.stated_speeds is None else self.stated_speeds[piece]
         by_one = None if self.by_one is None else self.by_one[piece]
-        bent = self.deviation, turning
-        return ToolPath(points, names, time, self.source, wait, rows, *bent, stated, by_one, self.end_name)
+        bent, said = (self.deviation, turning), (self.end_name, self.to_point)
+        return ToolPath(points, names, time, self.source, wait, rows, *bent, stated, by_one, *said)
 
     def moved(self, offset: ArrayLike) -> ToolPath:
         """The path shifted by an offset, shape (3,) [m]."""

@@ -21,6 +21,7 @@ from forcemap.planning.optimal_states import STATE_SD, bound_from, expected_widt
 _SLOWEST_PROPOSED = 0.05  # [m/s]; a choice, the slowest speed that `next` plans unless stated
 _STEPS_PER_MPS = 100  # speeds are proposed in whole 0.01 m/s
 _FALL = 0.01  # share of the force; a smaller fall does not count as one
+_SPEED_APART = 0.005  # [m/s]; slower by less than that is no extrapolation
 _SPEEDS = 65  # sampled between the slowest and the fastest speed of a place; a choice
 
 
@@ -120,7 +121,8 @@ def _slower(expectation: Expectation, place: list[float], below: float, force: f
 def map_warnings(force_map: ForceMap, states: FloatArray) -> Iterator[Finding]:
     """Doubts about what a map predicts at states, shape (n, 3).
 
-    Its own states scatter about it; impacts clamp, and these are slower than all measured; the prediction falls there.
+    Its own states scatter about it; these are slower than all measured, where it continues, and impacts that clamp may
+    exceed it; the prediction falls there.
     """
     if force_map.form_test is not None:
         yield from force_map.form_test.scatter
@@ -128,6 +130,8 @@ def map_warnings(force_map: ForceMap, states: FloatArray) -> Iterator[Finding]:
     if force_map.phase_two.barred and slower < slowest:
         figures = {"impacts": force_map.phase_two.barred, "slower_mps": slower, "slowest_mps": slowest}
         yield Finding.of(FindingKind.CLAMPS_SLOWER, **figures)
+    if below := int(np.sum(states[:, 2] < slowest - _SPEED_APART)):
+        yield Finding.of(FindingKind.BELOW_MEASURED_PLANNED, states=below, slowest_mps=float(slowest))
     low, high = force_map.measured_range.speeds(states[:, 0], states[:, 1])
     low = np.fmin(np.where(np.isnan(low), force_map.measured_range.lowest[2], low), states[:, 2])
     high = np.fmax(high, states[:, 2])

@@ -107,10 +107,10 @@ class ColumnMap:
         """
         entries: dict[str, Any] = {}
         for key, value in table.items():
-            if key not in _KEYS:
-                near = ", ".join(nearest_names(str(key), _KEYS, 3))
+            if key not in KEYS:
+                near = ", ".join(nearest_names(str(key), KEYS, 3))
                 raise InputError(f"unknown entry; the nearest known ones are {near}", column=str(key))
-            entries[_KEYS[key]] = tuple(value) if isinstance(value, list) else value
+            entries[KEYS[key]] = tuple(value) if isinstance(value, list) else value
         if entries.get("delimiter") in DELIMITERS:
             entries["delimiter"] = DELIMITERS[entries["delimiter"]]
         return cls(**entries)
@@ -119,7 +119,7 @@ class ColumnMap:
         """The entries that are not at their default, as `from_table` reads them."""
         words = {character: word for word, character in DELIMITERS.items()}
         table: dict[str, Any] = {}
-        for key, name in _KEYS.items():
+        for key, name in KEYS.items():
             value = getattr(self, name)
             if value != getattr(ColumnMap, name) and value == value:  # NaN is not stated
                 value = words[value] if name == "delimiter" else getattr(value, "value", value)
@@ -128,7 +128,7 @@ class ColumnMap:
 
     def _refuse_wrong_values(self) -> None:
         for name, accepted, expected in _ACCEPTED:
-            value = getattr(self, _KEYS[name])
+            value = getattr(self, KEYS[name])
             try:
                 good = accepted(value)
             except TypeError:  # a list or a table where a text belongs
@@ -159,7 +159,8 @@ class ColumnMap:
 
 
 _UNITS = {"sampling_rate": "sampling_rate_Hz"}
-_KEYS = {_UNITS.get(attribute.name, attribute.name): attribute.name for attribute in fields(ColumnMap)}
+KEYS = {_UNITS.get(attribute.name, attribute.name): attribute.name for attribute in fields(ColumnMap)}
+"""Entries of [recordings] in campaign.toml: field."""
 
 
 def _unit(entry: str, value: Any, kind: type[_Unit]) -> _Unit:

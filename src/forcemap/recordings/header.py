@@ -101,9 +101,11 @@ def plain_columns(lines: Iterable[tuple[int, str]], delimiter: str) -> ColumnMap
         Any other header.
     """
     table: list[list[str]] = []
+    numbers: list[str] = []
     for _, text in lines:
         cells = cells_of(text, delimiter)
         if sum(map(is_number, cells)) >= min(len(cells), 2):  # a line of numbers: time and force at least
+            numbers = cells
             break
         table.append(cells)
         filled = [cell for cell in cells if cell]
@@ -112,7 +114,7 @@ def plain_columns(lines: Iterable[tuple[int, str]], delimiter: str) -> ColumnMap
         if len(filled) == len(times) + len(forces) and len(times) == len(forces) == 1:
             ((time, time_unit),), ((force, force_unit),) = times, forces
             return ColumnMap(time=time, time_unit=time_unit, force=force, force_unit=force_unit)
-    for row, cells in enumerate(table, start=1):
+    for row, cells in [(len(table) + 1, numbers)] if numbers else enumerate(table, start=1):  # above them it is no time
         if clock := next(filter(_CLOCK.fullmatch, cells), None):
             expected = "expected seconds; state sampling_rate_Hz in place of time, and the column of the force"
             raise RecordingError(f"found the time of day {clock!r}, {expected}, in a column map{_WHERE}", row=row)

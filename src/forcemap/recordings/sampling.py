@@ -18,6 +18,7 @@ from forcemap.recordings.units import (
     TimeUnit,
     Unit,
     listed,
+    spelled_otherwise,
     stated_unit,
 )
 
@@ -174,4 +175,7 @@ def refuse_other_unit(column: str, stated: Unit, *texts: str, alone: bool = Fals
     if not of_time:
         units = [each for each in ForceUnit if each is not ForceUnit.COUNTS]
         expected = f"{listed(units)}; convert, or state force_unit = 'counts' with newtons_per_count"
+    if spelled_otherwise(str(unit), stated):
+        name = "Time" if of_time else "Force"
+        expected += f"; if it is in {stated.value}, write so there: '{name} [{stated.value}]', capitals as here"
     raise RecordingError(f"the file says {str(unit)!r}, expected {expected}", column=column)

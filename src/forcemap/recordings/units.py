@@ -88,6 +88,7 @@ _NO_UNIT = re.compile(
 # within longer words, and factors before or behind a unit: "ForceKgf", "Force*10 [N]", "x10N"
 _WITHIN = re.compile(r"kilopond|kgf|kilogram|lbf|pound|newton", re.IGNORECASE)
 _FACTOR = re.compile(r"[x×*/]\s?10+(?![0-9])|(?<![0-9A-Za-z])10+\s?k?N\b|(?<![0-9])1/[0-9]", re.IGNORECASE)
+_LONGEST_FACTOR = 3  # words of a cell that is a factor and a unit alone: a longer one is a remark
 _UNIT_WORD = re.compile(
     r"units?\b|\bdimension\b|\beinheit(?:en)?\b|unit_label|\bunités?\b|\bunidad\b|\bunità\b", re.IGNORECASE
 )
@@ -119,7 +120,7 @@ def stated_unit(name: str, *, alone: bool = False, of_time: bool = False) -> Uni
     text = _plain(name)
     if len(text) > LONGEST_NAME:
         return None
-    if _FACTOR.search(text):
+    if _FACTOR.search(text) and not (alone and len(text.split()) > _LONGEST_FACTOR):
         return text
     bracketed = [match.strip() for match in _BRACKETS.findall(text)]
     if alone:
@@ -172,6 +173,16 @@ def remarked_units(line: str, *, of_time: bool) -> list[Unit | str]:
     if unit_word is None or re.search("[0-9]", after):  # "measuring unit for 5 kN" is no remark on units
         return []
     return list(_of_kind(re.split(r"[\s,;:=|\t\"()\[\]]+", _plain(line)), of_time))
+
+
+def spelled_otherwise(text: str, unit: Unit) -> bool:
+    """Whether a text that states no unit that is read may still mean one: in other capitals, or grown onto a word.
+
+    >>> spelled_otherwise("ForceNewton", ForceUnit.NEWTONS), spelled_otherwise("KN", ForceUnit.KILONEWTONS)
+    (True, True)
+    """
+    words = [unit.value, *_SPELLINGS[unit].split()]
+    return any(len(word) > 1 and word.casefold() in text.casefold() for word in words)
 
 
 def _known(text: str, *, one_letter: bool = False) -> Unit | str | None:

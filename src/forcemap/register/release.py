@@ -259,6 +259,10 @@ def _of_point(content: CampaignContent, name: str) -> _Speeds:
         ends |= {"distance_m": [point.distance, point.distance_to], "height_m": [point.height, point.height_to]}
     speeds = {**ends, "outcome": str(result.outcome), "confirmed_by": list(result.confirmed_by)}
     speeds |= _said(bases, result.rests_on)
+    held = [note for note in result.rests_on if note.kind is FindingKind.POINT_HELD_AS_FREE]
+    speeds["warnings"] = [*sentences(held), *speeds["warnings"]]
+    along = [note for basis in bases for note in basis.notes if note.kind is FindingKind.ALONG_ONLY]
+    speeds |= {"holds_for": sentence(along[0])} if along else {}
     return _Speeds(f"{_POINT}{name}", ((point.limit, point.contact),), bound, speeds, digest)
 
 

@@ -146,7 +146,8 @@ def environment() -> Environment:
     )
     environment.filters |= {function.__name__.strip("_"): function for function in filters}
     environment.globals |= {
-        enum.__name__: enum for enum in (Contact, Interpretation, VerdictOutcome, Use, PointOutcome, Matters)
+        enum.__name__: enum
+        for enum in (Contact, FindingKind, Interpretation, Matters, PointOutcome, Use, VerdictOutcome)
     }
     environment.globals["mark"] = MARK
     environment.tests |= {"gone": lambda part: isinstance(part, Missing), "nan": _is_nan}

@@ -19,12 +19,7 @@ from forcemap.maps.force_map import ForceMap
 from forcemap.maps.slower_impacts import cover_slower
 from forcemap.speeds.basis import Basis, basis_of, doubts_of_fit, exceeded_where_permitted, map_notes
 
-_ONCE = (
-    FindingKind.PERSON_AT_REST,
-    FindingKind.SLOWER_UNMEASURED,
-    FindingKind.PRESSURE_NOT_ASSESSED,
-    FindingKind.DEVICE_ERROR_NOT_STATED,
-)
+_OF_FORCE = (FindingKind.PRESSURE_NOT_ASSESSED, FindingKind.DEVICE_ERROR_NOT_STATED)
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,7 +119,8 @@ def _other_basis(force_map: ForceMap, other: ForceMap, of_force: Basis) -> Basis
         refusals += filter(None, (slower.refusal, contradiction(other, bound)))
     weak = None if refusals else weakness(bound, other)
     exceeded = None if refusals or weak else exceeded_where_permitted(other, bound, newtons, raised)
-    notes = [] if refusals else [each for each in map_notes(other, bound) if each.kind not in _ONCE]
+    notes = [] if refusals else map_notes(other, bound)
+    notes = [each for each in notes if each not in of_force.notes and each.kind not in _OF_FORCE]
     alone = exceeded if np.ndim(newtons) == 0 else None  # of several limits each refuses for itself
     refusals += [alone] if alone else []
     return replace(

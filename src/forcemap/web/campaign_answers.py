@@ -105,7 +105,7 @@ def _planned(path: Path) -> dict[str, Any]:
         content |= _measured(dataset) | {
             "flags": summary.flags,
             "not_stated": summary.not_stated,
-            "outliers": [f"{outlier.words}; look at the recording" for outlier in outliers],
+            "outliers": [outlier.words for outlier in outliers],
         }
     except fm.ForcemapError as error:
         content["problem"] = problem_words(error)
