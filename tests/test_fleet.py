@@ -332,7 +332,7 @@ def test_a_pdf_of_an_earlier_report_is_due(north, ask):
     printed.write_bytes(b"%PDF-1.7 of an earlier report")
     os.utime(printed, (0, 0))
     assert (
-        "report.pdf is of an earlier report; forcemap report --pdf writes it again"
+        "report.pdf is older than report.html: of an earlier report; forcemap report --pdf writes both"
         in fleet(ask, [north])["north"]["due"]
     )
     os.utime(printed)

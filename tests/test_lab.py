@@ -124,7 +124,7 @@ class TestWhatIf:
         assert softened[-1] < 0.85
         assert loaded.changes == ("payload 5 kg",)
         assert loaded.robot.load == 5.0
-        assert covered.with_threshold(20.0).changes == ("cover of 20 N/mm", "collision threshold 20 N m")
+        assert covered.with_threshold(20.0).changes == ("cover of 20 N/mm", "collision threshold 20 Nm")
 
     def test_a_mass_on_a_spring(self):
         """A pad far stiffer than the device, hardly any servo: F = v sqrt(k m)."""
@@ -240,7 +240,7 @@ def test_every_change_of_the_robot_gives_recordings_that_are_read(ask, plan, tmp
 def test_simulate_command(forcemap, ask, plan, tmp_path):
     code, found = ask("simulate", tmp_path / "plan.csv", "--preset", "ur10e-like", "--threshold-Nm", 40)
     assert (code, found["recordings"], found["scenarios"]) == (0, 2, ["unconstrained"])
-    assert found["changes"] == ["collision threshold 40 N m"]
+    assert found["changes"] == ["collision threshold 40 Nm"]
     assert found["folder"] == str(tmp_path / "plan-ur10e-like")
     code, out, _ = forcemap("simulate", tmp_path / "plan.csv", "--preset", "ur10e-like", "-o", tmp_path / "b")
     assert code == 0

@@ -151,6 +151,14 @@ class TestUnits:
         with pytest.raises(RecordingError, match="the file says '.*" + re.escape(said)):
             read_recording(path, columns={"time": 1, "force": 2})
 
+    @pytest.mark.parametrize("said", ["x10 N", "all values in this column x10 N", "reading must be multiplied by 10 N"])
+    def test_a_factor_above_the_names_is_refused_however_long_its_words(self, tmp_path, said):
+        path = tmp_path / "run.csv"
+        rows = "".join(f"{t:.3f},{f:.3f}\n" for t, f in zip(SECONDS, FORCE, strict=True))
+        path.write_text(f"-,{said}\nt,F\n{rows}")
+        with pytest.raises(RecordingError, match="expected N or kN"):
+            read_recording(path, columns={"time": 1, "force": 2, "time_unit": "s", "force_unit": "N"})
+
     @pytest.mark.parametrize(
         ("name", "unit"), [("ForceNewton", "N"), ("Force [KN]", "kN"), ("ForceKilonewton", "kN"), ("Force [hN]", None)]
     )

@@ -138,7 +138,7 @@ def test_what_is_missing_is_listed_and_computed_alone(serial, tmp_path, ask, for
     code, answer = ask("sweep", file, "-o", out, "--missing")
     assert (code, answer["left"], answer["computed"]) == (1, 2, 0)
     assert answer["missing"] == [
-        f"ur10e-like, collision threshold 20 N m, payload 0 kg, block {number} of 5" for number in (4, 5)
+        f"ur10e-like, collision threshold 20 Nm, payload 0 kg, block {number} of 5" for number in (4, 5)
     ]
     code, text, _ = forcemap("sweep", file, "-o", out)
     assert code == 0

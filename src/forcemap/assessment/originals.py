@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 import numpy as np
 
-from forcemap.arrays import FloatArray
 from forcemap.campaigns.campaign import Campaign
-from forcemap.campaigns.copies import Edge, Edges, edge_of
+from forcemap.campaigns.copies import Edge, Edges, as_high, edge_of
 from forcemap.campaigns.point_recordings import PointRecording
 from forcemap.campaigns.recorded_impacts import RecordedImpacts, recorded_impacts
 from forcemap.errors import ForcemapError
-
-_PEAK_SHARE, _PEAK_APART = 0.01, 3.0  # by which the peak of a copy may differ, cut off or rounded: a share, and [N]
 
 
 class Originals:
@@ -37,7 +33,8 @@ class Originals:
         if not recording.sha256:
             return ""
         impacts = [(impact, each.recording) for each in recording.recorded for impact in each.impacts]
-        self._look_up([float(impact.raw_peak_force) for impact, _ in impacts])
+        for impact, _ in impacts:
+            self._look_up(float(impact.raw_peak_force))
         known = [self._files.setdefault(recording.sha256, recording.name)]
         for impact, of in impacts:
             edge = edge_of(impact, of)
@@ -45,9 +42,11 @@ class Originals:
             self._add(recording.name, edge)
         return next((name for name in known if name != recording.name), "")
 
-    def _look_up(self, peaks: Iterable[float]) -> None:
-        """Read the campaign's recordings whose peaks [N] are nearly these."""
-        for file in self._files_with(np.array([*peaks])):
+    def _look_up(self, peak: float) -> None:
+        """Read the campaign's recordings whose peak may be that of a copy [N]."""
+        entries = () if self._campaign is None else self._campaign.entries
+        same = as_high(peak, np.array([entry.raw_peak_force for entry in entries]))
+        for file in dict.fromkeys(entries[i].file for i in np.flatnonzero(same) if entries[i].file not in self._read):
             self._read.add(file)
             for each in self._recorded(file):
                 for impact in each.impacts:
@@ -56,15 +55,6 @@ class Originals:
     def _add(self, name: str, edge: Edge) -> None:
         self._names.append(name)
         self._edges.add([edge])
-
-    def _files_with(self, peaks: FloatArray) -> Iterator[str]:
-        entries = () if self._campaign is None else self._campaign.entries
-        near = _PEAK_APART + _PEAK_SHARE * peaks
-        yield from dict.fromkeys(
-            entry.file
-            for entry in entries
-            if entry.file not in self._read and np.any(np.abs(entry.raw_peak_force - peaks) <= near)
-        )
 
     def _recorded(self, file: str) -> list[RecordedImpacts]:
         assert self._campaign is not None

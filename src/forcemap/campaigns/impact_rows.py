@@ -58,7 +58,7 @@ class UsedRecordings:
         for other in (each for each in held if each is not recording):
             name, of = other.entry.name, other.run
             if other.excluded and of != run:
-                way = "if it was made at this run, give that recording this run in place of exclude"
+                way = f"if it was made at this run, take that file away, and its row out of {REGISTER_FILE}"
                 return f"the same forces as {name}, which is excluded: a copy is no other run; {way}"
             if of and of[0] != run[0]:
                 way = f"take the wrong file away, and its row out of {REGISTER_FILE}"

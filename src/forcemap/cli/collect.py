@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, NamedTuple
 
@@ -18,7 +17,7 @@ from forcemap.campaigns.run_order import RecordingOrder, assign_runs, propose_ru
 from forcemap.campaigns.workers import processors
 from forcemap.cli.check import SHOWN, shortened
 from forcemap.cli.options import Json
-from forcemap.cli.output import Progress, counted, emit, emit_error, listing, table, verdict_first
+from forcemap.cli.output import Progress, counted, disagreeing_lines, emit, emit_error, listing, table, verdict_first
 from forcemap.errors import one_line
 from forcemap.planning.confirm import ConfirmationPlan
 
@@ -218,11 +217,6 @@ def contact_lines(answer: CollectAnswer) -> list[str]:
     refused = f"Transient limit: not for a map of this campaign: {'; '.join(answer.transient_refused)}"
     why = shortened(barred) if len(barred) < len(answer.contacts) else []
     return [answer.phase_two, refused, *(f"  - {line}" for line in why)]
-
-
-def disagreeing_lines(states: Sequence[str]) -> list[str]:
-    """States whose repeats, above the device range too, lie far apart."""
-    return [f"  repeats lie more than 10 % apart, look at their recordings: {', '.join(states)}"] if states else []
 
 
 def scatter_lines(scatter: Repeatability) -> list[str]:

@@ -257,16 +257,17 @@ def _heights(sources: list[Source], choices: Choices, **size: Any) -> Figure:
 
 def left_out(kind: Kind, sources: Sequence[Source], choices: Choices) -> list[str]:
     """How many measured states of each source a figure of lines or slices does not show."""
-    counts: Sequence[tuple[int, int]] = ()
     if kind is Kind.HEIGHTS:
         counts = states_shown([source.mapped() for source in sources], speeds=choices.speeds)
     elif kind in (Kind.PROFILES, Kind.WORKSPACE):
         shown = profile_states_shown if kind is Kind.PROFILES else workspace_states_shown
         counts = [shown(source.force_map, source.dataset, choices.speeds) for source in sources]
+    else:
+        return []
     return [
         f"{source.name}: {most - seen} of {most} measured states are not shown: they lie on no line or slice that is "
         f"drawn; --speeds-mps shows other speeds, forcemap figure residuals all states"
-        for source, (seen, most) in zip(sources, counts, strict=bool(counts))
+        for source, (seen, most) in zip(sources, counts, strict=True)
         if seen < most
     ]
 

@@ -12,12 +12,12 @@ from typer import Option
 
 import forcemap as fm
 from forcemap.answers.map import CensoringAnswer, FitAnswer, Margins
-from forcemap.cli.collect import disagreeing_lines
 from forcemap.cli.options import DeviceSpring, FormName, Json, Table, fitted, too_few_states_named
 from forcemap.cli.output import (
     accuracy_lines,
     change,
     counted,
+    disagreeing_lines,
     emit,
     fit_notes,
     place_lines,

@@ -248,7 +248,8 @@ def _due(row: FleetCampaign, conditions: fm.Conditions, ask: _Ask, report: Path)
     words = sentences(due(conditions, ask.today))
     printed = report.with_suffix(".pdf")
     if printed.exists() and report.exists() and printed.stat().st_mtime_ns < report.stat().st_mtime_ns:
-        words.append(f"{printed.name} is of an earlier report; forcemap report --pdf writes it again")
+        older = f"{printed.name} is older than {report.name}: of an earlier report"
+        words.append(f"{older}; forcemap report --pdf writes both")
     if row.missing_runs:
         words.append(sentence(fm.Finding.of(fm.FindingKind.RUNS_LEFT, runs=row.missing_runs)))
     refused = [

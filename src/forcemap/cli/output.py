@@ -314,6 +314,11 @@ def fit_notes(answer: FitAnswer | EvaluateAnswer) -> list[str]:
     return [*continued * bool(first.outside_states), *(note for note in notes if note not in answer.doubts)]
 
 
+def disagreeing_lines(states: Sequence[str]) -> list[str]:
+    """States whose repeats, above the device range too, lie far apart."""
+    return [f"  repeats lie more than 10 % apart, look at their recordings: {', '.join(states)}"] if states else []
+
+
 _TELLING = 4
 """Places with several states from which on their scatter is told without a doubt added; a choice."""
 

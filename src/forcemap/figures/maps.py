@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -350,10 +349,8 @@ def draw_2d(
     whole, single = (
         (style.MAP_2D_OF_MAP, style.MAP_2D_PER_HEIGHT_OF_MAP) if of_map else (style.MAP_2D, style.MAP_2D_PER_HEIGHT)
     )
-    lowest, highest = (
-        end(getattr(each.measured_range, name)[1] for each in maps_2d)
-        for name, end in (("lowest", partial(min, default=0.0)), ("highest", partial(max, default=0.0)))
-    )
+    lowest = min((each.measured_range.lowest[1] for each in maps_2d), default=0.0)
+    highest = max((each.measured_range.highest[1] for each in maps_2d), default=0.0)
     own: list[tuple[float, float]] = []
     distances = x if along == 0 else np.full(x.size, fixed_at[0])
     for map_2d in maps_2d:

@@ -93,7 +93,8 @@ def simulate_campaign(
     towards = DOWN if along is None else along
     course: dict[str, Any] = {"device_stiffness": stiffness, "duration": device.after, "step": STEP}
     impacts = simulate_impacts(robot, *states, direction=towards, **course)
-    origin = f"SIMULATED by the virtual impact lab of forcemap ({robot.described}): not a measurement of any robot"
+    described = robot.described.replace(", ", "; ")  # a comma would put "100 N" above the forces, as their factor
+    origin = f"SIMULATED by the virtual impact lab of forcemap ({described}): not a measurement of any robot"
     readings = device.readings(impacts.force, STEP, device.scale(rng), rng)
     conditions = conditions or Conditions()
     if surface is not None:

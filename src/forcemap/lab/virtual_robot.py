@@ -104,7 +104,7 @@ class VirtualRobot:
             Not positive and finite.
         """
         reaction = replace(self.reaction, threshold=threshold)
-        return self._changed(f"collision threshold {threshold:g} N m", reaction=reaction)
+        return self._changed(f"collision threshold {threshold:g} Nm", reaction=reaction)
 
     def with_hold_force(self, force: float) -> Self:
         """The robot with another force at which it settles after an impact.

@@ -88,7 +88,6 @@ _NO_UNIT = re.compile(
 # within longer words, and factors before or behind a unit: "ForceKgf", "Force*10 [N]", "x10N"
 _WITHIN = re.compile(r"kilopond|kgf|kilogram|lbf|pound|newton", re.IGNORECASE)
 _FACTOR = re.compile(r"[x×*/]\s?10+(?![0-9])|(?<![0-9A-Za-z])10+\s?k?N\b|(?<![0-9])1/[0-9]", re.IGNORECASE)
-_LONGEST_FACTOR = 3  # words of a cell that is a factor and a unit alone: a longer one is a remark
 _UNIT_WORD = re.compile(
     r"units?\b|\bdimension\b|\beinheit(?:en)?\b|unit_label|\bunités?\b|\bunidad\b|\bunità\b", re.IGNORECASE
 )
@@ -120,7 +119,7 @@ def stated_unit(name: str, *, alone: bool = False, of_time: bool = False) -> Uni
     text = _plain(name)
     if len(text) > LONGEST_NAME:
         return None
-    if _FACTOR.search(text) and not (alone and len(text.split()) > _LONGEST_FACTOR):
+    if _FACTOR.search(text):
         return text
     bracketed = [match.strip() for match in _BRACKETS.findall(text)]
     if alone:

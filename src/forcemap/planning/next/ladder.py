@@ -170,7 +170,7 @@ class BoundLadder:
     def upper_is(self, states: FloatArray) -> Finding:
         """How `upper` is computed."""
         slower = upper_of_slower(self.force_map, self.bound, *states[:, :2].T)
-        demanded = bool(len(self.force_map.slower)) and bool((slower >= self.upper(states)).any())
+        demanded = bool((slower >= self.upper(states)).any())
         figures = {
             "lowest_mps": float(self.force_map.measured_range.lowest[2]),
             "slower": max(cover_slower(self.force_map).raised - 1, 0.0) if demanded else None,
