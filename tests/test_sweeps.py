@@ -8,6 +8,7 @@ import os
 import shutil
 import signal
 import subprocess
+import sys
 from dataclasses import replace
 
 import numpy as np
@@ -314,6 +315,30 @@ def test_a_worker_of_a_pool_that_is_killed_is_said(long, tmp_path):
     assert ended(running) == 2
     assert "run the same again to continue" in log.read_text()
     assert set(parts(out).items()) < set(found.items())
+
+
+HASTY = """
+import multiprocessing, sys, time
+from forcemap.errors import ForcemapError
+from forcemap.sweeps.pool import pool, results
+
+sys.setswitchinterval(1e-6)  # so that what the pool does and what awaits it get into each other's way
+with pool(2) as executor:
+    try:
+        for number, _ in enumerate(results(executor, time.sleep, [0.001] * 100_000, ahead=2_000)):
+            if number == 20:
+                multiprocessing.active_children()[0].kill()
+    except ForcemapError as error:
+        sys.exit(str(error))
+"""
+
+
+@pytest.mark.parametrize("attempt", range(4))
+def test_a_broken_pool_ends_however_its_threads_take_turns(attempt, tmp_path):
+    log = tmp_path / "log.txt"
+    running = started("-c", HASTY, log=log, command=[sys.executable])
+    assert ended(running) == 1
+    assert log.read_text().startswith("a process of the pool was ended")
 
 
 def test_a_cluster_gives_the_same_bytes_whoever_is_killed(long, tmp_path):

@@ -10,7 +10,7 @@ import threading
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Executor, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from itertools import islice
 from multiprocessing.connection import wait as wait_for
 from typing import TypeVar
@@ -66,6 +66,8 @@ def results(
     """Every item with what the function gives, as it is done, in this process if there is no executor.
 
     An item whose process or worker was lost has no result but the reason; the others go on as long as there is anyone.
+    What is handed out is left to whoever opened the executor: a future cancelled while a broken pool ends its own stops
+    the thread that ends the pool's processes (Python 3.11), and the command waits for them for ever.
 
     Raises
     ------
@@ -86,18 +88,12 @@ def results(
                 item = doing.pop(future)
                 try:
                     done = future.result()
-                except (BrokenProcessPool, CancelledError) as error:
-                    gone = (
-                        "a process of the pool was ended"
-                        if isinstance(error, BrokenProcessPool)
-                        else "the cluster is gone"
-                    )
-                    raise ForcemapError(f"{gone}; what is done stays done, run the same again to continue") from None
+                except (BrokenProcessPool, CancelledError):
+                    raise
                 except Exception as error:
                     yield item, None, f"{type(error).__name__}: {error}"
                 else:
                     yield item, done, ""
-    finally:
-        for future in doing:
-            with suppress(Exception):
-                future.cancel()
+    except (BrokenProcessPool, CancelledError) as error:
+        gone = "a process of the pool was ended" if isinstance(error, BrokenProcessPool) else "the cluster is gone"
+        raise ForcemapError(f"{gone}; what is done stays done, run the same again to continue") from None
